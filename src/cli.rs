@@ -1,0 +1,66 @@
+//! The command line: the only code that opens paths or prints.
+//!
+//! One file per command under `cli/`; each has its `Args` (clap) and a
+//! `run(&Args, &Context) -> Result<Exit, Failure>`.
+
+pub mod failure;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::{Args, Parser, Subcommand};
+
+pub use failure::{Exit, Failure, OrExit};
+
+/// Simulates 3D Gaussian Splatting accelerators: frames per second, stalls, watts.
+#[derive(Debug, Parser)]
+#[command(name = "powergs-sim", version, max_term_width = 80)]
+pub struct Cli {
+    /// Flags that every command takes.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Flags that every command takes.
+#[derive(Debug, Clone, Args)]
+pub struct Global {
+    /// Print the result as JSON on standard output
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// No progress, no summary; errors only
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Worker threads (default: all cores); results do not depend on it
+    #[arg(long, short, global = true, value_name = "N")]
+    pub jobs: Option<std::num::NonZeroUsize>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {}
+
+/// What a command needs besides its arguments.
+#[derive(Debug, Clone)]
+pub struct Context {
+    /// Flags that every command takes.
+    pub global: Global,
+    /// Set by Ctrl-C; long work polls it, finishes the item in flight and returns
+    /// [`Exit::Interrupted`].
+    pub cancelled: Arc<AtomicBool>,
+}
+
+impl Context {
+    /// Whether the user pressed Ctrl-C.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// Runs one command.
+pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
+    let _ = context;
+    match cli.command {}
+}

@@ -1,0 +1,1 @@
+//! The forward rasteriser: images and counters from a scene and a camera.

@@ -1,0 +1,1 @@
+//! Reports: one folder per run, derived from the record.

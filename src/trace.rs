@@ -1,0 +1,82 @@
+//! Traces: what a frame is, independent of any machine.
+//!
+//! A trace frame holds every projected splat in depth order, and per pixel the depth rank at which
+//! blending stopped. From these the work of any tiling can be counted without evaluating one
+//! exponential. The file format is specified in `docs/trace-format.md`.
+
+use crate::scene::Camera;
+use crate::splat::Splat;
+
+/// The stop rank of a pixel that never stopped.
+pub const NEVER: u32 = u32::MAX;
+
+/// Facts of one frame that are known before its splats.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameFacts {
+    /// Pose, intrinsics and resolution.
+    pub camera: Camera,
+    /// Gaussians in the scene.
+    pub points: u64,
+    /// Gaussians that passed the near-plane cull (visible or not).
+    pub survivors: u64,
+    /// Background colour, sRGB as rendered.
+    pub background: [f32; 3],
+    /// Mean linear R, G, B of the displayed image, where it was rendered: the input of display
+    /// power.
+    pub mean_linear_rgb: Option<[f64; 3]>,
+}
+
+/// Per-pixel columns, row-major, `width * height` entries each.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PixelColumns {
+    /// Depth rank (position in [`Frame::splats`]) of the splat at which blending stopped, the
+    /// terminating one; [`NEVER`] if it did not. Measured with 16x16 tiles and OBB lists.
+    pub stop_rank: Vec<u32>,
+    /// Splats with α ≥ 1/255 up to the stop, the terminating one included.
+    pub blended: Vec<u32>,
+}
+
+/// Additional columns of a foveated frame (`spec` §1.4).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fovea {
+    /// Gaze, fraction of width and height.
+    pub gaze: [f32; 2],
+    /// Highest level of every splat (0 = all levels use only the foveal colour), by rank.
+    pub highest_level: Vec<u8>,
+    /// Stop rank of the second blended level of every pixel, or [`NEVER`].
+    pub stop_rank_2: Vec<u32>,
+    /// Entries while both blended levels are unfinished, per pixel (`T_extra_alpha`).
+    pub extra_alpha: Vec<u32>,
+    /// Entries blended for the second level, per pixel (`T_used2`).
+    pub blended_2: Vec<u32>,
+}
+
+/// A small picture of the frame, for reports.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// 8-bit sRGB, row-major, 3 bytes a pixel.
+    pub rgb: Vec<u8>,
+}
+
+/// One frame of a trace.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Facts known before the splats.
+    pub facts: FrameFacts,
+    /// Splats whose bounding square touches the image (rounded up to 64-pixel tiles), in ascending
+    /// (depth bits, index): position is the *rank*.
+    pub splats: Vec<Splat>,
+    /// One bit per scene point, least significant first: passed the near-plane cull. Lets a machine
+    /// model know the addresses of geometry-first fetches.
+    pub survivor_bits: Option<Vec<u8>>,
+    /// Per-pixel columns.
+    pub pixels: PixelColumns,
+    /// Foveated columns.
+    pub fovea: Option<Fovea>,
+    /// A small picture of the frame.
+    pub preview: Option<Preview>,
+}

@@ -1,0 +1,82 @@
+//! A trace frame under one `Geometry`: tile lists, chunks, sub-tile work. No machine, no time.
+
+use crate::splat::{Counters, Intersection};
+
+/// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
+/// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Geometry {
+    /// Tile side, pixels (8 to 64).
+    pub tile: u32,
+    /// Sub-tile side, pixels (4 to `tile`).
+    pub subtile: u32,
+    /// Splats sorted and loaded together.
+    pub chunk: u32,
+    /// Splat-against-tile test.
+    pub test: Intersection,
+}
+
+/// One chunk of one tile's list, in depth order.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ChunkWork {
+    /// Entries (at most `Geometry::chunk`).
+    pub entries: u32,
+    /// (entry, sub-tile) pairs whose bitmap bit is set, up to the end of each sub-tile: what
+    /// hardware with sub-tile skipping executes.
+    pub subtile_pairs: u32,
+    /// (entry, sub-tile) pairs up to the end of each sub-tile, bitmap ignored: what hardware
+    /// without skipping executes.
+    pub subtile_pairs_unskipped: u32,
+    /// (entry, pixel) evaluations by pixels that had not stopped, of the pairs with a set bit.
+    pub live_evaluations: u32,
+    /// Entries of this chunk loaded here for the first time in the frame (tiles in raster order).
+    pub first_loads: u32,
+}
+
+/// One tile.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct TileWork {
+    /// First list entry in [`FrameWorkload::list`].
+    pub list_start: u32,
+    /// List length (`T_inter`).
+    pub entries: u32,
+    /// Entries fetched before the tile is done, in whole chunks (`T_load`).
+    pub loaded: u32,
+    /// First chunk in [`FrameWorkload::chunks`]; only fetched chunks are listed.
+    pub chunk_start: u32,
+    /// Fetched chunks.
+    pub chunks: u32,
+    /// Pixels of the tile that are inside the image.
+    pub pixels: u32,
+    /// Entries iterated by the pixels of this tile (`T_bf_term`).
+    pub alpha_evaluations: u64,
+    /// Entries blended by the pixels of this tile (`T_used`).
+    pub blends: u64,
+}
+
+/// A binned frame: everything that a machine of this geometry needs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameWorkload {
+    /// The geometry it was binned with; a machine with another one cannot be run on it.
+    pub geometry: Geometry,
+    /// Image width, pixels.
+    pub width: u32,
+    /// Image height, pixels.
+    pub height: u32,
+    /// Tiles per row.
+    pub tiles_x: u32,
+    /// Rows of tiles.
+    pub tiles_y: u32,
+    /// Frame totals under this geometry.
+    pub counters: Counters,
+    /// α evaluations that hardware with sub-tile skipping executes (every pixel of a live sub-tile).
+    pub alpha_evaluations_executed: u64,
+    /// Tiles, row-major.
+    pub tiles: Vec<TileWork>,
+    /// Fetched chunks of all tiles, tile by tile.
+    pub chunks: Vec<ChunkWork>,
+    /// Depth ranks of the list entries of all tiles, tile by tile, ascending within a tile.
+    pub list: Vec<u32>,
+    /// Sub-tile bitmap of each list entry, `ceil(subtiles / 8)` bytes each.
+    pub bitmaps: Vec<u8>,
+}
