@@ -17,6 +17,7 @@ pub mod action;
 pub mod cli;
 pub mod display;
 pub mod energy;
+pub mod picture;
 pub mod quantity;
 pub mod raster;
 pub mod report;

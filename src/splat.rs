@@ -5,8 +5,27 @@
 //! why their counters agree exactly.
 
 pub mod counters;
+pub mod cover;
+pub mod ellipse;
+pub mod obb;
+pub mod project;
+pub mod runs;
+pub mod simd;
 
 pub use counters::Counters;
+pub use cover::{Cover, TileGrid};
+pub use ellipse::Ellipse;
+
+/// α below this is not blended.
+pub const ALPHA_MIN: f32 = 1.0 / 255.0;
+/// α is clamped to this.
+pub const ALPHA_MAX: f32 = 0.99;
+/// A pixel stops when its transmittance would fall below this.
+pub const TRANSMITTANCE_MIN: f32 = 1e-4;
+/// Gaussians nearer than this (view-space depth) are culled.
+pub const NEAR: f32 = 0.2;
+/// The largest tile side: traces keep every splat that a tile of this size could touch.
+pub const TILE_MAX: u32 = 64;
 
 /// A Gaussian projected to the image, as stored in traces (32 bytes).
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -24,6 +43,31 @@ pub struct Splat {
     pub opacity: f32,
 }
 
+impl Splat {
+    /// The inverse covariance `[c0, c1, c2]` of `[[c0, c1], [c1, c2]]`, 1/pixels²; `None` where the
+    /// covariance is singular or not finite.
+    pub fn conic(&self) -> Option<[f32; 3]> {
+        let [a, b, d] = self.cov;
+        let det = a * d - b * b;
+        let conic = [d / det, -b / det, a / det];
+        (det != 0.0 && conic.iter().all(|c| c.is_finite())).then_some(conic)
+    }
+
+    /// The 3-sigma radius that bounds the tile rectangle: a whole number of pixels. The smaller
+    /// root's floor of 0.1 is the published rule.
+    pub fn radius(&self) -> f32 {
+        let [a, b, d] = self.cov;
+        let mid = 0.5 * (a + d);
+        let lambda = mid + (mid * mid - (a * d - b * b)).max(0.1).sqrt();
+        (3.0 * lambda.sqrt()).ceil()
+    }
+
+    /// The key of the depth order: positive floats order like their bits; ties go by index.
+    pub fn order_key(&self) -> u64 {
+        u64::from(self.depth.to_bits()) << 32 | u64::from(self.index)
+    }
+}
+
 /// How a splat is tested against a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Intersection {
@@ -31,6 +75,6 @@ pub enum Intersection {
     Aabb,
     /// Oriented box of 3-sigma half-lengths, separating axes (GSCore).
     Obb,
-    /// The exact ellipse where α reaches 1/255.
+    /// The exact ellipse where α reaches 1/255, within the bounding square.
     Ellipse,
 }

@@ -1,0 +1,251 @@
+//! Front-to-back blending of one 16x16 block of pixels (`powergs.md` §1.2).
+//!
+//! A row of 16 pixels is one vector. Per splat, one vector operation over the 16 *rows* finds which
+//! of them can reach α = 1/255 at all; only those are evaluated. α is computed as an exponential of
+//! base 2 with the opacity folded in: α = 2^p, p = A δx² + B δx δy + C δy² + log₂ o.
+//!
+//! A pixel that stopped has transmittance 0 while the block is worked on, and its true one aside.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+
+use crate::splat::simd::exp2;
+use crate::splat::{ALPHA_MAX, Splat, TRANSMITTANCE_MIN};
+
+/// Side of a block, pixels.
+pub const BLOCK: usize = 16;
+/// log₂(1/255).
+const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
+/// No stop.
+pub const OPEN: u32 = u32::MAX;
+
+/// A splat in the form that blending uses: one cache line.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+pub struct Paint {
+    mean: [f32; 2],
+    /// A, B, C: −½ log₂e times the quadratic form (B with both off-diagonals).
+    quadratic: [f32; 3],
+    log_opacity: f32,
+    /// δx at which a row's exponent is largest, per δy.
+    slope: f32,
+    /// Rows whose largest exponent is below this cannot reach α = 1/255.
+    row_threshold: f32,
+    colour: [f32; 3],
+}
+
+impl Paint {
+    /// Prepares a splat with a regular covariance (others touch no tile).
+    pub fn new(splat: &Splat, colour: [f32; 3]) -> Paint {
+        let [c0, c1, c2] = splat.conic().unwrap_or([1.0, 0.0, 1.0]);
+        let k = -0.5 * std::f32::consts::LOG2_E;
+        let cancel = c0 * c2 / (c0 * c2 - c1 * c1);
+        let proper = c0 > 0.0 && cancel.is_finite() && cancel > 0.0;
+        let margin = if proper { 1e-3 + 1e-5 * cancel } else { f32::INFINITY };
+        Paint {
+            mean: splat.mean,
+            quadratic: [k * c0, 2.0 * k * c1, k * c2],
+            log_opacity: splat.opacity.log2(),
+            slope: -c1 / c0,
+            row_threshold: LOG2_ALPHA_MIN - margin,
+            colour,
+        }
+    }
+}
+
+/// An entry of a tile's list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    /// Depth rank of the splat.
+    pub rank: u32,
+    /// Position in the list of all accepted splats of the tile, skipped ones included.
+    pub ordinal: u32,
+}
+
+type Rows = [[f32; BLOCK]; BLOCK];
+
+/// The state of one block.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct Block {
+    transmittance: Rows,
+    colour: [Rows; 3],
+    /// Entries with α ≥ 1/255 so far, the terminating one included.
+    blended: Rows,
+    heaviest: Rows,
+    heaviest_rank: [[u32; BLOCK]; BLOCK],
+    /// Transmittance of pixels that stopped.
+    stopped_at: Rows,
+    stop: [[u32; BLOCK]; BLOCK],
+    /// Rows with a pixel that has not stopped.
+    alive: u32,
+    origin: [f32; 2],
+}
+
+impl Block {
+    /// A block with its top-left pixel at (x, y), of which `width` x `height` pixels take part.
+    pub fn new(x: u32, y: u32, width: usize, height: usize) -> Block {
+        let mut transmittance = [[0.0; BLOCK]; BLOCK];
+        for row in transmittance.iter_mut().take(height) {
+            row[..width].fill(1.0);
+        }
+        Block {
+            transmittance,
+            colour: [[[0.0; BLOCK]; BLOCK]; 3],
+            blended: [[0.0; BLOCK]; BLOCK],
+            heaviest: [[0.0; BLOCK]; BLOCK],
+            heaviest_rank: [[OPEN; BLOCK]; BLOCK],
+            stopped_at: [[0.0; BLOCK]; BLOCK],
+            stop: [[OPEN; BLOCK]; BLOCK],
+            alive: (1 << height) - 1,
+            origin: [x as f32, y as f32],
+        }
+    }
+
+    /// The colour of a pixel over `background`.
+    pub fn pixel(&self, x: usize, y: usize, background: [f32; 3]) -> [f32; 3] {
+        let stopped = self.stop[y][x] != OPEN;
+        let t = if stopped { self.stopped_at[y][x] } else { self.transmittance[y][x] };
+        std::array::from_fn(|c| self.colour[c][y][x] + t * background[c])
+    }
+
+    /// The list entry at which a pixel stopped, or [`OPEN`].
+    pub fn stop(&self, x: usize, y: usize) -> u32 {
+        self.stop[y][x]
+    }
+
+    /// Entries that reached α ≥ 1/255 at a pixel, the terminating one included.
+    pub fn blended(&self, x: usize, y: usize) -> u32 {
+        self.blended[y][x] as u32
+    }
+
+    /// Rank of the splat with the largest α·T at a pixel (the first of equals), or [`OPEN`].
+    pub fn heaviest(&self, x: usize, y: usize) -> u32 {
+        self.heaviest_rank[y][x]
+    }
+
+    /// Stops the pixels of `lanes` in `row` at list entry `at`.
+    #[cold]
+    fn stop_lanes(&mut self, row: usize, lanes: u64, at: u32) {
+        for lane in (0..BLOCK).filter(|lane| lanes >> lane & 1 == 1) {
+            self.stop[row][lane] = at;
+            self.stopped_at[row][lane] = self.transmittance[row][lane];
+            self.transmittance[row][lane] = 0.0;
+        }
+        if self.transmittance[row].iter().all(|&t| t == 0.0) {
+            self.alive &= !(1 << row);
+        }
+    }
+}
+
+/// What is recorded besides the image.
+pub trait Record: Copy + Send + Sync {
+    /// Count entries that reach α ≥ 1/255.
+    const COUNT: bool;
+    /// Find the heaviest splat of every pixel.
+    const DOMINANCE: bool;
+}
+
+/// The image alone.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageOnly;
+impl Record for ImageOnly {
+    const COUNT: bool = false;
+    const DOMINANCE: bool = false;
+}
+
+/// The counters of a trace.
+#[derive(Debug, Clone, Copy)]
+pub struct Counted;
+impl Record for Counted {
+    const COUNT: bool = true;
+    const DOMINANCE: bool = false;
+}
+
+/// The counters of a trace and those that pruning needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Dominance;
+impl Record for Dominance {
+    const COUNT: bool = true;
+    const DOMINANCE: bool = true;
+}
+
+/// Blends `entries` into `block`.
+#[simd]
+pub fn blend<S: Simd, R: Record>(
+    simd: S,
+    _record: R,
+    block: &mut Block,
+    entries: &[Entry],
+    paints: &[Paint],
+) {
+    let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
+    let columns = iota + block.origin[0];
+    let rows = iota + block.origin[1];
+    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
+    for (at, entry) in entries.iter().enumerate() {
+        let paint = &paints[entry.rank as usize];
+        let [a, b, c] = paint.quadratic;
+        let a = f32x16::splat(simd, a);
+        let dy = rows - paint.mean[1];
+        let base = (dy * c).mul_add(dy, f32x16::splat(simd, paint.log_opacity));
+        let linear = dy * b;
+        let left = block.origin[0] - paint.mean[0];
+        let peak = (dy * paint.slope)
+            .max(f32x16::splat(simd, left))
+            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
+        let largest = a.mul_add(peak, linear).mul_add(peak, base);
+        let low = largest.simd_lt(f32x16::splat(simd, paint.row_threshold));
+        let mut touched = !(low.to_bitmask() as u32) & block.alive;
+        if touched == 0 {
+            continue;
+        }
+        let dx = columns - paint.mean[0];
+        let (base, linear): ([f32; BLOCK], [f32; BLOCK]) = (base.into(), linear.into());
+        let opaque = f32x16::splat(simd, paint.log_opacity);
+        while touched != 0 {
+            let y = touched.trailing_zeros() as usize & (BLOCK - 1);
+            touched &= touched - 1;
+            let power = a
+                .mul_add(dx, f32x16::splat(simd, linear[y]))
+                .mul_add(dx, f32x16::splat(simd, base[y]));
+            let t = f32x16::from_slice(simd, &block.transmittance[y]);
+            let zero = f32x16::splat(simd, 0.0);
+            let hit = power.simd_ge(threshold) & power.simd_le(opaque) & t.simd_gt(zero);
+            let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
+            let mut weight = hit.select(alpha * t, zero);
+            if R::COUNT {
+                let n = f32x16::from_slice(simd, &block.blended[y]);
+                hit.select(n + 1.0, n).store_slice(&mut block.blended[y]);
+            }
+            let mut left = t - weight;
+            let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
+            if stops.any_true() {
+                weight = stops.select(zero, weight);
+                left = stops.select(t, left);
+            }
+            left.store_slice(&mut block.transmittance[y]);
+            for channel in 0..3 {
+                let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
+                weight
+                    .mul_add(paint.colour[channel], sum)
+                    .store_slice(&mut block.colour[channel][y]);
+            }
+            if R::DOMINANCE {
+                let best = f32x16::from_slice(simd, &block.heaviest[y]);
+                let heavier = weight.simd_gt(best);
+                heavier.select(weight, best).store_slice(&mut block.heaviest[y]);
+                let rank = fearless_simd::u32x16::from_slice(simd, &block.heaviest_rank[y]);
+                let this = fearless_simd::u32x16::splat(simd, entry.rank);
+                heavier.select(this, rank).store_slice(&mut block.heaviest_rank[y]);
+            }
+            if stops.any_true() {
+                block.stop_lanes(y, stops.to_bitmask(), at as u32);
+                if block.alive == 0 {
+                    return;
+                }
+            }
+        }
+    }
+}

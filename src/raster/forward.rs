@@ -1,0 +1,254 @@
+//! One frame: project, sort by depth, list, blend.
+
+use std::sync::atomic::AtomicU32;
+
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+
+use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record};
+use super::row::{RowResult, Shared, TileCount, render_row};
+use crate::picture::Picture;
+use crate::scene::{Camera, Gaussians};
+use crate::splat::project::{LANES, View, Visible, project_block};
+use crate::splat::runs::{Runs, Touch};
+use crate::splat::{Counters, Intersection, Splat, TileGrid};
+use crate::trace::{Frame, FrameFacts, PixelColumns, Preview};
+
+/// Gaussians projected by one task.
+const PART: usize = 256 * LANES;
+
+/// How to render.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Tile side, pixels (16 in the reference).
+    pub tile: u32,
+    /// Splat-against-tile test (OBB in the reference).
+    pub test: Intersection,
+    /// List entries fetched together (256 in the reference).
+    pub chunk: u32,
+    /// Background colour, sRGB.
+    pub background: [f32; 3],
+    /// What is recorded besides the image.
+    pub detail: Detail,
+    /// Instruction set; the best of this processor by default.
+    pub level: Level,
+}
+
+impl Options {
+    /// The reference tiling of traces over a black background: 16x16 tiles, OBB lists, chunks of
+    /// 256.
+    pub fn reference(detail: Detail) -> Options {
+        Options {
+            tile: 16,
+            test: Intersection::Obb,
+            chunk: 256,
+            background: [0.0; 3],
+            detail,
+            level: Level::new(),
+        }
+    }
+}
+
+/// What is recorded besides the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Nothing.
+    Image,
+    /// The counters of a trace.
+    Counters,
+    /// The counters of a trace, and per splat those that pruning needs.
+    Dominance,
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// The image, over the background, not clamped.
+    pub picture: Picture,
+    /// Visible splats in depth order (position is the rank).
+    pub splats: Vec<Splat>,
+    /// One bit per Gaussian: passed the cull.
+    pub survivor_bits: Vec<u8>,
+    /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
+    pub counters: Counters,
+    /// Tests and accepted tiles per splat, by rank.
+    pub touches: Vec<Touch>,
+    /// Tiles that fetched each splat (`intersect_count`), by rank.
+    pub fetches: Vec<u32>,
+    /// Pixels in which each splat is the heaviest (`dominance_count`), by rank.
+    pub dominance: Vec<u32>,
+    /// Per-pixel columns of a trace.
+    pub pixels: PixelColumns,
+    /// Entries iterated by each pixel (`T_bf_term`), row-major.
+    pub iterated: Vec<u32>,
+    /// Tiles, row-major.
+    pub tiles: Vec<TileCount>,
+}
+
+/// Renders one view. Cannot fail: scene and camera are checked where they are read.
+pub fn render(scene: &Gaussians, camera: &Camera, options: &Options) -> Rendered {
+    match options.detail {
+        Detail::Image => render_as(scene, camera, options, ImageOnly),
+        Detail::Counters => render_as(scene, camera, options, Counted),
+        Detail::Dominance => render_as(scene, camera, options, Dominance),
+    }
+}
+
+fn render_as<R: Record>(
+    scene: &Gaussians,
+    camera: &Camera,
+    options: &Options,
+    record: R,
+) -> Rendered {
+    let (visible, survivor_bits) = project(scene, camera, options.level);
+    let order = depth_order(&visible);
+    let splats: Vec<Splat> = order.par_iter().map(|&i| visible[i as usize].splat).collect();
+    let paints: Vec<Paint> = order
+        .par_iter()
+        .map(|&i| Paint::new(&visible[i as usize].splat, visible[i as usize].colour))
+        .collect();
+    drop((visible, order));
+    let grid = TileGrid::new(camera.width, camera.height, options.tile);
+    let runs = Runs::new(&splats, grid, options.test);
+    let fetches: Vec<AtomicU32> =
+        if R::COUNT { (0..splats.len()).map(|_| AtomicU32::new(0)).collect() } else { Vec::new() };
+    let shared = Shared {
+        runs: &runs,
+        paints: &paints,
+        background: options.background,
+        chunk: options.chunk,
+        fetches: &fetches,
+        level: options.level,
+    };
+    let rows: Vec<RowResult> =
+        (0..grid.ny).into_par_iter().map(|ty| render_row(&shared, ty, record)).collect();
+    let mut rendered = assemble(camera, &splats, rows);
+    rendered.survivor_bits = survivor_bits;
+    rendered.touches = runs.touches;
+    rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
+    rendered.splats = splats;
+    rendered.counters = totals(scene, &rendered);
+    rendered
+}
+
+/// Projects the scene; visible splats in index order, and one bit per Gaussian that survived.
+fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Visible>, Vec<u8>) {
+    let view = View::new(camera);
+    let parts: Vec<(Vec<Visible>, Vec<u8>)> = (0..scene.len().div_ceil(PART))
+        .into_par_iter()
+        .map(|part| {
+            let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
+            let mut visible = Vec::new();
+            let mut bits = Vec::with_capacity((end - first).div_ceil(8));
+            for i in (first..end).step_by(LANES) {
+                let stop = (i + LANES).min(end);
+                let mask = dispatch!(level, simd =>
+                    project_block(simd, scene, &view, i, stop, &mut visible));
+                bits.extend_from_slice(&mask.to_le_bytes());
+            }
+            bits.truncate((end - first).div_ceil(8));
+            (visible, bits)
+        })
+        .collect();
+    let mut all = Vec::with_capacity(parts.iter().map(|p| p.0.len()).sum());
+    let mut survivors = Vec::with_capacity(scene.len().div_ceil(8));
+    for (mut visible, bits) in parts {
+        all.append(&mut visible);
+        survivors.extend(bits);
+    }
+    (all, survivors)
+}
+
+/// Positions of the visible splats in ascending depth, ties by index in the scene.
+fn depth_order(visible: &[Visible]) -> Vec<u32> {
+    let mut keys: Vec<u64> = visible
+        .par_iter()
+        .enumerate()
+        .map(|(i, v)| u64::from(v.splat.depth.to_bits()) << 32 | i as u64)
+        .collect();
+    keys.par_sort_unstable();
+    keys.into_par_iter().map(|key| key as u32).collect()
+}
+
+fn assemble(camera: &Camera, splats: &[Splat], rows: Vec<RowResult>) -> Rendered {
+    let n = camera.width as usize * camera.height as usize;
+    let mut all = RowResult { pixels: Vec::with_capacity(n), ..RowResult::default() };
+    for row in rows {
+        all.pixels.extend(row.pixels);
+        all.stop_rank.extend(row.stop_rank);
+        all.blended.extend(row.blended);
+        all.iterated.extend(row.iterated);
+        all.heaviest.extend(row.heaviest);
+        all.tiles.extend(row.tiles);
+    }
+    let mut dominance = Vec::new();
+    if !all.heaviest.is_empty() {
+        dominance = vec![0u32; splats.len()];
+        for rank in all.heaviest.iter().filter(|&&rank| rank != OPEN) {
+            dominance[*rank as usize] += 1;
+        }
+    }
+    Rendered {
+        picture: Picture { width: camera.width, height: camera.height, pixels: all.pixels },
+        splats: Vec::new(),
+        survivor_bits: Vec::new(),
+        counters: Counters::default(),
+        touches: Vec::new(),
+        fetches: Vec::new(),
+        dominance,
+        pixels: PixelColumns { stop_rank: all.stop_rank, blended: all.blended },
+        iterated: all.iterated,
+        tiles: all.tiles,
+    }
+}
+
+fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
+    let mut counters = Counters {
+        points: scene.len() as u64,
+        survivors: rendered.survivor_bits.iter().map(|b| u64::from(b.count_ones())).sum(),
+        fetched_points: rendered.fetches.iter().filter(|&&n| n > 0).count() as u64,
+        ..Counters::default()
+    };
+    for touch in &rendered.touches {
+        counters.tile_pairs += u64::from(touch.tiles);
+        counters.intersecting_points += u64::from(touch.tiles > 0);
+        counters.obb_tests += u64::from(touch.tests);
+        counters.obb_prepared += u64::from(touch.tests > 0);
+    }
+    for tile in &rendered.tiles {
+        counters.tile_loads += u64::from(tile.loaded);
+        counters.alpha_evaluations += tile.alpha_evaluations;
+        counters.blends += tile.blends;
+    }
+    counters
+}
+
+/// Longer side of the picture that a trace carries for reports, pixels.
+const PREVIEW_SIDE: u32 = 480;
+
+impl Rendered {
+    /// The trace frame of this rendering. Must have been rendered with the reference tiling and
+    /// counters.
+    pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
+        assert!(!self.pixels.stop_rank.is_empty(), "a trace frame needs Detail::Counters");
+        let small = self.picture.shrunk(PREVIEW_SIDE);
+        Frame {
+            facts: FrameFacts {
+                camera: camera.clone(),
+                points: self.counters.points,
+                survivors: self.counters.survivors,
+                background,
+                mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
+            },
+            splats: self.splats,
+            survivor_bits: Some(self.survivor_bits),
+            pixels: self.pixels,
+            fovea: None,
+            preview: Some(Preview {
+                width: small.width,
+                height: small.height,
+                rgb: small.to_rgb8(),
+            }),
+        }
+    }
+}

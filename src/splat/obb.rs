@@ -1,0 +1,110 @@
+//! Oriented-box-against-tile test by separating axes (GSCore's shape-aware test).
+//!
+//! The box has half-lengths of 3 sigma along the eigenvectors of the covariance. The published
+//! code takes eigenvectors from eigenvalues with a floor, which clips near-isotropic splats
+//! (`powergs.md` §10 B1); here the angle is θ = ½ atan2(2b, a − d), without a floor.
+
+use super::Splat;
+
+/// The box of one splat, prepared for tests against tiles of one size.
+#[derive(Debug, Clone, Copy)]
+pub struct Obb {
+    mean: [f32; 2],
+    axis: [f32; 2],
+    /// Reach of the box plus half a tile along image x and y.
+    reach_image: [f32; 2],
+    /// Half-lengths plus the reach of half a tile along the two box axes.
+    reach_box: [f32; 2],
+    tile: f32,
+}
+
+impl Obb {
+    /// Prepares the box of `splat` for tiles of side `tile` pixels.
+    pub fn new(splat: &Splat, tile: u32) -> Obb {
+        let [a, b, d] = splat.cov;
+        let (axis, half) = (principal_axis(a, b, d), half_lengths(a, b, d));
+        let [c, s] = axis.map(f32::abs);
+        let tile = tile as f32;
+        let half_tile = 0.5 * tile;
+        let corner = half_tile * (c + s);
+        Obb {
+            mean: splat.mean,
+            axis,
+            reach_image: [
+                half_tile + half[0] * c + half[1] * s,
+                half_tile + half[0] * s + half[1] * c,
+            ],
+            reach_box: [half[0] + corner, half[1] + corner],
+            tile,
+        }
+    }
+
+    /// Whether the box meets tile (tx, ty). Touching counts.
+    pub fn meets(&self, tx: u32, ty: u32) -> bool {
+        self.meets_row(ty).is_some_and(|row| row.meets(tx))
+    }
+
+    /// The test restricted to one row of tiles; `None` if the row is out of reach.
+    pub fn meets_row(&self, ty: u32) -> Option<ObbRow<'_>> {
+        let dy = (ty as f32 + 0.5) * self.tile - self.mean[1];
+        let [c, s] = self.axis;
+        (dy.abs() <= self.reach_image[1]).then_some(ObbRow { obb: self, along: [dy * s, dy * c] })
+    }
+}
+
+/// One row of tiles.
+#[derive(Debug, Clone, Copy)]
+pub struct ObbRow<'a> {
+    obb: &'a Obb,
+    along: [f32; 2],
+}
+
+impl ObbRow<'_> {
+    /// Whether the box meets tile `tx` of this row. Every condition is monotonic in `tx`, so the
+    /// tiles that are met form an interval, in floating point too.
+    pub fn meets(&self, tx: u32) -> bool {
+        let o = self.obb;
+        let dx = (tx as f32 + 0.5) * o.tile - o.mean[0];
+        let [c, s] = o.axis;
+        dx.abs() <= o.reach_image[0]
+            && (dx * c + self.along[0]).abs() <= o.reach_box[0]
+            && (self.along[1] - dx * s).abs() <= o.reach_box[1]
+    }
+
+    /// The interval of tiles that are met within `x0..x1`, empty if none is.
+    pub fn interval(&self, x0: u32, x1: u32) -> (u32, u32) {
+        let mut lo = x0;
+        while lo < x1 && !self.meets(lo) {
+            lo += 1;
+        }
+        let mut hi = x1;
+        while hi > lo && !self.meets(hi - 1) {
+            hi -= 1;
+        }
+        (lo, hi)
+    }
+}
+
+/// (cos θ, sin θ) of the major axis, θ = ½ atan2(2b, a − d), by half-angle formulas that do not
+/// cancel. An isotropic splat has θ = 0.
+fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
+    let h = (a - d).hypot(2.0 * b);
+    if h == 0.0 {
+        return [1.0, 0.0];
+    }
+    let (cos2, sin2) = ((a - d) / h, 2.0 * b / h);
+    if cos2 >= 0.0 {
+        let c = (0.5 * (1.0 + cos2)).sqrt();
+        [c, sin2 / (2.0 * c)]
+    } else {
+        let s = (0.5 * (1.0 - cos2)).sqrt().copysign(if b < 0.0 { -1.0 } else { 1.0 });
+        [sin2 / (2.0 * s), s]
+    }
+}
+
+/// Three sigma along the major and the minor axis.
+fn half_lengths(a: f32, b: f32, d: f32) -> [f32; 2] {
+    let mid = 0.5 * (a + d);
+    let root = (mid * mid - (a * d - b * b)).max(0.0).sqrt();
+    [3.0 * (mid + root).max(0.0).sqrt(), 3.0 * (mid - root).max(0.0).sqrt()]
+}

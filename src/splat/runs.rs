@@ -1,0 +1,103 @@
+//! Accepted tiles of many splats, bucketed by row of tiles and kept in depth order.
+//!
+//! Every row of tiles can then be worked on by itself, in parallel and without shared state:
+//! position in a bucket is depth order for any number of threads.
+
+use rayon::prelude::*;
+
+use super::cover::ellipse_tiles;
+use super::{Cover, Ellipse, Intersection, Splat, TileGrid};
+
+/// Tiles of one row that one splat touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Run {
+    /// Depth rank of the splat.
+    pub rank: u32,
+    /// First column that the intersection test accepts.
+    pub x0: u16,
+    /// End column.
+    pub x1: u16,
+    /// First column in which the splat can reach α = 1/255 (at least `x0`).
+    pub tight0: u16,
+    /// End column (at most `x1`); equal to `tight0` if none.
+    pub tight1: u16,
+}
+
+/// What is known about the intersections of each splat, by rank.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Touch {
+    /// Tiles tested (`P_obb_count`).
+    pub tests: u32,
+    /// Tiles accepted (`N_inter`).
+    pub tiles: u32,
+}
+
+/// All runs of a frame.
+#[derive(Debug, Clone)]
+pub struct Runs {
+    /// The grid.
+    pub grid: TileGrid,
+    /// Per splat, by rank.
+    pub touches: Vec<Touch>,
+    /// Per part (consecutive ranks) and row of tiles.
+    parts: Vec<Vec<Vec<Run>>>,
+}
+
+impl Runs {
+    /// Tests all `splats` (in depth order) against the tiles of `grid`.
+    pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection) -> Runs {
+        let part = splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096);
+        let done: Vec<(Vec<Touch>, Vec<Vec<Run>>)> = splats
+            .par_chunks(part)
+            .enumerate()
+            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test))
+            .collect();
+        let mut touches = Vec::with_capacity(splats.len());
+        let mut parts = Vec::with_capacity(done.len());
+        for (mut some, rows) in done {
+            touches.append(&mut some);
+            parts.push(rows);
+        }
+        Runs { grid, touches, parts }
+    }
+
+    /// The runs of row `ty`, in depth order.
+    pub fn row(&self, ty: u32) -> impl Iterator<Item = &Run> + Clone {
+        self.parts.iter().flat_map(move |rows| &rows[ty as usize])
+    }
+}
+
+fn runs_of(
+    splats: &[Splat],
+    first_rank: u32,
+    grid: TileGrid,
+    test: Intersection,
+) -> (Vec<Touch>, Vec<Vec<Run>>) {
+    let mut touches = Vec::with_capacity(splats.len());
+    let mut rows = vec![Vec::new(); grid.ny as usize];
+    for (rank, splat) in (first_rank..).zip(splats) {
+        let cover = Cover::new(splat, grid, test);
+        let ellipse = splat.conic().and_then(|conic| Ellipse::new(splat, conic));
+        let mut tiles = 0;
+        for row in cover.rows() {
+            tiles += row.x1 - row.x0;
+            let (t0, t1) = tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1);
+            let run = Run {
+                rank,
+                x0: row.x0 as u16,
+                x1: row.x1 as u16,
+                tight0: t0 as u16,
+                tight1: t1 as u16,
+            };
+            rows[row.y as usize].push(run);
+        }
+        touches.push(Touch { tests: cover.tests() as u32, tiles });
+    }
+    (touches, rows)
+}
+
+fn tight(e: Option<&Ellipse>, grid: &TileGrid, y: u32, x0: u32, x1: u32) -> (u32, u32) {
+    let Some((a, b)) = e.and_then(|e| ellipse_tiles(e, grid, y)) else { return (x0, x0) };
+    let first = a.clamp(i64::from(x0), i64::from(x1)) as u32;
+    (first, b.clamp(i64::from(first), i64::from(x1)) as u32)
+}

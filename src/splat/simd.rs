@@ -1,0 +1,28 @@
+//! Elementary functions on SIMD lanes.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, i32x16};
+
+/// Minimax polynomial of 2^x on [−½, ½]: relative error 7.5e-8 (Remez).
+const EXP2: [f32; 6] =
+    [1.000_000_1, 0.693_146_97, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
+
+/// 2^x for x in [−126, 127]; relative error below 2e-7.
+#[inline(always)]
+pub fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+    let whole = x.round_ties_even();
+    let f = x - whole;
+    let mut p = f32x16::splat(simd, EXP2[5]);
+    for c in EXP2[..5].iter().rev() {
+        p = p.mul_add(f, f32x16::splat(simd, *c));
+    }
+    let scale = (whole.to_int::<i32x16<S>>() + 127) << 23;
+    p * scale.bitcast::<f32x16<S>>()
+}
+
+/// e^x, clamped to the range where 2^(x log2 e) is normal.
+#[inline(always)]
+pub fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+    let y = x * std::f32::consts::LOG2_E;
+    exp2(simd, y.max(f32x16::splat(simd, -126.0)).min(f32x16::splat(simd, 127.0)))
+}

@@ -1,0 +1,6 @@
+//! Are images and counters right?
+
+mod naive;
+mod reference;
+mod support;
+mod twin;
