@@ -1,6 +1,11 @@
 //! A trace frame under one `Geometry`: tile lists, chunks, sub-tile work. No machine, no time.
 
+pub mod bin;
+mod tile;
+
 use crate::splat::{Counters, Intersection};
+
+pub use bin::bin;
 
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
@@ -14,6 +19,28 @@ pub struct Geometry {
     pub chunk: u32,
     /// Splat-against-tile test.
     pub test: Intersection,
+}
+
+impl Geometry {
+    /// The reference tiling, in which traces are measured: 16x16 tiles, 8x8 sub-tiles, chunks of
+    /// 256, oriented boxes.
+    pub const REFERENCE: Geometry =
+        Geometry { tile: 16, subtile: 8, chunk: 256, test: Intersection::Obb };
+
+    /// Sub-tiles along one side of a tile.
+    pub fn subtiles_per_side(&self) -> u32 {
+        self.tile / self.subtile
+    }
+
+    /// Sub-tiles of a tile: bits of a bitmap.
+    pub fn subtiles(&self) -> u32 {
+        self.subtiles_per_side().pow(2)
+    }
+
+    /// Bytes of a bitmap in [`FrameWorkload::bitmaps`].
+    pub fn bitmap_bytes(&self) -> usize {
+        self.subtiles().div_ceil(8) as usize
+    }
 }
 
 /// One chunk of one tile's list, in depth order.

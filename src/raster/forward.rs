@@ -10,7 +10,7 @@ use super::row::{RowResult, Shared, TileCount, render_row};
 use crate::picture::Picture;
 use crate::scene::{Camera, Gaussians};
 use crate::splat::project::{LANES, View, Visible, project_block};
-use crate::splat::runs::{Runs, Touch};
+use crate::splat::runs::{Reach, Runs, Touch};
 use crate::splat::{Counters, Intersection, Splat, TileGrid};
 use crate::trace::{Frame, FrameFacts, PixelColumns, Preview};
 
@@ -109,7 +109,7 @@ fn render_as<R: Record>(
         .collect();
     drop((visible, order));
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
-    let runs = Runs::new(&splats, grid, options.test);
+    let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
     let fetches: Vec<AtomicU32> =
         if R::COUNT { (0..splats.len()).map(|_| AtomicU32::new(0)).collect() } else { Vec::new() };
     let shared = Shared {

@@ -138,11 +138,16 @@ impl Cover {
 
     /// The accepted tiles, row by row, top to bottom; rows without a tile are left out.
     pub fn rows(&self) -> impl Iterator<Item = TileRow> + '_ {
-        let TileRect { x0, y0, x1, y1 } = self.rect;
-        (y0..y1).filter_map(move |y| {
-            let (x0, x1) = self.interval(y, x0, x1);
-            (x0 < x1).then_some(TileRow { y, x0, x1 })
-        })
+        (self.rect.y0..self.rect.y1).filter_map(|y| self.row(y))
+    }
+
+    /// The accepted tiles of row `y`; `None` if there is none.
+    pub fn row(&self, y: u32) -> Option<TileRow> {
+        if !(self.rect.y0..self.rect.y1).contains(&y) {
+            return None;
+        }
+        let (x0, x1) = self.interval(y, self.rect.x0, self.rect.x1);
+        (x0 < x1).then_some(TileRow { y, x0, x1 })
     }
 
     fn interval(&self, y: u32, x0: u32, x1: u32) -> (u32, u32) {

@@ -23,6 +23,15 @@ pub struct Run {
     pub tight1: u16,
 }
 
+/// Whether runs also say where a splat can reach α = 1/255.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// Find the columns; for blending.
+    Alpha,
+    /// Leave `tight0..tight1` empty; for counting.
+    Unknown,
+}
+
 /// What is known about the intersections of each splat, by rank.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Touch {
@@ -45,12 +54,12 @@ pub struct Runs {
 
 impl Runs {
     /// Tests all `splats` (in depth order) against the tiles of `grid`.
-    pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection) -> Runs {
+    pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection, reach: Reach) -> Runs {
         let part = splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096);
         let done: Vec<(Vec<Touch>, Vec<Vec<Run>>)> = splats
             .par_chunks(part)
             .enumerate()
-            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test))
+            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test, reach))
             .collect();
         let mut touches = Vec::with_capacity(splats.len());
         let mut parts = Vec::with_capacity(done.len());
@@ -72,12 +81,16 @@ fn runs_of(
     first_rank: u32,
     grid: TileGrid,
     test: Intersection,
+    reach: Reach,
 ) -> (Vec<Touch>, Vec<Vec<Run>>) {
     let mut touches = Vec::with_capacity(splats.len());
     let mut rows = vec![Vec::new(); grid.ny as usize];
     for (rank, splat) in (first_rank..).zip(splats) {
         let cover = Cover::new(splat, grid, test);
-        let ellipse = splat.conic().and_then(|conic| Ellipse::new(splat, conic));
+        let ellipse = match reach {
+            Reach::Alpha => splat.conic().and_then(|conic| Ellipse::new(splat, conic)),
+            Reach::Unknown => None,
+        };
         let mut tiles = 0;
         for row in cover.rows() {
             tiles += row.x1 - row.x0;

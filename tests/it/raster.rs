@@ -1,6 +1,6 @@
 //! Are images and counters right?
 
 mod naive;
-mod reference;
-mod support;
+pub mod reference;
+pub mod support;
 mod twin;

@@ -2,7 +2,7 @@
 
 use fearless_simd::Level;
 use powergs_sim::raster::{Detail, Options, Rendered, render};
-use powergs_sim::scene::Gaussians;
+use powergs_sim::scene::{Camera, Gaussians};
 use powergs_sim::splat::project::colours;
 use powergs_sim::splat::{Cover, Intersection, TileGrid};
 use serde_json::Value;
@@ -20,7 +20,7 @@ fn channel_major(sh: &[f64]) -> Vec<f32> {
         .collect()
 }
 
-fn forward_case() -> (Value, Gaussians, Rendered) {
+pub fn forward_input() -> (Value, Gaussians, Camera, Options) {
     let case = load("forward_counters.json")["cases"][0].clone();
     let input = &case["input"];
     let scene = Gaussians {
@@ -36,6 +36,11 @@ fn forward_case() -> (Value, Gaussians, Rendered) {
     let camera = camera(size[0], size[1], tan, &floats(&input["view"]));
     let bg: [f32; 3] = rows(&input["bg"])[0];
     let options = Options { background: bg, ..Options::reference(Detail::Dominance) };
+    (case, scene, camera, options)
+}
+
+fn forward_case() -> (Value, Gaussians, Rendered) {
+    let (case, scene, camera, options) = forward_input();
     let rendered = render(&scene, &camera, &options);
     (case, scene, rendered)
 }
@@ -49,7 +54,7 @@ fn by_index(rendered: &Rendered, n: usize, value: impl Fn(usize) -> u32) -> Vec<
     out
 }
 
-fn ints(v: &Value) -> Vec<u32> {
+pub fn ints(v: &Value) -> Vec<u32> {
     floats(v).iter().map(|&x| x as u32).collect()
 }
 

@@ -1,0 +1,114 @@
+//! Bins a trace frame under a geometry: lists, chunks, sub-tile work.
+//!
+//! Rows of tiles are independent, so they are binned in parallel; only "who loads a splat first" is
+//! decided over the whole frame, in raster order of tiles.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::prelude::*;
+
+use super::tile::{RowPart, bin_row};
+use super::{ChunkWork, FrameWorkload, Geometry};
+use crate::splat::runs::{Reach, Runs};
+use crate::splat::{Counters, TileGrid};
+use crate::trace::Frame;
+
+/// Nobody loaded it.
+const NOBODY: u32 = u32::MAX;
+
+/// Bins `frame` under `geometry`. At the reference geometry every counter equals the rasteriser's;
+/// at another one the stop ranks are still those of the reference tiling, and the difference is
+/// what its intersection test leaves out.
+pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
+    let camera = &frame.facts.camera;
+    let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
+    let runs = Runs::new(&frame.splats, grid, geometry.test, Reach::Unknown);
+    let first_tile: Vec<AtomicU32> =
+        (0..frame.splats.len()).map(|_| AtomicU32::new(NOBODY)).collect();
+    let mut parts: Vec<RowPart> = (0..grid.ny)
+        .into_par_iter()
+        .map(|ty| {
+            let part = bin_row(frame, &runs, geometry, ty);
+            for (i, tile) in part.tiles.iter().enumerate() {
+                let index = ty * grid.nx + i as u32;
+                for &rank in &part.list[tile.list_start as usize..][..tile.loaded as usize] {
+                    first_tile[rank as usize].fetch_min(index, Ordering::Relaxed);
+                }
+            }
+            part
+        })
+        .collect();
+    let first_tile: Vec<u32> = first_tile.into_iter().map(AtomicU32::into_inner).collect();
+    parts.par_iter_mut().enumerate().for_each(|(ty, part)| {
+        count_first_loads(part, ty as u32 * grid.nx, &first_tile, geometry.chunk);
+    });
+    let mut counters = assemble_counters(frame, &runs, &parts);
+    counters.fetched_points = first_tile.iter().filter(|&&tile| tile != NOBODY).count() as u64;
+    assemble(geometry, grid, counters, parts)
+}
+
+fn count_first_loads(part: &mut RowPart, first_index: u32, first_tile: &[u32], chunk: u32) {
+    for (index, tile) in (first_index..).zip(&part.tiles) {
+        let loaded = &part.list[tile.list_start as usize..][..tile.loaded as usize];
+        let chunks = &mut part.chunks[tile.chunk_start as usize..][..tile.chunks as usize];
+        for (work, entries) in chunks.iter_mut().zip(loaded.chunks(chunk as usize)) {
+            work.first_loads =
+                entries.iter().filter(|&&rank| first_tile[rank as usize] == index).count() as u32;
+        }
+    }
+}
+
+fn assemble_counters(frame: &Frame, runs: &Runs, parts: &[RowPart]) -> Counters {
+    let mut counters = Counters {
+        points: frame.facts.points,
+        survivors: frame.facts.survivors,
+        ..Counters::default()
+    };
+    for touch in &runs.touches {
+        counters.tile_pairs += u64::from(touch.tiles);
+        counters.intersecting_points += u64::from(touch.tiles > 0);
+        counters.obb_tests += u64::from(touch.tests);
+        counters.obb_prepared += u64::from(touch.tests > 0);
+    }
+    for tile in parts.iter().flat_map(|part| &part.tiles) {
+        counters.tile_loads += u64::from(tile.loaded);
+        counters.alpha_evaluations += tile.alpha_evaluations;
+        counters.blends += tile.blends;
+    }
+    counters
+}
+
+fn assemble(
+    geometry: Geometry,
+    grid: TileGrid,
+    counters: Counters,
+    parts: Vec<RowPart>,
+) -> FrameWorkload {
+    let mut workload = FrameWorkload {
+        geometry,
+        width: grid.width,
+        height: grid.height,
+        tiles_x: grid.nx,
+        tiles_y: grid.ny,
+        counters,
+        alpha_evaluations_executed: 0,
+        tiles: Vec::with_capacity(grid.len()),
+        chunks: Vec::with_capacity(parts.iter().map(|p| p.chunks.len()).sum()),
+        list: Vec::with_capacity(parts.iter().map(|p| p.list.len()).sum()),
+        bitmaps: Vec::with_capacity(parts.iter().map(|p| p.bitmaps.len()).sum()),
+    };
+    for part in parts {
+        let (list, chunk) = (workload.list.len() as u32, workload.chunks.len() as u32);
+        workload.tiles.extend(part.tiles.into_iter().map(|mut tile| {
+            tile.list_start += list;
+            tile.chunk_start += chunk;
+            tile
+        }));
+        workload.list.extend(part.list);
+        workload.bitmaps.extend(part.bitmaps);
+        workload.chunks.extend(part.chunks);
+    }
+    let pairs: u64 = workload.chunks.iter().map(|c: &ChunkWork| u64::from(c.subtile_pairs)).sum();
+    workload.alpha_evaluations_executed = pairs * u64::from(geometry.subtile).pow(2);
+    workload
+}
