@@ -59,7 +59,9 @@ impl Splat {
         let [a, b, d] = self.cov;
         let mid = 0.5 * (a + d);
         let lambda = mid + (mid * mid - (a * d - b * b)).max(0.1).sqrt();
-        (3.0 * lambda.sqrt()).ceil()
+        let reach = 3.0 * lambda.sqrt();
+        let whole = reach as i64 as f32;
+        if whole < reach { whole + 1.0 } else { whole }
     }
 
     /// The key of the depth order: positive floats order like their bits; ties go by index.

@@ -83,46 +83,75 @@ pub struct Block {
     origin: [f32; 2],
 }
 
+impl Default for Block {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Block {
-    /// A block with its top-left pixel at (x, y), of which `width` x `height` pixels take part.
-    pub fn new(x: u32, y: u32, width: usize, height: usize) -> Block {
-        let mut transmittance = [[0.0; BLOCK]; BLOCK];
-        for row in transmittance.iter_mut().take(height) {
-            row[..width].fill(1.0);
-        }
+    /// A block that takes no part yet.
+    pub fn new() -> Block {
         Block {
-            transmittance,
+            transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
             blended: [[0.0; BLOCK]; BLOCK],
             heaviest: [[0.0; BLOCK]; BLOCK],
             heaviest_rank: [[OPEN; BLOCK]; BLOCK],
             stopped_at: [[0.0; BLOCK]; BLOCK],
             stop: [[OPEN; BLOCK]; BLOCK],
-            alive: (1 << height) - 1,
-            origin: [x as f32, y as f32],
+            alive: 0,
+            origin: [0.0; 2],
         }
     }
 
-    /// The colour of a pixel over `background`.
-    pub fn pixel(&self, x: usize, y: usize, background: [f32; 3]) -> [f32; 3] {
-        let stopped = self.stop[y][x] != OPEN;
-        let t = if stopped { self.stopped_at[y][x] } else { self.transmittance[y][x] };
-        std::array::from_fn(|c| self.colour[c][y][x] + t * background[c])
+    /// Starts over with the top-left pixel at (x, y), of which `width` x `height` pixels take part.
+    pub fn reset<R: Record>(&mut self, x: u32, y: u32, width: usize, height: usize) {
+        self.transmittance = [[0.0; BLOCK]; BLOCK];
+        for row in self.transmittance.iter_mut().take(height) {
+            row[..width].fill(1.0);
+        }
+        self.colour = [[[0.0; BLOCK]; BLOCK]; 3];
+        self.stop = [[OPEN; BLOCK]; BLOCK];
+        self.alive = (1 << height) - 1;
+        self.origin = [x as f32, y as f32];
+        if R::COUNT {
+            self.blended = [[0.0; BLOCK]; BLOCK];
+        }
+        if R::DOMINANCE {
+            self.heaviest = [[0.0; BLOCK]; BLOCK];
+            self.heaviest_rank = [[OPEN; BLOCK]; BLOCK];
+        }
     }
 
-    /// The list entry at which a pixel stopped, or [`OPEN`].
-    pub fn stop(&self, x: usize, y: usize) -> u32 {
-        self.stop[y][x]
+    /// Writes row `y` of the image over `background` to `out`.
+    pub fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
+        let [red, green, blue] = &self.colour;
+        for (x, pixel) in out.iter_mut().enumerate() {
+            let stopped = self.stop[y][x] != OPEN;
+            let t = if stopped { self.stopped_at[y][x] } else { self.transmittance[y][x] };
+            *pixel = [
+                red[y][x] + t * background[0],
+                green[y][x] + t * background[1],
+                blue[y][x] + t * background[2],
+            ];
+        }
     }
 
-    /// Entries that reached α ≥ 1/255 at a pixel, the terminating one included.
-    pub fn blended(&self, x: usize, y: usize) -> u32 {
-        self.blended[y][x] as u32
+    /// The list entries at which the pixels of row `y` stopped, or [`OPEN`].
+    pub fn stops(&self, y: usize) -> &[u32; BLOCK] {
+        &self.stop[y]
     }
 
-    /// Rank of the splat with the largest α·T at a pixel (the first of equals), or [`OPEN`].
-    pub fn heaviest(&self, x: usize, y: usize) -> u32 {
-        self.heaviest_rank[y][x]
+    /// Entries that reached α ≥ 1/255 at the pixels of row `y`, the terminating one included.
+    pub fn blended(&self, y: usize) -> &[f32; BLOCK] {
+        &self.blended[y]
+    }
+
+    /// Ranks of the splats with the largest α·T at the pixels of row `y` (the first of equals), or
+    /// [`OPEN`].
+    pub fn heaviest(&self, y: usize) -> &[u32; BLOCK] {
+        &self.heaviest_rank[y]
     }
 
     /// Stops the pixels of `lanes` in `row` at list entry `at`.

@@ -6,7 +6,7 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record};
-use super::row::{RowResult, Shared, TileCount, render_row};
+use super::row::{RowTarget, Shared, TileCount, render_row};
 use crate::picture::Picture;
 use crate::scene::{Camera, Gaussians};
 use crate::splat::project::{LANES, View, Visible, project_block};
@@ -120,9 +120,19 @@ fn render_as<R: Record>(
         fetches: &fetches,
         level: options.level,
     };
-    let rows: Vec<RowResult> =
-        (0..grid.ny).into_par_iter().map(|ty| render_row(&shared, ty, record)).collect();
-    let mut rendered = assemble(camera, &splats, rows);
+    let mut rendered = Rendered::sized(camera, R::COUNT);
+    let mut heaviest = vec![OPEN; if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }];
+    rendered.tiles = targets(&mut rendered, &mut heaviest, grid)
+        .into_par_iter()
+        .enumerate()
+        .flat_map_iter(|(ty, mut out)| render_row(&shared, ty as u32, record, &mut out))
+        .collect();
+    if R::DOMINANCE {
+        rendered.dominance = vec![0; splats.len()];
+        for rank in heaviest.iter().filter(|&&rank| rank != OPEN) {
+            rendered.dominance[*rank as usize] += 1;
+        }
+    }
     rendered.survivor_bits = survivor_bits;
     rendered.touches = runs.touches;
     rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
@@ -170,36 +180,29 @@ fn depth_order(visible: &[Visible]) -> Vec<u32> {
     keys.into_par_iter().map(|key| key as u32).collect()
 }
 
-fn assemble(camera: &Camera, splats: &[Splat], rows: Vec<RowResult>) -> Rendered {
-    let n = camera.width as usize * camera.height as usize;
-    let mut all = RowResult { pixels: Vec::with_capacity(n), ..RowResult::default() };
-    for row in rows {
-        all.pixels.extend(row.pixels);
-        all.stop_rank.extend(row.stop_rank);
-        all.blended.extend(row.blended);
-        all.iterated.extend(row.iterated);
-        all.heaviest.extend(row.heaviest);
-        all.tiles.extend(row.tiles);
-    }
-    let mut dominance = Vec::new();
-    if !all.heaviest.is_empty() {
-        dominance = vec![0u32; splats.len()];
-        for rank in all.heaviest.iter().filter(|&&rank| rank != OPEN) {
-            dominance[*rank as usize] += 1;
-        }
-    }
-    Rendered {
-        picture: Picture { width: camera.width, height: camera.height, pixels: all.pixels },
-        splats: Vec::new(),
-        survivor_bits: Vec::new(),
-        counters: Counters::default(),
-        touches: Vec::new(),
-        fetches: Vec::new(),
-        dominance,
-        pixels: PixelColumns { stop_rank: all.stop_rank, blended: all.blended },
-        iterated: all.iterated,
-        tiles: all.tiles,
-    }
+/// The lines of each row of tiles. Columns that are not recorded stay empty.
+fn targets<'a>(
+    rendered: &'a mut Rendered,
+    heaviest: &'a mut [u32],
+    grid: TileGrid,
+) -> Vec<RowTarget<'a>> {
+    let lines = (grid.width * grid.tile) as usize;
+    let mut stop_rank = rendered.pixels.stop_rank.chunks_mut(lines);
+    let mut blended = rendered.pixels.blended.chunks_mut(lines);
+    let mut iterated = rendered.iterated.chunks_mut(lines);
+    let mut heaviest = heaviest.chunks_mut(lines);
+    rendered
+        .picture
+        .pixels
+        .chunks_mut(lines)
+        .map(|pixels| RowTarget {
+            pixels,
+            stop_rank: stop_rank.next().unwrap_or_default(),
+            blended: blended.next().unwrap_or_default(),
+            iterated: iterated.next().unwrap_or_default(),
+            heaviest: heaviest.next().unwrap_or_default(),
+        })
+        .collect()
 }
 
 fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
@@ -227,6 +230,27 @@ fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
 const PREVIEW_SIDE: u32 = 480;
 
 impl Rendered {
+    fn sized(camera: &Camera, counted: bool) -> Rendered {
+        let n = camera.width as usize * camera.height as usize;
+        let counts = if counted { n } else { 0 };
+        Rendered {
+            picture: Picture {
+                width: camera.width,
+                height: camera.height,
+                pixels: vec![[0.0; 3]; n],
+            },
+            splats: Vec::new(),
+            survivor_bits: Vec::new(),
+            counters: Counters::default(),
+            touches: Vec::new(),
+            fetches: Vec::new(),
+            dominance: Vec::new(),
+            pixels: PixelColumns { stop_rank: vec![0; counts], blended: vec![0; counts] },
+            iterated: vec![0; counts],
+            tiles: Vec::new(),
+        }
+    }
+
     /// The trace frame of this rendering. Must have been rendered with the reference tiling and
     /// counters.
     pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {

@@ -1,11 +1,11 @@
 //! One row of tiles: lists from runs, blending, counters.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use fearless_simd::{Level, dispatch};
 
-use super::blend::{BLOCK, Block, Entry, OPEN, Paint, Record, blend};
-use crate::splat::TileGrid;
+use super::blend::{BLOCK, Block, Entry, Paint, Record, blend};
 use crate::splat::runs::Runs;
 use crate::trace::NEVER;
 
@@ -22,21 +22,20 @@ pub struct TileCount {
     pub blends: u64,
 }
 
-/// The pixels of one row of tiles, and its counts.
-#[derive(Debug, Default)]
-pub struct RowResult {
-    /// Pixels, row-major.
-    pub pixels: Vec<[f32; 3]>,
-    /// Stop ranks, row-major (only if counted).
-    pub stop_rank: Vec<u32>,
-    /// Blended entries, row-major (only if counted).
-    pub blended: Vec<u32>,
-    /// Entries iterated, row-major (only if counted).
-    pub iterated: Vec<u32>,
-    /// Rank of the heaviest splat, row-major (only for dominance).
-    pub heaviest: Vec<u32>,
-    /// Tiles, left to right (only if counted).
-    pub tiles: Vec<TileCount>,
+/// Where one row of tiles is written: lines of the image, row-major. Columns that are not recorded
+/// are empty.
+#[derive(Debug)]
+pub struct RowTarget<'a> {
+    /// Pixels.
+    pub pixels: &'a mut [[f32; 3]],
+    /// Stop ranks (only if counted).
+    pub stop_rank: &'a mut [u32],
+    /// Blended entries (only if counted).
+    pub blended: &'a mut [u32],
+    /// Entries iterated (only if counted).
+    pub iterated: &'a mut [u32],
+    /// Rank of the heaviest splat (only for dominance).
+    pub heaviest: &'a mut [u32],
 }
 
 /// What all rows share.
@@ -63,33 +62,25 @@ struct Lists {
     accepted: Vec<u32>,
 }
 
-/// Renders row `ty`.
-pub fn render_row<R: Record>(shared: &Shared<'_>, ty: u32, record: R) -> RowResult {
-    let grid = shared.runs.grid;
+/// Renders row `ty` into `out`; returns the counts of its tiles, left to right.
+pub fn render_row<R: Record>(
+    shared: &Shared<'_>,
+    ty: u32,
+    record: R,
+    out: &mut RowTarget<'_>,
+) -> Vec<TileCount> {
     let lists = build_lists(shared.runs, ty);
-    let height = grid.pixels(0, ty).3 - ty * grid.tile;
-    let n = grid.width as usize * height as usize;
-    let mut out = RowResult { pixels: vec![[0.0; 3]; n], ..RowResult::default() };
-    if R::COUNT {
-        out.stop_rank = vec![NEVER; n];
-        out.blended = vec![0; n];
-        out.iterated = vec![0; n];
-    }
-    if R::DOMINANCE {
-        out.heaviest = vec![OPEN; n];
-    }
-    for tx in 0..grid.nx {
+    let mut block = Block::new();
+    let mut tiles = Vec::with_capacity(shared.runs.grid.nx as usize);
+    for tx in 0..shared.runs.grid.nx {
         let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
         let tile = Tile { tx, ty, entries, accepted: lists.accepted[tx as usize] };
-        let count = tile.render(shared, record, &mut out);
-        if R::COUNT {
-            out.tiles.push(count);
-        }
+        tiles.push(tile.render(shared, record, &mut block, out));
     }
     if R::COUNT {
-        count_fetches(shared, ty, &out.tiles);
+        count_fetches(shared, ty, &tiles);
     }
-    out
+    tiles
 }
 
 fn build_lists(runs: &Runs, ty: u32) -> Lists {
@@ -147,59 +138,68 @@ struct Tile<'a> {
 
 impl Tile<'_> {
     /// Renders the tile in blocks of 16x16 pixels.
-    fn render<R: Record>(&self, shared: &Shared<'_>, record: R, out: &mut RowResult) -> TileCount {
-        let grid = shared.runs.grid;
-        let (x0, y0, x1, y1) = grid.pixels(self.tx, self.ty);
+    fn render<R: Record>(
+        &self,
+        shared: &Shared<'_>,
+        record: R,
+        block: &mut Block,
+        out: &mut RowTarget<'_>,
+    ) -> TileCount {
+        let (x0, y0, x1, y1) = shared.runs.grid.pixels(self.tx, self.ty);
         let mut count = TileCount { entries: self.accepted, ..TileCount::default() };
-        let mut iterated_most = 0;
+        let mut most = 0;
         for by in (y0..y1).step_by(BLOCK) {
             for bx in (x0..x1).step_by(BLOCK) {
                 let (w, h) = ((x1 - bx).min(BLOCK as u32), (y1 - by).min(BLOCK as u32));
-                let mut block = Block::new(bx, by, w as usize, h as usize);
+                block.reset::<R>(bx, by, w as usize, h as usize);
                 dispatch!(shared.level, simd =>
-                    blend(simd, record, &mut block, self.entries, shared.paints));
-                let most = self.store::<R>(shared, &block, [bx, by, w, h], &mut count, out);
-                iterated_most = iterated_most.max(most);
+                    blend(simd, record, block, self.entries, shared.paints));
+                for y in 0..h as usize {
+                    let line = (by - y0) as usize + y;
+                    let start = line * shared.runs.grid.width as usize + bx as usize;
+                    let range = start..start + w as usize;
+                    block.write_row(y, shared.background, &mut out.pixels[range.clone()]);
+                    if R::COUNT {
+                        most = most.max(self.count_row(block, y, range.clone(), &mut count, out));
+                    }
+                    if R::DOMINANCE {
+                        out.heaviest[range.clone()]
+                            .copy_from_slice(&block.heaviest(y)[..w as usize]);
+                    }
+                }
             }
         }
         // A batch is fetched unless every pixel was done at its start.
-        let batches = iterated_most.div_ceil(shared.chunk).max(u32::from(self.accepted > 0));
+        let batches = most.div_ceil(shared.chunk).max(u32::from(self.accepted > 0));
         count.loaded =
             (u64::from(batches) * u64::from(shared.chunk)).min(u64::from(self.accepted)) as u32;
         count
     }
 
-    /// Copies a finished block into the row; returns the entries that its last pixel iterated.
-    fn store<R: Record>(
+    /// Writes the counts of row `y` of a finished block to `range` of the columns; returns the
+    /// entries that its last pixel iterated.
+    fn count_row(
         &self,
-        shared: &Shared<'_>,
         block: &Block,
-        [bx, by, w, h]: [u32; 4],
+        y: usize,
+        range: Range<usize>,
         count: &mut TileCount,
-        out: &mut RowResult,
+        out: &mut RowTarget<'_>,
     ) -> u32 {
-        let grid: TileGrid = shared.runs.grid;
+        let (stops, blended) = (block.stops(y), block.blended(y));
         let mut most = 0;
-        for y in 0..h as usize {
-            let line = (by - self.ty * grid.tile) as usize + y;
-            let start = line * grid.width as usize + bx as usize;
-            for x in 0..w as usize {
-                out.pixels[start + x] = block.pixel(x, y, shared.background);
-                if R::COUNT {
-                    let stop = block.stop(x, y);
-                    let entry = self.entries.get(stop as usize);
-                    let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
-                    out.stop_rank[start + x] = entry.map_or(NEVER, |e| e.rank);
-                    out.blended[start + x] = block.blended(x, y);
-                    out.iterated[start + x] = iterated;
-                    count.alpha_evaluations += u64::from(iterated);
-                    count.blends += u64::from(block.blended(x, y));
-                    most = most.max(iterated);
-                }
-                if R::DOMINANCE {
-                    out.heaviest[start + x] = block.heaviest(x, y);
-                }
-            }
+        let columns = out.stop_rank[range.clone()]
+            .iter_mut()
+            .zip(&mut out.blended[range.clone()])
+            .zip(&mut out.iterated[range]);
+        for (x, ((stop_rank, blends), iterated)) in columns.enumerate() {
+            let entry = self.entries.get(stops[x] as usize);
+            *stop_rank = entry.map_or(NEVER, |e| e.rank);
+            *iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
+            *blends = blended[x] as u32;
+            count.alpha_evaluations += u64::from(*iterated);
+            count.blends += u64::from(*blends);
+            most = most.max(*iterated);
         }
         most
     }

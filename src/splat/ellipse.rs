@@ -56,8 +56,8 @@ impl Ellipse {
         }
         let right = self.boundary(self.extreme_y.clamp(lo, hi), 1.0);
         let left = self.boundary((-self.extreme_y).clamp(lo, hi), -1.0);
-        let first = (self.mean[0] + left).ceil() as i64;
-        let end = (self.mean[0] + right).floor() as i64 + 1;
+        let first = -floor(-(self.mean[0] + left));
+        let end = floor(self.mean[0] + right) + 1;
         (first < end).then_some((first, end))
     }
 
@@ -65,4 +65,11 @@ impl Ellipse {
         let [c0, c1, _] = self.conic;
         (-c1 * dy + side * (c0 * self.level - self.det * dy * dy).max(0.0).sqrt()) / c0
     }
+}
+
+/// The largest integer not above `x`, saturating. Unlike `f64::floor` it is no library call on
+/// processors without SSE4.1, which a plain build targets.
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from(x < whole as f64)
 }

@@ -77,31 +77,39 @@ pub fn project_block<S: Simd>(
     out: &mut Vec<Visible>,
 ) -> u16 {
     let range = first..end;
-    let world: [f32x16<S>; 3] =
-        std::array::from_fn(|k| lanes_of(simd, &scene.means[range.clone()], |v| v[k]));
-    let camera: [f32x16<S>; 3] = std::array::from_fn(|k| {
-        let [a, b, c] = view.rotation[k];
-        let t = f32x16::splat(simd, view.translation[k]);
-        world[2].mul_add(c, world[1].mul_add(b, world[0].mul_add(a, t)))
-    });
+    let means = &scene.means[range.clone()];
+    let world = [
+        lanes_of(simd, means, |v| v[0]),
+        lanes_of(simd, means, |v| v[1]),
+        lanes_of(simd, means, |v| v[2]),
+    ];
+    let camera = to_camera(simd, view, &world);
     let valid = ((1u32 << (end - first)) - 1) as u16;
     let survivors = camera[2].simd_gt(f32x16::splat(simd, NEAR)).to_bitmask() as u16 & valid;
     if survivors == 0 {
         return 0;
     }
     let (scales, rotations) = (&scene.log_scales[range.clone()], &scene.rotations[range.clone()]);
-    let scale: [f32x16<S>; 3] =
-        std::array::from_fn(|k| exp(simd, lanes_of(simd, scales, |v| v[k])));
-    let quaternion: [f32x16<S>; 4] = std::array::from_fn(|k| lanes_of(simd, rotations, |v| v[k]));
-    let logit = lanes_of(simd, &scene.logit_opacities[range.clone()], |v| *v);
+    let scale = [
+        exp(simd, lanes_of(simd, scales, |v| v[0])),
+        exp(simd, lanes_of(simd, scales, |v| v[1])),
+        exp(simd, lanes_of(simd, scales, |v| v[2])),
+    ];
+    let quaternion = [
+        lanes_of(simd, rotations, |v| v[0]),
+        lanes_of(simd, rotations, |v| v[1]),
+        lanes_of(simd, rotations, |v| v[2]),
+        lanes_of(simd, rotations, |v| v[3]),
+    ];
+    let logit = lanes_of(simd, &scene.logit_opacities[range], |v| *v);
     let one = f32x16::splat(simd, 1.0);
     let opacity = one / (one + exp(simd, -logit));
     let mean = project_mean(simd, view, &camera);
     let cov = covariance(simd, view, &camera, &scale, &quaternion);
     let lanes = Lanes {
         depth: camera[2].into(),
-        mean: mean.map(Into::into),
-        cov: cov.map(Into::into),
+        mean: [mean[0].into(), mean[1].into()],
+        cov: [cov[0].into(), cov[1].into(), cov[2].into()],
         opacity: opacity.into(),
     };
     let mut visible = 0u16;
@@ -159,11 +167,23 @@ impl Lanes {
 }
 
 #[inline(always)]
+fn to_camera<S: Simd>(simd: S, view: &View, world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
+    let mut out = *world;
+    for (k, [a, b, c]) in view.rotation.into_iter().enumerate() {
+        let t = f32x16::splat(simd, view.translation[k]);
+        out[k] = world[2].mul_add(c, world[1].mul_add(b, world[0].mul_add(a, t)));
+    }
+    out
+}
+
+#[inline(always)]
 fn project_mean<S: Simd>(simd: S, view: &View, camera: &[f32x16<S>; 3]) -> [f32x16<S>; 2] {
     let w = f32x16::splat(simd, 1.0) / (camera[2] + 1e-7);
-    std::array::from_fn(|k| {
-        (camera[k] * w).mul_add(view.focal[k], f32x16::splat(simd, view.principal[k]))
-    })
+    let principal = view.principal.map(|p| f32x16::splat(simd, p));
+    [
+        (camera[0] * w).mul_add(view.focal[0], principal[0]),
+        (camera[1] * w).mul_add(view.focal[1], principal[1]),
+    ]
 }
 
 /// Σ2D = J W Σ3D Wᵀ Jᵀ as (J W R S)(J W R S)ᵀ, plus the low-pass.
@@ -176,26 +196,36 @@ fn covariance<S: Simd>(
     quaternion: &[f32x16<S>; 4],
 ) -> [f32x16<S>; 3] {
     let iz = f32x16::splat(simd, 1.0) / camera[2];
-    let [x_min, x_max, y_min, y_max] = view.limits.map(|l| f32x16::splat(simd, l));
-    let x = (camera[0] * iz).max(x_min).min(x_max);
-    let y = (camera[1] * iz).max(y_min).min(y_max);
-    let w = &view.rotation;
-    let (fx, fy) = (iz * view.focal[0], iz * view.focal[1]);
-    // Rows of J W: J = [[fx/z, 0, −fx x/z²], [0, fy/z, −fy y/z²]] with x, y already over z.
-    let jw: [[f32x16<S>; 3]; 2] = [
-        std::array::from_fn(|k| fx * (-x).mul_add(w[2][k], f32x16::splat(simd, w[0][k]))),
-        std::array::from_fn(|k| fy * (-y).mul_add(w[2][k], f32x16::splat(simd, w[1][k]))),
-    ];
     let r = rotation(simd, quaternion);
-    let a: [[f32x16<S>; 3]; 2] = std::array::from_fn(|i| {
-        std::array::from_fn(|k| {
-            let dot = jw[i][2].mul_add(r[2][k], jw[i][1].mul_add(r[1][k], jw[i][0] * r[0][k]));
-            dot * scale[k]
-        })
-    });
-    let dot =
-        |i: usize, j: usize| a[i][2].mul_add(a[j][2], a[i][1].mul_add(a[j][1], a[i][0] * a[j][0]));
-    [dot(0, 0) + LOW_PASS, dot(0, 1), dot(1, 1) + LOW_PASS]
+    let mut a = [[iz; 3]; 2];
+    for axis in 0..2 {
+        let low = f32x16::splat(simd, view.limits[2 * axis]);
+        let high = f32x16::splat(simd, view.limits[2 * axis + 1]);
+        let slope = (camera[axis] * iz).max(low).min(high);
+        // A row of J W: J = [[fx/z, 0, −fx x/z²], [0, fy/z, −fy y/z²]], with x/z clamped.
+        let focal = iz * view.focal[axis];
+        let mut jw = [iz; 3];
+        for k in 0..3 {
+            let own = f32x16::splat(simd, view.rotation[axis][k]);
+            jw[k] = focal * (-slope).mul_add(view.rotation[2][k], own);
+        }
+        for k in 0..3 {
+            let dot = jw[2].mul_add(r[2][k], jw[1].mul_add(r[1][k], jw[0] * r[0][k]));
+            a[axis][k] = dot * scale[k];
+        }
+    }
+    let [u, v] = a;
+    [dot3(&u, &u) + LOW_PASS, dot3(&u, &v), dot3(&v, &v) + LOW_PASS]
+}
+
+#[inline(always)]
+fn twice<S: Simd>(a: f32x16<S>) -> f32x16<S> {
+    a + a
+}
+
+#[inline(always)]
+fn dot3<S: Simd>(u: &[f32x16<S>; 3], v: &[f32x16<S>; 3]) -> f32x16<S> {
+    u[2].mul_add(v[2], u[1].mul_add(v[1], u[0] * v[0]))
 }
 
 /// Rotation matrices of un-normalised quaternions (w, x, y, z).
@@ -205,11 +235,10 @@ fn rotation<S: Simd>(simd: S, q: &[f32x16<S>; 4]) -> [[f32x16<S>; 3]; 3] {
     let norm2 = q[3].mul_add(q[3], q[2].mul_add(q[2], q[1].mul_add(q[1], q[0] * q[0])));
     let inverse = one / norm2.sqrt();
     let [w, x, y, z] = [q[0] * inverse, q[1] * inverse, q[2] * inverse, q[3] * inverse];
-    let two = |a: f32x16<S>| a + a;
     [
-        [one - two(y * y + z * z), two(x * y - w * z), two(x * z + w * y)],
-        [two(x * y + w * z), one - two(x * x + z * z), two(y * z - w * x)],
-        [two(x * z - w * y), two(y * z + w * x), one - two(x * x + y * y)],
+        [one - twice(y * y + z * z), twice(x * y - w * z), twice(x * z + w * y)],
+        [twice(x * y + w * z), one - twice(x * x + z * z), twice(y * z - w * x)],
+        [twice(x * z - w * y), twice(y * z + w * x), one - twice(x * x + y * y)],
     ]
 }
 
@@ -219,7 +248,12 @@ pub fn colours(scene: &Gaussians, eye: [f32; 3], level: Level) -> Vec<[f32; 3]> 
     for first in (0..scene.len()).step_by(LANES) {
         let end = (first + LANES).min(scene.len());
         let basis = dispatch!(level, simd => {
-            let world = std::array::from_fn(|k| lanes_of(simd, &scene.means[first..end], |v| v[k]));
+            let means = &scene.means[first..end];
+            let world = [
+                lanes_of(simd, means, |v| v[0]),
+                lanes_of(simd, means, |v| v[1]),
+                lanes_of(simd, means, |v| v[2]),
+            ];
             sh_basis(simd, scene.sh_degree, &direction(simd, eye, &world))
         });
         out.extend(
@@ -232,10 +266,9 @@ pub fn colours(scene: &Gaussians, eye: [f32; 3], level: Level) -> Vec<[f32; 3]> 
 
 #[inline(always)]
 fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
-    let d: [f32x16<S>; 3] = std::array::from_fn(|k| world[k] - eye[k]);
-    let norm2 = d[2].mul_add(d[2], d[1].mul_add(d[1], d[0] * d[0]));
-    let inverse = f32x16::splat(simd, 1.0) / norm2.sqrt();
-    d.map(|v| v * inverse)
+    let d = [world[0] - eye[0], world[1] - eye[1], world[2] - eye[2]];
+    let inverse = f32x16::splat(simd, 1.0) / dot3(&d, &d).sqrt();
+    [d[0] * inverse, d[1] * inverse, d[2] * inverse]
 }
 
 /// The real spherical harmonics of 16 directions in the 3DGS sign convention, `[coefficient][lane]`.
@@ -243,30 +276,29 @@ fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16
 fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; LANES]; 16] {
     let [x, y, z] = *d;
     let mut basis = [[0.0; LANES]; 16];
-    let mut set = |k: usize, v: f32x16<S>| basis[k] = v.into();
-    set(0, f32x16::splat(simd, SH_C0));
+    basis[0] = (f32x16::splat(simd, SH_C0)).into();
     if degree >= 1 {
         const C1: f32 = 0.488_602_5;
-        set(1, y * -C1);
-        set(2, z * C1);
-        set(3, x * -C1);
+        basis[1] = (y * -C1).into();
+        basis[2] = (z * C1).into();
+        basis[3] = (x * -C1).into();
     }
     let (xx, yy, zz) = (x * x, y * y, z * z);
     if degree >= 2 {
-        set(4, x * y * 1.092_548_4);
-        set(5, y * z * -1.092_548_4);
-        set(6, (zz + zz - xx - yy) * 0.315_391_57);
-        set(7, x * z * -1.092_548_4);
-        set(8, (xx - yy) * 0.546_274_2);
+        basis[4] = (x * y * 1.092_548_4).into();
+        basis[5] = (y * z * -1.092_548_4).into();
+        basis[6] = ((zz + zz - xx - yy) * 0.315_391_57).into();
+        basis[7] = (x * z * -1.092_548_4).into();
+        basis[8] = ((xx - yy) * 0.546_274_2).into();
     }
     if degree >= 3 {
-        set(9, y * (xx * 3.0 - yy) * -0.590_043_6);
-        set(10, x * y * z * 2.890_611_4);
-        set(11, y * (zz * 4.0 - xx - yy) * -0.457_045_8);
-        set(12, z * (zz * 2.0 - xx * 3.0 - yy * 3.0) * 0.373_176_34);
-        set(13, x * (zz * 4.0 - xx - yy) * -0.457_045_8);
-        set(14, z * (xx - yy) * 1.445_305_7);
-        set(15, x * (xx - yy * 3.0) * -0.590_043_6);
+        basis[9] = (y * (xx * 3.0 - yy) * -0.590_043_6).into();
+        basis[10] = (x * y * z * 2.890_611_4).into();
+        basis[11] = (y * (zz * 4.0 - xx - yy) * -0.457_045_8).into();
+        basis[12] = (z * (zz * 2.0 - xx * 3.0 - yy * 3.0) * 0.373_176_34).into();
+        basis[13] = (x * (zz * 4.0 - xx - yy) * -0.457_045_8).into();
+        basis[14] = (z * (xx - yy) * 1.445_305_7).into();
+        basis[15] = (x * (xx - yy * 3.0) * -0.590_043_6).into();
     }
     basis
 }
@@ -281,12 +313,14 @@ fn colour(sh: &[f32], n: usize, basis: &[[f32; LANES]; 16], lane: usize) -> [f32
     for (k, value) in b.iter_mut().enumerate().take(n) {
         *value = basis[k][lane];
     }
-    std::array::from_fn(|c| {
+    let mut out = [0.0f32; 3];
+    for (c, value) in out.iter_mut().enumerate() {
         let mut partial = [0.0f32; 4];
         for (k, s) in sh[c * n..(c + 1) * n].iter().enumerate() {
             partial[k & 3] += s * b[k];
         }
         let sum = (partial[0] + partial[1]) + (partial[2] + partial[3]);
-        (sum + 0.5).max(0.0)
-    })
+        *value = (sum + 0.5).max(0.0);
+    }
+    out
 }
