@@ -1,5 +1,7 @@
 //! An image in memory: what the rasteriser makes, and what display power and quality look at.
 
+use rayon::prelude::*;
+
 /// An RGB image, sRGB-encoded floats, row-major. Values may exceed 1 (renders are not clamped).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
@@ -14,7 +16,7 @@ pub struct Picture {
 impl Picture {
     /// The picture as a display gets it: clamped to 0..1 and rounded to 8 bits, 3 bytes a pixel.
     pub fn to_rgb8(&self) -> Vec<u8> {
-        self.pixels.iter().flatten().map(|&v| (v.clamp(0.0, 1.0) * 255.0).round() as u8).collect()
+        self.pixels.iter().flatten().map(|&v| quantized(v)).collect()
     }
 
     /// A smaller picture for reports: box-filtered by the integer factor that makes the longer
@@ -22,12 +24,12 @@ impl Picture {
     pub fn shrunk(&self, side: u32) -> Picture {
         let factor = self.width.max(self.height).div_ceil(side.max(1)).max(1);
         let (width, height) = (self.width.div_ceil(factor), self.height.div_ceil(factor));
-        let mut pixels = Vec::with_capacity((width * height) as usize);
-        for y in 0..height {
-            for x in 0..width {
-                pixels.push(self.box_mean(x * factor, y * factor, factor));
-            }
-        }
+        let pixels = (0..height)
+            .into_par_iter()
+            .flat_map_iter(|y| {
+                (0..width).map(move |x| self.box_mean(x * factor, y * factor, factor))
+            })
+            .collect();
         Picture { width, height, pixels }
     }
 
@@ -35,30 +37,52 @@ impl Picture {
         let (x1, y1) = ((x0 + side).min(self.width), (y0 + side).min(self.height));
         let mut sum = [0.0f32; 3];
         for y in y0..y1 {
-            for x in x0..x1 {
-                let p = self.pixels[(y * self.width + x) as usize];
-                sum = std::array::from_fn(|c| sum[c] + p[c].clamp(0.0, 1.0));
+            let line = y as usize * self.width as usize;
+            for p in &self.pixels[line + x0 as usize..line + x1 as usize] {
+                for (s, v) in sum.iter_mut().zip(p) {
+                    *s += v.clamp(0.0, 1.0);
+                }
             }
         }
         let n = ((x1 - x0) * (y1 - y0)) as f32;
         sum.map(|s| s / n)
     }
 
-    /// Mean linear R, G, B of the displayed (clamped) picture: the input of display power.
+    /// Mean linear R, G, B of the displayed picture (8 bits a channel): the input of display power.
     pub fn mean_linear_rgb(&self) -> [f64; 3] {
-        let mut sum = [0.0f64; 3];
-        for row in self.pixels.chunks(self.width.max(1) as usize) {
-            let mut line = [0.0f64; 3];
-            for p in row {
-                line = std::array::from_fn(|c| line[c] + f64::from(linear(p[c].clamp(0.0, 1.0))));
-            }
-            sum = std::array::from_fn(|c| sum[c] + line[c]);
-        }
-        sum.map(|s| s / self.pixels.len().max(1) as f64)
+        let counts = self
+            .pixels
+            .par_chunks(1 << 16)
+            .map(|part| {
+                let mut counts = [[0u64; 256]; 3];
+                for pixel in part {
+                    for (row, v) in counts.iter_mut().zip(pixel) {
+                        row[usize::from(quantized(*v))] += 1;
+                    }
+                }
+                counts
+            })
+            .reduce(
+                || [[0u64; 256]; 3],
+                |mut a, b| {
+                    a.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(x, y)| *x += y);
+                    a
+                },
+            );
+        let n = self.pixels.len().max(1) as f64;
+        counts.map(|row| {
+            let sum: f64 =
+                row.iter().enumerate().map(|(v, &n)| linear(v as f64 / 255.0) * n as f64).sum();
+            sum / n
+        })
     }
 }
 
+fn quantized(v: f32) -> u8 {
+    (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
 /// sRGB decoding of one channel in 0..1 (IEC 61966-2-1).
-fn linear(x: f32) -> f32 {
+fn linear(x: f64) -> f64 {
     if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }

@@ -200,21 +200,45 @@ impl Record for Dominance {
     const DOMINANCE: bool = true;
 }
 
+/// Entries whose paints are brought together before they are blended, so that cache misses overlap.
+const BATCH: usize = 64;
+
 /// Blends `entries` into `block`.
 #[simd]
 pub fn blend<S: Simd, R: Record>(
     simd: S,
-    _record: R,
+    record: R,
     block: &mut Block,
     entries: &[Entry],
     paints: &[Paint],
+) {
+    let mut near = [Paint::default(); BATCH];
+    for (batch, entries) in entries.chunks(BATCH).enumerate() {
+        for (paint, entry) in near.iter_mut().zip(entries) {
+            *paint = paints[entry.rank as usize];
+        }
+        blend_batch(simd, record, block, batch * BATCH, entries, &near);
+        if block.alive == 0 {
+            return;
+        }
+    }
+}
+
+/// Blends up to [`BATCH`] entries; `first` is the position of the first one.
+#[inline(always)]
+fn blend_batch<S: Simd, R: Record>(
+    simd: S,
+    _record: R,
+    block: &mut Block,
+    first: usize,
+    entries: &[Entry],
+    near: &[Paint; BATCH],
 ) {
     let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
     let columns = iota + block.origin[0];
     let rows = iota + block.origin[1];
     let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
-    for (at, entry) in entries.iter().enumerate() {
-        let paint = &paints[entry.rank as usize];
+    for (at, (entry, paint)) in entries.iter().zip(near).enumerate() {
         let [a, b, c] = paint.quadratic;
         let a = f32x16::splat(simd, a);
         let dy = rows - paint.mean[1];
@@ -270,7 +294,7 @@ pub fn blend<S: Simd, R: Record>(
                 heavier.select(this, rank).store_slice(&mut block.heaviest_rank[y]);
             }
             if stops.any_true() {
-                block.stop_lanes(y, stops.to_bitmask(), at as u32);
+                block.stop_lanes(y, stops.to_bitmask(), (first + at) as u32);
                 if block.alive == 0 {
                     return;
                 }

@@ -88,7 +88,9 @@ impl ObbRow<'_> {
 /// (cos θ, sin θ) of the major axis, θ = ½ atan2(2b, a − d), by half-angle formulas that do not
 /// cancel. An isotropic splat has θ = 0.
 fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
-    let h = (a - d).hypot(2.0 * b);
+    // In double precision the squares of the largest covariances do not overflow.
+    let (x, y) = (f64::from(a - d), 2.0 * f64::from(b));
+    let h = (x * x + y * y).sqrt() as f32;
     if h == 0.0 {
         return [1.0, 0.0];
     }
