@@ -71,8 +71,10 @@ impl Splat {
     /// truncation towards zero).
     pub fn tile_rect(&self, grid: &TileGrid) -> TileRect {
         let (r, t) = (self.radius(), grid.tile as f32);
-        let low = |m: f32, n: u32| (((m - r) / t) as i32).clamp(0, n as i32) as u32;
-        let high = |m: f32, n: u32| (((m + r + (t - 1.0)) / t) as i32).clamp(0, n as i32) as u32;
+        // Tiles are powers of two: multiplying by the reciprocal rounds like dividing.
+        let k = 1.0 / t;
+        let low = |m: f32, n: u32| (((m - r) * k) as i32).clamp(0, n as i32) as u32;
+        let high = |m: f32, n: u32| (((m + r + (t - 1.0)) * k) as i32).clamp(0, n as i32) as u32;
         TileRect {
             x0: low(self.mean[0], grid.nx),
             y0: low(self.mean[1], grid.ny),

@@ -3,7 +3,7 @@
 //! Sixteen Gaussians at a time; the instruction set is chosen at run time.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f32x16};
+use fearless_simd::{Level, dispatch, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
 use super::simd::exp;
@@ -106,23 +106,21 @@ pub fn project_block<S: Simd>(
     let opacity = one / (one + exp(simd, -logit));
     let mean = project_mean(simd, view, &camera);
     let cov = covariance(simd, view, &camera, &scale, &quaternion);
+    let seen = in_reach(simd, &view.grid, &mean, &cov).to_bitmask() as u16 & survivors;
     let lanes = Lanes {
         depth: camera[2].into(),
         mean: [mean[0].into(), mean[1].into()],
         cov: [cov[0].into(), cov[1].into(), cov[2].into()],
         opacity: opacity.into(),
     };
-    let mut visible = 0u16;
     let start = out.len();
-    for lane in 0..LANES {
-        if survivors >> lane & 1 == 1 {
-            if let Some(splat) = lanes.splat(lane, (first + lane) as u32, &view.grid) {
-                visible |= 1 << lane;
-                out.push(Visible { splat, colour: [0.0; 3] });
-            }
-        }
+    let mut visible = seen;
+    while visible != 0 {
+        let lane = visible.trailing_zeros() as usize;
+        visible &= visible - 1;
+        out.push(Visible { splat: lanes.splat(lane, (first + lane) as u32), colour: [0.0; 3] });
     }
-    if visible != 0 {
+    if seen != 0 {
         let basis = sh_basis(simd, scene.sh_degree, &direction(simd, view.centre, &world));
         for item in &mut out[start..] {
             let i = item.splat.index as usize;
@@ -150,20 +148,40 @@ struct Lanes {
 }
 
 impl Lanes {
-    /// The splat of one lane, if its bounding square may touch the image.
-    fn splat(&self, lane: usize, index: u32, grid: &TileGrid) -> Option<Splat> {
-        let splat = Splat {
+    #[inline(always)]
+    fn splat(&self, lane: usize, index: u32) -> Splat {
+        Splat {
             index,
             depth: self.depth[lane],
-            mean: self.mean.map(|m| m[lane]),
-            cov: self.cov.map(|c| c[lane]),
+            mean: [self.mean[0][lane], self.mean[1][lane]],
+            cov: [self.cov[0][lane], self.cov[1][lane], self.cov[2][lane]],
             opacity: self.opacity[lane],
-        };
-        let finite = splat.mean.iter().chain(&splat.cov).all(|v| v.is_finite())
-            && splat.depth.is_finite()
-            && splat.opacity.is_finite();
-        (finite && splat.conic().is_some() && splat.tile_rect(grid).area() > 0).then_some(splat)
+        }
     }
+}
+
+/// Lanes with a regular, finite covariance whose bounding square touches the tiles of `grid`: those
+/// for which [`Splat::tile_rect`] is not empty.
+#[inline(always)]
+fn in_reach<S: Simd>(
+    simd: S,
+    grid: &TileGrid,
+    mean: &[f32x16<S>; 2],
+    cov: &[f32x16<S>; 3],
+) -> mask32x16<S> {
+    let [a, b, d] = *cov;
+    let det = a * d - b * b;
+    let mid = (a + d) * 0.5;
+    let spread = (mid * mid - det).max(f32x16::splat(simd, 0.1)).sqrt();
+    let radius = ((mid + spread).sqrt() * 3.0).ceil();
+    let zero = f32x16::splat(simd, 0.0);
+    let mut seen = det.simd_ne(zero) & det.abs().simd_lt(f32x16::splat(simd, f32::INFINITY));
+    for (m, n) in mean.iter().zip([grid.nx, grid.ny]) {
+        let end = f32x16::splat(simd, (n * grid.tile) as f32);
+        let one = f32x16::splat(simd, 1.0);
+        seen = seen & (*m + radius).simd_ge(one) & (*m - radius).simd_lt(end);
+    }
+    seen
 }
 
 #[inline(always)]
