@@ -3,6 +3,8 @@
 //! One file per command under `cli/`; each has its `Args` (clap) and a
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
+pub mod camera;
+pub mod camera_file;
 pub mod failure;
 
 use std::sync::Arc;
@@ -40,7 +42,11 @@ pub struct Global {
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {}
+pub enum Command {
+    /// Look at camera files, convert them, make paths
+    #[command(after_help = camera::EXAMPLES)]
+    Camera(camera::Args),
+}
 
 /// What a command needs besides its arguments.
 #[derive(Debug, Clone)]
@@ -61,6 +67,7 @@ impl Context {
 
 /// Runs one command.
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
-    let _ = context;
-    match cli.command {}
+    match &cli.command {
+        Command::Camera(args) => camera::run(args, context),
+    }
 }

@@ -3,7 +3,9 @@
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
 
-use glam::{DMat3, DVec3};
+pub mod camera;
+
+pub use camera::{Camera, Split};
 
 /// A trained model. All lists have one entry per Gaussian; position in the list is its index in
 /// the scene, and so its address in DRAM.
@@ -44,39 +46,4 @@ impl Gaussians {
         let n = 3 * self.sh_coefficients();
         &self.sh[i * n..(i + 1) * n]
     }
-}
-
-/// Which part of a data set a view belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Split {
-    /// Seen in training.
-    Train,
-    /// Held out.
-    Test,
-}
-
-/// A pinhole camera in OpenCV axes (x right, y down, z forward). Checked: sizes and focal lengths
-/// are positive and finite, the rotation is orthonormal.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Camera {
-    /// Name of the view, usually its photo.
-    pub name: String,
-    /// Image width, pixels.
-    pub width: u32,
-    /// Image height, pixels.
-    pub height: u32,
-    /// Focal length in x, pixels.
-    pub fx: f64,
-    /// Focal length in y, pixels.
-    pub fy: f64,
-    /// Principal point in x, pixels from the left *edge* (a centred one is `width / 2`).
-    pub cx: f64,
-    /// Principal point in y, pixels from the top *edge*.
-    pub cy: f64,
-    /// Rotation from world to camera.
-    pub world_to_camera: DMat3,
-    /// Camera centre, world units.
-    pub centre: DVec3,
-    /// The part of the data set, where the file says so.
-    pub split: Option<Split>,
 }

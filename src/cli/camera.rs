@@ -1,0 +1,118 @@
+//! `camera info` and `camera convert`: what a camera file holds, and views written as INRIA
+//! `cameras.json`.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::camera_file::{self, CameraArgs, Views};
+use super::{Context, Exit, Failure, OrExit};
+use crate::scene::camera::inria;
+use crate::scene::camera::orbit::SceneBounds;
+use crate::scene::{Camera, Split};
+
+/// Examples at the end of the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim camera info cameras.json
+  powergs-sim camera convert --cameras transforms.json --path-frames 120 -o path.json
+  powergs-sim camera convert --cameras sparse/0 --stereo 0.064 -o eyes.json";
+
+/// Look at camera files, convert them, make paths
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: CameraCommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum CameraCommand {
+    /// Print how many views a file has, their sizes and fields of view, and warnings
+    Info {
+        /// cameras.json, transforms.json, or a COLMAP folder
+        file: PathBuf,
+        /// Image size where the file does not say it, pixels
+        #[arg(long, value_name = "WxH", value_parser = camera_file::image_size)]
+        size: Option<(u32, u32)>,
+    },
+    /// Write the views that the camera flags ask for as an INRIA cameras.json
+    Convert {
+        /// File to write
+        #[arg(long, short)]
+        output: PathBuf,
+        #[command(flatten)]
+        cameras: CameraArgs,
+    },
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    match &args.command {
+        CameraCommand::Info { file, size } => {
+            let read = camera_file::read(file, *size)?;
+            let (cameras, warnings) = (read.cameras, read.warnings);
+            let facts = facts(&Views { cameras, format: read.format, warnings });
+            let text = if context.global.json { format!("{facts:#}\n") } else { lines(&facts) };
+            let printed = std::io::stdout().lock().write_all(text.as_bytes());
+            match printed {
+                Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+                    Err(e).or_exit(Exit::Usage, "standard output")
+                }
+                Ok(()) | Err(_) => Ok(Exit::Done),
+            }
+        }
+        CameraCommand::Convert { cameras, output } => {
+            // Without a scene an orbit goes around the origin.
+            let views =
+                cameras.cameras(|| SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
+            views.warn(context);
+            let text = inria::write(&views.cameras);
+            camera_file::write_aside(output, |w| w.write_all(text.as_bytes()))?;
+            Ok(Exit::Done)
+        }
+    }
+}
+
+/// The facts, with the names of the JSON output.
+fn facts(views: &Views) -> Value {
+    let cameras = &views.cameras;
+    let range = |value: &dyn Fn(&Camera) -> f64| {
+        let values = cameras.iter().map(value);
+        let (min, max) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        json!({ "min": min, "max": max })
+    };
+    let in_split = |split| cameras.iter().filter(|c| c.split == Some(split)).count();
+    json!({
+        "format": views.format,
+        "views": cameras.len(),
+        "train_views": in_split(Split::Train),
+        "test_views": in_split(Split::Test),
+        "width_px": range(&|c| f64::from(c.width)),
+        "height_px": range(&|c| f64::from(c.height)),
+        "vertical_fov_deg": range(&|c| c.vertical_fov().to_degrees()),
+        "x": range(&|c| c.centre.x),
+        "y": range(&|c| c.centre.y),
+        "z": range(&|c| c.centre.z),
+        "warnings": views.warnings,
+    })
+}
+
+/// The facts as lines: name, value.
+fn lines(facts: &Value) -> String {
+    let mut text = String::new();
+    for (name, value) in facts.as_object().into_iter().flatten() {
+        let value = match value {
+            Value::Object(range) => {
+                let end = |key: &str| range.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
+                let (min, max) = (end("min"), end("max"));
+                if min == max { format!("{min:.4}") } else { format!("{min:.4} to {max:.4}") }
+            }
+            Value::Array(warnings) if warnings.is_empty() => "none".to_string(),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        text.push_str(&format!("{name:17} {value}\n"));
+    }
+    text
+}

@@ -1,0 +1,91 @@
+//! The one place where cameras are checked, whatever they came from.
+
+use glam::DMat3;
+
+use super::{Camera, CameraError};
+
+/// Largest width and height, pixels.
+pub const MAX_SIZE: u32 = 65_536;
+/// Largest distance of a camera from the origin, world units: products of such values still fit
+/// the single precision of the rasteriser.
+pub const MAX_DISTANCE: f64 = 1e9;
+/// Range of focal lengths, pixels.
+pub const FOCAL_RANGE: (f64, f64) = (1e-3, 1e7);
+/// How far `R Rᵀ` may be from the identity, per element, and still be taken for a rotation that
+/// was rounded when it was written.
+pub const ROTATION_TOLERANCE: f64 = 1e-3;
+/// Below this a rotation is kept bit for bit.
+const ROTATION_EXACT: f64 = 1e-14;
+
+/// Key names of one file layout, for messages.
+pub(super) struct Keys {
+    /// Image width and height.
+    pub size: [&'static str; 2],
+    /// Focal lengths.
+    pub focal: [&'static str; 2],
+    /// Principal point.
+    pub principal: [&'static str; 2],
+    /// The rotation.
+    pub rotation: &'static str,
+    /// The position.
+    pub centre: &'static str,
+}
+
+/// Checks a camera and makes its rotation exactly orthonormal. `view` names it in messages.
+pub(super) fn checked(mut camera: Camera, view: &str, keys: &Keys) -> Result<Camera, CameraError> {
+    let fault = |key, what| CameraError::Value { view: view.to_string(), key, what };
+    for (value, key) in [(camera.width, keys.size[0]), (camera.height, keys.size[1])] {
+        if !(1..=MAX_SIZE).contains(&value) {
+            return Err(fault(key, format!("{value} pixels; must be 1 to {MAX_SIZE}")));
+        }
+    }
+    for (value, key) in [(camera.fx, keys.focal[0]), (camera.fy, keys.focal[1])] {
+        let (low, high) = FOCAL_RANGE;
+        if !(low..=high).contains(&value) {
+            let what = format!("a focal length of {value} pixels; must be {low} to {high}");
+            return Err(fault(key, what));
+        }
+    }
+    for (value, key) in [(camera.cx, keys.principal[0]), (camera.cy, keys.principal[1])] {
+        if !(-FOCAL_RANGE.1..=FOCAL_RANGE.1).contains(&value) {
+            return Err(fault(key, format!("{value} pixels is not a principal point")));
+        }
+    }
+    let near = |v: f64| (-MAX_DISTANCE..=MAX_DISTANCE).contains(&v);
+    if !camera.centre.to_array().into_iter().all(near) {
+        let what = format!("the camera is at {}; must be finite, below 1e9", camera.centre);
+        return Err(fault(keys.centre, what));
+    }
+    camera.world_to_camera =
+        rotation(camera.world_to_camera).map_err(|what| fault(keys.rotation, what))?;
+    Ok(camera)
+}
+
+/// The nearest rotation to `m`, which must be one within [`ROTATION_TOLERANCE`].
+fn rotation(m: DMat3) -> Result<DMat3, String> {
+    if !m.is_finite() {
+        return Err("holds a number that is not finite".to_string());
+    }
+    let error = orthonormality_error(m);
+    if error > ROTATION_TOLERANCE {
+        return Err(format!(
+            "is not a rotation: its rows are off orthonormal by {error:.3}, at most \
+             {ROTATION_TOLERANCE} is put down to rounding; remove scale and shear from the pose"
+        ));
+    }
+    if m.determinant() < 0.0 {
+        return Err("is a reflection (determinant -1); swap or negate one axis".to_string());
+    }
+    if error <= ROTATION_EXACT {
+        return Ok(m);
+    }
+    // Newton's iteration to the polar factor; quadratic, so three steps from 1e-3 reach 1e-24.
+    let step = |m: DMat3| (m + m.inverse().transpose()) * 0.5;
+    Ok(step(step(step(m))))
+}
+
+/// Largest element of `|R Rᵀ - I|`; huge where it overflows.
+fn orthonormality_error(m: DMat3) -> f64 {
+    let d = m * m.transpose() - DMat3::IDENTITY;
+    if d.is_finite() { d.to_cols_array().iter().fold(0.0, |w, x| x.abs().max(w)) } else { f64::MAX }
+}

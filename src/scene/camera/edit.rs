@@ -1,0 +1,37 @@
+//! What is done to a list of views after it was read: other sizes, stereo pairs.
+
+use super::Camera;
+
+/// The view in another image size. The vertical field of view is kept, so another aspect shows
+/// more or less to the left and right. The principal point keeps its offset from the middle, in
+/// proportion to the height.
+pub fn resized(camera: &Camera, width: u32, height: u32) -> Camera {
+    if (width, height) == (camera.width, camera.height) {
+        return camera.clone();
+    }
+    let scale = f64::from(height) / f64::from(camera.height);
+    let offset = |principal: f64, old: u32, new: u32| {
+        0.5 * f64::from(new) + (principal - 0.5 * f64::from(old)) * scale
+    };
+    Camera {
+        width,
+        height,
+        fx: camera.fx * scale,
+        fy: camera.fy * scale,
+        cx: offset(camera.cx, camera.width, width),
+        cy: offset(camera.cy, camera.height, height),
+        ..camera.clone()
+    }
+}
+
+/// Two parallel views, `eye_distance` world units apart along the camera's x axis: first
+/// `NAME_left`, then `NAME_right`.
+pub fn stereo(camera: &Camera, eye_distance: f64) -> [Camera; 2] {
+    let half = camera.right() * (0.5 * eye_distance);
+    let eye = |centre, side: &str| Camera {
+        name: format!("{}_{side}", camera.name),
+        centre,
+        ..camera.clone()
+    };
+    [eye(camera.centre - half, "left"), eye(camera.centre + half, "right")]
+}

@@ -1,0 +1,106 @@
+//! NeRF `transforms.json`: camera-to-world matrices in OpenGL axes (x right, y up, z backwards).
+//!
+//! Intrinsics stand at the top of the file or in a frame (the frame wins): `fl_x`, `fl_y` in
+//! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Lens distortion
+//! is not applied: photos are expected undistorted, and a warning says so where it is not zero.
+
+use std::collections::BTreeSet;
+
+use glam::{DMat3, DVec3};
+use serde_json::{Map, Value};
+
+use super::check::{Keys, checked};
+use super::json::View;
+use super::{Camera, CameraError, CameraFile};
+
+const KEYS: Keys = Keys {
+    size: ["w", "h"],
+    focal: ["fl_x", "fl_y"],
+    principal: ["cx", "cy"],
+    rotation: "transform_matrix",
+    centre: "transform_matrix",
+};
+
+/// Distortion coefficients of instant-ngp and nerfstudio.
+const DISTORTION: [&str; 8] = ["k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"];
+
+/// The views of the file, in its order.
+pub(super) fn views(
+    file: &Map<String, Value>,
+    size: Option<(u32, u32)>,
+) -> Result<CameraFile, CameraError> {
+    let Some(Value::Array(frames)) = file.get("frames") else { return Err(CameraError::Layout) };
+    let mut distorted = BTreeSet::new();
+    let mut cameras = Vec::with_capacity(frames.len());
+    for (idx, value) in frames.iter().enumerate() {
+        let view = View::new(idx, value, "file_path", Some(file))?;
+        for key in DISTORTION {
+            if view.number(key)?.is_some_and(|k| k != 0.0) {
+                distorted.insert(key);
+            }
+        }
+        cameras.push(camera(idx, &view, size)?);
+    }
+    let mut warnings = Vec::new();
+    if !distorted.is_empty() {
+        let keys = distorted.into_iter().collect::<Vec<_>>().join(", ");
+        warnings.push(format!("lens distortion ({keys}) is ignored: views are rendered pinhole"));
+    }
+    Ok(CameraFile { format: "NeRF transforms.json", cameras, warnings })
+}
+
+fn camera(idx: usize, view: &View<'_>, size: Option<(u32, u32)>) -> Result<Camera, CameraError> {
+    let path = view.text("file_path")?;
+    let (width, height) = match (view.pixels("w")?, view.pixels("h")?, size) {
+        (Some(w), Some(h), _) => (w, h),
+        (_, _, Some(size)) => size,
+        (_, _, None) => {
+            let file_path = path.unwrap_or_default().to_string();
+            return Err(CameraError::NoSize { view: view.label.clone(), file_path });
+        }
+    };
+    let (fx, fy) = focal(view, width, height)?;
+    let (rotation, centre) = view.transform("transform_matrix")?;
+    let opencv_to_opengl = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+    let camera = Camera {
+        name: path.map_or_else(|| format!("view_{idx:03}"), file_name),
+        width,
+        height,
+        fx,
+        fy,
+        cx: view.number("cx")?.unwrap_or(0.5 * f64::from(width)),
+        cy: view.number("cy")?.unwrap_or(0.5 * f64::from(height)),
+        world_to_camera: (rotation * opencv_to_opengl).transpose(),
+        centre,
+        split: view.split()?,
+    };
+    checked(camera, &view.label, &KEYS)
+}
+
+/// Focal lengths in pixels; a missing vertical one equals the horizontal one (square pixels).
+fn focal(view: &View<'_>, width: u32, height: u32) -> Result<(f64, f64), CameraError> {
+    let from_angle = |key, size: u32| -> Result<Option<f64>, CameraError> {
+        let Some(angle) = view.number(key)? else { return Ok(None) };
+        if !(angle > 0.0 && angle < std::f64::consts::PI) {
+            return Err(view.fault(key, format!("{angle} rad; must be above 0 and below pi")));
+        }
+        Ok(Some(0.5 * f64::from(size) / (0.5 * angle).tan()))
+    };
+    let fx = match view.number("fl_x")? {
+        Some(fx) => Some(fx),
+        None => from_angle("camera_angle_x", width)?,
+    };
+    let fy = match view.number("fl_y")? {
+        Some(fy) => Some(fy),
+        None => from_angle("camera_angle_y", height)?,
+    };
+    match (fx, fy) {
+        (Some(fx), fy) => Ok((fx, fy.unwrap_or(fx))),
+        (None, Some(fy)) => Ok((fy, fy)),
+        (None, None) => Err(view.fault("fl_x", "is missing, and so is `camera_angle_x`")),
+    }
+}
+
+fn file_name(path: &str) -> String {
+    path.rsplit(['/', '\\']).next().unwrap_or(path).to_string()
+}
