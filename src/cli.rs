@@ -5,7 +5,11 @@
 
 pub mod camera;
 pub mod camera_file;
+pub mod completions;
 pub mod failure;
+pub mod out;
+pub mod progress;
+pub mod startup;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -46,6 +50,12 @@ pub enum Command {
     /// Look at camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
     Camera(camera::Args),
+    /// Print a completion script for a shell
+    #[command(after_help = "Examples:
+  powergs-sim completions bash > ~/.local/share/bash-completion/completions/powergs-sim
+  powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
+  powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
+    Completions(completions::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -69,5 +79,6 @@ impl Context {
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
         Command::Camera(args) => camera::run(args, context),
+        Command::Completions(args) => completions::run(args, context),
     }
 }

@@ -1,6 +1,8 @@
 //! Where what happened, when, and what it cost meet: one frame on one machine gives one
 //! [`FrameReport`].
 
+pub mod statistics;
+
 use crate::accel::FrameTiming;
 use crate::action::ActionCounts;
 use crate::energy::EnergyBreakdown;

@@ -1,0 +1,47 @@
+//! Standard output: results only, through a lock, and a reader that went away is no error.
+
+use std::io::{self, BufWriter, Write};
+
+use super::{Exit, Failure};
+
+/// Runs `write` on the locked, buffered standard output. A closed pipe (`| head`) ends the writing
+/// early and is success; a full disk is a failure.
+pub fn write(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+    forgive(write_to(&mut io::stdout().lock(), write))
+}
+
+/// Prints text as it is.
+pub fn text(text: &str) -> Result<(), Failure> {
+    write(|out| out.write_all(text.as_bytes()))
+}
+
+/// Prints one JSON document, indented, with a final newline.
+pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    write(|out| {
+        serde_json::to_writer_pretty(&mut *out, value)?;
+        writeln!(out)
+    })
+}
+
+/// Prints a line on standard error. If that is closed there is nobody left to tell.
+pub fn complain(message: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr().lock(), "{message}");
+}
+
+fn write_to(
+    out: &mut dyn Write,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    write(&mut out)?;
+    out.flush()
+}
+
+/// A reader that closed the pipe had enough; every other failure is reported.
+pub fn forgive(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Failure::new(Exit::Usage, format!("standard output: {e}"))),
+        Ok(()) => Ok(()),
+    }
+}

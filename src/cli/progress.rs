@@ -1,0 +1,49 @@
+//! A progress bar on standard error: for people at a terminal, and only if the work takes longer
+//! than a second.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::Context;
+
+/// Work shorter than this shows no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// A bar that appears after a second, goes away when dropped, and never writes to a file or pipe.
+#[derive(Debug)]
+pub struct Progress {
+    bar: ProgressBar,
+    started: Instant,
+    /// Whether a bar may be shown at all.
+    wanted: bool,
+}
+
+impl Progress {
+    /// A bar for `total` items of `what` (plural: `frames`).
+    pub fn new(context: &Context, total: u64, what: &'static str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+        let template = format!("{{bar:24}} {{pos}}/{{len}} {what}, {{eta}} left");
+        // The template is ours and fixed: if it did not parse, the default style is good enough.
+        bar.set_style(
+            ProgressStyle::with_template(&template)
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        Self { bar, started: Instant::now(), wanted: !context.global.quiet }
+    }
+
+    /// `n` more items are done. May be called from any thread.
+    pub fn advance(&self, n: u64) {
+        if self.wanted && self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
+            // Hides itself when standard error is not a terminal.
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.inc(n);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

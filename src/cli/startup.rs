@@ -1,0 +1,76 @@
+//! What happens around every command: threads, Ctrl-C, and what a broken invariant looks like.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Cli, Context, Exit, Failure, out, run};
+
+/// Runs the command and returns its exit code; errors are on standard error by then.
+pub fn start(cli: &Cli) -> Exit {
+    std::panic::set_hook(Box::new(announce));
+    guarded(|| {
+        let outcome = prepare(cli).and_then(|context| run(cli, &context));
+        outcome.unwrap_or_else(|failure| {
+            out::complain(format_args!("error: {failure}"));
+            failure.exit
+        })
+    })
+}
+
+/// Runs `work`; a panic in it (an assertion of ours that fired) becomes [`Exit::Internal`], after
+/// everything on the stack was cleaned up: temporary files go away.
+pub fn guarded(work: impl FnOnce() -> Exit) -> Exit {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or(Exit::Internal)
+}
+
+/// Sizes the thread pool and takes over Ctrl-C.
+fn prepare(cli: &Cli) -> Result<Context, Failure> {
+    if let Some(jobs) = cli.global.jobs {
+        rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global().map_err(|e| {
+            Failure::new(Exit::Usage, format!("--jobs {jobs}: cannot start the threads: {e}"))
+        })?;
+    }
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancelled);
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(Exit::Interrupted as i32);
+        }
+        out::complain("interrupted: finishing what is under way; Ctrl-C again stops at once");
+    };
+    // Without a handler Ctrl-C ends the program at once: less kind, but no reason not to run.
+    let _ = ctrlc::set_handler(handler);
+    Ok(Context { global: cli.global.clone(), cancelled })
+}
+
+/// The panic hook: once, without a backtrace unless `RUST_BACKTRACE` asks for one.
+fn announce(info: &PanicHookInfo<'_>) {
+    static FIRST: AtomicBool = AtomicBool::new(true);
+    if !FIRST.swap(false, Ordering::Relaxed) {
+        return;
+    }
+    let place = info.location().map(ToString::to_string);
+    out::complain(internal_error(info.payload(), place.as_deref()));
+    let backtrace = std::backtrace::Backtrace::capture();
+    if backtrace.status() == std::backtrace::BacktraceStatus::Captured {
+        out::complain(backtrace);
+    }
+}
+
+/// What the user reads when an assertion of ours fired.
+pub fn internal_error(payload: &(dyn Any + Send), place: Option<&str>) -> String {
+    let message = payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("no message");
+    format!(
+        "internal error: {message}\n  at {}, powergs-sim {}\n  This is a mistake in the simulator, \
+         not in your input; please report it with the\n  command line and the input files. Nothing \
+         that this run would have written is\n  to be used.",
+        place.unwrap_or("an unknown place"),
+        env!("CARGO_PKG_VERSION")
+    )
+}

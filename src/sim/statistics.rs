@@ -1,0 +1,88 @@
+//! The catalogue of statistics: every number that a report shows, its name, unit and definition.
+//!
+//! Names are dotted and snake_case and end in their unit. They are the same in JSON (nested by the
+//! dots), CSV headers, charts, `explain` and `docs/results.md`, because all of them are written
+//! from this list. A statistic that a model does not measure is `None`: null in JSON, an empty cell
+//! in CSV, never zero.
+
+mod aggregate;
+mod entries;
+
+pub use aggregate::Aggregate;
+
+use std::sync::LazyLock;
+
+use super::FrameReport;
+
+/// A measured value. Counts stay integers up to the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// An exact count.
+    Count(u64),
+    /// A measure; always finite.
+    Real(f64),
+}
+
+impl Value {
+    /// The value as a floating-point number.
+    pub fn as_f64(self) -> f64 {
+        match self {
+            Value::Count(n) => n as f64,
+            Value::Real(x) => x,
+        }
+    }
+}
+
+/// Whether a statistic is a count or a measure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Integers: [`Value::Count`].
+    Count,
+    /// Floating point: [`Value::Real`].
+    Real,
+}
+
+type Read = Box<dyn Fn(&FrameReport, f64) -> Option<Value> + Send + Sync>;
+
+/// One statistic of one frame.
+pub struct Statistic {
+    /// Dotted path, as in JSON and CSV: `power_w.total`.
+    pub name: String,
+    /// Unit, `1` for plain counts and ratios.
+    pub unit: &'static str,
+    /// What it says, in one or two sentences.
+    pub definition: String,
+    /// Count or measure.
+    pub kind: Kind,
+    read: Read,
+}
+
+impl Statistic {
+    /// The value for `frame`, with power at `display_fps` frames per second; `None` where the model
+    /// or the trace does not have it.
+    pub fn of(&self, frame: &FrameReport, display_fps: f64) -> Option<Value> {
+        (self.read)(frame, display_fps)
+    }
+}
+
+impl std::fmt::Debug for Statistic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} [{}]", self.name, self.unit)
+    }
+}
+
+/// All statistics, in report order.
+pub fn catalogue() -> &'static [Statistic] {
+    static CATALOGUE: LazyLock<Vec<Statistic>> = LazyLock::new(entries::all);
+    &CATALOGUE
+}
+
+/// The statistic called `name`.
+pub fn find(name: &str) -> Option<&'static Statistic> {
+    catalogue().iter().find(|s| s.name == name)
+}
+
+/// The values of all statistics of one frame, in the order of [`catalogue`].
+pub fn values(frame: &FrameReport, display_fps: f64) -> Vec<Option<Value>> {
+    catalogue().iter().map(|s| s.of(frame, display_fps)).collect()
+}

@@ -1,0 +1,124 @@
+//! Energy, and power at each of the rates that must not be confused.
+
+use super::{List, real, seconds};
+use crate::action::Stage;
+use crate::energy::Component;
+use crate::sim::FrameReport;
+
+/// Watts of one component at `fps`: the work of `fps` frames a second; what is paid for time is
+/// paid all the time.
+fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {
+    match component {
+        Component::Leakage => frame.standby_w[0],
+        Component::Background => frame.standby_w[1],
+        Component::Dram | Component::Sram | Component::Flop => {
+            frame.energy.component(component).0 * 1e-12 * fps
+        }
+    }
+}
+
+fn stage_w(frame: &FrameReport, stage: Stage, fps: f64) -> f64 {
+    match stage {
+        Stage::Standby => frame.standby_w.iter().sum(),
+        Stage::Preprocessing | Stage::Sorting | Stage::Rendering => {
+            frame.energy.stage(stage).0 * 1e-12 * fps
+        }
+    }
+}
+
+fn total_w(frame: &FrameReport, fps: f64) -> f64 {
+    Stage::ALL.iter().map(|&s| stage_w(frame, s, fps)).sum()
+}
+
+pub(super) fn stage_words(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Preprocessing => "preprocessing (cull, project, intersect)",
+        Stage::Sorting => "sorting",
+        Stage::Rendering => "rendering (colour, features, α, blending)",
+        Stage::Standby => "standby (leakage and DRAM background: paid for time, not for work)",
+    }
+}
+
+fn component_words(component: Component) -> &'static str {
+    match component {
+        Component::Dram => "DRAM accesses",
+        Component::Sram => "on-chip buffer accesses",
+        Component::Flop => "arithmetic and control of the units",
+        Component::Leakage => "leakage of the chip",
+        Component::Background => "DRAM background and refresh",
+    }
+}
+
+pub(super) fn power(list: &mut List) {
+    real(
+        list,
+        "power_w.total",
+        "W",
+        "Power at the display rate: work of `fps` frames a second, plus standby power all the \
+         time. The power to compare designs with.",
+        |f, fps| Some(total_w(f, fps)),
+    );
+    for c in Component::ALL {
+        let text = format!("Part of `power_w.total`: {}.", component_words(c));
+        real(list, format!("power_w.{}", c.name()), "W", text, move |f, fps| {
+            Some(component_w(f, c, fps))
+        });
+    }
+    for s in Stage::ALL {
+        let text = format!("Part of `power_w.total`: {}.", stage_words(s));
+        real(list, format!("power_w.{}", s.name()), "W", text, move |f, fps| {
+            Some(stage_w(f, s, fps))
+        });
+    }
+    real(
+        list,
+        "power_full_rate_w.total",
+        "W",
+        "Power at full rate: `energy_pj.total` x `achieved_fps`, as if frames ran back to back.",
+        |f, _| Some(f.energy.total().0 * 1e-12 / seconds(f)?),
+    );
+    real(
+        list,
+        "display_power_w",
+        "W",
+        "Power of the display while it shows the frame's image; absent where the trace does not \
+         carry the image's mean colour.",
+        |f, _| f.display_w,
+    );
+    real(
+        list,
+        "rendering_plus_display_w",
+        "W",
+        "`power_w.total` + `display_power_w`.",
+        |f, fps| Some(total_w(f, fps) + f.display_w?),
+    );
+}
+
+pub(super) fn energy(list: &mut List) {
+    real(
+        list,
+        "energy_pj.total",
+        "pJ",
+        "Energy of the frame; standby parts are for the frame's own time.",
+        |f, _| Some(f.energy.total().0),
+    );
+    for c in Component::ALL {
+        let text = format!("Part of `energy_pj.total`: {}.", component_words(c));
+        real(list, format!("energy_pj.{}", c.name()), "pJ", text, move |f, _| {
+            Some(f.energy.component(c).0)
+        });
+    }
+    for s in Stage::ALL {
+        let text = format!("Part of `energy_pj.total`: {}.", stage_words(s));
+        real(list, format!("energy_pj.{}", s.name()), "pJ", text, move |f, _| {
+            Some(f.energy.stage(s).0)
+        });
+    }
+    for s in Stage::WORK {
+        for c in [Component::Dram, Component::Sram, Component::Flop] {
+            let name = format!("energy_by_stage_pj.{}.{}", s.name(), c.name());
+            let text = format!("Energy of {} in {}.", component_words(c), stage_words(s));
+            real(list, name, "pJ", text, move |f, _| Some(f.energy.part(s, c).0));
+        }
+    }
+}
