@@ -1,0 +1,85 @@
+//! Forward rasterisation against the physical floor of this machine, in one run.
+//!
+//! `cargo bench --bench forward` prints, per scene, the times and their ratio to the floor of
+//! `docs/performance.md`. The trained scene is skipped where `../shared/data` is absent.
+
+mod floor;
+mod scenes;
+
+use std::time::Instant;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use powergs_sim::raster::{Detail, Options, render};
+
+use floor::{Peaks, floor};
+use scenes::{Case, cases};
+
+/// Repetitions of one measurement; the median is reported.
+const ROUNDS: usize = 9;
+
+fn median_ms(mut work: impl FnMut()) -> f64 {
+    work();
+    let mut times: Vec<f64> = (0..ROUNDS)
+        .map(|_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64() * 1e3
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[ROUNDS / 2]
+}
+
+fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a thread pool").install(work)
+}
+
+/// One line of the table: times and ratios.
+fn report(case: &Case) {
+    let counted = Options::reference(Detail::Counters);
+    let image = Options::reference(Detail::Image);
+    let scene = &case.scene;
+    let run = |options: Options| median_ms(|| drop(render(scene, &case.camera, &options)));
+    let (peaks, two, plain, frame) = on_threads(2, || {
+        let frame = median_ms(|| {
+            drop(render(scene, &case.camera, &counted).into_frame(&case.camera, [0.0; 3]));
+        });
+        (Peaks::measure(), run(counted), run(image), frame)
+    });
+    let one = on_threads(1, || run(counted));
+    let dominance = on_threads(2, || run(Options::reference(Detail::Dominance)));
+    let rendered = render(scene, &case.camera, &counted);
+    let floor = floor(scene, &rendered, peaks);
+    println!(
+        "{}: {} visible, clock {:.2} GHz, DRAM {:.1} GB/s\n  \
+         floor {:.2} ms ({} blending rows); image {plain:.1} ms; counters {two:.1} ms = {:.1}x floor; \
+         with dominance {dominance:.1} ms = {:.1}x\n  \
+         one thread {one:.1} ms: second core {:.2}x; extraction {frame:.1} ms = {:.2}x the image",
+        case.name,
+        rendered.splats.len(),
+        peaks.clock_ghz,
+        peaks.read_gb_s,
+        floor.milliseconds,
+        floor.rows,
+        two / floor.milliseconds,
+        dominance / floor.milliseconds,
+        one / two,
+        frame / plain,
+    );
+}
+
+fn forward(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("forward");
+    group.sample_size(10);
+    for case in cases() {
+        report(&case);
+        let options = Options::reference(Detail::Counters);
+        group.bench_function(case.name, |b| {
+            b.iter(|| render(&case.scene, &case.camera, &options));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, forward);
+criterion_main!(benches);

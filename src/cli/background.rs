@@ -1,0 +1,40 @@
+//! The `--background` flag.
+
+use std::str::FromStr;
+
+/// A background colour, sRGB 0 to 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Background(pub [f32; 3]);
+
+impl FromStr for Background {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "black" => return Ok(Background([0.0; 3])),
+            "white" => return Ok(Background([1.0; 3])),
+            _ => {}
+        }
+        let parts: Vec<f32> = text.split(',').filter_map(|p| p.trim().parse().ok()).collect();
+        match parts.as_slice() {
+            &[r, g, b] if [r, g, b].iter().all(|v| (0.0..=1.0).contains(v)) => {
+                Ok(Background([r, g, b]))
+            }
+            _ => Err("write black, white, or three numbers from 0 to 1: 0.5,0.5,0.5".into()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Background;
+
+    #[test]
+    fn colours_are_read_and_others_refused() {
+        assert_eq!("white".parse(), Ok(Background([1.0; 3])));
+        assert_eq!("0, 0.5,1".parse(), Ok(Background([0.0, 0.5, 1.0])));
+        for bad in ["", "blue", "1,1", "0,0,2", "nan,0,0", "1,1,1,1", "0,x,0,0"] {
+            assert!(bad.parse::<Background>().is_err(), "{bad}");
+        }
+    }
+}
