@@ -2,6 +2,26 @@
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
+//! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's.
+
+mod check;
+pub mod convert;
+mod error;
+mod input;
+mod ply;
+mod read;
+mod sog;
+mod splat_rows;
+mod spz;
+pub mod stats;
+mod warning;
+
+pub use error::SceneError;
+pub use input::{Folder, Input, OneFile};
+pub use ply::write as write_ply;
+pub use read::{Format, Model, read};
+pub use stats::SceneStats;
+pub use warning::Warning;
 
 pub mod camera;
 
@@ -26,6 +46,48 @@ pub struct Gaussians {
 }
 
 impl Gaussians {
+    /// An empty model with room for `count` Gaussians.
+    pub fn with_capacity(count: usize, sh_degree: u8) -> Self {
+        Self {
+            means: Vec::with_capacity(count),
+            log_scales: Vec::with_capacity(count),
+            rotations: Vec::with_capacity(count),
+            logit_opacities: Vec::with_capacity(count),
+            sh_degree,
+            sh: Vec::with_capacity(count * 3 * (sh_degree as usize + 1).pow(2)),
+        }
+    }
+
+    /// Appends `other`. The lower SH degree is raised to the higher with zeros.
+    pub fn append(&mut self, mut other: Self) {
+        let degree = self.sh_degree.max(other.sh_degree);
+        self.raise_degree(degree);
+        other.raise_degree(degree);
+        self.means.append(&mut other.means);
+        self.log_scales.append(&mut other.log_scales);
+        self.rotations.append(&mut other.rotations);
+        self.logit_opacities.append(&mut other.logit_opacities);
+        self.sh.append(&mut other.sh);
+    }
+
+    fn raise_degree(&mut self, degree: u8) {
+        if degree <= self.sh_degree {
+            return;
+        }
+        let n = (degree as usize + 1).pow(2);
+        let padded = |channel: &[f32]| {
+            let zeros = std::iter::repeat_n(0.0, n - channel.len());
+            channel.iter().copied().chain(zeros).collect::<Vec<_>>()
+        };
+        self.sh = self.sh.chunks_exact(self.sh_coefficients()).flat_map(padded).collect();
+        self.sh_degree = degree;
+    }
+
+    /// Bytes that the parameters take in memory.
+    pub fn bytes(&self) -> u64 {
+        4 * (11 * self.len() as u64 + self.sh.len() as u64)
+    }
+
     /// Number of Gaussians.
     pub fn len(&self) -> usize {
         self.means.len()

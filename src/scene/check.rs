@@ -1,0 +1,84 @@
+//! The boundary: what the readers decoded becomes a model that cannot be wrong.
+
+use super::{Gaussians, SceneError, Warning};
+
+/// Magnitudes beyond this cannot be squared in single precision.
+const LARGEST: f32 = 1e15;
+/// The largest natural logarithm of a scale: `e^40` squared is still finite.
+const LARGEST_LOG_SCALE: f32 = 40.0;
+/// Quaternions with a squared length below this have no direction.
+const SHORTEST_SQUARED: f32 = 1e-30;
+
+/// Drops Gaussians with unusable parameters, gives directionless quaternions the identity, and
+/// says so in `warnings`. An error if nothing is left.
+pub(super) fn check(
+    mut scene: Gaussians,
+    warnings: &mut Vec<Warning>,
+) -> Result<Gaussians, SceneError> {
+    let count = scene.len();
+    let mut kept = 0;
+    let mut first_dropped = None;
+    for i in 0..count {
+        if !usable(&scene, i) {
+            first_dropped.get_or_insert(i as u64);
+            continue;
+        }
+        if kept != i {
+            move_down(&mut scene, i, kept);
+        }
+        kept += 1;
+    }
+    if kept == 0 {
+        return Err(SceneError::NothingLeft { count: count as u64 });
+    }
+    truncate(&mut scene, kept);
+    if let Some(first) = first_dropped {
+        warnings.push(Warning::Dropped { count: (count - kept) as u64, first });
+    }
+    give_direction(&mut scene, warnings);
+    Ok(scene)
+}
+
+fn usable(scene: &Gaussians, i: usize) -> bool {
+    // NaN compares as false, so that each test refuses it too.
+    let sane = |v: &f32| v.abs() <= LARGEST;
+    scene.means[i].iter().all(sane)
+        && scene.log_scales[i].iter().all(|s| s.is_finite() && *s <= LARGEST_LOG_SCALE)
+        && scene.rotations[i].iter().all(sane)
+        && scene.logit_opacities[i].is_finite()
+        && scene.sh_of(i).iter().all(sane)
+}
+
+fn move_down(scene: &mut Gaussians, from: usize, to: usize) {
+    scene.means[to] = scene.means[from];
+    scene.log_scales[to] = scene.log_scales[from];
+    scene.rotations[to] = scene.rotations[from];
+    scene.logit_opacities[to] = scene.logit_opacities[from];
+    let n = 3 * scene.sh_coefficients();
+    scene.sh.copy_within(from * n..(from + 1) * n, to * n);
+}
+
+fn truncate(scene: &mut Gaussians, len: usize) {
+    scene.means.truncate(len);
+    scene.log_scales.truncate(len);
+    scene.rotations.truncate(len);
+    scene.logit_opacities.truncate(len);
+    scene.sh.truncate(len * 3 * scene.sh_coefficients());
+}
+
+fn give_direction(scene: &mut Gaussians, warnings: &mut Vec<Warning>) {
+    let mut count = 0;
+    let mut first = 0;
+    for (i, q) in scene.rotations.iter_mut().enumerate() {
+        if q.iter().map(|c| c * c).sum::<f32>() < SHORTEST_SQUARED {
+            *q = [1.0, 0.0, 0.0, 0.0];
+            if count == 0 {
+                first = i as u64;
+            }
+            count += 1;
+        }
+    }
+    if count > 0 {
+        warnings.push(Warning::ZeroQuaternions { count, first });
+    }
+}

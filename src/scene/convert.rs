@@ -1,0 +1,43 @@
+//! From what files store to raw parameters.
+
+/// The constant SH basis function, `1 / (2 √π)`: colour = 0.5 + `SH_C0` · DC coefficient.
+pub const SH_C0: f64 = 0.282_094_791_773_878_14;
+
+/// Opacities are kept this far from 0 and 1, where the logit is infinite.
+const OPACITY_MARGIN: f64 = 1e-6;
+
+/// The raw opacity of an opacity between 0 and 1; those at the ends are moved inside by `1e-6`.
+pub fn logit(opacity: f64) -> f32 {
+    let p = opacity.clamp(OPACITY_MARGIN, 1.0 - OPACITY_MARGIN);
+    (p / (1.0 - p)).ln() as f32
+}
+
+/// The opacity of a raw opacity.
+pub fn sigmoid(logit: f32) -> f64 {
+    1.0 / (1.0 + (-f64::from(logit)).exp())
+}
+
+/// The DC coefficient of a colour, 0 to 1 and a little beyond.
+pub(super) fn dc(colour: f64) -> f32 {
+    ((colour - 0.5) / SH_C0) as f32
+}
+
+/// SH coefficients beyond DC, per channel, for a degree.
+pub(super) fn rest_of(degree: u8) -> usize {
+    (degree as usize + 1).pow(2) - 1
+}
+
+/// The degree that has `rest` coefficients per channel beyond DC.
+pub(super) fn degree_of(rest: usize) -> Option<u8> {
+    (0..=4).find(|&degree| rest_of(degree) == rest)
+}
+
+/// A unit quaternion from its three smaller components in order, and the place (of w, x, y, z) of
+/// the largest, which is positive.
+pub(super) fn quaternion(small: [f64; 3], largest: usize) -> [f32; 4] {
+    let sum: f64 = small.iter().map(|c| c * c).sum();
+    let mut q = [(1.0 - sum).max(0.0).sqrt() as f32; 4];
+    let places = (0..4).filter(|&place| place != largest);
+    places.zip(small).for_each(|(place, c)| q[place] = c as f32);
+    q
+}

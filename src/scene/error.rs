@@ -1,0 +1,102 @@
+//! What can be wrong with a scene file.
+
+use std::io;
+
+/// Why a scene could not be read: the place, what is wrong there, and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// No bytes at all.
+    #[error("the file is empty; was it copied completely?")]
+    Empty,
+    /// None of the known formats.
+    #[error(
+        "not a scene that is known here (it starts with {start}); \
+         give an INRIA or PlayCanvas .ply, .splat, .spz or .sog file, or a meta.json"
+    )]
+    Unknown {
+        /// The first bytes, printable.
+        start: String,
+    },
+    /// The bytes contradict the format.
+    #[error("{place}: {what}; {todo}")]
+    Malformed {
+        /// Element, key, line or byte offset.
+        place: String,
+        /// What is wrong.
+        what: String,
+        /// What to do about it.
+        todo: &'static str,
+    },
+    /// Fewer bytes than the file itself promises.
+    #[error("{place}: {what}; was the file copied completely?")]
+    Truncated {
+        /// Element, key or byte offset.
+        place: String,
+        /// What is missing.
+        what: String,
+    },
+    /// Every Gaussian was dropped as unusable.
+    #[error(
+        "none of the {count} Gaussians has finite parameters; \
+         the training diverged or the file is damaged"
+    )]
+    NothingLeft {
+        /// Gaussians in the file.
+        count: u64,
+    },
+    /// The streamed scene has no such level of detail.
+    #[error("there is no level of detail {lod}; choose one of 0 to {last}")]
+    NoSuchLevel {
+        /// The level that was asked for.
+        lod: u32,
+        /// The coarsest level.
+        last: u32,
+    },
+    /// A level was asked for in a file that has none.
+    #[error("{format} has no levels of detail; leave the level out")]
+    NoLevels {
+        /// The format of the file.
+        format: &'static str,
+    },
+    /// The operating system refused.
+    #[error("{name}: {source}")]
+    Io {
+        /// The file, as named inside the scene.
+        name: String,
+        /// The reason.
+        source: io::Error,
+    },
+}
+
+/// What to do about bytes that no writer of the format makes.
+pub(super) const DAMAGED: &str = "the file is damaged or not of this format";
+
+/// What to do about a legal file that goes beyond what is supported.
+pub(super) const REEXPORT: &str = "export the model again with other settings";
+
+impl SceneError {
+    /// Bytes that contradict the format.
+    pub(super) fn malformed(
+        place: impl Into<String>,
+        what: impl Into<String>,
+        todo: &'static str,
+    ) -> Self {
+        Self::Malformed { place: place.into(), what: what.into(), todo }
+    }
+
+    /// Bytes that are missing.
+    pub(super) fn truncated(place: impl Into<String>, what: impl Into<String>) -> Self {
+        Self::Truncated { place: place.into(), what: what.into() }
+    }
+
+    /// An error while reading `place`: an early end is a truncation.
+    pub(super) fn reading(place: &str, error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Self::truncated(place, "the data end too early"),
+            io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData => {
+                Self::malformed(place, error.to_string(), DAMAGED)
+            }
+            _ => Self::Io { name: place.into(), source: error },
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Reads a trained model from any of the known formats, recognised by content.
+
+use std::io::{BufRead, Cursor, Read};
+
+use super::error::SceneError;
+use super::input::{Folder, Input, open};
+use super::{Gaussians, Warning, check, ply, sog, splat_rows, spz};
+
+/// The formats that are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// INRIA's PLY of raw parameters.
+    Ply,
+    /// PlayCanvas compressed PLY.
+    CompressedPly,
+    /// 32-byte rows of antimatter15's viewer.
+    Splat,
+    /// Niantic SPZ and its version, 1 to 4.
+    Spz(u8),
+    /// PlayCanvas SOG and its version, 1 or 2.
+    Sog(u8),
+    /// PlayCanvas streamed SOG: levels of detail.
+    StreamedSog,
+}
+
+impl Format {
+    /// A short name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::CompressedPly => "compressed ply",
+            Self::Splat => "splat",
+            Self::Spz(1) => "spz v1",
+            Self::Spz(2) => "spz v2",
+            Self::Spz(3) => "spz v3",
+            Self::Spz(_) => "spz v4",
+            Self::Sog(1) => "sog v1",
+            Self::Sog(_) => "sog v2",
+            Self::StreamedSog => "streamed sog",
+        }
+    }
+}
+
+/// A model and what the reading found.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The parameters, checked: finite, no quaternion of length zero.
+    pub gaussians: Gaussians,
+    /// What the file was.
+    pub format: Format,
+    /// Oddities, none of which prevents its use.
+    pub warnings: Vec<Warning>,
+}
+
+/// Bytes that are enough to recognise a format.
+const HEAD: u64 = 4096;
+
+/// Reads the scene whose file, or for several files whose index (`meta.json`, `lod-meta.json`), is
+/// `name` in `folder`. `lod` chooses the level of a streamed scene (0, the finest, if not given)
+/// and is an error for other formats. Gaussians with unusable parameters are dropped with a
+/// warning.
+pub fn read(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
+    let mut model = read_unchecked(folder, name, lod)?;
+    model.gaussians = check::check(model.gaussians, &mut model.warnings)?;
+    Ok(model)
+}
+
+fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
+    let Input { mut reader, len } = open(folder, name)?;
+    let mut head = Vec::new();
+    let peeked = reader.by_ref().take(HEAD).read_to_end(&mut head);
+    peeked.map_err(|e| SceneError::reading(name, e))?;
+    if head.is_empty() {
+        return Err(SceneError::Empty);
+    }
+    let kind = recognise(&head, len)?;
+    let reader: Box<dyn BufRead + '_> = Box::new(Cursor::new(head).chain(reader));
+    let input = Input { reader, len };
+    let model = match kind {
+        Kind::Ply => ply::read(input)?,
+        Kind::Spz => spz::read(input)?,
+        Kind::Zip => sog::read_bundle(input)?,
+        Kind::Json => return sog::read_index(folder, name, input, lod),
+        Kind::Splat => splat_rows::read(input)?,
+    };
+    match lod {
+        None => Ok(model),
+        Some(_) => Err(SceneError::NoLevels { format: model.format.name() }),
+    }
+}
+
+enum Kind {
+    Ply,
+    Spz,
+    Zip,
+    Json,
+    Splat,
+}
+
+fn recognise(head: &[u8], len: u64) -> Result<Kind, SceneError> {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let first = text.iter().find(|b| !b.is_ascii_whitespace());
+    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+        Ok(Kind::Ply)
+    } else if head.starts_with(b"NGSP") || head.starts_with(&[0x1f, 0x8b]) {
+        Ok(Kind::Spz)
+    } else if head.starts_with(b"PK\x03\x04") {
+        Ok(Kind::Zip)
+    } else if first == Some(&b'{') {
+        Ok(Kind::Json)
+    } else if splat_rows::plausible(head, len) {
+        Ok(Kind::Splat)
+    } else {
+        let start = String::from_utf8_lossy(&head[..head.len().min(12)]).escape_debug().to_string();
+        Err(SceneError::Unknown { start: format!("\"{start}\"") })
+    }
+}

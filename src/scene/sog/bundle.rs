@@ -1,0 +1,64 @@
+//! A zipped SOG as a folder, with bounds on what its members inflate to.
+
+use std::cell::RefCell;
+use std::io::{self, Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::super::error::{DAMAGED, SceneError};
+use super::super::input::{Folder, Input};
+
+/// Members hold images that do not deflate any further, and one JSON file.
+const MAX_RATIO: u64 = 16;
+/// What a member may inflate to in any case, bytes.
+const FREE: u64 = 1 << 20;
+
+/// An archive in memory.
+pub(super) struct Bundle<'a> {
+    archive: RefCell<ZipArchive<Cursor<&'a [u8]>>>,
+    index: String,
+}
+
+impl<'a> Bundle<'a> {
+    /// Reads the directory and finds `meta.json`, at the root or in the first folder with one.
+    pub fn new(bytes: &'a [u8]) -> Result<Self, SceneError> {
+        let wrong = |what: String| SceneError::malformed("zip archive", what, DAMAGED);
+        let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
+        let mut indices: Vec<String> = (0..archive.len())
+            .filter_map(|i| archive.name_for_index(i).and_then(Result::ok))
+            .filter(|name| name == "meta.json" || name.ends_with("/meta.json"))
+            .map(|name| name.into_owned())
+            .collect();
+        indices.sort_by_key(|name| (name.matches('/').count(), name.clone()));
+        match indices.into_iter().next() {
+            Some(index) => Ok(Self { archive: RefCell::new(archive), index }),
+            None => Err(wrong("no meta.json inside; this is no SOG bundle".into())),
+        }
+    }
+
+    /// The name of `meta.json`.
+    pub fn index(&self) -> &str {
+        &self.index
+    }
+
+    /// The folder of `meta.json`, with its slash.
+    pub fn prefix(&self) -> &str {
+        self.index.rfind('/').map_or("", |slash| &self.index[..=slash])
+    }
+}
+
+impl Folder for Bundle<'_> {
+    fn open(&self, name: &str) -> io::Result<Input<'_>> {
+        let mut archive = self.archive.borrow_mut();
+        let member = archive.by_name(name)?;
+        let limit = FREE + MAX_RATIO * member.compressed_size();
+        let mut bytes = Vec::new();
+        member.take(limit + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > limit {
+            let what = format!("inflates to more than {limit} bytes");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, what));
+        }
+        let len = bytes.len() as u64;
+        Ok(Input { reader: Box::new(Cursor::new(bytes)), len })
+    }
+}

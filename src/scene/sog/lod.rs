@@ -1,0 +1,99 @@
+//! Streamed SOG: `lod-meta.json`, a tree of bounds whose leaves say which part of which file holds
+//! each level of detail.
+
+use std::collections::BTreeSet;
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+use super::super::Gaussians;
+use super::super::error::{DAMAGED, SceneError};
+use super::super::input::{check_count, clip, slurp};
+use super::super::read::{Format, Model};
+use super::{MAX_INDEX, object, read_model};
+
+#[derive(Deserialize)]
+struct Index {
+    #[serde(rename = "lodLevels")]
+    levels: u32,
+    filenames: Vec<String>,
+    tree: Node,
+}
+
+#[derive(Deserialize)]
+struct Node {
+    #[serde(default)]
+    children: Vec<Node>,
+    #[serde(default)]
+    lods: Map<String, Value>,
+}
+
+/// Reads level `lod`: the files that the tree names for it, whole and in the order of the list of
+/// files.
+pub(super) fn read(
+    folder: &dyn super::Folder,
+    prefix: &str,
+    keys: Map<String, Value>,
+    lod: u32,
+) -> Result<Model, SceneError> {
+    let index: Index = serde_json::from_value(Value::Object(keys))
+        .map_err(|e| SceneError::malformed("lod-meta.json", e.to_string(), DAMAGED))?;
+    if lod >= index.levels {
+        let last = index.levels.saturating_sub(1);
+        return Err(SceneError::NoSuchLevel { lod, last });
+    }
+    let mut files = BTreeSet::new();
+    collect(&index.tree, &lod.to_string(), &mut files)?;
+    let mut names = BTreeSet::new();
+    let mut scene = Gaussians::default();
+    let mut warnings = Vec::new();
+    for file in files {
+        let name = index.filenames.get(file).ok_or_else(|| {
+            let what = format!("file {file} of a list of {}", index.filenames.len());
+            SceneError::malformed("lod-meta.json, tree", what, DAMAGED)
+        })?;
+        if !names.insert(name) {
+            let what = format!("{:?} is listed twice", clip(name));
+            return Err(SceneError::malformed("lod-meta.json, filenames", what, DAMAGED));
+        }
+        let path = format!("{prefix}{name}");
+        let part = slurp(folder, &path, MAX_INDEX).and_then(|bytes| {
+            let inner = path.rfind('/').map_or("", |slash| &path[..=slash]);
+            read_model(folder, inner, object(&bytes)?)
+        });
+        let mut part = part.map_err(|e| inside(name, e))?;
+        scene.append(part.gaussians);
+        warnings.append(&mut part.warnings);
+    }
+    check_count("lod-meta.json", scene.len() as u64, u64::MAX)?;
+    Ok(Model { gaussians: scene, format: Format::StreamedSog, warnings })
+}
+
+/// Adds the files that `node` and the nodes below it use for a level. The depth is bounded by the
+/// JSON parser, which refuses more than 128 levels.
+fn collect(node: &Node, lod: &str, files: &mut BTreeSet<usize>) -> Result<(), SceneError> {
+    if let Some(part) = node.lods.get(lod) {
+        match part.get("file").and_then(Value::as_u64) {
+            Some(file) => files.insert(file as usize),
+            None => {
+                let what = format!("no number `file` at level {lod}");
+                return Err(SceneError::malformed("lod-meta.json, tree", what, DAMAGED));
+            }
+        };
+    }
+    node.children.iter().try_for_each(|child| collect(child, lod, files))
+}
+
+/// Says in which part of a streamed scene an error is.
+fn inside(name: &str, error: SceneError) -> SceneError {
+    let within = |place: String| format!("{}: {place}", clip(name));
+    match error {
+        SceneError::Malformed { place, what, todo } => {
+            SceneError::Malformed { place: within(place), what, todo }
+        }
+        SceneError::Truncated { place, what } => {
+            SceneError::Truncated { place: within(place), what }
+        }
+        other => other,
+    }
+}

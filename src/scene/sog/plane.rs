@@ -1,0 +1,110 @@
+//! The images of SOG.
+
+use std::io::Cursor;
+
+use image::{ImageFormat, ImageReader, Limits};
+
+use super::super::convert::{degree_of, rest_of};
+use super::super::error::{DAMAGED, REEXPORT, SceneError};
+use super::super::input::clip;
+
+/// Palette entries in a row of the centroids image.
+pub(super) const ENTRIES_PER_ROW: usize = 64;
+/// Rows of the largest palette: labels have 16 bits.
+const MAX_PALETTE_ROWS: u32 = 1024;
+/// Bytes that a decoder may take beside the pixels.
+const DECODER_BYTES: u64 = 64 << 20;
+
+/// An image of four bytes a pixel.
+pub(super) struct Plane {
+    name: String,
+    width: usize,
+    pixels: Vec<[u8; 4]>,
+}
+
+impl Plane {
+    /// An image with a pixel for each of `count` Gaussians; trailing pixels are left out.
+    pub fn per_gaussian(name: &str, bytes: &[u8], count: usize) -> Result<Self, SceneError> {
+        let (width, height) = size(name, bytes)?;
+        let pixels = u64::from(width) * u64::from(height);
+        let count = count as u64;
+        if pixels < count || pixels > 2 * count + (1 << 16) {
+            let what = format!("{width}x{height} pixels for {count} Gaussians");
+            return Err(wrong(name, what));
+        }
+        let mut plane = decode(name, bytes, pixels)?;
+        plane.pixels.truncate(count as usize);
+        Ok(plane)
+    }
+
+    /// The palette of SH coefficients: 64 entries a row.
+    pub fn palette(name: &str, bytes: &[u8]) -> Result<Self, SceneError> {
+        let (width, height) = size(name, bytes)?;
+        if degree_of_width(width as usize).is_none() || height > MAX_PALETTE_ROWS {
+            let what = format!("{width}x{height} pixels are no palette");
+            return Err(wrong(name, what));
+        }
+        decode(name, bytes, u64::from(width) * u64::from(height))
+    }
+
+    /// The SH degree of a palette.
+    pub fn degree(&self) -> u8 {
+        degree_of_width(self.width).expect("checked when it was read")
+    }
+
+    /// All pixels, row by row.
+    pub fn pixels(&self) -> &[[u8; 4]] {
+        &self.pixels
+    }
+
+    /// The coefficients of a palette's entry, one pixel each.
+    pub fn entry(&self, label: usize) -> Result<&[[u8; 4]], SceneError> {
+        let n = rest_of(self.degree());
+        self.pixels.get(label * n..(label + 1) * n).ok_or_else(|| {
+            let entries = self.pixels.len() / n;
+            wrong(&self.name, format!("label {label} in a palette of {entries} entries"))
+        })
+    }
+}
+
+fn degree_of_width(width: usize) -> Option<u8> {
+    let rest = width.is_multiple_of(ENTRIES_PER_ROW).then(|| degree_of(width / ENTRIES_PER_ROW));
+    rest.flatten().filter(|degree| (1..=3).contains(degree))
+}
+
+fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, SceneError> {
+    if bytes.starts_with(b"\x89PNG") {
+        return Ok(ImageFormat::Png);
+    }
+    if !bytes.starts_with(b"RIFF") || bytes.get(8..12) != Some(b"WEBP") {
+        return Err(SceneError::malformed(clip(name), "neither WebP nor PNG", REEXPORT));
+    }
+    let promised = u32::from_le_bytes(bytes[4..8].try_into().expect("four bytes"));
+    if u64::from(promised) + 8 > bytes.len() as u64 {
+        let what = format!("{} of {} bytes", bytes.len(), u64::from(promised) + 8);
+        return Err(SceneError::truncated(clip(name), what));
+    }
+    if bytes.get(12..16) == Some(b"VP8 ") {
+        return Err(SceneError::malformed(clip(name), "lossy WebP", REEXPORT));
+    }
+    Ok(ImageFormat::WebP)
+}
+
+fn size(name: &str, bytes: &[u8]) -> Result<(u32, u32), SceneError> {
+    let reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes)?);
+    reader.into_dimensions().map_err(|e| wrong(name, e.to_string()))
+}
+
+fn decode(name: &str, bytes: &[u8], pixels: u64) -> Result<Plane, SceneError> {
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes)?);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(8 * pixels + DECODER_BYTES);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|e| wrong(name, e.to_string()))?.into_rgba8();
+    let width = image.width() as usize;
+    Ok(Plane { name: clip(name), width, pixels: bytemuck::allocation::cast_vec(image.into_raw()) })
+}
+
+fn wrong(name: &str, what: impl Into<String>) -> SceneError {
+    SceneError::malformed(clip(name), what, DAMAGED)
+}

@@ -1,0 +1,109 @@
+//! What is odd about a scene that can be used all the same.
+
+use std::fmt;
+
+/// An oddity of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Warning {
+    /// Gaussians with NaN, infinite or absurdly large parameters were dropped.
+    Dropped {
+        /// How many.
+        count: u64,
+        /// Index of the first, as in the file.
+        first: u64,
+    },
+    /// Quaternions of length zero were replaced by the identity.
+    ZeroQuaternions {
+        /// How many.
+        count: u64,
+        /// Index of the first, among those that were kept.
+        first: u64,
+    },
+    /// Linear scales of zero or less were raised to `1e-12`.
+    NonPositiveScales {
+        /// How many Gaussians.
+        count: u64,
+    },
+    /// SH coefficients beyond degree 3 were left out.
+    ShReduced {
+        /// The degree in the file.
+        from: u8,
+    },
+    /// The file says that the model was trained with anti-aliasing (mip-splatting).
+    Antialiased,
+    /// Quaternions whose length is not 1 within 1 %. Usual for INRIA files.
+    Unnormalised {
+        /// How many.
+        count: u64,
+    },
+    /// Gaussians whose longest axis is larger than the diagonal of the scene's bounds.
+    AbsurdScales {
+        /// How many.
+        count: u64,
+    },
+    /// Gaussians with an opacity below 1/255, which no pixel can see.
+    Invisible {
+        /// How many.
+        count: u64,
+    },
+}
+
+impl Warning {
+    /// The stable name of the kind, as in JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Dropped { .. } => "dropped",
+            Self::ZeroQuaternions { .. } => "zero_quaternions",
+            Self::NonPositiveScales { .. } => "non_positive_scales",
+            Self::ShReduced { .. } => "sh_reduced",
+            Self::Antialiased => "antialiased",
+            Self::Unnormalised { .. } => "unnormalised_quaternions",
+            Self::AbsurdScales { .. } => "absurd_scales",
+            Self::Invisible { .. } => "invisible",
+        }
+    }
+
+    /// How many Gaussians it is about, where it is about some and not about the whole file.
+    pub fn count(&self) -> Option<u64> {
+        match *self {
+            Self::Dropped { count, .. }
+            | Self::ZeroQuaternions { count, .. }
+            | Self::NonPositiveScales { count }
+            | Self::Unnormalised { count }
+            | Self::AbsurdScales { count }
+            | Self::Invisible { count } => Some(count),
+            Self::ShReduced { .. } | Self::Antialiased => None,
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Dropped { count, first } => {
+                write!(f, "{count} Gaussians dropped: NaN, infinite or absurd (first: {first})")
+            }
+            Self::ZeroQuaternions { count, first } => {
+                write!(f, "{count} quaternions of length zero became identity (first: {first})")
+            }
+            Self::NonPositiveScales { count } => {
+                write!(f, "{count} Gaussians had scales of zero or less; raised to 1e-12")
+            }
+            Self::ShReduced { from } => {
+                write!(f, "SH degree {from} in the file; only degrees 0 to 3 are used")
+            }
+            Self::Antialiased => {
+                write!(f, "trained with anti-aliasing; shown without its opacity compensation")
+            }
+            Self::Unnormalised { count } => {
+                write!(f, "{count} quaternions are not of length 1; projection normalises them")
+            }
+            Self::AbsurdScales { count } => {
+                write!(f, "{count} Gaussians are longer than the scene's diagonal")
+            }
+            Self::Invisible { count } => {
+                write!(f, "{count} Gaussians have an opacity below 1/255 and are never seen")
+            }
+        }
+    }
+}
