@@ -1,5 +1,6 @@
 //! One test binary; a module per topic.
 
 mod camera;
+mod geometry;
 mod raster;
 mod workload;
