@@ -9,6 +9,8 @@ pub mod completions;
 pub mod failure;
 pub mod out;
 pub mod progress;
+pub mod scene;
+pub mod scene_file;
 pub mod startup;
 
 use std::sync::Arc;
@@ -56,6 +58,9 @@ pub enum Command {
   powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
   powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
     Completions(completions::Args),
+    /// Look at trained models, convert them
+    #[command(after_help = scene::EXAMPLES)]
+    Scene(scene::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -80,5 +85,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),
+        Command::Scene(args) => scene::run(args, context),
     }
 }

@@ -4,6 +4,7 @@
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
 //! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's.
 
+pub mod camera;
 mod check;
 pub mod convert;
 mod error;
@@ -16,16 +17,13 @@ mod spz;
 pub mod stats;
 mod warning;
 
+pub use camera::{Camera, Split};
 pub use error::SceneError;
 pub use input::{Folder, Input, OneFile};
 pub use ply::write as write_ply;
 pub use read::{Format, Model, read};
 pub use stats::SceneStats;
 pub use warning::Warning;
-
-pub mod camera;
-
-pub use camera::{Camera, Split};
 
 /// A trained model. All lists have one entry per Gaussian; position in the list is its index in
 /// the scene, and so its address in DRAM.

@@ -1,0 +1,149 @@
+//! `scene info` and `scene convert`: what a trained model holds, and any format as INRIA PLY.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::scene_file::{self, LoadedScene};
+use super::{Context, Exit, Failure, camera_file, out};
+use crate::scene::stats::Percentiles;
+use crate::scene::{SceneStats, Warning, write_ply};
+
+/// Examples at the end of the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim scene info point_cloud.ply
+  powergs-sim scene info scene.spz --json
+  powergs-sim scene info playbot/lod-meta.json --lod 2
+  powergs-sim scene convert scene.sog scene.ply
+
+Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
+.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG.";
+
+/// Look at trained models, convert them
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: SceneCommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum SceneCommand {
+    /// Print count, bounds, percentiles of opacity and scale, and warnings
+    Info {
+        /// File, or folder with meta.json or lod-meta.json
+        file: PathBuf,
+        /// Level of detail of a streamed scene, 0 is the finest [default: 0]
+        #[arg(long, value_name = "N")]
+        lod: Option<u32>,
+    },
+    /// Write any format as INRIA PLY (raw parameters, 62 properties at degree 3)
+    Convert {
+        /// File, or folder with meta.json or lod-meta.json
+        file: PathBuf,
+        /// File to write
+        output: PathBuf,
+        /// Level of detail of a streamed scene, 0 is the finest [default: 0]
+        #[arg(long, value_name = "N")]
+        lod: Option<u32>,
+    },
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    match &args.command {
+        SceneCommand::Info { file, lod } => {
+            let scene = scene_file::load(file, *lod)?;
+            let (stats, oddities) = SceneStats::of(&scene.gaussians);
+            let warnings: Vec<Warning> = scene.warnings.iter().cloned().chain(oddities).collect();
+            if context.global.json {
+                out::json(&object(&scene, &stats, &warnings))?;
+            } else {
+                out::text(&lines(&scene, &stats, &warnings))?;
+            }
+        }
+        SceneCommand::Convert { file, output, lod } => {
+            let scene = scene_file::load(file, *lod)?;
+            scene.warn(context);
+            camera_file::write_aside(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
+            if context.global.json {
+                let points = scene.gaussians.len();
+                out::json(&json!({ "points": points, "sh_degree": scene.gaussians.sh_degree }))?;
+            }
+        }
+    }
+    Ok(Exit::Done)
+}
+
+/// The facts as JSON.
+fn object(scene: &LoadedScene, stats: &SceneStats, warnings: &[Warning]) -> Value {
+    let warning =
+        |w: &Warning| json!({ "kind": w.kind(), "count": w.count(), "text": w.to_string() });
+    let mut value = json!({ "format": scene.format });
+    let facts = serde_json::to_value(stats).expect("plain numbers become JSON");
+    if let (Value::Object(all), Value::Object(facts)) = (&mut value, facts) {
+        all.extend(facts);
+    }
+    value["warnings"] = warnings.iter().map(warning).collect();
+    value
+}
+
+/// The facts for people, within 80 columns.
+fn lines(scene: &LoadedScene, stats: &SceneStats, warnings: &[Warning]) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        writeln!(text, "{name:<24}{value}").expect("text is written to memory");
+    };
+    let point = |p: [f32; 3]| format!("{:.4} {:.4} {:.4}", p[0], p[1], p[2]);
+    line("format", scene.format.to_string());
+    line("points", stats.points.to_string());
+    line("SH degree", stats.sh_degree.to_string());
+    line("memory", format!("{:.1} MB", stats.memory_bytes as f64 / 1e6));
+    line("bounds, lowest x y z", point(stats.bounds.min));
+    line("bounds, highest x y z", point(stats.bounds.max));
+    let names: String =
+        stats.opacity.named().iter().map(|(name, _)| format!("{name:>8}")).collect();
+    line("percentiles", names);
+    for (axis, values) in ["x", "y", "z"].iter().zip(&stats.position) {
+        line(&format!("  {axis}, world units"), row(values));
+    }
+    line("  opacity", row(&stats.opacity));
+    line("  scale, world units", row(&stats.scale));
+    line("  longest/shortest axis", row(&stats.axis_ratio));
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    line("opacity below 0.35", percent(stats.share_opacity_below_0_35));
+    line("axis ratio 3 and more", percent(stats.share_axis_ratio_at_least_3));
+    line(
+        "needles 3 and more",
+        format!("{} (longest over middle axis)", percent(stats.share_needles_at_least_3)),
+    );
+    if warnings.is_empty() {
+        line("warnings", "none".into());
+    }
+    for warning in warnings {
+        writeln!(text, "warning: {warning}").expect("text is written to memory");
+    }
+    text
+}
+
+/// Seven columns of eight characters.
+fn row(values: &Percentiles) -> String {
+    values.named().iter().map(|(_, value)| format!("{:>8}", short(*value))).collect()
+}
+
+/// At most seven characters: four significant digits where they fit.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if magnitude >= 1e5 || (magnitude > 0.0 && magnitude < 1e-3) {
+        format!("{value:.1e}")
+    } else if magnitude >= 100.0 {
+        format!("{value:.0}")
+    } else if magnitude >= 10.0 {
+        format!("{value:.1}")
+    } else if magnitude >= 1.0 {
+        format!("{value:.2}")
+    } else {
+        format!("{value:.4}")
+    }
+}
