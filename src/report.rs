@@ -1,1 +1,183 @@
-//! Reports: one folder per run, derived from the record.
+//! Reports: what a run looks like, for people and for machines. Nothing is simulated here, nothing
+//! is opened: every format is a function from a [`Run`] to bytes, and the same run gives the same
+//! bytes.
+
+pub mod bottleneck;
+pub mod breakdown;
+pub mod charts;
+pub mod csv;
+pub mod docs;
+pub mod format;
+pub mod json;
+pub mod plot;
+pub mod record;
+pub mod schema;
+pub mod summary;
+pub mod table;
+pub mod terminal;
+pub mod tile_load;
+
+pub use bottleneck::{Bottleneck, Limit};
+pub use table::Table;
+pub use tile_load::{Picture, TileLoad};
+
+use crate::sim::{FrameReport, Model};
+
+/// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
+/// goes away; new names alone do not raise it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Version of the model. Raised whenever the same inputs give other numbers.
+pub const MODEL_VERSION: u32 = 1;
+
+/// Version of the program.
+pub const TOOL_VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What went into a run besides the frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facts {
+    /// Which model counted.
+    pub model: Model,
+    /// The display rate, frames per second, for power and deadlines; positive and finite.
+    pub display_fps: f64,
+    /// The trace.
+    pub trace: TraceFacts,
+    /// The machine.
+    pub machine: MachineFacts,
+    /// Files that were read, in a fixed order.
+    pub inputs: Vec<Input>,
+    /// The configuration as resolved (`machine`, `energy`, …): goes into `run.toml` as it is.
+    pub configuration: toml::Table,
+}
+
+/// The trace of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceFacts {
+    /// Name for people: the file name without its ending.
+    pub name: String,
+    /// Frames that were asked for. Fewer reported frames make the run incomplete.
+    pub frames: usize,
+    /// Width of the first frame, pixels.
+    pub width: u32,
+    /// Height of the first frame, pixels.
+    pub height: u32,
+}
+
+/// The machine of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineFacts {
+    /// Name of the machine.
+    pub name: String,
+    /// Name of the energy table.
+    pub energy_table: String,
+    /// Clock, hertz; `None` in the `paper` model.
+    pub clock_hz: Option<f64>,
+    /// Peak DRAM rate, 10⁹ bytes per second; `None` in the `paper` model.
+    pub dram_peak_gb_s: Option<f64>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Input {
+    /// What it was used as: `trace`, `machine`, `energy`.
+    pub role: &'static str,
+    /// File name without folders, or the name of an embedded file.
+    pub name: String,
+    /// Size, bytes.
+    pub bytes: u64,
+    /// XXH3, 128 bits, of the whole file.
+    pub xxh3: u128,
+}
+
+/// A finished (or interrupted) run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// What went in.
+    pub facts: Facts,
+    /// Reported frames, in order: all that were asked for, or those done before an interruption.
+    pub frames: Vec<FrameReport>,
+    /// Tile lists of the slowest frame (in the `paper` model: the one with most loads).
+    pub tiles: Option<TileLoad>,
+}
+
+impl Run {
+    /// Whether frames are missing. Every output says so.
+    pub fn incomplete(&self) -> bool {
+        self.frames.len() < self.facts.trace.frames
+    }
+
+    /// `INCOMPLETE: 3 of 24 frames`, if so.
+    pub fn incomplete_note(&self) -> Option<String> {
+        let (done, all) = (self.frames.len(), self.facts.trace.frames);
+        self.incomplete().then(|| format!("INCOMPLETE: {done} of {all} frames"))
+    }
+
+    /// `garden on gscore`, for titles.
+    pub fn title(&self) -> String {
+        format!("{} on {}", self.facts.trace.name, self.facts.machine.name)
+    }
+}
+
+/// A report could not be made; all of these are mistakes of ours.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// A chart could not be drawn.
+    #[error("chart {chart}: {reason}; please report this")]
+    Chart {
+        /// Name of the chart.
+        chart: &'static str,
+        /// What the drawing library said.
+        reason: String,
+    },
+    /// A table could not be written.
+    #[error("results.csv: {0}; please report this")]
+    Csv(#[from] ::csv::Error),
+    /// The configuration could not be written.
+    #[error("run.toml: {0}; please report this")]
+    Toml(#[from] toml::ser::Error),
+}
+
+/// A file of a report folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Name in the folder.
+    pub name: String,
+    /// Contents.
+    pub bytes: Vec<u8>,
+}
+
+/// Names of all files that a report folder may hold.
+pub const FILE_NAMES: [&str; 12] = [
+    "run.toml",
+    "invocation.toml",
+    "results.csv",
+    "summary.md",
+    "energy.png",
+    "energy.svg",
+    "cycles.png",
+    "cycles.svg",
+    "frame_time.png",
+    "frame_time.svg",
+    "tile_load.png",
+    "tile_load.svg",
+];
+
+/// The files of the report folder, all but `invocation.toml`.
+pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
+    let table = Table::of(run);
+    let charts = charts::all(run, &table)?;
+    let summary = summary::markdown(run, &table, &charts);
+    let mut files = vec![
+        File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
+        File { name: "results.csv".into(), bytes: csv::results(run, &table)? },
+        File { name: "summary.md".into(), bytes: summary.into_bytes() },
+    ];
+    for chart in charts {
+        files.push(File { name: format!("{}.png", chart.name), bytes: chart.drawing.png()? });
+        files.push(File {
+            name: format!("{}.svg", chart.name),
+            bytes: chart.drawing.svg()?.into_bytes(),
+        });
+    }
+    Ok(files)
+}

@@ -4,3 +4,4 @@ mod camera;
 mod geometry;
 mod raster;
 mod workload;
+mod report;

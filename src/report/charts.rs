@@ -1,0 +1,46 @@
+//! The charts of a report, one file each. A chart that the model has no data for is left out.
+
+mod cycles;
+mod energy;
+mod frame_time;
+mod tile_load;
+
+use super::plot::Drawing;
+use super::{ReportError, Run, Table};
+
+/// A drawn chart.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// File name without ending.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// The drawing, for SVG and PNG.
+    pub drawing: Drawing,
+}
+
+/// All charts that `run` has data for, in report order.
+pub fn all(run: &Run, table: &Table) -> Result<Vec<Chart>, ReportError> {
+    let drawn = [
+        energy::chart(run, table)?,
+        cycles::chart(run, table)?,
+        frame_time::chart(run, table)?,
+        tile_load::chart(run)?,
+    ];
+    Ok(drawn.into_iter().flatten().collect())
+}
+
+/// The line under a title: what was run, and whether it is incomplete.
+fn subtitle(run: &Run, what: &str) -> String {
+    let note = run.incomplete_note().map_or(String::new(), |note| format!("{note}. "));
+    let model = run.facts.model.name();
+    format!("{note}{}, {model} model, {what}", run.title())
+}
+
+/// `24 frames` or `1 frame`.
+fn frames(run: &Run) -> String {
+    match run.frames.len() {
+        1 => "1 frame".into(),
+        n => format!("mean of {n} frames"),
+    }
+}

@@ -1,0 +1,87 @@
+//! Numbers and text for people: prefixes, significant digits, columns.
+
+/// `0.00123` W is `1.23 mW`: three significant digits and an SI prefix.
+pub fn engineering(x: f64, unit: &str) -> String {
+    let (scaled, prefix) = prefixed(x);
+    format!("{} {prefix}{unit}", significant(scaled))
+}
+
+/// An SI prefix that suits `x`, with its factor: `(1e-3, "m")` for 0.0012.
+pub fn prefix_of(x: f64) -> (f64, &'static str) {
+    const PREFIXES: [(f64, &str); 9] = [
+        (1e12, "T"),
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+        (1e-12, "p"),
+    ];
+    let magnitude = x.abs();
+    if magnitude == 0.0 || !magnitude.is_finite() {
+        return (1.0, "");
+    }
+    // 0.9996 rounds to 1.00, so it belongs to the next prefix already.
+    let fits = |&(factor, _): &(f64, &str)| magnitude >= factor * 0.9995;
+    PREFIXES.into_iter().find(fits).unwrap_or((1e-12, "p"))
+}
+
+fn prefixed(x: f64) -> (f64, &'static str) {
+    let (factor, prefix) = prefix_of(x);
+    (x / factor, prefix)
+}
+
+/// Three significant digits without an exponent: `0.123`, `1.23`, `12.3`, `123`, `12345`.
+pub fn significant(x: f64) -> String {
+    let digits = match x.abs() {
+        m if m == 0.0 => 0,
+        m if m < 0.9995 => 3,
+        m if m < 9.995 => 2,
+        m if m < 99.95 => 1,
+        _ => 0,
+    };
+    format!("{x:.digits$}")
+}
+
+/// A frame rate that somebody chose: `60`, `72`, `59.94`.
+pub fn rate(fps: f64) -> String {
+    let text = format!("{fps:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+/// A share as a whole percentage; what is more than none and less than half a percent is `<1`.
+pub fn percent(share: f64) -> String {
+    let p = share * 100.0;
+    if p > 0.0 && p < 0.5 { "<1".into() } else { format!("{p:.0}") }
+}
+
+/// At most `width` characters; the end of what is too long becomes `…`.
+pub fn shortened(text: &str, width: usize) -> String {
+    let clean: String = text.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    if clean.chars().count() <= width {
+        return clean;
+    }
+    let kept: String = clean.chars().take(width.saturating_sub(1)).collect();
+    format!("{kept}…")
+}
+
+/// Breaks `text` at spaces into lines of at most `width` characters; a longer word stays whole.
+pub fn wrapped(text: &str, width: usize) -> String {
+    let mut out = String::new();
+    let mut column = 0;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if column > 0 && column + 1 + length > width {
+            out.push('\n');
+            column = 0;
+        } else if column > 0 {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += length;
+    }
+    out
+}

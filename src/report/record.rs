@@ -1,0 +1,37 @@
+//! `run.toml`: what the numbers of a report folder depend on, and nothing else: no time, no place,
+//! so that the same inputs give the same bytes.
+
+use toml::{Table, Value};
+
+use super::{MODEL_VERSION, ReportError, Run, SCHEMA_VERSION, TOOL_VERSION};
+
+/// The file: versions, run, inputs with checksums, configuration as resolved.
+pub fn run_toml(run: &Run) -> Result<String, ReportError> {
+    let facts = &run.facts;
+    let mut root = Table::new();
+    root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
+    root.insert("tool-version".into(), TOOL_VERSION.into());
+    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    root.insert("model".into(), facts.model.name().into());
+    root.insert("display-fps".into(), facts.display_fps.into());
+    root.insert("incomplete".into(), run.incomplete().into());
+    root.insert("frames-asked-for".into(), count(facts.trace.frames as u64));
+    root.insert("frames-reported".into(), count(run.frames.len() as u64));
+    let inputs = facts.inputs.iter().map(|input| {
+        let mut table = Table::new();
+        table.insert("role".into(), input.role.into());
+        table.insert("name".into(), input.name.clone().into());
+        table.insert("bytes".into(), count(input.bytes));
+        table.insert("xxh3-128".into(), format!("{:032x}", input.xxh3).into());
+        Value::Table(table)
+    });
+    root.insert("inputs".into(), Value::Array(inputs.collect()));
+    root.insert("configuration".into(), Value::Table(facts.configuration.clone()));
+    let head = "# What this report was made from. The command that was typed: invocation.toml.\n";
+    Ok(format!("{head}{}", toml::to_string_pretty(&root)?))
+}
+
+/// TOML integers are signed; nothing that we count comes near 2⁶³.
+fn count(n: u64) -> Value {
+    Value::Integer(i64::try_from(n).unwrap_or(i64::MAX))
+}

@@ -1,0 +1,164 @@
+//! The JSON schema of `--json`, written from the catalogue of statistics.
+
+use serde_json::{Map, Value as Json, json};
+
+use super::SCHEMA_VERSION;
+use crate::sim::statistics::{Aggregate, Kind, Statistic, catalogue};
+
+/// The schema (draft 2020-12) of what [`super::json::report`] returns.
+pub fn schema() -> Json {
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": format!("powergs-sim-report-{SCHEMA_VERSION}"),
+        "title": "Report of powergs-sim replay",
+        "description": "What `replay --json` prints. Null: not measured by this model or trace.",
+        "type": "object",
+        "additionalProperties": false,
+        "required": required(&top()),
+        "properties": top(),
+    })
+}
+
+fn top() -> Map<String, Json> {
+    let entries = [
+        ("schema_version", constant(SCHEMA_VERSION, "Version of this schema.")),
+        ("tool_version", plain("string", "Version of powergs-sim.")),
+        ("model_version", plain("integer", "Raised when the same inputs give other numbers.")),
+        ("model", json!({"enum": ["paper", "cycle"], "description": "Which model counted."})),
+        ("machine", object(machine(), "The machine.")),
+        ("trace", object(trace(), "The trace.")),
+        ("inputs", array(object(input(), "A file that was read."), "Files that were read.")),
+        ("fps", plain("number", "Display rate that powers and deadlines are for, 1/s.")),
+        ("incomplete", plain("boolean", "Whether the run ended before its last frame.")),
+        (
+            "throughput_fps",
+            nullable("number", "Frames over the simulated time of all of them, 1/s."),
+        ),
+        (
+            "throughput_power_w",
+            nullable("number", "Energy of all frames over their simulated time: full rate, W."),
+        ),
+        ("deadline_misses", nullable("integer", "Frames that took longer than 1 / `fps`.")),
+        ("aggregate", object(statistics(aggregate), "Over all frames, each with equal weight.")),
+        ("frames", array(object(frame(), "One frame."), "Reported frames, in order.")),
+    ];
+    entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn machine() -> Map<String, Json> {
+    map([
+        ("name", plain("string", "Name of the machine.")),
+        ("energy_table", plain("string", "Name of the energy table.")),
+        ("clock_hz", nullable("number", "Clock, Hz.")),
+        ("dram_peak_gb_s", nullable("number", "Peak DRAM rate, 10⁹ bytes per second.")),
+    ])
+}
+
+fn trace() -> Map<String, Json> {
+    map([
+        ("name", plain("string", "File name without its ending.")),
+        ("frames", plain("integer", "Frames that were asked for.")),
+        ("width_px", plain("integer", "Width of the first frame, pixels.")),
+        ("height_px", plain("integer", "Height of the first frame, pixels.")),
+    ])
+}
+
+fn input() -> Map<String, Json> {
+    map([
+        ("role", plain("string", "What it was used as.")),
+        ("name", plain("string", "File name without folders.")),
+        ("bytes", plain("integer", "Size, bytes.")),
+        ("xxh3_128", plain("string", "XXH3, 128 bits, hexadecimal.")),
+    ])
+}
+
+fn frame() -> Map<String, Json> {
+    let mut entries = map([
+        ("frame", plain("integer", "Position in the trace.")),
+        ("name", plain("string", "Name of the view.")),
+    ]);
+    entries.extend(statistics(|s| {
+        let mut value = nullable(number_type(s), &s.definition);
+        value["unit"] = s.unit.into();
+        value
+    }));
+    entries
+}
+
+fn aggregate(statistic: &Statistic) -> Json {
+    let parts = Aggregate::PARTS.map(|part| {
+        let kind = if part == "mean" { "number" } else { number_type(statistic) };
+        (part, json!({ "type": kind }))
+    });
+    json!({
+        "type": ["object", "null"],
+        "description": format!("{} [{}]", statistic.definition, statistic.unit),
+        "additionalProperties": false,
+        "required": Aggregate::PARTS,
+        "properties": map(parts),
+    })
+}
+
+fn number_type(statistic: &Statistic) -> &'static str {
+    match statistic.kind {
+        Kind::Count => "integer",
+        Kind::Real => "number",
+    }
+}
+
+/// The catalogue, nested by the dots, with `leaf` as the schema of each statistic.
+fn statistics(leaf: impl Fn(&Statistic) -> Json) -> Map<String, Json> {
+    let mut map = Map::new();
+    for statistic in catalogue() {
+        insert(&mut map, &statistic.name, leaf(statistic));
+    }
+    map
+}
+
+fn insert(map: &mut Map<String, Json>, path: &str, value: Json) {
+    let Some((head, rest)) = path.split_once('.') else {
+        map.insert(path.to_owned(), value);
+        return;
+    };
+    let group = map.entry(head).or_insert_with(|| object(Map::new(), ""));
+    let inner = group["properties"].as_object_mut().expect("no statistic is a parent");
+    insert(inner, rest, value);
+    group["required"] = required(group["properties"].as_object().expect("just filled"));
+}
+
+fn required(properties: &Map<String, Json>) -> Json {
+    properties.keys().cloned().collect::<Vec<_>>().into()
+}
+
+fn object(properties: Map<String, Json>, description: &str) -> Json {
+    let mut value = json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": required(&properties),
+        "properties": properties,
+    });
+    if !description.is_empty() {
+        value["description"] = description.into();
+    }
+    value
+}
+
+fn map<const N: usize>(entries: [(&str, Json); N]) -> Map<String, Json> {
+    entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+fn array(items: Json, description: &str) -> Json {
+    json!({ "type": "array", "description": description, "items": items })
+}
+
+fn plain(kind: &str, description: &str) -> Json {
+    json!({ "type": kind, "description": description })
+}
+
+fn nullable(kind: &str, description: &str) -> Json {
+    json!({ "type": [kind, "null"], "description": description })
+}
+
+fn constant(value: u32, description: &str) -> Json {
+    json!({ "const": value, "description": description })
+}

@@ -1,0 +1,4 @@
+//! Reports: every format from hand-made runs.
+
+pub mod builder;
+mod charts;

@@ -1,0 +1,186 @@
+//! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
+
+use powergs_sim::accel::{DramUse, FrameTiming, UnitCycles};
+use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_sim::energy::{Component, EnergyBreakdown};
+use powergs_sim::quantity::Picojoules;
+use powergs_sim::report::{Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts};
+use powergs_sim::sim::{FrameReport, Model, StageBytes};
+use powergs_sim::splat::Counters;
+
+/// A frame of about `millions` of cycles at 1 GHz.
+pub fn frame(number: usize, millions: f64) -> FrameReport {
+    let cycles = (millions * 1e6) as u64;
+    let n = cycles / 10;
+    let mut actions = ActionCounts::default();
+    actions.charge(Stage::Preprocessing, Action::Cull, 250_000);
+    actions.charge(Stage::Sorting, Action::CompareExchange, 3 * n);
+    actions.charge(Stage::Rendering, Action::Alpha, 40 * n);
+    actions.charge(Stage::Rendering, Action::SramRead(Buffer::Feature), 60 * n);
+    let mut energy = EnergyBreakdown::default();
+    let mj = |x: f64| Picojoules(x * 1e9 * millions);
+    energy.add(Stage::Preprocessing, Component::Dram, mj(0.05));
+    energy.add(Stage::Preprocessing, Component::Sram, mj(0.01));
+    energy.add(Stage::Preprocessing, Component::Flop, mj(0.02));
+    energy.add(Stage::Sorting, Component::Dram, mj(0.08));
+    energy.add(Stage::Sorting, Component::Sram, mj(0.015));
+    energy.add(Stage::Sorting, Component::Flop, mj(0.01));
+    energy.add(Stage::Rendering, Component::Dram, mj(0.12));
+    energy.add(Stage::Rendering, Component::Sram, mj(0.04));
+    energy.add(Stage::Rendering, Component::Flop, mj(0.2));
+    energy.add(Stage::Standby, Component::Leakage, mj(0.06));
+    energy.add(Stage::Standby, Component::Background, mj(0.025));
+    FrameReport {
+        frame: number,
+        name: format!("view_{number:04}"),
+        counters: counters(n),
+        alpha_evaluations_executed: Some(64 * n),
+        stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
+        actions,
+        energy,
+        standby_w: [0.06, 0.025],
+        timing: Some(timing(cycles)),
+        clock_hz: Some(1e9),
+        display_w: Some(0.9 + 0.01 * (number % 10) as f64),
+    }
+}
+
+fn counters(n: u64) -> Counters {
+    Counters {
+        points: 250_000,
+        survivors: 200_000,
+        tile_pairs: 2 * n,
+        intersecting_points: n,
+        fetched_points: n / 2,
+        obb_tests: 3 * n,
+        obb_prepared: n / 3,
+        tile_loads: n + n / 2,
+        alpha_evaluations: 40 * n,
+        blends: 12 * n,
+    }
+}
+
+fn bytes(read: u64, write: u64, sram: u64) -> StageBytes {
+    StageBytes { read, write, sram, flops: 0 }
+}
+
+fn timing(cycles: u64) -> FrameTiming {
+    let unit = |unit, instances: u32, shares: [f64; 4]| {
+        let all = cycles * u64::from(instances);
+        let part = |share: f64| (all as f64 * share) as u64;
+        let [busy, dram, input, output] = shares.map(part);
+        let idle = all - busy - dram - input - output;
+        UnitCycles { unit, instances, busy, stalls: [dram, input, output], idle }
+    };
+    FrameTiming {
+        frame: cycles,
+        preprocessing_end: cycles / 4,
+        units: vec![
+            unit("ccu", 4, [0.10, 0.12, 0.0, 0.01]),
+            unit("qsu", 8, [0.05, 0.14, 0.02, 0.20]),
+            unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
+            unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
+        ],
+        dram: DramUse {
+            read_bytes: 15 * (cycles / 10),
+            write_bytes: 2 * (cycles / 10),
+            requests_issued: cycles / 700,
+            requests_served: cycles / 700,
+            busy_cycles: cycles / 3,
+        },
+    }
+}
+
+/// A frame of the `paper` model.
+pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
+    let mut frame = frame(number, millions);
+    let mut energy = EnergyBreakdown::default();
+    for stage in Stage::WORK {
+        for component in [Component::Dram, Component::Sram, Component::Flop] {
+            energy.add(stage, component, frame.energy.part(stage, component));
+        }
+    }
+    frame.energy = energy;
+    frame.stages.iter_mut().for_each(|s| s.flops = 1_000_000);
+    frame.actions = ActionCounts::default();
+    frame.alpha_evaluations_executed = None;
+    frame.standby_w = [0.0; 2];
+    frame.timing = None;
+    frame.clock_hz = None;
+    frame.display_w = None;
+    frame
+}
+
+/// What went into the runs of these tests.
+pub fn facts(frames: usize) -> Facts {
+    Facts {
+        model: Model::Cycle,
+        display_fps: 60.0,
+        trace: TraceFacts { name: "garden".into(), frames, width: 979, height: 546 },
+        machine: MachineFacts {
+            name: "gscore".into(),
+            energy_table: "gscore-28nm".into(),
+            clock_hz: Some(1e9),
+            dram_peak_gb_s: Some(51.2),
+        },
+        inputs: vec![Input {
+            role: "trace",
+            name: "garden.bin".into(),
+            bytes: 1_234_567,
+            xxh3: 0x0123_4567_89ab_cdef_0011_2233_4455_6677,
+        }],
+        configuration: toml::from_str("[machine]\nclock = \"1 GHz\"\n[machine.vru]\ncores = 4\n")
+            .expect("a table"),
+    }
+}
+
+/// A run over frames of these millions of cycles.
+pub fn run(millions: &[f64]) -> Run {
+    let frames: Vec<_> = millions.iter().enumerate().map(|(i, &m)| frame(i, m)).collect();
+    Run { facts: facts(frames.len()), frames, tiles: Some(tiles(979, 546, 16)) }
+}
+
+/// The standard run: 24 frames of 4 to 20 ms, two of them over the deadline.
+pub fn garden() -> Run {
+    let wave = |i: usize| 11.0 + 6.8 * (i as f64 / 24.0 * std::f64::consts::TAU).sin();
+    run(&(0..24).map(wave).collect::<Vec<_>>())
+}
+
+/// The same trace in the `paper` model.
+pub fn paper() -> Run {
+    let mut run = garden();
+    run.facts.model = Model::Paper;
+    run.facts.machine = MachineFacts {
+        name: "paper".into(),
+        energy_table: "paper".into(),
+        clock_hz: None,
+        dram_peak_gb_s: None,
+    };
+    run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.0)).collect();
+    run
+}
+
+/// Lists that are long in the middle, over a picture of rings.
+pub fn tiles(width: u32, height: u32, tile: u32) -> TileLoad {
+    let (tiles_x, tiles_y) = (width.div_ceil(tile), height.div_ceil(tile));
+    let far = |x: u32, y: u32, w: u32, h: u32| {
+        let dx = f64::from(x) / f64::from(w) - 0.5;
+        let dy = f64::from(y) / f64::from(h) - 0.5;
+        (dx * dx + dy * dy).sqrt()
+    };
+    let entry = |i: u32| {
+        let d = far(i % tiles_x, i / tiles_x, tiles_x, tiles_y);
+        (1800.0 * (-6.0 * d * d).exp()) as u32 + (i * 7919) % 90
+    };
+    let (w, h) = (160, 90);
+    let pixel = |i: u32| [((far(i % w, i / w, w, h) * 60.0).sin() * 100.0 + 128.0) as u8; 3];
+    TileLoad {
+        frame: 6,
+        width,
+        height,
+        tile,
+        tiles_x,
+        entries: (0..tiles_x * tiles_y).map(entry).collect(),
+        picture: Some(Picture { width: w, height: h, rgb: (0..w * h).flat_map(pixel).collect() }),
+    }
+}

@@ -1,0 +1,115 @@
+//! Charts: valid images of the promised size, for ordinary and for degenerate runs.
+
+use std::path::Path;
+
+use powergs_sim::report::charts::{Chart, all};
+use powergs_sim::report::{Run, Table};
+
+use super::builder;
+
+/// A drawn chart.
+struct Drawn {
+    name: &'static str,
+    svg: String,
+}
+
+/// Draws all charts of `run` and leaves them in the target folder, to be looked at. Rasterising
+/// takes most of a second each in this profile, so PNGs are made for the ordinary run only, or for
+/// all with `RUN_SLOW_TESTS=1`.
+fn draw(name: &str, run: &Run) -> Vec<Drawn> {
+    let charts = all(run, &Table::of(run)).expect("charts");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("charts").join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let rasterised = name == "garden" || std::env::var_os("RUN_SLOW_TESTS").is_some();
+    charts.iter().map(|chart| check(name, &folder, chart, rasterised)).collect()
+}
+
+fn check(name: &str, folder: &Path, chart: &Chart, rasterised: bool) -> Drawn {
+    let svg = chart.drawing.svg().expect("SVG");
+    for nonsense in ["NaN", "inf", "-0"] {
+        assert!(!svg.contains(&format!(">\n{nonsense}")), "{name}/{}", chart.name);
+    }
+    std::fs::write(folder.join(format!("{}.svg", chart.name)), &svg).expect("written");
+    if rasterised {
+        let png = chart.drawing.png().expect("PNG");
+        std::fs::write(folder.join(format!("{}.png", chart.name)), &png).expect("written");
+        let image = image::load_from_memory(&png).expect("a PNG").to_rgb8();
+        assert_eq!(image.dimensions(), (1920, 1080), "{name}/{}", chart.name);
+        let mut colours: Vec<_> = image.pixels().map(|p| p.0).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        assert!(colours.len() > 30, "{name}/{} is nearly empty", chart.name);
+    }
+    Drawn { name: chart.name, svg }
+}
+
+fn names(charts: &[Drawn]) -> Vec<&str> {
+    charts.iter().map(|c| c.name).collect()
+}
+
+#[test]
+fn ordinary_run_has_four_charts() {
+    let charts = draw("garden", &builder::garden());
+    assert_eq!(names(&charts), ["energy", "cycles", "frame_time", "tile_load"]);
+    for chart in &charts {
+        assert!(chart.svg.contains("garden on gscore"), "{}", chart.name);
+        assert!(!chart.svg.contains("INCOMPLETE"));
+    }
+    assert!(charts[0].svg.contains("preprocessing") && charts[0].svg.contains("display"));
+    assert!(charts[2].svg.contains("deadline 16.7 ms"));
+}
+
+#[test]
+fn paper_model_has_no_charts_of_time() {
+    let charts = draw("paper", &builder::paper());
+    assert_eq!(names(&charts), ["energy", "tile_load"]);
+    assert!(!charts[0].svg.contains("standby"), "nothing is paid for time");
+}
+
+#[test]
+fn interrupted_run_says_so_on_every_chart() {
+    let mut run = builder::run(&[4.0, 4.1, 3.9]);
+    run.facts.trace.frames = 24;
+    for chart in draw("incomplete", &run) {
+        assert!(chart.svg.contains("INCOMPLETE: 3 of 24 frames"), "{}", chart.name);
+    }
+}
+
+#[test]
+fn one_frame() {
+    let mut run = builder::run(&[2.5]);
+    run.tiles = Some(builder::tiles(300, 900, 64));
+    assert_eq!(draw("one", &run).len(), 4);
+}
+
+#[test]
+fn all_zero_and_long_names() {
+    let mut run = builder::run(&[0.0, 0.0]);
+    run.facts.trace.name = "an absurdly long <name> & with \"signs\" in it, ".repeat(8);
+    for frame in &mut run.frames {
+        frame.standby_w = [0.0; 2];
+        frame.display_w = None;
+    }
+    if let Some(tiles) = &mut run.tiles {
+        tiles.entries.iter_mut().for_each(|n| *n = 0);
+        tiles.picture = None;
+    }
+    let charts = draw("zero", &run);
+    assert!(charts.iter().all(|c| !c.svg.contains("<name>")), "text is escaped");
+}
+
+#[test]
+fn huge_range_and_far_deadline() {
+    let wide: Vec<f64> = (0..12).map(|i| 0.002 * 3.1f64.powi(i)).collect();
+    draw("wide", &builder::run(&wide));
+    let charts = draw("fast", &builder::run(&[0.30, 0.35, 0.31]));
+    assert!(charts[2].svg.contains("above this chart"));
+}
+
+#[test]
+fn two_thousand_frames() {
+    let noise = |i: usize| 3.0 + ((i * 7919) % 1000) as f64 / 800.0 + 14.0 * f64::from(i % 97 == 5);
+    let run = builder::run(&(0..2000).map(noise).collect::<Vec<_>>());
+    let charts = draw("long", &run);
+    assert!(charts[2].svg.len() < 200_000, "{} bytes of SVG", charts[2].svg.len());
+}
