@@ -5,6 +5,7 @@ mod energy;
 mod frame_time;
 mod tile_load;
 
+use super::format::shortened;
 use super::plot::Drawing;
 use super::{ReportError, Run, Table};
 
@@ -34,7 +35,8 @@ pub fn all(run: &Run, table: &Table) -> Result<Vec<Chart>, ReportError> {
 fn subtitle(run: &Run, what: &str) -> String {
     let note = run.incomplete_note().map_or(String::new(), |note| format!("{note}. "));
     let model = run.facts.model.name();
-    format!("{note}{}, {model} model, {what}", run.title())
+    let title = shortened(&run.title(), 48);
+    format!("{note}{title}, {model} model, {what}")
 }
 
 /// `24 frames` or `1 frame`.

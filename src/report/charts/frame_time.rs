@@ -2,7 +2,7 @@
 
 use super::{Chart, subtitle};
 use crate::report::format::significant;
-use crate::report::plot::{Align, Canvas, Drawn, INK, Page, Panel, Scale, palette};
+use crate::report::plot::{Align, Canvas, Drawn, INK, Page, Panel, Scale, palette, text_width};
 use crate::report::{ReportError, Run, Table};
 
 const NAME: &str = "frame_time";
@@ -38,7 +38,7 @@ pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportErr
 }
 
 fn draw(canvas: &Canvas, numbers: &[f64], times: &[f64], deadline: f64) -> Drawn {
-    let panel = Panel { left: 130.0, top: 130.0, right: 1240.0, bottom: 630.0 };
+    let panel = Panel { left: 130.0, top: 150.0, right: 1240.0, bottom: 630.0 };
     let high = times.iter().copied().fold(0.0, f64::max);
     let low = times.iter().copied().filter(|t| *t > 0.0).fold(high, f64::min);
     let near = deadline <= FAR * high;
@@ -61,7 +61,8 @@ fn draw(canvas: &Canvas, numbers: &[f64], times: &[f64], deadline: f64) -> Drawn
     panel.horizontal_axis(canvas, &x, &ticks, "frame")?;
     curve(canvas, &x, &y, numbers, times)?;
     dots(canvas, &x, &y, numbers, times, deadline)?;
-    deadline_line(canvas, &panel, &y, deadline, near)
+    deadline_line(canvas, &panel, &y, deadline, near)?;
+    key(canvas, 40.0, deadline, near)
 }
 
 /// The curve. Where several frames share a column of pixels it covers their whole range.
@@ -108,18 +109,34 @@ fn dots(
     Ok(())
 }
 
+/// The dashed line, where it is on the chart.
 fn deadline_line(canvas: &Canvas, panel: &Panel, y: &Scale, deadline: f64, near: bool) -> Drawn {
-    let name = format!("deadline {} ms", significant(deadline));
-    if !near {
-        let note = format!("{name}: above this chart");
-        return canvas.text(&note, (panel.right, panel.top - 14.0), Align::Right, INK);
+    if near {
+        dashed(canvas, panel.left, panel.right, y.at(deadline))?;
     }
-    let height = y.at(deadline);
-    let mut x = panel.left;
-    while x < panel.right {
-        let end = (x + 12.0).min(panel.right);
-        canvas.line(&[(x, height), (end, height)], palette::VERMILION, 2)?;
+    Ok(())
+}
+
+fn dashed(canvas: &Canvas, left: f64, right: f64, y: f64) -> Drawn {
+    let mut x = left;
+    while x < right {
+        canvas.line(&[(x, y), ((x + 12.0).min(right), y)], palette::VERMILION, 2)?;
         x += 20.0;
     }
-    canvas.text(&name, (panel.right, height - 14.0), Align::Right, INK)
+    Ok(())
+}
+
+fn key(canvas: &Canvas, left: f64, deadline: f64, near: bool) -> Drawn {
+    let y = 108.0;
+    canvas.line(&[(left, y), (left + 32.0, y)], palette::BLUE, 2)?;
+    canvas.dot((left + 16.0, y), 4, palette::BLUE)?;
+    canvas.text("frame", (left + 42.0, y), Align::Left, INK)?;
+    let x = left + 42.0 + text_width("frame") + 30.0;
+    canvas.dot((x + 6.0, y), 4, palette::VERMILION)?;
+    canvas.text("over the deadline", (x + 20.0, y), Align::Left, INK)?;
+    let x = x + 20.0 + text_width("over the deadline") + 30.0;
+    dashed(canvas, x, x + 32.0, y)?;
+    let far = if near { "" } else { ": above this chart" };
+    let name = format!("deadline {} ms{far}", significant(deadline));
+    canvas.text(&name, (x + 42.0, y), Align::Left, INK)
 }

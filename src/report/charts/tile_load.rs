@@ -80,7 +80,9 @@ fn heatmap(tiles: &TileLoad, longest: u32) -> Underlay {
         };
         Rgb([r, g, b].map(|c| (COVER * f32::from(c) + (1.0 - COVER) * grey) as u8))
     });
-    Underlay { left: ROOM.0, top: ROOM.1, image }
+    // Even, so that it falls on whole pixels of the PNG.
+    let spare = ROOM.2 - (width * ZOOM.1 / ZOOM.0) as i32;
+    Underlay { left: ROOM.0 + spare / 4 * 2, top: ROOM.1, image }
 }
 
 /// Grey value of the picture at a relative position, bilinear.

@@ -101,13 +101,17 @@ fn one_two_five(low: f64, high: f64) -> Vec<f64> {
     ticks[start..=end.max(start)].to_vec()
 }
 
-/// The text of a tick: as many digits as the step needs, and no noise.
+/// The text of a tick: as many digits as the step needs (on a logarithmic scale: the tick itself),
+/// and no noise.
 pub fn label(value: f64, ticks: &[f64]) -> String {
-    let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-    if !step.is_finite() {
-        return significant(value);
+    let steps = || ticks.windows(2).map(|w| w[1] - w[0]);
+    let (low, high) = (steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max));
+    let digits = |x: f64| (-(x.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
+    if !low.is_finite() {
+        significant(value)
+    } else if high > 1.5 * low && value > 0.0 {
+        format!("{value:.*}", digits(value))
+    } else {
+        format!("{value:.*}", digits(low))
     }
-    let smallest = if value.abs() > 0.0 { step.min(value.abs()) } else { step };
-    let digits = (-(smallest.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.digits$}")
 }
