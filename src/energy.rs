@@ -1,7 +1,13 @@
 //! What actions cost: prices, and the breakdown of one frame. Never sees a tile.
 
+pub mod prices;
+pub mod table;
+
 use crate::action::Stage;
 use crate::quantity::Picojoules;
+
+pub use prices::Prices;
+pub use table::{Banks, EnergyTable};
 
 /// Where energy is spent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

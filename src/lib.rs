@@ -15,6 +15,7 @@
 pub mod accel;
 pub mod action;
 pub mod cli;
+pub mod config;
 pub mod display;
 pub mod energy;
 pub mod picture;

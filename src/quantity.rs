@@ -4,8 +4,13 @@
 //! `"1 GHz"`, `"0.53 pJ"`); a bare number is refused. Decimal prefixes are powers of 1000 and
 //! `Ki`, `Mi`, `Gi` powers of 1024: `GB/s` is never `GiB/s`.
 
+mod serial;
+mod text;
+
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul, Sub};
+
+pub use text::{Quantity, QuantityError};
 
 /// Clock cycles of the accelerator.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,6 +40,18 @@ pub struct BytesPerSecond(pub f64);
 #[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
 pub struct Nanoseconds(pub f64);
 
+/// Energy per byte moved, in picojoules per byte, finite and not negative.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct PicojoulesPerByte(pub f64);
+
+/// Silicon area in mm², finite and not negative.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd)]
+pub struct SquareMillimetres(pub f64);
+
+/// A technology node in nanometres, positive and finite.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Nanometres(pub f64);
+
 macro_rules! additive {
     ($($t:ident),*) => {$(
         impl Add for $t { type Output = $t; fn add(self, o: $t) -> $t { $t(self.0 + o.0) } }
@@ -43,7 +60,7 @@ macro_rules! additive {
         impl Sum for $t { fn sum<I: Iterator<Item = $t>>(i: I) -> $t { i.fold($t::default(), |a, b| a + b) } }
     )*};
 }
-additive!(Cycles, Bytes, Picojoules, Watts, Nanoseconds);
+additive!(Cycles, Bytes, Picojoules, Watts, Nanoseconds, SquareMillimetres);
 
 impl Mul<f64> for Picojoules {
     type Output = Picojoules;

@@ -10,12 +10,17 @@ pub use bin::bin;
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Geometry {
-    /// Tile side, pixels (8 to 64).
+    /// Tile side, a power of two (8 to 64).
+    #[schemars(range(min = 8, max = 64), extend("x-unit" = "pixels"))]
     pub tile: u32,
-    /// Sub-tile side, pixels (4 to `tile`).
+    /// Sub-tile side, a power of two (4 to `tile`).
+    #[schemars(range(min = 4, max = 64), extend("x-unit" = "pixels"))]
     pub subtile: u32,
     /// Splats sorted and loaded together.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "splats"))]
     pub chunk: u32,
     /// Splat-against-tile test.
     pub test: Intersection,

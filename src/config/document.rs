@@ -1,0 +1,213 @@
+//! From TOML text and `--set key=value` overlays to a value of a configuration type.
+//!
+//! The text is parsed with spans, the overlays are put on top, the table is checked against the
+//! schema ([`super::schema`]), and what remains is deserialized. A wrong value is replaced by a
+//! valid one after it was reported, so that one pass finds every problem.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{ConfigError, Place, Problem};
+use super::schema::schema_of;
+use walk::Walk;
+
+mod walk;
+
+/// The largest configuration text that is looked at, bytes.
+pub const TEXT_MAX: usize = 1 << 20;
+
+/// Problems that are reported at most.
+const PROBLEMS_MAX: usize = 100;
+
+/// A configuration value that remembers where its keys were written.
+#[derive(Debug, Clone)]
+pub struct Config<T> {
+    /// The value.
+    pub value: T,
+    places: BTreeMap<String, Place>,
+}
+
+impl<T> Config<T> {
+    /// A problem with the value of `key`, placed where the key was written.
+    pub fn problem(&self, key: &str, message: String) -> Problem {
+        let start = Place::File { line: 1, column: 1, excerpt: String::new(), width: 1 };
+        let place = self.places.get(key).cloned().unwrap_or(start);
+        Problem { place, key: key.to_owned(), message }
+    }
+
+    /// The value, if there are no problems with it.
+    pub fn checked(self, mut problems: Vec<Problem>) -> Result<T, ConfigError> {
+        if problems.is_empty() {
+            return Ok(self.value);
+        }
+        sort(&mut problems);
+        Err(ConfigError { problems })
+    }
+}
+
+/// Reads a `T` from TOML `text` with `sets` (`dotted.key=value`) on top.
+///
+/// # Errors
+/// Everything that is wrong, each with its place: syntax (the first error only), unknown keys with
+/// the nearest known one, missing keys, wrong types, values out of range, unknown units.
+pub fn parse<T: DeserializeOwned + JsonSchema>(
+    text: &str,
+    sets: &[String],
+) -> Result<Config<T>, ConfigError> {
+    let source = Source { text, sets };
+    if text.len() > TEXT_MAX {
+        let message = format!("longer than {TEXT_MAX} bytes: this is no configuration file");
+        return Err(source.fail(0..0, "", message));
+    }
+    let parsed = DeTable::parse(text).map_err(|e| source.syntax(&e))?;
+    let root_span = parsed.span();
+    let mut table = parsed.into_inner();
+    for (index, set) in sets.iter().enumerate() {
+        let span = source.set_span(index);
+        overlay(&mut table, set, span.clone()).map_err(|m| source.fail(span, "", m))?;
+    }
+    let schema = schema_of::<T>();
+    let mut walk = Walk::new(&source, &schema);
+    walk.table(&mut table, 0..0, &schema, "");
+    let (mut problems, places) = (walk.problems, walk.places);
+    for _ in 0..PROBLEMS_MAX {
+        let whole = Spanned::new(root_span.clone(), table.clone());
+        let error = match T::deserialize(toml::Deserializer::from(whole)) {
+            Ok(value) => return Config { value, places }.clean(problems),
+            Err(error) => error,
+        };
+        let span = error.span();
+        let key = span.as_ref().and_then(|s| walk::replace(&mut table, s, &schema, ""));
+        let (span, key) = (span.unwrap_or(0..0), key.unwrap_or_default());
+        let message = match key.as_str() {
+            "" => error.message().to_owned(),
+            key => format!("`{key}`: {}", error.message()),
+        };
+        let unplaced = key.is_empty();
+        problems.push(source.problem(span, &key, message));
+        if unplaced {
+            break;
+        }
+    }
+    sort(&mut problems);
+    Err(ConfigError { problems })
+}
+
+impl<T> Config<T> {
+    fn clean(self, mut problems: Vec<Problem>) -> Result<Self, ConfigError> {
+        sort(&mut problems);
+        if problems.is_empty() { Ok(self) } else { Err(ConfigError { problems }) }
+    }
+}
+
+fn sort(problems: &mut [Problem]) {
+    problems.sort_by_key(|p| match &p.place {
+        Place::File { line, column, .. } => (0, *line, *column),
+        Place::Set(_) => (1, 0, 0),
+    });
+}
+
+/// The text and the overlays. A span beyond the end of the text is the index of an overlay.
+struct Source<'a> {
+    text: &'a str,
+    sets: &'a [String],
+}
+
+impl Source<'_> {
+    fn set_span(&self, index: usize) -> Range<usize> {
+        let start = self.text.len() + 1 + index;
+        start..start
+    }
+
+    fn is_set(&self, span: &Range<usize>) -> bool {
+        span.start > self.text.len()
+    }
+
+    fn place(&self, span: Range<usize>) -> Place {
+        match span.start.checked_sub(self.text.len() + 1).and_then(|i| self.sets.get(i)) {
+            Some(set) => Place::Set(set.clone()),
+            None => Place::of(self.text, span),
+        }
+    }
+
+    fn problem(&self, span: Range<usize>, key: &str, message: String) -> Problem {
+        Problem { place: self.place(span), key: key.to_owned(), message }
+    }
+
+    fn fail(&self, span: Range<usize>, key: &str, message: String) -> ConfigError {
+        ConfigError { problems: vec![self.problem(span, key, message)] }
+    }
+
+    fn syntax(&self, error: &toml::de::Error) -> ConfigError {
+        let span = error.span().unwrap_or(0..0);
+        let mut message = format!("not valid TOML: {}", error.message());
+        if let Place::File { excerpt, .. } = self.place(span.clone()) {
+            let value = excerpt.split_once('=').map_or("", |(_, v)| v.trim());
+            if value.starts_with(|c: char| c.is_ascii_digit()) && value.ends_with(char::is_alphabetic)
+            {
+                message.push_str(&format!("; a value with a unit is a string: write \"{value}\""));
+            }
+        }
+        self.fail(span, "", message)
+    }
+}
+
+/// Puts `key=value` on `table`. The value is TOML; what is not TOML is a string.
+fn overlay<'t>(table: &mut DeTable<'t>, set: &'t str, span: Range<usize>) -> Result<(), String> {
+    const FORM: &str = "write --set key=value, e.g. --set vru.cores=8";
+    let (key, value) = set.split_once('=').ok_or_else(|| FORM.to_owned())?;
+    let path: Vec<&str> = key.split('.').map(str::trim).collect();
+    let (Some((last, tables)), false) = (path.split_last(), path.contains(&"")) else {
+        return Err(format!("`{key}` is not a dotted key; {FORM}"));
+    };
+    let mut at = table;
+    for name in tables {
+        let fresh = || Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
+        if !at.contains_key(*name) {
+            at.insert(Spanned::new(span.clone(), (*name).into()), fresh());
+        }
+        match at.get_mut(*name).map(Spanned::get_mut) {
+            Some(DeValue::Table(inner)) => at = inner,
+            _ => return Err(format!("`{name}` in `{key}` is not a table")),
+        }
+    }
+    let value = value.trim();
+    let mut parsed = match DeValue::parse(value) {
+        Ok(parsed) => parsed.into_inner(),
+        Err(_) => DeValue::String(value.into()),
+    };
+    respan(&mut parsed, &span);
+    at.insert(Spanned::new(span.clone(), (*last).into()), Spanned::new(span, parsed));
+    Ok(())
+}
+
+/// Gives everything inside `value` the span of its overlay.
+fn respan(value: &mut DeValue<'_>, span: &Range<usize>) {
+    match value {
+        DeValue::Array(items) => {
+            for item in items.iter_mut() {
+                respan(item.get_mut(), span);
+                let inner = std::mem::replace(item.get_mut(), DeValue::Boolean(false));
+                *item = Spanned::new(span.clone(), inner);
+            }
+        }
+        DeValue::Table(table) => {
+            let entries = std::mem::take(table);
+            for (key, mut value) in entries {
+                respan(value.get_mut(), span);
+                let value = Spanned::new(span.clone(), value.into_inner());
+                table.insert(Spanned::new(span.clone(), key.into_inner()), value);
+            }
+        }
+        DeValue::String(_)
+        | DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_) => {}
+    }
+}

@@ -1,0 +1,42 @@
+//! The configuration files that come with the program, found by name.
+
+/// A file of `arch-configs/`, compiled in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Embedded {
+    /// Its name without `.toml`.
+    pub name: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+macro_rules! embedded {
+    ($folder:literal: $($name:literal),*) => {
+        &[$(Embedded {
+            name: $name,
+            text: include_str!(concat!("../../arch-configs/", $folder, "/", $name, ".toml")),
+        }),*]
+    };
+}
+
+/// Machine files, the default first.
+pub const MACHINES: &[Embedded] = embedded!("machines": "gscore", "gscore-16core", "edge");
+
+/// Energy tables, the default first.
+pub const ENERGY: &[Embedded] =
+    embedded!("energy": "gscore-28nm", "gscore-28nm-lpddr4", "paper");
+
+/// Display-power presets, the default first.
+pub const DISPLAYS: &[Embedded] = embedded!("display": "oled-powergs", "oled-d22");
+
+/// Where the numbers come from.
+pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
+
+/// The file of this name.
+pub fn find(files: &[Embedded], name: &str) -> Option<&'static str> {
+    files.iter().find(|f| f.name == name).map(|f| f.text)
+}
+
+/// The names, comma-separated, for error messages.
+pub fn names(files: &[Embedded]) -> String {
+    files.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,104 @@
+//! What is wrong with a configuration file: every problem with its place and what to do.
+
+use std::fmt;
+use std::ops::Range;
+
+/// The longest excerpt that is shown, characters.
+const EXCERPT_MAX: usize = 100;
+
+/// Everything that is wrong with one configuration file, in the order of its lines.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub struct ConfigError {
+    /// At least one problem.
+    pub problems: Vec<Problem>,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Where.
+    pub place: Place,
+    /// The dotted key that it is about (`vru.cores`); empty where the file is not TOML at all.
+    pub key: String,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+/// Where a problem is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// In the file.
+    File {
+        /// Line, from 1.
+        line: usize,
+        /// Column in characters, from 1.
+        column: usize,
+        /// The text of the line.
+        excerpt: String,
+        /// Characters to underline.
+        width: usize,
+    },
+    /// In a `--set key=value`.
+    Set(String),
+}
+
+impl Place {
+    /// The place of a byte range of `text`. A range beyond the end is the end.
+    pub fn of(text: &str, range: Range<usize>) -> Place {
+        let mut start = range.start.min(text.len());
+        while !text.is_char_boundary(start) {
+            start -= 1;
+        }
+        let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
+        let line_text = text[line_start..].lines().next().unwrap_or("");
+        let column = text[line_start..start].chars().count() + 1;
+        let left = line_text.chars().count().saturating_sub(column - 1).max(1);
+        let mut end = range.end.clamp(start, text.len());
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        Place::File {
+            line: text[..start].matches('\n').count() + 1,
+            column,
+            excerpt: line_text.to_owned(),
+            width: text[start..end].chars().count().clamp(1, left),
+        }
+    }
+
+    /// Line in the file, from 1; `None` for a `--set`.
+    pub fn line(&self) -> Option<usize> {
+        match self {
+            Place::File { line, .. } => Some(*line),
+            Place::Set(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            Place::Set(set) => write!(f, "in --set {set}: {}", self.message),
+            Place::File { line, column, excerpt, width } => {
+                write!(f, "line {line}, column {column}: {}", self.message)?;
+                if excerpt.chars().count() > EXCERPT_MAX || excerpt.trim().is_empty() {
+                    return Ok(());
+                }
+                let number = line.to_string();
+                let gutter = " ".repeat(number.len());
+                let under = " ".repeat(column - 1) + &"^".repeat(*width);
+                let shown = excerpt.replace('\t', " ");
+                write!(f, "\n{gutter} |\n{number} | {shown}\n{gutter} | {under}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let [one] = self.problems.as_slice() {
+            return one.fmt(f);
+        }
+        write!(f, "{} problems", self.problems.len())?;
+        self.problems.iter().try_for_each(|p| write!(f, "\n{p}"))
+    }
+}

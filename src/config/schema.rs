@@ -1,0 +1,157 @@
+//! The JSON schema of a configuration type, and what it says about each key.
+
+use schemars::JsonSchema;
+use schemars::generate::SchemaSettings;
+use serde_json::Value;
+
+/// What is known about one key.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KeyDoc {
+    /// Dotted path: `vru.cores`; `[]` marks a list, `*` any name.
+    pub path: String,
+    /// Unit or kind of the value: `cycles`, `a size (B, ...)`, `one of obb, aabb`.
+    pub unit: String,
+    /// Meaning.
+    pub definition: String,
+    /// Whether the key must be there.
+    pub required: bool,
+    /// Whether it is a table, not a value.
+    pub table: bool,
+}
+
+/// The JSON schema of `T`, all references inlined.
+pub fn schema_of<T: JsonSchema>() -> Value {
+    let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
+    settings.into_generator().into_root_schema_for::<T>().to_value()
+}
+
+/// Every key of `T` in the order of its declaration, tables before their keys.
+pub fn key_docs<T: JsonSchema>() -> Vec<KeyDoc> {
+    let mut docs = Vec::new();
+    collect(&schema_of::<T>(), "", &mut docs);
+    docs
+}
+
+fn collect(schema: &Value, prefix: &str, docs: &mut Vec<KeyDoc>) {
+    for (name, sub) in properties(schema) {
+        describe(sub, &join(prefix, name), is_required(schema, name), docs);
+    }
+    if let Some(any) = schema.get("additionalProperties").filter(|v| v.is_object()) {
+        describe(any, &join(prefix, "*"), false, docs);
+    }
+}
+
+fn describe(sub: &Value, path: &str, required: bool, docs: &mut Vec<KeyDoc>) {
+    let (inner, path) = match list_item(sub) {
+        Some(item) => (item, format!("{path}[]")),
+        None => (non_null(sub), path.to_owned()),
+    };
+    docs.push(KeyDoc {
+        path: path.clone(),
+        unit: unit(inner),
+        definition: definition(sub),
+        required,
+        table: is_table(inner),
+    });
+    collect(inner, &path, docs);
+}
+
+/// The properties of an object schema.
+pub(super) fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    schema.get("properties").and_then(Value::as_object).into_iter().flatten()
+}
+
+/// The schema of `key` in an object schema.
+pub(super) fn property<'a>(schema: &'a Value, key: &str) -> Option<&'a Value> {
+    let named = schema.get("properties").and_then(|p| p.get(key));
+    named.or_else(|| schema.get("additionalProperties").filter(|v| v.is_object())).map(non_null)
+}
+
+/// The keys that an object schema wants.
+pub(super) fn required(schema: &Value) -> impl Iterator<Item = &str> {
+    schema.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str)
+}
+
+fn is_required(schema: &Value, key: &str) -> bool {
+    required(schema).any(|k| k == key)
+}
+
+/// Whether it describes a table.
+pub(super) fn is_table(schema: &Value) -> bool {
+    schema.get("properties").is_some()
+        || schema.get("additionalProperties").is_some_and(Value::is_object)
+}
+
+/// The schema of a list's items.
+pub(super) fn list_item(schema: &Value) -> Option<&Value> {
+    non_null(schema).get("items")
+}
+
+/// The schema of `T` for one of `Option<T>`.
+pub(super) fn non_null(schema: &Value) -> &Value {
+    let null = |v: &&Value| v.get("type").and_then(Value::as_str) != Some("null");
+    schema.get("anyOf").and_then(Value::as_array).and_then(|a| a.iter().find(null)).unwrap_or(schema)
+}
+
+/// The names that an enum schema allows.
+pub(super) fn choices(schema: &Value) -> Vec<&str> {
+    let list = |key: &str| schema.get(key).and_then(Value::as_array).into_iter().flatten();
+    let constants = list("oneOf").filter_map(|v| v.get("const")?.as_str());
+    let plain = list("enum").chain(list("oneOf").flat_map(|v| {
+        v.get("enum").and_then(Value::as_array).into_iter().flatten()
+    }));
+    constants.chain(plain.filter_map(Value::as_str)).collect()
+}
+
+/// The documentation of a key, on one line.
+pub(super) fn definition(schema: &Value) -> String {
+    let own = text(schema, "description").or_else(|| text(non_null(schema), "description"));
+    let mut line = own.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    for variant in non_null(schema).get("oneOf").and_then(Value::as_array).into_iter().flatten() {
+        if let (Some(name), Some(means)) = (text(variant, "const"), text(variant, "description")) {
+            let means = means.split_whitespace().collect::<Vec<_>>().join(" ");
+            line.push_str(&format!(" `{name}`: {}", means));
+        }
+    }
+    line
+}
+
+fn text<'a>(schema: &'a Value, key: &str) -> Option<&'a str> {
+    schema.get(key)?.as_str()
+}
+
+fn unit(schema: &Value) -> String {
+    if let Some(unit) = text(schema, "x-unit") {
+        return unit.to_owned();
+    }
+    let choices = choices(schema);
+    if !choices.is_empty() {
+        return format!("one of {}", choices.join(", "));
+    }
+    let kind = match schema.get("type") {
+        Some(Value::Array(kinds)) => kinds.first().and_then(Value::as_str).unwrap_or(""),
+        Some(kind) => kind.as_str().unwrap_or(""),
+        None => "",
+    };
+    match kind {
+        "integer" => "count",
+        "number" => "number",
+        "boolean" => "true or false",
+        "string" => "text",
+        "object" => "table",
+        _ => "value",
+    }
+    .to_owned()
+}
+
+/// `a.b`, or `b` at the top.
+pub(super) fn join(prefix: &str, key: &str) -> String {
+    if prefix.is_empty() { key.to_owned() } else { format!("{prefix}.{key}") }
+}
+
+/// The dotted paths of all keys.
+pub(super) fn all_keys(root: &Value) -> Vec<String> {
+    let mut docs = Vec::new();
+    collect(root, "", &mut docs);
+    docs.into_iter().map(|d| d.path).collect()
+}

@@ -1,0 +1,15 @@
+//! "Did you mean".
+
+/// The candidate that `word` is most likely a typo of, if one is near enough.
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |s: &str| s.to_lowercase().replace(['_', ' '], "-");
+    let word = plain(word);
+    let distance = |c: &str| strsim::damerau_levenshtein(&word, &plain(c));
+    let allowed = (word.chars().count() / 3).clamp(1, 4);
+    let scored = candidates.into_iter().map(|c| (distance(c), c));
+    let prefixed = |c: &str| word.chars().count() >= 3 && plain(c).starts_with(&word);
+    scored
+        .filter(|(d, c)| *d <= allowed || prefixed(c))
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, c)| c)
+}
