@@ -3,12 +3,14 @@
 //! One file per command under `cli/`; each has its `Args` (clap) and a
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
+pub mod background;
 pub mod camera;
 pub mod camera_file;
 pub mod completions;
 pub mod failure;
 pub mod out;
 pub mod progress;
+pub mod render;
 pub mod scene;
 pub mod scene_file;
 pub mod startup;
@@ -61,6 +63,9 @@ pub enum Command {
     /// Look at trained models, convert them
     #[command(after_help = scene::EXAMPLES)]
     Scene(scene::Args),
+    /// Render views of a scene to PNG
+    #[command(after_help = render::EXAMPLES)]
+    Render(render::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -83,6 +88,7 @@ impl Context {
 /// Runs one command.
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
+        Command::Render(args) => render::run(args, context),
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),
         Command::Scene(args) => scene::run(args, context),
