@@ -2,6 +2,7 @@
 
 mod camera;
 mod geometry;
+mod photos;
 mod raster;
 mod workload;
 mod report;
