@@ -14,6 +14,7 @@ pub mod render;
 pub mod scene;
 pub mod scene_file;
 pub mod startup;
+pub mod synth;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,6 +67,9 @@ pub enum Command {
     /// Render views of a scene to PNG
     #[command(after_help = render::EXAMPLES)]
     Render(render::Args),
+    /// Make a synthetic scene that behaves like a trained one
+    #[command(after_help = synth::EXAMPLES)]
+    Synth(synth::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -92,5 +96,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),
         Command::Scene(args) => scene::run(args, context),
+        Command::Synth(args) => synth::run(args, context),
     }
 }

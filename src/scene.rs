@@ -15,6 +15,7 @@ mod sog;
 mod splat_rows;
 mod spz;
 pub mod stats;
+pub mod synth;
 mod warning;
 
 pub use camera::{Camera, Split};

@@ -1,13 +1,12 @@
 //! `camera info` and `camera convert`: what a camera file holds, and views written as INRIA
 //! `cameras.json`.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::camera_file::{self, CameraArgs, Views};
-use super::{Context, Exit, Failure, OrExit};
+use super::{Context, Exit, Failure, out};
 use crate::scene::camera::inria;
 use crate::scene::camera::orbit::SceneBounds;
 use crate::scene::{Camera, Split};
@@ -53,14 +52,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             let read = camera_file::read(file, *size)?;
             let (cameras, warnings) = (read.cameras, read.warnings);
             let facts = facts(&Views { cameras, format: read.format, warnings });
-            let text = if context.global.json { format!("{facts:#}\n") } else { lines(&facts) };
-            let printed = std::io::stdout().lock().write_all(text.as_bytes());
-            match printed {
-                Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-                    Err(e).or_exit(Exit::Usage, "standard output")
-                }
-                Ok(()) | Err(_) => Ok(Exit::Done),
-            }
+            if context.global.json { out::json(&facts)? } else { out::text(&lines(&facts))? }
         }
         CameraCommand::Convert { cameras, output } => {
             // Without a scene an orbit goes around the origin.
@@ -69,9 +61,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             views.warn(context);
             let text = inria::write(&views.cameras);
             camera_file::write_aside(output, |w| w.write_all(text.as_bytes()))?;
-            Ok(Exit::Done)
+            if context.global.json {
+                out::json(&json!({ "views": views.cameras.len(), "format": views.format }))?;
+            }
         }
     }
+    Ok(Exit::Done)
 }
 
 /// The facts, with the names of the JSON output.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::{Context, Exit, Failure, OrExit};
+use super::{Context, Exit, Failure, OrExit, out};
 use crate::scene::camera::check::{MAX_DISTANCE, MAX_SIZE};
 use crate::scene::camera::orbit::{Orbit, SceneBounds};
 use crate::scene::camera::{CameraError, CameraFile, colmap, edit, json, path};
@@ -143,7 +143,7 @@ impl Views {
     /// Prints the warnings on standard error, unless `--quiet`.
     pub fn warn(&self, context: &Context) {
         for warning in self.warnings.iter().filter(|_| !context.global.quiet) {
-            let _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+            out::complain(format!("warning: {warning}"));
         }
     }
 }

@@ -1,0 +1,193 @@
+//! `synth`: seeded scenes that behave like trained ones.
+
+pub mod statistics;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::camera_file::write_aside;
+use super::progress::Progress;
+use super::{Context, Exit, Failure, out};
+use crate::scene::camera::inria;
+use crate::scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
+use crate::scene::{Camera, Gaussians, write_ply};
+use statistics::{SceneStatistics, measure, statistics};
+
+/// Examples at the end of the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim synth --list
+  powergs-sim synth demo -o demo.ply --cameras demo-cameras.json
+  powergs-sim synth lego --points 100000 --seed 7 -o lego.ply
+  powergs-sim synth outdoor-bounded --check";
+
+/// Most Gaussians of a synthetic scene: 24 GB in memory.
+const MAX_POINTS: usize = 100_000_000;
+
+/// Make a synthetic scene that behaves like a trained one
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// What to make: see --list
+    #[arg(required_unless_present = "list")]
+    preset: Option<String>,
+    /// List the presets
+    #[arg(long, conflicts_with_all = ["output", "cameras", "check", "points"])]
+    list: bool,
+    /// File to write: an INRIA PLY with SH degree 3
+    #[arg(long, short, required_unless_present_any = ["list", "check", "cameras"])]
+    output: Option<PathBuf>,
+    /// Write the views of the preset to this INRIA cameras.json
+    #[arg(long, value_name = "FILE")]
+    cameras: Option<PathBuf>,
+    /// Gaussians [default: as the preset]; sizes follow, so that the look stays
+    #[arg(long, value_name = "N")]
+    points: Option<usize>,
+    /// The same seed gives the same bytes
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Render some views and print how near the scene comes to published statistics
+    #[arg(long)]
+    check: bool,
+    /// Views that --check renders, evenly spaced
+    #[arg(long, value_name = "N", default_value = "4", requires = "check")]
+    check_views: std::num::NonZeroUsize,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let Some(name) = args.preset.as_deref().filter(|_| !args.list) else {
+        return list(context);
+    };
+    let preset = named(name)?;
+    let points = args.points.unwrap_or(preset.points);
+    if !(1..=MAX_POINTS).contains(&points) {
+        let what = format!("--points {points}: must be 1 to {MAX_POINTS}");
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let views = cameras(preset);
+    if let Some(path) = &args.cameras {
+        let text = inria::write(&views);
+        write_aside(path, |w| w.write_all(text.as_bytes()))?;
+        tell(context, format_args!("{}: {} views", path.display(), views.len()));
+    }
+    if args.output.is_none() && !args.check {
+        return Ok(Exit::Done);
+    }
+    let scene = generate(preset, points, args.seed);
+    if let Some(path) = &args.output {
+        write_aside(path, |mut w| write_ply(&scene, &mut w))?;
+        tell(context, format_args!("{}: {points} Gaussians, SH degree 3", path.display()));
+    }
+    if args.check { check(args, context, preset, &scene, &views) } else { Ok(Exit::Done) }
+}
+
+/// Says on standard error what was written; standard output is for results.
+fn tell(context: &Context, message: std::fmt::Arguments<'_>) {
+    if !context.global.quiet {
+        out::complain(message);
+    }
+}
+
+fn check(
+    args: &Args,
+    context: &Context,
+    preset: &Preset,
+    scene: &Gaussians,
+    views: &[Camera],
+) -> Result<Exit, Failure> {
+    let count = args.check_views.get().min(views.len());
+    let progress = Progress::new(context, count as u64, "views");
+    let wants_pairs = preset.targets.iter().any(|t| t.statistic == Statistic::PairsAabb);
+    let mut frames = Vec::with_capacity(count);
+    for idx in 0..count {
+        if context.is_cancelled() {
+            return Ok(Exit::Interrupted);
+        }
+        frames.push(measure(scene, &views[idx * views.len() / count], wants_pairs));
+        progress.advance(1);
+    }
+    drop(progress);
+    let measured = statistics(scene, &frames);
+    if context.global.json {
+        out::json(&as_json(preset, &measured))?;
+    } else {
+        out::text(&as_table(preset, scene.len(), &measured))?;
+    }
+    Ok(Exit::Done)
+}
+
+fn named(name: &str) -> Result<&'static Preset, Failure> {
+    Preset::named(name).ok_or_else(|| {
+        let names = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+        Failure::new(Exit::Usage, format!("`{name}` is not a preset; there are {names}"))
+    })
+}
+
+fn list(context: &Context) -> Result<Exit, Failure> {
+    if context.global.json {
+        let preset = |p: &Preset| {
+            json!({ "name": p.name, "summary": p.summary, "points": p.points,
+                    "width_px": p.size.0, "height_px": p.size.1 })
+        };
+        out::json(&PRESETS.iter().map(preset).collect::<Value>())?;
+        return Ok(Exit::Done);
+    }
+    let mut text = String::new();
+    for p in &PRESETS {
+        let size = format!("{}x{}", p.size.0, p.size.1);
+        let _ = writeln!(text, "{:18} {:>9} Gaussians  {size:>9}", p.name, p.points);
+        let _ = writeln!(text, "    {}", p.summary);
+    }
+    out::text(&text)?;
+    Ok(Exit::Done)
+}
+
+/// The targets of `preset` beside what was measured, and what was measured without a target.
+pub fn as_table(preset: &Preset, points: usize, measured: &SceneStatistics) -> String {
+    let mut text = format!("{:26} {:>10}  {:>17}\n", preset.name, "measured", "published");
+    for (statistic, value) in measured {
+        let target = preset.targets.iter().find(|t| t.statistic == *statistic);
+        let range = target.map_or_else(String::new, |t| {
+            let near = (t.low..=t.high).contains(value);
+            let mark = if near { "" } else { "  OUTSIDE" };
+            format!("{:>8} to {:<6}{mark}", number(t.low), number(t.high))
+        });
+        let line = format!("{:26} {:>10}  {range}", statistic.name(), number(*value));
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    if points != preset.points {
+        let _ = writeln!(
+            text,
+            "Published values are for about {} Gaussians, not {points}.",
+            preset.points
+        );
+    }
+    for target in preset.targets {
+        let _ = writeln!(text, "  {}: {}", target.statistic.name(), target.source);
+    }
+    text
+}
+
+/// The same as JSON.
+pub fn as_json(preset: &Preset, measured: &SceneStatistics) -> Value {
+    let statistic = |(statistic, value): (&Statistic, &f64)| {
+        let target = preset.targets.iter().find(|t| t.statistic == *statistic);
+        let target = target.map(|t| json!({ "low": t.low, "high": t.high, "source": t.source }));
+        (statistic.name().to_string(), json!({ "measured": value, "published": target }))
+    };
+    let statistics: serde_json::Map<String, Value> = measured.iter().map(statistic).collect();
+    json!({ "preset": preset.name, "statistics": statistics })
+}
+
+/// Three or more digits, without an exponent.
+fn number(value: f64) -> String {
+    match value.abs() {
+        v if v >= 1e6 => format!("{:.2}M", value / 1e6),
+        v if v >= 100.0 => format!("{value:.0}"),
+        v if v >= 10.0 => format!("{value:.1}"),
+        v if v >= 1.0 => format!("{value:.2}"),
+        _ => format!("{value:.3}"),
+    }
+}

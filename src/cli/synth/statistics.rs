@@ -1,0 +1,129 @@
+//! What a scene and its frames measure, in the terms in which workload statistics are published.
+
+use std::collections::BTreeMap;
+
+use crate::raster::{Detail, Options, render};
+use crate::scene::camera::edit::resized;
+use crate::scene::synth::Statistic;
+use crate::scene::{Camera, Gaussians};
+use crate::splat::{Counters, Intersection};
+use crate::workload::{Geometry, bin};
+
+/// The image size at which pairs with 8x8 tiles were published, pixels.
+const PAIRS_SIZE: (u32, u32) = (1920, 1080);
+/// An opacity below which a Gaussian counts as faint.
+const LOW_OPACITY: f32 = 0.35;
+/// An axis ratio from which a Gaussian counts as spiky.
+const SPIKY_RATIO: f32 = 3.0;
+
+/// Measured statistics.
+pub type SceneStatistics = BTreeMap<Statistic, f64>;
+
+/// What one frame contributes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameCounts {
+    /// Counters with 16x16 tiles and OBB lists.
+    pub counters: Counters,
+    /// List lengths of those tiles.
+    pub tile_lengths: Vec<u32>,
+    /// List entries times pixels, summed over tiles: evaluations without early termination.
+    pub pair_pixels: u64,
+    /// α evaluations that contribute, and all until pixels stop, with 16x16 tiles and lists of
+    /// bounding squares.
+    pub squares: [u64; 2],
+    /// Pairs with 8x8 tiles at 1920x1080: bounding squares, exact ellipses. Where measured.
+    pub pairs_8x8: Option<[u64; 2]>,
+}
+
+/// Statistics of a scene and its frames. Those of frames are means over the frames, those of lists
+/// are over the tiles of all frames that have a list, the longest list is the longest of all.
+pub fn statistics(scene: &Gaussians, frames: &[FrameCounts]) -> SceneStatistics {
+    let mut all = model_statistics(scene);
+    if frames.is_empty() {
+        return all;
+    }
+    let count = frames.len() as f64;
+    let sum = |value: fn(&Counters) -> u64| {
+        frames.iter().map(|frame| value(&frame.counters)).sum::<u64>() as f64
+    };
+    let mut lengths: Vec<u32> =
+        frames.iter().flat_map(|f| &f.tile_lengths).copied().filter(|n| *n > 0).collect();
+    lengths.sort_unstable();
+    let quantile = |q: f64| match lengths.len().checked_sub(1) {
+        Some(last) => f64::from(lengths[(q * last as f64).round() as usize]),
+        None => 0.0,
+    };
+    let total: u64 = lengths.iter().map(|n| u64::from(*n)).sum();
+    let pair_pixels: u64 = frames.iter().map(|frame| frame.pair_pixels).sum();
+    let (visible, evaluations) = (sum(|c| c.intersecting_points), sum(|c| c.alpha_evaluations));
+    all.insert(Statistic::Survivors, sum(|c| c.survivors) / sum(|c| c.points).max(1.0));
+    all.insert(Statistic::Visible, visible / count);
+    all.insert(Statistic::TilesPerSplat, sum(|c| c.tile_pairs) / visible.max(1.0));
+    all.insert(Statistic::ListMean, total as f64 / lengths.len().max(1) as f64);
+    all.insert(Statistic::ListMedian, quantile(0.5));
+    all.insert(Statistic::ListP99, quantile(0.99));
+    all.insert(Statistic::ListMax, quantile(1.0));
+    all.insert(Statistic::ContributingObb, sum(|c| c.blends) / evaluations.max(1.0));
+    let squares = |idx: usize| frames.iter().map(|frame| frame.squares[idx]).sum::<u64>() as f64;
+    all.insert(Statistic::ContributingAabb, squares(0) / squares(1).max(1.0));
+    all.insert(Statistic::TerminationSaving, pair_pixels as f64 / evaluations.max(1.0));
+    let pairs: Vec<[u64; 2]> = frames.iter().filter_map(|frame| frame.pairs_8x8).collect();
+    for (idx, statistic) in [Statistic::PairsAabb, Statistic::PairsExact].into_iter().enumerate() {
+        if !pairs.is_empty() && !scene.is_empty() {
+            let sum: u64 = pairs.iter().map(|pair| pair[idx]).sum();
+            all.insert(statistic, sum as f64 / pairs.len() as f64 / scene.len() as f64);
+        }
+    }
+    all
+}
+
+/// Statistics of the Gaussians alone.
+fn model_statistics(scene: &Gaussians) -> SceneStatistics {
+    let count = scene.len().max(1) as f64;
+    let low = (LOW_OPACITY / (1.0 - LOW_OPACITY)).ln();
+    let faint = scene.logit_opacities.iter().filter(|logit| **logit < low).count();
+    let spiky = |s: &&[f32; 3]| {
+        let [x, y, z] = **s;
+        x.max(y).max(z) - x.min(y).min(z) >= SPIKY_RATIO.ln()
+    };
+    let spiky = scene.log_scales.iter().filter(spiky).count();
+    SceneStatistics::from([
+        (Statistic::Points, scene.len() as f64),
+        (Statistic::LowOpacity, faint as f64 / count),
+        (Statistic::Spiky, spiky as f64 / count),
+    ])
+}
+
+/// Measures one view; `pairs_8x8` asks for the pairs with 8x8 tiles at 1920x1080 too.
+pub fn measure(scene: &Gaussians, camera: &Camera, pairs_8x8: bool) -> FrameCounts {
+    let options = Options::reference(Detail::Counters);
+    let rendered = render(scene, camera, &options);
+    let tile = options.tile;
+    let tiles_x = camera.width.div_ceil(tile);
+    let inside = |at: u32, size: u32| u64::from(tile.min(size - at * tile));
+    let pixels = |idx: usize| {
+        let (x, y) = (idx as u32 % tiles_x, idx as u32 / tiles_x);
+        inside(x, camera.width) * inside(y, camera.height)
+    };
+    let lengths = rendered.tiles.iter().map(|t| t.entries);
+    let pair_pixels = lengths.clone().enumerate().map(|(i, n)| u64::from(n) * pixels(i)).sum();
+    let aabb = Options { test: Intersection::Aabb, ..options };
+    let aabb = render(scene, camera, &aabb).counters;
+    FrameCounts {
+        squares: [aabb.blends, aabb.alpha_evaluations],
+        counters: rendered.counters,
+        tile_lengths: lengths.collect(),
+        pair_pixels,
+        pairs_8x8: pairs_8x8.then(|| count_pairs_8x8(scene, camera)),
+    }
+}
+
+fn count_pairs_8x8(scene: &Gaussians, camera: &Camera) -> [u64; 2] {
+    let options = Options::reference(Detail::Counters);
+    let camera = resized(camera, PAIRS_SIZE.0, PAIRS_SIZE.1);
+    let frame = render(scene, &camera, &options).into_frame(&camera, options.background);
+    [Intersection::Aabb, Intersection::Ellipse].map(|test| {
+        let geometry = Geometry { tile: 8, subtile: 8, chunk: options.chunk, test };
+        bin(&frame, geometry).counters.tile_pairs
+    })
+}
