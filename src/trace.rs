@@ -3,12 +3,49 @@
 //! A trace frame holds every projected splat in depth order, and per pixel the depth rank at which
 //! blending stopped. From these the work of any tiling can be counted without evaluating one
 //! exponential. The file format is specified in `docs/trace-format.md`.
+//!
+//! [`Writer`] streams frames to any `Write`; [`Reader`] reads any frame of a complete file;
+//! [`verify`] reads a possibly damaged one from front to back. A [`Frame`] that was read has passed
+//! [`Frame::check`]; one that is written must pass it.
+
+mod block;
+mod check;
+mod codec;
+mod column;
+mod encoded;
+mod error;
+mod head;
+mod reader;
+mod scan;
+mod source;
+mod transform;
+mod verify;
+mod writer;
+
+pub use column::{COLUMNS, Column, ColumnGroup, Per, Presence};
+pub use encoded::{ColumnInfo, EncodedFrame, FrameInfo};
+pub use error::{FrameFault, TraceError};
+pub use head::{FrameHead, TraceHeader};
+pub use reader::Reader;
+pub use scan::{Item, Scan};
+pub use transform::Transform;
+pub use verify::{Damage, VerifyReport, verify, verify_with};
+pub use writer::Writer;
 
 use crate::scene::Camera;
 use crate::splat::Splat;
 
 /// The stop rank of a pixel that never stopped.
 pub const NEVER: u32 = u32::MAX;
+/// The version of the file format that is written: major, minor. Files of this major version and
+/// older ones are read.
+pub const VERSION: (u16, u16) = (1, 0);
+/// The largest width or height of a frame, pixels.
+pub const SIDE_MAX: u32 = 65_536;
+/// The most Gaussians in a scene: indices are 32-bit, and the last value is kept free.
+pub const POINTS_MAX: u64 = u32::MAX as u64;
+/// The highest level of a splat in a foveated frame: there are four levels.
+pub const LEVEL_MAX: u8 = 3;
 
 /// Facts of one frame that are known before its splats.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,0 +1,365 @@
+//! A frame as it lies in the file: compressed, checksummed, not yet looked into.
+//!
+//! Reading and decoding are apart, so that frames can be decoded on many threads while one reads.
+
+use std::io::{self, Write};
+
+use rayon::prelude::*;
+
+use super::block::{BlockHeader, FRAM, HEADER, show_tag};
+use super::codec::{compress, decompress};
+use super::column::{Column, ColumnGroup, IDS, Id, Presence};
+use super::error::{FrameFault, TraceError};
+use super::head::FrameHead;
+use super::transform::Transform;
+use super::{Fovea, Frame, FrameFacts, PixelColumns, Preview};
+use crate::splat::Splat;
+
+/// The bytes of one frame and the facts in front of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EncodedFrame {
+    /// The facts.
+    pub(super) head: FrameHead,
+    /// Where the column blocks begin in the file; 0 before they are written.
+    pub(super) offset: u64,
+    /// The column blocks.
+    pub(super) columns: Vec<u8>,
+}
+
+/// What can be said of a frame without decompressing it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameInfo {
+    /// Number, splats, facts.
+    pub head: FrameHead,
+    /// The frame's bytes in the file, all headers included.
+    pub bytes: u64,
+    /// The columns in file order.
+    pub columns: Vec<ColumnInfo>,
+}
+
+/// The size of one column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ColumnInfo {
+    /// The column; `None` where this version does not know it.
+    pub column: Option<&'static Column>,
+    /// Bytes before compression.
+    pub raw_bytes: u64,
+    /// Bytes in the file, with the block header.
+    pub stored_bytes: u64,
+}
+
+impl FrameInfo {
+    /// Bytes in the file of the columns of one group, with their block headers.
+    pub fn stored_bytes(&self, group: ColumnGroup) -> u64 {
+        self.columns_of(group).map(|c| c.stored_bytes).sum()
+    }
+
+    /// Bytes before compression of the columns of one group.
+    pub fn raw_bytes(&self, group: ColumnGroup) -> u64 {
+        self.columns_of(group).map(|c| c.raw_bytes).sum()
+    }
+
+    fn columns_of(&self, group: ColumnGroup) -> impl Iterator<Item = &ColumnInfo> {
+        self.columns
+            .iter()
+            .filter(move |c| c.column.map_or(ColumnGroup::Other, |known| known.group) == group)
+    }
+}
+
+/// A column block within a frame.
+struct Block<'a> {
+    at: u64,
+    header: BlockHeader,
+    stored: &'a [u8],
+}
+
+/// The content of a column.
+enum Content {
+    Words(Vec<u32>),
+    Bytes(Vec<u8>),
+}
+
+impl EncodedFrame {
+    /// Encodes a frame, after [`Frame::check`]. The result does not depend on threads.
+    pub fn encode(frame: &Frame) -> Result<EncodedFrame, FrameFault> {
+        frame.check()?;
+        let blocks: Vec<Vec<u8>> = IDS
+            .par_iter()
+            .filter_map(|&id| content(frame, id).map(|content| encode_column(id, content)))
+            .collect();
+        let mut head = FrameHead::of(frame);
+        head.blocks = blocks.len() as u32;
+        let columns = blocks.concat();
+        head.bytes = columns.len() as u64;
+        head.to_bytes().map_err(|what| FrameFault::Facts { what })?;
+        Ok(EncodedFrame { head, offset: 0, columns })
+    }
+
+    /// Facts and counts.
+    pub fn head(&self) -> &FrameHead {
+        &self.head
+    }
+
+    /// The facts of the frame.
+    pub fn facts(&self) -> &FrameFacts {
+        &self.head.facts
+    }
+
+    /// Where the frame begins in the file it was read from.
+    pub fn start(&self) -> u64 {
+        self.offset.saturating_sub(self.head_block().len() as u64)
+    }
+
+    /// The frame's bytes in the file, headers included.
+    pub fn bytes(&self) -> u64 {
+        (self.head_block().len() + self.columns.len()) as u64
+    }
+
+    /// The sizes of the columns.
+    pub fn info(&self) -> Result<FrameInfo, TraceError> {
+        let mut columns = Vec::new();
+        for block in self.blocks() {
+            columns.push(column_info(&block?.header));
+        }
+        Ok(FrameInfo { head: self.head.clone(), bytes: self.bytes(), columns })
+    }
+
+    /// The frame. Checksums, lengths and [`Frame::check`] are all held.
+    pub fn decode(&self) -> Result<Frame, TraceError> {
+        let mut found: Vec<Option<Block<'_>>> = IDS.iter().map(|_| None).collect();
+        let mut blocks = 0;
+        for block in self.blocks() {
+            let block = block?;
+            blocks += 1;
+            block.header.check(block.stored).map_err(|e| TraceError::damaged(block.at, e))?;
+            let Some(id) = Id::from_tag(block.header.tag) else {
+                block.header.refuse_if_required(block.at)?;
+                continue;
+            };
+            if let Some(twice) = found[id as usize].replace(block) {
+                let what =
+                    format!("frame {}: `{}` is there twice", self.head.number, id.column().name);
+                return Err(TraceError::damaged(twice.at, what));
+            }
+        }
+        if blocks != self.head.blocks {
+            let what = format!("{blocks} column blocks where {} were promised", self.head.blocks);
+            return Err(TraceError::damaged(self.offset, what));
+        }
+        self.head.facts.check().map_err(|fault| self.frame_error(fault))?;
+        let contents: Result<Vec<Option<Content>>, TraceError> = IDS
+            .par_iter()
+            .zip(&found)
+            .map(|(&id, block)| self.decode_column(id, block.as_ref()))
+            .collect();
+        let frame = self.assemble(contents?)?;
+        frame.check().map_err(|fault| self.frame_error(fault))?;
+        Ok(frame)
+    }
+
+    /// The block of facts, with its header.
+    pub(super) fn head_block(&self) -> Vec<u8> {
+        let record = self.head.to_bytes().expect("checked when it was encoded or read");
+        let mut block = BlockHeader::stored(FRAM, &record).to_bytes().to_vec();
+        block.extend(record);
+        block
+    }
+
+    pub(super) fn write_to(&self, out: &mut impl Write) -> io::Result<()> {
+        out.write_all(&self.head_block())?;
+        out.write_all(&self.columns)
+    }
+
+    fn frame_error(&self, fault: FrameFault) -> TraceError {
+        TraceError::Frame { frame: self.head.number, fault }
+    }
+
+    fn blocks(&self) -> impl Iterator<Item = Result<Block<'_>, TraceError>> {
+        let mut rest = self.columns.as_slice();
+        let end = self.offset + self.columns.len() as u64;
+        std::iter::from_fn(move || {
+            if rest.is_empty() {
+                return None;
+            }
+            let at = end - rest.len() as u64;
+            let block = next_block(at, rest);
+            rest = match &block {
+                Ok((_, after)) => after,
+                Err(_) => &[],
+            };
+            Some(block.map(|(block, _)| block).map_err(|what| TraceError::damaged(at, what)))
+        })
+    }
+
+    fn decode_column(
+        &self,
+        id: Id,
+        block: Option<&Block<'_>>,
+    ) -> Result<Option<Content>, TraceError> {
+        let column = id.column();
+        let due = match column.presence {
+            Presence::Always => Some(true),
+            Presence::Foveated => Some(self.head.gaze.is_some()),
+            Presence::Optional => None,
+        };
+        if due.is_some_and(|due| due != block.is_some()) {
+            let verb = if block.is_some() { "is there but not due" } else { "is missing" };
+            let what = format!("frame {}: column `{}` {verb}", self.head.number, column.name);
+            return Err(TraceError::damaged(self.offset, what));
+        }
+        let Some(block) = block else { return Ok(None) };
+        decode_block(column, column.raw_bytes(self.head.counts()), block).map(Some).map_err(
+            |what| {
+                let (frame, name) = (self.head.number, column.name);
+                TraceError::damaged(block.at, format!("frame {frame}, column `{name}`: {what}"))
+            },
+        )
+    }
+
+    fn assemble(&self, contents: Vec<Option<Content>>) -> Result<Frame, TraceError> {
+        let mut contents = Contents(contents);
+        let splats = contents.splats();
+        let pixels = PixelColumns {
+            stop_rank: contents.words(Id::StopRank),
+            blended: contents.words(Id::Blended),
+        };
+        let fovea = self.head.gaze.map(|gaze| Fovea {
+            gaze,
+            highest_level: contents.bytes(Id::HighestLevel).unwrap_or_default(),
+            stop_rank_2: contents.words(Id::StopRank2),
+            extra_alpha: contents.words(Id::ExtraAlpha),
+            blended_2: contents.words(Id::Blended2),
+        });
+        let survivor_bits = contents.bytes(Id::SurvivorBits);
+        let preview = match contents.bytes(Id::Preview) {
+            None => None,
+            Some(bytes) => Some(preview_of(&bytes).ok_or_else(|| {
+                TraceError::damaged(self.offset, "the preview is shorter than its sizes")
+            })?),
+        };
+        let facts = self.head.facts.clone();
+        Ok(Frame { facts, splats, survivor_bits, pixels, fovea, preview })
+    }
+}
+
+pub(super) fn column_info(header: &BlockHeader) -> ColumnInfo {
+    ColumnInfo {
+        column: Id::from_tag(header.tag).map(Id::column),
+        raw_bytes: header.raw,
+        stored_bytes: header.stored.saturating_add(HEADER as u64),
+    }
+}
+
+fn next_block(at: u64, bytes: &[u8]) -> Result<(Block<'_>, &[u8]), String> {
+    let (header, rest) = bytes.split_first_chunk().ok_or("the frame ends within a block header")?;
+    let header = BlockHeader::parse(header)?;
+    let split = usize::try_from(header.stored).ok().and_then(|n| rest.split_at_checked(n));
+    let Some((stored, after)) = split else {
+        return Err(format!("block `{}` is longer than its frame", show_tag(header.tag)));
+    };
+    Ok((Block { at, header, stored }, after))
+}
+
+/// The content of a column of `frame`, if it has that column.
+fn content(frame: &Frame, id: Id) -> Option<Content> {
+    let splats =
+        |get: fn(&Splat) -> u32| Some(Content::Words(frame.splats.iter().map(get).collect()));
+    let words = |column: &[u32]| Some(Content::Words(column.to_vec()));
+    let fovea = frame.fovea.as_ref();
+    match id {
+        Id::Index => splats(|s| s.index),
+        Id::Depth => splats(|s| s.depth.to_bits()),
+        Id::MeanX => splats(|s| s.mean[0].to_bits()),
+        Id::MeanY => splats(|s| s.mean[1].to_bits()),
+        Id::CovA => splats(|s| s.cov[0].to_bits()),
+        Id::CovB => splats(|s| s.cov[1].to_bits()),
+        Id::CovD => splats(|s| s.cov[2].to_bits()),
+        Id::Opacity => splats(|s| s.opacity.to_bits()),
+        Id::StopRank => words(&frame.pixels.stop_rank),
+        Id::Blended => words(&frame.pixels.blended),
+        Id::HighestLevel => fovea.map(|f| Content::Bytes(f.highest_level.clone())),
+        Id::StopRank2 => fovea.and_then(|f| words(&f.stop_rank_2)),
+        Id::ExtraAlpha => fovea.and_then(|f| words(&f.extra_alpha)),
+        Id::Blended2 => fovea.and_then(|f| words(&f.blended_2)),
+        Id::SurvivorBits => frame.survivor_bits.clone().map(Content::Bytes),
+        Id::Preview => frame.preview.as_ref().map(|p| {
+            let sizes = [p.width.to_le_bytes(), p.height.to_le_bytes()];
+            Content::Bytes([sizes.as_flattened(), &p.rgb].concat())
+        }),
+    }
+}
+
+fn encode_column(id: Id, content: Content) -> Vec<u8> {
+    let column = id.column();
+    let raw = match content {
+        Content::Words(words) => column.transform.apply(words),
+        Content::Bytes(bytes) => bytes,
+    };
+    let raw_bytes = raw.len() as u64;
+    let (codec, stored) = compress(raw, column.transform);
+    let header = BlockHeader::of(column.tag, codec, column.transform, raw_bytes, &stored);
+    let mut block = Vec::with_capacity(HEADER + stored.len());
+    block.extend(header.to_bytes());
+    block.extend(stored);
+    block
+}
+
+/// `due`: bytes before compression, where the counts of the frame determine them.
+fn decode_block(column: &Column, due: Option<u64>, block: &Block<'_>) -> Result<Content, String> {
+    let header = &block.header;
+    if let Some(due) = due.filter(|&due| due != header.raw) {
+        return Err(format!("{} bytes where {due} are due", header.raw));
+    }
+    let transform = Transform::from_code(header.transform)
+        .filter(|t| column.has_words() || *t == Transform::Plain)
+        .ok_or_else(|| format!("transform {} is not known here", header.transform))?;
+    let bytes = decompress(header.codec, block.stored, header.raw)?;
+    if column.has_words() {
+        return Ok(Content::Words(transform.undo(&bytes)));
+    }
+    Ok(Content::Bytes(bytes))
+}
+
+fn preview_of(bytes: &[u8]) -> Option<Preview> {
+    let (width, rest) = bytes.split_first_chunk()?;
+    let (height, rgb) = rest.split_first_chunk()?;
+    let (width, height) = (u32::from_le_bytes(*width), u32::from_le_bytes(*height));
+    Some(Preview { width, height, rgb: rgb.to_vec() })
+}
+
+/// Decoded columns by [`Id`]; taken once each.
+struct Contents(Vec<Option<Content>>);
+
+impl Contents {
+    fn words(&mut self, id: Id) -> Vec<u32> {
+        match self.0[id as usize].take() {
+            Some(Content::Words(words)) => words,
+            Some(Content::Bytes(_)) | None => Vec::new(),
+        }
+    }
+
+    fn bytes(&mut self, id: Id) -> Option<Vec<u8>> {
+        match self.0[id as usize].take() {
+            Some(Content::Bytes(bytes)) => Some(bytes),
+            Some(Content::Words(_)) | None => None,
+        }
+    }
+
+    fn splats(&mut self) -> Vec<Splat> {
+        let index = self.words(Id::Index);
+        let [depth, x, y, a, b, d, opacity] =
+            [Id::Depth, Id::MeanX, Id::MeanY, Id::CovA, Id::CovB, Id::CovD, Id::Opacity]
+                .map(|id| self.words(id));
+        let float = f32::from_bits;
+        (0..index.len())
+            .into_par_iter()
+            .map(|i| Splat {
+                index: index[i],
+                depth: float(depth[i]),
+                mean: [float(x[i]), float(y[i])],
+                cov: [float(a[i]), float(b[i]), float(d[i])],
+                opacity: float(opacity[i]),
+            })
+            .collect()
+    }
+}

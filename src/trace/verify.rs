@@ -1,0 +1,124 @@
+//! Reads all of a trace and says what is wrong with it, where.
+
+use std::io::Read;
+
+use super::encoded::EncodedFrame;
+use super::error::TraceError;
+use super::head::TraceHeader;
+use super::scan::{Item, Scan};
+
+/// Damage beyond this many places is counted, not listed.
+const LISTED: usize = 100;
+
+/// What [`verify`] found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VerifyReport {
+    /// The version of the file: major, minor.
+    pub version: (u16, u16),
+    /// The trace header.
+    pub header: TraceHeader,
+    /// Bytes read.
+    pub bytes: u64,
+    /// Frames that the list at the end counts; `None` if there is none.
+    pub listed: Option<u64>,
+    /// Frames whose every byte and value is right.
+    pub intact: u64,
+    /// Whether the file ends with a valid list of frames.
+    pub complete: bool,
+    /// What is wrong, in file order; at most 100 places.
+    pub damage: Vec<Damage>,
+    /// Places that are wrong.
+    pub damaged_places: u64,
+}
+
+/// One thing that is wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damage {
+    /// Position in the file.
+    pub offset: u64,
+    /// What is wrong, in words.
+    pub what: String,
+}
+
+impl VerifyReport {
+    /// Whether nothing is wrong.
+    pub fn is_good(&self) -> bool {
+        self.complete && self.damaged_places == 0
+    }
+
+    fn add_frame(&mut self, frame: &EncodedFrame, due: u64) {
+        let (number, start) = (frame.head().number, frame.start());
+        if number != due && self.damaged_places == 0 {
+            self.add(start, format!("frame {number} where {due} is due"));
+        }
+        let facts = frame.head().check(&self.header);
+        let decoded = facts
+            .map_err(|fault| TraceError::Frame { frame: number, fault })
+            .and_then(|()| frame.decode());
+        match decoded {
+            Ok(_) => self.intact += 1,
+            Err(error) => self.add(error.offset().unwrap_or(start), error.what()),
+        }
+    }
+
+    fn add(&mut self, offset: u64, what: String) {
+        self.damaged_places += 1;
+        if self.damage.len() < LISTED {
+            self.damage.push(Damage { offset, what });
+        }
+    }
+}
+
+/// Reads a trace from front to back and decodes every frame; goes on after damage where the next
+/// frame can be found. Memory: one frame. Fails only where there is no trace header to go by, or
+/// reading fails.
+pub fn verify(input: impl Read) -> Result<VerifyReport, TraceError> {
+    verify_with(input, |_| true)
+}
+
+/// As [`verify`]; `go_on` is asked before each frame, with the bytes read so far. Where it says no,
+/// the report covers the frames so far and is not complete.
+pub fn verify_with(
+    input: impl Read,
+    mut go_on: impl FnMut(u64) -> bool,
+) -> Result<VerifyReport, TraceError> {
+    let mut scan = Scan::new(input)?;
+    let mut report = VerifyReport {
+        version: scan.version(),
+        header: scan.header().clone(),
+        bytes: 0,
+        listed: None,
+        intact: 0,
+        complete: false,
+        damage: Vec::new(),
+        damaged_places: 0,
+    };
+    let mut places = Vec::new();
+    while go_on(scan.offset()) {
+        let start = scan.offset();
+        match scan.next_item() {
+            Ok(Item::Frame(frame)) => {
+                report.add_frame(&frame, places.len() as u64);
+                places.push([frame.start(), frame.bytes()]);
+            }
+            Ok(Item::Footer(list)) => {
+                report.complete = true;
+                report.listed = Some(list.len() as u64);
+                if list != places && report.damaged_places == 0 {
+                    let what = "the list of frames at the end disagrees with the frames";
+                    report.add(start, what.into());
+                }
+                break;
+            }
+            Err(error @ TraceError::Io { .. }) => return Err(error),
+            Err(error) => {
+                report.add(error.offset().unwrap_or(start), error.what());
+                if matches!(error, TraceError::Incomplete { .. }) || !scan.resume()? {
+                    break;
+                }
+            }
+        }
+    }
+    report.bytes = scan.offset();
+    Ok(report)
+}

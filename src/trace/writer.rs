@@ -1,0 +1,84 @@
+//! Writes a trace as a stream: one frame in memory at a time, nothing is sought.
+
+use std::io::Write;
+
+use super::block::{BlockHeader, FOOT, HEAD, prelude, tail};
+use super::encoded::{EncodedFrame, FrameInfo};
+use super::error::TraceError;
+use super::head::TraceHeader;
+use super::{Frame, VERSION};
+
+/// A trace being written. Without [`Writer::finish`] the file stays incomplete, and readers say so.
+#[derive(Debug)]
+pub struct Writer<W: Write> {
+    out: W,
+    header: TraceHeader,
+    offset: u64,
+    /// Offset and length of each frame.
+    frames: Vec<[u64; 2]>,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins a trace.
+    pub fn new(out: W, header: &TraceHeader) -> Result<Writer<W>, TraceError> {
+        let record = header.to_bytes().map_err(|what| TraceError::Header { what })?;
+        let mut writer = Writer { out, header: header.clone(), offset: 0, frames: Vec::new() };
+        writer.put(&prelude(VERSION))?;
+        writer.put_block(HEAD, &record)?;
+        Ok(writer)
+    }
+
+    /// Encodes and writes a frame; returns the sizes of its columns.
+    pub fn write_frame(&mut self, frame: &Frame) -> Result<FrameInfo, TraceError> {
+        let number = self.frames.len() as u64;
+        let encoded = EncodedFrame::encode(frame)
+            .map_err(|fault| TraceError::Frame { frame: number, fault })?;
+        self.write_encoded(encoded)
+    }
+
+    /// Writes a frame that was encoded elsewhere, or read from another trace, as the next one;
+    /// returns the sizes of its columns.
+    pub fn write_encoded(&mut self, mut frame: EncodedFrame) -> Result<FrameInfo, TraceError> {
+        frame.head.number = self.frames.len() as u64;
+        let number = frame.head.number;
+        let checked = frame.head.check(&self.header);
+        checked.map_err(|fault| TraceError::Frame { frame: number, fault })?;
+        let info = frame.info()?;
+        frame.write_to(&mut self.out).map_err(TraceError::io(self.offset))?;
+        self.frames.push([self.offset, info.bytes]);
+        self.offset += info.bytes;
+        Ok(info)
+    }
+
+    /// Frames written so far.
+    pub fn len(&self) -> u64 {
+        self.frames.len() as u64
+    }
+
+    /// Whether no frame was written yet.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
+    /// Writes the list of frames, flushes, and returns the output.
+    pub fn finish(mut self) -> Result<W, TraceError> {
+        let footer = self.offset;
+        let record: Vec<u8> =
+            self.frames.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.put_block(FOOT, &record)?;
+        self.put(&tail(footer))?;
+        self.out.flush().map_err(TraceError::io(self.offset))?;
+        Ok(self.out)
+    }
+
+    fn put_block(&mut self, tag: [u8; 4], record: &[u8]) -> Result<(), TraceError> {
+        self.put(&BlockHeader::stored(tag, record).to_bytes())?;
+        self.put(record)
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<(), TraceError> {
+        self.out.write_all(bytes).map_err(TraceError::io(self.offset))?;
+        self.offset += bytes.len() as u64;
+        Ok(())
+    }
+}
