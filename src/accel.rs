@@ -1,10 +1,30 @@
 //! The accelerator: units say how long and how often, the pipeline says when.
 //!
-//! Nothing here knows a joule or a file.
+//! Nothing here knows a joule or a file. [`replay`] takes a binned frame through one machine.
 
+pub mod batch;
+pub mod bsu;
+pub mod buffer;
+pub mod ccu;
+pub mod design;
+pub mod dram;
 pub mod machine;
+pub mod pipeline;
+pub mod qsu;
+pub mod timeline;
+pub mod traffic;
+pub mod unit;
+pub mod vru;
 
+use crate::action::ActionCounts;
+use crate::workload::FrameWorkload;
+
+pub use design::Design;
 pub use machine::Machine;
+pub use traffic::Traffic;
+pub use unit::Unit;
+
+use timeline::Observer;
 
 /// Why a unit could not work although it had work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -58,7 +78,7 @@ pub struct DramUse {
     pub requests_issued: u64,
     /// Requests served.
     pub requests_served: u64,
-    /// Cycles in which the data bus moved data.
+    /// Time for which the data bus moved data, in whole cycles (rounded up).
     pub busy_cycles: u64,
 }
 
@@ -73,4 +93,36 @@ pub struct FrameTiming {
     pub units: Vec<UnitCycles>,
     /// The DRAM.
     pub dram: DramUse,
+}
+
+/// One frame on one machine: when, how often, and what crossed the DRAM interface.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replay {
+    /// When everything happened.
+    pub timing: FrameTiming,
+    /// How often everything happened, counted from the frame's totals and not from its timing.
+    pub actions: ActionCounts,
+    /// What the DRAM served.
+    pub served: Traffic,
+}
+
+/// Takes `workload` through `machine`.
+///
+/// # Panics
+/// When the workload was binned with another geometry than the machine's, or when the machine is
+/// one that no check lets through (a unit count, width or interval of zero).
+pub fn replay(workload: &FrameWorkload, machine: &Machine) -> Replay {
+    replay_observed(workload, machine, &mut ())
+}
+
+/// As [`replay`], and tells `observer` what every unit did when.
+pub fn replay_observed(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    observer: &mut impl Observer,
+) -> Replay {
+    assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
+    let design = Design::new(machine);
+    let (timing, served) = pipeline::run(workload, &design, observer);
+    Replay { timing, actions: traffic::actions(workload, &design), served }
 }

@@ -1,12 +1,19 @@
 //! Where what happened, when, and what it cost meet: one frame on one machine gives one
 //! [`FrameReport`].
 
+pub mod check;
+pub mod frames;
+pub mod paper;
 pub mod statistics;
 
-use crate::accel::FrameTiming;
-use crate::action::ActionCounts;
-use crate::energy::EnergyBreakdown;
+use crate::accel::{self, FrameTiming, Machine};
+use crate::action::{Action, ActionCounts, Stage};
+use crate::energy::{EnergyBreakdown, Prices};
+use crate::quantity::Cycles;
 use crate::splat::Counters;
+use crate::workload::FrameWorkload;
+
+pub use check::Breach;
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,4 +72,85 @@ pub struct FrameReport {
     pub clock_hz: Option<f64>,
     /// Display power of the frame's image, watts, where the trace carries the image means.
     pub display_w: Option<f64>,
+}
+
+/// What a report says about its frame without simulating it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Label {
+    /// Position in the trace.
+    pub frame: usize,
+    /// Name of the view.
+    pub name: String,
+    /// Display power of the frame's image, watts, where it is known.
+    pub display_w: Option<f64>,
+}
+
+impl FrameReport {
+    /// Time of the frame, seconds; `None` in the `paper` model.
+    pub fn frame_time_s(&self) -> Option<f64> {
+        Some(self.timing.as_ref()?.frame as f64 / self.clock_hz?)
+    }
+
+    /// Frames per second when frames run back to back; `None` without a time.
+    pub fn achieved_fps(&self) -> Option<f64> {
+        self.frame_time_s().filter(|&s| s > 0.0).map(f64::recip)
+    }
+
+    /// Energy of the frame x achieved frames per second, watts.
+    pub fn power_full_rate_w(&self) -> Option<f64> {
+        Some(self.energy.total().0 * 1e-12 * self.achieved_fps()?)
+    }
+
+    /// Power at a display rate, watts: the work of `fps` frames a second, and leakage and
+    /// background all the time.
+    pub fn power_display_rate_w(&self, fps: f64) -> f64 {
+        self.energy.dynamic().0 * 1e-12 * fps + self.standby_w.iter().sum::<f64>()
+    }
+
+    /// Whether the frame takes longer than a period of the display.
+    pub fn misses_deadline(&self, fps: f64) -> bool {
+        self.frame_time_s().is_some_and(|seconds| seconds > fps.recip())
+    }
+}
+
+/// Simulates one frame on one machine (`cycle` model), and checks that every account closes.
+///
+/// # Errors
+/// A [`Breach`] is a defect of the simulator, or a workload of another geometry.
+pub fn simulate(
+    label: Label,
+    workload: &FrameWorkload,
+    machine: &Machine,
+    prices: &Prices,
+) -> Result<FrameReport, Breach> {
+    check::geometry(workload, machine)?;
+    let replay = accel::replay(workload, machine);
+    let seconds = Cycles(replay.timing.frame).milliseconds(machine.clock) * 1e-3;
+    let report = FrameReport {
+        frame: label.frame,
+        name: label.name,
+        counters: workload.counters,
+        alpha_evaluations_executed: Some(replay.actions.total(Action::Alpha)),
+        stages: Stage::WORK.map(|stage| stage_bytes(stage, &replay.actions)),
+        energy: prices.breakdown(&replay.actions, seconds),
+        actions: replay.actions,
+        standby_w: [prices.leakage_w, prices.background_w],
+        timing: Some(replay.timing),
+        clock_hz: Some(machine.clock.0),
+        display_w: label.display_w,
+    };
+    check::traffic(&report, &replay.served)?;
+    check::timing(&report, machine)?;
+    check::energy(&report, prices)?;
+    Ok(report)
+}
+
+fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {
+    let sram = |action: &Action| matches!(action, Action::SramRead(_) | Action::SramWrite(_));
+    StageBytes {
+        read: actions.count(stage, Action::DramRead),
+        write: actions.count(stage, Action::DramWrite),
+        sram: Action::all().iter().filter(|a| sram(a)).map(|&a| actions.count(stage, a)).sum(),
+        flops: 0,
+    }
 }

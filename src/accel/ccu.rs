@@ -1,0 +1,90 @@
+//! Culling and Conversion Unit (CCU): culls, projects and intersects the Gaussians of the scene.
+//!
+//! Timing rule: a record enters every `initiation_interval` cycles. A splat with box tests holds
+//! the entry until its tests are issued, `tests_per_cycle` a cycle; since a frame knows how many
+//! splats are tested and how many tests there are, but not which splat has how many, a batch takes
+//! `(records - tested) II + max(tested II, ceil(tests / tests_per_cycle))` cycles (A21). Results
+//! leave `latency` cycles after the last record has entered; the next batch may enter meanwhile.
+//!
+//! Memory rule: the record is read as `fetch` says. With `everything` a batch is one read; with the
+//! other two its positions are read first, and the rest of the survivors when they have arrived:
+//! the depth test is made on the fly and costs no time of its own (A22).
+//!
+//! Source: `gscore` as re-modelled by `nerarch-sim` (four units, 128 cycles); the interval and the
+//! number of test units are not published.
+
+use super::batch::Batch;
+use super::machine::{CcuSpec, Fetch, RecordSpec};
+use super::unit::Unit;
+use crate::action::{Action, ActionCounts, Buffer, Stage};
+
+/// The unit.
+#[derive(Debug, Clone)]
+pub struct Ccu {
+    /// The `[ccu]` table.
+    pub spec: CcuSpec,
+    /// Bytes of the records.
+    pub record: RecordSpec,
+}
+
+impl Ccu {
+    /// Bytes of the first read of a batch.
+    pub fn first_read(&self, batch: &Batch) -> u64 {
+        let r = &self.record;
+        match self.spec.fetch {
+            Fetch::Everything => batch.records * (r.position.0 + r.geometry.0 + r.colour.0),
+            Fetch::GeometryFirst | Fetch::LazyColour => batch.records * r.position.0,
+        }
+    }
+
+    /// Bytes of the second read, which knows the survivors.
+    pub fn second_read(&self, batch: &Batch) -> u64 {
+        let r = &self.record;
+        match self.spec.fetch {
+            Fetch::Everything => 0,
+            Fetch::GeometryFirst => batch.survivors * (r.geometry.0 + r.colour.0),
+            Fetch::LazyColour => batch.survivors * r.geometry.0,
+        }
+    }
+
+    /// Bytes that a batch writes: projected splats and list entries.
+    pub fn written(&self, batch: &Batch) -> u64 {
+        batch.splats * self.record.projected.0 + batch.pairs * self.record.list_entry.0
+    }
+
+    /// Room that a batch reserves in the input buffer: that of a full batch of survivors, because
+    /// the read is issued before anybody knows.
+    pub fn reserved(&self) -> u64 {
+        let full = u64::from(self.spec.batch);
+        let batch = Batch { records: full, survivors: full, ..Batch::default() };
+        self.first_read(&batch) + self.second_read(&batch)
+    }
+}
+
+impl Unit for Ccu {
+    type Work = Batch;
+    const NAME: &'static str = "ccu";
+
+    fn cycles(&self, batch: &Batch) -> u64 {
+        let interval = u64::from(self.spec.initiation_interval);
+        let tested = batch.prepared.min(batch.records);
+        let tests = batch.tests.div_ceil(u64::from(self.spec.tests_per_cycle));
+        ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
+    }
+
+    fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {
+        let stage = Stage::Preprocessing;
+        actions.charge(stage, Action::Cull, batch.records);
+        actions.charge(stage, Action::Project, batch.survivors);
+        actions.charge(stage, Action::ObbPrepare, batch.prepared);
+        actions.charge(stage, Action::ObbTest, batch.tests);
+        if self.spec.fetch != Fetch::LazyColour {
+            actions.charge(stage, Action::ShColour, batch.survivors);
+        }
+        let read = self.first_read(batch) + self.second_read(batch);
+        actions.charge(stage, Action::SramWrite(Buffer::GaussianIn), read);
+        actions.charge(stage, Action::SramRead(Buffer::GaussianIn), read);
+        actions.charge(stage, Action::SramWrite(Buffer::TileList), self.written(batch));
+        actions.charge(stage, Action::SramRead(Buffer::TileList), self.written(batch));
+    }
+}

@@ -1,0 +1,96 @@
+//! A machine taken apart into its units and the shares of its buffers.
+
+use super::bsu::Bsu;
+use super::ccu::Ccu;
+use super::dram::Dram;
+use super::machine::{BufferSpec, Machine};
+use super::qsu::Qsu;
+use super::vru::Vru;
+
+/// Bytes of each buffer that one unit or core has to itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shares {
+    /// Of one CCU.
+    pub gaussian_in: u64,
+    /// Of one CCU.
+    pub tile_list: u64,
+    /// Of one core.
+    pub sorting: u64,
+    /// Of one core.
+    pub feature: u64,
+    /// Of one core.
+    pub pixel_out: u64,
+}
+
+/// The units of a machine.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// One of the `ccu.spec.units` culling and conversion units.
+    pub ccu: Ccu,
+    /// The quick sorting units of one core.
+    pub qsu: Qsu,
+    /// The bitonic sorting units of one core.
+    pub bsu: Bsu,
+    /// The rendering units of one core.
+    pub vru: Vru,
+    /// The shared memory.
+    pub dram: Dram,
+    /// The buffers.
+    pub shares: Shares,
+}
+
+impl Design {
+    /// Takes a checked machine apart.
+    ///
+    /// # Panics
+    /// When a count, width or interval is zero: checks of machine files refuse that.
+    pub fn new(machine: &Machine) -> Self {
+        let (ccu, gsu, vru) = (&machine.ccu, &machine.gsu, &machine.vru);
+        for (key, value) in [
+            ("geometry.chunk", machine.geometry.chunk),
+            ("ccu.units", ccu.units),
+            ("ccu.initiation-interval", ccu.initiation_interval),
+            ("ccu.tests-per-cycle", ccu.tests_per_cycle),
+            ("ccu.batch", ccu.batch),
+            ("gsu.qsu-per-core", gsu.qsu_per_core),
+            ("gsu.pivots", gsu.pivots),
+            ("gsu.keys-per-cycle", gsu.keys_per_cycle),
+            ("gsu.bsu-per-core", gsu.bsu_per_core),
+            ("gsu.bsu-width", gsu.bsu_width),
+            ("vru.cores", vru.cores),
+            ("vru.units-per-core", vru.units_per_core),
+            ("vru.pixels-per-unit", vru.pixels_per_unit),
+        ] {
+            assert!(value > 0, "a machine with {key} = 0 passed its check");
+        }
+        let share = |buffer: &BufferSpec, n: u32| buffer.capacity.0 / u64::from(n);
+        let buffers = &machine.buffers;
+        let shares = Shares {
+            gaussian_in: share(&buffers.gaussian_in, ccu.units),
+            tile_list: share(&buffers.tile_list, ccu.units),
+            sorting: share(&buffers.sorting, vru.cores),
+            feature: share(&buffers.feature, vru.cores),
+            pixel_out: share(&buffers.pixel_out, vru.cores),
+        };
+        let key = machine.record.list_entry.0;
+        Self {
+            ccu: Ccu { spec: ccu.clone(), record: machine.record.clone() },
+            qsu: Qsu {
+                spec: gsu.clone(),
+                chunk: u64::from(machine.geometry.chunk),
+                key,
+                share: shares.sorting,
+            },
+            bsu: Bsu { spec: gsu.clone(), key },
+            vru: Vru {
+                spec: vru.clone(),
+                subtile: machine.geometry.subtile,
+                feature: machine.record.feature.0,
+                pixel: machine.record.pixel.0,
+                fetch: ccu.fetch,
+            },
+            dram: Dram::new(&machine.dram, machine.clock),
+            shares,
+        }
+    }
+}

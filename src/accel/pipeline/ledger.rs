@@ -1,0 +1,33 @@
+//! Where the cycles of one unit, or of one gang of units, went.
+
+use crate::accel::timeline::{Observer, Span, State};
+
+/// The cycles of one unit so far.
+#[derive(Debug, Clone)]
+pub(super) struct Ledger {
+    unit: &'static str,
+    instance: u32,
+    pub busy: u64,
+    /// In the order of `Stall::ALL`.
+    pub stalls: [u64; 3],
+    pub idle: u64,
+}
+
+impl Ledger {
+    pub fn new(unit: &'static str, instance: u32) -> Self {
+        Self { unit, instance, busy: 0, stalls: [0; 3], idle: 0 }
+    }
+
+    /// Books the cycles from `from` up to `to`.
+    pub fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
+        if from >= to {
+            return;
+        }
+        match state {
+            State::Busy(_) => self.busy += to - from,
+            State::Stalled(cause) => self.stalls[cause as usize] += to - from,
+            State::Idle => self.idle += to - from,
+        }
+        observer.span(Span { unit: self.unit, instance: self.instance, state, from, to });
+    }
+}

@@ -1,0 +1,92 @@
+//! What every unit did when: the pipeline tells an [`Observer`], and [`Timeline`] draws it.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::Stall;
+
+/// What a unit does in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// It works on an item: a batch in a CCU, a tile in the other units.
+    Busy(u32),
+    /// It has work that cannot proceed.
+    Stalled(Stall),
+    /// It has no work.
+    Idle,
+}
+
+impl State {
+    /// One character: the last digit of the item, `d`, `i` or `o` for a stall, `.` for idle.
+    pub fn symbol(self) -> char {
+        match self {
+            State::Busy(item) => char::from(b'0' + (item % 10) as u8),
+            State::Stalled(Stall::Dram) => 'd',
+            State::Stalled(Stall::Input) => 'i',
+            State::Stalled(Stall::Output) => 'o',
+            State::Idle => '.',
+        }
+    }
+}
+
+/// Some cycles of one unit, or of the units of one kind in one core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Span {
+    /// Name of the unit.
+    pub unit: &'static str,
+    /// Which CCU, or which core.
+    pub instance: u32,
+    /// What it did.
+    pub state: State,
+    /// First cycle.
+    pub from: u64,
+    /// First cycle after it.
+    pub to: u64,
+}
+
+/// Somebody who wants to know. Spans of one unit come in order and without gaps, except that those
+/// of a BSU are told when they are decided.
+pub trait Observer {
+    /// Takes a span that is not empty.
+    fn span(&mut self, span: Span);
+}
+
+/// Nobody.
+impl Observer for () {
+    fn span(&mut self, _: Span) {}
+}
+
+/// Keeps all spans.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Timeline {
+    /// The spans, as told.
+    pub spans: Vec<Span>,
+}
+
+impl Observer for Timeline {
+    fn span(&mut self, span: Span) {
+        self.spans.push(span);
+    }
+}
+
+impl Timeline {
+    /// One line of text per unit, one character per cycle: `vru0 |...0011`.
+    pub fn draw(&self) -> String {
+        let mut rows: BTreeMap<(usize, u32), (&str, Vec<char>)> = BTreeMap::new();
+        for span in &self.spans {
+            let order = ["ccu", "qsu", "bsu", "vru"].iter().position(|&u| u == span.unit);
+            let key = (order.unwrap_or(usize::MAX), span.instance);
+            let (_, row) = rows.entry(key).or_insert((span.unit, Vec::new()));
+            let end = row.len().max(span.to as usize);
+            row.resize(end, '.');
+            row[span.from as usize..span.to as usize].fill(span.state.symbol());
+        }
+        let end = rows.values().map(|(_, row)| row.len()).max().unwrap_or(0);
+        let mut text = String::new();
+        for ((_, instance), (unit, row)) in rows {
+            let row: String = row.into_iter().chain(std::iter::repeat('.')).take(end).collect();
+            writeln!(text, "{unit}{instance} |{row}").expect("a string takes any text");
+        }
+        text
+    }
+}

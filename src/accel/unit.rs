@@ -1,0 +1,17 @@
+//! What all units have in common: how long a piece of work occupies them, and which actions it is.
+
+use crate::action::ActionCounts;
+
+/// A hardware unit. It keeps no run state: queues, buffers and stalls belong to the pipeline, so
+/// the same work always costs the same.
+pub trait Unit {
+    /// One piece of work: a batch, a list, a chunk.
+    type Work;
+    /// The name in every output.
+    const NAME: &'static str;
+    /// Cycles for which `work` occupies the unit, at least 1.
+    fn cycles(&self, work: &Self::Work) -> u64;
+    /// Charges what `work` does inside the chip. DRAM bytes are charged by
+    /// [`traffic`](super::traffic), from the totals of the frame.
+    fn charge(&self, work: &Self::Work, actions: &mut ActionCounts);
+}

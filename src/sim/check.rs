@@ -1,0 +1,169 @@
+//! Accounts that must close in every run. A breach is a defect, never a warning.
+
+use super::FrameReport;
+use crate::accel::{Machine, Traffic};
+use crate::action::{Action, Stage};
+use crate::energy::Prices;
+use crate::workload::{FrameWorkload, Geometry};
+
+/// Relative tolerance of sums of energies: they are added in different orders.
+const ENERGY_TOLERANCE: f64 = 1e-9;
+
+/// Relative tolerance of the DRAM rate: the bus keeps 32 fractional bits of its ticks per byte.
+const RATE_TOLERANCE: f64 = 1e-6;
+
+/// An account that did not close.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Breach {
+    /// A workload on a machine of another geometry.
+    #[error(
+        "frame was binned for {workload:?}, the machine has {machine:?}; bin it again for this \
+         machine"
+    )]
+    Geometry {
+        /// Of the workload.
+        workload: Geometry,
+        /// Of the machine.
+        machine: Geometry,
+    },
+    /// Cycles of a unit do not add up.
+    #[error(
+        "internal error: frame {frame}: the {unit} accounts for {accounted} cycles of {expected}; \
+         please report this"
+    )]
+    Cycles {
+        /// The frame.
+        frame: usize,
+        /// The unit.
+        unit: &'static str,
+        /// Busy, stalled and idle cycles.
+        accounted: u64,
+        /// Instances x frame.
+        expected: u64,
+    },
+    /// Bytes that the frame needs and bytes that the DRAM served differ.
+    #[error(
+        "internal error: frame {frame}: {stage} needs {charged} DRAM bytes (read, written), the \
+         DRAM served {served}; please report this"
+    )]
+    Traffic {
+        /// The frame.
+        frame: usize,
+        /// The stage, or `total`.
+        stage: &'static str,
+        /// Charged bytes, `read, written`.
+        charged: String,
+        /// Served bytes, `read, written`.
+        served: String,
+    },
+    /// Requests were lost.
+    #[error(
+        "internal error: frame {frame}: {issued} DRAM requests issued, {served} served; please \
+         report this"
+    )]
+    Requests {
+        /// The frame.
+        frame: usize,
+        /// Issued.
+        issued: u64,
+        /// Served.
+        served: u64,
+    },
+    /// The DRAM was faster than it can be.
+    #[error(
+        "internal error: frame {frame}: the DRAM moved {bytes} bytes in {seconds:.9} s, more than \
+         its {rate:.3e} B/s; please report this"
+    )]
+    Bandwidth {
+        /// The frame.
+        frame: usize,
+        /// Bytes moved.
+        bytes: u64,
+        /// Time of the frame.
+        seconds: f64,
+        /// Peak x efficiency, bytes per second.
+        rate: f64,
+    },
+    /// Parts of the energy do not add up to the total.
+    #[error(
+        "internal error: frame {frame}: energy parts sum to {parts} pJ, the total is {total} pJ; \
+         please report this"
+    )]
+    Energy {
+        /// The frame.
+        frame: usize,
+        /// Actions x prices and time x watts.
+        parts: f64,
+        /// The total of the breakdown.
+        total: f64,
+    },
+}
+
+/// A machine runs only workloads of its geometry.
+pub fn geometry(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
+    if workload.geometry == machine.geometry {
+        return Ok(());
+    }
+    Err(Breach::Geometry { workload: workload.geometry, machine: machine.geometry })
+}
+
+/// DRAM bytes charged from the frame's totals equal the bytes that the DRAM served, by stage and
+/// in total.
+pub fn traffic(report: &FrameReport, served: &Traffic) -> Result<(), Breach> {
+    let breach = |stage, charged: (u64, u64), served: (u64, u64)| Breach::Traffic {
+        frame: report.frame,
+        stage,
+        charged: format!("{}, {}", charged.0, charged.1),
+        served: format!("{}, {}", served.0, served.1),
+    };
+    for (stage, by_stage) in Stage::WORK.into_iter().zip(served.stages) {
+        let count = |action| report.actions.count(stage, action);
+        let charged = (count(Action::DramRead), count(Action::DramWrite));
+        let served = (by_stage.read, by_stage.write);
+        if charged != served {
+            return Err(breach(stage.name(), charged, served));
+        }
+    }
+    let Some(timing) = &report.timing else { return Ok(()) };
+    let total = |action| report.actions.total(action);
+    let charged = (total(Action::DramRead), total(Action::DramWrite));
+    let served = (timing.dram.read_bytes, timing.dram.write_bytes);
+    if charged == served { Ok(()) } else { Err(breach("total", charged, served)) }
+}
+
+/// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.
+pub fn timing(report: &FrameReport, machine: &Machine) -> Result<(), Breach> {
+    let Some(timing) = &report.timing else { return Ok(()) };
+    let frame = report.frame;
+    for unit in &timing.units {
+        let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
+        let expected = u64::from(unit.instances) * timing.frame;
+        if accounted != expected {
+            return Err(Breach::Cycles { frame, unit: unit.unit, accounted, expected });
+        }
+    }
+    let dram = &timing.dram;
+    if dram.requests_issued != dram.requests_served {
+        let (issued, served) = (dram.requests_issued, dram.requests_served);
+        return Err(Breach::Requests { frame, issued, served });
+    }
+    let seconds = timing.frame as f64 / machine.clock.0;
+    let rate = machine.dram.bandwidth.0 * machine.dram.efficiency;
+    let bytes = dram.read_bytes + dram.write_bytes;
+    if bytes as f64 > rate * seconds * (1.0 + RATE_TOLERANCE) || dram.busy_cycles > timing.frame {
+        return Err(Breach::Bandwidth { frame, bytes, seconds, rate });
+    }
+    Ok(())
+}
+
+/// Actions x prices and standby watts x time add up to the total of the breakdown.
+pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
+    let work: f64 =
+        Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
+    let time: f64 = report.standby_w.iter().sum::<f64>() * report.frame_time_s().unwrap_or(0.0);
+    let (parts, total) = (work + time * 1e12, report.energy.total().0);
+    if (parts - total).abs() <= ENERGY_TOLERANCE * total.abs().max(parts.abs()) {
+        return Ok(());
+    }
+    Err(Breach::Energy { frame: report.frame, parts, total })
+}
