@@ -1,6 +1,7 @@
 //! One test binary; a module per topic.
 
 mod camera;
+mod cli;
 mod geometry;
 mod photos;
 mod raster;

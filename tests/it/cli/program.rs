@@ -1,0 +1,78 @@
+//! The program itself: usage, help, completions, internal errors, dates.
+
+use std::time::Duration;
+
+use assert_cmd::Command;
+use clap::CommandFactory;
+use powergs_sim::cli::{Cli, Exit, invocation, out, startup};
+use predicates::prelude::*;
+
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+}
+
+#[test]
+fn definitions_are_consistent() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn usage_errors_exit_2() {
+    program().assert().code(2);
+    let typo = program().arg("completion").assert().code(2);
+    typo.stderr(predicate::str::contains("completions"));
+    program().args(["completions", "bash", "--jobs", "0"]).assert().code(2);
+}
+
+#[test]
+fn every_command_has_help_that_fits_and_an_example() {
+    for command in Cli::command().get_subcommands() {
+        let name = command.get_name();
+        let help = program().args([name, "--help"]).assert().code(0);
+        let text = String::from_utf8_lossy(&help.get_output().stdout).into_owned();
+        assert!(text.contains(&format!("  powergs-sim {name}")), "{name}: no example:\n{text}");
+        for line in text.lines().take_while(|l| !l.starts_with("Examples")) {
+            assert!(line.chars().count() <= 80, "{name}: {line}");
+        }
+    }
+}
+
+#[test]
+fn completions_name_the_commands() {
+    for (shell, sign) in [("bash", "complete "), ("zsh", "#compdef"), ("fish", "complete -c")] {
+        let script = program().args(["completions", shell]).assert().code(0);
+        script.stdout(predicate::str::contains(sign).and(predicate::str::contains("completions")));
+    }
+}
+
+#[test]
+fn a_closed_pipe_is_success() {
+    let e = std::io::Error::from(std::io::ErrorKind::BrokenPipe);
+    assert!(out::forgive(Err(e)).is_ok());
+    let full = std::io::Error::from(std::io::ErrorKind::StorageFull);
+    assert_eq!(out::forgive(Err(full)).map_err(|f| f.exit).err(), Some(Exit::Usage));
+}
+
+#[test]
+fn an_assertion_that_fires_exits_4() {
+    assert_eq!(startup::guarded(|| panic!("busy + idle is not the frame")), Exit::Internal);
+    assert_eq!(startup::guarded(|| Exit::GoalMissed), Exit::GoalMissed);
+    let text = startup::internal_error(&"bytes do not add up", Some("src/sim.rs:7"));
+    assert!(text.starts_with("internal error: bytes do not add up\n  at src/sim.rs:7"), "{text}");
+    assert!(text.contains("please report"));
+    let owned = startup::internal_error(&String::from("owned"), None);
+    assert!(owned.starts_with("internal error: owned"));
+}
+
+#[test]
+fn dates() {
+    for (seconds, text) in [
+        (0, "1970-01-01T00:00:00Z"),
+        (951_782_399, "2000-02-28T23:59:59Z"),
+        (951_782_400, "2000-02-29T00:00:00Z"),
+        (1_709_251_199, "2024-02-29T23:59:59Z"),
+        (4_107_542_400, "2100-03-01T00:00:00Z"),
+    ] {
+        assert_eq!(invocation::format_utc(Duration::from_secs(seconds)), text);
+    }
+}

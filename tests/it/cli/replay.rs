@@ -1,0 +1,114 @@
+//! `replay` over an engine that hands out prepared frames.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use clap::Parser;
+use powergs_sim::cli::replay::{Args, EachFrame, Engine, execute};
+use powergs_sim::cli::{Context, Exit, Failure, Global};
+use powergs_sim::report::{Facts, Limit};
+
+use crate::report::builder;
+
+/// Frames of these millions of cycles; presses Ctrl-C while it makes frame `stop_at`.
+struct Prepared<'a> {
+    millions: &'a [f64],
+    stop_at: Option<usize>,
+    context: &'a Context,
+}
+
+impl Engine for Prepared<'_> {
+    fn facts(&self) -> Facts {
+        builder::facts(self.millions.len())
+    }
+
+    fn frames(&mut self, each: &mut EachFrame<'_>) -> Result<(), Failure> {
+        for (i, &m) in self.millions.iter().enumerate() {
+            if self.stop_at == Some(i) {
+                self.context.cancelled.store(true, Ordering::Relaxed);
+            }
+            let mut tiles = || {
+                let mut tiles = builder::tiles(64, 32, 16);
+                tiles.frame = i;
+                tiles
+            };
+            if each(builder::frame(i, m), &mut tiles).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn relieve(&self, _limit: Limit) -> Option<String> {
+        Some("vru.units-per-core=32".into())
+    }
+}
+
+#[derive(Parser)]
+struct Line {
+    #[command(flatten)]
+    args: Args,
+}
+
+fn replay(out: &Path, millions: &[f64], stop_at: Option<usize>) -> Result<Exit, Failure> {
+    let out = out.to_string_lossy().into_owned();
+    let line = Line::try_parse_from(["replay", "garden.bin", "--out", &out]).expect("arguments");
+    let global = Global { json: false, quiet: true, jobs: None };
+    let context = Context { global, cancelled: Default::default() };
+    let mut engine = Prepared { millions, stop_at, context: &context };
+    execute(&line.args, &context, &mut engine)
+}
+
+#[test]
+fn writes_the_whole_folder_and_the_same_bytes_twice() {
+    let root = tempfile::tempdir().expect("a folder");
+    let (a, b) = (root.path().join("a"), root.path().join("b"));
+    for out in [&a, &b] {
+        assert_eq!(replay(out, &[4.0, 6.0, 5.0], None).ok(), Some(Exit::Done));
+    }
+    for name in powergs_sim::report::FILE_NAMES {
+        let read = |folder: &Path| fs::read(folder.join(name)).expect(name);
+        assert!(!read(&a).is_empty(), "{name}");
+        if name == "invocation.toml" {
+            let text = String::from_utf8(read(&a)).expect("text");
+            let table: toml::Table = text.parse().expect("TOML");
+            assert!(table["command"].is_array() && table["started"].is_str());
+        } else {
+            assert!(read(&a) == read(&b), "{name} differs");
+        }
+    }
+    let svg = fs::read_to_string(a.join("tile_load.svg")).expect("a chart");
+    assert!(svg.contains("frame 1 (the slowest frame)"));
+}
+
+#[test]
+fn ctrl_c_keeps_what_is_finished_and_marks_it() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("stopped");
+    assert_eq!(replay(&out, &[4.0; 9], Some(2)).ok(), Some(Exit::Interrupted));
+    let read = |name: &str| fs::read_to_string(out.join(name)).expect(name);
+    assert!(read("summary.md").contains("INCOMPLETE: 3 of 9 frames"));
+    assert!(read("run.toml").contains("incomplete = true"));
+    assert!(read("energy.svg").contains("INCOMPLETE"));
+    assert_eq!(read("results.csv").lines().filter(|l| l.contains(",true,")).count(), 3 + 5);
+}
+
+#[test]
+fn a_finished_report_is_refused_before_any_work() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("report");
+    fs::create_dir(&out).expect("a folder");
+    fs::write(out.join("run.toml"), "").expect("written");
+    let failure = replay(&out, &[f64::NAN], None).expect_err("refused");
+    assert_eq!(failure.exit, Exit::Usage);
+    assert!(failure.to_string().contains("--force"), "{failure}");
+}
+
+#[test]
+fn rates_are_checked() {
+    for bad in ["0", "-60", "NaN", "inf", "sixty", "1e9"] {
+        let line = Line::try_parse_from(["replay", "garden.bin", &format!("--fps={bad}")]);
+        assert!(line.is_err(), "{bad}");
+    }
+}
