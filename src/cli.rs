@@ -8,11 +8,14 @@ pub mod camera;
 pub mod camera_file;
 pub mod completions;
 pub mod failure;
+pub mod invocation;
 pub mod out;
 pub mod progress;
 pub mod render;
 pub mod scene;
 pub mod scene_file;
+pub mod replay;
+pub mod run_folder;
 pub mod startup;
 pub mod synth;
 

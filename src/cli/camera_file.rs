@@ -339,7 +339,8 @@ pub(super) fn image_size(text: &str) -> Result<(u32, u32), String> {
     sides.ok_or_else(|| format!("write it as 1920x1080, each 1 to {MAX_SIZE} pixels"))
 }
 
-fn frame_range(text: &str) -> Result<FrameRange, String> {
+/// Parses `0..24`, `10..` and `..5`.
+pub fn frame_range(text: &str) -> Result<FrameRange, String> {
     let range = text.split_once("..").and_then(|(start, end)| {
         let start = if start.is_empty() { 0 } else { start.parse().ok()? };
         let end = if end.is_empty() { None } else { Some(end.parse().ok()?) };

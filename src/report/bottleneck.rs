@@ -50,9 +50,9 @@ pub fn of(run: &Run, table: &Table) -> Option<Bottleneck> {
         return Some(full_bus(bus));
     }
     let (phase, cycles, first) = if 2 * before > all {
-        ("preprocessing", before, true)
+        ("preprocessing takes", before, true)
     } else {
-        ("sorting and rendering", all - before, false)
+        ("sorting and rendering take", all - before, false)
     };
     let in_phase = |u: &&UnitCycles| (u.unit == "ccu") == first;
     let mut units: Vec<Sums> = Vec::new();
@@ -69,7 +69,7 @@ pub fn of(run: &Run, table: &Table) -> Option<Bottleneck> {
         Limit::Unit(unit) => format!("The {} limits this run", unit.to_uppercase()),
     };
     let sentence = format!(
-        "{subject}: {phase} takes {} % of the frame, and in it the busiest unit, the {}, works \
+        "{subject}: {phase} {} % of the frame, and in it the busiest unit, the {}, works \
          {} % of the time and waits {} % for DRAM, {} % for input and {} % for room in its output.",
         percent(cycles as f64 / all as f64),
         busiest.unit.to_uppercase(),

@@ -16,6 +16,7 @@ pub fn schema() -> Json {
         "additionalProperties": false,
         "required": required(&top()),
         "properties": top(),
+        "$defs": definitions(),
     })
 }
 
@@ -85,18 +86,26 @@ fn frame() -> Map<String, Json> {
     entries
 }
 
+/// The two shapes of an aggregate, referred to by [`aggregate`].
+fn definitions() -> Json {
+    let shape = |kind: &str| {
+        let parts = Aggregate::PARTS.map(|part| {
+            let kind = if part == "mean" { "number" } else { kind };
+            (part, json!({ "type": kind }))
+        });
+        let mut shape = object(map(parts), "Null unless every frame has the value.");
+        shape["type"] = json!(["object", "null"]);
+        shape
+    };
+    json!({ "count": shape("integer"), "measure": shape("number") })
+}
+
 fn aggregate(statistic: &Statistic) -> Json {
-    let parts = Aggregate::PARTS.map(|part| {
-        let kind = if part == "mean" { "number" } else { number_type(statistic) };
-        (part, json!({ "type": kind }))
-    });
-    json!({
-        "type": ["object", "null"],
-        "description": format!("{} [{}]", statistic.definition, statistic.unit),
-        "additionalProperties": false,
-        "required": Aggregate::PARTS,
-        "properties": map(parts),
-    })
+    let shape = match statistic.kind {
+        Kind::Count => "count",
+        Kind::Real => "measure",
+    };
+    json!({ "$ref": format!("#/$defs/{shape}") })
 }
 
 fn number_type(statistic: &Statistic) -> &'static str {

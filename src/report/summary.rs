@@ -86,7 +86,7 @@ fn key_numbers(text: &mut String, run: &Run, table: &Table) {
     row(format!("power at the display rate, {fps} FPS"), watts(table.mean("power_w.total")));
     row("display power".into(), watts(table.mean("display_power_w")));
     row(
-        "rendering at the display rate + display".into(),
+        "accelerator at the display rate + display".into(),
         watts(table.mean("rendering_plus_display_w")),
     );
     text.push('\n');
@@ -151,13 +151,18 @@ const SHOWN: [&str; 12] = [
     "counters.blends",
 ];
 
+/// Three significant digits; large numbers with a prefix, the unit being in the name.
+fn short(x: f64) -> String {
+    if x.abs() < 1e4 { significant(x) } else { engineering(x, "") }
+}
+
 fn frames(text: &mut String, table: &Table) {
     let _ = writeln!(text, "## Over the frames\n");
     let _ =
         writeln!(text, "| statistic | mean | p50 | p95 | p99 | max |\n|---|--:|--:|--:|--:|--:|");
     for name in SHOWN {
         let cells = match table.aggregate(name) {
-            Some(a) => a.parts().map(|v| significant(v.as_f64())).join(" | "),
+            Some(a) => a.parts().map(|v| short(v.as_f64())).join(" | "),
             None => ["-"; 5].join(" | "),
         };
         let _ = writeln!(text, "| {name} | {cells} |");

@@ -85,6 +85,9 @@ fn times_and_powers(run: &Run, table: &Table) -> String {
     text
 }
 
+/// Widths of the columns of the cycle table.
+const CYCLE_COLUMNS: [usize; 5] = [9, 13, 14, 15, 8];
+
 /// Widths of the columns of the power table.
 const COLUMNS: [usize; 6] = [9, 9, 9, 10, 13, 10];
 
@@ -130,14 +133,14 @@ fn cycle_table(run: &Run, table: &Table) -> String {
         return String::new();
     }
     let mut text = format!("{:<18}", "% of cycles");
-    for part in CycleRow::PARTS {
-        let _ = write!(text, "{part:>12}");
+    for (part, width) in CycleRow::PARTS.into_iter().zip(CYCLE_COLUMNS) {
+        let _ = write!(text, "{part:>width$}");
     }
     text.push('\n');
     for row in rows {
         let _ = write!(text, "{:<18}", format!("{} x{}", row.unit, row.instances));
-        for share in row.shares() {
-            let _ = write!(text, "{:>12}", percent(share));
+        for (share, width) in row.shares().into_iter().zip(CYCLE_COLUMNS) {
+            let _ = write!(text, "{:>width$}", percent(share));
         }
         text.push('\n');
     }
@@ -147,18 +150,18 @@ fn cycle_table(run: &Run, table: &Table) -> String {
         let peak = run.facts.machine.dram_peak_gb_s;
         let of = peak.map_or(String::new(), |p| format!(" of {} GB/s peak", significant(p)));
         let rate = significant(rate);
-        let _ = writeln!(text, "{:<18}{:>12}   {rate}{of}", "dram", percent(busy));
+        let _ = writeln!(text, "{:<18}{:>9}   {rate}{of}", "dram", percent(busy));
     }
     text
 }
 
 fn display(table: &Table) -> Option<String> {
     let display = table.mean("display_power_w")?;
-    let rendering = table.mean("power_w.total")?;
+    let accelerator = table.mean("power_w.total")?;
     Some(format!(
-        "display {} + rendering {} = {}\n",
+        "display {} + accelerator {} = {}\n",
         engineering(display, "W"),
-        engineering(rendering, "W"),
+        engineering(accelerator, "W"),
         engineering(table.mean("rendering_plus_display_w")?, "W"),
     ))
 }

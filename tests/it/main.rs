@@ -5,5 +5,5 @@ mod cli;
 mod geometry;
 mod photos;
 mod raster;
-mod workload;
 mod report;
+mod workload;

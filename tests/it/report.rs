@@ -2,3 +2,8 @@
 
 pub mod builder;
 mod charts;
+mod formats;
+mod json;
+mod scale;
+mod statistics;
+mod text;

@@ -16,7 +16,7 @@ impl Scale {
     /// From 0 to a round number at or above `high`. All-zero data get a scale to 1.
     pub fn from_zero(high: f64, page: (f64, f64)) -> Scale {
         let high = if high > 0.0 && high.is_finite() { high } else { 1.0 };
-        let step = nice_step(high, 5);
+        let step = nice_step(high, 6);
         Scale { low: 0.0, high: (high / step - 1e-9).ceil() * step, page, logarithmic: false }
     }
 

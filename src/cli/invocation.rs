@@ -1,0 +1,60 @@
+//! `invocation.toml`: what was typed, where and when. Kept apart from everything else, so that the
+//! rest of a report does not depend on it.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use toml::Table;
+
+/// When a command began.
+#[derive(Debug, Clone, Copy)]
+pub struct Started(SystemTime);
+
+impl Started {
+    /// Now.
+    pub fn now() -> Self {
+        Self(SystemTime::now())
+    }
+
+    /// The file, at the end of the command.
+    pub fn invocation_toml(self) -> String {
+        let mut table = Table::new();
+        let words: Vec<String> =
+            std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
+        table.insert("command".into(), words.into());
+        let folder = std::env::current_dir().unwrap_or_default();
+        table.insert("working-folder".into(), folder.to_string_lossy().into_owned().into());
+        table.insert("started".into(), utc(self.0).into());
+        let wall = self.0.elapsed().unwrap_or_default();
+        table.insert("wall-s".into(), ((wall.as_secs_f64() * 1e3).round() / 1e3).into());
+        table.insert("tool-version".into(), env!("CARGO_PKG_VERSION").into());
+        table.insert("platform".into(), platform().into());
+        table.to_string()
+    }
+}
+
+fn platform() -> String {
+    format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
+}
+
+/// RFC 3339 in UTC, to the second.
+fn utc(time: SystemTime) -> String {
+    format_utc(time.duration_since(UNIX_EPOCH).unwrap_or_default())
+}
+
+/// RFC 3339 of a time since 1970, in UTC, to the second.
+pub fn format_utc(since_1970: Duration) -> String {
+    let seconds = since_1970.as_secs();
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    // Civil date from days (Hinnant): years begin in March, so that the leap day is the last.
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = era * 400 + year_of_era + u64::from(month <= 2);
+    let (h, m, s) = (rest / 3_600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{h:02}:{m:02}:{s:02}Z")
+}

@@ -1,0 +1,198 @@
+//! `replay`: a trace on a machine gives a summary and a report folder.
+//!
+//! This file is what the user sees of it; the trace and the machine come from an [`Engine`].
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use super::camera_file::{FrameRange, frame_range};
+use super::invocation::Started;
+use super::progress::Progress;
+use super::run_folder::RunFolder;
+use super::{Context, Exit, Failure, OrExit, out};
+use crate::accel::Machine;
+use crate::report::{self, Facts, Limit, Run, Table, TileLoad, bottleneck, terminal};
+use crate::sim::{FrameReport, Model};
+
+/// Shown under `replay --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim replay traces/demo.bin
+  powergs-sim replay scene.bin --arch gscore --set vru.cores=8 --out reports/eight
+  powergs-sim replay scene.bin --frames 0..24 --fps 72 --json
+  powergs-sim replay scene.bin --model paper
+
+docs/results.md defines every number; so does: powergs-sim explain NAME";
+
+/// The machine that is used if none is named.
+pub const DEFAULT_ARCH: &str = "gscore";
+
+/// The arguments of `replay`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The trace, as written by `extract`
+    pub trace: PathBuf,
+    /// Machine: a name of `arch list`, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_ARCH)]
+    pub arch: String,
+    /// Change a key of the machine file for this run; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Model: the simulated machine, or the published closed-form counts
+    #[arg(long, value_enum, default_value = "cycle")]
+    pub model: ModelArg,
+    /// Display rate, frames per second, for power and deadlines
+    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
+    pub fps: f64,
+    /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
+    #[arg(long, value_name = "A..B", value_parser = frame_range)]
+    pub frames: Option<FrameRange>,
+    /// Display: a preset of `arch-configs/display`, or a TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = "oled-powergs")]
+    pub display: String,
+    /// `paper` model: pad odd image sizes as the published code does
+    #[arg(long)]
+    pub reference_padding: bool,
+    /// Report folder [default: reports/TRACE-MACHINE, with a counter if it exists]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace the finished report in --out
+    #[arg(long)]
+    pub force: bool,
+}
+
+/// The models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ModelArg {
+    /// Closed-form counts of the published PowerGS model; has no time.
+    Paper,
+    /// The simulated machine.
+    Cycle,
+}
+
+impl From<ModelArg> for Model {
+    fn from(model: ModelArg) -> Model {
+        match model {
+            ModelArg::Paper => Model::Paper,
+            ModelArg::Cycle => Model::Cycle,
+        }
+    }
+}
+
+/// A rate from 1 to 1000 frames per second.
+fn display_rate(text: &str) -> Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (1.0..=1000.0).contains(&rate) { Ok(rate) } else { Err("must be 1 to 1000".into()) }
+}
+
+/// What is done with each frame: its report, and a way to get its tile lists if they are wanted.
+pub type EachFrame<'a> =
+    dyn FnMut(FrameReport, &mut dyn FnMut() -> TileLoad) -> ControlFlow<()> + 'a;
+
+/// The trace and the machine of a replay, opened and checked.
+pub trait Engine {
+    /// What goes into the report besides the frames.
+    fn facts(&self) -> Facts;
+
+    /// Simulates the frames in order and hands each to `each`, until it breaks off.
+    fn frames(&mut self, each: &mut EachFrame<'_>) -> Result<(), Failure>;
+
+    /// A `--set` that makes the limit weaker, for the next command to try.
+    fn relieve(&self, limit: Limit) -> Option<String>;
+}
+
+/// Runs `engine`, writes the report folder, prints the summary.
+pub fn execute(args: &Args, context: &Context, engine: &mut dyn Engine) -> Result<Exit, Failure> {
+    let started = Started::now();
+    let facts = engine.facts();
+    let name = format!("{}-{}", facts.trace.name, facts.machine.name);
+    let folder = RunFolder::create(args.out.as_deref(), &name, args.force)?;
+    let run = collect(context, facts, engine)?;
+    if run.frames.is_empty() {
+        out::complain("interrupted before the first frame was done: no report");
+        return Ok(Exit::Interrupted);
+    }
+    for file in report::files(&run).or_exit(Exit::Internal, "report")? {
+        folder.write(&file.name, &file.bytes)?;
+    }
+    folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
+    let path = folder.finish()?;
+    print(args, context, engine, &run, &path)?;
+    Ok(if run.incomplete() { Exit::Interrupted } else { Exit::Done })
+}
+
+/// Simulates until the end or Ctrl-C, and keeps the tiles of the slowest frame.
+fn collect(context: &Context, facts: Facts, engine: &mut dyn Engine) -> Result<Run, Failure> {
+    let progress = Progress::new(context, facts.trace.frames as u64, "frames");
+    let mut run = Run { facts, frames: Vec::new(), tiles: None };
+    let mut slowest = None;
+    engine.frames(&mut |frame, tiles| {
+        let weight = frame.timing.as_ref().map_or(frame.counters.tile_loads, |t| t.frame);
+        if slowest.is_none_or(|w| weight > w) {
+            slowest = Some(weight);
+            run.tiles = Some(tiles());
+        }
+        run.frames.push(frame);
+        progress.advance(1);
+        if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    Ok(run)
+}
+
+fn print(
+    args: &Args,
+    context: &Context,
+    engine: &dyn Engine,
+    run: &Run,
+    folder: &Path,
+) -> Result<(), Failure> {
+    if context.global.json {
+        return out::json(&report::json::report(run, &Table::of(run)));
+    }
+    if context.global.quiet {
+        return Ok(());
+    }
+    let table = Table::of(run);
+    let limit = bottleneck::of(run, &table).map(|found| found.limit);
+    let next = next_command(args, limit.and_then(|limit| engine.relieve(limit)));
+    let summary = folder.join("summary.md").display().to_string();
+    out::text(&terminal::summary(run, &table, Some(&summary), Some(&next)))
+}
+
+/// The same command with one more `--set`; without a known limit, the other model.
+fn next_command(args: &Args, set: Option<String>) -> String {
+    let mut words = vec!["powergs-sim".into(), "replay".into()];
+    words.push(args.trace.display().to_string());
+    if args.arch != DEFAULT_ARCH {
+        words.extend(["--arch".into(), args.arch.clone()]);
+    }
+    for set in args.sets.iter().cloned().chain(set.clone()) {
+        words.extend(["--set".into(), set]);
+    }
+    if args.model == ModelArg::Cycle && set.is_none() {
+        words.extend(["--model".into(), "paper".into()]);
+    }
+    if args.fps != 60.0 {
+        words.extend(["--fps".into(), report::format::rate(args.fps)]);
+    }
+    let quoted = |word: &String| {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=:,".contains(c);
+        if word.chars().all(plain) { word.clone() } else { format!("'{word}'") }
+    };
+    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// The `--set` that doubles what limits `machine`.
+pub fn doubled(machine: &Machine, limit: Limit) -> Option<String> {
+    Some(match limit {
+        Limit::Unit("ccu") => format!("ccu.units={}", 2 * machine.ccu.units),
+        Limit::Unit("qsu") => format!("gsu.qsu-per-core={}", 2 * machine.gsu.qsu_per_core),
+        Limit::Unit("bsu") => format!("gsu.bsu-per-core={}", 2 * machine.gsu.bsu_per_core),
+        Limit::Unit("vru") => format!("vru.units-per-core={}", 2 * machine.vru.units_per_core),
+        Limit::Unit(_) => return None,
+        Limit::Dram => {
+            let gb_s = 2.0 * machine.dram.bandwidth.0 * 1e-9;
+            format!("dram.bandwidth={} GB/s", report::format::rate(gb_s))
+        }
+    })
+}

@@ -1,0 +1,106 @@
+//! CSV, run.toml, and the generated documents.
+
+use expect_test::{expect, expect_file};
+use powergs_sim::report::{Table, csv, docs, files, record, schema};
+
+use super::builder;
+
+#[test]
+fn results_page_is_up_to_date() {
+    expect_file!["../../../docs/results.md"].assert_eq(&docs::results_md());
+}
+
+#[test]
+fn schema_is_up_to_date() {
+    let text = format!("{:#}\n", schema::schema());
+    expect_file!["../../../docs/report.schema.json"].assert_eq(&text);
+}
+
+#[test]
+fn csv_header() {
+    expect_file!["csv_header.txt"].assert_eq(&(csv::header().join("\n") + "\n"));
+}
+
+#[test]
+fn csv_holds_frames_and_aggregates_exactly() {
+    let run = builder::garden();
+    let table = Table::of(&run);
+    let bytes = csv::results(&run, &table).expect("CSV");
+    let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
+    let header = reader.headers().expect("a header").clone();
+    let rows: Vec<_> = reader.records().map(|r| r.expect("a row")).collect();
+    let kinds: Vec<&str> = rows.iter().map(|r| &r[0]).collect();
+    assert_eq!(kinds[..24], ["frame"; 24]);
+    assert_eq!(kinds[24..], ["mean", "p50", "p95", "p99", "max"]);
+    assert_eq!((&rows[7][1], &rows[7][2], &rows[7][3]), ("7", "view_0007", "false"));
+    let column = header.iter().position(|h| h == "power_w.total").expect("a column");
+    let written: Vec<f64> =
+        rows[..24].iter().map(|r| r[column].parse().expect("a number")).collect();
+    assert_eq!(Some(written), table.values("power_w.total"), "numbers survive the text exactly");
+    let mean: f64 = rows[24][column].parse().expect("a number");
+    assert_eq!(Some(mean), table.mean("power_w.total"));
+}
+
+#[test]
+fn csv_quotes_names_and_leaves_the_unmeasured_empty() {
+    let mut run = builder::paper();
+    run.frames[0].name = "a \"view\", with\nall of it".into();
+    run.frames.truncate(3);
+    let bytes = csv::results(&run, &Table::of(&run)).expect("CSV");
+    let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
+    let header = reader.headers().expect("a header").clone();
+    let time = header.iter().position(|h| h == "frame_time_ms").expect("a column");
+    let rows: Vec<_> = reader.records().map(|r| r.expect("a row")).collect();
+    assert_eq!(&rows[0][2], "a \"view\", with\nall of it");
+    assert!(rows.iter().all(|r| r[time].is_empty() && &r[3] == "true"));
+}
+
+#[test]
+fn run_toml() {
+    let text = record::run_toml(&builder::garden()).expect("TOML");
+    expect![[r##"
+        # What this report was made from. The command that was typed: invocation.toml.
+        schema-version = 1
+        tool-version = "0.1.0"
+        model-version = 1
+        model = "cycle"
+        display-fps = 60.0
+        incomplete = false
+        frames-asked-for = 24
+        frames-reported = 24
+
+        [[inputs]]
+        role = "trace"
+        name = "garden.bin"
+        bytes = 1234567
+        xxh3-128 = "0123456789abcdef0011223344556677"
+
+        [configuration.machine]
+        clock = "1 GHz"
+
+        [configuration.machine.vru]
+        cores = 4
+    "##]]
+    .assert_eq(&text);
+}
+
+#[test]
+fn same_run_same_bytes() {
+    let run = builder::run(&[4.0, 5.0]);
+    let first = files(&run).expect("files");
+    assert_eq!(first, files(&run).expect("files"));
+    let names: Vec<&str> = first.iter().map(|f| f.name.as_str()).collect();
+    assert_eq!(names[..3], ["run.toml", "results.csv", "summary.md"]);
+    assert_eq!(names.len(), 11);
+    assert!(names.iter().all(|n| powergs_sim::report::FILE_NAMES.contains(n)));
+}
+
+#[test]
+fn explain_knows_statistics_by_any_path() {
+    for name in ["power_w.total", "aggregate.power_w.total.p99", "frames[3].power_w.total"] {
+        let text = docs::explain(name).expect(name);
+        assert!(text.starts_with("power_w.total [W]"), "{text}");
+    }
+    assert_eq!(docs::explain("power_w"), None);
+    assert_eq!(docs::explain("vru.cores"), None);
+}

@@ -1,0 +1,149 @@
+//! Terminal summary, summary.md, the bottleneck sentence, numbers for people.
+
+use expect_test::{expect, expect_file};
+use powergs_sim::report::format::{engineering, percent, rate, shortened, significant, wrapped};
+use powergs_sim::report::{Limit, Run, Table, bottleneck, charts, summary, terminal};
+
+use super::builder;
+
+fn terminal(run: &Run) -> String {
+    let table = Table::of(run);
+    let text = terminal::summary(
+        run,
+        &table,
+        Some("reports/garden-gscore/summary.md"),
+        Some("powergs-sim replay garden.bin --set vru.units-per-core=32"),
+    );
+    for line in text.lines() {
+        assert!(line.chars().count() <= 80, "{} columns: {line}", line.chars().count());
+        assert_eq!(line, line.trim_end());
+    }
+    text
+}
+
+#[test]
+fn terminal_summary() {
+    expect![[r#"
+        garden on gscore: 24 frames of 979x546, cycle model
+
+        frame time   mean 11.0 ms, p99 17.8 ms, max 17.8 ms: 90.9 FPS
+        deadline     16.7 ms at 60 FPS: 5 of 24 frames missed
+        energy per frame                             6.93 mJ
+        power at full rate (90.9 FPS)                 630 mW
+        power at the display rate (60 FPS)            445 mW
+
+        mW at 60 FPS           dram     sram     flop   leakage   background     total
+        preprocessing          33.0     6.60     13.2         -            -      52.8
+        sorting                52.8     9.90     6.60         -            -      69.3
+        rendering              79.2     26.4      132         -            -       238
+        standby                   -        -        -      60.0         25.0      85.0
+        total                   165     42.9      152      60.0         25.0       445
+
+        % of cycles            busy   stall dram   stall input   stall output    idle
+        ccu x4                   10           12             0              1      77
+        qsu x8                    5           14             2             20      59
+        bsu x4                   22            2            11             30      35
+        vru x64                  61            8             4             <1      27
+        dram                     33   1.70 of 51.2 GB/s peak
+
+        display 940 mW + accelerator 445 mW = 1.38 W
+
+        The VRU limits this run: sorting and rendering take 75 % of the frame, and in it
+        the busiest unit, the VRU, works 81 % of the time and waits 11 % for DRAM, 5 %
+        for input and <1 % for room in its output.
+
+        report  reports/garden-gscore/summary.md
+        next    powergs-sim replay garden.bin --set vru.units-per-core=32
+    "#]]
+    .assert_eq(&terminal(&builder::garden()));
+}
+
+#[test]
+fn terminal_summary_of_the_paper_model() {
+    expect![[r#"
+        garden on paper: 24 frames of 979x546, paper model
+
+        frame time   not in this model, which counts work only
+        energy per frame                             2.73 mJ
+        power at the display rate (60 FPS)            163 mW
+
+        mW at 60 FPS           dram     sram     flop   leakage   background     total
+        preprocessing          15.0     3.00     6.00         -            -      24.0
+        sorting                24.0     4.50     3.00         -            -      31.5
+        rendering              36.0     12.0     60.0         -            -       108
+        total                  75.0     19.5     69.0         0            0       163
+
+        report  reports/garden-gscore/summary.md
+        next    powergs-sim replay garden.bin --set vru.units-per-core=32
+    "#]]
+    .assert_eq(&terminal(&builder::paper()));
+}
+
+#[test]
+fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
+    let mut run = builder::run(&[0.5]);
+    run.facts.trace.name = "x".repeat(200);
+    run.facts.trace.frames = 1350;
+    let text = terminal(&run);
+    assert!(text.contains("INCOMPLETE: 1 of 1350 frames"), "{text}");
+    assert!(text.lines().next().is_some_and(|l| l.ends_with("1 frame of 979x546, cycle model")));
+}
+
+#[test]
+fn summary_page() {
+    let run = builder::garden();
+    let table = Table::of(&run);
+    let charts = charts::all(&run, &table).expect("charts");
+    let text = summary::markdown(&run, &table, &charts);
+    expect_file!["summary.md"].assert_eq(&text);
+}
+
+#[test]
+fn summary_page_of_an_interrupted_run() {
+    let mut run = builder::garden();
+    run.frames.truncate(3);
+    run.facts.trace.name = "a|b*c\n# d".into();
+    let text = summary::markdown(&run, &Table::of(&run), &[]);
+    assert!(text.starts_with("# a\\|b\\*c?\\# d on gscore\n\n**INCOMPLETE: 3 of 24 frames.**"));
+}
+
+/// A run of one frame whose units and DRAM are changed by `change`.
+fn limited(change: impl FnOnce(&mut powergs_sim::accel::FrameTiming)) -> Option<Limit> {
+    let mut run = builder::run(&[8.0]);
+    change(run.frames[0].timing.as_mut().expect("timing"));
+    let found = bottleneck::of(&run, &Table::of(&run))?;
+    assert!(found.sentence.contains("limits this run"), "{}", found.sentence);
+    Some(found.limit)
+}
+
+#[test]
+fn bottleneck_follows_the_cycles() {
+    assert_eq!(limited(|_| {}), Some(Limit::Unit("vru")));
+    assert_eq!(limited(|t| t.dram.busy_cycles = t.frame * 9 / 10), Some(Limit::Dram));
+    let starved = limited(|t| t.units[3].stalls[0] = t.units[3].busy + 1);
+    assert_eq!(starved, Some(Limit::Dram), "the busiest unit waits longer than it works");
+    assert_eq!(limited(|t| t.units[2].busy = t.frame * 4), Some(Limit::Unit("bsu")));
+    let early = limited(|t| {
+        t.preprocessing_end = t.frame * 3 / 4;
+        t.units[0].busy = t.frame * 2;
+    });
+    assert_eq!(early, Some(Limit::Unit("ccu")), "the longer phase decides");
+    assert_eq!(limited(|t| t.frame = 0), None);
+    assert_eq!(bottleneck::of(&builder::paper(), &Table::of(&builder::paper())), None);
+}
+
+#[test]
+fn numbers_for_people() {
+    let numbers = [0.0, 1.234e-3, 0.9996, 12.34, 999.6, 1.5e7, 3e-13];
+    let texts = numbers.map(|x| engineering(x, "W"));
+    let expected = ["0 W", "1.23 mW", "1.00 W", "12.3 W", "1.00 kW", "15.0 MW", "0.300 pW"];
+    assert_eq!(texts, expected);
+    assert_eq!(
+        [0.12345, 9.996, 99.96, 12345.6].map(significant),
+        ["0.123", "10.0", "100", "12346"]
+    );
+    assert_eq!([0.0, 0.001, 0.006, 0.5, 1.0].map(percent), ["0", "<1", "1", "50", "100"]);
+    assert_eq!([60.0, 59.94, 72.5].map(rate), ["60", "59.94", "72.5"]);
+    assert_eq!(shortened("änderung\n", 6), "änder…");
+    assert_eq!(wrapped("a bb  ccc dddddddddd e", 6), "a bb\nccc\ndddddddddd\ne");
+}
