@@ -153,7 +153,8 @@ impl Action {
         }
     }
 
-    /// The name in energy tables (kebab-case) and, with `_`, in outputs: `alpha`, `sram-read.feature`.
+    /// The name in energy tables (kebab-case) and, with `_`, in outputs: `alpha`,
+    /// `sram-read.feature`.
     pub fn key(self) -> String {
         match self {
             Action::Cull => "cull".into(),

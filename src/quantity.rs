@@ -57,7 +57,9 @@ macro_rules! additive {
         impl Add for $t { type Output = $t; fn add(self, o: $t) -> $t { $t(self.0 + o.0) } }
         impl Sub for $t { type Output = $t; fn sub(self, o: $t) -> $t { $t(self.0 - o.0) } }
         impl AddAssign for $t { fn add_assign(&mut self, o: $t) { self.0 += o.0 } }
-        impl Sum for $t { fn sum<I: Iterator<Item = $t>>(i: I) -> $t { i.fold($t::default(), |a, b| a + b) } }
+        impl Sum for $t {
+            fn sum<I: Iterator<Item = $t>>(i: I) -> $t { i.fold($t::default(), |a, b| a + b) }
+        }
     )*};
 }
 additive!(Cycles, Bytes, Picojoules, Watts, Nanoseconds, SquareMillimetres);

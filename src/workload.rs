@@ -102,7 +102,7 @@ pub struct FrameWorkload {
     pub tiles_y: u32,
     /// Frame totals under this geometry.
     pub counters: Counters,
-    /// α evaluations that hardware with sub-tile skipping executes (every pixel of a live sub-tile).
+    /// α evaluations that hardware with sub-tile skipping executes: every pixel of a live sub-tile.
     pub alpha_evaluations_executed: u64,
     /// Tiles, row-major.
     pub tiles: Vec<TileWork>,

@@ -148,8 +148,8 @@ impl Source<'_> {
         let mut message = format!("not valid TOML: {}", error.message());
         if let Place::File { excerpt, .. } = self.place(span.clone()) {
             let value = excerpt.split_once('=').map_or("", |(_, v)| v.trim());
-            if value.starts_with(|c: char| c.is_ascii_digit()) && value.ends_with(char::is_alphabetic)
-            {
+            let number = value.starts_with(|c: char| c.is_ascii_digit());
+            if number && value.ends_with(char::is_alphabetic) {
                 message.push_str(&format!("; a value with a unit is a string: write \"{value}\""));
             }
         }

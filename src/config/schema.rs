@@ -90,7 +90,8 @@ pub(super) fn list_item(schema: &Value) -> Option<&Value> {
 /// The schema of `T` for one of `Option<T>`.
 pub(super) fn non_null(schema: &Value) -> &Value {
     let null = |v: &&Value| v.get("type").and_then(Value::as_str) != Some("null");
-    schema.get("anyOf").and_then(Value::as_array).and_then(|a| a.iter().find(null)).unwrap_or(schema)
+    let options = schema.get("anyOf").and_then(Value::as_array);
+    options.and_then(|a| a.iter().find(null)).unwrap_or(schema)
 }
 
 /// The names that an enum schema allows.

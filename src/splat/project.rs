@@ -289,7 +289,8 @@ fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16
     [d[0] * inverse, d[1] * inverse, d[2] * inverse]
 }
 
-/// The real spherical harmonics of 16 directions in the 3DGS sign convention, `[coefficient][lane]`.
+/// The real spherical harmonics of 16 directions in the 3DGS sign convention,
+/// `[coefficient][lane]`.
 #[inline(always)]
 fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; LANES]; 16] {
     let [x, y, z] = *d;

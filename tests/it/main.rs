@@ -6,4 +6,5 @@ mod geometry;
 mod photos;
 mod raster;
 mod report;
+mod tidy;
 mod workload;

@@ -179,7 +179,9 @@ fn leaf(value: &DeValue<'_>, sub: &Value) -> Result<(), String> {
 
 fn shown(value: &DeValue<'_>) -> String {
     match value {
-        DeValue::String(text) => format!("the text \"{}\"", text.chars().take(40).collect::<String>()),
+        DeValue::String(text) => {
+            format!("the text \"{}\"", text.chars().take(40).collect::<String>())
+        }
         DeValue::Integer(n) => n.to_string(),
         DeValue::Float(n) => n.to_string(),
         DeValue::Boolean(b) => b.to_string(),
