@@ -7,15 +7,16 @@ pub mod background;
 pub mod camera;
 pub mod camera_file;
 pub mod completions;
+pub mod extract;
 pub mod failure;
 pub mod invocation;
 pub mod out;
 pub mod progress;
 pub mod render;
-pub mod scene;
-pub mod scene_file;
 pub mod replay;
 pub mod run_folder;
+pub mod scene;
+pub mod scene_file;
 pub mod startup;
 pub mod synth;
 
@@ -58,6 +59,9 @@ pub enum Command {
     /// Look at camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
     Camera(camera::Args),
+    /// Render a scene and keep what every frame is: a trace
+    #[command(after_help = extract::EXAMPLES)]
+    Extract(extract::Args),
     /// Print a completion script for a shell
     #[command(after_help = "Examples:
   powergs-sim completions bash > ~/.local/share/bash-completion/completions/powergs-sim
@@ -95,6 +99,7 @@ impl Context {
 /// Runs one command.
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
+        Command::Extract(args) => extract::run(args, context),
         Command::Render(args) => render::run(args, context),
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),

@@ -10,8 +10,19 @@ pub use bin::bin;
 
 /// The part of a machine that decides what work there is, not how fast it is done. Checked: tile
 /// is a multiple of the sub-tile, both are powers of two, the chunk is at least 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[derive(serde::Deserialize, serde::Serialize, schemars::JsonSchema)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    serde::Deserialize,
+    serde::Serialize,
+    schemars::JsonSchema,
+)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Geometry {
     /// Tile side, a power of two (8 to 64).

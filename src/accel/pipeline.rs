@@ -121,17 +121,12 @@ pub fn run<O: Observer>(
         sum(Bsu::NAME, design.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.bsu)),
         sum(Vru::NAME, design.vru.spec.units_per_core, cores.iter().map(|c| &c.vru)),
     ];
-    let timing =
-        FrameTiming { frame, preprocessing_end, units, dram: shared.channel.usage() };
+    let timing = FrameTiming { frame, preprocessing_end, units, dram: shared.channel.usage() };
     (timing, shared.channel.traffic())
 }
 
 /// Adds the ledgers of gangs of `gang` units each.
-fn sum<'a>(
-    unit: &'static str,
-    gang: u32,
-    ledgers: impl Iterator<Item = &'a Ledger>,
-) -> UnitCycles {
+fn sum<'a>(unit: &'static str, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
     let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls: [0; 3], idle: 0 };
     for ledger in ledgers {
         sum.instances += gang;

@@ -3,9 +3,11 @@
 //! Frames are rendered one after another, each on all threads, and written as they come: memory
 //! does not grow with the length of the trace. While one frame is compressed the next is rendered.
 
-use std::path::PathBuf;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
+use tempfile::NamedTempFile;
 
 use super::background::Background;
 use super::camera_file::CameraArgs;
@@ -13,6 +15,7 @@ use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out, scene_file};
 use crate::raster::{Detail, Options, render};
 use crate::scene::camera::orbit::SceneBounds;
+use crate::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
 
 /// Shown under `extract --help`.
 pub const EXAMPLES: &str = "\
@@ -41,4 +44,130 @@ pub struct Args {
     /// The trace file
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
+}
+
+/// Runs `extract`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let scene = scene_file::load(&args.scene, args.lod)?;
+    scene.warn(context);
+    let views = args.cameras.cameras(|| SceneBounds::of(&scene.gaussians))?;
+    views.warn(context);
+    let name = stem(&args.scene);
+    let mut job = Job::new(args, &name, scene.gaussians.len() as u64)?;
+    let options = Options { background: args.background.0, ..Options::reference(Detail::Counters) };
+    let progress = Progress::new(context, views.cameras.len() as u64, "frames");
+    let mut pending: Option<Frame> = None;
+    for camera in &views.cameras {
+        if context.is_cancelled() {
+            break;
+        }
+        let (encoded, frame) = rayon::join(
+            || pending.as_ref().map(EncodedFrame::encode),
+            || render(&scene.gaussians, camera, &options).into_frame(camera, options.background),
+        );
+        job.write(encoded)?;
+        pending = Some(frame);
+        progress.advance(1);
+    }
+    job.write(pending.as_ref().map(EncodedFrame::encode))?;
+    drop((progress, pending));
+    job.finish(args, context, views.cameras.len())
+}
+
+/// The name of a scene: its file or folder without extension.
+fn stem(path: &Path) -> String {
+    let name = path.file_stem().or(path.file_name()).unwrap_or(path.as_os_str());
+    let name = name.to_string_lossy().into_owned();
+    // The index file of a folder says nothing; the folder does.
+    if matches!(name.as_str(), "meta" | "lod-meta") {
+        if let Some(folder) = path.parent().and_then(Path::file_name) {
+            return folder.to_string_lossy().into_owned();
+        }
+    }
+    name
+}
+
+/// A trace being written beside its final place.
+struct Job {
+    writer: Writer<BufWriter<NamedTempFile>>,
+    splats: u64,
+    splat_bytes: u64,
+    pixels: u64,
+    pixel_bytes: u64,
+}
+
+impl Job {
+    fn new(args: &Args, name: &str, points: u64) -> Result<Job, Failure> {
+        let folder = args.output.parent().filter(|p| !p.as_os_str().is_empty());
+        let file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))
+            .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
+        let header = TraceHeader {
+            generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene: name.to_owned(),
+            points,
+        };
+        let writer = Writer::new(BufWriter::new(file), &header)
+            .or_exit(Exit::Usage, args.output.display())?;
+        Ok(Job { writer, splats: 0, splat_bytes: 0, pixels: 0, pixel_bytes: 0 })
+    }
+
+    fn write(&mut self, frame: Option<Result<EncodedFrame, FrameFault>>) -> Result<(), Failure> {
+        let Some(frame) = frame else { return Ok(()) };
+        let frame = frame.or_exit(Exit::Internal, "a rendered frame is not a valid trace frame")?;
+        let camera = &frame.facts().camera;
+        self.pixels += u64::from(camera.width) * u64::from(camera.height);
+        let info = self.writer.write_encoded(frame).or_exit(Exit::Usage, "writing the trace")?;
+        self.splats += u64::from(info.head.splats);
+        self.splat_bytes += info.stored_bytes(ColumnGroup::Splat);
+        self.pixel_bytes += info.stored_bytes(ColumnGroup::Pixel);
+        Ok(())
+    }
+
+    /// Puts the finished file in its place. One that was interrupted is a valid trace of the frames
+    /// that were done, under a name that says so.
+    fn finish(self, args: &Args, context: &Context, wanted: usize) -> Result<Exit, Failure> {
+        let done = self.writer.len();
+        let complete = done == wanted as u64;
+        if done == 0 {
+            out::complain("interrupted before the first frame was done: nothing written");
+            return Ok(Exit::Interrupted);
+        }
+        let path = if complete {
+            args.output.clone()
+        } else {
+            args.output.with_extension("INCOMPLETE.bin")
+        };
+        let place = || format!("{}: cannot be written", path.display());
+        let buffer = self.writer.finish().or_exit(Exit::Usage, place())?;
+        let file = buffer.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
+        let bytes = file.as_file().metadata().or_exit(Exit::Usage, place())?.len();
+        file.persist(&path).or_exit(Exit::Usage, place())?;
+        let per = |bytes: u64, n: u64| bytes as f64 / n.max(1) as f64;
+        let (splat, pixel) =
+            (per(self.splat_bytes, self.splats), per(self.pixel_bytes, self.pixels));
+        if context.global.json {
+            out::json(&json!({
+                "file": path.display().to_string(),
+                "incomplete": !complete,
+                "frames": done,
+                "bytes": bytes,
+                "visible_splats": self.splats,
+                "bytes_per_visible_splat": splat,
+                "bytes_per_pixel": pixel,
+            }))?;
+        } else if !context.global.quiet {
+            let note = if complete {
+                String::new()
+            } else {
+                format!("INCOMPLETE: {done} of {wanted} frames\n")
+            };
+            out::text(&format!(
+                "{note}{}: {done} frames, {:.1} MB\n\
+                 {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
+                path.display(),
+                bytes as f64 * 1e-6
+            ))?;
+        }
+        Ok(if complete { Exit::Done } else { Exit::Interrupted })
+    }
 }

@@ -50,8 +50,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     views.warn(context);
     let cameras = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
-    let options =
-        Options { background: args.background.0, ..Options::reference(Detail::Image) };
+    let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
     let progress = Progress::new(context, cameras.len() as u64, "views");
     for (camera, target) in cameras.iter().zip(&targets) {
         if context.is_cancelled() {

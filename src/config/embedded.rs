@@ -22,8 +22,7 @@ macro_rules! embedded {
 pub const MACHINES: &[Embedded] = embedded!("machines": "gscore", "gscore-16core", "edge");
 
 /// Energy tables, the default first.
-pub const ENERGY: &[Embedded] =
-    embedded!("energy": "gscore-28nm", "gscore-28nm-lpddr4", "paper");
+pub const ENERGY: &[Embedded] = embedded!("energy": "gscore-28nm", "gscore-28nm-lpddr4", "paper");
 
 /// Display-power presets, the default first.
 pub const DISPLAYS: &[Embedded] = embedded!("display": "oled-powergs", "oled-d22");

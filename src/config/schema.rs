@@ -98,9 +98,9 @@ pub(super) fn non_null(schema: &Value) -> &Value {
 pub(super) fn choices(schema: &Value) -> Vec<&str> {
     let list = |key: &str| schema.get(key).and_then(Value::as_array).into_iter().flatten();
     let constants = list("oneOf").filter_map(|v| v.get("const")?.as_str());
-    let plain = list("enum").chain(list("oneOf").flat_map(|v| {
-        v.get("enum").and_then(Value::as_array).into_iter().flatten()
-    }));
+    let plain = list("enum").chain(
+        list("oneOf").flat_map(|v| v.get("enum").and_then(Value::as_array).into_iter().flatten()),
+    );
     constants.chain(plain.filter_map(Value::as_str)).collect()
 }
 

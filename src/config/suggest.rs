@@ -8,8 +8,5 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let allowed = (word.chars().count() / 3).clamp(1, 4);
     let scored = candidates.into_iter().map(|c| (distance(c), c));
     let prefixed = |c: &str| word.chars().count() >= 3 && plain(c).starts_with(&word);
-    scored
-        .filter(|(d, c)| *d <= allowed || prefixed(c))
-        .min_by_key(|(d, _)| *d)
-        .map(|(_, c)| c)
+    scored.filter(|(d, c)| *d <= allowed || prefixed(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }

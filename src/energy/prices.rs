@@ -48,10 +48,8 @@ impl Prices {
                 energy.add(stage, component_of(action), self.of(action) * count);
             }
         }
-        let standby = [
-            (Component::Leakage, self.leakage_w),
-            (Component::Background, self.background_w),
-        ];
+        let standby =
+            [(Component::Leakage, self.leakage_w), (Component::Background, self.background_w)];
         for (component, watts) in standby {
             energy.add(Stage::Standby, component, Picojoules(watts * seconds * 1e12));
         }

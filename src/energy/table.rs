@@ -275,10 +275,9 @@ impl EnergyTable {
             Action::Alpha => &a.alpha,
             Action::Blend => &a.blend,
             Action::PixelFinish => &a.pixel_finish,
-            Action::SramRead(_)
-            | Action::SramWrite(_)
-            | Action::DramRead
-            | Action::DramWrite => return None,
+            Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => {
+                return None;
+            }
         })
     }
 
