@@ -12,6 +12,7 @@ mod block;
 mod check;
 mod codec;
 mod column;
+mod content;
 mod encoded;
 mod error;
 mod head;

@@ -57,7 +57,8 @@ pub enum Presence {
 }
 
 macro_rules! columns {
-    ($($id:ident $tag:literal $name:literal $group:ident $per:ident $transform:ident $presence:ident;)*) => {
+    ($($id:ident $tag:literal $name:literal
+        $group:ident $per:ident $transform:ident $presence:ident;)*) => {
         /// Position of each column in [`COLUMNS`].
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub(super) enum Id { $($id),* }

@@ -7,13 +7,11 @@ use std::io::{self, Write};
 use rayon::prelude::*;
 
 use super::block::{BlockHeader, FRAM, HEADER, show_tag};
-use super::codec::{compress, decompress};
 use super::column::{Column, ColumnGroup, IDS, Id, Presence};
+use super::content::{Content, assemble, content, decode_column, encode_column};
 use super::error::{FrameFault, TraceError};
 use super::head::FrameHead;
-use super::transform::Transform;
-use super::{Fovea, Frame, FrameFacts, PixelColumns, Preview};
-use crate::splat::Splat;
+use super::{Frame, FrameFacts};
 
 /// The bytes of one frame and the facts in front of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,12 +69,6 @@ struct Block<'a> {
     at: u64,
     header: BlockHeader,
     stored: &'a [u8],
-}
-
-/// The content of a column.
-enum Content {
-    Words(Vec<u32>),
-    Bytes(Vec<u8>),
 }
 
 impl EncodedFrame {
@@ -150,9 +142,11 @@ impl EncodedFrame {
         let contents: Result<Vec<Option<Content>>, TraceError> = IDS
             .par_iter()
             .zip(&found)
-            .map(|(&id, block)| self.decode_column(id, block.as_ref()))
+            .map(|(&id, block)| self.column(id, block.as_ref()))
             .collect();
-        let frame = self.assemble(contents?)?;
+        let frame = assemble(&self.head, contents?).ok_or_else(|| {
+            TraceError::damaged(self.offset, "the preview is shorter than its own header")
+        })?;
         frame.check().map_err(|fault| self.frame_error(fault))?;
         Ok(frame)
     }
@@ -191,11 +185,7 @@ impl EncodedFrame {
         })
     }
 
-    fn decode_column(
-        &self,
-        id: Id,
-        block: Option<&Block<'_>>,
-    ) -> Result<Option<Content>, TraceError> {
+    fn column(&self, id: Id, block: Option<&Block<'_>>) -> Result<Option<Content>, TraceError> {
         let column = id.column();
         let due = match column.presence {
             Presence::Always => Some(true),
@@ -208,37 +198,12 @@ impl EncodedFrame {
             return Err(TraceError::damaged(self.offset, what));
         }
         let Some(block) = block else { return Ok(None) };
-        decode_block(column, column.raw_bytes(self.head.counts()), block).map(Some).map_err(
-            |what| {
+        decode_column(column, column.raw_bytes(self.head.counts()), &block.header, block.stored)
+            .map(Some)
+            .map_err(|what| {
                 let (frame, name) = (self.head.number, column.name);
                 TraceError::damaged(block.at, format!("frame {frame}, column `{name}`: {what}"))
-            },
-        )
-    }
-
-    fn assemble(&self, contents: Vec<Option<Content>>) -> Result<Frame, TraceError> {
-        let mut contents = Contents(contents);
-        let splats = contents.splats();
-        let pixels = PixelColumns {
-            stop_rank: contents.words(Id::StopRank),
-            blended: contents.words(Id::Blended),
-        };
-        let fovea = self.head.gaze.map(|gaze| Fovea {
-            gaze,
-            highest_level: contents.bytes(Id::HighestLevel).unwrap_or_default(),
-            stop_rank_2: contents.words(Id::StopRank2),
-            extra_alpha: contents.words(Id::ExtraAlpha),
-            blended_2: contents.words(Id::Blended2),
-        });
-        let survivor_bits = contents.bytes(Id::SurvivorBits);
-        let preview = match contents.bytes(Id::Preview) {
-            None => None,
-            Some(bytes) => Some(preview_of(&bytes).ok_or_else(|| {
-                TraceError::damaged(self.offset, "the preview is shorter than its sizes")
-            })?),
-        };
-        let facts = self.head.facts.clone();
-        Ok(Frame { facts, splats, survivor_bits, pixels, fovea, preview })
+            })
     }
 }
 
@@ -258,108 +223,4 @@ fn next_block(at: u64, bytes: &[u8]) -> Result<(Block<'_>, &[u8]), String> {
         return Err(format!("block `{}` is longer than its frame", show_tag(header.tag)));
     };
     Ok((Block { at, header, stored }, after))
-}
-
-/// The content of a column of `frame`, if it has that column.
-fn content(frame: &Frame, id: Id) -> Option<Content> {
-    let splats =
-        |get: fn(&Splat) -> u32| Some(Content::Words(frame.splats.iter().map(get).collect()));
-    let words = |column: &[u32]| Some(Content::Words(column.to_vec()));
-    let fovea = frame.fovea.as_ref();
-    match id {
-        Id::Index => splats(|s| s.index),
-        Id::Depth => splats(|s| s.depth.to_bits()),
-        Id::MeanX => splats(|s| s.mean[0].to_bits()),
-        Id::MeanY => splats(|s| s.mean[1].to_bits()),
-        Id::CovA => splats(|s| s.cov[0].to_bits()),
-        Id::CovB => splats(|s| s.cov[1].to_bits()),
-        Id::CovD => splats(|s| s.cov[2].to_bits()),
-        Id::Opacity => splats(|s| s.opacity.to_bits()),
-        Id::StopRank => words(&frame.pixels.stop_rank),
-        Id::Blended => words(&frame.pixels.blended),
-        Id::HighestLevel => fovea.map(|f| Content::Bytes(f.highest_level.clone())),
-        Id::StopRank2 => fovea.and_then(|f| words(&f.stop_rank_2)),
-        Id::ExtraAlpha => fovea.and_then(|f| words(&f.extra_alpha)),
-        Id::Blended2 => fovea.and_then(|f| words(&f.blended_2)),
-        Id::SurvivorBits => frame.survivor_bits.clone().map(Content::Bytes),
-        Id::Preview => frame.preview.as_ref().map(|p| {
-            let sizes = [p.width.to_le_bytes(), p.height.to_le_bytes()];
-            Content::Bytes([sizes.as_flattened(), &p.rgb].concat())
-        }),
-    }
-}
-
-fn encode_column(id: Id, content: Content) -> Vec<u8> {
-    let column = id.column();
-    let raw = match content {
-        Content::Words(words) => column.transform.apply(words),
-        Content::Bytes(bytes) => bytes,
-    };
-    let raw_bytes = raw.len() as u64;
-    let (codec, stored) = compress(raw, column.transform);
-    let header = BlockHeader::of(column.tag, codec, column.transform, raw_bytes, &stored);
-    let mut block = Vec::with_capacity(HEADER + stored.len());
-    block.extend(header.to_bytes());
-    block.extend(stored);
-    block
-}
-
-/// `due`: bytes before compression, where the counts of the frame determine them.
-fn decode_block(column: &Column, due: Option<u64>, block: &Block<'_>) -> Result<Content, String> {
-    let header = &block.header;
-    if let Some(due) = due.filter(|&due| due != header.raw) {
-        return Err(format!("{} bytes where {due} are due", header.raw));
-    }
-    let transform = Transform::from_code(header.transform)
-        .filter(|t| column.has_words() || *t == Transform::Plain)
-        .ok_or_else(|| format!("transform {} is not known here", header.transform))?;
-    let bytes = decompress(header.codec, block.stored, header.raw)?;
-    if column.has_words() {
-        return Ok(Content::Words(transform.undo(&bytes)));
-    }
-    Ok(Content::Bytes(bytes))
-}
-
-fn preview_of(bytes: &[u8]) -> Option<Preview> {
-    let (width, rest) = bytes.split_first_chunk()?;
-    let (height, rgb) = rest.split_first_chunk()?;
-    let (width, height) = (u32::from_le_bytes(*width), u32::from_le_bytes(*height));
-    Some(Preview { width, height, rgb: rgb.to_vec() })
-}
-
-/// Decoded columns by [`Id`]; taken once each.
-struct Contents(Vec<Option<Content>>);
-
-impl Contents {
-    fn words(&mut self, id: Id) -> Vec<u32> {
-        match self.0[id as usize].take() {
-            Some(Content::Words(words)) => words,
-            Some(Content::Bytes(_)) | None => Vec::new(),
-        }
-    }
-
-    fn bytes(&mut self, id: Id) -> Option<Vec<u8>> {
-        match self.0[id as usize].take() {
-            Some(Content::Bytes(bytes)) => Some(bytes),
-            Some(Content::Words(_)) | None => None,
-        }
-    }
-
-    fn splats(&mut self) -> Vec<Splat> {
-        let index = self.words(Id::Index);
-        let [depth, x, y, a, b, d, opacity] =
-            [Id::Depth, Id::MeanX, Id::MeanY, Id::CovA, Id::CovB, Id::CovD, Id::Opacity]
-                .map(|id| self.words(id));
-        let float = f32::from_bits;
-        (0..index.len())
-            .into_par_iter()
-            .map(|i| Splat {
-                index: index[i],
-                depth: float(depth[i]),
-                mean: [float(x[i]), float(y[i])],
-                cov: [float(a[i]), float(b[i]), float(d[i])],
-                opacity: float(opacity[i]),
-            })
-            .collect()
-    }
 }

@@ -58,7 +58,7 @@ impl<R: Read> Scan<R> {
         self.source.frames
     }
 
-    /// The next frame, or the footer at the end of a complete file; blocks that may be left out are.
+    /// The next frame, or the footer at the end of a complete file. Optional blocks are left out.
     /// After [`TraceError::Damaged`] and [`TraceError::UnknownBlock`], [`Scan::resume`] goes on.
     pub fn next_item(&mut self) -> Result<Item, TraceError> {
         loop {
