@@ -10,6 +10,13 @@ pub mod completions;
 pub mod extract;
 pub mod failure;
 pub mod invocation;
+pub mod arch;
+pub mod camera;
+pub mod camera_file;
+pub mod completions;
+pub mod explain;
+pub mod failure;
+pub mod machine_file;
 pub mod out;
 pub mod progress;
 pub mod render;
@@ -56,6 +63,9 @@ pub struct Global {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// List, show and check machine files, energy tables and display presets
+    #[command(after_help = arch::EXAMPLES)]
+    Arch(arch::Args),
     /// Look at camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
     Camera(camera::Args),
@@ -68,6 +78,9 @@ pub enum Command {
   powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
   powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
     Completions(completions::Args),
+    /// Define a statistic or a configuration key
+    #[command(after_help = explain::EXAMPLES)]
+    Explain(explain::Args),
     /// Look at trained models, convert them
     #[command(after_help = scene::EXAMPLES)]
     Scene(scene::Args),
@@ -101,8 +114,10 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
         Command::Extract(args) => extract::run(args, context),
         Command::Render(args) => render::run(args, context),
+        Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),
+        Command::Explain(args) => explain::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Synth(args) => synth::run(args, context),
     }

@@ -4,12 +4,11 @@
 //! the linearised sRGB channels. Values above 1 count (renders are not clamped); values below 0
 //! count as 0. Source: `powergs`, `d22`.
 
-use std::sync::OnceLock;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{self, ConfigError};
+use crate::picture::linear;
 use crate::quantity::Watts;
 
 /// A panel as in `arch-configs/display/*.toml`.
@@ -77,15 +76,6 @@ impl Display {
 /// Where the sRGB curve changes from a line to a power.
 const KNEE: f64 = 0.04045;
 
-/// The linear value of an sRGB value; negative ones are black, above 1 the curve goes on.
-pub fn linear(srgb: f64) -> f64 {
-    match srgb {
-        s if s <= 0.0 => 0.0,
-        s if s <= KNEE => s / 12.92,
-        s => ((s + 0.055) / 1.055).powf(2.4),
-    }
-}
-
 /// The derivative of [`linear`]; 0 at and below black.
 pub fn linear_slope(srgb: f64) -> f64 {
     match srgb {
@@ -95,7 +85,8 @@ pub fn linear_slope(srgb: f64) -> f64 {
     }
 }
 
-/// Means of linear R, G, B of sRGB pixels (floats, not clamped above 1); black without pixels.
+/// Means of linear R, G, B of sRGB pixels as rendered, not clamped above 1; black without pixels.
+/// The displayed image has `Picture::mean_linear_rgb`.
 pub fn mean_linear(pixels: &[[f32; 3]]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for pixel in pixels {
@@ -104,18 +95,4 @@ pub fn mean_linear(pixels: &[[f32; 3]]) -> [f64; 3] {
         }
     }
     sum.map(|s| s / pixels.len().max(1) as f64)
-}
-
-/// Means of linear R, G, B of 8-bit sRGB pixels, 3 bytes each: the displayed image.
-pub fn mean_linear_rgb8(bytes: &[u8]) -> [f64; 3] {
-    static CURVE: OnceLock<[f64; 256]> = OnceLock::new();
-    let curve = CURVE.get_or_init(|| std::array::from_fn(|i| linear(i as f64 / 255.0)));
-    let mut counts = [[0u64; 256]; 3];
-    for pixel in bytes.chunks_exact(3) {
-        for (channel, &value) in counts.iter_mut().zip(pixel) {
-            channel[usize::from(value)] += 1;
-        }
-    }
-    let n_pixels = (bytes.len() / 3).max(1) as f64;
-    counts.map(|c| c.iter().zip(curve).map(|(&n, l)| n as f64 * l).sum::<f64>() / n_pixels)
 }

@@ -7,7 +7,7 @@ use crate::action::Stage;
 use crate::quantity::Picojoules;
 
 pub use prices::Prices;
-pub use table::{Banks, EnergyTable};
+pub use table::EnergyTable;
 
 /// Where energy is spent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -82,7 +82,8 @@ fn quantized(v: f32) -> u8 {
     (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
-/// sRGB decoding of one channel in 0..1 (IEC 61966-2-1).
-fn linear(x: f64) -> f64 {
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+/// sRGB decoding of one channel (IEC 61966-2-1); negative values are black, above 1 the curve goes
+/// on.
+pub fn linear(x: f64) -> f64 {
+    if x <= 0.04045 { x.max(0.0) / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }

@@ -71,6 +71,21 @@ impl Machine {
     }
 }
 
+impl Machine {
+    /// How the buffers are built, in the order of [`Buffer::ALL`]: the size of one bank and how
+    /// many there are. Each CCU or core has a bank of its own (A13).
+    pub fn banks(&self) -> [(Bytes, u32); Buffer::ALL.len()] {
+        let capacities = self.buffers.capacities();
+        Buffer::ALL.map(|b| {
+            let count = match b {
+                Buffer::GaussianIn | Buffer::TileList => self.ccu.units,
+                Buffer::Sorting | Buffer::Feature | Buffer::PixelOut => self.vru.cores,
+            };
+            (Bytes(capacities[b as usize].0 / u64::from(count)), count)
+        })
+    }
+}
+
 impl BufferSpecs {
     /// Capacities in the order of [`Buffer::ALL`].
     pub fn capacities(&self) -> [Bytes; Buffer::ALL.len()] {

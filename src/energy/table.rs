@@ -194,15 +194,6 @@ pub enum PriceError {
     },
 }
 
-/// A buffer as it is built: banks of one size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Banks {
-    /// Size of one bank.
-    pub bank: Bytes,
-    /// How many there are.
-    pub count: u32,
-}
-
 impl EnergyTable {
     /// Reads and checks an energy table.
     ///
@@ -216,14 +207,14 @@ impl EnergyTable {
         config.checked(problems)
     }
 
-    /// The prices on a machine with these buffers (in the order of [`Buffer::ALL`]) and these
-    /// numbers of CCUs, QSUs, BSUs and rendering units.
+    /// The prices on a machine with these buffers (size of one bank and number of banks, in the
+    /// order of [`Buffer::ALL`]) and these numbers of CCUs, QSUs, BSUs and rendering units.
     ///
     /// # Errors
     /// A bank outside of the SRAM table, unless the table allows extrapolation.
     pub fn prices(
         &self,
-        buffers: &[Banks; Buffer::ALL.len()],
+        banks: &[(Bytes, u32); Buffer::ALL.len()],
         units: &[u32; 4],
     ) -> Result<Prices, PriceError> {
         let mut sram = [(0.0, 0.0); Buffer::ALL.len()];
@@ -231,10 +222,10 @@ impl EnergyTable {
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
         let mut leakage_w: f64 =
             per_unit.iter().zip(units).map(|(price, &n)| price.power.0 * f64::from(n)).sum();
-        for (buffer, banks) in Buffer::ALL.into_iter().zip(buffers) {
-            let size = self.bank(buffer, banks.bank)?;
+        for (buffer, &(bank, count)) in Buffer::ALL.into_iter().zip(banks) {
+            let size = self.bank(buffer, bank)?;
             sram[buffer as usize] = (size.read.0, size.write.0);
-            leakage_w += size.leakage.0 * f64::from(banks.count);
+            leakage_w += size.leakage.0 * f64::from(count);
         }
         let mut per_action = [0.0; Action::COUNT];
         for action in Action::all() {

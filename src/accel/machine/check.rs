@@ -120,9 +120,8 @@ fn needs(m: &Machine) -> Vec<Need> {
     let (cores, chunk) = (u64::from(m.vru.cores), u64::from(g.chunk));
     let (units, batch) = (u64::from(m.ccu.units), u64::from(m.ccu.batch));
     let read = match m.ccu.fetch {
-        Fetch::Everything => r.position + r.geometry + r.colour,
-        Fetch::GeometryFirst => r.position.max(r.geometry + r.colour),
-        Fetch::LazyColour => r.position.max(r.geometry),
+        Fetch::Everything | Fetch::GeometryFirst => r.position + r.geometry + r.colour,
+        Fetch::LazyColour => r.position + r.geometry,
     };
     vec![
         Need {
@@ -130,8 +129,8 @@ fn needs(m: &Machine) -> Vec<Need> {
             capacity: b.gaussian_in.capacity,
             bytes: product(&[2, units, batch, read.0]),
             because: format!(
-                "two batches per unit (2 x `ccu.units` {units} x `ccu.batch` {batch} x {} B that \
-                 `ccu.fetch` reads at once)",
+                "two batches per unit (2 x `ccu.units` {units} x `ccu.batch` {batch} x {} B of \
+                 records that `ccu.fetch` reads)",
                 read.0
             ),
         },

@@ -1,0 +1,144 @@
+//! `explain`: unit and definition of any statistic or configuration key.
+
+use serde_json::{Value, json};
+
+use super::{Context, Exit, Failure, out};
+use crate::accel::Machine;
+use crate::config::Embedded;
+use crate::config::embedded::{DISPLAYS, ENERGY, MACHINES};
+use crate::config::suggest::nearest;
+use crate::config::{KeyDoc, key_docs};
+use crate::display::Display;
+use crate::energy::EnergyTable;
+use crate::sim::statistics;
+
+/// Shown under `explain --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim explain vru.cores
+  powergs-sim explain frame_time_ms
+  powergs-sim explain dram";
+
+/// Width of the text, columns.
+const WIDTH: usize = 78;
+
+/// Arguments of `explain`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A statistic (`power_w.total`), a configuration key (`vru.cores`), or the start of several
+    /// (`dram`)
+    pub name: String,
+}
+
+/// Something that has a name, a unit and a definition.
+struct Entry {
+    kind: &'static str,
+    name: String,
+    unit: String,
+    definition: String,
+    default: Option<String>,
+}
+
+/// Prints what is known about a name.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let entries = entries();
+    let found = matching(&entries, &args.name);
+    if found.is_empty() {
+        let near = nearest(&args.name, entries.iter().map(|e| e.name.as_str()));
+        let hint = near.map_or_else(
+            || "docs/results.md lists the statistics, arch-configs/README.md the keys".to_owned(),
+            |n| format!("did you mean `{n}`?"),
+        );
+        let message = format!("no statistic or configuration key `{}`; {hint}", args.name);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    if context.global.json {
+        return out::json(&found.iter().map(|e| as_json(e)).collect::<Vec<_>>())
+            .map(|()| Exit::Done);
+    }
+    let text: Vec<String> = found.iter().map(|e| as_text(e)).collect();
+    out::text(&text.join("\n")).map(|()| Exit::Done)
+}
+
+/// The entry of this name, or all under it (`vru`: `vru.cores`, ...), or of this last part.
+fn matching<'a>(entries: &'a [Entry], name: &str) -> Vec<&'a Entry> {
+    let plain = |s: &str| s.to_lowercase().replace('-', "_").replace("[]", "");
+    let name = plain(name.trim());
+    let tests: [&dyn Fn(&str) -> bool; 3] =
+        [&|n| n == name, &|n| n.starts_with(&format!("{name}.")), &|n| {
+            n.ends_with(&format!(".{name}"))
+        }];
+    let mut found: Vec<&Entry> = Vec::new();
+    for test in tests {
+        found.extend(entries.iter().filter(|e| test(&plain(&e.name))));
+        if found.iter().any(|e| e.unit != "table") {
+            break;
+        }
+    }
+    found
+}
+
+fn entries() -> Vec<Entry> {
+    let mut all: Vec<Entry> = statistics::catalogue()
+        .iter()
+        .map(|s| Entry {
+            kind: "statistic",
+            name: s.name.clone(),
+            unit: s.unit.to_owned(),
+            definition: s.definition.clone(),
+            default: None,
+        })
+        .collect();
+    keys("key of machine files", key_docs::<Machine>(), &MACHINES[0], &mut all);
+    keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
+    keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
+    all
+}
+
+fn keys(kind: &'static str, docs: Vec<KeyDoc>, example: &Embedded, all: &mut Vec<Entry>) {
+    let values: toml::Table = example.text.parse().unwrap_or_default();
+    let values = toml::Value::Table(values);
+    all.extend(docs.into_iter().map(|doc| {
+        let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));
+        let default = value.filter(|v| !(v.is_table() || v.is_array()));
+        let default = default.map(|v| format!("{} in {}", v, example.name));
+        Entry { kind, name: doc.path, unit: doc.unit, definition: doc.definition, default }
+    }));
+}
+
+fn as_json(entry: &Entry) -> Value {
+    json!({
+        "kind": entry.kind,
+        "name": entry.name,
+        "unit": entry.unit,
+        "definition": entry.definition,
+        "value": entry.default,
+    })
+}
+
+fn as_text(entry: &Entry) -> String {
+    let mut text = format!("{}  ({})\n", entry.name, entry.kind);
+    for (title, value) in [("unit", Some(&entry.unit)), ("value", entry.default.as_ref())] {
+        if let Some(value) = value {
+            text.push_str(&wrapped(&format!("{title}: {value}")));
+        }
+    }
+    text.push_str(&wrapped(&entry.definition));
+    text
+}
+
+/// Lines of at most [`WIDTH`] columns, indented by two.
+fn wrapped(text: &str) -> String {
+    let mut lines = String::new();
+    let mut line = String::from(" ");
+    for word in text.split_whitespace() {
+        if line.chars().count() + 1 + word.chars().count() > WIDTH && line.len() > 1 {
+            lines.push_str(&line);
+            lines.push('\n');
+            line = String::from(" ");
+        }
+        line.push(' ');
+        line.push_str(word);
+    }
+    lines + &line + "\n"
+}

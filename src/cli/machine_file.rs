@@ -1,0 +1,142 @@
+//! Finding machine files, energy tables and display presets: embedded ones by name, others by path.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::{Exit, Failure, OrExit};
+use crate::accel::Machine;
+use crate::config::document::TEXT_MAX;
+use crate::config::embedded::{DISPLAYS, ENERGY, MACHINES, find, names};
+use crate::config::references::cited;
+use crate::config::suggest::nearest;
+use crate::config::{ConfigError, Embedded};
+use crate::display::Display;
+use crate::energy::{EnergyTable, Prices};
+
+/// A configuration text and where it came from.
+#[derive(Debug, Clone)]
+pub struct Text {
+    /// What error messages call it: the path, or the name of an embedded file.
+    pub origin: String,
+    /// The folder that it lies in, for paths inside it; `None` for embedded files.
+    pub folder: Option<PathBuf>,
+    /// The text.
+    pub text: String,
+}
+
+/// A machine with everything that a run needs to know about it.
+#[derive(Debug, Clone)]
+pub struct LoadedMachine {
+    /// The machine, overlays applied.
+    pub machine: Machine,
+    /// Its energy table.
+    pub energy_table: EnergyTable,
+    /// The table applied to the machine.
+    pub prices: Prices,
+    /// The machine as resolved: every key, overlays applied.
+    pub resolved_toml: String,
+    /// Keys of `references.toml` and assumption numbers that machine and table cite.
+    pub sources: BTreeSet<String>,
+    /// The machine file as it was read.
+    pub machine_file: Text,
+    /// The energy table as it was read.
+    pub energy_file: Text,
+}
+
+/// Loads a machine by name or path, with `key=value` overlays, and its energy table.
+///
+/// # Errors
+/// Exit code 2: an unknown name (with the known ones), a file that cannot be read, and everything
+/// that is wrong in it.
+pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failure> {
+    let machine_file = read("machine", arch, MACHINES, None)?;
+    let machine = Machine::parse_with(&machine_file.text, sets).usage(&machine_file.origin)?;
+    let energy_file =
+        read("energy table", &machine.energy, ENERGY, machine_file.folder.as_deref())?;
+    let energy_table = EnergyTable::parse(&energy_file.text).usage(&energy_file.origin)?;
+    let prices = energy_table
+        .prices(&machine.banks(), &machine.unit_counts())
+        .or_exit(Exit::Usage, &machine_file.origin)?;
+    let mut sources = cited(&machine_file.text);
+    sources.extend(cited(&energy_file.text));
+    let resolved_toml = machine.to_toml();
+    Ok(LoadedMachine {
+        machine,
+        energy_table,
+        prices,
+        resolved_toml,
+        sources,
+        machine_file,
+        energy_file,
+    })
+}
+
+/// Loads an energy table by name or path.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn load_energy(name: &str) -> Result<EnergyTable, Failure> {
+    let file = read("energy table", name, ENERGY, None)?;
+    EnergyTable::parse(&file.text).usage(&file.origin)
+}
+
+/// Loads a display preset by name or path.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn load_display(name: &str) -> Result<Display, Failure> {
+    let file = read("display preset", name, DISPLAYS, None)?;
+    Display::parse(&file.text).usage(&file.origin)
+}
+
+/// Reads an embedded file by name, or any other by path, relative to `folder` if it is there.
+///
+/// # Errors
+/// Exit code 2: an unknown name (with the known ones), or a file that cannot be read as text.
+pub fn read(
+    kind: &str,
+    name: &str,
+    embedded: &[Embedded],
+    folder: Option<&Path>,
+) -> Result<Text, Failure> {
+    if let Some(text) = find(embedded, name) {
+        return Ok(Text { origin: name.to_owned(), folder: None, text: text.to_owned() });
+    }
+    let beside = folder.map(|f| f.join(name)).filter(|p| p.exists());
+    let path = beside.unwrap_or_else(|| PathBuf::from(name));
+    let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml");
+    if !path.exists() && !looks_like_path {
+        let near = nearest(name, embedded.iter().map(|f| f.name));
+        let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
+        let known = names(embedded);
+        let message = format!("no {kind} `{name}`; {near}known: {known}; or give a TOML file");
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let text = read_text(&path).or_exit(Exit::Usage, path.display())?;
+    let folder = path.parent().map(Path::to_path_buf);
+    Ok(Text { origin: path.display().to_string(), folder, text })
+}
+
+/// Reads a text file that is small enough for a configuration.
+fn read_text(path: &Path) -> anyhow::Result<String> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(TEXT_MAX as u64 + 1).read_to_end(&mut bytes)?;
+    String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        anyhow::anyhow!("byte {at} is not UTF-8: this is no TOML file")
+    })
+}
+
+/// Names the file that a configuration error is about.
+pub trait ConfigUsage<T> {
+    /// Exit code 2, and `origin: error`.
+    fn usage(self, origin: &str) -> Result<T, Failure>;
+}
+
+impl<T> ConfigUsage<T> for Result<T, ConfigError> {
+    fn usage(self, origin: &str) -> Result<T, Failure> {
+        self.map_err(|e| Failure::new(Exit::Usage, format!("{origin}: {e}")))
+    }
+}
