@@ -3,19 +3,16 @@
 //! One file per command under `cli/`; each has its `Args` (clap) and a
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
+pub mod arch;
 pub mod background;
 pub mod camera;
 pub mod camera_file;
 pub mod completions;
+pub mod engine;
+pub mod explain;
 pub mod extract;
 pub mod failure;
 pub mod invocation;
-pub mod arch;
-pub mod camera;
-pub mod camera_file;
-pub mod completions;
-pub mod explain;
-pub mod failure;
 pub mod machine_file;
 pub mod out;
 pub mod progress;
@@ -63,33 +60,36 @@ pub struct Global {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// List, show and check machine files, energy tables and display presets
-    #[command(after_help = arch::EXAMPLES)]
-    Arch(arch::Args),
-    /// Look at camera files, convert them, make paths
-    #[command(after_help = camera::EXAMPLES)]
-    Camera(camera::Args),
+    /// Simulate a trace on a machine: frames per second, stalls, watts
+    #[command(after_help = replay::EXAMPLES)]
+    Replay(replay::Args),
     /// Render a scene and keep what every frame is: a trace
     #[command(after_help = extract::EXAMPLES)]
     Extract(extract::Args),
-    /// Print a completion script for a shell
-    #[command(after_help = "Examples:
-  powergs-sim completions bash > ~/.local/share/bash-completion/completions/powergs-sim
-  powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
-  powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
-    Completions(completions::Args),
-    /// Define a statistic or a configuration key
-    #[command(after_help = explain::EXAMPLES)]
-    Explain(explain::Args),
-    /// Look at trained models, convert them
-    #[command(after_help = scene::EXAMPLES)]
-    Scene(scene::Args),
     /// Render views of a scene to PNG
     #[command(after_help = render::EXAMPLES)]
     Render(render::Args),
     /// Make a synthetic scene that behaves like a trained one
     #[command(after_help = synth::EXAMPLES)]
     Synth(synth::Args),
+    /// Look at trained models, convert them
+    #[command(after_help = scene::EXAMPLES)]
+    Scene(scene::Args),
+    /// Look at camera files, convert them, make paths
+    #[command(after_help = camera::EXAMPLES)]
+    Camera(camera::Args),
+    /// List, show and check machine files, energy tables and display presets
+    #[command(after_help = arch::EXAMPLES)]
+    Arch(arch::Args),
+    /// Define a statistic or a configuration key
+    #[command(after_help = explain::EXAMPLES)]
+    Explain(explain::Args),
+    /// Print a completion script for a shell
+    #[command(after_help = "Examples:
+  powergs-sim completions bash > ~/.local/share/bash-completion/completions/powergs-sim
+  powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
+  powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
+    Completions(completions::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -112,6 +112,7 @@ impl Context {
 /// Runs one command.
 pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
     match &cli.command {
+        Command::Replay(args) => replay::run(args, context),
         Command::Extract(args) => extract::run(args, context),
         Command::Render(args) => render::run(args, context),
         Command::Arch(args) => arch::run(args, context),

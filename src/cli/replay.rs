@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
+use super::engine::TraceEngine;
 use super::invocation::Started;
 use super::progress::Progress;
 use super::run_folder::RunFolder;
@@ -99,6 +100,11 @@ pub trait Engine {
 
     /// A `--set` that makes the limit weaker, for the next command to try.
     fn relieve(&self, limit: Limit) -> Option<String>;
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    execute(args, context, &mut TraceEngine::open(args)?)
 }
 
 /// Runs `engine`, writes the report folder, prints the summary.
