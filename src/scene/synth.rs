@@ -1,7 +1,7 @@
 //! Seeded scenes that behave like trained ones: for tests, for the committed trace, and for
 //! whoever has no trained model at hand.
 //!
-//! A scene is a [`Layout`]: parts with a shape, a look and a share of the Gaussians. A Gaussian
+//! A scene is a `Layout`: parts with a shape, a look and a share of the Gaussians. A Gaussian
 //! draws its part, then a point on the part's surface, and becomes a flat ellipsoid whose size
 //! follows from how densely the part is sampled there, as training arranges it. The order of the
 //! Gaussians is random in space, as that of trained models is, so that their DRAM addresses say
