@@ -6,5 +6,6 @@ mod geometry;
 mod photos;
 mod raster;
 mod report;
+mod synth;
 mod tidy;
 mod workload;
