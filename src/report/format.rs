@@ -35,12 +35,15 @@ fn prefixed(x: f64) -> (f64, &'static str) {
 
 /// Three significant digits without an exponent: `0.123`, `1.23`, `12.3`, `123`, `12345`.
 pub fn significant(x: f64) -> String {
-    let digits = match x.abs() {
-        m if m == 0.0 => 0,
-        m if m < 0.9995 => 3,
-        m if m < 9.995 => 2,
-        m if m < 99.95 => 1,
-        _ => 0,
+    let magnitude = x.abs();
+    let digits = if magnitude == 0.0 || magnitude >= 99.95 {
+        0
+    } else if magnitude >= 9.995 {
+        1
+    } else if magnitude >= 0.9995 {
+        2
+    } else {
+        3
     };
     format!("{x:.digits$}")
 }

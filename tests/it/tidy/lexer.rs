@@ -60,7 +60,7 @@ fn string(rest: &str) -> usize {
 fn character(rest: &str) -> usize {
     let mut chars = rest.char_indices().skip(1);
     match chars.next() {
-        Some((_, '\\')) => rest[2..].find(|c| c == '\'').map_or(0, |end| {
+        Some((_, '\\')) => rest[2..].find('\'').map_or(0, |end| {
             // `'\''`: the first quote is the escaped one.
             if rest[2..].starts_with('\'') { 4 } else { end + 3 }
         }),
