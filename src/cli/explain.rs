@@ -42,7 +42,7 @@ struct Entry {
 /// Prints what is known about a name.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let entries = entries();
-    let found = matching(&entries, &args.name);
+    let found = matching(&entries, statistics::name_in(&args.name));
     if found.is_empty() {
         let near = nearest(&args.name, entries.iter().map(|e| e.name.as_str()));
         let hint = near.map_or_else(

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{FILE_NAMES, SCHEMA_VERSION};
-use crate::sim::statistics::{Kind, Statistic, catalogue, find};
+use crate::sim::statistics::{Kind, Statistic, catalogue};
 
 /// What each file of a report folder is, in the order of [`FILE_NAMES`] (charts once).
 const FILES: [(&str, &str); 8] = [
@@ -32,25 +32,6 @@ pub fn results_md() -> String {
     }
     let _ = writeln!(text, "\nThis is version {SCHEMA_VERSION} of the names.");
     text
-}
-
-/// What `explain NAME` prints about a statistic; `None` if there is none of that name.
-/// `aggregate.NAME.PART` and `frames[i].NAME` are understood too.
-pub fn explain(name: &str) -> Option<String> {
-    let plain = name.strip_prefix("aggregate.").unwrap_or(name);
-    let plain = match plain.split_once("].") {
-        Some((head, rest)) if head.starts_with("frames[") => rest,
-        _ => plain,
-    };
-    let without_part = plain.rsplit_once('.').map_or(plain, |(head, _)| head);
-    let s = find(plain).or_else(|| find(without_part))?;
-    Some(format!(
-        "{} [{}], {}, a statistic of each frame\n\n{}\n",
-        s.name,
-        s.unit,
-        kind(s),
-        super::format::wrapped(&s.definition, 80)
-    ))
 }
 
 fn kind(statistic: &Statistic) -> &'static str {

@@ -82,6 +82,17 @@ pub fn find(name: &str) -> Option<&'static Statistic> {
     catalogue().iter().find(|s| s.name == name)
 }
 
+/// The name inside a path of `--json`: `aggregate.power_w.total.p99` and `frames[3].power_w.total`
+/// are `power_w.total`. Anything else is returned as it is.
+pub fn name_in(path: &str) -> &str {
+    if let Some(name) = path.strip_prefix("aggregate.") {
+        let whole = name.rsplit_once('.').filter(|(_, part)| Aggregate::PARTS.contains(part));
+        return whole.map_or(name, |(name, _)| name);
+    }
+    let frame = path.strip_prefix("frames[").and_then(|rest| rest.split_once("]."));
+    frame.map_or(path, |(_, name)| name)
+}
+
 /// The values of all statistics of one frame, in the order of [`catalogue`].
 pub fn values(frame: &FrameReport, display_fps: f64) -> Vec<Option<Value>> {
     catalogue().iter().map(|s| s.of(frame, display_fps)).collect()

@@ -58,14 +58,8 @@ fn real(
     });
 }
 
-/// Length of the frame in seconds.
-fn seconds(frame: &FrameReport) -> Option<f64> {
-    let cycles = frame.timing.as_ref()?.frame as f64;
-    Some(cycles / frame.clock_hz?)
-}
-
 fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
-    seconds(frame).map(|s| u64::from(s > 1.0 / fps))
+    frame.timing.is_some().then(|| u64::from(frame.misses_deadline(fps)))
 }
 
 fn time(list: &mut List) {
@@ -74,7 +68,7 @@ fn time(list: &mut List) {
         "frame_time_ms",
         "ms",
         "Simulated time of the frame, from the first record read to the last pixel written.",
-        |f, _| seconds(f).map(|s| s * 1e3),
+        |f, _| f.frame_time_s().map(|s| s * 1e3),
     );
     real(
         list,
@@ -82,7 +76,7 @@ fn time(list: &mut List) {
         "1/s",
         "Frame rate if every frame took as long as this one: 1000 / `frame_time_ms`. The rate of a \
          run is its `throughput_fps`, not the mean of this.",
-        |f, _| seconds(f).map(|s| 1.0 / s),
+        |f, _| f.achieved_fps(),
     );
     list.push(Statistic {
         name: "deadline_missed".into(),

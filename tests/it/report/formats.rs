@@ -94,13 +94,3 @@ fn same_run_same_bytes() {
     assert_eq!(names.len(), 11);
     assert!(names.iter().all(|n| powergs_sim::report::FILE_NAMES.contains(n)));
 }
-
-#[test]
-fn explain_knows_statistics_by_any_path() {
-    for name in ["power_w.total", "aggregate.power_w.total.p99", "frames[3].power_w.total"] {
-        let text = docs::explain(name).expect(name);
-        assert!(text.starts_with("power_w.total [W]"), "{text}");
-    }
-    assert_eq!(docs::explain("power_w"), None);
-    assert_eq!(docs::explain("vru.cores"), None);
-}

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use powergs_sim::report::Table;
-use powergs_sim::sim::statistics::{Aggregate, Kind, Value, catalogue, find, values};
+use powergs_sim::sim::statistics::{Aggregate, Kind, Value, catalogue, find, name_in, values};
 
 use super::builder;
 
@@ -153,4 +153,13 @@ fn the_rate_of_a_run_is_frames_over_time() {
     let energy = table.sum("energy_pj.total").expect("energy") * 1e-12;
     same(table.throughput_power_w.expect("time"), energy / 40e-3);
     assert_eq!(table.deadline_misses, Some(1));
+}
+
+#[test]
+fn names_are_found_in_paths() {
+    for path in ["power_w.total", "aggregate.power_w.total.p99", "frames[3].power_w.total"] {
+        assert_eq!(name_in(path), "power_w.total");
+    }
+    assert_eq!(name_in("aggregate.power_w"), "power_w");
+    assert_eq!(name_in("vru.cores"), "vru.cores");
 }

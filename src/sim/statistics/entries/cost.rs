@@ -1,6 +1,6 @@
 //! Energy, and power at each of the rates that must not be confused.
 
-use super::{List, real, seconds};
+use super::{List, real};
 use crate::action::Stage;
 use crate::energy::Component;
 use crate::sim::FrameReport;
@@ -24,10 +24,6 @@ fn stage_w(frame: &FrameReport, stage: Stage, fps: f64) -> f64 {
             frame.energy.stage(stage).0 * 1e-12 * fps
         }
     }
-}
-
-fn total_w(frame: &FrameReport, fps: f64) -> f64 {
-    Stage::ALL.iter().map(|&s| stage_w(frame, s, fps)).sum()
 }
 
 pub(super) fn stage_words(stage: Stage) -> &'static str {
@@ -56,7 +52,7 @@ pub(super) fn power(list: &mut List) {
         "W",
         "Power at the display rate: work of `fps` frames a second, plus standby power all the \
          time. The power to compare designs with.",
-        |f, fps| Some(total_w(f, fps)),
+        |f, fps| Some(f.power_display_rate_w(fps)),
     );
     for c in Component::ALL {
         let text = format!("Part of `power_w.total`: {}.", component_words(c));
@@ -75,7 +71,7 @@ pub(super) fn power(list: &mut List) {
         "power_full_rate_w.total",
         "W",
         "Power at full rate: `energy_pj.total` x `achieved_fps`, as if frames ran back to back.",
-        |f, _| Some(f.energy.total().0 * 1e-12 / seconds(f)?),
+        |f, _| f.power_full_rate_w(),
     );
     real(
         list,
@@ -90,7 +86,7 @@ pub(super) fn power(list: &mut List) {
         "rendering_plus_display_w",
         "W",
         "`power_w.total` + `display_power_w`.",
-        |f, fps| Some(total_w(f, fps) + f.display_w?),
+        |f, fps| Some(f.power_display_rate_w(fps) + f.display_w?),
     );
 }
 

@@ -1,6 +1,6 @@
 //! Where the cycles of the units went, what the DRAM did, and how often each action happened.
 
-use super::{List, count, real, seconds};
+use super::{List, count, real};
 use crate::accel::{Stall, UnitCycles};
 use crate::action::Action;
 use crate::sim::FrameReport;
@@ -74,7 +74,7 @@ pub(super) fn dram(list: &mut List) {
         "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
         |f, _| {
             let d = &f.timing.as_ref()?.dram;
-            Some((d.read_bytes + d.write_bytes) as f64 * 1e-9 / seconds(f)?)
+            Some((d.read_bytes + d.write_bytes) as f64 * 1e-9 / f.frame_time_s()?)
         },
     );
 }
