@@ -4,12 +4,12 @@
 //! when the last Gaussian has been binned and written (A28).
 //!
 //! **Preprocessing.** Batches wait in storage order. A CCU takes the next batch when its share of
-//! the input buffer has room for a full one, at most one a cycle, and issues its first read at once;
-//! when that has arrived it issues the second. The CCU works on its batches in order. A batch enters
-//! when all its data is there and the tile-list buffer has room for what it will write; the input
-//! room is free again when the last record has entered. `latency` cycles later the batch is written
-//! to DRAM, and its tile-list room is free when the write has left. The phase ends when all writes
-//! have left.
+//! the input buffer has room for a full one, at most one a cycle, and issues its first read at
+//! once; when that has arrived it issues the second. The CCU works on its batches in order. A batch
+//! enters when all its data is there and the tile-list buffer has room for what it will write; the
+//! input room is free again when the last record has entered. `latency` cycles later the batch is
+//! written to DRAM, and its tile-list room is free when the write has left. The phase ends when all
+//! writes have left.
 //!
 //! **Tiles.** Tiles wait in raster order. Every core is a chain of three places for tiles, and one
 //! queue of chunks (`core`): its front takes the next tile as soon as it is empty, reads the list

@@ -8,9 +8,9 @@
 //! sub-tile skipping only pairs whose bitmap bit is set are executed, and none after the last pixel
 //! of a sub-tile has stopped. An entry takes at least one cycle to leave the feature buffer (A26).
 //!
-//! The last chunk of a tile also drains the pipeline, `latency` cycles, and finishes the pixels, one
-//! a cycle in each unit; the next tile enters after that (A27). A tile without chunks only finishes
-//! its pixels.
+//! The last chunk of a tile also drains the pipeline, `latency` cycles, and finishes the pixels,
+//! one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
+//! finishes its pixels.
 //!
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 

@@ -114,7 +114,8 @@ fn power(text: &mut String, run: &Run, table: &Table) {
     for c in Component::ALL {
         let _ = write!(text, " {} |", mw(power.component(c)));
     }
-    let _ = writeln!(text, " {} |\n", mw(power.total()));
+    let total = table.mean("power_w.total").unwrap_or_default();
+    let _ = writeln!(text, " {} |\n", mw(total));
 }
 
 fn cycles(text: &mut String, run: &Run, table: &Table) {

@@ -93,7 +93,7 @@ const COLUMNS: [usize; 6] = [9, 9, 9, 10, 13, 10];
 
 fn power_table(run: &Run, table: &Table) -> Option<String> {
     let power = Breakdown::power_w(table, run.facts.display_fps)?;
-    let (factor, prefix) = prefix_of(power.total());
+    let (factor, prefix) = prefix_of(table.mean("power_w.total")?);
     let fps = rate(run.facts.display_fps);
     let names = Component::ALL.map(Component::name).into_iter().chain(["total"]);
     let mut text = format!("{:<18}", format!("{prefix}W at {fps} FPS"));
@@ -117,7 +117,8 @@ fn power_table(run: &Run, table: &Table) -> Option<String> {
         let part = |c: Component| applies(stage, c).then(|| power.part(stage, c));
         line(stage.name(), cells(&part, power.stage(stage)));
     }
-    line("total", cells(&|c| Some(power.component(c)), power.total()));
+    let total = table.mean("power_w.total")?;
+    line("total", cells(&|c| Some(power.component(c)), total));
     Some(text)
 }
 

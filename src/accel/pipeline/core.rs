@@ -10,8 +10,8 @@
 //! last one of a tile the pixels move to the pixel buffer and their write is issued; while there is
 //! no room for them, the VRU stalls.
 //!
-//! Order within a cycle: rooms are given back, pixels leave, the VRU begins; the front moves on; the
-//! middle sends; the front fetches. Requests of one core reach the DRAM in that order.
+//! Order within a cycle: rooms are given back, pixels leave, the VRU begins; the front moves on;
+//! the middle sends; the front fetches. Requests of one core reach the DRAM in that order.
 
 use std::collections::VecDeque;
 

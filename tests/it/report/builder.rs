@@ -156,7 +156,7 @@ pub fn paper() -> Run {
         clock_hz: None,
         dram_peak_gb_s: None,
     };
-    run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.0)).collect();
+    run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();
     run
 }
 

@@ -64,14 +64,14 @@ fn terminal_summary_of_the_paper_model() {
         garden on paper: 24 frames of 979x546, paper model
 
         frame time   not in this model, which counts work only
-        energy per frame                             2.73 mJ
-        power at the display rate (60 FPS)            163 mW
+        energy per frame                             2.83 mJ
+        power at the display rate (60 FPS)            170 mW
 
         mW at 60 FPS           dram     sram     flop   leakage   background     total
-        preprocessing          15.0     3.00     6.00         -            -      24.0
-        sorting                24.0     4.50     3.00         -            -      31.5
-        rendering              36.0     12.0     60.0         -            -       108
-        total                  75.0     19.5     69.0         0            0       163
+        preprocessing          15.6     3.12     6.24         -            -      25.0
+        sorting                25.0     4.68     3.12         -            -      32.8
+        rendering              37.4     12.5     62.4         -            -       112
+        total                  78.0     20.3     71.8         0            0       170
 
         report  reports/garden-gscore/summary.md
         next    powergs-sim replay garden.bin --set vru.units-per-core=32
