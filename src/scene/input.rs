@@ -52,7 +52,7 @@ pub(super) fn open<'a>(folder: &'a dyn Folder, name: &str) -> Result<Input<'a>, 
         let what = format!("the file name {:?} leaves the folder of the scene", clip(name));
         return Err(SceneError::malformed("file names", what, DAMAGED));
     }
-    folder.open(name).map_err(|source| SceneError::Io { name: clip(name), source })
+    folder.open(name).map_err(|e| SceneError::reading(&clip(name), e))
 }
 
 /// The whole of a small file. A file larger than `limit` bytes is refused.

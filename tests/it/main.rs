@@ -8,4 +8,5 @@ mod raster;
 mod report;
 mod synth;
 mod tidy;
+mod scene;
 mod workload;
