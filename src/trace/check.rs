@@ -87,6 +87,7 @@ impl FrameFacts {
             .to_cols_array();
         let mean = self.mean_linear_rgb.unwrap_or_default();
         let rules = [
+            (c.name.len() <= usize::from(u16::MAX), "the view's name is longer than 65,535 bytes"),
             (sides.contains(&c.width), "the width is not between 1 and 65,536 pixels"),
             (sides.contains(&c.height), "the height is not between 1 and 65,536 pixels"),
             (

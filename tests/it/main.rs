@@ -9,4 +9,5 @@ mod report;
 mod synth;
 mod tidy;
 mod scene;
+mod trace;
 mod workload;

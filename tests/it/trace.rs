@@ -1,0 +1,7 @@
+//! Trace files: round trips, hostile bytes, the worked example of the documentation.
+
+mod example;
+mod hostile;
+mod round_trip;
+mod rules;
+pub mod support;
