@@ -136,7 +136,7 @@ pub enum Fetch {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct CcuSpec {
-    /// Number of units.
+    /// Number of culling and conversion units.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units"))]
     pub units: u32,
     /// Cycles between Gaussians of one unit.
@@ -148,10 +148,10 @@ pub struct CcuSpec {
     /// Cycles from a record to its list entries.
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub latency: u32,
-    /// Records taken from DRAM in one batch.
+    /// Records that one CCU takes from DRAM in one batch.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "Gaussians"))]
     pub batch: u32,
-    /// Fetch policy.
+    /// When the records of a Gaussian are read.
     pub fetch: Fetch,
 }
 
@@ -222,7 +222,7 @@ pub struct BufferSpecs {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct BufferSpec {
-    /// Size.
+    /// Size of the whole buffer, divided evenly among the CCUs or cores that use it.
     pub capacity: Bytes,
 }
 
