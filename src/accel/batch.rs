@@ -75,7 +75,8 @@ pub struct Batches {
 }
 
 impl Batches {
-    /// Cuts the records of a frame into batches of `batch`; the last may be shorter.
+    /// Cuts the records of a frame into batches of `batch`; the last may be shorter, and takes
+    /// whatever is left of every counter.
     pub fn new(workload: &FrameWorkload, batch: u32) -> Self {
         let left = Batch::whole(workload);
         let (batch, records) = (u64::from(batch), left.records);
@@ -85,7 +86,7 @@ impl Batches {
 
     /// Whether there is another batch.
     pub fn is_empty(&self) -> bool {
-        self.left.records == 0
+        self.left == Batch::default()
     }
 }
 
@@ -95,7 +96,7 @@ impl Iterator for Batches {
     fn next(&mut self) -> Option<Batch> {
         if self.left.records <= self.batch {
             let last = std::mem::take(&mut self.left);
-            return (last.records > 0).then_some(last);
+            return (last != Batch::default()).then_some(last);
         }
         let [survivors, prepared, tests, splats, pairs] =
             std::array::from_fn(|i| self.spreads[i].next(self.records));

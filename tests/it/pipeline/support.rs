@@ -1,0 +1,228 @@
+//! Machines and workloads for the tests of the accelerator.
+
+use powergs_sim::accel::Machine;
+use powergs_sim::accel::machine::{
+    BufferSpec, BufferSpecs, CcuSpec, DramSpec, Fetch, GsuSpec, RecordSpec, VruSpec,
+};
+use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
+use powergs_sim::splat::Counters;
+use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
+pub fn gscore() -> Machine {
+    let buffer = |kib: u64| BufferSpec { capacity: Bytes(kib * 1024) };
+    Machine {
+        name: "test".into(),
+        clock: Hertz(1e9),
+        energy: "test".into(),
+        geometry: Geometry::REFERENCE,
+        record: RecordSpec {
+            position: Bytes(6),
+            geometry: Bytes(12),
+            colour: Bytes(103),
+            projected: Bytes(10),
+            list_entry: Bytes(4),
+            feature: Bytes(19),
+            pixel: Bytes(3),
+        },
+        ccu: CcuSpec {
+            units: 4,
+            initiation_interval: 1,
+            tests_per_cycle: 1,
+            latency: 128,
+            batch: 32,
+            fetch: Fetch::LazyColour,
+        },
+        gsu: GsuSpec {
+            qsu_per_core: 2,
+            pivots: 7,
+            keys_per_cycle: 1,
+            qsu_latency: 64,
+            bsu_per_core: 1,
+            bsu_width: 16,
+            bsu_latency: 4,
+        },
+        vru: VruSpec {
+            cores: 4,
+            units_per_core: 16,
+            pixels_per_unit: 4,
+            latency: 192,
+            subtile_skipping: true,
+        },
+        buffers: BufferSpecs {
+            gaussian_in: buffer(8),
+            tile_list: buffer(32),
+            sorting: buffer(64),
+            feature: buffer(128),
+            pixel_out: buffer(16),
+        },
+        dram: DramSpec {
+            bandwidth: BytesPerSecond(51.2e9),
+            efficiency: 1.0,
+            latency: Nanoseconds(100.0),
+        },
+    }
+}
+
+/// Lists of tiles, each a list of (entries, sub-tile pairs) of chunks; `unfetched` entries follow.
+pub struct TilePlan {
+    pub chunks: Vec<(u32, u32)>,
+    pub unfetched: u32,
+    pub pixels: u32,
+}
+
+/// A workload of `plan`, with `points` Gaussians of which all survive and none is tested. Without
+/// points the frame begins with its tiles: nothing is converted.
+pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWorkload {
+    let mut w = FrameWorkload {
+        geometry,
+        width: geometry.tile * plan.len().max(1) as u32,
+        height: geometry.tile,
+        tiles_x: plan.len() as u32,
+        tiles_y: 1,
+        counters: Counters { points, survivors: points, ..Counters::default() },
+        alpha_evaluations_executed: 0,
+        tiles: Vec::new(),
+        chunks: Vec::new(),
+        list: Vec::new(),
+        bitmaps: Vec::new(),
+    };
+    for tile in plan {
+        let loaded: u32 = tile.chunks.iter().map(|c| c.0).sum();
+        w.tiles.push(TileWork {
+            list_start: w.counters.tile_pairs as u32,
+            entries: loaded + tile.unfetched,
+            loaded,
+            chunk_start: w.chunks.len() as u32,
+            chunks: tile.chunks.len() as u32,
+            pixels: tile.pixels,
+            alpha_evaluations: u64::from(loaded * tile.pixels),
+            blends: u64::from(loaded),
+        });
+        w.counters.tile_pairs += u64::from(loaded + tile.unfetched);
+        w.counters.tile_loads += u64::from(loaded);
+        w.counters.alpha_evaluations += u64::from(loaded * tile.pixels);
+        w.counters.blends += u64::from(loaded);
+        for &(entries, pairs) in &tile.chunks {
+            w.chunks.push(ChunkWork {
+                entries,
+                subtile_pairs: pairs,
+                subtile_pairs_unskipped: pairs.max(entries * geometry.subtiles()),
+                live_evaluations: pairs,
+                first_loads: entries / 2,
+            });
+            w.counters.fetched_points += u64::from(entries / 2);
+        }
+    }
+    w.counters.intersecting_points = points.min(w.counters.tile_pairs);
+    if points == 0 {
+        w.counters.tile_pairs = 0;
+    }
+    w
+}
+
+/// A source of small random machines and workloads.
+pub struct Dice(Pcg64Mcg);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        Dice(Pcg64Mcg::seed_from_u64(seed))
+    }
+
+    /// Between `low` and `high`, both possible.
+    pub fn roll(&mut self, low: u32, high: u32) -> u32 {
+        self.0.random_range(low..=high)
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.0.random_range(0..from.len())]
+    }
+
+    /// Any machine that could pass a check, small enough that every limit is met: buffers that
+    /// hold nothing, one item or many, fast and slow memories, few and many units.
+    pub fn machine(&mut self) -> Machine {
+        let chunk = self.pick(&[1, 3, 4, 8]);
+        let mut machine = gscore();
+        machine.geometry = Geometry { chunk, subtile: self.pick(&[4, 8]), ..Geometry::REFERENCE };
+        let bytes = |dice: &mut Self, most| Bytes(u64::from(dice.roll(0, most)));
+        machine.record = RecordSpec {
+            position: bytes(self, 6),
+            geometry: bytes(self, 12),
+            colour: bytes(self, 20),
+            projected: bytes(self, 10),
+            list_entry: bytes(self, 4),
+            feature: bytes(self, 19),
+            pixel: bytes(self, 3),
+        };
+        machine.ccu = CcuSpec {
+            units: self.roll(1, 3),
+            initiation_interval: self.roll(1, 3),
+            tests_per_cycle: self.roll(1, 3),
+            latency: self.roll(0, 9),
+            batch: self.roll(1, 6),
+            fetch: self.pick(&[Fetch::Everything, Fetch::GeometryFirst, Fetch::LazyColour]),
+        };
+        machine.gsu = GsuSpec {
+            qsu_per_core: self.roll(1, 2),
+            pivots: self.roll(1, 3),
+            keys_per_cycle: self.roll(1, 2),
+            qsu_latency: self.roll(0, 5),
+            bsu_per_core: self.roll(1, 2),
+            bsu_width: self.pick(&[1, 2, 4]),
+            bsu_latency: self.roll(0, 3),
+        };
+        machine.vru = VruSpec {
+            cores: self.roll(1, 3),
+            units_per_core: self.pick(&[1, 4, 16]),
+            pixels_per_unit: self.pick(&[1, 4]),
+            latency: self.roll(0, 9),
+            subtile_skipping: self.roll(0, 1) == 1,
+        };
+        let buffer = |dice: &mut Self, most| BufferSpec { capacity: bytes(dice, most) };
+        machine.buffers = BufferSpecs {
+            gaussian_in: buffer(self, 600),
+            tile_list: buffer(self, 400),
+            sorting: buffer(self, 150),
+            feature: buffer(self, 900),
+            pixel_out: buffer(self, 1000),
+        };
+        machine.dram = DramSpec {
+            bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
+            efficiency: self.pick(&[0.6, 1.0]),
+            latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
+        };
+        machine
+    }
+
+    /// A small workload of a machine's geometry.
+    pub fn workload(&mut self, geometry: Geometry) -> FrameWorkload {
+        let n_tiles = self.roll(0, 8);
+        let most = self.pick(&[1, 5, 12]) * geometry.chunk;
+        let plan: Vec<TilePlan> = (0..n_tiles)
+            .map(|_| {
+                let entries = self.roll(0, 3).min(1) * self.roll(1, most);
+                let n_chunks = entries.div_ceil(geometry.chunk);
+                let fetched = self.roll(n_chunks.min(1), n_chunks);
+                let loaded = (fetched * geometry.chunk).min(entries);
+                let chunks = (0..fetched).map(|c| {
+                    let entries = geometry.chunk.min(loaded - c * geometry.chunk);
+                    (entries, self.roll(0, entries * geometry.subtiles().min(5)))
+                });
+                let chunks = chunks.collect();
+                TilePlan { chunks, unfetched: entries - loaded, pixels: self.roll(1, 256) }
+            })
+            .collect();
+        let points = u64::from(self.roll(0, 40));
+        let mut w = workload(geometry, points, &plan);
+        let pairs = w.tiles.iter().map(|tile| u64::from(tile.entries)).sum();
+        let c = &mut w.counters;
+        c.tile_pairs = pairs;
+        c.survivors = u64::from(self.roll(0, points as u32));
+        c.obb_prepared = u64::from(self.roll(0, c.survivors as u32));
+        c.obb_tests = c.obb_prepared * u64::from(self.roll(1, 6));
+        c.intersecting_points = c.survivors.min(c.tile_pairs);
+        w
+    }
+}

@@ -1,0 +1,108 @@
+//! Pictures of small frames: one character per cycle, the digit of the batch or tile, `d`, `i`, `o`
+//! for a stall (DRAM, input, output), `.` for idle.
+
+use expect_test::{Expect, expect};
+use powergs_sim::accel::machine::{BufferSpec, Fetch};
+use powergs_sim::accel::timeline::Timeline;
+use powergs_sim::accel::{Machine, replay_observed};
+use powergs_sim::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_sim::workload::{FrameWorkload, Geometry};
+
+use super::support::{TilePlan, gscore, workload};
+
+/// One CCU and one core with short pipelines and chunks of 4.
+fn small() -> Machine {
+    let mut m = gscore();
+    m.geometry = Geometry { chunk: 4, ..Geometry::REFERENCE };
+    (m.ccu.units, m.ccu.batch, m.ccu.latency) = (1, 4, 2);
+    m.ccu.fetch = Fetch::LazyColour;
+    (m.gsu.qsu_per_core, m.gsu.qsu_latency) = (1, 1);
+    (m.gsu.bsu_width, m.gsu.bsu_latency) = (4, 1);
+    (m.vru.cores, m.vru.latency, m.vru.units_per_core) = (1, 2, 64);
+    (m.record.feature, m.record.colour) = (Bytes(16), Bytes(8));
+    (m.record.projected, m.record.pixel) = (Bytes(2), Bytes(1));
+    m.dram.bandwidth = BytesPerSecond(32e9);
+    m.dram.latency = Nanoseconds(3.0);
+    m
+}
+
+fn check(machine: &Machine, frame: &FrameWorkload, expected: Expect) {
+    let mut timeline = Timeline::default();
+    replay_observed(frame, machine, &mut timeline);
+    expected.assert_eq(&timeline.draw());
+}
+
+fn tile(chunks: &[(u32, u32)]) -> TilePlan {
+    TilePlan { chunks: chunks.to_vec(), unfetched: 0, pixels: 64 }
+}
+
+/// Three tiles: two chunks after one pass, none, one chunk.
+fn three_tiles(machine: &Machine) -> FrameWorkload {
+    workload(machine.geometry, 10, &[tile(&[(4, 2), (3, 1)]), tile(&[]), tile(&[(4, 2)])])
+}
+
+#[test]
+fn a_small_frame() {
+    let machine = small();
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |ddddddddd0000111122..................................................
+            qsu0 |......................dddd00000000idddddddoooooo.....................
+            bsu0 |......................ddddiiiiiiii0000oooooooooo22...................
+            vru0 |......................ddddiiiiiiiidddddd000000000000000122222222222..
+        "#]],
+    );
+}
+
+#[test]
+fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
+    let mut machine = small();
+    machine.buffers.feature = BufferSpec { capacity: Bytes(64) };
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |ddddddddd0000111122..............................................................
+            qsu0 |......................dddd00000000iooooooooooooodddddd...........................
+            bsu0 |......................ddddiiiiiiii00oooooooooooo00ooodoooooo22...................
+            vru0 |......................ddddiiiiiiiidddddd00000000ddddd00000001ddddddd22222222222..
+        "#]],
+    );
+}
+
+#[test]
+fn a_slow_memory_starves_everybody() {
+    let mut machine = small();
+    machine.dram.bandwidth = BytesPerSecond(16e9);
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |ddddddddddd0000111122.......................................................
+            qsu0 |........................ddddd00000000iddddddddddddooo.......................
+            bsu0 |........................dddddiiiiiiii0000oooooooooooo22.....................
+            vru0 |........................dddddiiiiiiiidddddddd000000000000000122222222222....
+        "#]],
+    );
+}
+
+#[test]
+fn two_cores_share_the_queue_of_tiles() {
+    let mut machine = small();
+    machine.vru.cores = 2;
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |ddddddddd0000111122......................................
+            qsu0 |......................dddd00000000.......................
+            qsu1 |......................idddd..............................
+            bsu0 |......................ddddiiiiiiii0000...................
+            bsu1 |......................idddd22............................
+            vru0 |......................ddddiiiiiiiidddddd000000000000000..
+            vru1 |......................ii1dddddddd22222222222.............
+        "#]],
+    );
+}
