@@ -35,8 +35,7 @@ pub fn synthetic(name: &'static str, preset: &str, points: usize, size: (u32, u3
 
 /// The 250,000-Gaussian robot of `../shared/data` at 1920x1080.
 fn trained() -> Option<Case> {
-    let folder =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/playcanvas-playbot");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/playcanvas-playbot");
     let bytes = std::fs::read(folder.join("playbot_lod1_sh2.ply")).ok()?;
     let scene = read(&OneFile(&bytes), "playbot_lod1_sh2.ply", None).ok()?.gaussians;
     let file = camera_file::read(&folder.join("cameras.json"), None).ok()?;

@@ -3,7 +3,7 @@
 use powergs_sim::accel::batch::{Batch, Batches};
 use powergs_sim::accel::buffer::Room;
 use powergs_sim::accel::dram::{Channel, Dram, TICKS};
-use powergs_sim::accel::machine::{DramSpec, Fetch};
+use powergs_sim::accel::machine::{DramModel, DramSpec, Fetch};
 use powergs_sim::accel::qsu::List;
 use powergs_sim::accel::vru::Render;
 use powergs_sim::accel::{Design, Machine, Unit, replay};
@@ -188,6 +188,7 @@ fn vru_pairs_entries_and_finish() {
 
 fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
     let spec = DramSpec {
+        model: DramModel::Bandwidth,
         bandwidth: BytesPerSecond(bandwidth),
         efficiency,
         latency: Nanoseconds(latency),

@@ -1,17 +1,17 @@
 //! One test binary; a module per topic.
 
+mod accel;
 mod camera;
 mod cli;
-mod geometry;
-mod photos;
-mod accel;
 mod energy;
+mod geometry;
 mod paper;
+mod photos;
 mod pipeline;
 mod raster;
 mod report;
+mod scene;
 mod synth;
 mod tidy;
-mod scene;
 mod trace;
 mod workload;

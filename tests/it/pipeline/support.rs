@@ -2,7 +2,7 @@
 
 use powergs_sim::accel::Machine;
 use powergs_sim::accel::machine::{
-    BufferSpec, BufferSpecs, CcuSpec, DramSpec, Fetch, GsuSpec, RecordSpec, VruSpec,
+    BufferSpec, BufferSpecs, CcuSpec, DramModel, DramSpec, Fetch, GsuSpec, RecordSpec, VruSpec,
 };
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
@@ -15,6 +15,7 @@ pub fn gscore() -> Machine {
     let buffer = |kib: u64| BufferSpec { capacity: Bytes(kib * 1024) };
     Machine {
         name: "test".into(),
+        description: "for tests".into(),
         clock: Hertz(1e9),
         energy: "test".into(),
         geometry: Geometry::REFERENCE,
@@ -59,6 +60,7 @@ pub fn gscore() -> Machine {
             pixel_out: buffer(16),
         },
         dram: DramSpec {
+            model: DramModel::Bandwidth,
             bandwidth: BytesPerSecond(51.2e9),
             efficiency: 1.0,
             latency: Nanoseconds(100.0),
@@ -189,6 +191,7 @@ impl Dice {
             pixel_out: buffer(self, 1000),
         };
         machine.dram = DramSpec {
+            model: DramModel::Bandwidth,
             bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
             efficiency: self.pick(&[0.6, 1.0]),
             latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
