@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::camera_file::{self, CameraArgs, Views};
-use super::{Context, Exit, Failure, out};
+use super::{Context, Exit, Failure, aside, out};
 use crate::scene::camera::inria;
 use crate::scene::camera::orbit::SceneBounds;
 use crate::scene::{Camera, Split};
@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 cameras.cameras(|| SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
             views.warn(context);
             let text = inria::write(&views.cameras);
-            camera_file::write_aside(output, |w| w.write_all(text.as_bytes()))?;
+            aside::write_aside(output, |w| w.write_all(text.as_bytes()))?;
             if context.global.json {
                 out::json(&json!({ "views": views.cameras.len(), "format": views.format }))?;
             }
@@ -101,7 +101,9 @@ fn lines(facts: &Value) -> String {
             Value::Object(range) => {
                 let end = |key: &str| range.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
                 let (min, max) = (end("min"), end("max"));
-                if min == max { format!("{min:.4}") } else { format!("{min:.4} to {max:.4}") }
+                let digits = if name.ends_with("_px") { 0 } else { 4 };
+                let low = format!("{min:.digits$}");
+                if min == max { low } else { format!("{low} to {max:.digits$}") }
             }
             Value::Array(warnings) if warnings.is_empty() => "none".to_string(),
             Value::String(text) => text.clone(),

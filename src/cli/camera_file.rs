@@ -4,7 +4,7 @@
 //! `--frames`, `--size`, `--stereo`.
 
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -237,21 +237,6 @@ impl CameraArgs {
         let (centre, up) = (bounds.centre, self.orbit_up.unwrap_or(Up::MinusY).vector());
         Ok(Orbit { views, centre, radius, elevation, up, vertical_fov, size }.cameras())
     }
-}
-
-/// Writes a file aside and renames it when it is whole.
-pub(super) fn write_aside(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-) -> Result<(), Failure> {
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let written = tempfile::NamedTempFile::new_in(folder).and_then(|file| {
-        let mut writer = BufWriter::new(file);
-        write(&mut writer)?;
-        writer.into_inner().map_err(|e| e.into_error())?.persist(path)?;
-        Ok(())
-    });
-    written.or_exit(Exit::Usage, format_args!("{}: cannot be written", path.display()))
 }
 
 fn usage(what: impl Into<String>) -> Failure {

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use tempfile::NamedTempFile;
 
+use super::aside::temporary;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::progress::Progress;
@@ -98,8 +99,7 @@ struct Job {
 
 impl Job {
     fn new(args: &Args, name: &str, points: u64) -> Result<Job, Failure> {
-        let folder = args.output.parent().filter(|p| !p.as_os_str().is_empty());
-        let file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))
+        let file = temporary(&args.output)
             .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
         let header = TraceHeader {
             generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::aside::write_aside;
 use super::background::Background;
-use super::camera_file::{CameraArgs, write_aside};
+use super::camera_file::CameraArgs;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out, scene_file};
 use crate::picture::Picture;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::scene_file::{self, LoadedScene};
-use super::{Context, Exit, Failure, camera_file, out};
+use super::{Context, Exit, Failure, aside, out};
 use crate::scene::stats::Percentiles;
 use crate::scene::{SceneStats, Warning, write_ply};
 
@@ -66,7 +66,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         SceneCommand::Convert { file, output, lod } => {
             let scene = scene_file::load(file, *lod)?;
             scene.warn(context);
-            camera_file::write_aside(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
+            aside::write_aside(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
             if context.global.json {
                 let points = scene.gaussians.len();
                 out::json(&json!({ "points": points, "sh_degree": scene.gaussians.sh_degree }))?;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::camera_file::write_aside;
+use super::aside::write_aside;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, out};
 use crate::scene::camera::inria;
