@@ -127,9 +127,9 @@ impl SceneStats {
 fn bounds(scene: &Gaussians) -> Bounds {
     let mut bounds = Bounds { min: scene.means[0], max: scene.means[0] };
     for mean in &scene.means {
-        for axis in 0..3 {
-            bounds.min[axis] = bounds.min[axis].min(mean[axis]);
-            bounds.max[axis] = bounds.max[axis].max(mean[axis]);
+        for (axis, &value) in mean.iter().enumerate() {
+            bounds.min[axis] = bounds.min[axis].min(value);
+            bounds.max[axis] = bounds.max[axis].max(value);
         }
     }
     bounds

@@ -299,7 +299,11 @@ pub fn sog(scene: &Gaussians, version: u8) -> Files {
     ];
     let mut files: Files = images.map(|(name, bytes)| (name.to_string(), bytes)).into();
     let mut meta = serde_json::json!({
-        "means": { "mins": [low, low, low], "maxs": [high, high, high], "files": ["means_l.webp", "means_u.webp"] },
+        "means": {
+            "mins": [low, low, low],
+            "maxs": [high, high, high],
+            "files": ["means_l.webp", "means_u.webp"],
+        },
         "scales": scales.json(version, 3),
         "quats": { "files": ["quats.webp"] },
         "sh0": dc.json(version, 4),
