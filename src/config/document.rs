@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{ConfigError, Place, Problem};
+use super::error::{ConfigError, PROBLEMS_MAX, Place, Problem};
 use super::schema::schema_of;
 use walk::Walk;
 
@@ -20,9 +20,6 @@ mod walk;
 
 /// The largest configuration text that is looked at, bytes.
 pub const TEXT_MAX: usize = 1 << 20;
-
-/// Problems that are reported at most.
-const PROBLEMS_MAX: usize = 100;
 
 /// A configuration value that remembers where its keys were written.
 #[derive(Debug, Clone)]
@@ -147,7 +144,8 @@ impl Source<'_> {
         let span = error.span().unwrap_or(0..0);
         let mut message = format!("not valid TOML: {}", error.message());
         if let Place::File { excerpt, .. } = self.place(span.clone()) {
-            let value = excerpt.split_once('=').map_or("", |(_, v)| v.trim());
+            let value = excerpt.split_once('=').map_or("", |(_, v)| v);
+            let value = value.split('#').next().unwrap_or("").trim();
             let number = value.starts_with(|c: char| c.is_ascii_digit());
             if number && value.ends_with(char::is_alphabetic) {
                 message.push_str(&format!("; a value with a unit is a string: write \"{value}\""));

@@ -6,6 +6,9 @@ use std::ops::Range;
 /// The longest excerpt that is shown, characters.
 const EXCERPT_MAX: usize = 100;
 
+/// Problems that are reported at most.
+pub const PROBLEMS_MAX: usize = 100;
+
 /// Everything that is wrong with one configuration file, in the order of its lines.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub struct ConfigError {
@@ -98,7 +101,8 @@ impl fmt::Display for ConfigError {
         if let [one] = self.problems.as_slice() {
             return one.fmt(f);
         }
-        write!(f, "{} problems", self.problems.len())?;
+        let first = if self.problems.len() >= PROBLEMS_MAX { "the first " } else { "" };
+        write!(f, "{first}{} problems", self.problems.len())?;
         self.problems.iter().try_for_each(|p| write!(f, "\n{p}"))
     }
 }

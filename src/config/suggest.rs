@@ -1,7 +1,13 @@
 //! "Did you mean".
 
+/// Longer words are not compared: nobody mistypes that much.
+const WORD_MAX: usize = 64;
+
 /// The candidate that `word` is most likely a typo of, if one is near enough.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() > WORD_MAX {
+        return None;
+    }
     let plain = |s: &str| s.to_lowercase().replace(['_', ' '], "-");
     let word = plain(word);
     let distance = |c: &str| strsim::damerau_levenshtein(&word, &plain(c));

@@ -4,6 +4,8 @@ mod accel;
 mod camera;
 mod cli;
 mod energy;
+mod config;
+mod display;
 mod geometry;
 mod paper;
 mod photos;

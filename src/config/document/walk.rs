@@ -8,9 +8,12 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::Source;
-use crate::config::error::{Place, Problem};
+use crate::config::error::{PROBLEMS_MAX, Place, Problem};
 use crate::config::schema::{self, choices, definition, join, list_item};
 use crate::config::suggest::nearest;
+
+/// The longest part of an unknown key that is shown, characters.
+const NAME_MAX: usize = 60;
 
 /// One pass over a table. Wrong values are replaced by valid ones, unknown keys removed, missing
 /// keys filled in, so that what remains deserializes unless a quantity is wrong.
@@ -70,7 +73,15 @@ impl<'a> Walk<'a> {
         line.map_or(key.clone(), |_| key.start..value.end)
     }
 
+    /// Whether enough was found.
+    fn is_full(&self) -> bool {
+        self.problems.len() >= PROBLEMS_MAX
+    }
+
     fn report(&mut self, span: Range<usize>, key: &str, message: String) {
+        if self.is_full() {
+            return;
+        }
         self.problems.push(self.source.problem(span, key, message));
     }
 
@@ -82,6 +93,9 @@ impl<'a> Walk<'a> {
         path: &str,
     ) -> Option<String> {
         let name = key.get_ref().as_ref();
+        if self.is_full() {
+            return None;
+        }
         let siblings: Vec<&str> = schema::properties(schema).map(|(k, _)| k.as_str()).collect();
         let table = if path.is_empty() { String::new() } else { format!(" in [{path}]") };
         let near = nearest(name, siblings.iter().copied());
@@ -97,7 +111,12 @@ impl<'a> Walk<'a> {
             },
         };
         let near = near.map(str::to_owned);
-        self.report(key.span(), &join(path, name), format!("unknown key `{name}`{table}; {hint}"));
+        let shown: String = name.chars().take(NAME_MAX).collect();
+        self.report(
+            key.span(),
+            &join(path, &shown),
+            format!("unknown key `{shown}`{table}; {hint}"),
+        );
         near
     }
 

@@ -1,0 +1,96 @@
+//! `arch` and `explain` as the user sees them.
+
+use assert_cmd::Command;
+use powergs_sim::cli::machine_file::load_machine;
+use predicates::prelude::*;
+use predicates::str::contains;
+
+use super::gscore;
+
+fn program(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+    command.args(args);
+    command
+}
+
+#[test]
+fn list_fits_a_terminal() {
+    let output = program(&["arch", "list"]).assert().code(0).get_output().stdout.clone();
+    let text = String::from_utf8(output).expect("text");
+    for name in ["gscore ", "gscore-16core", "edge", "gscore-28nm", "paper", "oled-d22"] {
+        assert!(text.contains(name), "{text}");
+    }
+    assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
+    program(&["arch", "list", "--json"]).assert().code(0).stdout(contains("\"description\""));
+}
+
+#[test]
+fn show_prints_the_file_or_what_a_run_would_use() {
+    program(&["arch", "show", "gscore"]).assert().code(0).stdout(gscore());
+    let shown = program(&["arch", "show", "gscore", "--set", "vru.cores=8"]).assert().code(0);
+    shown.stdout(contains("cores = 8").and(contains('#').not()));
+    let unknown = program(&["arch", "show", "gscor"]).assert().code(2);
+    unknown.stderr(contains("did you mean `gscore`?").and(contains("edge")));
+    program(&["arch", "show", "no/such.toml"]).assert().code(2).stderr(contains("no/such.toml"));
+}
+
+#[test]
+fn check_reports_everything_with_exit_code_2() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("mine.toml");
+    let bad = gscore().replace("cores = 4 ", "core = 4 ").replace("\"1 GHz\"", "1");
+    std::fs::write(&path, bad).expect("a file");
+    let file = path.to_str().expect("a path");
+    let failed = program(&["arch", "check", "gscore", file, "paper"]).assert().code(2);
+    let failed = failed.stdout(contains("gscore: ok").and(contains("paper: ok")));
+    let wanted = contains("2 problems").and(contains("did you mean `cores`?"));
+    failed.stderr(wanted.and(contains("^^^")).and(contains("mine.toml: ")));
+    let json = program(&["arch", "check", "--json", file]).assert().code(2);
+    let output = json.get_output().stdout.clone();
+    let report: serde_json::Value = serde_json::from_slice(&output).expect("JSON");
+    assert_eq!(report[0]["problems"][0]["key"], "clock");
+    assert_eq!(report[0]["problems"][0]["line"], 8);
+    std::fs::write(&path, [0xff, 0xfe, 0x00]).expect("a file");
+    program(&["arch", "check", file]).assert().code(2).stderr(contains("not UTF-8"));
+}
+
+#[test]
+fn check_looks_at_the_energy_table_too() {
+    let args = ["arch", "check", "gscore", "--set", "energy=gscore-28"];
+    let failed = program(&args).assert().code(2);
+    failed.stderr(contains("in --set energy=gscore-28").and(contains("`gscore-28nm`")));
+    let args = ["arch", "check", "gscore", "--set", "buffers.feature.capacity=512 MiB"];
+    program(&args).assert().code(2).stderr(contains("allow-extrapolation"));
+}
+
+#[test]
+fn explain_knows_keys_and_statistics() {
+    let cores = program(&["explain", "vru.cores"]).assert().code(0);
+    cores.stdout(contains("unit: cores").and(contains("4 in gscore")).and(contains("own GSU")));
+    program(&["explain", "frame_time_ms"]).assert().code(0).stdout(contains("(statistic)"));
+    let both = program(&["explain", "dram"]).assert().code(0);
+    both.stdout(contains("dram.efficiency").and(contains("statistic")));
+    program(&["explain", "vru.cors"]).assert().code(2).stderr(contains("`vru.cores`"));
+    program(&["explain", "--json", "clock"]).assert().code(0).stdout(contains("\"unit\""));
+}
+
+#[test]
+fn a_machine_is_loaded_with_its_table_and_its_sources() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let energy =
+        powergs_sim::config::embedded::find(powergs_sim::config::embedded::ENERGY, "gscore-28nm");
+    std::fs::write(dir.path().join("mine-energy.toml"), energy.expect("a table")).expect("a file");
+    let machine = gscore().replace("energy = \"gscore-28nm\"", "energy = \"mine-energy.toml\"");
+    let path = dir.path().join("mine.toml");
+    std::fs::write(&path, machine).expect("a file");
+    let file = path.to_str().expect("a path");
+    let loaded = load_machine(file, &["vru.cores=2".into()]).expect("a table beside the machine");
+    assert_eq!(loaded.machine.vru.cores, 2);
+    assert!(loaded.resolved_toml.contains("cores = 2"));
+    assert_eq!(loaded.energy_table.name, "gscore-28nm");
+    for source in ["neo", "cacti", "A4", "A10"] {
+        assert!(loaded.sources.contains(source), "{:?}", loaded.sources);
+    }
+    let default = load_machine("gscore", &[]).expect("the default");
+    assert!(loaded.prices.leakage_w < default.prices.leakage_w, "two cores leak less than four");
+}

@@ -1,0 +1,149 @@
+//! What is written about configuration is complete and true: keys, sources, assumptions, schemas.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use expect_test::expect_file;
+use powergs_sim::accel::Machine;
+use powergs_sim::cli::arch::Kind;
+use powergs_sim::config::embedded::{DISPLAYS, ENERGY, MACHINES};
+use powergs_sim::config::references::{cited, is_assumption, is_source, references};
+use powergs_sim::config::{Embedded, KeyDoc, key_docs};
+use powergs_sim::display::Display;
+use powergs_sim::energy::EnergyTable;
+
+use super::gscore;
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+fn all_files() -> impl Iterator<Item = &'static Embedded> {
+    MACHINES.iter().chain(ENERGY).chain(DISPLAYS)
+}
+
+#[test]
+fn every_file_of_arch_configs_is_embedded() {
+    for (folder, files) in [("machines", MACHINES), ("energy", ENERGY), ("display", DISPLAYS)] {
+        let entries = std::fs::read_dir(root().join("arch-configs").join(folder)).expect(folder);
+        let names: BTreeSet<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
+        let stems: BTreeSet<&str> = names.iter().filter_map(|p| p.file_stem()?.to_str()).collect();
+        assert_eq!(stems, files.iter().map(|f| f.name).collect(), "{folder}");
+    }
+}
+
+#[test]
+fn the_readme_documents_every_machine_key_with_its_value() {
+    let readme = read("arch-configs/README.md");
+    let values: toml::Value = toml::from_str(gscore()).expect("gscore");
+    for doc in key_docs::<Machine>().into_iter().filter(|d| !d.table) {
+        let start = format!("| `{}` | ", doc.path);
+        let row = readme.lines().find(|l| l.starts_with(&start));
+        let row = row.unwrap_or_else(|| panic!("arch-configs/README.md: no row `{}`", doc.path));
+        let value = doc.path.split('.').fold(&values, |at, key| &at[key]);
+        assert!(row.contains(&format!("| `{value}` |")), "{row}: gscore has {value}");
+        let buffer = doc.path.starts_with("buffers.");
+        let first = doc.definition.split(" `").next().unwrap_or("");
+        assert!(buffer || row.contains(first.trim()), "{row}\nsays not: {}", doc.definition);
+        assert!(row.matches(" | ").count() == 4, "{row}: key, unit, value, meaning, what it moves");
+    }
+}
+
+#[test]
+fn the_readme_documents_every_key_of_energy_tables_and_displays() {
+    let readme = read("arch-configs/README.md");
+    let of_price = ["energy", "flops", "power", "free", "source"];
+    let missing = |doc: &KeyDoc| {
+        let last = doc.path.rsplit('.').next().unwrap_or("");
+        let general = of_price.contains(&last) && readme.contains(&format!("| `*.{last}` |"));
+        !general && !readme.contains(&format!("| `{}` |", doc.path))
+    };
+    let docs = key_docs::<EnergyTable>().into_iter().chain(key_docs::<Display>());
+    let missing: Vec<String> = docs.filter(missing).map(|d| d.path).collect();
+    assert!(missing.is_empty(), "arch-configs/README.md lacks {missing:?}");
+}
+
+#[test]
+fn every_key_has_a_definition_and_numbers_have_units() {
+    let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Display>()].concat();
+    assert!(docs.len() > 100);
+    for doc in docs {
+        assert!(doc.definition.len() > 3, "{}: no definition", doc.path);
+        assert!(!["count", "number", "value"].contains(&doc.unit.as_str()), "{doc:?}");
+    }
+}
+
+#[test]
+fn every_source_resolves_and_every_reference_is_used() {
+    let model = read("docs/model.md");
+    let mut used = BTreeSet::new();
+    for file in all_files() {
+        for source in cited(file.text) {
+            assert!(is_source(&source), "{}: nobody knows `{source}`", file.name);
+            if is_assumption(&source) {
+                let heading = format!("**{source}. ");
+                assert!(model.contains(&heading), "{}: docs/model.md lacks {source}", file.name);
+            }
+            used.insert(source);
+        }
+    }
+    // Energy tables and texts cite these in prose.
+    let prose: String = all_files().map(|f| f.text).chain([model.as_str()]).collect();
+    for key in references().keys() {
+        let named = prose.contains(&format!("[{key}]")) || prose.contains(&format!("`{key}`"));
+        assert!(used.contains(key) || named, "references.toml: nobody cites {key}");
+    }
+}
+
+#[test]
+fn every_number_of_a_machine_file_has_a_source() {
+    for file in MACHINES {
+        for line in file.text.lines().filter(|l| l.contains(" = ") && !l.starts_with('#')) {
+            let (key, value) = line.split_once(" = ").expect("a key and a value");
+            let value = value.split('#').next().unwrap_or("");
+            let number = value.chars().any(|c| c.is_ascii_digit()) || value.trim() == "true";
+            if number && !["name", "description", "energy"].contains(&key) {
+                let sources = cited(line);
+                assert!(!sources.is_empty(), "{}: no source: {line}", file.name);
+            }
+        }
+    }
+}
+
+/// A source in brackets that nobody knows would silently count as prose.
+#[test]
+fn brackets_in_comments_of_machine_files_are_sources() {
+    for file in MACHINES {
+        for comment in file.text.lines().filter_map(|l| Some(l.split_once('#')?.1)) {
+            for part in comment.split('[').skip(1) {
+                let key = part.split(']').next().unwrap_or("");
+                assert!(is_source(key) || ["KEY", "A.."].contains(&key), "{}: [{key}]", file.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn assumptions_are_numbered_once_and_in_order() {
+    let model = read("docs/model.md");
+    let number = |l: &str| l.strip_prefix("**A")?.split('.').next()?.parse::<u32>().ok();
+    let numbers: Vec<u32> = model.lines().filter_map(number).collect();
+    assert!(numbers.len() >= 13);
+    assert!(numbers.windows(2).all(|w| w[0] < w[1]), "{numbers:?}");
+}
+
+#[test]
+fn committed_schemas_are_those_of_the_program() {
+    for kind in [Kind::Machine, Kind::Energy, Kind::Display] {
+        let text = serde_json::to_string_pretty(&kind.schema()).expect("a schema") + "\n";
+        let path = root().join(format!("arch-configs/schema/{}.json", kind.name()));
+        expect_file![path].assert_eq(&text);
+    }
+    for file in all_files() {
+        assert!(file.text.starts_with("#:schema ../schema/"), "{}", file.name);
+    }
+}
