@@ -188,17 +188,19 @@ fn next_command(args: &Args, set: Option<String>) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// The `--set` that doubles what limits `machine`.
+/// The `--set` that doubles what limits `machine`, if that is still a machine: more cores, for
+/// example, share the same buffers.
 pub fn doubled(machine: &Machine, limit: Limit) -> Option<String> {
-    Some(match limit {
+    let set = match limit {
         Limit::Unit("ccu") => format!("ccu.units={}", 2 * machine.ccu.units),
         Limit::Unit("qsu") => format!("gsu.qsu-per-core={}", 2 * machine.gsu.qsu_per_core),
         Limit::Unit("bsu") => format!("gsu.bsu-per-core={}", 2 * machine.gsu.bsu_per_core),
-        Limit::Unit("vru") => format!("vru.units-per-core={}", 2 * machine.vru.units_per_core),
+        Limit::Unit("vru") => format!("vru.cores={}", 2 * machine.vru.cores),
         Limit::Unit(_) => return None,
         Limit::Dram => {
             let gb_s = 2.0 * machine.dram.bandwidth.0 * 1e-9;
             format!("dram.bandwidth={} GB/s", report::format::rate(gb_s))
         }
-    })
+    };
+    Machine::parse_with(&machine.to_toml(), std::slice::from_ref(&set)).is_ok().then_some(set)
 }

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use clap::Parser;
-use powergs_sim::cli::replay::{Args, EachFrame, Engine, execute};
+use powergs_sim::cli::machine_file::load_machine;
+use powergs_sim::cli::replay::{Args, EachFrame, Engine, doubled, execute};
 use powergs_sim::cli::{Context, Exit, Failure, Global};
 use powergs_sim::report::{Facts, Limit};
 
@@ -111,4 +112,22 @@ fn rates_are_checked() {
         let line = Line::try_parse_from(["replay", "garden.bin", &format!("--fps={bad}")]);
         assert!(line.is_err(), "{bad}");
     }
+}
+
+#[test]
+fn suggestions_are_machines() {
+    let machine = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        load_machine("gscore", &sets).expect("a machine").machine
+    };
+    let units = ["ccu", "qsu", "bsu", "vru"].map(Limit::Unit);
+    for limit in units.into_iter().chain([Limit::Dram]) {
+        let set = doubled(&machine(&[]), limit).expect("gscore has room");
+        assert_ne!(machine(&[&set]), machine(&[]), "{set}");
+    }
+    assert_eq!(doubled(&machine(&[]), Limit::Unit("vru")), Some("vru.cores=8".into()));
+    assert_eq!(doubled(&machine(&[]), Limit::Dram), Some("dram.bandwidth=102.4 GB/s".into()));
+    // Sixteen cores would not find room for their chunks in the same buffer.
+    let crowded = machine(&["vru.cores=8"]);
+    assert_eq!(doubled(&crowded, Limit::Unit("vru")), None);
 }
