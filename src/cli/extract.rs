@@ -80,12 +80,11 @@ fn stem(path: &Path) -> String {
     let name = path.file_stem().or(path.file_name()).unwrap_or(path.as_os_str());
     let name = name.to_string_lossy().into_owned();
     // The index file of a folder says nothing; the folder does.
-    if matches!(name.as_str(), "meta" | "lod-meta") {
-        if let Some(folder) = path.parent().and_then(Path::file_name) {
-            return folder.to_string_lossy().into_owned();
-        }
+    let folder = path.parent().and_then(Path::file_name);
+    match folder.filter(|_| matches!(name.as_str(), "meta" | "lod-meta")) {
+        Some(folder) => folder.to_string_lossy().into_owned(),
+        None => name,
     }
-    name
 }
 
 /// A trace being written beside its final place.

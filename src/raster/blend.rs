@@ -6,8 +6,8 @@
 //!
 //! A pixel that stopped has transmittance 0 while the block is worked on, and its true one aside.
 
-use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, u32x16};
 use fearless_simd_macros::simd;
 
 use crate::splat::simd::exp2;
@@ -228,7 +228,7 @@ pub fn blend<S: Simd, R: Record>(
 #[inline(always)]
 fn blend_batch<S: Simd, R: Record>(
     simd: S,
-    _record: R,
+    record: R,
     block: &mut Block,
     first: usize,
     entries: &[Entry],
@@ -237,68 +237,98 @@ fn blend_batch<S: Simd, R: Record>(
     let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
     let columns = iota + block.origin[0];
     let rows = iota + block.origin[1];
-    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
     for (at, (entry, paint)) in entries.iter().zip(near).enumerate() {
-        let [a, b, c] = paint.quadratic;
-        let a = f32x16::splat(simd, a);
-        let dy = rows - paint.mean[1];
-        let base = (dy * c).mul_add(dy, f32x16::splat(simd, paint.log_opacity));
-        let linear = dy * b;
-        let left = block.origin[0] - paint.mean[0];
-        let peak = (dy * paint.slope)
-            .max(f32x16::splat(simd, left))
-            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
-        let largest = a.mul_add(peak, linear).mul_add(peak, base);
-        let low = largest.simd_lt(f32x16::splat(simd, paint.row_threshold));
-        let mut touched = !(low.to_bitmask() as u32) & block.alive;
+        let lines = Lines::of(simd, paint, rows, block.origin[0]);
+        let mut touched = lines.touched & block.alive;
         if touched == 0 {
             continue;
         }
         let dx = columns - paint.mean[0];
-        let (base, linear): ([f32; BLOCK], [f32; BLOCK]) = (base.into(), linear.into());
-        let opaque = f32x16::splat(simd, paint.log_opacity);
         while touched != 0 {
             let y = touched.trailing_zeros() as usize & (BLOCK - 1);
             touched &= touched - 1;
-            let power = a
-                .mul_add(dx, f32x16::splat(simd, linear[y]))
-                .mul_add(dx, f32x16::splat(simd, base[y]));
-            let t = f32x16::from_slice(simd, &block.transmittance[y]);
-            let zero = f32x16::splat(simd, 0.0);
-            let hit = power.simd_ge(threshold) & power.simd_le(opaque) & t.simd_gt(zero);
-            let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
-            let mut weight = hit.select(alpha * t, zero);
-            if R::COUNT {
-                let n = f32x16::from_slice(simd, &block.blended[y]);
-                hit.select(n + 1.0, n).store_slice(&mut block.blended[y]);
-            }
-            let mut left = t - weight;
-            let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
-            if stops.any_true() {
-                weight = stops.select(zero, weight);
-                left = stops.select(t, left);
-            }
-            left.store_slice(&mut block.transmittance[y]);
-            for channel in 0..3 {
-                let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
-                weight
-                    .mul_add(paint.colour[channel], sum)
-                    .store_slice(&mut block.colour[channel][y]);
-            }
-            if R::DOMINANCE {
-                let best = f32x16::from_slice(simd, &block.heaviest[y]);
-                let heavier = weight.simd_gt(best);
-                heavier.select(weight, best).store_slice(&mut block.heaviest[y]);
-                let rank = fearless_simd::u32x16::from_slice(simd, &block.heaviest_rank[y]);
-                let this = fearless_simd::u32x16::splat(simd, entry.rank);
-                heavier.select(this, rank).store_slice(&mut block.heaviest_rank[y]);
-            }
-            if stops.any_true() {
-                block.stop_lanes(y, stops.to_bitmask(), (first + at) as u32);
+            let stops = blend_row(simd, record, block, y, paint, &lines, dx, entry.rank);
+            if stops != 0 {
+                block.stop_lanes(y, stops, (first + at) as u32);
                 if block.alive == 0 {
                     return;
                 }
             }
         }
     }
+}
+
+/// The exponent of one splat on the 16 rows of a block: `(a δx + linear) δx + base`.
+struct Lines {
+    base: [f32; BLOCK],
+    linear: [f32; BLOCK],
+    /// Rows that can reach α = 1/255.
+    touched: u32,
+}
+
+impl Lines {
+    #[inline(always)]
+    fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Lines {
+        let [a, b, c] = paint.quadratic;
+        let dy = rows - paint.mean[1];
+        let base = (dy * c).mul_add(dy, f32x16::splat(simd, paint.log_opacity));
+        let linear = dy * b;
+        let left = left - paint.mean[0];
+        let peak = (dy * paint.slope)
+            .max(f32x16::splat(simd, left))
+            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
+        let largest = f32x16::splat(simd, a).mul_add(peak, linear).mul_add(peak, base);
+        let low = largest.simd_lt(f32x16::splat(simd, paint.row_threshold));
+        Lines { base: base.into(), linear: linear.into(), touched: !(low.to_bitmask() as u32) }
+    }
+}
+
+/// Blends one splat into row `y`; returns the lanes that stop here, one bit each.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "all of it lives in registers")]
+fn blend_row<S: Simd, R: Record>(
+    simd: S,
+    _record: R,
+    block: &mut Block,
+    y: usize,
+    paint: &Paint,
+    lines: &Lines,
+    dx: f32x16<S>,
+    rank: u32,
+) -> u64 {
+    let zero = f32x16::splat(simd, 0.0);
+    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
+    let power = f32x16::splat(simd, paint.quadratic[0])
+        .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
+        .mul_add(dx, f32x16::splat(simd, lines.base[y]));
+    let t = f32x16::from_slice(simd, &block.transmittance[y]);
+    let hit = power.simd_ge(threshold)
+        & power.simd_le(f32x16::splat(simd, paint.log_opacity))
+        & t.simd_gt(zero);
+    let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
+    let mut weight = hit.select(alpha * t, zero);
+    if R::COUNT {
+        let n = f32x16::from_slice(simd, &block.blended[y]);
+        hit.select(n + 1.0, n).store_slice(&mut block.blended[y]);
+    }
+    let mut left = t - weight;
+    let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
+    let stopping = stops.any_true();
+    if stopping {
+        weight = stops.select(zero, weight);
+        left = stops.select(t, left);
+    }
+    left.store_slice(&mut block.transmittance[y]);
+    for channel in 0..3 {
+        let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
+        weight.mul_add(paint.colour[channel], sum).store_slice(&mut block.colour[channel][y]);
+    }
+    if R::DOMINANCE {
+        let best = f32x16::from_slice(simd, &block.heaviest[y]);
+        let heavier = weight.simd_gt(best);
+        heavier.select(weight, best).store_slice(&mut block.heaviest[y]);
+        let owner = u32x16::from_slice(simd, &block.heaviest_rank[y]);
+        heavier.select(u32x16::splat(simd, rank), owner).store_slice(&mut block.heaviest_rank[y]);
+    }
+    if stopping { stops.to_bitmask() } else { 0 }
 }

@@ -223,9 +223,9 @@ fn covariance<S: Simd>(
         // A row of J W: J = [[fx/z, 0, −fx x/z²], [0, fy/z, −fy y/z²]], with x/z clamped.
         let focal = iz * view.focal[axis];
         let mut jw = [iz; 3];
-        for k in 0..3 {
+        for (k, value) in jw.iter_mut().enumerate() {
             let own = f32x16::splat(simd, view.rotation[axis][k]);
-            jw[k] = focal * (-slope).mul_add(view.rotation[2][k], own);
+            *value = focal * (-slope).mul_add(view.rotation[2][k], own);
         }
         for k in 0..3 {
             let dot = jw[2].mul_add(r[2][k], jw[1].mul_add(r[1][k], jw[0] * r[0][k]));

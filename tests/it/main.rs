@@ -3,9 +3,9 @@
 mod accel;
 mod camera;
 mod cli;
-mod energy;
 mod config;
 mod display;
+mod energy;
 mod geometry;
 mod paper;
 mod photos;
