@@ -39,11 +39,6 @@ const MOST_FUNCTION_LINES: usize = 70;
 /// A line above this fails.
 const MOST_COLUMNS: usize = 100;
 
-/// Functions that may be longer, up to this many lines, and why.
-const LONG: [(&str, usize); 1] = [
-    // The innermost SIMD kernel: parts of it as functions cost speed.
-];
-
 struct Source {
     /// Relative to the package.
     path: PathBuf,
@@ -135,8 +130,7 @@ fn functions_fit_a_screen() {
     let mut findings = Vec::new();
     for source in sources(&["src", "benches"]) {
         for (name, first, lines) in lexer::functions(&source.code) {
-            let known = LONG.iter().find(|(long, _)| *long == name);
-            if lines > known.map_or(MOST_FUNCTION_LINES, |(_, most)| *most) {
+            if lines > MOST_FUNCTION_LINES {
                 let place = format!("{}:{first}", source.path.display());
                 findings.push(format!("{place}: fn {name} has {lines} lines"));
             }
