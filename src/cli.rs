@@ -24,6 +24,7 @@ pub mod scene;
 pub mod scene_file;
 pub mod startup;
 pub mod synth;
+pub mod trace;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -91,6 +92,9 @@ pub enum Command {
   powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
   powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
     Completions(completions::Args),
+    /// Look at traces, check them, dump frames as CSV
+    #[command(after_help = trace::EXAMPLES)]
+    Trace(trace::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -122,5 +126,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Explain(args) => explain::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Synth(args) => synth::run(args, context),
+        Command::Trace(args) => trace::run(args, context),
     }
 }

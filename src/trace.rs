@@ -30,7 +30,7 @@ pub use head::{FrameHead, TraceHeader};
 pub use reader::Reader;
 pub use scan::{Item, Scan};
 pub use transform::Transform;
-pub use verify::{Damage, VerifyReport, verify, verify_with};
+pub use verify::{Damage, VerifyReport, verify, visit_intact};
 pub use writer::Writer;
 
 use crate::scene::Camera;

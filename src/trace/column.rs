@@ -95,7 +95,7 @@ columns! {
     ExtraAlpha   b"FEXA" "extra_alpha"   Pixel PixelWord FoldedDeltaPlanes Foveated;
     Blended2     b"FBL2" "blended_2"     Pixel PixelWord FoldedDeltaPlanes Foveated;
     SurvivorBits b"surv" "survivor_bits" Other PointBit  Plain             Optional;
-    Preview      b"prev" "preview"       Other Content   Plain             Optional;
+    Preview      b"prev" "preview"       Other Content   RgbDelta             Optional;
 }
 
 impl Id {

@@ -49,7 +49,7 @@ pub(super) fn encode_column(id: Id, content: Content) -> Vec<u8> {
     let column = id.column();
     let raw = match content {
         Content::Words(words) => column.transform.apply(words),
-        Content::Bytes(bytes) => bytes,
+        Content::Bytes(bytes) => column.transform.apply_bytes(bytes),
     };
     let raw_bytes = raw.len() as u64;
     let (codec, stored) = compress(raw, column.transform);
@@ -71,13 +71,13 @@ pub(super) fn decode_column(
         return Err(format!("{} bytes where {due} are due", header.raw));
     }
     let transform = Transform::from_code(header.transform)
-        .filter(|t| column.has_words() || *t == Transform::Plain)
+        .filter(|t| if column.has_words() { t.suits_words() } else { t.suits_bytes() })
         .ok_or_else(|| format!("transform {} is not known here", header.transform))?;
     let bytes = decompress(header.codec, stored, header.raw)?;
     if column.has_words() {
         return Ok(Content::Words(transform.undo(&bytes)));
     }
-    Ok(Content::Bytes(bytes))
+    Ok(Content::Bytes(transform.undo_bytes(bytes)))
 }
 
 fn preview_of(bytes: &[u8]) -> Option<Preview> {

@@ -13,7 +13,7 @@ use super::source::Source;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
     /// A frame; its columns were not looked into yet.
-    Frame(EncodedFrame),
+    Frame(Box<EncodedFrame>),
     /// The list of frames: offset and length of each. The file is complete and ends here.
     Footer(Vec<[u64; 2]>),
 }
@@ -69,7 +69,8 @@ impl<R: Read> Scan<R> {
                     let offset = self.source.offset;
                     let columns = self.source.exactly(head.bytes, "a frame is cut short")?;
                     self.source.frames += 1;
-                    return Ok(Item::Frame(EncodedFrame { head, offset, columns }));
+                    let frame = EncodedFrame { head, offset, columns };
+                    return Ok(Item::Frame(Box::new(frame)));
                 }
                 FOOT => return self.footer(at, &header).map(Item::Footer),
                 HEAD => return Err(TraceError::damaged(at, "there is a second trace header")),
@@ -132,7 +133,7 @@ impl<R: Read> Scan<R> {
 
 /// The list of frames of a footer block.
 pub(super) fn read_footer(record: &[u8]) -> Result<Vec<[u64; 2]>, &'static str> {
-    if record.len() % 16 != 0 {
+    if !record.len().is_multiple_of(16) {
         return Err("the list of frames has a length that is no multiple of 16");
     }
     Ok(record.chunks_exact(16).map(|entry| [u64_at(entry, 0), u64_at(entry, 8)]).collect())

@@ -1,6 +1,6 @@
 //! What is done to a column before it is compressed: lossless, exact to the bit.
 //!
-//! All act on 32-bit words (floats by their bits). Byte planes put the bytes of equal weight of all
+//! All but the last act on 32-bit words (floats by their bits). Byte planes put the bytes of equal weight of all
 //! words side by side, least significant plane first: exponents and high bytes then compress well,
 //! and the noise of low mantissa bytes stays among itself.
 
@@ -19,30 +19,66 @@ pub enum Transform {
     /// That difference as a signed number, folded: 0, −1, 1, −2 become 0, 1, 2, 3; then byte
     /// planes.
     FoldedDeltaPlanes = 4,
+    /// For bytes: the difference to the byte three before (the first three to 0), modulo 256: the
+    /// same channel of the pixel to the left.
+    RgbDelta = 5,
 }
 
 impl Transform {
     /// The transform of this number in a block header.
     pub fn from_code(code: u8) -> Option<Transform> {
-        const ALL: [Transform; 5] = [
+        const ALL: [Transform; 6] = [
             Transform::Plain,
             Transform::Planes,
             Transform::RotatedPlanes,
             Transform::DeltaPlanes,
             Transform::FoldedDeltaPlanes,
+            Transform::RgbDelta,
         ];
         ALL.get(usize::from(code)).copied()
     }
 
     /// Whether the result consists of four byte planes.
     pub(super) fn is_planar(self) -> bool {
-        self != Transform::Plain
+        !self.suits_bytes()
+    }
+
+    /// Whether it is for columns of bytes.
+    pub(super) fn suits_bytes(self) -> bool {
+        matches!(self, Transform::Plain | Transform::RgbDelta)
+    }
+
+    /// Whether it is for columns of words.
+    pub(super) fn suits_words(self) -> bool {
+        self != Transform::RgbDelta
+    }
+
+    /// The bytes to compress of a column of bytes.
+    pub(super) fn apply_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
+        if self == Transform::RgbDelta {
+            for i in (3..bytes.len()).rev() {
+                bytes[i] = bytes[i].wrapping_sub(bytes[i - 3]);
+            }
+        }
+        bytes
+    }
+
+    /// The column of bytes of [`Transform::apply_bytes`]'s result.
+    pub(super) fn undo_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
+        if self == Transform::RgbDelta {
+            for i in 3..bytes.len() {
+                bytes[i] = bytes[i].wrapping_add(bytes[i - 3]);
+            }
+        }
+        bytes
     }
 
     /// The bytes to compress: four a word.
     pub(super) fn apply(self, mut words: Vec<u32>) -> Vec<u8> {
         match self {
-            Transform::Plain => return words.iter().flat_map(|w| w.to_le_bytes()).collect(),
+            Transform::Plain | Transform::RgbDelta => {
+                return words.iter().flat_map(|w| w.to_le_bytes()).collect();
+            }
             Transform::Planes => {}
             Transform::RotatedPlanes => words.iter_mut().for_each(|w| *w = w.rotate_left(1)),
             Transform::DeltaPlanes => deltas(&mut words, |d| d),
@@ -53,13 +89,13 @@ impl Transform {
 
     /// The words of [`Transform::apply`]'s result; `bytes` has a multiple of four.
     pub(super) fn undo(self, bytes: &[u8]) -> Vec<u32> {
-        debug_assert!(bytes.len() % 4 == 0, "columns of words have whole words");
-        if self == Transform::Plain {
-            return bytes.chunks_exact(4).map(|b| le_word(b)).collect();
+        debug_assert!(bytes.len().is_multiple_of(4), "columns of words have whole words");
+        if !self.is_planar() {
+            return bytes.chunks_exact(4).map(le_word).collect();
         }
         let mut words = from_planes(bytes);
         match self {
-            Transform::Plain | Transform::Planes => {}
+            Transform::Plain | Transform::RgbDelta | Transform::Planes => {}
             Transform::RotatedPlanes => words.iter_mut().for_each(|w| *w = w.rotate_right(1)),
             Transform::DeltaPlanes => sums(&mut words, |d| d),
             Transform::FoldedDeltaPlanes => sums(&mut words, unfold),
@@ -129,7 +165,11 @@ mod tests {
             assert_eq!(transform as u8, code);
             assert_eq!(transform.undo(&transform.apply(words.clone())), words, "{transform:?}");
         }
-        assert_eq!(Transform::from_code(5), None);
+        let bytes = vec![1, 255, 3, 0, 0, 7, 200];
+        let delta = Transform::RgbDelta.apply_bytes(bytes.clone());
+        assert_eq!(delta, [1, 255, 3, 255, 1, 4, 200]);
+        assert_eq!(Transform::RgbDelta.undo_bytes(delta), bytes);
+        assert_eq!(Transform::from_code(6), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Reads all of a trace and says what is wrong with it, where.
 
 use std::io::Read;
+use std::ops::ControlFlow;
 
 use super::encoded::EncodedFrame;
 use super::error::TraceError;
@@ -46,7 +47,21 @@ impl VerifyReport {
         self.complete && self.damaged_places == 0
     }
 
-    fn add_frame(&mut self, frame: &EncodedFrame, due: u64) {
+    fn new<R: Read>(scan: &Scan<R>) -> VerifyReport {
+        VerifyReport {
+            version: scan.version(),
+            header: scan.header().clone(),
+            bytes: 0,
+            listed: None,
+            intact: 0,
+            complete: false,
+            damage: Vec::new(),
+            damaged_places: 0,
+        }
+    }
+
+    /// Looks into a frame, the `due`-th, and says whether it is intact.
+    fn takes(&mut self, frame: &EncodedFrame, due: u64) -> bool {
         let (number, start) = (frame.head().number, frame.start());
         if number != due && self.damaged_places == 0 {
             self.add(start, format!("frame {number} where {due} is due"));
@@ -55,10 +70,11 @@ impl VerifyReport {
         let decoded = facts
             .map_err(|fault| TraceError::Frame { frame: number, fault })
             .and_then(|()| frame.decode());
-        match decoded {
+        match &decoded {
             Ok(_) => self.intact += 1,
             Err(error) => self.add(error.offset().unwrap_or(start), error.what()),
         }
+        decoded.is_ok()
     }
 
     fn add(&mut self, offset: u64, what: String) {
@@ -73,33 +89,27 @@ impl VerifyReport {
 /// frame can be found. Memory: one frame. Fails only where there is no trace header to go by, or
 /// reading fails.
 pub fn verify(input: impl Read) -> Result<VerifyReport, TraceError> {
-    verify_with(input, |_| true)
+    visit_intact(input, |_, _| Ok(ControlFlow::Continue(())))
 }
 
-/// As [`verify`]; `go_on` is asked before each frame, with the bytes read so far. Where it says no,
-/// the report covers the frames so far and is not complete.
-pub fn verify_with(
+/// As [`verify`]; `visit` gets each frame that is intact, so that it can be kept. Where it breaks
+/// off, the report covers the frames so far and is not complete.
+pub fn visit_intact(
     input: impl Read,
-    mut go_on: impl FnMut(u64) -> bool,
+    mut visit: impl FnMut(&TraceHeader, EncodedFrame) -> Result<ControlFlow<()>, TraceError>,
 ) -> Result<VerifyReport, TraceError> {
     let mut scan = Scan::new(input)?;
-    let mut report = VerifyReport {
-        version: scan.version(),
-        header: scan.header().clone(),
-        bytes: 0,
-        listed: None,
-        intact: 0,
-        complete: false,
-        damage: Vec::new(),
-        damaged_places: 0,
-    };
+    let mut report = VerifyReport::new(&scan);
     let mut places = Vec::new();
-    while go_on(scan.offset()) {
+    loop {
         let start = scan.offset();
         match scan.next_item() {
             Ok(Item::Frame(frame)) => {
-                report.add_frame(&frame, places.len() as u64);
+                let due = places.len() as u64;
                 places.push([frame.start(), frame.bytes()]);
+                if report.takes(&frame, due) && visit(scan.header(), *frame)?.is_break() {
+                    break;
+                }
             }
             Ok(Item::Footer(list)) => {
                 report.complete = true;

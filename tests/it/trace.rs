@@ -1,5 +1,6 @@
 //! Trace files: round trips, hostile bytes, the worked example of the documentation.
 
+mod cli;
 mod example;
 mod hostile;
 mod round_trip;

@@ -52,8 +52,8 @@ fn documented() -> Vec<u8> {
     let block = text.split("```hex\n").nth(1).unwrap().split("```").next().unwrap();
     let mut bytes = Vec::new();
     for line in block.lines() {
-        let (offset, rest) = line.split_once("  ").unwrap();
-        assert_eq!(offset.trim().parse(), Ok(bytes.len()), "{line}");
+        let (offset, rest) = line.trim_start().split_once("  ").unwrap();
+        assert_eq!(offset.parse(), Ok(bytes.len()), "{line}");
         let hex = rest.split("  ").next().unwrap().split(' ').filter(|h| !h.is_empty());
         bytes.extend(hex.map(|h| u8::from_str_radix(h, 16).unwrap()));
     }

@@ -211,6 +211,7 @@ fn contradictory_columns() {
     check(b"SDEP", &block(b"SDEP", 0, 0, 32, &[0; 32]), "`depth`: 32 bytes where 36 are due");
     check(b"SDEP", &block(b"SDEP", 7, 0, 36, &[0; 36]), "codec 7 is not known");
     check(b"SDEP", &block(b"SDEP", 0, 5, 36, &[0; 36]), "transform 5 is not known here");
+    check(b"SDEP", &block(b"SDEP", 0, 6, 36, &[0; 36]), "transform 6 is not known here");
     check(b"FLEV", &block(b"FLEV", 0, 1, 9, &[0; 9]), "transform 1 is not known here");
     check(b"SDEP", &block(b"SIDX", 0, 0, 36, &[0; 36]), "`index` is there twice");
     check(b"SDEP", &block(b"sdep", 0, 0, 36, &[0; 36]), "`depth` is missing");

@@ -76,7 +76,7 @@ fn random_access_equals_sequential() {
     let mut scan = Scan::new(bytes.as_slice()).unwrap();
     let sequential: Vec<_> = (0..5)
         .map(|_| match scan.next_item().unwrap() {
-            Item::Frame(frame) => frame,
+            Item::Frame(frame) => *frame,
             Item::Footer(_) => panic!("five frames come first"),
         })
         .collect();

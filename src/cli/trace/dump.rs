@@ -1,0 +1,139 @@
+//! `trace dump`: one frame as CSV.
+
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use super::open;
+use crate::cli::{Context, Exit, Failure, OrExit, camera_file, out};
+use crate::trace::{Frame, NEVER};
+
+/// The arguments of `trace dump`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The trace
+    file: PathBuf,
+    /// The frame, counted from 0
+    #[arg(long, value_name = "K")]
+    frame: u64,
+    /// The table
+    #[arg(long, value_enum, default_value = "splats")]
+    what: What,
+    /// The CSV file; standard output without it
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum What {
+    /// A row a visible splat, in depth order
+    Splats,
+    /// A row a pixel; an empty stop rank says that the pixel never stopped
+    Pixels,
+    /// Camera, counts, background
+    Facts,
+}
+
+/// Runs `trace dump`.
+pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    if context.global.json {
+        let what = "trace dump writes CSV; leave out --json, or use trace info --json";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let mut reader = open(&args.file)?;
+    if args.frame >= reader.len() {
+        let (frame, frames) = (args.frame, reader.len());
+        let what = format!("--frame {frame}: the trace has {frames} frames, numbered from 0");
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let frame = reader.frame(args.frame).or_exit(Exit::BadInput, args.file.display())?;
+    let table = |out: &mut dyn Write| match args.what {
+        What::Splats => splats(&frame, out),
+        What::Pixels => pixels(&frame, out),
+        What::Facts => facts(&frame, out),
+    };
+    match &args.output {
+        Some(path) => camera_file::write_aside(path, table)?,
+        None => out::write(table)?,
+    }
+    Ok(Exit::Done)
+}
+
+fn splats(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
+    let levels = frame.fovea.as_ref().map(|f| &f.highest_level);
+    let more = if levels.is_some() { ",highest_level" } else { "" };
+    writeln!(
+        out,
+        "rank,index,depth_world,mean_x_px,mean_y_px,cov_xx_px2,cov_xy_px2,cov_yy_px2,opacity{more}"
+    )?;
+    for (rank, s) in frame.splats.iter().enumerate() {
+        let ([x, y], [a, b, d]) = (s.mean, s.cov);
+        write!(out, "{rank},{},{},{x},{y},{a},{b},{d},{}", s.index, s.depth, s.opacity)?;
+        match levels {
+            Some(levels) => writeln!(out, ",{}", levels[rank])?,
+            None => writeln!(out)?,
+        }
+    }
+    Ok(())
+}
+
+fn pixels(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
+    let more = if frame.fovea.is_some() { ",stop_rank_2,extra_alpha,blended_2" } else { "" };
+    writeln!(out, "x_px,y_px,stop_rank,blended{more}")?;
+    let width = frame.facts.camera.width as usize;
+    let pixels = frame.pixels.stop_rank.iter().zip(&frame.pixels.blended);
+    for (i, (&stop, blended)) in pixels.enumerate() {
+        write!(out, "{},{},{},{blended}", i % width, i / width, rank(stop))?;
+        match &frame.fovea {
+            Some(f) => {
+                let (extra, second) = (f.extra_alpha[i], f.blended_2[i]);
+                writeln!(out, ",{},{extra},{second}", rank(f.stop_rank_2[i]))?;
+            }
+            None => writeln!(out)?,
+        }
+    }
+    Ok(())
+}
+
+/// A stop rank; empty for [`NEVER`].
+fn rank(stop: u32) -> String {
+    if stop == NEVER { String::new() } else { stop.to_string() }
+}
+
+fn facts(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
+    let (facts, camera) = (&frame.facts, &frame.facts.camera);
+    let mut table = csv::Writer::from_writer(out);
+    let mut row = |name: &str, value: &dyn Display| {
+        table.write_record([name, &value.to_string()]).map_err(io::Error::other)
+    };
+    row("name", &"value")?;
+    row("view", &camera.name)?;
+    row("width_px", &camera.width)?;
+    row("height_px", &camera.height)?;
+    row("fx_px", &camera.fx)?;
+    row("fy_px", &camera.fy)?;
+    row("cx_px", &camera.cx)?;
+    row("cy_px", &camera.cy)?;
+    let rotation = camera.world_to_camera.transpose().to_cols_array();
+    for (i, value) in rotation.iter().enumerate() {
+        row(&format!("world_to_camera_{}{}", i / 3, i % 3), value)?;
+    }
+    for (axis, value) in ["x", "y", "z"].iter().zip(camera.centre.to_array()) {
+        row(&format!("centre_{axis}_world"), &value)?;
+    }
+    row("split", &camera.split.map_or("", |s| s.name()))?;
+    row("points", &facts.points)?;
+    row("survivors", &facts.survivors)?;
+    row("visible_splats", &frame.splats.len())?;
+    for (channel, value) in ["r", "g", "b"].iter().zip(facts.background) {
+        row(&format!("background_{channel}_srgb"), &value)?;
+    }
+    for (i, channel) in ["r", "g", "b"].iter().enumerate() {
+        let mean = facts.mean_linear_rgb.map_or(String::new(), |mean| mean[i].to_string());
+        row(&format!("mean_linear_{channel}"), &mean)?;
+    }
+    let gaze = |i: usize| frame.fovea.as_ref().map_or(String::new(), |f| f.gaze[i].to_string());
+    row("gaze_x", &gaze(0))?;
+    row("gaze_y", &gaze(1))?;
+    table.flush()
+}

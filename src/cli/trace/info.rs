@@ -1,0 +1,244 @@
+//! `trace info`: header, frames, sizes on disk.
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::{open, printable};
+use crate::cli::{Context, Exit, Failure, OrExit, out};
+use crate::trace::{ColumnGroup, FrameInfo, TraceHeader};
+
+/// Frames that are listed unless all are asked for.
+const LISTED: usize = 12;
+
+/// Runs `trace info`.
+pub(super) fn run(path: &Path, all: bool, context: &Context) -> Result<Exit, Failure> {
+    let mut reader = open(path)?;
+    let mut sizes = Vec::new();
+    for k in 0..reader.len() {
+        let info = reader.info(k).or_exit(Exit::BadInput, path.display())?;
+        sizes.push(Sizes::of(&info));
+        if context.is_cancelled() {
+            return Ok(Exit::Interrupted);
+        }
+    }
+    let trace = Trace {
+        file: path.display().to_string(),
+        version: reader.version(),
+        header: reader.header().clone(),
+        bytes: reader.bytes(),
+        frames: sizes,
+    };
+    if context.global.json {
+        out::json(&trace.json())?
+    } else {
+        out::text(&trace.text(all))?
+    }
+    Ok(Exit::Done)
+}
+
+struct Trace {
+    file: String,
+    version: (u16, u16),
+    header: TraceHeader,
+    bytes: u64,
+    frames: Vec<Sizes>,
+}
+
+/// What is reported of a frame, or of all together.
+#[derive(Debug, Clone, Default)]
+struct Sizes {
+    view: String,
+    width: u64,
+    height: u64,
+    pixels: u64,
+    splats: u64,
+    survivors: u64,
+    foveated: bool,
+    columns: Vec<(&'static str, u64, u64)>,
+    bytes: u64,
+    splat_bytes: u64,
+    pixel_bytes: u64,
+    raw_bytes: u64,
+}
+
+impl Sizes {
+    fn of(info: &FrameInfo) -> Sizes {
+        let (facts, camera) = (&info.head.facts, &info.head.facts.camera);
+        let known = |c: &crate::trace::ColumnInfo| {
+            (c.column.map_or("unknown", |k| k.name), c.raw_bytes, c.stored_bytes)
+        };
+        Sizes {
+            view: printable(&camera.name),
+            width: camera.width.into(),
+            height: camera.height.into(),
+            pixels: facts.pixels(),
+            splats: info.head.splats.into(),
+            survivors: facts.survivors,
+            foveated: info.head.gaze.is_some(),
+            columns: info.columns.iter().map(known).collect(),
+            bytes: info.bytes,
+            splat_bytes: info.stored_bytes(ColumnGroup::Splat),
+            pixel_bytes: info.stored_bytes(ColumnGroup::Pixel),
+            raw_bytes: info.columns.iter().map(|c| c.raw_bytes).sum(),
+        }
+    }
+
+    fn add(&mut self, other: &Sizes) {
+        self.pixels += other.pixels;
+        self.splats += other.splats;
+        self.survivors += other.survivors;
+        self.bytes += other.bytes;
+        self.splat_bytes += other.splat_bytes;
+        self.pixel_bytes += other.pixel_bytes;
+        self.raw_bytes += other.raw_bytes;
+    }
+
+    fn other_bytes(&self) -> u64 {
+        self.bytes - self.splat_bytes - self.pixel_bytes
+    }
+
+    fn bytes_per_splat(&self) -> Option<f64> {
+        (self.splats > 0).then(|| self.splat_bytes as f64 / self.splats as f64)
+    }
+
+    fn bytes_per_pixel(&self) -> f64 {
+        self.pixel_bytes as f64 / self.pixels.max(1) as f64
+    }
+
+    fn ratio(&self) -> f64 {
+        self.raw_bytes as f64 / self.bytes.max(1) as f64
+    }
+
+    /// A line of the table; counts are divided by `n` frames.
+    fn line(&self, first: &str, view: &str, n: u64) -> String {
+        let mean = |sum: u64| (sum as f64 / n as f64).round();
+        let splat = self.bytes_per_splat().map_or("-".into(), |b| format!("{b:.2}"));
+        let pixel = format!("{:.3}", self.bytes_per_pixel());
+        let counts = [self.splats, self.survivors, self.other_bytes()].map(|n| mean(n).to_string());
+        let [splats, survivors, other] = &counts;
+        let ratio = format!("{:.2}", self.ratio());
+        cells([first, view, splats, survivors, &splat, &pixel, other, &ratio])
+    }
+
+    /// The shared names of a frame and of the mean; counts are divided by `n` frames.
+    fn json(&self, n: u64) -> Map<String, Value> {
+        let mean = |sum: u64| match n {
+            1 => json!(sum),
+            n => json!(sum as f64 / n as f64),
+        };
+        let fields = [
+            ("visible_splats", mean(self.splats)),
+            ("survivors", mean(self.survivors)),
+            ("pixels", mean(self.pixels)),
+            ("bytes", mean(self.bytes)),
+            ("splat_bytes", mean(self.splat_bytes)),
+            ("pixel_bytes", mean(self.pixel_bytes)),
+            ("other_bytes", mean(self.other_bytes())),
+            ("raw_bytes", mean(self.raw_bytes)),
+            ("bytes_per_visible_splat", json!(self.bytes_per_splat())),
+            ("bytes_per_pixel", json!(self.bytes_per_pixel())),
+            ("compression_ratio", json!(self.ratio())),
+        ];
+        fields.map(|(name, value)| (name.to_owned(), value)).into_iter().collect()
+    }
+}
+
+/// A line of the table, 80 columns at most.
+fn cells([frame, view, splats, survivors, splat, pixel, other, ratio]: [&str; 8]) -> String {
+    let view: String = view.chars().take(20).collect();
+    format!(
+        "{frame:>6} {view:20} {splats:>9} {survivors:>9} {splat:>7} {pixel:>7} {other:>8} \
+         {ratio:>6}\n"
+    )
+}
+
+impl Trace {
+    fn total(&self) -> Sizes {
+        let mut total = Sizes::default();
+        self.frames.iter().for_each(|f| total.add(f));
+        total
+    }
+
+    fn text(&self, all: bool) -> String {
+        let foveated = self.frames.iter().filter(|f| f.foveated).count();
+        let mut sizes: Vec<_> = self.frames.iter().map(|f| (f.width, f.height)).collect();
+        sizes.sort_unstable();
+        sizes.dedup();
+        let resolution = match sizes.as_slice() {
+            [] => "none".into(),
+            [(w, h)] => format!("{w}x{h}"),
+            [(w, h), .., (w2, h2)] => {
+                format!("{} sizes, {w}x{h} to {w2}x{h2}", sizes.len())
+            }
+        };
+        let mut text = format!(
+            "file        {}, {:.2} MB, complete\n\
+             format      version {}.{}, written by {}\n\
+             scene       {}, {} Gaussians\n\
+             frames      {}, {foveated} of them foveated\n\
+             resolution  {resolution}\n",
+            self.file,
+            self.bytes as f64 * 1e-6,
+            self.version.0,
+            self.version.1,
+            printable(&self.header.generator),
+            printable(&self.header.scene),
+            self.header.points,
+            self.frames.len(),
+        );
+        if self.frames.is_empty() {
+            return text;
+        }
+        text.push('\n');
+        text += &cells(["", "", "visible", "", "bytes a", "bytes a", "other", "compr."]);
+        text +=
+            &cells(["frame", "view", "splats", "survivors", "splat", "pixel", "bytes", "ratio"]);
+        let shown = if all { self.frames.len() } else { self.frames.len().min(LISTED) };
+        for (k, frame) in self.frames[..shown].iter().enumerate() {
+            text += &frame.line(&k.to_string(), &frame.view, 1);
+        }
+        if shown < self.frames.len() {
+            text += &format!("   ... {} frames more: --all\n", self.frames.len() - shown);
+        }
+        let n = self.frames.len() as u64;
+        text += &self.total().line("mean", "", n);
+        text + "\nsplat, pixel: their compressed columns; other: survivor bits, preview, facts;\n\
+                ratio: columns before compression over bytes of the frame\n"
+    }
+
+    fn json(&self) -> Value {
+        let frame = |(k, f): (usize, &Sizes)| {
+            let columns: Map<String, Value> = f
+                .columns
+                .iter()
+                .map(|(name, raw, stored)| {
+                    let sizes = json!({ "raw_bytes": raw, "stored_bytes": stored });
+                    ((*name).to_owned(), sizes)
+                })
+                .collect();
+            let mut object = Map::new();
+            object.insert("frame".into(), json!(k));
+            object.insert("view".into(), json!(f.view));
+            object.insert("width_px".into(), json!(f.width));
+            object.insert("height_px".into(), json!(f.height));
+            object.insert("foveated".into(), json!(f.foveated));
+            object.extend(f.json(1));
+            object.insert("columns".into(), Value::Object(columns));
+            Value::Object(object)
+        };
+        let n = self.frames.len() as u64;
+        json!({
+            "file": self.file,
+            "format_version": format!("{}.{}", self.version.0, self.version.1),
+            "generator": self.header.generator,
+            "scene": self.header.scene,
+            "points": self.header.points,
+            "complete": true,
+            "bytes": self.bytes,
+            "frame_count": n,
+            "mean": if n > 0 { Value::Object(self.total().json(n)) } else { Value::Null },
+            "frames": self.frames.iter().enumerate().map(frame).collect::<Vec<_>>(),
+        })
+    }
+}
