@@ -46,7 +46,7 @@ fn geometry(m: &Machine, found: &mut Found) {
         let (below, above) = (1 << n.ilog2(), n.next_power_of_two());
         found.push((key, format!("`{key}` = {n} must be a power of two: {below} or {above}")));
     }
-    if g.subtile > g.tile || g.tile % g.subtile != 0 {
+    if g.subtile > g.tile || !g.tile.is_multiple_of(g.subtile) {
         let message = format!(
             "`geometry.subtile` = {} does not divide `geometry.tile` = {}: a tile is a whole \
              number of sub-tiles",
