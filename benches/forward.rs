@@ -52,7 +52,7 @@ fn report(case: &Case) {
     let floor = floor(scene, &rendered, peaks);
     println!(
         "{}: {} visible, clock {:.2} GHz, DRAM {:.1} GB/s\n  \
-         floor {:.2} ms ({} blending rows); image {plain:.1} ms; \
+         floor {:.2} ms ({} blending rows, {:.1} MB); image {plain:.1} ms; \
          counters {two:.1} ms = {:.1}x floor; with dominance {dominance:.1} ms = {:.1}x\n  \
          one thread {one:.1} ms: second core {:.2}x; extraction {frame:.1} ms = {:.2}x the image",
         case.name,
@@ -61,6 +61,7 @@ fn report(case: &Case) {
         peaks.read_gb_s,
         floor.milliseconds,
         floor.rows,
+        floor.bytes as f64 * 1e-6,
         two / floor.milliseconds,
         dominance / floor.milliseconds,
         one / two,

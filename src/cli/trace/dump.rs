@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::open;
-use crate::cli::{Context, Exit, Failure, OrExit, camera_file, out};
+use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
 use crate::trace::{Frame, NEVER};
 
 /// The arguments of `trace dump`.
@@ -53,7 +53,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         What::Facts => facts(&frame, out),
     };
     match &args.output {
-        Some(path) => camera_file::write_aside(path, table)?,
+        Some(path) => aside::write_aside(path, table)?,
         None => out::write(table)?,
     }
     Ok(Exit::Done)

@@ -4,9 +4,9 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use serde_json::json;
-use tempfile::NamedTempFile;
 
 use super::{check, open_file};
+use crate::cli::aside::temporary;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
 use crate::trace::Writer;
 
@@ -14,9 +14,8 @@ use crate::trace::Writer;
 pub(super) fn run(path: &Path, output: &Path, context: &Context) -> Result<Exit, Failure> {
     let place = || format!("{}: cannot be written", output.display());
     let input = open_file(path)?;
-    let folder = output.parent().filter(|p| !p.as_os_str().is_empty());
-    let file = NamedTempFile::new_in(folder.unwrap_or(Path::new(".")));
-    let mut file = Some(BufWriter::new(file.or_exit(Exit::Usage, place())?));
+    let file = temporary(output).or_exit(Exit::Usage, place())?;
+    let mut file = Some(BufWriter::new(file));
     let mut writer = None;
     let report = check(path, input, context, |header, frame| {
         if let Some(file) = file.take() {

@@ -137,7 +137,8 @@ fn the_two_default_tables_differ_in_dram_only() {
     }
     assert_eq!(low.leakage_w, high.leakage_w);
     assert_eq!((pj(&low, Action::DramRead), pj(&high, Action::DramWrite)), (10.88, 64.0));
-    assert_eq!((low.background_w, high.background_w), (0.048, 0.318));
+    assert_eq!(low.background_w, 0.048);
+    assert_eq!(high.background_w * 1e3, 318.0, "milliwatts");
 }
 
 #[track_caller]

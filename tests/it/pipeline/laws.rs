@@ -6,6 +6,9 @@ use powergs_sim::workload::FrameWorkload;
 
 use super::support::{Dice, TilePlan, gscore, workload};
 
+/// A change of one knob.
+type Change = fn(&mut Machine);
+
 const CASES: u64 = 1000;
 
 fn case(seed: u64) -> (Machine, FrameWorkload) {
@@ -138,7 +141,7 @@ fn nothing_that_helps_one_core_without_contention_makes_it_slower() {
 #[test]
 fn contention_and_scheduling_have_anomalies() {
     let twice: fn(&mut Machine) = |m| m.dram.bandwidth.0 *= 1.5;
-    let shared: [(&str, fn(&mut Machine), fn(&mut Machine)); 4] = [
+    let shared: [(&str, Change, Change); 4] = [
         ("a faster memory, several cores", |_| (), twice),
         ("a larger feature buffer, one core", alone, HELP[3].1),
         ("a shorter CCU, one core", alone, HELP[6].1),

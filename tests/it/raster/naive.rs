@@ -91,13 +91,13 @@ pub fn blend(
             pixel.stop_rank = Some(rank);
             break;
         }
-        for k in 0..3 {
-            pixel.colour[k] += alpha * t * f64::from(colours[splat.index as usize][k]);
+        for (sum, c) in pixel.colour.iter_mut().zip(colours[splat.index as usize]) {
+            *sum += alpha * t * f64::from(c);
         }
         t *= 1.0 - alpha;
     }
-    for k in 0..3 {
-        pixel.colour[k] += t * f64::from(background[k]);
+    for (sum, c) in pixel.colour.iter_mut().zip(background) {
+        *sum += t * f64::from(c);
     }
     pixel
 }
