@@ -113,6 +113,7 @@ impl Block {
         }
         self.colour = [[[0.0; BLOCK]; BLOCK]; 3];
         self.stop = [[OPEN; BLOCK]; BLOCK];
+        self.stopped_at = [[0.0; BLOCK]; BLOCK];
         self.alive = (1 << height) - 1;
         self.origin = [x as f32, y as f32];
         if R::COUNT {
@@ -128,8 +129,8 @@ impl Block {
     pub fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
         let [red, green, blue] = &self.colour;
         for (x, pixel) in out.iter_mut().enumerate() {
-            let stopped = self.stop[y][x] != OPEN;
-            let t = if stopped { self.stopped_at[y][x] } else { self.transmittance[y][x] };
+            // One of the two is zero.
+            let t = self.transmittance[y][x] + self.stopped_at[y][x];
             *pixel = [
                 red[y][x] + t * background[0],
                 green[y][x] + t * background[1],
@@ -156,8 +157,10 @@ impl Block {
 
     /// Stops the pixels of `lanes` in `row` at list entry `at`.
     #[cold]
-    fn stop_lanes(&mut self, row: usize, lanes: u64, at: u32) {
-        for lane in (0..BLOCK).filter(|lane| lanes >> lane & 1 == 1) {
+    fn stop_lanes(&mut self, row: usize, mut lanes: u64, at: u32) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize & (BLOCK - 1);
+            lanes &= lanes - 1;
             self.stop[row][lane] = at;
             self.stopped_at[row][lane] = self.transmittance[row][lane];
             self.transmittance[row][lane] = 0.0;

@@ -115,8 +115,17 @@ impl Cover {
     /// Prepares `splat` for `test`. A splat with one candidate tile is accepted untested, as in the
     /// published model; one with a singular covariance touches nothing.
     pub fn new(splat: &Splat, grid: TileGrid, test: Intersection) -> Cover {
+        Cover::with_conic(splat, splat.conic(), grid, test)
+    }
+
+    /// As [`Cover::new`], for a caller that has [`Splat::conic`] at hand.
+    pub fn with_conic(
+        splat: &Splat,
+        conic: Option<[f32; 3]>,
+        grid: TileGrid,
+        test: Intersection,
+    ) -> Cover {
         let mut rect = splat.tile_rect(&grid);
-        let conic = splat.conic();
         if conic.is_none() {
             rect = TileRect { x0: 0, y0: 0, x1: 0, y1: 0 };
         }

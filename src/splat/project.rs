@@ -328,15 +328,23 @@ pub const SH_C0: f32 = 0.282_094_8;
 /// max(0, SH + ½) per channel; no clamp from above.
 #[inline(always)]
 fn colour(sh: &[f32], n: usize, basis: &[[f32; LANES]; 16], lane: usize) -> [f32; 3] {
-    let mut b = [0.0f32; 16];
-    for (k, value) in b.iter_mut().enumerate().take(n) {
-        *value = basis[k][lane];
+    match n {
+        1 => colour_of::<1>(sh, basis, lane),
+        4 => colour_of::<4>(sh, basis, lane),
+        9 => colour_of::<9>(sh, basis, lane),
+        _ => colour_of::<16>(sh, basis, lane),
     }
+}
+
+/// [`colour`] for `N` coefficients a channel: unrolled, in registers.
+#[inline(always)]
+fn colour_of<const N: usize>(sh: &[f32], basis: &[[f32; LANES]; 16], lane: usize) -> [f32; 3] {
     let mut out = [0.0f32; 3];
-    for (c, value) in out.iter_mut().enumerate() {
+    let (channels, _) = sh.as_chunks::<N>();
+    for (value, sh) in out.iter_mut().zip(channels) {
         let mut partial = [0.0f32; 4];
-        for (k, s) in sh[c * n..(c + 1) * n].iter().enumerate() {
-            partial[k & 3] += s * b[k];
+        for k in 0..N {
+            partial[k & 3] += sh[k] * basis[k][lane];
         }
         let sum = (partial[0] + partial[1]) + (partial[2] + partial[3]);
         *value = (sum + 0.5).max(0.0);

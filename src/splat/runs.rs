@@ -86,9 +86,10 @@ fn runs_of(
     let mut touches = Vec::with_capacity(splats.len());
     let mut rows = vec![Vec::new(); grid.ny as usize];
     for (rank, splat) in (first_rank..).zip(splats) {
-        let cover = Cover::new(splat, grid, test);
+        let conic = splat.conic();
+        let cover = Cover::with_conic(splat, conic, grid, test);
         let ellipse = match reach {
-            Reach::Alpha => splat.conic().and_then(|conic| Ellipse::new(splat, conic)),
+            Reach::Alpha => conic.and_then(|conic| Ellipse::new(splat, conic)),
             Reach::Unknown => None,
         };
         let mut tiles = 0;
