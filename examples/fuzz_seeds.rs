@@ -5,11 +5,15 @@ use std::path::PathBuf;
 
 #[path = "../tests/it/scene/encode.rs"]
 mod scene;
+// The tests use more of it than the seeds do.
+#[allow(dead_code)]
+#[path = "../tests/it/trace/support.rs"]
+mod trace;
 
 fn main() -> std::io::Result<()> {
     let folder = std::env::args_os().nth(1).map_or("fuzz/corpus".into(), PathBuf::from);
     // A target of another reader adds its own `seeds()` to this chain.
-    for (target, name, bytes) in scene::seeds() {
+    for (target, name, bytes) in scene::seeds().into_iter().chain(trace::seeds()) {
         let corpus = folder.join(target);
         std::fs::create_dir_all(&corpus)?;
         std::fs::write(corpus.join(name), bytes)?;

@@ -5,4 +5,5 @@ mod example;
 mod hostile;
 mod round_trip;
 mod rules;
+mod seal;
 pub mod support;

@@ -3,9 +3,12 @@
 use std::io::Cursor;
 
 use powergs_sim::trace::{Frame, Reader, TraceError, verify};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use super::support::{SMALL, Shape, frame, read_all, written};
+use super::seal::seal;
+use super::support::{SMALL, Shape, frame, read_all, seeds, written};
 
 fn small() -> Vec<u8> {
     written(&[frame(1, SMALL), frame(2, Shape { foveated: false, ..SMALL })])
@@ -105,6 +108,31 @@ fn verify_goes_on_after_damage() {
     shorter.drain(fram[1] + 400..fram[1] + 410);
     let report = verify(shorter.as_slice()).unwrap();
     assert!(!report.is_good() && report.intact >= 2, "{report:?}");
+}
+
+#[test]
+fn damage_under_right_checksums_is_an_error_or_a_frame() {
+    let good: Vec<Vec<u8>> = seeds().into_iter().map(|(_, _, bytes)| bytes).collect();
+    let outcomes: Vec<bool> = (0..3000u64)
+        .into_par_iter()
+        .map(|seed| {
+            let mut rng = Pcg64Mcg::seed_from_u64(seed);
+            let mut bytes = good[seed as usize % good.len()].clone();
+            for _ in 0..rng.random_range(1..4) {
+                let at = rng.random_range(0..bytes.len());
+                match rng.random_range(0..4) {
+                    0 => bytes[at] ^= 1 << rng.random_range(0..8),
+                    1 => bytes[at] = [0, 1, 127, 128, 255][rng.random_range(0..5)],
+                    2 => drop(bytes.remove(at)),
+                    _ => bytes.insert(at, rng.random()),
+                }
+            }
+            seal(&mut bytes);
+            let _ = verify(bytes.as_slice());
+            read_all(&bytes).is_ok()
+        })
+        .collect();
+    assert!(outcomes.contains(&true) && outcomes.contains(&false), "both sides are reached");
 }
 
 #[test]

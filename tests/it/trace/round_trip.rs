@@ -26,8 +26,13 @@ fn check(frames: &[Frame]) {
     assert_eq!(written(&read), bytes, "the same frames give the same bytes");
 }
 
+/// No files beside the tests: a seed that fails is printed.
+fn config() -> ProptestConfig {
+    ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(config())]
     #[test]
     fn random_frames(
         seed: u64,

@@ -134,3 +134,19 @@ fn survivors(splats: &[Splat], points: u32) -> (u64, Vec<u8>) {
     }
     (bits.iter().map(|b| u64::from(b.count_ones())).sum(), bits)
 }
+
+/// Small files for the fuzz targets: target, name, bytes.
+pub fn seeds() -> Vec<(&'static str, &'static str, Vec<u8>)> {
+    let tiny = Shape { points: 2, splats: 1, width: 1, height: 1, foveated: false, extras: false };
+    let files = [
+        ("empty", written(&[])),
+        ("tiny", written(&[frame(1, tiny)])),
+        ("foveated", written(&[frame(2, SMALL)])),
+        ("two", written(&[frame(3, SMALL), frame(4, Shape { foveated: false, ..SMALL })])),
+    ];
+    let targets = ["trace", "trace_sealed"];
+    targets
+        .into_iter()
+        .flat_map(|target| files.iter().map(move |(name, bytes)| (target, *name, bytes.clone())))
+        .collect()
+}
