@@ -10,6 +10,9 @@ use crate::splat::Splat;
 /// pass.
 const ORTHONORMAL: f64 = 1e-3;
 
+/// Splats that one task checks.
+const CHECKED_TOGETHER: usize = 1 << 14;
+
 impl Frame {
     /// Whether the frame keeps the rules of traces; the first broken one otherwise. They are listed
     /// in `docs/trace-format.md`.
@@ -139,7 +142,7 @@ impl Fovea {
 
 /// Finite values, depth order, indices that are in the scene and once each.
 fn check_splats(splats: &[Splat], points: u64) -> Result<(), FrameFault> {
-    if splats.par_iter().enumerate().any(|(i, s)| check_splat(i, s, points).is_err()) {
+    if !splats.par_chunks(CHECKED_TOGETHER).all(|part| are_sound(part, points)) {
         splats.iter().enumerate().try_for_each(|(i, s)| check_splat(i, s, points))?;
     }
     let descends = |pair: &[Splat]| pair[0].order_key() >= pair[1].order_key();
@@ -151,6 +154,24 @@ fn check_splats(splats: &[Splat], points: u64) -> Result<(), FrameFault> {
         Some(i) => fault(Id::Index, i, splats[i].index.into(), "occurs twice"),
         None => Ok(()),
     }
+}
+
+/// Whether [`check_splat`] finds nothing, at the speed of memory: no early exit, so that several
+/// splats are looked at together.
+fn are_sound(splats: &[Splat], points: u64) -> bool {
+    splats.iter().fold(true, |sound, s| {
+        let [x, y] = s.mean;
+        let [a, b, d] = s.cov;
+        // A sum of magnitudes scaled against overflow is finite exactly if all of them are.
+        let sum = [x, y, a, b, d].iter().fold(0.0, |sum, v| sum + v.abs() * 0.125);
+        sound
+            & (u64::from(s.index) < points)
+            & (s.depth > 0.0)
+            & (s.depth < f32::INFINITY)
+            & (sum < f32::INFINITY)
+            & (s.opacity >= 0.0)
+            & (s.opacity <= 1.0)
+    })
 }
 
 fn check_splat(i: usize, s: &Splat, points: u64) -> Result<(), FrameFault> {
