@@ -69,7 +69,8 @@ mod tests {
         let (codec, packed) = compress(raw.clone(), Transform::Plain);
         assert_eq!(codec, ZSTD);
         assert!(may_expand(packed.len() as u64, raw.len() as u64));
-        assert!(packed.len() < raw.len() / 500, "{} bytes", packed.len());
+        // A small frame takes 19 bytes; a release of zstd that takes a few more is no fault.
+        assert!(packed.len() <= 24 * raw.len() / SMALL_FRAME, "{} bytes", packed.len());
         assert_eq!(decompress(codec, &packed, raw.len() as u64).unwrap(), raw);
     }
 
