@@ -1,0 +1,79 @@
+//! One machine on a binned frame: what a sweep pays per machine and frame.
+//!
+//! `cargo bench --bench machine` times a made-up 1080p frame of 8,160 tiles and 3.5 million pairs
+//! from a million Gaussians, on the machines that come with the program, on one thread. The second
+//! frame has the same tiles and no Gaussians to convert: the difference is preprocessing.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use powergs_sim::accel::{Machine, replay};
+use powergs_sim::config::embedded::MACHINES;
+use powergs_sim::splat::Counters;
+use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
+
+/// Lists of 0 to about 2,000 entries in a fixed irregular order, mean 430.
+fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
+    let mut w = FrameWorkload {
+        geometry,
+        width: 1920,
+        height: 1088,
+        tiles_x: 120,
+        tiles_y: 68,
+        counters: Counters { points, survivors: points * 9 / 10, ..Counters::default() },
+        alpha_evaluations_executed: 0,
+        tiles: Vec::new(),
+        chunks: Vec::new(),
+        list: Vec::new(),
+        bitmaps: Vec::new(),
+    };
+    let mut state = 12345u32;
+    for _ in 0..w.tiles_x * w.tiles_y {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let uniform = f64::from(state >> 8) / f64::from(1 << 24);
+        let entries = (2000.0 * uniform.powf(3.65)) as u32;
+        let loaded = (entries * 3 / 4).next_multiple_of(geometry.chunk).min(entries);
+        let chunk_start = w.chunks.len() as u32;
+        for first in (0..loaded).step_by(geometry.chunk as usize) {
+            let entries = geometry.chunk.min(loaded - first);
+            w.chunks.push(ChunkWork {
+                entries,
+                subtile_pairs: entries * 2,
+                subtile_pairs_unskipped: entries * geometry.subtiles(),
+                live_evaluations: entries * 100,
+                first_loads: entries / 4,
+            });
+        }
+        w.tiles.push(TileWork {
+            list_start: w.counters.tile_pairs as u32,
+            entries,
+            loaded,
+            chunk_start,
+            chunks: w.chunks.len() as u32 - chunk_start,
+            pixels: geometry.tile.pow(2),
+            alpha_evaluations: u64::from(loaded) * 150,
+            blends: u64::from(loaded) * 20,
+        });
+        w.counters.tile_pairs += u64::from(entries);
+    }
+    w.counters.intersecting_points = points * 8 / 10;
+    w.counters.obb_prepared = points / 2;
+    w.counters.obb_tests = w.counters.tile_pairs;
+    if points == 0 {
+        w.counters = Counters::default();
+    }
+    w
+}
+
+fn machines(c: &mut Criterion) {
+    for embedded in MACHINES {
+        let machine = Machine::parse(embedded.text).expect("it comes with the program");
+        for points in [1_000_000, 0] {
+            let workload = frame(points, machine.geometry);
+            let chunks = workload.chunks.len();
+            let name = format!("{} {points} points {chunks} chunks", embedded.name);
+            c.bench_function(&name, |b| b.iter(|| replay(&workload, &machine)));
+        }
+    }
+}
+
+criterion_group!(benches, machines);
+criterion_main!(benches);
