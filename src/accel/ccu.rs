@@ -6,7 +6,8 @@
 //! `(records - tested) II + max(tested II, ceil(tests / tests_per_cycle))` cycles (A21). Results
 //! leave `latency` cycles after the last record has entered; the next batch may enter meanwhile.
 //!
-//! Memory rule: the record is read as `fetch` says. With `everything` a batch is one read; with the
+//! Memory rule: a batch is `batch` records, or as many as fit half of the unit's input buffer (A3).
+//! The record is read as `fetch` says. With `everything` a batch is one read; with the
 //! other two its positions are read first, and the rest of the survivors when they have arrived:
 //! the depth test is made on the fly and costs no time of its own (A22).
 //!
@@ -25,9 +26,20 @@ pub struct Ccu {
     pub spec: CcuSpec,
     /// Bytes of the records.
     pub record: RecordSpec,
+    /// Records of a batch: `spec.batch`, or as many as fit half of the unit's input buffer.
+    pub batch: u32,
 }
 
 impl Ccu {
+    /// A unit with `share` bytes of the input buffer: two batches fit, so that one is read while
+    /// the other is converted.
+    pub fn new(spec: CcuSpec, record: RecordSpec, share: u64) -> Self {
+        let mut ccu = Self { spec, record, batch: 1 };
+        let most = (share / 2) / ccu.reserved().max(1);
+        ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
+        ccu
+    }
+
     /// Bytes of the first read of a batch.
     pub fn first_read(&self, batch: &Batch) -> u64 {
         let r = &self.record;
@@ -55,7 +67,7 @@ impl Ccu {
     /// Room that a batch reserves in the input buffer: that of a full batch of survivors, because
     /// the read is issued before anybody knows.
     pub fn reserved(&self) -> u64 {
-        let full = u64::from(self.spec.batch);
+        let full = u64::from(self.batch);
         let batch = Batch { records: full, survivors: full, ..Batch::default() };
         self.first_read(&batch) + self.second_read(&batch)
     }

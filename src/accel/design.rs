@@ -74,7 +74,7 @@ impl Design {
         };
         let key = machine.record.list_entry.0;
         Self {
-            ccu: Ccu { spec: ccu.clone(), record: machine.record.clone() },
+            ccu: Ccu::new(ccu.clone(), machine.record.clone(), shares.gaussian_in),
             qsu: Qsu {
                 spec: gsu.clone(),
                 chunk: u64::from(machine.geometry.chunk),

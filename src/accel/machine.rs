@@ -148,7 +148,8 @@ pub struct CcuSpec {
     /// Cycles from a record to its list entries.
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub latency: u32,
-    /// Records that one CCU takes from DRAM in one batch.
+    /// Records that one CCU takes from DRAM in one batch, at most as many as fit half of its input
+    /// buffer.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "Gaussians"))]
     pub batch: u32,
     /// When the records of a Gaussian are read.

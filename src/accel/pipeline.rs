@@ -95,7 +95,7 @@ pub fn run<O: Observer>(
         design,
         workload,
         channel: Channel::new(design.dram),
-        batches: Batches::new(workload, design.ccu.spec.batch),
+        batches: Batches::new(workload, design.ccu.batch),
         next_batch: 0,
         next_tile: 0,
         observer,

@@ -70,8 +70,9 @@ fn ccu_reads_what_the_policy_says() {
         assert_eq!(charged(&ccu, &batch).total(Action::ShColour), colours);
         assert_eq!(ccu.written(&batch), 3 * 10 + 7 * 4);
     };
-    check(Fetch::Everything, 10 * 121, 0, 32 * 121, 4);
-    check(Fetch::GeometryFirst, 60, 4 * 115, 32 * 121, 4);
+    // 2 KiB of input buffer a unit: half of it holds 8 records of 121 bytes, or 32 of 18.
+    check(Fetch::Everything, 10 * 121, 0, 8 * 121, 4);
+    check(Fetch::GeometryFirst, 60, 4 * 115, 8 * 121, 4);
     check(Fetch::LazyColour, 60, 48, 32 * 18, 0);
 }
 

@@ -118,7 +118,7 @@ fn needs(m: &Machine) -> Vec<Need> {
     let (g, r, b) = (&m.geometry, &m.record, &m.buffers);
     let product = |factors: &[u64]| factors.iter().map(|&n| u128::from(n)).product();
     let (cores, chunk) = (u64::from(m.vru.cores), u64::from(g.chunk));
-    let (units, batch) = (u64::from(m.ccu.units), u64::from(m.ccu.batch));
+    let units = u64::from(m.ccu.units);
     let read = match m.ccu.fetch {
         Fetch::Everything | Fetch::GeometryFirst => r.position + r.geometry + r.colour,
         Fetch::LazyColour => r.position + r.geometry,
@@ -127,10 +127,9 @@ fn needs(m: &Machine) -> Vec<Need> {
         Need {
             key: "buffers.gaussian-in.capacity",
             capacity: b.gaussian_in.capacity,
-            bytes: product(&[2, units, batch, read.0]),
+            bytes: product(&[2, units, read.0]),
             because: format!(
-                "two batches per unit (2 x `ccu.units` {units} x `ccu.batch` {batch} x {} B of \
-                 records that `ccu.fetch` reads)",
+                "two records per unit (2 x `ccu.units` {units} x {} B that `ccu.fetch` reads)",
                 read.0
             ),
         },

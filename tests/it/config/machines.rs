@@ -102,7 +102,7 @@ fn contradictions_are_refused_with_the_reason() {
     assert!(Machine::parse_with(gscore(), &sets(&["buffers.sorting.capacity=4 KiB"])).is_ok());
     let less = ["buffers.sorting.capacity=4095 B"];
     contradicts(&less, "buffers.sorting.capacity", "one chunk per core");
-    contradicts(&["ccu.batch=100"], "buffers.gaussian-in.capacity", "`ccu.batch` 100");
+    contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
     contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
     contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
 }

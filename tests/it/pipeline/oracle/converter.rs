@@ -33,13 +33,13 @@ pub fn batches(workload: &FrameWorkload, design: &Design) -> usize {
     let c = &workload.counters;
     // Pairs without points cannot be, but would still be written.
     let orphans = c.points == 0 && c.tile_pairs > 0;
-    c.points.div_ceil(u64::from(design.ccu.spec.batch)) as usize + usize::from(orphans)
+    c.points.div_ceil(u64::from(design.ccu.batch)) as usize + usize::from(orphans)
 }
 
 /// Counter X up to record e is `floor(X e / P)`.
 fn batch(workload: &FrameWorkload, design: &Design, index: usize) -> Batch {
     let c = &workload.counters;
-    let size = u64::from(design.ccu.spec.batch);
+    let size = u64::from(design.ccu.batch);
     let from = index as u64 * size;
     let to = (from + size).min(c.points);
     let part = |total: u64| match c.points {
