@@ -15,9 +15,9 @@ impl FromStr for Background {
             "white" => return Ok(Background([1.0; 3])),
             _ => {}
         }
-        let parts: Vec<f32> = text.split(',').filter_map(|p| p.trim().parse().ok()).collect();
-        match parts.as_slice() {
-            &[r, g, b] if [r, g, b].iter().all(|v| (0.0..=1.0).contains(v)) => {
+        let parts: Result<Vec<f32>, _> = text.split(',').map(|p| p.trim().parse()).collect();
+        match parts.as_deref() {
+            Ok(&[r, g, b]) if [r, g, b].iter().all(|v| (0.0..=1.0).contains(v)) => {
                 Ok(Background([r, g, b]))
             }
             _ => Err("write black, white, or three numbers from 0 to 1: 0.5,0.5,0.5".into()),
