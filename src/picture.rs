@@ -49,34 +49,30 @@ impl Picture {
     }
 
     /// Mean linear R, G, B of the displayed picture (8 bits a channel): the input of display power.
+    /// Sums are integers, so they do not depend on how the work is divided.
     pub fn mean_linear_rgb(&self) -> [f64; 3] {
-        let counts = self
+        let table: [u64; 256] =
+            std::array::from_fn(|v| (linear(v as f64 / 255.0) * FIXED).round() as u64);
+        let sums = self
             .pixels
-            .par_chunks(1 << 16)
+            .par_chunks(1 << 15)
             .map(|part| {
-                let mut counts = [[0u64; 256]; 3];
+                let mut sums = [0u64; 3];
                 for pixel in part {
-                    for (row, v) in counts.iter_mut().zip(pixel) {
-                        row[usize::from(quantized(*v))] += 1;
+                    for (sum, v) in sums.iter_mut().zip(pixel) {
+                        *sum += table[usize::from(quantized(*v))];
                     }
                 }
-                counts
+                sums
             })
-            .reduce(
-                || [[0u64; 256]; 3],
-                |mut a, b| {
-                    a.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(x, y)| *x += y);
-                    a
-                },
-            );
-        let n = self.pixels.len().max(1) as f64;
-        counts.map(|row| {
-            let sum: f64 =
-                row.iter().enumerate().map(|(v, &n)| linear(v as f64 / 255.0) * n as f64).sum();
-            sum / n
-        })
+            .reduce(|| [0; 3], |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2]]);
+        let scale = FIXED * self.pixels.len().max(1) as f64;
+        sums.map(|sum| sum as f64 / scale)
     }
 }
+
+/// Fixed point of linear light: the largest image of 2³² pixels does not overflow.
+const FIXED: f64 = (1u64 << 31) as f64;
 
 fn quantized(v: f32) -> u8 {
     (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8

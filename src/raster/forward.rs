@@ -14,7 +14,7 @@ use crate::splat::runs::{Reach, Runs, Touch};
 use crate::splat::{Counters, Intersection, Splat, TileGrid};
 use crate::trace::{Frame, FrameFacts, PixelColumns, Preview};
 
-/// Gaussians projected by one task.
+/// Gaussians projected by one task; a power of two.
 const PART: usize = 256 * LANES;
 
 /// How to render.
@@ -56,7 +56,7 @@ pub enum Detail {
     Image,
     /// The counters of a trace.
     Counters,
-    /// The counters of a trace, and per splat those that pruning needs.
+    /// The counters of a trace, what every pixel iterated, and per splat what pruning needs.
     Dominance,
 }
 
@@ -79,7 +79,7 @@ pub struct Rendered {
     pub dominance: Vec<u32>,
     /// Per-pixel columns of a trace.
     pub pixels: PixelColumns,
-    /// Entries iterated by each pixel (`T_bf_term`), row-major.
+    /// Entries iterated by each pixel (`T_bf_term`), row-major; only for [`Detail::Dominance`].
     pub iterated: Vec<u32>,
     /// Tiles, row-major.
     pub tiles: Vec<TileCount>,
@@ -100,14 +100,9 @@ fn render_as<R: Record>(
     options: &Options,
     record: R,
 ) -> Rendered {
-    let (visible, survivor_bits) = project(scene, camera, options.level);
-    let order = depth_order(&visible);
-    let splats: Vec<Splat> = order.par_iter().map(|&i| visible[i as usize].splat).collect();
-    let paints: Vec<Paint> = order
-        .par_iter()
-        .map(|&i| Paint::new(&visible[i as usize].splat, visible[i as usize].colour))
-        .collect();
-    drop((visible, order));
+    let (parts, survivor_bits) = project(scene, camera, options.level);
+    let (splats, paints) = in_depth_order(&parts);
+    drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
     let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
     let fetches: Vec<AtomicU32> =
@@ -120,7 +115,7 @@ fn render_as<R: Record>(
         fetches: &fetches,
         level: options.level,
     };
-    let mut rendered = Rendered::sized(camera, R::COUNT);
+    let mut rendered = Rendered::sized::<R>(camera);
     let mut heaviest = vec![OPEN; if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }];
     rendered.tiles = targets(&mut rendered, &mut heaviest, grid)
         .into_par_iter()
@@ -141,15 +136,16 @@ fn render_as<R: Record>(
     rendered
 }
 
-/// Projects the scene; visible splats in index order, and one bit per Gaussian that survived.
-fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Visible>, Vec<u8>) {
+/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one bit
+/// per Gaussian that survived.
+fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Vec<Visible>>, Vec<u8>) {
     let view = View::new(camera);
-    let parts: Vec<(Vec<Visible>, Vec<u8>)> = (0..scene.len().div_ceil(PART))
+    let (parts, bits): (Vec<Vec<Visible>>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
         .map(|part| {
             let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
-            let mut visible = Vec::new();
-            let mut bits = Vec::with_capacity((end - first).div_ceil(8));
+            let mut visible = Vec::with_capacity(end - first);
+            let mut bits = Vec::with_capacity((end - first).div_ceil(8) + 1);
             for i in (first..end).step_by(LANES) {
                 let stop = (i + LANES).min(end);
                 let mask = dispatch!(level, simd =>
@@ -159,25 +155,32 @@ fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Visible>, V
             bits.truncate((end - first).div_ceil(8));
             (visible, bits)
         })
-        .collect();
-    let mut all = Vec::with_capacity(parts.iter().map(|p| p.0.len()).sum());
-    let mut survivors = Vec::with_capacity(scene.len().div_ceil(8));
-    for (mut visible, bits) in parts {
-        all.append(&mut visible);
-        survivors.extend(bits);
-    }
-    (all, survivors)
+        .unzip();
+    (parts, bits.concat())
 }
 
-/// Positions of the visible splats in ascending depth, ties by index in the scene.
-fn depth_order(visible: &[Visible]) -> Vec<u32> {
-    let mut keys: Vec<u64> = visible
+/// Splats, and their form for blending, in ascending depth, ties by index in the scene.
+fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
+    // Depth, part, position in the part: positive floats order like their bits.
+    let mut keys: Vec<u64> = parts
         .par_iter()
         .enumerate()
-        .map(|(i, v)| u64::from(v.splat.depth.to_bits()) << 32 | i as u64)
+        .flat_map_iter(|(part, visible)| {
+            visible.iter().enumerate().map(move |(i, v)| {
+                u64::from(v.splat.depth.to_bits()) << 32 | (part * PART + i) as u64
+            })
+        })
         .collect();
     keys.par_sort_unstable();
-    keys.into_par_iter().map(|key| key as u32).collect()
+    let (mut splats, mut paints) = (Vec::new(), Vec::new());
+    keys.par_iter()
+        .map(|&key| {
+            let place = key as u32 as usize;
+            let visible = &parts[place / PART][place % PART];
+            (visible.splat, Paint::new(&visible.splat, visible.colour))
+        })
+        .unzip_into_vecs(&mut splats, &mut paints);
+    (splats, paints)
 }
 
 /// The lines of each row of tiles. Columns that are not recorded stay empty.
@@ -230,9 +233,9 @@ fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
 const PREVIEW_SIDE: u32 = 480;
 
 impl Rendered {
-    fn sized(camera: &Camera, counted: bool) -> Rendered {
+    fn sized<R: Record>(camera: &Camera) -> Rendered {
         let n = camera.width as usize * camera.height as usize;
-        let counts = if counted { n } else { 0 };
+        let counts = if R::COUNT { n } else { 0 };
         Rendered {
             picture: Picture {
                 width: camera.width,
@@ -246,7 +249,7 @@ impl Rendered {
             fetches: Vec::new(),
             dominance: Vec::new(),
             pixels: PixelColumns { stop_rank: vec![0; counts], blended: vec![0; counts] },
-            iterated: vec![0; counts],
+            iterated: vec![0; if R::DOMINANCE { n } else { 0 }],
             tiles: Vec::new(),
         }
     }

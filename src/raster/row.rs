@@ -32,7 +32,7 @@ pub struct RowTarget<'a> {
     pub stop_rank: &'a mut [u32],
     /// Blended entries (only if counted).
     pub blended: &'a mut [u32],
-    /// Entries iterated (only if counted).
+    /// Entries iterated (only for dominance).
     pub iterated: &'a mut [u32],
     /// Rank of the heaviest splat (only for dominance).
     pub heaviest: &'a mut [u32],
@@ -160,7 +160,8 @@ impl Tile<'_> {
                     let range = start..start + w as usize;
                     block.write_row(y, shared.background, &mut out.pixels[range.clone()]);
                     if R::COUNT {
-                        most = most.max(self.count_row(block, y, range.clone(), &mut count, out));
+                        most =
+                            most.max(self.count_row::<R>(block, y, range.clone(), &mut count, out));
                     }
                     if R::DOMINANCE {
                         out.heaviest[range.clone()]
@@ -178,7 +179,7 @@ impl Tile<'_> {
 
     /// Writes the counts of row `y` of a finished block to `range` of the columns; returns the
     /// entries that its last pixel iterated.
-    fn count_row(
+    fn count_row<R: Record>(
         &self,
         block: &Block,
         y: usize,
@@ -188,18 +189,17 @@ impl Tile<'_> {
     ) -> u32 {
         let (stops, blended) = (block.stops(y), block.blended(y));
         let mut most = 0;
-        let columns = out.stop_rank[range.clone()]
-            .iter_mut()
-            .zip(&mut out.blended[range.clone()])
-            .zip(&mut out.iterated[range]);
-        for (x, ((stop_rank, blends), iterated)) in columns.enumerate() {
+        for (x, i) in range.enumerate() {
             let entry = self.entries.get(stops[x] as usize);
-            *stop_rank = entry.map_or(NEVER, |e| e.rank);
-            *iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
-            *blends = blended[x] as u32;
-            count.alpha_evaluations += u64::from(*iterated);
-            count.blends += u64::from(*blends);
-            most = most.max(*iterated);
+            let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
+            out.stop_rank[i] = entry.map_or(NEVER, |e| e.rank);
+            out.blended[i] = blended[x] as u32;
+            if R::DOMINANCE {
+                out.iterated[i] = iterated;
+            }
+            count.alpha_evaluations += u64::from(iterated);
+            count.blends += u64::from(out.blended[i]);
+            most = most.max(iterated);
         }
         most
     }

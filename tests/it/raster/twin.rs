@@ -107,7 +107,7 @@ fn pixels_equal_the_twin_at_other_tilings() {
         (64, 256, Intersection::Aabb),
         (16, 16, Intersection::Aabb),
     ] {
-        let options = Options { tile, chunk, test, ..Options::reference(Detail::Counters) };
+        let options = Options { tile, chunk, test, ..Options::reference(Detail::Dominance) };
         check_against_twin(5, (100, 70), &options);
     }
 }
