@@ -5,6 +5,9 @@
 use std::hint::black_box;
 use std::time::Instant;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x16};
+use fearless_simd_macros::simd;
 use powergs_sim::raster::Rendered;
 use powergs_sim::scene::Gaussians;
 use powergs_sim::splat::{Ellipse, TileGrid};
@@ -38,17 +41,29 @@ impl Peaks {
     }
 }
 
-/// A chain of dependent additions and rotations, one cycle each, runs at the clock.
+/// A chain of dependent fused multiply-adds on the widest vectors, four cycles each on current x86
+/// and Arm processors, on all threads at once: the clock under SIMD load.
 fn clock_ghz() -> f64 {
-    const LINKS: u64 = 50_000_000;
+    let level = Level::new();
+    (0..rayon::current_num_threads())
+        .into_par_iter()
+        .map(|_| dispatch!(level, simd => fma_chain_ghz(simd)))
+        .reduce(|| f64::INFINITY, f64::min)
+}
+
+#[simd]
+fn fma_chain_ghz<S: Simd>(simd: S) -> f64 {
+    const LINKS: u32 = 20_000_000;
+    const LATENCY: f64 = 4.0;
+    let scale = f32x16::splat(simd, black_box(0.5));
+    let step = f32x16::splat(simd, black_box(0.5));
     let start = Instant::now();
-    let mut x = black_box(1u64);
-    let step = black_box(3u64);
+    let mut x = f32x16::splat(simd, black_box(0.3));
     for _ in 0..LINKS {
-        x = x.wrapping_add(step).rotate_left(5);
+        x = x.mul_add(scale, step);
     }
-    black_box(x);
-    2.0 * LINKS as f64 / start.elapsed().as_secs_f64() / 1e9
+    black_box::<[f32; 16]>(x.into());
+    LATENCY * f64::from(LINKS) / start.elapsed().as_secs_f64() / 1e9
 }
 
 fn read_gb_s(data: &[u64]) -> f64 {

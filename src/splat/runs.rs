@@ -23,6 +23,9 @@ pub struct Run {
     pub tight1: u16,
 }
 
+/// Candidate tiles up to which the ellipse is not asked: blending rejects rows faster.
+const SMALL: u64 = 4;
+
 /// Whether runs also say where a splat can reach α = 1/255.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
@@ -88,14 +91,19 @@ fn runs_of(
     for (rank, splat) in (first_rank..).zip(splats) {
         let conic = splat.conic();
         let cover = Cover::with_conic(splat, conic, grid, test);
+        let wide = cover.rect.area() > SMALL;
         let ellipse = match reach {
-            Reach::Alpha => conic.and_then(|conic| Ellipse::new(splat, conic)),
-            Reach::Unknown => None,
+            Reach::Alpha if wide => conic.and_then(|conic| Ellipse::new(splat, conic)),
+            Reach::Alpha | Reach::Unknown => None,
         };
         let mut tiles = 0;
         for row in cover.rows() {
             tiles += row.x1 - row.x0;
-            let (t0, t1) = tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1);
+            let (t0, t1) = match reach {
+                Reach::Alpha if !wide => (row.x0, row.x1),
+                Reach::Alpha => tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1),
+                Reach::Unknown => (row.x0, row.x0),
+            };
             let run = Run {
                 rank,
                 x0: row.x0 as u16,

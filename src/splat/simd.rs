@@ -7,17 +7,21 @@ use fearless_simd::{f32x16, i32x16};
 const EXP2: [f32; 6] =
     [1.000_000_1, 0.693_146_97, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
 
+/// Adding this rounds a float of up to 22 bits to a whole number, which then stands in the low bits.
+const ROUND: f32 = 12_582_912.0;
+
 /// 2^x for x in [−126, 127]; relative error below 2e-7.
 #[inline(always)]
 pub fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
-    let whole = x.round_ties_even();
-    let f = x - whole;
+    let shifted = x + ROUND;
+    let f = x - (shifted - ROUND);
     let mut p = f32x16::splat(simd, EXP2[5]);
     for c in EXP2[..5].iter().rev() {
         p = p.mul_add(f, f32x16::splat(simd, *c));
     }
-    let scale = (whole.to_int::<i32x16<S>>() + 127) << 23;
-    p * scale.bitcast::<f32x16<S>>()
+    // The whole part goes into the exponent of p, which is between ½ and 2.
+    let exponent = shifted.bitcast::<i32x16<S>>() << 23;
+    (p.bitcast::<i32x16<S>>() + exponent).bitcast()
 }
 
 /// e^x, clamped to the range where 2^(x log2 e) is normal.
