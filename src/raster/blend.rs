@@ -72,7 +72,7 @@ pub struct Block {
     transmittance: Rows,
     colour: [Rows; 3],
     /// Entries with α ≥ 1/255 so far, the terminating one included.
-    blended: Rows,
+    blended: [[u32; BLOCK]; BLOCK],
     heaviest: Rows,
     heaviest_rank: [[u32; BLOCK]; BLOCK],
     /// Transmittance of pixels that stopped.
@@ -80,6 +80,8 @@ pub struct Block {
     stop: [[u32; BLOCK]; BLOCK],
     /// Rows with a pixel that has not stopped.
     alive: u32,
+    /// Rows with a pixel that has.
+    stopped: u32,
     origin: [f32; 2],
 }
 
@@ -95,12 +97,13 @@ impl Block {
         Block {
             transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
-            blended: [[0.0; BLOCK]; BLOCK],
+            blended: [[0; BLOCK]; BLOCK],
             heaviest: [[0.0; BLOCK]; BLOCK],
             heaviest_rank: [[OPEN; BLOCK]; BLOCK],
             stopped_at: [[0.0; BLOCK]; BLOCK],
             stop: [[OPEN; BLOCK]; BLOCK],
             alive: 0,
+            stopped: 0,
             origin: [0.0; 2],
         }
     }
@@ -115,9 +118,10 @@ impl Block {
         self.stop = [[OPEN; BLOCK]; BLOCK];
         self.stopped_at = [[0.0; BLOCK]; BLOCK];
         self.alive = (1 << height) - 1;
+        self.stopped = 0;
         self.origin = [x as f32, y as f32];
         if R::COUNT {
-            self.blended = [[0.0; BLOCK]; BLOCK];
+            self.blended = [[0; BLOCK]; BLOCK];
         }
         if R::DOMINANCE {
             self.heaviest = [[0.0; BLOCK]; BLOCK];
@@ -139,13 +143,13 @@ impl Block {
         }
     }
 
-    /// The list entries at which the pixels of row `y` stopped, or [`OPEN`].
-    pub fn stops(&self, y: usize) -> &[u32; BLOCK] {
-        &self.stop[y]
+    /// The list entries at which the pixels of row `y` stopped, or [`OPEN`]; `None` if none did.
+    pub fn stops(&self, y: usize) -> Option<&[u32; BLOCK]> {
+        (self.stopped >> y & 1 == 1).then_some(&self.stop[y])
     }
 
     /// Entries that reached α ≥ 1/255 at the pixels of row `y`, the terminating one included.
-    pub fn blended(&self, y: usize) -> &[f32; BLOCK] {
+    pub fn blended(&self, y: usize) -> &[u32; BLOCK] {
         &self.blended[y]
     }
 
@@ -158,6 +162,7 @@ impl Block {
     /// Stops the pixels of `lanes` in `row` at list entry `at`.
     #[cold]
     fn stop_lanes(&mut self, row: usize, mut lanes: u64, at: u32) {
+        self.stopped |= 1 << row;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (BLOCK - 1);
             lanes &= lanes - 1;
@@ -311,8 +316,8 @@ fn blend_row<S: Simd, R: Record>(
     let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
     let mut weight = hit.select(alpha * t, zero);
     if R::COUNT {
-        let n = f32x16::from_slice(simd, &block.blended[y]);
-        hit.select(n + 1.0, n).store_slice(&mut block.blended[y]);
+        let n = u32x16::from_slice(simd, &block.blended[y]);
+        hit.select(n + 1, n).store_slice(&mut block.blended[y]);
     }
     let mut left = t - weight;
     let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));

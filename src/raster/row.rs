@@ -116,15 +116,23 @@ fn build_lists(runs: &Runs, ty: u32) -> Lists {
 /// Adds one to the fetches of every splat whose position in a tile's list is below what the tile
 /// loaded.
 fn count_fetches(shared: &Shared<'_>, ty: u32, tiles: &[TileCount]) {
+    let add = |rank: u32, n: u32| {
+        shared.fetches[rank as usize].fetch_add(n, Ordering::Relaxed);
+    };
+    if tiles.iter().all(|tile| tile.loaded == tile.entries) {
+        shared.runs.row(ty).for_each(|run| add(run.rank, u32::from(run.x1 - run.x0)));
+        return;
+    }
     let mut seen = vec![0u32; tiles.len()];
     for run in shared.runs.row(ty) {
         let mut fetched = 0;
-        for x in run.x0 as usize..run.x1 as usize {
-            fetched += u32::from(seen[x] < tiles[x].loaded);
-            seen[x] += 1;
+        let columns = run.x0 as usize..run.x1 as usize;
+        for (seen, tile) in seen[columns.clone()].iter_mut().zip(&tiles[columns]) {
+            fetched += u32::from(*seen < tile.loaded);
+            *seen += 1;
         }
         if fetched > 0 {
-            shared.fetches[run.rank as usize].fetch_add(fetched, Ordering::Relaxed);
+            add(run.rank, fetched);
         }
     }
 }
@@ -187,18 +195,26 @@ impl Tile<'_> {
         count: &mut TileCount,
         out: &mut RowTarget<'_>,
     ) -> u32 {
-        let (stops, blended) = (block.stops(y), block.blended(y));
+        let blended = &block.blended(y)[..range.len()];
+        out.blended[range.clone()].copy_from_slice(blended);
+        count.blends += blended.iter().map(|&n| u64::from(n)).sum::<u64>();
+        let Some(stops) = block.stops(y) else {
+            out.stop_rank[range.clone()].fill(NEVER);
+            if R::DOMINANCE {
+                out.iterated[range.clone()].fill(self.accepted);
+            }
+            count.alpha_evaluations += u64::from(self.accepted) * range.len() as u64;
+            return self.accepted;
+        };
         let mut most = 0;
         for (x, i) in range.enumerate() {
             let entry = self.entries.get(stops[x] as usize);
             let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
             out.stop_rank[i] = entry.map_or(NEVER, |e| e.rank);
-            out.blended[i] = blended[x] as u32;
             if R::DOMINANCE {
                 out.iterated[i] = iterated;
             }
             count.alpha_evaluations += u64::from(iterated);
-            count.blends += u64::from(out.blended[i]);
             most = most.max(iterated);
         }
         most
