@@ -30,6 +30,27 @@ fn median_ms(mut work: impl FnMut()) -> f64 {
     times[ROUNDS / 2]
 }
 
+/// Median times of two kinds of work done in turn, so that both see the same machine.
+fn paired_ms(mut a: impl FnMut(), mut b: impl FnMut()) -> (f64, f64, f64) {
+    a();
+    b();
+    let mut pairs: Vec<[f64; 2]> = Vec::new();
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        a();
+        let middle = Instant::now();
+        b();
+        let times = [(middle - start).as_secs_f64(), middle.elapsed().as_secs_f64()];
+        pairs.push(times.map(|t| t * 1e3));
+    }
+    let median_of = |value: &dyn Fn(&[f64; 2]) -> f64| {
+        let mut values: Vec<f64> = pairs.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values[ROUNDS / 2]
+    };
+    (median_of(&|p| p[0]), median_of(&|p| p[1]), median_of(&|p| p[1] / p[0]))
+}
+
 fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a thread pool").install(work)
 }
@@ -40,11 +61,12 @@ fn report(case: &Case) {
     let image = Options::reference(Detail::Image);
     let scene = &case.scene;
     let run = |options: Options| median_ms(|| drop(render(scene, &case.camera, &options)));
-    let (peaks, two, plain, frame) = on_threads(2, || {
-        let frame = median_ms(|| {
-            drop(render(scene, &case.camera, &counted).into_frame(&case.camera, [0.0; 3]));
-        });
-        (Peaks::measure(), run(counted), run(image), frame)
+    let (peaks, two, (plain, frame, extra)) = on_threads(2, || {
+        let paired = paired_ms(
+            || drop(render(scene, &case.camera, &image)),
+            || drop(render(scene, &case.camera, &counted).into_frame(&case.camera, [0.0; 3])),
+        );
+        (Peaks::measure(), run(counted), paired)
     });
     let one = on_threads(1, || run(counted));
     let dominance = on_threads(2, || run(Options::reference(Detail::Dominance)));
@@ -65,7 +87,7 @@ fn report(case: &Case) {
         two / floor.milliseconds,
         dominance / floor.milliseconds,
         one / two,
-        frame / plain,
+        extra,
     );
 }
 
