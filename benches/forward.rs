@@ -6,13 +6,17 @@
 mod floor;
 mod scenes;
 
+use std::path::Path;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use powergs_sim::cli::camera_file;
 use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::scene::camera::edit;
+use powergs_sim::scene::{OneFile, read};
 
 use floor::{Peaks, floor};
-use scenes::{Case, cases};
+use scenes::{Case, synthetic};
 
 /// Repetitions of one measurement; the median is reported.
 const ROUNDS: usize = 9;
@@ -55,8 +59,29 @@ fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a thread pool").install(work)
 }
 
+/// All scenes, with their names in tables.
+fn cases() -> Vec<(&'static str, Case)> {
+    let mut cases: Vec<_> =
+        trained().map(|case| ("trained robot 250k 1920x1080", case)).into_iter().collect();
+    let small = synthetic("outdoor-bounded", 100_000, (979, 546));
+    cases.push(("synthetic 100k 979x546", small));
+    let large = synthetic("outdoor-unbounded", 1_000_000, (1600, 1064));
+    cases.push(("synthetic 1M 1600x1064", large));
+    cases
+}
+
+/// The 250,000-Gaussian robot of `../shared/data` at 1920x1080.
+fn trained() -> Option<Case> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/playcanvas-playbot");
+    let bytes = std::fs::read(folder.join("playbot_lod1_sh2.ply")).ok()?;
+    let scene = read(&OneFile(&bytes), "playbot_lod1_sh2.ply", None).ok()?.gaussians;
+    let file = camera_file::read(&folder.join("cameras.json"), None).ok()?;
+    let camera = edit::resized(&file.cameras[3], 1920, 1080);
+    Some(Case { scene, camera })
+}
+
 /// One line of the table: times and ratios.
-fn report(case: &Case) {
+fn report(name: &str, case: &Case) {
     let counted = Options::reference(Detail::Counters);
     let image = Options::reference(Detail::Image);
     let scene = &case.scene;
@@ -77,7 +102,7 @@ fn report(case: &Case) {
          floor {:.2} ms ({} blending rows, {:.1} MB); image {plain:.1} ms; \
          counters {two:.1} ms = {:.1}x floor; with dominance {dominance:.1} ms = {:.1}x\n  \
          one thread {one:.1} ms: second core {:.2}x; extraction {frame:.1} ms = {:.2}x the image",
-        case.name,
+        name,
         rendered.splats.len(),
         peaks.clock_ghz,
         peaks.read_gb_s,
@@ -94,10 +119,10 @@ fn report(case: &Case) {
 fn forward(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forward");
     group.sample_size(10);
-    for case in cases() {
-        report(&case);
+    for (name, case) in cases() {
+        report(name, &case);
         let options = Options::reference(Detail::Counters);
-        group.bench_function(case.name, |b| {
+        group.bench_function(name, |b| {
             b.iter(|| render(&case.scene, &case.camera, &options));
         });
     }

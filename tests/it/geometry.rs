@@ -3,7 +3,7 @@
 //! A trace stops pixels where the reference tiling (16x16, oriented boxes) stops them. Another
 //! intersection test lists other splats at the rim of their footprint, so a pixel may stop a little
 //! earlier or later. Pairs are exact for every geometry; what pixels do may differ.
-//! `docs/model.md` A10 quotes the table that `--nocapture` prints.
+//! `docs/model.md` A14 quotes the table that `--nocapture` prints.
 
 use std::path::{Path, PathBuf};
 
