@@ -3,6 +3,8 @@
 
 use std::path::PathBuf;
 
+#[path = "../tests/it/camera/encode.rs"]
+mod camera;
 #[path = "../tests/it/scene/encode.rs"]
 mod scene;
 // The tests use more of it than the seeds do.
@@ -13,7 +15,8 @@ mod trace;
 fn main() -> std::io::Result<()> {
     let folder = std::env::args_os().nth(1).map_or("fuzz/corpus".into(), PathBuf::from);
     // A target of another reader adds its own `seeds()` to this chain.
-    for (target, name, bytes) in scene::seeds().into_iter().chain(trace::seeds()) {
+    let seeds = camera::seeds().into_iter().chain(scene::seeds()).chain(trace::seeds());
+    for (target, name, bytes) in seeds {
         let corpus = folder.join(target);
         std::fs::create_dir_all(&corpus)?;
         std::fs::write(corpus.join(name), bytes)?;

@@ -1,6 +1,7 @@
 //! Cameras: readers, what they refuse, and what is generated.
 
 mod edit;
+mod encode;
 mod files;
 mod hostile;
 mod readers;

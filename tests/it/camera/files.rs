@@ -5,7 +5,7 @@ use std::fs;
 use powergs_sim::cli::Exit;
 use powergs_sim::cli::camera_file::read;
 
-use super::readers::binary_files;
+use super::encode::binary_files;
 
 #[test]
 fn colmap_folder_is_found_under_sparse() {

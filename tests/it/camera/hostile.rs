@@ -2,7 +2,7 @@
 
 use powergs_sim::scene::camera::{colmap, inria, json};
 
-use super::readers::binary_files;
+use super::encode::binary_files;
 use super::sample;
 
 /// Reading must fail, and the message must hold every one of `words`.
@@ -160,4 +160,24 @@ fn colmap_text_errors_name_the_line() {
     assert!(error(camera, "# Number of images: 2\n1 1 0 0 0 0 0 0 1 a\n\n").contains("promises 2"));
     assert!(error(camera, "").contains("no views"));
     assert!(error("", image).contains("camera 1 is not in"));
+}
+
+#[test]
+fn damaged_colmap_binaries_never_panic() {
+    use rand::{RngExt, SeedableRng};
+    let (cameras, images) = super::encode::binary_files();
+    let whole = super::encode::joined(&cameras, &images);
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(5);
+    let mut refused = 0;
+    for _ in 0..20_000 {
+        let mut bytes = whole.clone();
+        for _ in 0..rng.random_range(1..4) {
+            let at = rng.random_range(2..bytes.len());
+            bytes[at] = rng.random();
+        }
+        let (cameras, images) = bytes[2..].split_at(cameras.len());
+        refused += u32::from(colmap::read_binary(cameras, images).is_err());
+    }
+    // Most bytes are doubles, where a change is another valid pose; orthonormality catches few.
+    assert!(refused > 2_000, "{refused} of 20000 refused");
 }

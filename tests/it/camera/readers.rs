@@ -3,6 +3,7 @@
 use powergs_sim::scene::Split;
 use powergs_sim::scene::camera::{CameraFile, colmap, inria, json};
 
+use super::encode::binary_files;
 use super::{data, difference, sample};
 
 const TRANSFORMS: &str = r#"{
@@ -151,33 +152,22 @@ const IMAGES_TXT: &str = "# Number of images: 2, mean observations per image: 0.
 
 ";
 
-/// The same model as the texts above, as `(cameras.bin, images.bin)`.
-pub fn binary_files() -> (Vec<u8>, Vec<u8>) {
-    let mut cameras = 2u64.to_le_bytes().to_vec();
-    let mut put = |id: u32, model: i32, size: [u64; 2], parameters: [f64; 4]| {
-        cameras.extend(id.to_le_bytes());
-        cameras.extend(model.to_le_bytes());
-        size.iter().for_each(|v| cameras.extend(v.to_le_bytes()));
-        parameters.iter().for_each(|v| cameras.extend(v.to_le_bytes()));
-    };
-    put(1, 1, [640, 480], [500.0, 500.0, 320.0, 240.0]);
-    put(2, 2, [320, 240], [250.0, 160.0, 120.0, 0.01]);
-    let mut images = 2u64.to_le_bytes().to_vec();
-    let mut put = |id: u32, pose: [f64; 7], camera: u32, name: &str, points: &[[f64; 3]]| {
-        images.extend(id.to_le_bytes());
-        pose.iter().for_each(|v| images.extend(v.to_le_bytes()));
-        images.extend(camera.to_le_bytes());
-        images.extend(name.as_bytes());
-        images.push(0);
-        images.extend((points.len() as u64).to_le_bytes());
-        points.iter().flatten().for_each(|v| images.extend(v.to_le_bytes()));
-    };
-    put(7, [0.0, 1.0, 0.0, 0.0, 1.0, 2.0, 3.0], 1, "z.png", &[[10.5, 20.5, -1.0]]);
-    put(3, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2, "a b.png", &[]);
-    (cameras, images)
-}
-
 fn binary_model() -> CameraFile {
     let (cameras, images) = binary_files();
     colmap::read_binary(cameras.as_slice(), images.as_slice()).unwrap()
+}
+
+#[test]
+fn seeds_of_the_fuzz_targets_are_views() {
+    for (target, name, bytes) in super::encode::seeds() {
+        let file = if target == "cameras_colmap" {
+            let (length, rest) = bytes.split_first_chunk::<2>().unwrap();
+            let (cameras, images) = rest.split_at(usize::from(u16::from_le_bytes(*length)));
+            colmap::read_binary(cameras, images)
+        } else {
+            json::read(std::str::from_utf8(&bytes).unwrap(), None)
+        };
+        let file = file.unwrap_or_else(|e| panic!("{target}/{name}: {e}"));
+        assert!(!file.cameras.is_empty(), "{target}/{name}");
+    }
 }
