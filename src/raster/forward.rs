@@ -136,8 +136,8 @@ fn render_as<R: Record>(
     rendered
 }
 
-/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one bit
-/// per Gaussian that survived.
+/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one
+/// bit per Gaussian that survived.
 fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Vec<Visible>>, Vec<u8>) {
     let view = View::new(camera);
     let (parts, bits): (Vec<Vec<Visible>>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))

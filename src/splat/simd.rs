@@ -7,7 +7,7 @@ use fearless_simd::{f32x16, i32x16};
 const EXP2: [f32; 6] =
     [1.000_000_1, 0.693_146_97, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
 
-/// Adding this rounds a float of up to 22 bits to a whole number, which then stands in the low bits.
+/// Adding this rounds a float of up to 22 bits to a whole number, which stands in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
 /// 2^x for x in [−126, 127]; relative error below 2e-7.

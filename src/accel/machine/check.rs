@@ -16,6 +16,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     geometry(machine, &mut found);
     records(machine, &mut found);
     sizes(machine, &mut found);
+    rates(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
     }
@@ -53,6 +54,23 @@ fn geometry(m: &Machine, found: &mut Found) {
             g.subtile, g.tile
         );
         found.push(("geometry.subtile", message));
+    }
+}
+
+/// Rates outside of what any chip has are typing errors, and the arithmetic of time stays exact
+/// within them.
+fn rates(m: &Machine, found: &mut Found) {
+    let (clock, bandwidth, latency) = (m.clock, m.dram.bandwidth, m.dram.latency);
+    if !(1e4..=1e11).contains(&clock.0) {
+        found.push(("clock", format!("`clock` = {clock} must be from 10 kHz to 100 GHz")));
+    }
+    if !(1e6..=1e15).contains(&bandwidth.0) {
+        let message = format!("`dram.bandwidth` = {bandwidth} must be from 1 MB/s to 1 PB/s");
+        found.push(("dram.bandwidth", message));
+    }
+    if latency.0 > 1e6 {
+        let message = format!("`dram.latency` = {latency} must be at most 1000000 ns");
+        found.push(("dram.latency", message));
     }
 }
 

@@ -86,6 +86,9 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["geometry.subtile=12"], "geometry.subtile", "a power of two: 8 or 16");
     contradicts(&["geometry.subtile=32"], "geometry.subtile", "does not divide");
     contradicts(&["gsu.bsu-width=12"], "gsu.bsu-width", "a power of two: 8 or 16");
+    contradicts(&["clock=1 Hz"], "clock", "from 10 kHz to 100 GHz");
+    contradicts(&["dram.bandwidth=1 kB/s"], "dram.bandwidth", "from 1 MB/s");
+    contradicts(&["dram.latency=1e9 ns"], "dram.latency", "at most 1000000 ns");
     contradicts(&["record.feature=0 B"], "record.feature", "at least 1 B");
     contradicts(&["record.pixel=1 MiB"], "record.pixel", "a typing error?");
     contradicts(&["buffers.sorting.capacity=0 B"], "buffers.sorting.capacity", "above zero");
