@@ -55,7 +55,8 @@ fn replay(criterion: &mut Criterion) {
     let simulated = median_ms(9, || one_machine(&workload, machine, prices));
     println!(
         "{splats} visible splats, {} pairs, {} chunks: encode {encode:.0} ms; \
-         decode {decode:.0} ms + bin {binning:.0} ms + simulate {simulated:.1} ms = {:.0} ms for the first machine, \
+         decode {decode:.0} ms + bin {binning:.0} ms + simulate {simulated:.1} ms = {:.0} ms \
+         for the first machine, \
          {simulated:.1} ms for each further one",
         workload.list.len(),
         workload.chunks.len(),

@@ -22,8 +22,8 @@ impl Picture {
         self.pixels.iter().flatten().map(|&v| quantized(v)).collect()
     }
 
-    /// A smaller picture for reports: every pixel is the mean of 2x2 samples of a square, whose side
-    /// makes the longer side of the picture at most `side` pixels.
+    /// A smaller picture for reports: every pixel is the mean of 2x2 samples of a square, which is
+    /// so large that the longer side of the picture has at most `side` pixels.
     pub fn shrunk(&self, side: u32) -> Picture {
         let factor = self.width.max(self.height).div_ceil(side.max(1)).max(1);
         let (width, height) = (self.width.div_ceil(factor), self.height.div_ceil(factor));
