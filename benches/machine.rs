@@ -19,11 +19,7 @@ fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
         tiles_x: 120,
         tiles_y: 68,
         counters: Counters { points, survivors: points * 9 / 10, ..Counters::default() },
-        alpha_evaluations_executed: 0,
-        tiles: Vec::new(),
-        chunks: Vec::new(),
-        list: Vec::new(),
-        bitmaps: Vec::new(),
+        ..FrameWorkload::empty(geometry)
     };
     let mut state = 12345u32;
     for _ in 0..w.tiles_x * w.tiles_y {
@@ -40,6 +36,7 @@ fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
                 subtile_pairs_unskipped: entries * geometry.subtiles(),
                 live_evaluations: entries * 100,
                 first_loads: entries / 4,
+                ..ChunkWork::default()
             });
         }
         w.tiles.push(TileWork {
@@ -51,6 +48,7 @@ fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
             pixels: geometry.tile.pow(2),
             alpha_evaluations: u64::from(loaded) * 150,
             blends: u64::from(loaded) * 20,
+            complete_after: 0,
         });
         w.counters.tile_pairs += u64::from(entries);
     }

@@ -16,7 +16,7 @@ pub mod traffic;
 pub mod unit;
 pub mod vru;
 
-use crate::action::ActionCounts;
+use crate::action::{ActionCounts, Buffer};
 use crate::workload::FrameWorkload;
 
 pub use design::Design;
@@ -29,24 +29,52 @@ use timeline::Observer;
 /// Why a unit could not work although it had work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stall {
-    /// Its input is still in DRAM or on the way.
-    Dram,
+    /// Records of Gaussians are still in DRAM or on the way.
+    Records,
+    /// The list of a tile is still in DRAM or on the way.
+    List,
+    /// Keys that did not fit the sorting buffer are on their way to DRAM and back.
+    Spill,
+    /// Features or colours of a chunk are still in DRAM or on the way.
+    Features,
     /// The unit before it has not finished.
     Input,
     /// The buffer behind it is full.
     Output,
+    /// Banks of its buffers are taken by other accesses.
+    Bank,
 }
 
 impl Stall {
     /// All causes, in report order.
-    pub const ALL: [Stall; 3] = [Stall::Dram, Stall::Input, Stall::Output];
+    pub const ALL: [Stall; 7] = [
+        Stall::Records,
+        Stall::List,
+        Stall::Spill,
+        Stall::Features,
+        Stall::Input,
+        Stall::Output,
+        Stall::Bank,
+    ];
 
     /// The name in every output.
     pub const fn name(self) -> &'static str {
         match self {
-            Stall::Dram => "dram",
+            Stall::Records => "records",
+            Stall::List => "list",
+            Stall::Spill => "spill",
+            Stall::Features => "features",
             Stall::Input => "input",
             Stall::Output => "output",
+            Stall::Bank => "bank",
+        }
+    }
+
+    /// Whether the unit waits for DRAM.
+    pub const fn is_dram(self) -> bool {
+        match self {
+            Stall::Records | Stall::List | Stall::Spill | Stall::Features => true,
+            Stall::Input | Stall::Output | Stall::Bank => false,
         }
     }
 }
@@ -62,7 +90,7 @@ pub struct UnitCycles {
     /// Cycles with work.
     pub busy: u64,
     /// Cycles with work that could not proceed, by cause (order of [`Stall::ALL`]).
-    pub stalls: [u64; 3],
+    pub stalls: [u64; Stall::ALL.len()],
     /// Cycles without work: before its phase, after its last item.
     pub idle: u64,
 }
@@ -80,6 +108,88 @@ pub struct DramUse {
     pub requests_served: u64,
     /// Time for which the data bus moved data, in whole cycles (rounded up).
     pub busy_cycles: u64,
+    /// Commands of the device; `None` in the `bandwidth` model, which knows none.
+    pub commands: Option<DramCommands>,
+}
+
+/// What the requests of one stage made the device do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StageCommands {
+    /// Bursts read.
+    pub reads: u64,
+    /// Bursts written.
+    pub writes: u64,
+    /// Rows opened.
+    pub activates: u64,
+}
+
+/// Commands of a DRAM device in one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DramCommands {
+    /// Bytes of a burst.
+    pub burst_bytes: u64,
+    /// In the order of [`Stage::WORK`](crate::action::Stage::WORK).
+    pub stages: [StageCommands; 3],
+    /// Rows closed.
+    pub precharges: u64,
+    /// Refreshes, of one channel and all its banks each.
+    pub refreshes: u64,
+}
+
+/// What one buffer held and passed on, all its shares together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BufferUse {
+    /// Which.
+    pub buffer: Buffer,
+    /// Its size, bytes.
+    pub capacity: u64,
+    /// The most that it held, bytes.
+    pub peak: u64,
+    /// Sum over the cycles of the frame of the bytes that it held.
+    pub byte_cycles: u128,
+    /// Bytes that entered.
+    pub filled: u64,
+    /// Bytes that left because they had been used.
+    pub consumed: u64,
+    /// Bytes that left unused.
+    pub discarded: u64,
+}
+
+/// A histogram with two bins an octave: bin 0 counts zeros, bin `k` values from `2^((k-1)/2)` up to
+/// `2^(k/2)`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Histogram {
+    /// Counts.
+    pub bins: [u32; Histogram::BINS],
+}
+
+impl Histogram {
+    /// Bins: the last one holds everything from 2^31.5.
+    pub const BINS: usize = 64;
+
+    /// An empty histogram.
+    pub const EMPTY: Histogram = Histogram { bins: [0; Self::BINS] };
+
+    /// Counts a value.
+    pub fn count(&mut self, value: u64) {
+        self.bins[Self::bin(value)] += 1;
+    }
+
+    /// The bin of a value: found with integers, so that no rounding of a logarithm moves it.
+    pub fn bin(value: u64) -> usize {
+        if value == 0 {
+            return 0;
+        }
+        let octave = value.ilog2();
+        // At or above 2^(octave + 1/2), that is value^2 >= 2^(2 octave + 1).
+        let upper = u128::from(value) * u128::from(value) >= 1u128 << (2 * octave + 1);
+        (1 + 2 * octave as usize + usize::from(upper)).min(Self::BINS - 1)
+    }
+
+    /// The least value of a bin.
+    pub fn least(bin: usize) -> f64 {
+        if bin == 0 { 0.0 } else { ((bin - 1) as f64 * 0.5).exp2() }
+    }
 }
 
 /// When everything in one frame happened.
@@ -93,6 +203,11 @@ pub struct FrameTiming {
     pub units: Vec<UnitCycles>,
     /// The DRAM.
     pub dram: DramUse,
+    /// Buffers, in the order of [`Buffer::ALL`].
+    pub buffers: Vec<BufferUse>,
+    /// Cycles for which tiles (or merged tiles, or sort groups) held a core's renderer, from the
+    /// first of their chunks to the last of their pixels.
+    pub tile_cycles: Histogram,
 }
 
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.

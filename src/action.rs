@@ -2,6 +2,8 @@
 //!
 //! Units charge actions (counts only); `energy` prices them. Nothing here knows a joule or a cycle.
 
+use crate::quantity::Bytes;
+
 /// The three stages of the pipeline, as in the published PowerGS breakdown, and the power that no
 /// stage causes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -47,12 +49,20 @@ pub enum Buffer {
     Feature,
     /// Finished pixels on their way to DRAM.
     PixelOut,
+    /// Feature records that another tile may need again.
+    Cache,
 }
 
 impl Buffer {
     /// All buffers, in report order.
-    pub const ALL: [Buffer; 5] =
-        [Buffer::GaussianIn, Buffer::TileList, Buffer::Sorting, Buffer::Feature, Buffer::PixelOut];
+    pub const ALL: [Buffer; 6] = [
+        Buffer::GaussianIn,
+        Buffer::TileList,
+        Buffer::Sorting,
+        Buffer::Feature,
+        Buffer::PixelOut,
+        Buffer::Cache,
+    ];
 
     /// The name in every output (snake_case).
     pub const fn name(self) -> &'static str {
@@ -62,8 +72,31 @@ impl Buffer {
             Buffer::Sorting => "sorting",
             Buffer::Feature => "feature",
             Buffer::PixelOut => "pixel_out",
+            Buffer::Cache => "cache",
         }
     }
+}
+
+/// How one buffer is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// Size of one bank.
+    pub bank: Bytes,
+    /// Banks in the whole machine; 0 where the machine has no such buffer.
+    pub banks: u32,
+    /// Bytes of one access of a bank.
+    pub word: Bytes,
+    /// Whether a bank reads and writes in the same cycle.
+    pub two_ports: bool,
+}
+
+/// What has to be built: what leaks and takes area.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Inventory {
+    /// In the order of [`Buffer::ALL`].
+    pub memories: [Memory; Buffer::ALL.len()],
+    /// CCUs, QSUs, BSUs and rendering units.
+    pub units: [u32; 4],
 }
 
 /// Something that a unit does and that costs energy.
@@ -125,11 +158,13 @@ impl Action {
             SramRead(b[2]),
             SramRead(b[3]),
             SramRead(b[4]),
+            SramRead(b[5]),
             SramWrite(b[0]),
             SramWrite(b[1]),
             SramWrite(b[2]),
             SramWrite(b[3]),
             SramWrite(b[4]),
+            SramWrite(b[5]),
         ]
     }
 

@@ -31,6 +31,9 @@ pub struct Geometry {
     /// Sub-tile side, a power of two (4 to `tile`).
     #[schemars(range(min = 4, max = 64), extend("x-unit" = "pixels"))]
     pub subtile: u32,
+    /// Side of the square whose lists are sorted together: the tile, or a multiple of it.
+    #[schemars(range(min = 8, max = 512), extend("x-unit" = "pixels"))]
+    pub sort_group: u32,
     /// Splats sorted and loaded together.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "splats"))]
     pub chunk: u32,
@@ -42,7 +45,7 @@ impl Geometry {
     /// The reference tiling, in which traces are measured: 16x16 tiles, 8x8 sub-tiles, chunks of
     /// 256, oriented boxes.
     pub const REFERENCE: Geometry =
-        Geometry { tile: 16, subtile: 8, chunk: 256, test: Intersection::Obb };
+        Geometry { tile: 16, subtile: 8, sort_group: 16, chunk: 256, test: Intersection::Obb };
 
     /// Sub-tiles along one side of a tile.
     pub fn subtiles_per_side(&self) -> u32 {
@@ -73,6 +76,18 @@ pub struct ChunkWork {
     pub subtile_pairs_unskipped: u32,
     /// (entry, pixel) evaluations by pixels that had not stopped, of the pairs with a set bit.
     pub live_evaluations: u32,
+    /// (entry, sub-tile) pairs whose bitmap bit is set, up to the end of the tile: what hardware
+    /// executes that stops only when the whole tile has.
+    pub tile_pairs: u32,
+    /// (entry, pixel) evaluations in 2x2 quads of which some pixel had not stopped, of the pairs
+    /// with a set bit: 4 a quad (fewer at the edge of the image).
+    pub quad_evaluations: u32,
+    /// Sum over the pairs with a set bit of the largest number of live pixels in any quad: the
+    /// slots of a unit that rotates through live pixels only.
+    pub pixel_slots: u32,
+    /// Position in the list of the sort group (`Geometry::sort_group`) after the last entry of this
+    /// chunk; without groups, the same as in the list of the tile.
+    pub group_end: u32,
     /// Entries of this chunk loaded here for the first time in the frame (tiles in raster order).
     pub first_loads: u32,
 }
@@ -96,7 +111,38 @@ pub struct TileWork {
     pub alpha_evaluations: u64,
     /// Entries blended by the pixels of this tile (`T_used`).
     pub blends: u64,
+    /// Largest index in storage order ([`FrameWorkload::slot`]) of its list, plus one: after how
+    /// many projected splats the list is complete.
+    pub complete_after: u32,
 }
+
+/// The lists that are sorted together: one per sort group, row-major.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct GroupWork {
+    /// Length of the common list.
+    pub entries: u32,
+    /// Entries that are sorted precisely: as far as the deepest tile needs, in whole chunks.
+    pub sorted: u32,
+}
+
+/// What a run of records in storage order turns out to be, from the first record of the scene to
+/// the end of a block.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StoragePrefix {
+    /// Survivors of the near-plane cull.
+    pub survivors: u32,
+    /// Splats that need box tests.
+    pub prepared: u32,
+    /// Box tests.
+    pub tests: u32,
+    /// Splats with at least one tile.
+    pub splats: u32,
+    /// (splat, tile) pairs.
+    pub pairs: u32,
+}
+
+/// Records of a block of [`FrameWorkload::storage`].
+pub const STORAGE_BLOCK: u64 = 32;
 
 /// A binned frame: everything that a machine of this geometry needs.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,4 +169,39 @@ pub struct FrameWorkload {
     pub list: Vec<u32>,
     /// Sub-tile bitmap of each list entry, `ceil(subtiles / 8)` bytes each.
     pub bitmaps: Vec<u8>,
+    /// Sort groups, row-major; empty when a group is a tile.
+    pub groups: Vec<GroupWork>,
+    /// Index in the scene of every splat, by rank: where its records lie in storage.
+    pub index: Vec<u32>,
+    /// Depth of every splat, by rank.
+    pub depth: Vec<f32>,
+    /// Position of every splat among those with at least one tile, in storage order, by rank: where
+    /// its feature record lies. `u32::MAX` for splats without a tile.
+    pub slot: Vec<u32>,
+    /// Counters of the first `(i + 1) STORAGE_BLOCK` records of the scene, the last entry for all.
+    pub storage: Vec<StoragePrefix>,
+}
+
+impl FrameWorkload {
+    /// A frame of no tiles.
+    pub fn empty(geometry: Geometry) -> FrameWorkload {
+        FrameWorkload {
+            geometry,
+            width: 0,
+            height: 0,
+            tiles_x: 0,
+            tiles_y: 0,
+            counters: Counters::default(),
+            alpha_evaluations_executed: 0,
+            tiles: Vec::new(),
+            chunks: Vec::new(),
+            list: Vec::new(),
+            bitmaps: Vec::new(),
+            groups: Vec::new(),
+            index: Vec::new(),
+            depth: Vec::new(),
+            slot: Vec::new(),
+            storage: Vec::new(),
+        }
+    }
 }

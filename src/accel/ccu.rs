@@ -1,9 +1,9 @@
 //! Culling and Conversion Unit (CCU): culls, projects and intersects the Gaussians of the scene.
 //!
 //! Timing rule: a record enters every `initiation_interval` cycles. A splat with box tests holds
-//! the entry until its tests are issued, `tests_per_cycle` a cycle; since a frame knows how many
+//! the entry until its tests are issued, `intersection_units` a cycle; since a frame knows how many
 //! splats are tested and how many tests there are, but not which splat has how many, a batch takes
-//! `(records - tested) II + max(tested II, ceil(tests / tests_per_cycle))` cycles (A21). Results
+//! `(records - tested) II + max(tested II, ceil(tests / intersection_units))` cycles (A21). Results
 //! leave `latency` cycles after the last record has entered; the next batch may enter meanwhile.
 //!
 //! Memory rule: a batch is `batch` records, or as many as fit half of the unit's input buffer (A3).
@@ -80,7 +80,7 @@ impl Unit for Ccu {
     fn cycles(&self, batch: &Batch) -> u64 {
         let interval = u64::from(self.spec.initiation_interval);
         let tested = batch.prepared.min(batch.records);
-        let tests = batch.tests.div_ceil(u64::from(self.spec.tests_per_cycle));
+        let tests = batch.tests.div_ceil(u64::from(self.spec.intersection_units));
         ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
     }
 

@@ -50,7 +50,7 @@ impl Design {
             ("geometry.chunk", machine.geometry.chunk),
             ("ccu.units", ccu.units),
             ("ccu.initiation-interval", ccu.initiation_interval),
-            ("ccu.tests-per-cycle", ccu.tests_per_cycle),
+            ("ccu.intersection-units", ccu.intersection_units),
             ("ccu.batch", ccu.batch),
             ("gsu.qsu-per-core", gsu.qsu_per_core),
             ("gsu.pivots", gsu.pivots),

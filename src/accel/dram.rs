@@ -106,6 +106,7 @@ impl Channel {
             requests_issued: self.issued,
             requests_served: self.served,
             busy_cycles: self.busy.div_ceil(TICKS),
+            commands: None,
         }
     }
 }

@@ -39,7 +39,7 @@ use super::qsu::Qsu;
 use super::timeline::Observer;
 use super::traffic::Traffic;
 use super::vru::Vru;
-use super::{FrameTiming, Unit, UnitCycles};
+use super::{FrameTiming, Histogram, Stall, Unit, UnitCycles};
 use crate::workload::FrameWorkload;
 
 /// No event is pending.
@@ -121,13 +121,21 @@ pub fn run<O: Observer>(
         sum(Bsu::NAME, design.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.bsu)),
         sum(Vru::NAME, design.vru.spec.units_per_core, cores.iter().map(|c| &c.vru)),
     ];
-    let timing = FrameTiming { frame, preprocessing_end, units, dram: shared.channel.usage() };
+    let timing = FrameTiming {
+        frame,
+        preprocessing_end,
+        units,
+        dram: shared.channel.usage(),
+        buffers: Vec::new(),
+        tile_cycles: Histogram::EMPTY,
+    };
     (timing, shared.channel.traffic())
 }
 
 /// Adds the ledgers of gangs of `gang` units each.
 fn sum<'a>(unit: &'static str, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
-    let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls: [0; 3], idle: 0 };
+    let mut sum =
+        UnitCycles { unit, instances: 0, busy: 0, stalls: [0; Stall::ALL.len()], idle: 0 };
     for ledger in ledgers {
         sum.instances += gang;
         sum.busy += ledger.busy * u64::from(gang);

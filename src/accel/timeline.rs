@@ -17,13 +17,17 @@ pub enum State {
 }
 
 impl State {
-    /// One character: the last digit of the item, `d`, `i` or `o` for a stall, `.` for idle.
+    /// One character: the last digit of the item, the first letter of its cause for a stall, `.` for idle.
     pub fn symbol(self) -> char {
         match self {
             State::Busy(item) => char::from(b'0' + (item % 10) as u8),
-            State::Stalled(Stall::Dram) => 'd',
+            State::Stalled(Stall::Records) => 'r',
+            State::Stalled(Stall::List) => 'l',
+            State::Stalled(Stall::Spill) => 's',
+            State::Stalled(Stall::Features) => 'f',
             State::Stalled(Stall::Input) => 'i',
             State::Stalled(Stall::Output) => 'o',
+            State::Stalled(Stall::Bank) => 'b',
             State::Idle => '.',
         }
     }

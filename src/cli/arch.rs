@@ -258,7 +258,7 @@ fn check_machine(file: &Text, sets: &[String]) -> Result<String, Vec<Problem>> {
         .map_err(|e| energy(e.to_string()))?;
     let parsed = EnergyTable::parse(&table.text)
         .map_err(|e| energy(format!("the energy table {} is wrong: {e}", table.origin)))?;
-    parsed.prices(&machine.banks(), &machine.unit_counts()).map_err(|e| energy(e.to_string()))?;
+    parsed.prices(&machine.inventory()).map_err(|e| energy(e.to_string()))?;
     Ok(format!("machine {}, energy table {}", machine.name, parsed.name))
 }
 

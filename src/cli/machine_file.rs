@@ -56,9 +56,8 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
     let energy_file =
         read("energy table", &machine.energy, ENERGY, machine_file.folder.as_deref())?;
     let energy_table = EnergyTable::parse(&energy_file.text).usage(&energy_file.origin)?;
-    let prices = energy_table
-        .prices(&machine.banks(), &machine.unit_counts())
-        .or_exit(Exit::Usage, &machine_file.origin)?;
+    let prices =
+        energy_table.prices(&machine.inventory()).or_exit(Exit::Usage, &machine_file.origin)?;
     let mut sources = cited(&machine_file.text);
     sources.extend(cited(&energy_file.text));
     let resolved_toml = machine.to_toml();

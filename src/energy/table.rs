@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Buffer};
+use crate::action::{Action, Buffer, Inventory};
 use crate::config::{self, ConfigError};
 use crate::energy::prices::Prices;
 use crate::quantity::{Bytes, Nanometres, Picojoules, PicojoulesPerByte, Watts};
@@ -207,25 +207,23 @@ impl EnergyTable {
         config.checked(problems)
     }
 
-    /// The prices on a machine with these buffers (size of one bank and number of banks, in the
-    /// order of [`Buffer::ALL`]) and these numbers of CCUs, QSUs, BSUs and rendering units.
+    /// The prices on a machine that is built of these memories and units.
     ///
     /// # Errors
     /// A bank outside of the SRAM table, unless the table allows extrapolation.
-    pub fn prices(
-        &self,
-        banks: &[(Bytes, u32); Buffer::ALL.len()],
-        units: &[u32; 4],
-    ) -> Result<Prices, PriceError> {
+    pub fn prices(&self, inventory: &Inventory) -> Result<Prices, PriceError> {
         let mut sram = [(0.0, 0.0); Buffer::ALL.len()];
         let leakage = &self.leakage;
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
-        let mut leakage_w: f64 =
-            per_unit.iter().zip(units).map(|(price, &n)| price.power.0 * f64::from(n)).sum();
-        for (buffer, &(bank, count)) in Buffer::ALL.into_iter().zip(banks) {
-            let size = self.bank(buffer, bank)?;
+        let units = per_unit.iter().zip(inventory.units);
+        let mut leakage_w: f64 = units.map(|(price, n)| price.power.0 * f64::from(n)).sum();
+        for (buffer, memory) in Buffer::ALL.into_iter().zip(&inventory.memories) {
+            if memory.banks == 0 {
+                continue;
+            }
+            let size = self.bank(buffer, memory.bank)?;
             sram[buffer as usize] = (size.read.0, size.write.0);
-            leakage_w += size.leakage.0 * f64::from(count);
+            leakage_w += size.leakage.0 * f64::from(memory.banks);
         }
         let mut per_action = [0.0; Action::COUNT];
         for action in Action::all() {

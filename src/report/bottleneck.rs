@@ -30,7 +30,7 @@ struct Sums {
     unit: &'static str,
     instances: u64,
     busy: u64,
-    stalls: [u64; 3],
+    stalls: [u64; Stall::ALL.len()],
 }
 
 /// The bottleneck of `run`; `None` in a model without time, or without frames.
@@ -62,7 +62,12 @@ pub fn of(run: &Run, table: &Table) -> Option<Bottleneck> {
     let share = |n: u64, u: &Sums| n as f64 / (u.instances * cycles) as f64;
     let busiest = units.iter().max_by(|a, b| share(a.busy, a).total_cmp(&share(b.busy, b)))?;
     let busy = share(busiest.busy, busiest);
-    let [dram, input, output] = busiest.stalls.map(|n| share(n, busiest));
+    let waits = |which: &dyn Fn(Stall) -> bool| {
+        let causes = Stall::ALL.into_iter().filter(|&s| which(s));
+        share(causes.map(|s| busiest.stalls[s as usize]).sum(), busiest)
+    };
+    let dram = waits(&Stall::is_dram);
+    let (input, output) = (waits(&|s| s == Stall::Input), waits(&|s| s == Stall::Output));
     let limit = if dram > busy { Limit::Dram } else { Limit::Unit(busiest.unit) };
     let subject = match limit {
         Limit::Dram => "DRAM limits this run".to_owned(),

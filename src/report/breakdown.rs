@@ -72,15 +72,14 @@ pub struct CycleRow {
     pub unit: &'static str,
     /// How many there are.
     pub instances: u32,
-    /// Mean cycles of a frame summed over instances: busy, stalls in the order of [`Stall::ALL`],
-    /// idle.
-    pub cycles: [f64; 5],
+    /// Mean cycles of a frame summed over instances, in the order of [`CycleRow::PARTS`].
+    pub cycles: [f64; 6],
 }
 
 impl CycleRow {
-    /// What the five parts are called.
-    pub const PARTS: [&'static str; 5] =
-        ["busy", "stall dram", "stall input", "stall output", "idle"];
+    /// What the parts are called: all waits for DRAM are one.
+    pub const PARTS: [&'static str; 6] =
+        ["busy", "stall dram", "stall bank", "stall input", "stall output", "idle"];
 
     /// The rows of `run`, in pipeline order; empty in a model without time.
     pub fn all(run: &Run, table: &Table) -> Vec<CycleRow> {
@@ -88,9 +87,16 @@ impl CycleRow {
         let units = first.map(|t| t.units.as_slice()).unwrap_or_default();
         let row = |unit: &'static str, instances| {
             let mean = |end: &str| table.mean(&format!("units.{unit}.{end}"));
-            let [dram, input, output] =
-                Stall::ALL.map(|s| mean(&format!("stall_{}_cycles", s.name())));
-            let cycles = [mean("busy_cycles")?, dram?, input?, output?, mean("idle_cycles")?];
+            let stall = |s: Stall| mean(&format!("stall_{}_cycles", s.name()));
+            let waits = Stall::ALL.into_iter().filter(|s| s.is_dram()).map(stall);
+            let cycles = [
+                mean("busy_cycles")?,
+                waits.sum::<Option<f64>>()?,
+                stall(Stall::Bank)?,
+                stall(Stall::Input)?,
+                stall(Stall::Output)?,
+                mean("idle_cycles")?,
+            ];
             Some(CycleRow { unit, instances, cycles })
         };
         units.iter().filter_map(|u| row(u.unit, u.instances)).collect()
@@ -102,7 +108,7 @@ impl CycleRow {
     }
 
     /// The parts as shares of all cycles; all zero if there are none.
-    pub fn shares(&self) -> [f64; 5] {
+    pub fn shares(&self) -> [f64; 6] {
         let total = self.total();
         self.cycles.map(|c| if total == 0.0 { 0.0 } else { c / total })
     }

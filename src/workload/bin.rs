@@ -96,6 +96,11 @@ fn assemble(
         chunks: Vec::with_capacity(parts.iter().map(|p| p.chunks.len()).sum()),
         list: Vec::with_capacity(parts.iter().map(|p| p.list.len()).sum()),
         bitmaps: Vec::with_capacity(parts.iter().map(|p| p.bitmaps.len()).sum()),
+        groups: Vec::new(),
+        index: Vec::new(),
+        depth: Vec::new(),
+        slot: Vec::new(),
+        storage: Vec::new(),
     };
     for part in parts {
         let (list, chunk) = (workload.list.len() as u32, workload.chunks.len() as u32);

@@ -26,6 +26,7 @@ fn chunk(entries: u32, pairs: u32) -> ChunkWork {
         subtile_pairs_unskipped: 4 * entries,
         live_evaluations: pairs,
         first_loads: entries / 2,
+        ..ChunkWork::default()
     }
 }
 
@@ -46,7 +47,7 @@ fn ccu_holds_the_entry_for_records_and_for_tests() {
     };
     let check = |interval: u32, per_cycle: u32, work, cycles| {
         let design = design(|m| {
-            (m.ccu.initiation_interval, m.ccu.tests_per_cycle) = (interval, per_cycle);
+            (m.ccu.initiation_interval, m.ccu.intersection_units) = (interval, per_cycle);
         });
         assert_eq!(design.ccu.cycles(&work), cycles, "{interval} {per_cycle} {work:?}");
     };
@@ -193,6 +194,7 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         bandwidth: BytesPerSecond(bandwidth),
         efficiency,
         latency: Nanoseconds(latency),
+        device: "test".into(),
     };
     Dram::new(&spec, Hertz(clock))
 }

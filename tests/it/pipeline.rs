@@ -20,7 +20,7 @@ type States = [[u64; 5]; 4];
 fn states_of(replay: &Replay) -> States {
     std::array::from_fn(|unit| {
         let u = &replay.timing.units[unit];
-        [u.busy, u.stalls[0], u.stalls[1], u.stalls[2], u.idle]
+        [u.busy, u.stalls[..4].iter().sum(), u.stalls[4], u.stalls[5], u.idle]
     })
 }
 
@@ -28,7 +28,7 @@ fn states_of(replay: &Replay) -> States {
 fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
     let gangs = [1, machine.gsu.qsu_per_core, machine.gsu.bsu_per_core, machine.vru.units_per_core];
     let symbols: [fn(char) -> bool; 5] =
-        [|c| c.is_ascii_digit(), |c| c == 'd', |c| c == 'i', |c| c == 'o', |c| c == '.'];
+        [|c| c.is_ascii_digit(), |c| "rlsf".contains(c), |c| c == 'i', |c| c == 'o', |c| c == '.'];
     std::array::from_fn(|unit| symbols.map(|s| seen.cycles(unit, s) * u64::from(gangs[unit])))
 }
 

@@ -11,7 +11,7 @@ use lexer::without_text;
 /// Who may import whom. `cli` may use everything.
 const MAY_USE: [(&str, &[&str]); 16] = [
     ("quantity", &[]),
-    ("action", &[]),
+    ("action", &["quantity"]),
     ("picture", &[]),
     // Words and errors of TOML files; knows no table.
     ("config", &["quantity"]),

@@ -109,7 +109,7 @@ fn chunks_equal_a_naive_count() {
         (8, 8, 7, Intersection::Aabb),
         (64, 16, 256, Intersection::Ellipse),
     ] {
-        let geometry = Geometry { tile, subtile, chunk, test };
+        let geometry = Geometry { tile, subtile, sort_group: tile, chunk, test };
         let workload = bin(&frame, geometry);
         assert_eq!(workload.chunks, naive_chunks(&frame, geometry, &workload), "{geometry:?}");
     }
@@ -121,7 +121,7 @@ fn totals_close() {
     let (_, frame) = rendered(&scene, &camera);
     for tile in [8, 16, 32, 64] {
         for test in [Intersection::Aabb, Intersection::Obb, Intersection::Ellipse] {
-            let geometry = Geometry { tile, subtile: 8, chunk: 64, test };
+            let geometry = Geometry { tile, subtile: 8, sort_group: tile, chunk: 64, test };
             let w = bin(&frame, geometry);
             let pairs: u64 = w.tiles.iter().map(|t| u64::from(t.entries)).sum();
             assert_eq!(pairs, w.counters.tile_pairs);

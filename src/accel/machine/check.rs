@@ -103,7 +103,7 @@ fn sizes(m: &Machine, found: &mut Found) {
         "buffers.feature.capacity",
         "buffers.pixel-out.capacity",
     ];
-    for (key, size) in keys.into_iter().zip(m.buffers.capacities()) {
+    for (key, size) in keys.into_iter().zip(m.buffers.all().map(|b| b.capacity)) {
         if size == Bytes(0) {
             found.push((key, format!("`{key}` must be above zero")));
         }

@@ -216,7 +216,7 @@ impl Core {
         let vru = match (&self.rendering, self.finished, self.waiting.front()) {
             (Some((item, _)), _, _) => State::Busy(item.tile),
             (None, Some(_), _) => State::Stalled(Stall::Output),
-            (None, None, Some(item)) if item.features > now => State::Stalled(Stall::Dram),
+            (None, None, Some(item)) if item.features > now => State::Stalled(Stall::Features),
             (None, None, Some(_)) => State::Stalled(Stall::Input),
             (None, None, None) => self.front.wait(now),
         };

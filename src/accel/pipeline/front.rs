@@ -112,8 +112,8 @@ impl Front {
         let Some(held) = &self.held else { return State::Idle };
         match held.phase {
             Phase::Pass { keys, .. } if keys > now => State::Busy(held.tile),
-            Phase::Pass { .. } => State::Stalled(Stall::Dram),
-            Phase::List(_) if held.list.entries > 0 => State::Stalled(Stall::Dram),
+            Phase::Pass { .. } => State::Stalled(Stall::Spill),
+            Phase::List(_) if held.list.entries > 0 => State::Stalled(Stall::List),
             Phase::List(_) => State::Stalled(Stall::Input),
             Phase::Room | Phase::Ready => State::Stalled(Stall::Output),
         }
@@ -123,10 +123,8 @@ impl Front {
     pub fn wait(&self, now: u64) -> State {
         match self.state(now) {
             State::Idle => State::Idle,
-            State::Stalled(Stall::Dram) => State::Stalled(Stall::Dram),
-            State::Busy(_) | State::Stalled(Stall::Input | Stall::Output) => {
-                State::Stalled(Stall::Input)
-            }
+            State::Stalled(cause) if cause.is_dram() => State::Stalled(cause),
+            State::Busy(_) | State::Stalled(_) => State::Stalled(Stall::Input),
         }
     }
 

@@ -1,5 +1,6 @@
 //! Where the cycles of one unit, or of one gang of units, went.
 
+use crate::accel::Stall;
 use crate::accel::timeline::{Observer, Span, State};
 
 /// The cycles of one unit so far.
@@ -9,13 +10,13 @@ pub(super) struct Ledger {
     instance: u32,
     pub busy: u64,
     /// In the order of `Stall::ALL`.
-    pub stalls: [u64; 3],
+    pub stalls: [u64; Stall::ALL.len()],
     pub idle: u64,
 }
 
 impl Ledger {
     pub fn new(unit: &'static str, instance: u32) -> Self {
-        Self { unit, instance, busy: 0, stalls: [0; 3], idle: 0 }
+        Self { unit, instance, busy: 0, stalls: [0; Stall::ALL.len()], idle: 0 }
     }
 
     /// Books the cycles from `from` up to `to`.

@@ -119,7 +119,7 @@ impl Converter {
         match self.claims.front() {
             None => State::Idle,
             Some(head) if head.complete && head.arrival <= now => State::Stalled(Stall::Output),
-            Some(_) => State::Stalled(Stall::Dram),
+            Some(_) => State::Stalled(Stall::Records),
         }
     }
 

@@ -123,7 +123,7 @@ fn count_pairs_8x8(scene: &Gaussians, camera: &Camera) -> [u64; 2] {
     let camera = resized(camera, PAIRS_SIZE.0, PAIRS_SIZE.1);
     let frame = render(scene, &camera, &options).into_frame(&camera, options.background);
     [Intersection::Aabb, Intersection::Ellipse].map(|test| {
-        let geometry = Geometry { tile: 8, subtile: 8, chunk: options.chunk, test };
+        let geometry = Geometry { tile: 8, subtile: 8, sort_group: 8, chunk: options.chunk, test };
         bin(&frame, geometry).counters.tile_pairs
     })
 }

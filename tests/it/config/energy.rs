@@ -2,7 +2,7 @@
 
 use approx::assert_relative_eq;
 use powergs_sim::accel::Machine;
-use powergs_sim::action::{Action, Buffer};
+use powergs_sim::action::{Action, Buffer, Inventory, Memory};
 use powergs_sim::config::embedded::{ENERGY, find};
 use powergs_sim::energy::{EnergyTable, Prices};
 use powergs_sim::quantity::Bytes;
@@ -19,7 +19,13 @@ fn table(name: &str) -> EnergyTable {
 
 fn on_gscore(name: &str) -> Prices {
     let machine = Machine::parse(gscore()).expect("gscore");
-    table(name).prices(&machine.banks(), &machine.unit_counts()).expect("prices of gscore")
+    table(name).prices(&machine.inventory()).expect("prices of gscore")
+}
+
+/// One bank of this size in every buffer, one unit of every kind.
+fn inventory(bytes: u64) -> Inventory {
+    let memory = Memory { bank: Bytes(bytes), banks: 1, word: Bytes(32), two_ports: false };
+    Inventory { memories: [memory; Buffer::ALL.len()], units: [1; 4] }
 }
 
 fn pj(prices: &Prices, action: Action) -> f64 {
@@ -81,8 +87,8 @@ fn on_gscore_units_leakage() -> f64 {
 #[test]
 fn leakage_grows_with_units_and_buffers() {
     let prices = on_gscore("gscore-28nm");
-    // 4 banks each of 2, 8, 16, 32 and 4 KiB, from CACTI's rows.
-    let buffers = 4.0 * (0.38556 + 1.45416 + 2.66704 + 5.27747 + 0.74141) * 1e-3;
+    // 8 banks each of 1, 4, 16 and 2 KiB and 32 of 2 KiB, from CACTI's rows.
+    let buffers = (8.0 * (0.205 + 0.74141 + 2.66704 + 0.38556) + 32.0 * 0.38556) * 1e-3;
     assert_relative_eq!(prices.leakage_w, on_gscore_units_leakage() + buffers, max_relative = 1e-9);
 }
 
@@ -90,8 +96,8 @@ fn leakage_grows_with_units_and_buffers() {
 fn sram_prices_follow_the_size_of_a_bank() {
     let table = table("gscore-28nm");
     let price = |bytes: u64| {
-        let banks = [(Bytes(bytes), 1); Buffer::ALL.len()];
-        let prices = table.prices(&banks, &[1; 4])?;
+        let built = inventory(bytes);
+        let prices = table.prices(&built)?;
         Ok::<_, powergs_sim::energy::table::PriceError>((
             pj(&prices, Action::SramRead(Buffer::Sorting)),
             pj(&prices, Action::SramWrite(Buffer::Sorting)),
@@ -120,8 +126,8 @@ fn extrapolation_must_be_asked_for() {
         text("gscore-28nm").replace("allow-extrapolation = false", "allow-extrapolation = true");
     let table = EnergyTable::parse(&allowed).expect("a good table");
     let price = |bytes: u64| {
-        let banks = [(Bytes(bytes), 1); Buffer::ALL.len()];
-        table.prices(&banks, &[1; 4]).map(|p| pj(&p, Action::SramRead(Buffer::Feature)))
+        let built = inventory(bytes);
+        table.prices(&built).map(|p| pj(&p, Action::SramRead(Buffer::Feature)))
     };
     let (one, two) = (price(1 << 20).expect("a row"), price(2 << 20).expect("beyond"));
     assert_relative_eq!(two / one, 1.4733 / 0.9559, max_relative = 1e-9);

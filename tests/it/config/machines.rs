@@ -14,7 +14,7 @@ fn gscore_is_as_published() {
     assert_eq!(machine.clock, Hertz(1e9));
     assert_eq!(machine.unit_counts(), [4, 8, 4, 64], "CCU, QSU, BSU, VRC as in NeRArch-Sim");
     assert_eq!(machine.dram.bandwidth, BytesPerSecond(51.2e9));
-    let sum: u64 = machine.buffers.capacities().iter().map(|b| b.0).sum();
+    let sum: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
     assert_eq!(sum, 248 * 1024, "the buffers that NeRArch-Sim names");
     let r = &machine.record;
     assert_eq!((r.position.0, r.geometry.0, r.projected.0, r.list_entry.0), (6, 12, 10, 4));
@@ -32,9 +32,10 @@ fn embedded_machines_are_named_as_their_files_and_survive_a_round_trip() {
 
 #[test]
 fn banks_are_the_shares_of_units_and_cores() {
-    let banks = Machine::parse(gscore()).expect("gscore").banks();
-    let kib: Vec<(u64, u32)> = banks.iter().map(|(b, n)| (b.0 / 1024, *n)).collect();
-    assert_eq!(kib, [(2, 4), (8, 4), (16, 4), (32, 4), (4, 4)]);
+    let inventory = Machine::parse(gscore()).expect("gscore").inventory();
+    let kib: Vec<(u64, u32)> =
+        inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
+    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (2, 8), (0, 0)]);
 }
 
 #[test]
@@ -46,7 +47,7 @@ fn overlays_change_one_key_and_the_last_one_wins() {
         "ccu.fetch=everything",
         "vru.subtile-skipping=false",
         "buffers.feature.capacity=\"256 KiB\"",
-        "buffers.sorting={ capacity = \"128 KiB\" }",
+        "buffers.sorting.capacity=128 KiB",
         "dram.efficiency=0.5",
         "energy=paper",
     ]);

@@ -62,7 +62,7 @@ fn actions_do_not_depend_on_timing() {
         let before = replay(&workload, &machine);
         machine.ccu.latency += 7;
         machine.ccu.initiation_interval += 1;
-        machine.ccu.tests_per_cycle += 1;
+        machine.ccu.intersection_units += 1;
         machine.ccu.units += 1;
         machine.ccu.batch += 2;
         machine.gsu.qsu_latency += 3;
@@ -234,7 +234,7 @@ fn more_ccus_and_wider_tests_help_when_they_are_the_limit() {
     frame.counters.obb_tests = 96_000;
     let end = |units, tests| {
         let mut machine = machine.clone();
-        (machine.ccu.units, machine.ccu.tests_per_cycle) = (units, tests);
+        (machine.ccu.units, machine.ccu.intersection_units) = (units, tests);
         replay(&frame, &machine).timing.preprocessing_end as f64
     };
     // 48,000 records without tests take a cycle each, 16,000 hold the entry for 6 tests.

@@ -1,18 +1,21 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_sim::accel::Machine;
-use powergs_sim::accel::machine::{
-    BufferSpec, BufferSpecs, CcuSpec, DramModel, DramSpec, Fetch, GsuSpec, RecordSpec, VruSpec,
-};
+use powergs_sim::accel::machine::*;
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
 use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+/// A buffer that is never in the way of itself.
+pub fn buffer(capacity: Bytes) -> BufferSpec {
+    BufferSpec { capacity, word: Bytes(64), banks: 64, ports: Ports::ReadAndWrite }
+}
+
 /// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
 pub fn gscore() -> Machine {
-    let buffer = |kib: u64| BufferSpec { capacity: Bytes(kib * 1024) };
+    let buffer = |kib: u64| buffer(Bytes(kib * 1024));
     Machine {
         name: "test".into(),
         description: "for tests".into(),
@@ -27,13 +30,16 @@ pub fn gscore() -> Machine {
             list_entry: Bytes(4),
             feature: Bytes(19),
             pixel: Bytes(3),
+            feature_pitch: Bytes(32),
+            colour_pitch: Bytes(128),
         },
         ccu: CcuSpec {
             units: 4,
             initiation_interval: 1,
-            tests_per_cycle: 1,
+            intersection_units: 1,
             latency: 128,
             batch: 32,
+            queue: 64,
             fetch: Fetch::LazyColour,
         },
         gsu: GsuSpec {
@@ -44,13 +50,21 @@ pub fn gscore() -> Machine {
             bsu_per_core: 1,
             bsu_width: 16,
             bsu_latency: 4,
+            queue: 1,
+            spill: Spill::Overflow,
+            depth: DepthKey::Fp16,
+            reuse_period: 1,
         },
         vru: VruSpec {
             cores: 4,
             units_per_core: 16,
             pixels_per_unit: 4,
             latency: 192,
+            recurrence: 4,
             subtile_skipping: true,
+            termination: Termination::Subtile,
+            blend_stall: 0,
+            tile_overlap: false,
         },
         buffers: BufferSpecs {
             gaussian_in: buffer(8),
@@ -64,7 +78,16 @@ pub fn gscore() -> Machine {
             bandwidth: BytesPerSecond(51.2e9),
             efficiency: 1.0,
             latency: Nanoseconds(100.0),
+            device: "test".into(),
         },
+        cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
+        schedule: ScheduleSpec {
+            order: TileOrder::Raster,
+            assignment: Assignment::Greedy,
+            merge_below: 0,
+            overlap: Overlap::None,
+        },
+        gating: GatingSpec { units: false, residual: 0.1 },
     }
 }
 
@@ -85,11 +108,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
         tiles_x: plan.len() as u32,
         tiles_y: 1,
         counters: Counters { points, survivors: points, ..Counters::default() },
-        alpha_evaluations_executed: 0,
-        tiles: Vec::new(),
-        chunks: Vec::new(),
-        list: Vec::new(),
-        bitmaps: Vec::new(),
+        ..FrameWorkload::empty(geometry)
     };
     for tile in plan {
         let loaded: u32 = tile.chunks.iter().map(|c| c.0).sum();
@@ -102,6 +121,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
             pixels: tile.pixels,
             alpha_evaluations: u64::from(loaded * tile.pixels),
             blends: u64::from(loaded),
+            complete_after: 0,
         });
         w.counters.tile_pairs += u64::from(loaded + tile.unfetched);
         w.counters.tile_loads += u64::from(loaded);
@@ -114,6 +134,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
                 subtile_pairs_unskipped: pairs.max(entries * geometry.subtiles()),
                 live_evaluations: pairs,
                 first_loads: entries / 2,
+                ..ChunkWork::default()
             });
             w.counters.fetched_points += u64::from(entries / 2);
         }
@@ -157,13 +178,16 @@ impl Dice {
             list_entry: bytes(self, 4),
             feature: bytes(self, 19),
             pixel: bytes(self, 3),
+            feature_pitch: Bytes(32),
+            colour_pitch: Bytes(128),
         };
         machine.ccu = CcuSpec {
             units: self.roll(1, 3),
             initiation_interval: self.roll(1, 3),
-            tests_per_cycle: self.roll(1, 3),
+            intersection_units: self.roll(1, 3),
             latency: self.roll(0, 9),
             batch: self.roll(1, 6),
+            queue: self.pick(&[1, 2, 64]),
             fetch: self.pick(&[Fetch::Everything, Fetch::GeometryFirst, Fetch::LazyColour]),
         };
         machine.gsu = GsuSpec {
@@ -174,15 +198,23 @@ impl Dice {
             bsu_per_core: self.roll(1, 2),
             bsu_width: self.pick(&[1, 2, 4]),
             bsu_latency: self.roll(0, 3),
+            queue: 1,
+            spill: Spill::Overflow,
+            depth: DepthKey::Fp16,
+            reuse_period: 1,
         };
         machine.vru = VruSpec {
             cores: self.roll(1, 3),
             units_per_core: self.pick(&[1, 4, 16]),
             pixels_per_unit: self.pick(&[1, 4]),
             latency: self.roll(0, 9),
+            recurrence: 1,
             subtile_skipping: self.roll(0, 1) == 1,
+            termination: Termination::Subtile,
+            blend_stall: 0,
+            tile_overlap: false,
         };
-        let buffer = |dice: &mut Self, most| BufferSpec { capacity: bytes(dice, most) };
+        let buffer = |dice: &mut Self, most| buffer(bytes(dice, most));
         machine.buffers = BufferSpecs {
             gaussian_in: buffer(self, 600),
             tile_list: buffer(self, 400),
@@ -195,6 +227,7 @@ impl Dice {
             bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
             efficiency: self.pick(&[0.6, 1.0]),
             latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
+            device: "test".into(),
         };
         machine
     }

@@ -2,13 +2,13 @@
 //! for a stall (DRAM, input, output), `.` for idle.
 
 use expect_test::{Expect, expect};
-use powergs_sim::accel::machine::{BufferSpec, Fetch};
+use powergs_sim::accel::machine::Fetch;
 use powergs_sim::accel::timeline::Timeline;
 use powergs_sim::accel::{Machine, replay_observed};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_sim::workload::{FrameWorkload, Geometry};
 
-use super::support::{TilePlan, gscore, workload};
+use super::support::{TilePlan, buffer, gscore, workload};
 
 /// One CCU and one core with short pipelines and chunks of 4.
 fn small() -> Machine {
@@ -59,7 +59,7 @@ fn a_small_frame() {
 #[test]
 fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
     let mut machine = small();
-    machine.buffers.feature = BufferSpec { capacity: Bytes(64) };
+    machine.buffers.feature = buffer(Bytes(64));
     check(
         &machine,
         &three_tiles(&machine),

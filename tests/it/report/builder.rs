@@ -1,6 +1,6 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
-use powergs_sim::accel::{DramUse, FrameTiming, UnitCycles};
+use powergs_sim::accel::{DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
 use powergs_sim::energy::{Component, EnergyBreakdown};
 use powergs_sim::quantity::Picojoules;
@@ -70,7 +70,13 @@ fn timing(cycles: u64) -> FrameTiming {
         let part = |share: f64| (all as f64 * share) as u64;
         let [busy, dram, input, output] = shares.map(part);
         let idle = all - busy - dram - input - output;
-        UnitCycles { unit, instances, busy, stalls: [dram, input, output], idle }
+        UnitCycles {
+            unit,
+            instances,
+            busy,
+            stalls: [0, dram / 2, 0, dram - dram / 2, input, output, 0],
+            idle,
+        }
     };
     FrameTiming {
         frame: cycles,
@@ -87,7 +93,10 @@ fn timing(cycles: u64) -> FrameTiming {
             requests_issued: cycles / 700,
             requests_served: cycles / 700,
             busy_cycles: cycles / 3,
+            commands: None,
         },
+        buffers: Vec::new(),
+        tile_cycles: Histogram::EMPTY,
     }
 }
 

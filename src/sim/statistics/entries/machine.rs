@@ -31,9 +31,13 @@ pub(super) fn units(list: &mut List) {
         count(list, path("busy_cycles"), "cycles", text, move |f| Some(unit(f, name)?.busy));
         for stall in Stall::ALL {
             let cause = match stall {
-                Stall::Dram => "their input was in DRAM or on its way",
+                Stall::Records => "records of Gaussians were in DRAM or on their way",
+                Stall::List => "the list of a tile was in DRAM or on its way",
+                Stall::Spill => "keys that did not fit the sorting buffer were on their way",
+                Stall::Features => "features or colours were in DRAM or on their way",
                 Stall::Input => "the unit before had not finished",
                 Stall::Output => "the buffer behind them was full",
+                Stall::Bank => "banks of their buffers were taken by other accesses",
             };
             let text = format!("Cycles in which {words} had to wait because {cause}.");
             let path = path(&format!("stall_{}_cycles", stall.name()));
