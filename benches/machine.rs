@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use powergs_sim::accel::{Machine, replay};
 use powergs_sim::config::embedded::MACHINES;
 use powergs_sim::splat::Counters;
-use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
+use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, PairWork, TileWork};
 
 /// Lists of 0 to about 2,000 entries in a fixed irregular order, mean 430.
 fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
@@ -32,9 +32,15 @@ fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
             let entries = geometry.chunk.min(loaded - first);
             w.chunks.push(ChunkWork {
                 entries,
-                subtile_pairs: entries * 2,
-                subtile_pairs_unskipped: entries * geometry.subtiles(),
-                live_evaluations: entries * 100,
+                skipping: PairWork {
+                    subtile_pairs: entries * 2,
+                    live_evaluations: entries * 100,
+                    ..PairWork::default()
+                },
+                unskipped: PairWork {
+                    subtile_pairs: entries * geometry.subtiles(),
+                    ..PairWork::default()
+                },
                 first_loads: entries / 4,
                 ..ChunkWork::default()
             });

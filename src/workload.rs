@@ -1,7 +1,11 @@
 //! A trace frame under one `Geometry`: tile lists, chunks, sub-tile work. No machine, no time.
 
 pub mod bin;
+mod chunk;
+mod group;
+pub mod order;
 pub mod paper;
+mod storage;
 mod tile;
 
 use crate::splat::{Counters, Intersection};
@@ -57,6 +61,11 @@ impl Geometry {
         self.subtiles_per_side().pow(2)
     }
 
+    /// Tiles along one side of a sort group: 1 without groups.
+    pub fn tiles_per_group_side(&self) -> u32 {
+        (self.sort_group / self.tile).max(1)
+    }
+
     /// Bytes of a bitmap in [`FrameWorkload::bitmaps`].
     pub fn bitmap_bytes(&self) -> usize {
         self.subtiles().div_ceil(8) as usize
@@ -68,28 +77,33 @@ impl Geometry {
 pub struct ChunkWork {
     /// Entries (at most `Geometry::chunk`).
     pub entries: u32,
-    /// (entry, sub-tile) pairs whose bitmap bit is set, up to the end of each sub-tile: what
-    /// hardware with sub-tile skipping executes.
-    pub subtile_pairs: u32,
-    /// (entry, sub-tile) pairs up to the end of each sub-tile, bitmap ignored: what hardware
-    /// without skipping executes.
-    pub subtile_pairs_unskipped: u32,
-    /// (entry, pixel) evaluations by pixels that had not stopped, of the pairs with a set bit.
-    pub live_evaluations: u32,
-    /// (entry, sub-tile) pairs whose bitmap bit is set, up to the end of the tile: what hardware
-    /// executes that stops only when the whole tile has.
-    pub tile_pairs: u32,
-    /// (entry, pixel) evaluations in 2x2 quads of which some pixel had not stopped, of the pairs
-    /// with a set bit: 4 a quad (fewer at the edge of the image).
-    pub quad_evaluations: u32,
-    /// Sum over the pairs with a set bit of the largest number of live pixels in any quad: the
-    /// slots of a unit that rotates through live pixels only.
-    pub pixel_slots: u32,
+    /// What hardware executes that skips sub-tiles whose bitmap bit is clear.
+    pub skipping: PairWork,
+    /// What hardware executes that ignores bitmaps.
+    pub unskipped: PairWork,
     /// Position in the list of the sort group (`Geometry::sort_group`) after the last entry of this
     /// chunk; without groups, the same as in the list of the tile.
     pub group_end: u32,
     /// Entries of this chunk loaded here for the first time in the frame (tiles in raster order).
     pub first_loads: u32,
+}
+
+/// What is executed of the (entry, sub-tile) pairs of a chunk. The five counts are five answers to
+/// what stops when its pixels have stopped.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PairWork {
+    /// Pairs up to the end of the tile, for hardware that stops only when the whole tile has.
+    pub tile_pairs: u32,
+    /// Pairs up to the end of each sub-tile.
+    pub subtile_pairs: u32,
+    /// (entry, pixel) evaluations in 2x2 quads of which some pixel had not stopped: 4 a quad (fewer
+    /// at the edge of the image).
+    pub quad_evaluations: u32,
+    /// (entry, pixel) evaluations by pixels that had not stopped.
+    pub live_evaluations: u32,
+    /// Sum over the pairs of the largest number of live pixels in any 2x2 quad: the slots of units
+    /// that rotate through the live pixels of a quad only.
+    pub pixel_slots: u32,
 }
 
 /// One tile.
@@ -183,6 +197,33 @@ pub struct FrameWorkload {
 }
 
 impl FrameWorkload {
+    /// Sort groups per row: tiles per row without groups.
+    pub fn groups_x(&self) -> u32 {
+        self.tiles_x.div_ceil(self.geometry.tiles_per_group_side())
+    }
+
+    /// Rows of sort groups.
+    pub fn groups_y(&self) -> u32 {
+        self.tiles_y.div_ceil(self.geometry.tiles_per_group_side())
+    }
+
+    /// The sort group that tile `index` belongs to: the tile itself without groups.
+    pub fn group_of(&self, index: u32) -> u32 {
+        let side = self.geometry.tiles_per_group_side();
+        let (x, y) = (index % self.tiles_x, index / self.tiles_x);
+        y / side * self.groups_x() + x / side
+    }
+
+    /// Depth ranks of the list of `tile`, ascending.
+    pub fn list_of(&self, tile: &TileWork) -> &[u32] {
+        &self.list[tile.list_start as usize..][..tile.entries as usize]
+    }
+
+    /// The fetched chunks of `tile`.
+    pub fn chunks_of(&self, tile: &TileWork) -> &[ChunkWork] {
+        &self.chunks[tile.chunk_start as usize..][..tile.chunks as usize]
+    }
+
     /// A frame of no tiles.
     pub fn empty(geometry: Geometry) -> FrameWorkload {
         FrameWorkload {

@@ -57,8 +57,8 @@ impl Vru {
     /// (Gaussian, sub-tile) pairs that a chunk executes.
     pub fn pairs(&self, chunk: &ChunkWork) -> u64 {
         u64::from(match self.spec.subtile_skipping {
-            true => chunk.subtile_pairs,
-            false => chunk.subtile_pairs_unskipped,
+            true => chunk.skipping.subtile_pairs,
+            false => chunk.unskipped.subtile_pairs,
         })
     }
 

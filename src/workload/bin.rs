@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
+use super::group::count_groups;
+use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
 use super::{ChunkWork, FrameWorkload, Geometry};
 use crate::splat::runs::{Reach, Runs};
@@ -39,12 +41,30 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
         })
         .collect();
     let first_tile: Vec<u32> = first_tile.into_iter().map(AtomicU32::into_inner).collect();
+    let storage = Storage::new(frame, &runs.touches);
     parts.par_iter_mut().enumerate().for_each(|(ty, part)| {
         count_first_loads(part, ty as u32 * grid.nx, &first_tile, geometry.chunk);
+        find_completion(part, &storage.slot);
     });
+    let groups = count_groups(&runs, geometry, &mut parts);
     let mut counters = assemble_counters(frame, &runs, &parts);
     counters.fetched_points = first_tile.iter().filter(|&&tile| tile != NOBODY).count() as u64;
-    assemble(geometry, grid, counters, parts)
+    FrameWorkload {
+        counters,
+        groups,
+        index: frame.splats.par_iter().map(|s| s.index).collect(),
+        depth: frame.splats.par_iter().map(|s| s.depth).collect(),
+        slot: storage.slot,
+        storage: storage.prefix,
+        ..assemble(geometry, grid, parts)
+    }
+}
+
+fn find_completion(part: &mut RowPart, slot: &[u32]) {
+    for tile in &mut part.tiles {
+        let list = &part.list[tile.list_start as usize..][..tile.entries as usize];
+        tile.complete_after = list.iter().map(|&rank| slot[rank as usize] + 1).max().unwrap_or(0);
+    }
 }
 
 fn count_first_loads(part: &mut RowPart, first_index: u32, first_tile: &[u32], chunk: u32) {
@@ -78,29 +98,17 @@ fn assemble_counters(frame: &Frame, runs: &Runs, parts: &[RowPart]) -> Counters 
     counters
 }
 
-fn assemble(
-    geometry: Geometry,
-    grid: TileGrid,
-    counters: Counters,
-    parts: Vec<RowPart>,
-) -> FrameWorkload {
+fn assemble(geometry: Geometry, grid: TileGrid, parts: Vec<RowPart>) -> FrameWorkload {
     let mut workload = FrameWorkload {
-        geometry,
         width: grid.width,
         height: grid.height,
         tiles_x: grid.nx,
         tiles_y: grid.ny,
-        counters,
-        alpha_evaluations_executed: 0,
         tiles: Vec::with_capacity(grid.len()),
         chunks: Vec::with_capacity(parts.iter().map(|p| p.chunks.len()).sum()),
         list: Vec::with_capacity(parts.iter().map(|p| p.list.len()).sum()),
         bitmaps: Vec::with_capacity(parts.iter().map(|p| p.bitmaps.len()).sum()),
-        groups: Vec::new(),
-        index: Vec::new(),
-        depth: Vec::new(),
-        slot: Vec::new(),
-        storage: Vec::new(),
+        ..FrameWorkload::empty(geometry)
     };
     for part in parts {
         let (list, chunk) = (workload.list.len() as u32, workload.chunks.len() as u32);
@@ -113,7 +121,8 @@ fn assemble(
         workload.bitmaps.extend(part.bitmaps);
         workload.chunks.extend(part.chunks);
     }
-    let pairs: u64 = workload.chunks.iter().map(|c: &ChunkWork| u64::from(c.subtile_pairs)).sum();
+    let pairs = |chunk: &ChunkWork| u64::from(chunk.skipping.subtile_pairs);
+    let pairs: u64 = workload.chunks.iter().map(pairs).sum();
     workload.alpha_evaluations_executed = pairs * u64::from(geometry.subtile).pow(2);
     workload
 }

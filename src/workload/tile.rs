@@ -1,5 +1,6 @@
 //! One row of tiles: lists from runs, sub-tile bitmaps, and what each chunk has to do.
 
+use super::chunk::{Scratch, TilePixels, push_chunks};
 use super::{ChunkWork, Geometry, TileWork};
 use crate::splat::runs::Runs;
 use crate::splat::{Cover, TileGrid};
@@ -22,6 +23,7 @@ pub struct RowPart {
 pub fn bin_row(frame: &Frame, runs: &Runs, geometry: Geometry, ty: u32) -> RowPart {
     let (starts, list, bitmaps) = build_lists(frame, runs, geometry, ty);
     let mut part = RowPart { list, bitmaps, ..RowPart::default() };
+    let mut iterated = Vec::new();
     let mut scratch = Scratch::default();
     for tx in 0..runs.grid.nx {
         let range = starts[tx as usize]..starts[tx as usize + 1];
@@ -33,10 +35,11 @@ pub fn bin_row(frame: &Frame, runs: &Runs, geometry: Geometry, ty: u32) -> RowPa
             list: &part.list[range.clone()],
             bitmaps: &part.bitmaps[range.start * bytes..range.end * bytes],
         };
-        let mut work = tile.count(&mut scratch);
+        let mut work = tile.count(&mut iterated);
         work.list_start = range.start as u32;
         work.chunk_start = part.chunks.len() as u32;
-        tile.push_chunks(&work, &mut scratch, &mut part.chunks);
+        let pixels = TilePixels { width: tile.pixels.2 - tile.pixels.0, iterated: &iterated };
+        push_chunks(geometry, &work, pixels, tile.bitmaps, &mut scratch, &mut part.chunks);
         part.tiles.push(work);
     }
     part
@@ -90,16 +93,6 @@ fn build_lists(
     (starts, list, bitmaps)
 }
 
-#[derive(Debug, Default)]
-struct Scratch {
-    /// Entries that each pixel of the tile iterates, sub-tile by sub-tile.
-    iterated: Vec<(u32, u32)>,
-    /// Entries until the last pixel of each sub-tile stopped.
-    ends: Vec<u32>,
-    /// Entries with a set bit before each position, of one sub-tile.
-    before: Vec<u32>,
-}
-
 struct Tile<'a> {
     frame: &'a Frame,
     geometry: Geometry,
@@ -110,85 +103,43 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    /// Pixel counts of the tile; fills `iterated` and `ends`.
-    fn count(&self, scratch: &mut Scratch) -> TileWork {
+    /// Pixel counts of the tile; fills `iterated` with the entries that each of its pixels iterates,
+    /// row by row.
+    fn count(&self, iterated: &mut Vec<u32>) -> TileWork {
         let (x0, y0, x1, y1) = self.pixels;
         let n = self.list.len() as u32;
-        scratch.iterated.clear();
-        scratch.ends.clear();
-        scratch.ends.resize(self.geometry.subtiles() as usize, 0);
+        iterated.clear();
         let mut work =
             TileWork { entries: n, pixels: (x1 - x0) * (y1 - y0), ..TileWork::default() };
         let columns = &self.frame.pixels;
         let width = self.frame.facts.camera.width as usize;
         let mut last = (NEVER, n);
-        for y in y0..y1 {
-            for x in x0..x1 {
-                let i = y as usize * width + x as usize;
-                let stop = columns.stop_rank[i];
+        let mut most = 0;
+        for y in y0 as usize..y1 as usize {
+            let row = y * width + x0 as usize..y * width + x1 as usize;
+            for (&stop, &blended) in
+                columns.stop_rank[row.clone()].iter().zip(&columns.blended[row])
+            {
                 if stop != last.0 {
-                    let iterated = if stop == NEVER {
-                        n
-                    } else {
-                        self.list.partition_point(|&rank| rank <= stop) as u32
-                    };
-                    last = (stop, iterated);
+                    last = (stop, self.iterated_until(stop));
                 }
-                let subtile = (y - y0) / self.geometry.subtile * self.geometry.subtiles_per_side()
-                    + (x - x0) / self.geometry.subtile;
-                scratch.iterated.push((subtile, last.1));
-                let end = &mut scratch.ends[subtile as usize];
-                *end = (*end).max(last.1);
+                iterated.push(last.1);
+                most = most.max(last.1);
                 work.alpha_evaluations += u64::from(last.1);
-                work.blends += u64::from(columns.blended[i]);
+                work.blends += u64::from(blended);
             }
         }
-        let most = scratch.ends.iter().copied().max().unwrap_or(0);
         work.chunks = most.div_ceil(self.geometry.chunk).max(u32::from(n > 0));
         work.loaded =
             (u64::from(work.chunks) * u64::from(self.geometry.chunk)).min(u64::from(n)) as u32;
         work
     }
 
-    /// Appends the fetched chunks, without their first loads.
-    fn push_chunks(&self, work: &TileWork, scratch: &mut Scratch, out: &mut Vec<ChunkWork>) {
-        let (start, chunk) = (out.len(), self.geometry.chunk);
-        for c in 0..work.chunks {
-            let entries = chunk.min(work.loaded - c * chunk);
-            out.push(ChunkWork { entries, ..ChunkWork::default() });
-        }
-        scratch.iterated.sort_unstable();
-        let mut pixels = scratch.iterated.as_slice();
-        for (subtile, &end) in scratch.ends.iter().enumerate() {
-            let n = pixels.partition_point(|p| p.0 as usize == subtile);
-            let (own, rest) = pixels.split_at(n);
-            pixels = rest;
-            self.count_bits(subtile, end, &mut scratch.before);
-            for (c, work) in out[start..].iter_mut().enumerate() {
-                let first = c as u32 * chunk;
-                let stop = (first + work.entries).min(end);
-                if stop <= first {
-                    break;
-                }
-                let before = &scratch.before;
-                let set = |p: u32| before[p as usize] - before[first as usize];
-                work.subtile_pairs += set(stop);
-                work.subtile_pairs_unskipped += stop - first;
-                let live = own[own.partition_point(|p| p.1 <= first)..].iter();
-                work.live_evaluations += live.map(|p| set(p.1.min(stop))).sum::<u32>();
-            }
-        }
-    }
-
-    /// `before[p]`: entries with the bit of `subtile` set among the first p, for p up to `end`.
-    fn count_bits(&self, subtile: usize, end: u32, before: &mut Vec<u32>) {
-        let bytes = self.geometry.bitmap_bytes();
-        before.clear();
-        before.push(0);
-        let mut n = 0;
-        for bitmap in self.bitmaps.chunks_exact(bytes).take(end as usize) {
-            n += u32::from(bitmap[subtile / 8] >> (subtile % 8) & 1);
-            before.push(n);
+    /// Entries that a pixel iterates that stops at rank `stop`.
+    fn iterated_until(&self, stop: u32) -> u32 {
+        match stop {
+            NEVER => self.list.len() as u32,
+            stop => self.list.partition_point(|&rank| rank <= stop) as u32,
         }
     }
 }

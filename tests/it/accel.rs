@@ -9,7 +9,7 @@ use powergs_sim::accel::vru::Render;
 use powergs_sim::accel::{Design, Machine, Unit, replay};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
-use powergs_sim::workload::{ChunkWork, Geometry, TileWork};
+use powergs_sim::workload::{ChunkWork, Geometry, PairWork, TileWork};
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
@@ -22,9 +22,8 @@ fn design(change: impl FnOnce(&mut Machine)) -> Design {
 fn chunk(entries: u32, pairs: u32) -> ChunkWork {
     ChunkWork {
         entries,
-        subtile_pairs: pairs,
-        subtile_pairs_unskipped: 4 * entries,
-        live_evaluations: pairs,
+        skipping: PairWork { subtile_pairs: pairs, live_evaluations: pairs, ..PairWork::default() },
+        unskipped: PairWork { subtile_pairs: 4 * entries, ..PairWork::default() },
         first_loads: entries / 2,
         ..ChunkWork::default()
     }

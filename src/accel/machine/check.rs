@@ -9,6 +9,9 @@ const SIZE_MAX: Bytes = Bytes(1 << 30);
 /// The largest record that is believed.
 const RECORD_MAX: Bytes = Bytes(1 << 16);
 
+/// The largest side of a sort group, pixels.
+const SORT_GROUP_MAX: u32 = 512;
+
 /// Every contradiction, as (key, what is wrong and what to do).
 pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     let mut found = Vec::new();
@@ -54,6 +57,14 @@ fn geometry(m: &Machine, found: &mut Found) {
             g.subtile, g.tile
         );
         found.push(("geometry.subtile", message));
+    }
+    if g.sort_group < g.tile || !g.sort_group.is_power_of_two() || g.sort_group > SORT_GROUP_MAX {
+        let message = format!(
+            "`geometry.sort-group` = {} must be `geometry.tile` = {} or a power of two above it, \
+             at most {SORT_GROUP_MAX}: a group is a square of tiles",
+            g.sort_group, g.tile
+        );
+        found.push(("geometry.sort-group", message));
     }
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+pub use crate::workload::order::{DepthKey, TileOrder};
 
 /// Bytes of the records that cross the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -219,18 +220,6 @@ pub struct ScheduleSpec {
     pub overlap: Overlap,
 }
 
-/// Order of tiles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum TileOrder {
-    /// Row by row.
-    Raster,
-    /// Z-order curve.
-    Morton,
-    /// Hilbert curve.
-    Hilbert,
-}
-
 /// Which core takes which tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -274,18 +263,6 @@ pub enum Spill {
     Overflow,
     /// All of them are written to DRAM and read back in every pass (Neo's model of GSCore).
     All,
-}
-
-/// What of a depth is in a sorting key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DepthKey {
-    /// IEEE binary16, rounded to nearest.
-    Fp16,
-    /// The upper half of binary32, truncated.
-    Bf16,
-    /// IEEE binary32.
-    Fp32,
 }
 
 /// What stops together, once all of its pixels have stopped.

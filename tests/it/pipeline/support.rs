@@ -4,7 +4,7 @@ use powergs_sim::accel::Machine;
 use powergs_sim::accel::machine::*;
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
-use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork};
+use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, PairWork, TileWork};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -130,9 +130,15 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
         for &(entries, pairs) in &tile.chunks {
             w.chunks.push(ChunkWork {
                 entries,
-                subtile_pairs: pairs,
-                subtile_pairs_unskipped: pairs.max(entries * geometry.subtiles()),
-                live_evaluations: pairs,
+                skipping: PairWork {
+                    subtile_pairs: pairs,
+                    live_evaluations: pairs,
+                    ..PairWork::default()
+                },
+                unskipped: PairWork {
+                    subtile_pairs: pairs.max(entries * geometry.subtiles()),
+                    ..PairWork::default()
+                },
                 first_loads: entries / 2,
                 ..ChunkWork::default()
             });

@@ -1,0 +1,149 @@
+//! What each chunk of a tile has to do, sub-tile by sub-tile.
+//!
+//! A pixel that iterates n entries is live at list positions below n. A quad (the 2x2 pixels of a
+//! rendering unit), a sub-tile and a tile are live as long as one of their pixels is.
+
+use super::{ChunkWork, Geometry, PairWork, TileWork};
+
+/// Pixels of a quad.
+const QUAD: usize = 4;
+
+/// The pixels of one tile inside the image, row by row.
+#[derive(Debug, Clone, Copy)]
+pub struct TilePixels<'a> {
+    /// Pixels per row.
+    pub width: u32,
+    /// Entries that each pixel iterates.
+    pub iterated: &'a [u32],
+}
+
+/// Memory that is used again for each tile.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    subtile: Subtile,
+    /// Entries with a set bit before each position, of one sub-tile.
+    before: Vec<u32>,
+}
+
+/// Until where the parts of one sub-tile are live.
+#[derive(Debug, Default)]
+struct Subtile {
+    /// Entries that each pixel iterates, ascending.
+    pixels: Vec<u32>,
+    /// Entries of the last pixel of each quad, and the pixels of the quad; ascending.
+    quads: Vec<(u32, u32)>,
+    /// The k-th is how long any quad has more than k live pixels.
+    slots: [u32; QUAD],
+}
+
+/// Appends the fetched chunks of a tile, without their first loads.
+pub fn push_chunks(
+    geometry: Geometry,
+    tile: &TileWork,
+    pixels: TilePixels,
+    bitmaps: &[u8],
+    scratch: &mut Scratch,
+    out: &mut Vec<ChunkWork>,
+) {
+    let (start, chunk) = (out.len(), geometry.chunk);
+    for first in (0..tile.chunks).map(|c| c * chunk) {
+        let entries = chunk.min(tile.loaded - first);
+        out.push(ChunkWork { entries, group_end: first + entries, ..ChunkWork::default() });
+    }
+    let end = pixels.iterated.iter().copied().max().unwrap_or(0);
+    let bytes = geometry.bitmap_bytes();
+    let side = geometry.subtiles_per_side();
+    for index in 0..geometry.subtiles() {
+        let corner = (index % side * geometry.subtile, index / side * geometry.subtile);
+        if !scratch.subtile.fill(pixels, corner, geometry.subtile) {
+            continue;
+        }
+        count_bits(bitmaps, bytes, index as usize, end, &mut scratch.before);
+        let mut first = 0;
+        for work in &mut out[start..] {
+            let span = (first, (first + work.entries).min(end));
+            if span.1 <= span.0 {
+                break;
+            }
+            scratch.subtile.add(span, &scratch.before, work);
+            first += work.entries;
+        }
+    }
+}
+
+impl Subtile {
+    /// Takes the sub-tile whose corner in the tile is (x0, y0); whether it has a pixel.
+    fn fill(&mut self, tile: TilePixels, (x0, y0): (u32, u32), side: u32) -> bool {
+        let height = tile.iterated.len() as u32 / tile.width.max(1);
+        let (x1, y1) = ((x0 + side).min(tile.width), (y0 + side).min(height));
+        if x0 >= x1 || y0 >= y1 {
+            return false;
+        }
+        self.pixels.clear();
+        self.quads.clear();
+        self.slots = [0; QUAD];
+        for y in (y0..y1).step_by(2) {
+            for x in (x0..x1).step_by(2) {
+                let (mut quad, mut n) = ([0; QUAD], 0);
+                for y in y..(y + 2).min(y1) {
+                    let row = (y * tile.width) as usize;
+                    for &iterated in
+                        &tile.iterated[row + x as usize..row + (x + 2).min(x1) as usize]
+                    {
+                        quad[n] = iterated;
+                        n += 1;
+                    }
+                }
+                self.pixels.extend(&quad[..n]);
+                quad.sort_unstable_by(|a, b| b.cmp(a));
+                self.quads.push((quad[0], n as u32));
+                for (most, own) in self.slots.iter_mut().zip(quad) {
+                    *most = own.max(*most);
+                }
+            }
+        }
+        self.pixels.sort_unstable();
+        self.quads.sort_unstable();
+        true
+    }
+
+    /// Adds list positions `first..tile_stop` to the chunk that they are. Positions are before the
+    /// end of the tile.
+    fn add(&self, (first, tile_stop): (u32, u32), before: &[u32], work: &mut ChunkWork) {
+        let (skipping, unskipped) = (&mut work.skipping, &mut work.unskipped);
+        let set = |p: u32| before[p as usize] - before[first as usize];
+        skipping.tile_pairs += set(tile_stop);
+        unskipped.tile_pairs += tile_stop - first;
+        let stop = tile_stop.min(self.slots[0]);
+        if stop <= first {
+            return;
+        }
+        skipping.subtile_pairs += set(stop);
+        unskipped.subtile_pairs += stop - first;
+        let mut each = |end: u32, pixels: u32, into: fn(&mut PairWork) -> &mut u32| {
+            let p = end.min(stop);
+            *into(skipping) += pixels * set(p);
+            *into(unskipped) += pixels * (p - first);
+        };
+        for &p in &self.pixels[self.pixels.partition_point(|&p| p <= first)..] {
+            each(p, 1, |w| &mut w.live_evaluations);
+        }
+        for &(p, n) in &self.quads[self.quads.partition_point(|q| q.0 <= first)..] {
+            each(p, n, |w| &mut w.quad_evaluations);
+        }
+        for &p in self.slots.iter().filter(|&&p| p > first) {
+            each(p, 1, |w| &mut w.pixel_slots);
+        }
+    }
+}
+
+/// `before[p]`: entries with the bit of `subtile` set among the first p, for p up to `end`.
+fn count_bits(bitmaps: &[u8], bytes: usize, subtile: usize, end: u32, before: &mut Vec<u32>) {
+    before.clear();
+    before.push(0);
+    let mut n = 0;
+    for bitmap in bitmaps.chunks_exact(bytes).take(end as usize) {
+        n += u32::from(bitmap[subtile / 8] >> (subtile % 8) & 1);
+        before.push(n);
+    }
+}
