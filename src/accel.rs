@@ -2,15 +2,19 @@
 //!
 //! Nothing here knows a joule or a file. [`replay`] takes a binned frame through one machine.
 
+pub mod bank;
 pub mod batch;
 pub mod bsu;
 pub mod buffer;
 pub mod ccu;
 pub mod design;
 pub mod dram;
+pub mod layout;
 pub mod machine;
+pub mod memory;
 pub mod pipeline;
 pub mod qsu;
+pub mod schedule;
 pub mod timeline;
 pub mod traffic;
 pub mod unit;
@@ -24,6 +28,7 @@ pub use machine::Machine;
 pub use traffic::Traffic;
 pub use unit::Unit;
 
+use schedule::Plan;
 use timeline::Observer;
 
 /// Why a unit could not work although it had work.
@@ -186,6 +191,11 @@ impl Histogram {
         (1 + 2 * octave as usize + usize::from(upper)).min(Self::BINS - 1)
     }
 
+    /// Adds the counts of `other`.
+    pub fn add(&mut self, other: &Histogram) {
+        self.bins.iter_mut().zip(other.bins).for_each(|(n, m)| *n += m);
+    }
+
     /// The least value of a bin.
     pub fn least(bin: usize) -> f64 {
         if bin == 0 { 0.0 } else { ((bin - 1) as f64 * 0.5).exp2() }
@@ -210,13 +220,38 @@ pub struct FrameTiming {
     pub tile_cycles: Histogram,
 }
 
+/// What the frame before and the feature cache contribute; both are measured once for a geometry
+/// and not by the pipeline.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given<'a> {
+    /// Feature records of every chunk that the cache has; `None` without a cache.
+    pub hits: Option<&'a [u32]>,
+    /// What every tile keeps of its list in the frame before; `None` where lists are sorted from
+    /// nothing.
+    pub reuse: Option<&'a [TileReuse]>,
+}
+
+/// A tile's list beside that of the frame before.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct TileReuse {
+    /// Entries of both.
+    pub kept: u32,
+    /// Entries of this frame only.
+    pub new: u32,
+    /// Entries of the frame before only.
+    pub gone: u32,
+}
+
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
     /// When everything happened.
     pub timing: FrameTiming,
-    /// How often everything happened, counted from the frame's totals and not from its timing.
+    /// How often everything happened, counted from the frame's totals and not from its timing, and
+    /// what was done in vain, which does depend on time.
     pub actions: ActionCounts,
+    /// The part of `actions` that nobody needed.
+    pub speculation: ActionCounts,
     /// What the DRAM served.
     pub served: Traffic,
 }
@@ -227,17 +262,22 @@ pub struct Replay {
 /// When the workload was binned with another geometry than the machine's, or when the machine is
 /// one that no check lets through (a unit count, width or interval of zero).
 pub fn replay(workload: &FrameWorkload, machine: &Machine) -> Replay {
-    replay_observed(workload, machine, &mut ())
+    replay_with(workload, machine, Given::default(), &mut ())
 }
 
-/// As [`replay`], and tells `observer` what every unit did when.
-pub fn replay_observed(
+/// As [`replay`], with what was measured before, and tells `observer` what every unit did when.
+pub fn replay_with(
     workload: &FrameWorkload,
     machine: &Machine,
+    given: Given,
     observer: &mut impl Observer,
 ) -> Replay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
     let design = Design::new(machine);
-    let (timing, served) = pipeline::run(workload, &design, observer);
-    Replay { timing, actions: traffic::actions(workload, &design), served }
+    let plan = Plan::new(workload, machine, &design, &given);
+    let outcome = pipeline::run(workload, machine, &design, &plan, given, observer);
+    let mut actions = traffic::actions(workload, &design, &plan, &given);
+    actions.add(&outcome.speculation);
+    let (timing, served) = (outcome.timing, outcome.traffic);
+    Replay { timing, actions, speculation: outcome.speculation, served }
 }

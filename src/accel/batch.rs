@@ -1,14 +1,17 @@
 //! Batches of records on their way through the CCUs.
 //!
-//! A trace counts survivors, box tests and pairs per frame, not per record, so they are spread
-//! evenly over the records: the batch that ends after `e` of `P` records has seen exactly
-//! `floor(X e / P)` of each counter X. Nothing is lost or invented.
+//! A binned frame knows its counters after every block of 32 records in storage order
+//! ([`FrameWorkload::storage`]); within a block they are spread evenly. The batch of the records
+//! from `a` to `e` has seen exactly `X(e) - X(a)` of each counter X, so nothing is lost or invented.
+//! A frame without these counters is one block.
 
-use crate::workload::FrameWorkload;
+use crate::workload::{FrameWorkload, STORAGE_BLOCK, StoragePrefix};
 
 /// Some records in storage order, and what they turn out to be.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Batch {
+    /// First record.
+    pub first: u64,
     /// Records read.
     pub records: u64,
     /// Of these, in front of the near plane.
@@ -19,94 +22,116 @@ pub struct Batch {
     pub tests: u64,
     /// Splats with at least one tile.
     pub splats: u64,
-    /// (splat, tile) pairs.
+    /// (splat, tile) pairs that are written to lists.
     pub pairs: u64,
+    /// Splats of earlier batches.
+    pub first_splat: u64,
+    /// Pairs of earlier batches.
+    pub first_pair: u64,
 }
 
 impl Batch {
-    /// The whole frame as one batch.
-    pub fn whole(workload: &FrameWorkload) -> Self {
+    /// The whole frame as one batch, of which `pairs` pairs are written.
+    pub fn whole(workload: &FrameWorkload, pairs: u64) -> Self {
         let counters = &workload.counters;
         Batch {
+            first: 0,
             records: counters.points,
             survivors: counters.survivors,
             prepared: counters.obb_prepared,
             tests: counters.obb_tests,
             splats: counters.intersecting_points,
-            pairs: counters.tile_pairs,
+            pairs,
+            ..Batch::default()
         }
     }
 }
 
-/// One counter, spread over the records.
-#[derive(Debug, Clone, Copy)]
-struct Spread {
-    quotient: u64,
-    remainder: u64,
-    carry: u64,
-}
-
-impl Spread {
-    fn new(total: u64, batch: u64, records: u64) -> Self {
-        let product = u128::from(total) * u128::from(batch);
-        let records = u128::from(records.max(1));
-        Self {
-            quotient: (product / records) as u64,
-            remainder: (product % records) as u64,
-            carry: 0,
-        }
-    }
-
-    fn next(&mut self, records: u64) -> u64 {
-        self.carry += self.remainder;
-        let over = u64::from(self.carry >= records);
-        self.carry -= over * records;
-        self.quotient + over
-    }
-}
+/// Counters of the first records of a scene.
+type Counts = [u64; 5];
 
 /// The batches of a frame, in order.
 #[derive(Debug, Clone)]
-pub struct Batches {
-    left: Batch,
+pub struct Batches<'a> {
+    storage: &'a [StoragePrefix],
+    total: Batch,
+    /// Pairs of the frame; `total.pairs` of them are written.
+    pairs: u64,
     batch: u64,
-    records: u64,
-    spreads: [Spread; 5],
+    at: u64,
+    before: Counts,
+    is_done: bool,
 }
 
-impl Batches {
+impl<'a> Batches<'a> {
     /// Cuts the records of a frame into batches of `batch`; the last may be shorter, and takes
-    /// whatever is left of every counter.
-    pub fn new(workload: &FrameWorkload, batch: u32) -> Self {
-        let left = Batch::whole(workload);
-        let (batch, records) = (u64::from(batch), left.records);
-        let totals = [left.survivors, left.prepared, left.tests, left.splats, left.pairs];
-        Self { left, batch, records, spreads: totals.map(|t| Spread::new(t, batch, records)) }
+    /// whatever is left of every counter. Of the frame's pairs, `pairs` are written to lists.
+    pub fn new(workload: &'a FrameWorkload, batch: u32, pairs: u64) -> Self {
+        let total = Batch::whole(workload, pairs);
+        Self {
+            storage: &workload.storage,
+            total,
+            pairs: workload.counters.tile_pairs,
+            batch: u64::from(batch),
+            at: 0,
+            before: [0; 5],
+            is_done: total == Batch::default(),
+        }
     }
 
     /// Whether there is another batch.
     pub fn is_empty(&self) -> bool {
-        self.left == Batch::default()
+        self.is_done
+    }
+
+    /// Counters of the first `end` records.
+    fn until(&self, end: u64) -> Counts {
+        let t = &self.total;
+        let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs];
+        if end >= t.records {
+            return all;
+        }
+        if self.storage.is_empty() {
+            return all.map(|x| (u128::from(x) * u128::from(end) / u128::from(t.records)) as u64);
+        }
+        let counts = |p: &StoragePrefix| {
+            [p.survivors, p.prepared, p.tests, p.splats, p.pairs].map(u64::from)
+        };
+        let (block, part) = ((end / STORAGE_BLOCK) as usize, end % STORAGE_BLOCK);
+        let low = if block == 0 { [0; 5] } else { counts(&self.storage[block - 1]) };
+        let high = counts(&self.storage[block]);
+        let length = STORAGE_BLOCK.min(t.records - block as u64 * STORAGE_BLOCK);
+        let mut at: Counts = std::array::from_fn(|i| low[i] + (high[i] - low[i]) * part / length);
+        if t.pairs != self.pairs {
+            at[4] = (u128::from(at[4]) * u128::from(t.pairs) / u128::from(self.pairs)) as u64;
+        }
+        at
     }
 }
 
-impl Iterator for Batches {
+impl Iterator for Batches<'_> {
     type Item = Batch;
 
     fn next(&mut self) -> Option<Batch> {
-        if self.left.records <= self.batch {
-            let last = std::mem::take(&mut self.left);
-            return (last != Batch::default()).then_some(last);
+        if self.is_done {
+            return None;
         }
+        let (first, end) = (self.at, (self.at + self.batch).min(self.total.records));
+        let until = self.until(end);
         let [survivors, prepared, tests, splats, pairs] =
-            std::array::from_fn(|i| self.spreads[i].next(self.records));
-        let next = Batch { records: self.batch, survivors, prepared, tests, splats, pairs };
-        self.left.records -= next.records;
-        self.left.survivors -= survivors;
-        self.left.prepared -= prepared;
-        self.left.tests -= tests;
-        self.left.splats -= splats;
-        self.left.pairs -= pairs;
-        Some(next)
+            std::array::from_fn(|i| until[i] - self.before[i]);
+        let [.., first_splat, first_pair] = self.before;
+        (self.at, self.before, self.is_done) = (end, until, end >= self.total.records);
+        Some(Batch {
+            first,
+            records: end - first,
+            survivors,
+            prepared,
+            tests,
+            splats,
+            pairs,
+            first_splat,
+            first_pair,
+        })
     }
 }

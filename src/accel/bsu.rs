@@ -11,54 +11,99 @@
 //!
 //! Source: `gscore` (16 inputs), `nerarch-sim` (4 cycles).
 
+use super::bank::Banks;
 use super::machine::GsuSpec;
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
-use crate::workload::ChunkWork;
+
+/// What has to be sorted before a chunk can be rendered.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Sort {
+    /// Keys sorted precisely, chunk by chunk.
+    pub keys: u64,
+    /// Keys of the list of a sort group that are looked through for those of one tile.
+    pub filtered: u64,
+}
 
 /// The bitonic sorting units of one core.
 #[derive(Debug, Clone)]
 pub struct Bsu {
     /// The `[gsu]` table.
     pub spec: GsuSpec,
+    /// Entries of a chunk.
+    pub chunk: u64,
     /// Bytes of a key.
     pub key: u64,
+    /// Banks of the core's share of the sorting buffer.
+    pub banks: Banks,
 }
 
 impl Bsu {
-    fn rows(&self, chunk: &ChunkWork) -> u64 {
-        u64::from(chunk.entries.div_ceil(self.spec.bsu_width)).max(1)
+    fn rows(&self, keys: u64) -> u64 {
+        keys.div_ceil(u64::from(self.spec.bsu_width)).max(1)
     }
 
-    /// Levels of merging.
-    pub fn levels(&self, chunk: &ChunkWork) -> u64 {
-        u64::from(self.rows(chunk).next_power_of_two().ilog2())
+    /// Levels of merging of a chunk of `keys`.
+    pub fn levels(&self, keys: u64) -> u64 {
+        u64::from(self.rows(keys).next_power_of_two().ilog2())
     }
 
-    /// Compare-exchanges of a chunk.
-    pub fn compare_exchanges(&self, chunk: &ChunkWork) -> u64 {
+    /// Compare-exchanges of a chunk of `keys`.
+    pub fn compare_exchanges(&self, keys: u64) -> u64 {
         let w = u64::from(self.spec.bsu_width);
         let s = u64::from(self.spec.bsu_width.next_power_of_two().ilog2());
         let (sorted, merged) = (w * s * (s + 1) / 4, w + w * s / 2);
-        self.rows(chunk) * (sorted + self.levels(chunk) * merged)
+        self.rows(keys) * (sorted + self.levels(keys) * merged)
+    }
+
+    fn chunk_cycles(&self, keys: u64) -> u64 {
+        let row_time = self.rows(keys).div_ceil(u64::from(self.spec.bsu_per_core));
+        (self.levels(keys) + 1) * (u64::from(self.spec.bsu_latency) + row_time).max(1)
+    }
+
+    /// Words of a chunk that are read, and written, in all levels.
+    fn chunk_words(&self, keys: u64) -> u64 {
+        self.banks.words(keys * self.key) * (self.levels(keys) + 1)
+    }
+
+    /// Sums `of` over the chunks of `sort`.
+    fn chunks(&self, sort: &Sort, of: impl Fn(u64) -> u64) -> u64 {
+        let (whole, rest) = (sort.keys / self.chunk, sort.keys % self.chunk);
+        let all = if whole > 0 { whole * of(self.chunk) } else { 0 };
+        all + if rest > 0 { of(rest) } else { 0 }
+    }
+
+    /// Words that are looked through.
+    fn filtered_words(&self, sort: &Sort) -> u64 {
+        self.banks.words(sort.filtered * self.key)
     }
 }
 
 impl Unit for Bsu {
-    type Work = ChunkWork;
+    type Work = Sort;
     const NAME: &'static str = "bsu";
 
-    fn cycles(&self, chunk: &ChunkWork) -> u64 {
-        let row_time = self.rows(chunk).div_ceil(u64::from(self.spec.bsu_per_core));
-        (self.levels(chunk) + 1) * (u64::from(self.spec.bsu_latency) + row_time).max(1)
+    /// Keys of a group are looked through a row at a time (A40).
+    fn cycles(&self, sort: &Sort) -> u64 {
+        let sorting = self.chunks(sort, |keys| self.chunk_cycles(keys));
+        let filtering = sort.filtered.div_ceil(u64::from(self.spec.bsu_width));
+        (sorting + filtering).max(1)
+    }
+
+    fn bank_stalls(&self, sort: &Sort) -> u64 {
+        let words = self.chunks(sort, |keys| self.chunk_words(keys));
+        self.banks.excess(words + self.filtered_words(sort), words, self.cycles(sort))
     }
 
     /// Every level reads and writes every key; the feature fetch reads each once more.
-    fn charge(&self, chunk: &ChunkWork, actions: &mut ActionCounts) {
-        let bytes = u64::from(chunk.entries) * self.key;
-        let levels = self.levels(chunk) + 1;
-        actions.charge(Stage::Sorting, Action::CompareExchange, self.compare_exchanges(chunk));
-        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), bytes * (levels + 1));
-        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), bytes * levels);
+    fn charge(&self, sort: &Sort, actions: &mut ActionCounts) {
+        let word = self.banks.word();
+        let exchanges = self.chunks(sort, |keys| self.compare_exchanges(keys));
+        let moved = self.chunks(sort, |keys| self.chunk_words(keys)) * word;
+        let fetched = self.chunks(sort, |keys| self.banks.words(keys * self.key)) * word;
+        let read = moved + fetched + self.filtered_words(sort) * word;
+        actions.charge(Stage::Sorting, Action::CompareExchange, exchanges);
+        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), read);
+        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), moved);
     }
 }

@@ -14,6 +14,7 @@
 //! Source: `gscore` as re-modelled by `nerarch-sim` (four units, 128 cycles); the interval and the
 //! number of test units are not published.
 
+use super::bank::Banks;
 use super::batch::Batch;
 use super::machine::{CcuSpec, Fetch, RecordSpec};
 use super::unit::Unit;
@@ -28,13 +29,22 @@ pub struct Ccu {
     pub record: RecordSpec,
     /// Records of a batch: `spec.batch`, or as many as fit half of the unit's input buffer.
     pub batch: u32,
+    /// Banks of its share of the input buffer.
+    pub input: Banks,
+    /// Banks of its share of the tile-list buffer.
+    pub output: Banks,
 }
 
 impl Ccu {
     /// A unit with `share` bytes of the input buffer: two batches fit, so that one is read while
     /// the other is converted.
-    pub fn new(spec: CcuSpec, record: RecordSpec, share: u64) -> Self {
-        let mut ccu = Self { spec, record, batch: 1 };
+    pub fn new(
+        spec: CcuSpec,
+        record: RecordSpec,
+        share: u64,
+        (input, output): (Banks, Banks),
+    ) -> Self {
+        let mut ccu = Self { spec, record, batch: 1, input, output };
         let most = (share / 2) / ccu.reserved().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
         ccu
@@ -64,6 +74,25 @@ impl Ccu {
         batch.splats * self.record.projected.0 + batch.pairs * self.record.list_entry.0
     }
 
+    /// Words of the input buffer that a batch fills; every record begins at a word.
+    fn input_words(&self, batch: &Batch) -> u64 {
+        let (r, words) = (&self.record, |n, bytes| self.input.words_of_records(n, bytes));
+        let (position, geometry, colour) = (r.position.0, r.geometry.0, r.colour.0);
+        match self.spec.fetch {
+            Fetch::Everything => words(batch.records, position + geometry + colour),
+            Fetch::GeometryFirst => {
+                words(batch.records, position) + words(batch.survivors, geometry + colour)
+            }
+            Fetch::LazyColour => words(batch.records, position) + words(batch.survivors, geometry),
+        }
+    }
+
+    /// Words of the tile-list buffer that a batch fills.
+    fn output_words(&self, batch: &Batch) -> u64 {
+        self.output.words(batch.splats * self.record.projected.0)
+            + self.output.words(batch.pairs * self.record.list_entry.0)
+    }
+
     /// Room that a batch reserves in the input buffer: that of a full batch of survivors, because
     /// the read is issued before anybody knows.
     pub fn reserved(&self) -> u64 {
@@ -84,6 +113,14 @@ impl Unit for Ccu {
         ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
     }
 
+    /// Records stream through both buffers while the next ones arrive.
+    fn bank_stalls(&self, batch: &Batch) -> u64 {
+        let cycles = self.cycles(batch);
+        let (input, output) = (self.input_words(batch), self.output_words(batch));
+        let stalls = self.input.excess(input, input, cycles);
+        stalls.max(self.output.excess(output, output, cycles))
+    }
+
     fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {
         let stage = Stage::Preprocessing;
         actions.charge(stage, Action::Cull, batch.records);
@@ -93,10 +130,11 @@ impl Unit for Ccu {
         if self.spec.fetch != Fetch::LazyColour {
             actions.charge(stage, Action::ShColour, batch.survivors);
         }
-        let read = self.first_read(batch) + self.second_read(batch);
+        let read = self.input_words(batch) * self.input.word();
         actions.charge(stage, Action::SramWrite(Buffer::GaussianIn), read);
         actions.charge(stage, Action::SramRead(Buffer::GaussianIn), read);
-        actions.charge(stage, Action::SramWrite(Buffer::TileList), self.written(batch));
-        actions.charge(stage, Action::SramRead(Buffer::TileList), self.written(batch));
+        let written = self.output_words(batch) * self.output.word();
+        actions.charge(stage, Action::SramWrite(Buffer::TileList), written);
+        actions.charge(stage, Action::SramRead(Buffer::TileList), written);
     }
 }

@@ -1,5 +1,6 @@
 //! A machine taken apart into its units and the shares of its buffers.
 
+use super::bank::Banks;
 use super::bsu::Bsu;
 use super::ccu::Ccu;
 use super::dram::Dram;
@@ -37,6 +38,8 @@ pub struct Design {
     pub dram: Dram,
     /// The buffers.
     pub shares: Shares,
+    /// Bytes of a word of the feature cache.
+    pub cache_word: u64,
 }
 
 impl Design {
@@ -52,6 +55,8 @@ impl Design {
             ("ccu.initiation-interval", ccu.initiation_interval),
             ("ccu.intersection-units", ccu.intersection_units),
             ("ccu.batch", ccu.batch),
+            ("ccu.queue", ccu.queue),
+            ("gsu.queue", gsu.queue),
             ("gsu.qsu-per-core", gsu.qsu_per_core),
             ("gsu.pivots", gsu.pivots),
             ("gsu.keys-per-cycle", gsu.keys_per_cycle),
@@ -72,25 +77,25 @@ impl Design {
             feature: share(&buffers.feature, vru.cores),
             pixel_out: share(&buffers.pixel_out, vru.cores),
         };
-        let key = machine.record.list_entry.0;
+        let sorting = Banks::new(&buffers.sorting);
+        let (key, chunk) = (machine.record.list_entry.0, u64::from(machine.geometry.chunk));
+        let banks = (Banks::new(&buffers.gaussian_in), Banks::new(&buffers.tile_list));
         Self {
-            ccu: Ccu::new(ccu.clone(), machine.record.clone(), shares.gaussian_in),
-            qsu: Qsu {
-                spec: gsu.clone(),
-                chunk: u64::from(machine.geometry.chunk),
-                key,
-                share: shares.sorting,
-            },
-            bsu: Bsu { spec: gsu.clone(), key },
+            ccu: Ccu::new(ccu.clone(), machine.record.clone(), shares.gaussian_in, banks),
+            qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
+            bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
             vru: Vru {
                 spec: vru.clone(),
                 subtile: machine.geometry.subtile,
                 feature: machine.record.feature.0,
                 pixel: machine.record.pixel.0,
                 fetch: ccu.fetch,
+                features: Banks::new(&buffers.feature),
+                pixels: Banks::new(&buffers.pixel_out),
             },
             dram: Dram::new(&machine.dram, machine.clock),
             shares,
+            cache_word: machine.cache.word.0,
         }
     }
 }

@@ -6,12 +6,10 @@
 //! is there `latency` after its last byte left the bus; a write has left the chip when the bus is
 //! done with it. The bus counts in ticks of 1/1024 cycle and rounds every request up to whole
 //! ticks, so it never exceeds its rate; units see the first whole cycle at which a request is done.
-//! Requests of zero bytes never reach the DRAM and are done one cycle later.
+//! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)).
 
 use super::DramUse;
 use super::machine::DramSpec;
-use super::traffic::Traffic;
-use crate::action::Stage;
 use crate::quantity::Hertz;
 
 /// Ticks of the data bus per cycle.
@@ -53,60 +51,33 @@ pub struct Channel {
     dram: Dram,
     free: u64,
     busy: u64,
-    issued: u64,
     served: u64,
-    traffic: Traffic,
 }
 
 impl Channel {
     /// An idle channel.
     pub fn new(dram: Dram) -> Self {
-        Self { dram, free: 0, busy: 0, issued: 0, served: 0, traffic: Traffic::default() }
+        Self { dram, free: 0, busy: 0, served: 0 }
     }
 
-    /// Issues a read in cycle `now`; returns the cycle in which all of it is there.
-    pub fn read(&mut self, now: u64, stage: Stage, bytes: u64) -> u64 {
-        if bytes == 0 {
-            return now + 1;
-        }
-        self.traffic.stages[stage as usize].read += bytes;
-        self.serve(now, bytes).saturating_add(self.dram.latency).div_ceil(TICKS)
-    }
-
-    /// Issues a write in cycle `now`; returns the cycle in which its last byte has left.
-    pub fn write(&mut self, now: u64, stage: Stage, bytes: u64) -> u64 {
-        if bytes == 0 {
-            return now + 1;
-        }
-        self.traffic.stages[stage as usize].write += bytes;
-        self.serve(now, bytes).div_ceil(TICKS)
-    }
-
-    /// Takes a request; returns the tick at which its last byte leaves the bus.
-    fn serve(&mut self, now: u64, bytes: u64) -> u64 {
-        self.issued += 1;
+    /// Takes a request in cycle `now`; returns the cycle in which a read is there, or in which the
+    /// last byte of a write has left.
+    pub fn serve(&mut self, now: u64, write: bool, bytes: u64) -> u64 {
         let service = self.dram.service(bytes);
         self.free = now.saturating_mul(TICKS).max(self.free).saturating_add(service);
         self.busy = self.busy.saturating_add(service);
         self.served += 1;
-        self.free
+        let latency = if write { 0 } else { self.dram.latency };
+        self.free.saturating_add(latency).div_ceil(TICKS)
     }
 
-    /// Bytes served by stage.
-    pub fn traffic(&self) -> Traffic {
-        self.traffic
-    }
-
-    /// What the memory did so far.
+    /// What the memory did so far, without bytes.
     pub fn usage(&self) -> DramUse {
-        let total = self.traffic.total();
         DramUse {
-            read_bytes: total.read,
-            write_bytes: total.write,
-            requests_issued: self.issued,
+            requests_issued: self.served,
             requests_served: self.served,
             busy_cycles: self.busy.div_ceil(TICKS),
-            commands: None,
+            ..DramUse::default()
         }
     }
 }

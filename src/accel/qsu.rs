@@ -11,15 +11,21 @@
 //! Source: `gscore` (seven pivots, lists of more than 256 entries), `nerarch-sim` (one key a
 //! cycle, 64 cycles), `powergs` for the number of passes.
 
-use super::machine::GsuSpec;
+use super::bank::Banks;
+use super::machine::{GsuSpec, Spill};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 
-/// The list of one tile.
+/// The keys that are sorted together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct List {
-    /// Entries.
-    pub entries: u64,
+pub struct Keys {
+    /// Keys in the sorting buffer.
+    pub held: u64,
+    /// Of these, keys that go through the passes: all, or the new ones where the order of the frame
+    /// before is updated.
+    pub sorted: u64,
+    /// Passes.
+    pub passes: u32,
 }
 
 /// The quick sorting units of one core.
@@ -33,14 +39,16 @@ pub struct Qsu {
     pub key: u64,
     /// The core's share of the sorting buffer, bytes.
     pub share: u64,
+    /// Its banks.
+    pub banks: Banks,
 }
 
 impl Qsu {
-    /// Passes until every part fits a chunk, if pivots split evenly.
-    pub fn passes(&self, list: List) -> u32 {
+    /// Passes until every part of a list fits a chunk, if pivots split evenly.
+    pub fn passes(&self, entries: u64) -> u32 {
         let mut reach = u128::from(self.chunk);
         let mut passes = 0;
-        while reach < u128::from(list.entries) {
+        while reach < u128::from(entries) {
             reach *= u128::from(self.spec.pivots) + 1;
             passes += 1;
         }
@@ -48,37 +56,50 @@ impl Qsu {
     }
 
     /// Cycles of one pass.
-    pub fn pass_cycles(&self, list: List) -> u64 {
+    pub fn pass_cycles(&self, keys: &Keys) -> u64 {
         let rate = u64::from(self.spec.qsu_per_core) * u64::from(self.spec.keys_per_cycle);
-        (u64::from(self.spec.qsu_latency) + list.entries.div_ceil(rate)).max(1)
+        (u64::from(self.spec.qsu_latency) + keys.sorted.div_ceil(rate)).max(1)
     }
 
-    /// Room that the list takes in the sorting buffer.
-    pub fn resident(&self, list: List) -> u64 {
-        (list.entries * self.key).min(self.share)
+    /// Further cycles of a pass, because its keys are dealt to banks at random.
+    pub fn pass_stalls(&self, keys: &Keys) -> u64 {
+        self.banks.excess_of_dealing(keys.sorted, self.key, self.pass_cycles(keys))
+    }
+
+    /// Room that the keys take in the sorting buffer.
+    pub fn resident(&self, keys: &Keys) -> u64 {
+        (keys.held * self.key).min(self.share)
     }
 
     /// Bytes that every pass writes to DRAM and reads back.
-    pub fn overflow(&self, list: List) -> u64 {
-        (list.entries * self.key).saturating_sub(self.share)
+    pub fn overflow(&self, keys: &Keys) -> u64 {
+        match self.spec.spill {
+            Spill::All => keys.sorted * self.key,
+            Spill::Overflow => (keys.held * self.key).saturating_sub(self.share),
+        }
     }
 }
 
 impl Unit for Qsu {
-    type Work = List;
+    type Work = Keys;
     const NAME: &'static str = "qsu";
 
-    /// All passes, without spill. A list that needs none passes in one cycle.
-    fn cycles(&self, list: &List) -> u64 {
-        (u64::from(self.passes(*list)) * self.pass_cycles(*list)).max(1)
+    /// All passes, without spill. Keys that need none pass in one cycle.
+    fn cycles(&self, keys: &Keys) -> u64 {
+        (u64::from(keys.passes) * self.pass_cycles(keys)).max(1)
+    }
+
+    fn bank_stalls(&self, keys: &Keys) -> u64 {
+        u64::from(keys.passes) * self.pass_stalls(keys)
     }
 
     /// Keys are written once when they arrive, and read and written once in every pass.
-    fn charge(&self, list: &List, actions: &mut ActionCounts) {
-        let passes = u64::from(self.passes(*list));
-        let bytes = list.entries * self.key;
-        actions.charge(Stage::Sorting, Action::PivotKey, list.entries * passes);
-        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), bytes * (passes + 1));
-        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), bytes * passes);
+    fn charge(&self, keys: &Keys, actions: &mut ActionCounts) {
+        let passes = u64::from(keys.passes);
+        let bytes = |n: u64| self.banks.words(n * self.key) * self.banks.word();
+        let (held, sorted) = (bytes(keys.held), bytes(keys.sorted));
+        actions.charge(Stage::Sorting, Action::PivotKey, keys.sorted * passes);
+        actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), held + sorted * passes);
+        actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), sorted * passes);
     }
 }

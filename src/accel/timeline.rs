@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::Stall;
+use super::memory::Listener;
 
 /// What a unit does in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,12 +51,17 @@ pub struct Span {
 
 /// Somebody who wants to know. Spans of one unit come in order and without gaps, except that those
 /// of a BSU are told when they are decided.
-pub trait Observer {
+pub trait Observer: Listener {
     /// Takes a span that is not empty.
     fn span(&mut self, span: Span);
 }
 
 /// Nobody.
+impl Listener for () {
+    const LISTENS: bool = false;
+    fn request(&mut self, _: bool, _: u64, _: u64) {}
+}
+
 impl Observer for () {
     fn span(&mut self, _: Span) {}
 }
@@ -65,6 +71,11 @@ impl Observer for () {
 pub struct Timeline {
     /// The spans, as told.
     pub spans: Vec<Span>,
+}
+
+impl Listener for Timeline {
+    const LISTENS: bool = false;
+    fn request(&mut self, _: bool, _: u64, _: u64) {}
 }
 
 impl Observer for Timeline {

@@ -3,14 +3,16 @@
 //! Nothing here depends on time. The pipeline moves the same bytes request by request; that both
 //! agree is checked in every run.
 
+use super::Given;
 use super::batch::Batch;
+use super::bsu::Sort;
 use super::design::Design;
 use super::machine::Fetch;
-use super::qsu::List;
+use super::schedule::{Job, Plan, SortFront};
 use super::unit::Unit;
 use super::vru::Render;
-use crate::action::{Action, ActionCounts, Stage};
-use crate::workload::{ChunkWork, FrameWorkload, TileWork};
+use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::workload::{FrameWorkload, TileWork};
 
 /// DRAM bytes of one stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -36,58 +38,115 @@ impl Traffic {
     }
 }
 
-/// Feature and colour bytes that a chunk loads.
-pub fn chunk_read(chunk: &ChunkWork, design: &Design) -> u64 {
-    let record = &design.ccu.record;
-    let colours = match design.ccu.spec.fetch {
-        Fetch::LazyColour => u64::from(chunk.first_loads) * record.colour.0,
-        Fetch::Everything | Fetch::GeometryFirst => 0,
-    };
-    u64::from(chunk.entries) * record.feature.0 + colours
+/// What a chunk loads.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Load {
+    /// Feature records from DRAM: those that the cache does not have.
+    pub features: u64,
+    /// Feature records from the cache.
+    pub hits: u64,
+    /// Colour records from DRAM.
+    pub colours: u64,
 }
 
-/// The DRAM bytes of a frame.
-pub fn traffic(workload: &FrameWorkload, design: &Design) -> Traffic {
-    let whole = Batch::whole(workload);
+impl Load {
+    /// Of the chunk at this position in [`FrameWorkload::chunks`].
+    pub fn new(workload: &FrameWorkload, chunk: usize, design: &Design, given: &Given) -> Load {
+        let work = &workload.chunks[chunk];
+        let hits = given.hits.map_or(0, |hits| u64::from(hits[chunk]));
+        let colours = match design.ccu.spec.fetch {
+            Fetch::LazyColour => u64::from(work.first_loads),
+            Fetch::Everything | Fetch::GeometryFirst => 0,
+        };
+        Load { features: u64::from(work.entries) - hits, hits, colours }
+    }
+
+    /// Bytes from DRAM.
+    pub fn bytes(&self, design: &Design) -> u64 {
+        let record = &design.ccu.record;
+        self.features * record.feature.0 + self.colours * record.colour.0
+    }
+}
+
+/// Pairs that the CCUs write to lists: all, or the new ones where lists are updated.
+pub fn pairs_written(workload: &FrameWorkload, given: &Given) -> u64 {
+    match given.reuse {
+        None => workload.counters.tile_pairs,
+        Some(tiles) => tiles.iter().map(|tile| u64::from(tile.new)).sum(),
+    }
+}
+
+/// Chunks of a job in the order in which they are rendered: the tile, the position of the chunk in
+/// it, and what has to be sorted before.
+pub fn for_each_chunk(
+    workload: &FrameWorkload,
+    plan: &Plan,
+    job: &Job,
+    mut each: impl FnMut(&TileWork, u32, Sort),
+) {
+    let mut front = SortFront::default();
+    for &tile in plan.tiles_of(job) {
+        let tile = &workload.tiles[tile as usize];
+        for index in 0..tile.chunks {
+            let sort = front.next(workload, job, tile, index);
+            each(tile, index, sort);
+        }
+    }
+}
+
+/// The DRAM bytes of a frame, without speculation.
+pub fn traffic(workload: &FrameWorkload, design: &Design, plan: &Plan, given: &Given) -> Traffic {
+    let whole = Batch::whole(workload, pairs_written(workload, given));
     let ccu = &design.ccu;
     let preprocessing = StageTraffic {
         read: ccu.first_read(&whole) + ccu.second_read(&whole),
         write: ccu.written(&whole),
     };
     let mut sorting = StageTraffic::default();
-    let mut rendering = StageTraffic::default();
-    for tile in &workload.tiles {
-        let list = List { entries: u64::from(tile.entries) };
-        let spill = u64::from(design.qsu.passes(list)) * design.qsu.overflow(list);
-        sorting.read += list.entries * design.qsu.key + spill;
-        sorting.write += spill;
-        rendering.write += design.vru.pixel_bytes(tile);
+    for job in &plan.jobs {
+        let spill = u64::from(job.keys.passes) * design.qsu.overflow(&job.keys);
+        sorting.read += job.read + spill;
+        sorting.write += job.kept + spill;
     }
-    for chunk in &workload.chunks {
-        rendering.read += chunk_read(chunk, design);
-    }
+    let loads = (0..workload.chunks.len()).map(|c| Load::new(workload, c, design, given));
+    let rendering = StageTraffic {
+        read: loads.map(|load| load.bytes(design)).sum(),
+        write: workload.tiles.iter().map(|tile| design.vru.pixel_bytes(tile)).sum(),
+    };
     Traffic { stages: [preprocessing, sorting, rendering] }
 }
 
-/// The chunks of a tile.
-pub fn chunks_of<'a>(workload: &'a FrameWorkload, tile: &TileWork) -> &'a [ChunkWork] {
-    &workload.chunks[tile.chunk_start as usize..][..tile.chunks as usize]
-}
-
-/// All actions of a frame.
-pub fn actions(workload: &FrameWorkload, design: &Design) -> ActionCounts {
+/// All actions of a frame, without speculation.
+pub fn actions(
+    workload: &FrameWorkload,
+    design: &Design,
+    plan: &Plan,
+    given: &Given,
+) -> ActionCounts {
     let mut actions = ActionCounts::default();
-    design.ccu.charge(&Batch::whole(workload), &mut actions);
+    design.ccu.charge(&Batch::whole(workload, pairs_written(workload, given)), &mut actions);
+    for job in &plan.jobs {
+        design.qsu.charge(&job.keys, &mut actions);
+        for_each_chunk(workload, plan, job, |tile, index, sort| {
+            let chunk = workload.chunks_of(tile)[index as usize];
+            design.bsu.charge(&sort, &mut actions);
+            design.vru.charge(&Render { chunk, ..Render::default() }, &mut actions);
+        });
+    }
     for tile in &workload.tiles {
-        design.qsu.charge(&List { entries: u64::from(tile.entries) }, &mut actions);
-        for chunk in chunks_of(workload, tile) {
-            design.bsu.charge(chunk, &mut actions);
-            design.vru.charge(&Render { chunk: *chunk, last: None }, &mut actions);
-        }
-        let end = Render { chunk: ChunkWork::default(), last: Some(*tile) };
+        let end = Render { last: Some(*tile), ..Render::default() };
         design.vru.charge(&end, &mut actions);
     }
-    for (stage, bytes) in Stage::WORK.into_iter().zip(traffic(workload, design).stages) {
+    if given.hits.is_some() {
+        let loads = (0..workload.chunks.len()).map(|c| Load::new(workload, c, design, given));
+        let (hits, misses) =
+            loads.fold((0, 0), |sum, load| (sum.0 + load.hits, sum.1 + load.features));
+        let record = design.ccu.record.feature.0.next_multiple_of(design.cache_word.max(1));
+        actions.charge(Stage::Rendering, Action::SramRead(Buffer::Cache), hits * record);
+        actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Cache), misses * record);
+    }
+    for (stage, bytes) in Stage::WORK.into_iter().zip(traffic(workload, design, plan, given).stages)
+    {
         actions.charge(stage, Action::DramRead, bytes.read);
         actions.charge(stage, Action::DramWrite, bytes.write);
     }

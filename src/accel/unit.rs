@@ -11,6 +11,8 @@ pub trait Unit {
     const NAME: &'static str;
     /// Cycles for which `work` occupies the unit, at least 1.
     fn cycles(&self, work: &Self::Work) -> u64;
+    /// Further cycles in which the banks of its buffers keep it waiting.
+    fn bank_stalls(&self, work: &Self::Work) -> u64;
     /// Charges what `work` does inside the chip. DRAM bytes are charged by
     /// [`traffic`](super::traffic), from the totals of the frame.
     fn charge(&self, work: &Self::Work, actions: &mut ActionCounts);

@@ -14,10 +14,11 @@
 //!
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
-use super::machine::{Fetch, VruSpec};
+use super::bank::Banks;
+use super::machine::{Fetch, Termination, VruSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
-use crate::workload::{ChunkWork, TileWork};
+use crate::workload::{ChunkWork, PairWork, TileWork};
 
 /// A chunk, and the tile that ends with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -26,6 +27,8 @@ pub struct Render {
     pub chunk: ChunkWork,
     /// The tile, with its last chunk.
     pub last: Option<TileWork>,
+    /// Whether the pipeline drains behind it.
+    pub drains: bool,
 }
 
 /// The rendering units of one core.
@@ -41,6 +44,10 @@ pub struct Vru {
     pub pixel: u64,
     /// When colour is fetched.
     pub fetch: Fetch,
+    /// Banks of the core's share of the feature buffer.
+    pub features: Banks,
+    /// Banks of the core's share of the pixel buffer.
+    pub pixels: Banks,
 }
 
 impl Vru {
@@ -48,23 +55,70 @@ impl Vru {
         u64::from(self.subtile).pow(2)
     }
 
-    /// Cycles of one (Gaussian, sub-tile) pair.
+    /// Groups of pixels of a sub-tile that the units take one after the other.
+    fn rounds(&self) -> u64 {
+        let held = u64::from(self.spec.units_per_core) * u64::from(self.spec.pixels_per_unit);
+        self.subtile_pixels().div_ceil(held)
+    }
+
+    /// Cycles of one (Gaussian, sub-tile) pair of which all pixels are live.
     pub fn pair_cycles(&self) -> u64 {
-        let rotated = u64::from(self.spec.pixels_per_unit);
-        self.subtile_pixels().div_ceil(u64::from(self.spec.units_per_core) * rotated) * rotated
+        self.rounds() * u64::from(self.spec.pixels_per_unit.max(self.spec.recurrence))
     }
 
     /// (Gaussian, sub-tile) pairs that a chunk executes.
     pub fn pairs(&self, chunk: &ChunkWork) -> u64 {
-        u64::from(match self.spec.subtile_skipping {
-            true => chunk.skipping.subtile_pairs,
-            false => chunk.unskipped.subtile_pairs,
+        let work = self.executed(chunk);
+        u64::from(match self.spec.termination {
+            Termination::Tile => work.tile_pairs,
+            Termination::Subtile | Termination::Quad | Termination::Pixel => work.subtile_pairs,
         })
+    }
+
+    /// What of a chunk is executed.
+    fn executed<'a>(&self, chunk: &'a ChunkWork) -> &'a PairWork {
+        if self.spec.subtile_skipping { &chunk.skipping } else { &chunk.unskipped }
+    }
+
+    /// Cycles in which the units of a core evaluate α. Units that stop pixel by pixel rotate
+    /// through live pixels only, but never faster than `recurrence`.
+    fn blend_cycles(&self, chunk: &ChunkWork) -> u64 {
+        let pairs = self.pairs(chunk);
+        let slots = match self.spec.termination {
+            Termination::Pixel => {
+                let least = pairs * u64::from(self.spec.recurrence);
+                u64::from(self.executed(chunk).pixel_slots).max(least) * self.rounds()
+            }
+            Termination::Quad | Termination::Subtile | Termination::Tile => {
+                pairs * self.pair_cycles()
+            }
+        };
+        slots.max(u64::from(chunk.entries))
+    }
+
+    /// α evaluations that a chunk executes.
+    pub fn alphas(&self, chunk: &ChunkWork) -> u64 {
+        match self.spec.termination {
+            Termination::Pixel => u64::from(self.executed(chunk).live_evaluations),
+            Termination::Quad => u64::from(self.executed(chunk).quad_evaluations),
+            Termination::Subtile | Termination::Tile => self.pairs(chunk) * self.subtile_pixels(),
+        }
     }
 
     /// Bytes that a tile leaves in the pixel buffer.
     pub fn pixel_bytes(&self, tile: &TileWork) -> u64 {
         u64::from(tile.pixels) * self.pixel
+    }
+
+    fn feature_words(&self, chunk: &ChunkWork) -> u64 {
+        self.features.words_of_records(u64::from(chunk.entries), self.feature)
+    }
+
+    /// Charges the features of a chunk that nobody renders.
+    pub fn charge_unused(&self, entries: u32, actions: &mut ActionCounts) {
+        let words = self.features.words_of_records(u64::from(entries), self.feature);
+        let bytes = words * self.features.word();
+        actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Feature), bytes);
     }
 }
 
@@ -73,29 +127,40 @@ impl Unit for Vru {
     const NAME: &'static str = "vru";
 
     fn cycles(&self, work: &Render) -> u64 {
-        let entries = u64::from(work.chunk.entries);
-        let blend = (self.pairs(&work.chunk) * self.pair_cycles()).max(entries);
+        let units = u64::from(self.spec.units_per_core);
         let finish = work.last.map_or(0, |tile| {
-            let drain = if tile.chunks > 0 { u64::from(self.spec.latency) } else { 0 };
-            drain + u64::from(tile.pixels).div_ceil(u64::from(self.spec.units_per_core))
+            let stall = tile.blends * u64::from(self.spec.blend_stall);
+            stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
         });
-        (blend + finish).max(1)
+        let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
+        (self.blend_cycles(&work.chunk) + finish + drain).max(1)
+    }
+
+    /// The features of a chunk are read once, while those of the next one arrive.
+    fn bank_stalls(&self, work: &Render) -> u64 {
+        let words = self.feature_words(&work.chunk);
+        let mut stalls = self.features.excess(words, words, self.blend_cycles(&work.chunk));
+        if let Some(tile) = &work.last {
+            let words = self.pixels.words(self.pixel_bytes(tile));
+            let finish = u64::from(tile.pixels).div_ceil(u64::from(self.spec.units_per_core));
+            stalls += self.pixels.excess(0, words, finish);
+        }
+        stalls
     }
 
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
         let stage = Stage::Rendering;
-        let alphas = self.pairs(&work.chunk) * self.subtile_pixels();
-        actions.charge(stage, Action::Alpha, alphas);
+        actions.charge(stage, Action::Alpha, self.alphas(&work.chunk));
         if self.fetch == Fetch::LazyColour {
             actions.charge(stage, Action::ShColour, u64::from(work.chunk.first_loads));
         }
-        let features = u64::from(work.chunk.entries) * self.feature;
+        let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
         actions.charge(stage, Action::SramRead(Buffer::Feature), features);
         if let Some(tile) = &work.last {
             actions.charge(stage, Action::Blend, tile.blends);
             actions.charge(stage, Action::PixelFinish, u64::from(tile.pixels));
-            let pixels = self.pixel_bytes(tile);
+            let pixels = self.pixels.words(self.pixel_bytes(tile)) * self.pixels.word();
             actions.charge(stage, Action::SramWrite(Buffer::PixelOut), pixels);
             actions.charge(stage, Action::SramRead(Buffer::PixelOut), pixels);
         }

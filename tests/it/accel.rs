@@ -1,10 +1,12 @@
 //! Is each rule of a unit tight? `check(work, cycles)`: one cycle less would be wrong.
 
+use powergs_sim::accel::bank::Banks;
 use powergs_sim::accel::batch::{Batch, Batches};
-use powergs_sim::accel::buffer::Room;
+use powergs_sim::accel::bsu::Sort;
+use powergs_sim::accel::buffer::{Room, usage};
 use powergs_sim::accel::dram::{Channel, Dram, TICKS};
-use powergs_sim::accel::machine::{DramModel, DramSpec, Fetch};
-use powergs_sim::accel::qsu::List;
+use powergs_sim::accel::machine::{BufferSpec, DramModel, DramSpec, Fetch, Ports};
+use powergs_sim::accel::qsu::Keys;
 use powergs_sim::accel::vru::Render;
 use powergs_sim::accel::{Design, Machine, Unit, replay};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
@@ -27,6 +29,12 @@ fn chunk(entries: u32, pairs: u32) -> ChunkWork {
         first_loads: entries / 2,
         ..ChunkWork::default()
     }
+}
+
+/// Keys that all are sorted, on a machine with seven pivots and chunks of 256.
+fn keys(held: u64) -> Keys {
+    let passes = [256, 2048, 16384].iter().filter(|&&most| held > most).count() as u32;
+    Keys { held, sorted: held, passes }
 }
 
 fn charged<U: Unit>(unit: &U, work: &U::Work) -> ActionCounts {
@@ -83,10 +91,11 @@ fn batches_spread_every_counter_without_loss() {
         let mut frame = dice.workload(Geometry::REFERENCE);
         frame.counters.points = u64::from(dice.roll(1, 200));
         frame.counters.survivors = frame.counters.points / 3;
+        frame.storage.clear();
         let size = dice.roll(1, 70);
-        let batches: Vec<Batch> = Batches::new(&frame, size).collect();
+        let batches: Vec<Batch> = Batches::new(&frame, size, frame.counters.tile_pairs).collect();
         let sum = |field: fn(&Batch) -> u64| batches.iter().map(field).sum::<u64>();
-        let whole = Batch::whole(&frame);
+        let whole = Batch::whole(&frame, frame.counters.tile_pairs);
         assert_eq!(sum(|b| b.records), whole.records);
         assert_eq!(sum(|b| b.survivors), whole.survivors);
         assert_eq!(sum(|b| b.prepared), whole.prepared);
@@ -99,24 +108,24 @@ fn batches_spread_every_counter_without_loss() {
 
 #[test]
 fn qsu_passes_until_parts_fit_a_chunk() {
-    let passes = |entries| design(|_| ()).qsu.passes(List { entries });
+    let passes = |entries| design(|_| ()).qsu.passes(entries);
     for (entries, expected) in
         [(0, 0), (1, 0), (256, 0), (257, 1), (2048, 1), (2049, 2), (16384, 2), (16385, 3)]
     {
         assert_eq!(passes(entries), expected, "{entries} entries");
     }
     let one_pivot = design(|m| m.gsu.pivots = 1).qsu;
-    assert_eq!(one_pivot.passes(List { entries: 257 }), 1);
-    assert_eq!(one_pivot.passes(List { entries: 513 }), 2);
+    assert_eq!(one_pivot.passes(257), 1);
+    assert_eq!(one_pivot.passes(513), 2);
 }
 
 #[test]
 fn qsu_pass_is_latency_and_keys() {
     let qsu = design(|m| (m.gsu.qsu_per_core, m.gsu.keys_per_cycle) = (2, 3)).qsu;
-    assert_eq!(qsu.pass_cycles(List { entries: 600 }), 64 + 100);
-    assert_eq!(qsu.pass_cycles(List { entries: 601 }), 64 + 101);
-    assert_eq!(qsu.cycles(&List { entries: 2400 }), 2 * (64 + 400));
-    let actions = charged(&qsu, &List { entries: 2400 });
+    assert_eq!(qsu.pass_cycles(&keys(600)), 64 + 100);
+    assert_eq!(qsu.pass_cycles(&keys(601)), 64 + 101);
+    assert_eq!(qsu.cycles(&keys(2400)), 2 * (64 + 400));
+    let actions = charged(&qsu, &keys(2400));
     assert_eq!(actions.count(Stage::Sorting, Action::PivotKey), 4800);
     // 4-byte keys: written on arrival and in both passes, read in both.
     assert_eq!(actions.total(Action::SramWrite(Buffer::Sorting)), 3 * 9600);
@@ -127,9 +136,9 @@ fn qsu_pass_is_latency_and_keys() {
 fn lists_that_do_not_fit_the_sorting_buffer_spill_in_every_pass() {
     // 16 KiB a core hold 4096 keys.
     let qsu = design(|_| ()).qsu;
-    assert_eq!(qsu.overflow(List { entries: 4096 }), 0);
-    assert_eq!(qsu.overflow(List { entries: 4100 }), 16);
-    assert_eq!(qsu.resident(List { entries: 4100 }), 16384);
+    assert_eq!(qsu.overflow(&keys(4096)), 0);
+    assert_eq!(qsu.overflow(&keys(4100)), 16);
+    assert_eq!(qsu.resident(&keys(4100)), 16384);
     let tile = TilePlan { chunks: vec![(256, 300)], unfetched: 4100 - 256, pixels: 256 };
     let machine = gscore();
     let spilled = replay(&workload(machine.geometry, 0, &[tile]), &machine).served.stages[1];
@@ -141,8 +150,8 @@ fn lists_that_do_not_fit_the_sorting_buffer_spill_in_every_pass() {
 fn bsu_sorts_rows_and_merges_levels() {
     let check = |units, entries, cycles, exchanges| {
         let bsu = design(|m| m.gsu.bsu_per_core = units).bsu;
-        assert_eq!(bsu.cycles(&chunk(entries, 0)), cycles, "{entries} entries");
-        assert_eq!(bsu.compare_exchanges(&chunk(entries, 0)), exchanges, "{entries} entries");
+        assert_eq!(bsu.cycles(&Sort { keys: entries, filtered: 0 }), cycles, "{entries} entries");
+        assert_eq!(bsu.compare_exchanges(entries), exchanges, "{entries} entries");
     };
     // A 16-wide network has 10 stages of 8; a merged row costs 16 + 4 * 8.
     check(1, 1, 4 + 1, 80);
@@ -152,18 +161,18 @@ fn bsu_sorts_rows_and_merges_levels() {
     check(2, 256, 5 * (4 + 8), 16 * (80 + 4 * 48));
     let scalar = design(|m| m.gsu.bsu_width = 1).bsu;
     // Width 1 is a plain merge sort: no exchange inside a row, one per merged key.
-    assert_eq!(scalar.compare_exchanges(&chunk(4, 0)), 4 * 2);
+    assert_eq!(scalar.compare_exchanges(4), 4 * 2);
 }
 
 #[test]
 fn vru_pairs_entries_and_finish() {
     let vru = design(|_| ()).vru;
-    let middle = |entries, pairs| Render { chunk: chunk(entries, pairs), last: None };
+    let middle = |entries, pairs| Render { chunk: chunk(entries, pairs), ..Render::default() };
     assert_eq!(vru.pair_cycles(), 4);
     assert_eq!(vru.cycles(&middle(256, 300)), 1200);
     assert_eq!(vru.cycles(&middle(256, 10)), 256, "an entry leaves the buffer every cycle");
     let tile = TileWork { chunks: 1, pixels: 250, blends: 77, ..TileWork::default() };
-    let end = Render { chunk: chunk(256, 300), last: Some(tile) };
+    let end = Render { chunk: chunk(256, 300), last: Some(tile), drains: true };
     assert_eq!(vru.cycles(&end), 1200 + 192 + 16);
     let empty = Render { last: Some(TileWork { chunks: 0, ..tile }), ..Render::default() };
     assert_eq!(vru.cycles(&empty), 16, "nothing to drain");
@@ -174,6 +183,7 @@ fn vru_pairs_entries_and_finish() {
     {
         let vru = design(|m| {
             m.geometry.subtile = subtile;
+            m.vru.recurrence = 1;
             (m.vru.units_per_core, m.vru.pixels_per_unit) = (units, pixels);
         });
         assert_eq!(vru.vru.pair_cycles(), cycles, "{subtile} {units} {pixels}");
@@ -203,16 +213,14 @@ fn dram_serves_in_order_at_its_rate() {
     let dram = dram(51.2e9, 1.0, 100.0, 1e9);
     assert_eq!((dram.service(1), dram.service(512), dram.latency), (20, 10 * TICKS, 100 * TICKS));
     let mut channel = Channel::new(dram);
-    assert_eq!(channel.read(0, Stage::Sorting, 512), 110);
+    assert_eq!(channel.serve(0, false, 512), 110);
     // The bus is busy until cycle 10, then for 0.02 cycles more.
-    assert_eq!(channel.read(3, Stage::Rendering, 1), 111);
-    assert_eq!(channel.write(3, Stage::Rendering, 1), 11);
-    assert_eq!(channel.write(50, Stage::Preprocessing, 512), 60);
-    assert_eq!(channel.read(60, Stage::Rendering, 0), 61, "nothing to read");
+    assert_eq!(channel.serve(3, false, 1), 111);
+    assert_eq!(channel.serve(3, true, 1), 11);
+    assert_eq!(channel.serve(50, true, 512), 60);
     let usage = channel.usage();
     assert_eq!((usage.requests_issued, usage.requests_served), (4, 4));
-    assert_eq!((usage.read_bytes, usage.write_bytes, usage.busy_cycles), (513, 513, 21));
-    assert_eq!(channel.traffic().stages[1].read, 512);
+    assert_eq!(usage.busy_cycles, 21);
 }
 
 #[test]
@@ -235,18 +243,40 @@ fn dram_rate_scales_with_clock_and_efficiency_and_is_never_above_peak() {
 fn rooms_admit_what_fits_and_anything_when_empty() {
     let mut room = Room::new(100);
     assert!(room.admits(1000));
-    room.fill(60);
+    room.fill(0, 60);
     assert!(room.admits(40) && !room.admits(41));
-    room.release(60);
-    assert_eq!(room.used(), 0);
+    room.fill(10, 30);
+    room.release(15, 60);
+    room.discard(20, 30);
+    let seen = usage(Buffer::Feature, [&room, &room].into_iter());
+    assert_eq!((seen.capacity, seen.peak, seen.filled), (200, 180, 180));
+    assert_eq!((seen.consumed, seen.discarded), (120, 60));
+    assert_eq!(seen.byte_cycles, 2 * (10 * 60 + 5 * 90 + 5 * 30));
 }
 
 #[test]
 #[should_panic(expected = "gives back what it took")]
 fn rooms_do_not_give_back_more_than_they_took() {
     let mut room = Room::new(100);
-    room.fill(5);
-    room.release(6);
+    room.fill(0, 5);
+    room.release(0, 6);
+}
+
+#[test]
+fn banks_serve_one_access_each() {
+    let bank = |word, banks, ports| {
+        Banks::new(&BufferSpec { capacity: Bytes(1 << 20), word: Bytes(word), banks, ports })
+    };
+    let one = bank(16, 4, Ports::ReadOrWrite);
+    assert_eq!((one.words(33), one.words_of_records(5, 17)), (3, 10));
+    assert_eq!(one.excess(20, 20, 10), 0, "4 banks serve 40 accesses in 10 cycles");
+    assert_eq!(one.excess(20, 21, 10), 1);
+    assert_eq!(bank(16, 4, Ports::ReadAndWrite).excess(20, 21, 5), 1);
+    // 64 keys of 4 B are 16 words each way: one read and one write a cycle on one bank take twice
+    // the 16 cycles; on 8 banks, 8 (1 - (7/8)^2) = 1.875 of 2 accesses are served in a cycle.
+    assert_eq!(bank(16, 1, Ports::ReadOrWrite).excess_of_dealing(64, 4, 16), 16);
+    assert_eq!(bank(16, 8, Ports::ReadOrWrite).excess_of_dealing(64, 4, 16), 2);
+    assert_eq!(bank(16, 8, Ports::ReadOrWrite).excess_of_dealing(64, 4, 64), 0);
 }
 
 #[test]

@@ -135,6 +135,10 @@ pub struct VruSpec {
     /// Further cycles for which a unit is held by an α that is not pruned (α ≥ 1/255).
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles per blend"))]
     pub blend_stall: u32,
+    /// Chunks of a tile that are fetched and sorted ahead of its last needed one, before anybody
+    /// knows that they are not needed.
+    #[schemars(range(min = 0, max = 1024), extend("x-unit" = "chunks"))]
+    pub speculation: u32,
     /// Whether the next tile enters while the last one drains.
     pub tile_overlap: bool,
 }

@@ -1,120 +1,169 @@
-//! The front of a core: one tile whose list is read and roughly sorted.
+//! The front of a core: jobs whose lists are read and roughly sorted.
 //!
-//! A front takes the next tile as soon as it is empty (A29), waits until the keys fit the core's
-//! share of the sorting buffer beside those of earlier tiles, reads the list, and runs the QSU
-//! passes. Then the tile waits until the middle of the core is empty. Keys stay in the sorting
-//! buffer until the last fetched chunk of their tile has been sorted.
+//! A front takes the next job while it holds fewer than `gsu.queue` (A29). In their order, jobs wait
+//! until their list is complete and their keys fit the core's share of the sorting buffer beside
+//! those of earlier jobs; then the list is read. The QSUs run the passes of one job after the other.
+//! Then the job waits until the middle of the core is empty. Keys stay in the sorting buffer until
+//! the last chunk of their job has been sorted.
 
 use std::collections::VecDeque;
 
 use super::{NEVER, Shared};
 use crate::accel::Stall;
 use crate::accel::buffer::Room;
-use crate::accel::qsu::List;
-use crate::accel::timeline::State;
+use crate::accel::memory::Arrival;
+use crate::accel::qsu::Keys;
+use crate::accel::schedule::Job;
+use crate::accel::timeline::{Observer, State};
 use crate::action::Stage;
 
-/// Where the tile is.
+/// Where a job is.
 #[derive(Debug, Clone, Copy)]
 enum Phase {
+    /// Waits until its list is complete.
+    Binning,
     /// Waits for room in the sorting buffer.
     Room,
-    /// The list is read until this cycle.
-    List(u64),
-    /// A pass is under way: passes left after it, when its keys and its spill are done.
-    Pass { left: u32, keys: u64, spill: u64 },
+    /// The list is read.
+    List(Arrival),
+    /// A pass is under way.
+    Pass(Pass),
     /// Waits for the middle.
     Ready,
 }
 
-/// The tile in the front.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FrontTile {
-    /// Index.
+struct Pass {
+    /// Passes after it.
+    left: u32,
+    /// When its keys would have moved if no bank were in the way, and when they have.
+    busy: u64,
+    keys: u64,
+    /// The spill that is under way.
+    spill: Option<Arrival>,
+}
+
+/// A job in the front.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrontJob {
+    /// Position in the plan.
+    pub job: u32,
+    /// Its first tile.
     pub tile: u32,
-    /// Its list.
-    pub list: List,
+    keys: Keys,
     phase: Phase,
 }
 
 /// The front, and the sorting buffer.
 #[derive(Debug)]
 pub(super) struct Front {
-    held: Option<FrontTile>,
-    keys: Room,
+    core: u32,
+    owner: u32,
+    held: VecDeque<FrontJob>,
+    /// With static assignment, the next job of this core.
+    next: u32,
+    pub keys: Room,
     /// When keys are released, and how many bytes.
     releases: VecDeque<(u64, u64)>,
 }
 
 impl Front {
-    pub fn new(share: u64) -> Self {
-        Self { held: None, keys: Room::new(share), releases: VecDeque::new() }
+    pub fn new(core: u32, owner: u32, share: u64) -> Self {
+        let (held, releases) = (VecDeque::new(), VecDeque::new());
+        Self { core, owner, held, next: core, keys: Room::new(share), releases }
     }
 
-    /// Gives back the room of keys whose tile has been sorted.
+    /// Gives back the room of keys whose job has been sorted.
     pub fn release_sorted(&mut self, now: u64) {
         while let Some((_, bytes)) = self.releases.pop_front_if(|r| r.0 <= now) {
-            self.keys.release(bytes);
+            self.keys.release(now, bytes);
         }
     }
 
-    /// The last fetched chunk of a tile will be sorted in cycle `at`.
-    pub fn release_at(&mut self, at: u64, bytes: u64) {
-        self.releases.push_back((at, bytes));
-    }
-
-    /// A tile without fetched chunks needs no keys.
-    pub fn release_now(&mut self, bytes: u64) {
-        self.keys.release(bytes);
-    }
-
-    /// Moves on from a list that has arrived or a pass that is done.
-    pub fn advance<O>(&mut self, now: u64, shared: &mut Shared<O>) {
-        let Some(held) = &mut self.held else { return };
-        let left = match held.phase {
-            Phase::List(arrival) if arrival <= now => shared.design.qsu.passes(held.list),
-            Phase::Pass { left, keys, spill } if keys.max(spill) <= now => left,
-            Phase::Room | Phase::Ready | Phase::List(_) | Phase::Pass { .. } => return,
-        };
-        held.phase = match left {
-            0 => Phase::Ready,
-            _ => begin_pass(held.list, left - 1, now, shared),
-        };
-    }
-
-    /// Hands the tile over once it is ready.
-    pub fn hand_over(&mut self) -> Option<FrontTile> {
-        self.held.take_if(|held| matches!(held.phase, Phase::Ready))
-    }
-
-    /// Takes the next tile if there is none, and issues the list read if there is room.
-    pub fn fetch<O>(&mut self, now: u64, shared: &mut Shared<O>) {
-        if self.held.is_none() {
-            let Some(tile) = shared.workload.tiles.get(shared.next_tile as usize) else { return };
-            let list = List { entries: u64::from(tile.entries) };
-            self.held = Some(FrontTile { tile: shared.next_tile, list, phase: Phase::Room });
-            shared.next_tile += 1;
+    /// The last chunk of a job will be sorted in cycle `at`.
+    pub fn release_at(&mut self, now: u64, at: u64, bytes: u64) {
+        if at <= now {
+            self.keys.release(now, bytes);
+        } else {
+            self.releases.push_back((at, bytes));
         }
-        let Some(held) = self.held.as_mut().filter(|h| matches!(h.phase, Phase::Room)) else {
-            return;
-        };
-        let qsu = &shared.design.qsu;
-        let bytes = qsu.resident(held.list);
-        if self.keys.admits(bytes) {
-            self.keys.fill(bytes);
-            let read = held.list.entries * qsu.key;
-            held.phase = Phase::List(shared.channel.read(now, Stage::Sorting, read));
+    }
+
+    /// Moves on from lists that have arrived and passes that are done.
+    pub fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        for held in &mut self.held {
+            let left = match held.phase {
+                Phase::Ready => continue,
+                Phase::List(read) if shared.memory.at(read) <= now => held.keys.passes,
+                Phase::Pass(pass) if pass.is_done(now, shared) => pass.left,
+                Phase::Binning | Phase::Room | Phase::List(_) | Phase::Pass(_) => return,
+            };
+            if left > 0 {
+                let pass = begin_pass(held.keys, left - 1, now, (self.core, self.owner), shared);
+                held.phase = Phase::Pass(pass);
+                return;
+            }
+            held.phase = Phase::Ready;
         }
+    }
+
+    /// Hands the first job over once it is ready.
+    pub fn hand_over(&mut self) -> Option<FrontJob> {
+        self.held.pop_front_if(|held| matches!(held.phase, Phase::Ready))
+    }
+
+    /// Takes jobs while there is place, and issues reads of lists while there is room.
+    pub fn fetch<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        while self.held.len() < shared.design.qsu.spec.queue as usize {
+            let Some((index, job)) = self.take(shared) else { break };
+            let (tile, keys) = (shared.plan.tiles_of(job)[0], job.keys);
+            self.held.push_back(FrontJob { job: index, tile, keys, phase: Phase::Binning });
+        }
+        for held in &mut self.held {
+            let job = &shared.plan.jobs[held.job as usize];
+            if matches!(held.phase, Phase::Binning) && shared.binned.has(job.complete_after) {
+                held.phase = Phase::Room;
+            }
+            let bytes = shared.design.qsu.resident(&held.keys);
+            match held.phase {
+                Phase::Binning => return,
+                Phase::Room if !self.keys.admits(bytes) => return,
+                Phase::Room => {
+                    self.keys.fill(now, bytes);
+                    let span = shared.memory.layout().list(job.list_start, job.read);
+                    let read = shared.read(now, self.owner, Stage::Sorting, job.read, span);
+                    held.phase = Phase::List(read);
+                }
+                Phase::List(_) | Phase::Pass(_) | Phase::Ready => {}
+            }
+        }
+    }
+
+    /// The next job of this core.
+    fn take<'a, O>(&mut self, shared: &mut Shared<'a, O>) -> Option<(u32, &'a Job)> {
+        let plan = shared.plan;
+        let next = if plan.is_static { &mut self.next } else { &mut shared.next_job };
+        let index = *next;
+        let job = plan.jobs.get(index as usize)?;
+        *next += if plan.is_static { shared.design.vru.spec.cores } else { 1 };
+        Some((index, job))
+    }
+
+    fn working(&self) -> Option<&FrontJob> {
+        self.held.iter().find(|held| !matches!(held.phase, Phase::Ready))
     }
 
     /// What the QSUs do, as of the end of the events of cycle `now`.
     pub fn state(&self, now: u64) -> State {
-        let Some(held) = &self.held else { return State::Idle };
+        let Some(held) = self.working() else {
+            return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::Output) };
+        };
         match held.phase {
-            Phase::Pass { keys, .. } if keys > now => State::Busy(held.tile),
-            Phase::Pass { .. } => State::Stalled(Stall::Spill),
-            Phase::List(_) if held.list.entries > 0 => State::Stalled(Stall::List),
-            Phase::List(_) => State::Stalled(Stall::Input),
+            Phase::Pass(pass) if pass.busy > now => State::Busy(held.tile),
+            Phase::Pass(pass) if pass.keys > now => State::Stalled(Stall::Bank),
+            Phase::Pass(_) => State::Stalled(Stall::Spill),
+            Phase::List(_) if held.keys.held > 0 => State::Stalled(Stall::List),
+            Phase::List(_) | Phase::Binning => State::Stalled(Stall::Input),
             Phase::Room | Phase::Ready => State::Stalled(Stall::Output),
         }
     }
@@ -128,30 +177,52 @@ impl Front {
         }
     }
 
-    pub fn wake(&self, now: u64) -> u64 {
-        match self.held.map(|held| held.phase) {
-            None | Some(Phase::Ready) => NEVER,
-            Some(Phase::Room) => self.releases.front().map_or(NEVER, |r| r.0),
-            Some(Phase::List(arrival)) => arrival,
-            Some(Phase::Pass { keys, spill, .. }) => {
-                if keys > now {
-                    keys
-                } else {
-                    spill
-                }
+    pub fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
+        let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
+        let at = |arrival: Arrival| later(shared.memory.at(arrival));
+        let working = self.working().map_or(NEVER, |held| match held.phase {
+            Phase::Binning | Phase::Room | Phase::Ready => NEVER,
+            Phase::List(read) => at(read),
+            Phase::Pass(pass) => {
+                let spill = pass.spill.map_or(NEVER, at);
+                later(pass.busy).min(later(pass.keys)).min(spill)
             }
+        });
+        let waits_for_room = self.held.iter().any(|held| matches!(held.phase, Phase::Room));
+        let release = self.releases.front().map_or(NEVER, |r| later(r.0));
+        working.min(if waits_for_room { release } else { NEVER })
+    }
+
+    /// Ends the account of the sorting buffer.
+    pub fn close(&mut self, now: u64) {
+        while let Some((_, bytes)) = self.releases.pop_front() {
+            self.keys.release(now, bytes);
         }
     }
 }
 
-fn begin_pass<O>(list: List, left: u32, now: u64, shared: &mut Shared<O>) -> Phase {
-    let qsu = &shared.design.qsu;
-    let overflow = qsu.overflow(list);
-    let keys = now + qsu.pass_cycles(list);
-    if overflow == 0 {
-        return Phase::Pass { left, keys, spill: now };
+impl Pass {
+    fn is_done<O>(&self, now: u64, shared: &Shared<O>) -> bool {
+        self.keys <= now && self.spill.is_none_or(|spill| shared.memory.at(spill) <= now)
     }
-    shared.channel.write(now, Stage::Sorting, overflow);
-    let spill = shared.channel.read(now, Stage::Sorting, overflow);
-    Phase::Pass { left, keys, spill }
+}
+
+fn begin_pass<O: Observer>(
+    keys: Keys,
+    left: u32,
+    now: u64,
+    (core, owner): (u32, u32),
+    shared: &mut Shared<O>,
+) -> Pass {
+    let qsu = &shared.design.qsu;
+    let overflow = qsu.overflow(&keys);
+    let busy = now + qsu.pass_cycles(&keys);
+    let done = busy + qsu.pass_stalls(&keys);
+    let mut pass = Pass { left, busy, keys: done, spill: None };
+    if overflow > 0 {
+        let span = shared.memory.layout().spill(core, overflow);
+        shared.write(now, owner, Stage::Sorting, overflow, span);
+        pass.spill = Some(shared.read(now, owner, Stage::Sorting, overflow, span));
+    }
+    pass
 }

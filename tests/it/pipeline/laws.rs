@@ -1,6 +1,9 @@
 //! What is true of every machine, and what is not although one might think so.
 
-use powergs_sim::accel::{Design, Machine, Unit, replay};
+use powergs_sim::accel::schedule::Plan;
+use powergs_sim::accel::traffic::for_each_chunk;
+use powergs_sim::accel::{Design, Given, Machine, Replay, Unit, replay};
+use powergs_sim::action::{Action, Stage};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_sim::workload::FrameWorkload;
 
@@ -41,22 +44,55 @@ fn cycles_add_up_and_nothing_is_faster_than_its_parts() {
 #[test]
 fn units_are_busy_for_exactly_their_work() {
     for seed in 0..CASES {
-        let (machine, workload) = case(seed);
+        let (mut machine, workload) = case(seed);
+        machine.vru.speculation = 0;
         let design = Design::new(&machine);
+        let plan = Plan::new(&workload, &machine, &design, &Given::default());
         let units = replay(&workload, &machine).timing.units;
-        let sorts: u64 = workload.chunks.iter().map(|chunk| design.bsu.cycles(chunk)).sum();
+        let mut sorts = 0;
+        for job in &plan.jobs {
+            for_each_chunk(&workload, &plan, job, |_, _, sort| sorts += design.bsu.cycles(&sort));
+        }
         assert_eq!(units[2].busy, sorts * u64::from(machine.gsu.bsu_per_core), "seed {seed}");
-        let lists = workload.tiles.iter().map(|tile| u64::from(tile.entries));
-        let passes = lists
-            .map(|entries| powergs_sim::accel::qsu::List { entries })
-            .map(|list| u64::from(design.qsu.passes(list)) * design.qsu.pass_cycles(list));
-        let passes: u64 = passes.sum();
+        let jobs = plan.jobs.iter();
+        let passes: u64 =
+            jobs.map(|j| u64::from(j.keys.passes) * design.qsu.pass_cycles(&j.keys)).sum();
         assert_eq!(units[1].busy, passes * u64::from(machine.gsu.qsu_per_core), "seed {seed}");
     }
 }
 
+/// Actions without those that nobody needed.
+fn needed(replay: &Replay) -> Vec<u64> {
+    let count = |stage, action| {
+        replay.actions.count(stage, action) - replay.speculation.count(stage, action)
+    };
+    Stage::WORK
+        .into_iter()
+        .flat_map(|stage| Action::all().map(|action| count(stage, action)))
+        .collect()
+}
+
 #[test]
-fn actions_do_not_depend_on_timing() {
+fn what_enters_a_buffer_leaves_it() {
+    let mut discarded = 0;
+    for seed in 0..CASES {
+        let (machine, workload) = case(seed);
+        let replay = replay(&workload, &machine);
+        for buffer in &replay.timing.buffers {
+            assert_eq!(buffer.filled, buffer.consumed + buffer.discarded, "seed {seed} {buffer:?}");
+            assert!(buffer.byte_cycles <= u128::from(buffer.peak * replay.timing.frame));
+            discarded += buffer.discarded;
+        }
+        let in_vain = replay.speculation.count(Stage::Rendering, Action::DramRead);
+        let discarded: u64 = replay.timing.buffers.iter().map(|b| b.discarded).sum();
+        let spec = &machine.record;
+        assert_eq!(in_vain, discarded, "seed {seed} {spec:?}");
+    }
+    assert!(discarded > 0);
+}
+
+#[test]
+fn work_does_not_depend_on_timing() {
     for seed in 0..CASES {
         let (mut machine, workload) = case(seed);
         let before = replay(&workload, &machine);
@@ -77,8 +113,11 @@ fn actions_do_not_depend_on_timing() {
         machine.dram.latency = Nanoseconds(3.5);
         machine.dram.bandwidth = BytesPerSecond(7e9);
         let after = replay(&workload, &machine);
-        assert_eq!(before.actions, after.actions, "seed {seed}");
-        assert_eq!(before.served, after.served, "seed {seed}");
+        assert_eq!(needed(&before), needed(&after), "seed {seed}");
+        if machine.vru.speculation == 0 {
+            assert_eq!(before.actions, after.actions, "seed {seed}");
+            assert_eq!(before.served, after.served, "seed {seed}");
+        }
     }
 }
 
@@ -151,14 +190,7 @@ fn contention_and_scheduling_have_anomalies() {
         ("a faster memory, several cores", |_| (), faster),
         ("a larger feature buffer, one core", alone, help("a larger feature buffer")),
         ("a shorter CCU, one core", alone, help("a shorter CCU")),
-        (
-            "a shorter BSU, several cores, fast memory",
-            |m| {
-                m.dram.bandwidth = BytesPerSecond(1e18);
-                m.dram.latency = Nanoseconds(0.0);
-            },
-            help("a shorter BSU"),
-        ),
+        ("a shorter VRU, several cores", |_| (), help("a shorter VRU")),
     ];
     for (name, prepare, change) in shared {
         let effects: Vec<_> = (0..3 * CASES).map(|seed| effect(seed, prepare, change)).collect();

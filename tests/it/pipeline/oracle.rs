@@ -8,7 +8,9 @@ mod memory;
 
 use std::collections::BTreeMap;
 
-use powergs_sim::accel::{Design, Machine};
+use powergs_sim::accel::machine::Overlap;
+use powergs_sim::accel::schedule::Plan;
+use powergs_sim::accel::{Design, Given, Machine};
 use powergs_sim::workload::FrameWorkload;
 
 use self::converter::Converter;
@@ -44,46 +46,61 @@ impl Seen {
     }
 }
 
+/// What does not change from cycle to cycle, and which batches have been written.
+pub struct Frame<'a> {
+    pub design: &'a Design,
+    pub workload: &'a FrameWorkload,
+    pub plan: &'a Plan,
+    pub given: Given<'a>,
+    waits_for_lists: bool,
+    written: BTreeMap<usize, u64>,
+}
+
+impl Frame<'_> {
+    /// Whether the first `splats` splats have been written, in batches without a gap.
+    fn is_binned(&self, splats: u32) -> bool {
+        let gapless = (0..).map_while(|batch| self.written.get(&batch));
+        !self.waits_for_lists || gapless.sum::<u64>() >= u64::from(splats)
+    }
+}
+
 /// Steps through a frame.
-pub fn run(workload: &FrameWorkload, machine: &Machine) -> Seen {
+pub fn run(workload: &FrameWorkload, machine: &Machine, given: Given) -> Seen {
     let design = Design::new(machine);
+    let plan = Plan::new(workload, machine, &design, &given);
+    let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
+    let written = BTreeMap::new();
+    let mut frame =
+        Frame { design: &design, workload, plan: &plan, given, waits_for_lists, written };
     let mut memory = Memory::new(&design);
     let mut seen = Seen::default();
-    let n_cores = machine.vru.cores as usize;
     let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();
-    let mut next_batch = 0;
-    let mut now = 0;
+    let mut cores: Vec<Core> = (0..machine.vru.cores as usize).map(Core::new).collect();
+    let (mut next_batch, mut next_job, mut now) = (0, 0, 0);
+    let (mut is_binned, mut can_render) = (false, machine.schedule.overlap != Overlap::None);
     loop {
         for converter in &mut converters {
-            converter.step(now, &design, workload, &mut next_batch, &mut memory);
+            converter.step(now, &mut frame, &mut next_batch, &mut memory);
         }
-        let left = converter::batches(workload, &design) - next_batch;
-        if left == 0 && converters.iter().all(Converter::is_done) {
+        let is_over = next_batch == converter::batches(&frame);
+        if !is_binned && is_over && converters.iter().all(Converter::is_done) {
+            (is_binned, can_render) = (true, true);
+            seen.preprocessing_end = now;
+        }
+        if can_render {
+            for core in &mut cores {
+                core.step(now, &frame, &mut next_job, &mut memory);
+            }
+        }
+        if is_binned && cores.iter().all(|core| core.is_done(now, &frame, next_job, &memory)) {
             break;
         }
         for (i, converter) in converters.iter_mut().enumerate() {
             seen.put(0, i, converter.symbol());
             converter.tick();
         }
-        for i in 0..n_cores {
-            (1..4).for_each(|unit| seen.put(unit, i, '.'));
-        }
-        memory.tick(now);
-        now += 1;
-    }
-    seen.preprocessing_end = now;
-    let mut cores: Vec<Core> = (0..n_cores).map(|_| Core::default()).collect();
-    let mut next_tile = 0;
-    loop {
-        for core in &mut cores {
-            core.step(now, &design, workload, &mut next_tile, &mut memory);
-        }
-        if next_tile == workload.tiles.len() && cores.iter().all(Core::is_done) {
-            break;
-        }
-        (0..converters.len()).for_each(|i| seen.put(0, i, '.'));
         for (i, core) in cores.iter_mut().enumerate() {
-            let symbols = core.symbols(now, &memory);
+            let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 3] };
             (1..4).for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
             core.tick();
         }

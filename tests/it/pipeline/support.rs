@@ -1,16 +1,18 @@
 //! Machines and workloads for the tests of the accelerator.
 
-use powergs_sim::accel::Machine;
 use powergs_sim::accel::machine::*;
+use powergs_sim::accel::{Machine, TileReuse};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
-use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, PairWork, TileWork};
+use powergs_sim::workload::{
+    ChunkWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix, TileWork,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// A buffer that is never in the way of itself.
 pub fn buffer(capacity: Bytes) -> BufferSpec {
-    BufferSpec { capacity, word: Bytes(64), banks: 64, ports: Ports::ReadAndWrite }
+    BufferSpec { capacity, word: Bytes(1), banks: 1024, ports: Ports::ReadAndWrite }
 }
 
 /// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
@@ -64,6 +66,7 @@ pub fn gscore() -> Machine {
             subtile_skipping: true,
             termination: Termination::Subtile,
             blend_stall: 0,
+            speculation: 0,
             tile_overlap: false,
         },
         buffers: BufferSpecs {
@@ -174,7 +177,8 @@ impl Dice {
     pub fn machine(&mut self) -> Machine {
         let chunk = self.pick(&[1, 3, 4, 8]);
         let mut machine = gscore();
-        machine.geometry = Geometry { chunk, subtile: self.pick(&[4, 8]), ..Geometry::REFERENCE };
+        let (subtile, sort_group) = (self.pick(&[4, 8]), self.pick(&[16, 16, 32, 64]));
+        machine.geometry = Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
         let bytes = |dice: &mut Self, most| Bytes(u64::from(dice.roll(0, most)));
         machine.record = RecordSpec {
             position: bytes(self, 6),
@@ -204,8 +208,8 @@ impl Dice {
             bsu_per_core: self.roll(1, 2),
             bsu_width: self.pick(&[1, 2, 4]),
             bsu_latency: self.roll(0, 3),
-            queue: 1,
-            spill: Spill::Overflow,
+            queue: self.roll(1, 3),
+            spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
             depth: DepthKey::Fp16,
             reuse_period: 1,
         };
@@ -214,13 +218,35 @@ impl Dice {
             units_per_core: self.pick(&[1, 4, 16]),
             pixels_per_unit: self.pick(&[1, 4]),
             latency: self.roll(0, 9),
-            recurrence: 1,
+            recurrence: self.pick(&[1, 4, 6]),
             subtile_skipping: self.roll(0, 1) == 1,
-            termination: Termination::Subtile,
-            blend_stall: 0,
-            tile_overlap: false,
+            termination: self.pick(&[
+                Termination::Pixel,
+                Termination::Quad,
+                Termination::Subtile,
+                Termination::Tile,
+            ]),
+            blend_stall: self.roll(0, 2),
+            speculation: self.roll(0, 3),
+            tile_overlap: self.roll(0, 1) == 1,
         };
-        let buffer = |dice: &mut Self, most| buffer(bytes(dice, most));
+        let buffer = |dice: &mut Self, most| BufferSpec {
+            capacity: bytes(dice, most),
+            word: Bytes(dice.pick(&[1, 4, 16, 64])),
+            banks: dice.pick(&[1, 2, 8]),
+            ports: dice.pick(&[Ports::ReadOrWrite, Ports::ReadAndWrite]),
+        };
+        machine.schedule = ScheduleSpec {
+            order: self.pick(&[TileOrder::Raster, TileOrder::Morton, TileOrder::Hilbert]),
+            assignment: self.pick(&[
+                Assignment::Static,
+                Assignment::Greedy,
+                Assignment::Greedy,
+                Assignment::LongestFirst,
+            ]),
+            merge_below: self.pick(&[0, 0, 10, 50]),
+            overlap: self.pick(&[Overlap::None, Overlap::None, Overlap::Tiles, Overlap::Frames]),
+        };
         machine.buffers = BufferSpecs {
             gaussian_in: buffer(self, 600),
             tile_list: buffer(self, 400),
@@ -256,7 +282,7 @@ impl Dice {
                 TilePlan { chunks, unfetched: entries - loaded, pixels: self.roll(1, 256) }
             })
             .collect();
-        let points = u64::from(self.roll(0, 40));
+        let points = u64::from(self.pick(&[10, 40, 100]) * self.roll(0, 10) / 10);
         let mut w = workload(geometry, points, &plan);
         let pairs = w.tiles.iter().map(|tile| u64::from(tile.entries)).sum();
         let c = &mut w.counters;
@@ -265,6 +291,77 @@ impl Dice {
         c.obb_prepared = u64::from(self.roll(0, c.survivors as u32));
         c.obb_tests = c.obb_prepared * u64::from(self.roll(1, 6));
         c.intersecting_points = c.survivors.min(c.tile_pairs);
+        self.group(&mut w);
+        self.store(&mut w);
         w
+    }
+
+    /// What a feature cache has, for every second frame.
+    pub fn hits(&mut self, workload: &FrameWorkload) -> Option<Vec<u32>> {
+        let has_cache = self.roll(0, 1) == 1;
+        has_cache.then(|| workload.chunks.iter().map(|c| self.roll(0, c.entries)).collect())
+    }
+
+    /// What tiles keep of the frame before, for every third frame; sort groups keep nothing.
+    pub fn reuse(&mut self, workload: &FrameWorkload) -> Option<Vec<TileReuse>> {
+        let keeps = self.roll(0, 2) == 0 && workload.groups.is_empty();
+        keeps.then(|| {
+            let tiles = workload.tiles.iter();
+            let of = |tile: &TileWork| {
+                let kept = self.roll(0, tile.entries);
+                TileReuse { kept, new: tile.entries - kept, gone: self.roll(0, 5) }
+            };
+            tiles.map(of).collect()
+        })
+    }
+
+    /// Sort groups with the lists of their tiles.
+    fn group(&mut self, w: &mut FrameWorkload) {
+        let side = w.geometry.tiles_per_group_side() as usize;
+        if side == 1 {
+            return;
+        }
+        for tiles in w.tiles.chunks(side) {
+            let most: u32 = tiles.iter().map(|tile| tile.entries).sum();
+            let mut sorted = 0;
+            for tile in tiles {
+                let mut end = 0;
+                for chunk in &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
+                    end += chunk.entries;
+                    let later = end + self.roll(0, most - tile.entries);
+                    chunk.group_end = chunk.group_end.max(later).min(most);
+                    sorted = sorted.max(chunk.group_end.next_multiple_of(w.geometry.chunk));
+                }
+                let chunks = &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize];
+                let mut last = 0;
+                for chunk in chunks {
+                    last = chunk.group_end.max(last);
+                    chunk.group_end = last;
+                }
+            }
+            w.groups.push(GroupWork { entries: most, sorted: sorted.min(most) });
+        }
+    }
+
+    /// Counters in storage order: of some frames only.
+    fn store(&mut self, w: &mut FrameWorkload) {
+        if self.roll(0, 2) == 0 || w.counters.points == 0 {
+            return;
+        }
+        let n = w.counters.points.div_ceil(STORAGE_BLOCK);
+        let c = w.counters;
+        let totals =
+            [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, c.tile_pairs];
+        let mut at = [0; 5];
+        for block in 1..=n {
+            for (x, total) in at.iter_mut().zip(totals) {
+                *x = if block == n { total as u32 } else { self.roll(*x, total as u32) };
+            }
+            let [survivors, prepared, tests, splats, pairs] = at;
+            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs });
+        }
+        for tile in &mut w.tiles {
+            tile.complete_after = self.roll(0, c.intersecting_points as u32);
+        }
     }
 }

@@ -1,0 +1,64 @@
+//! Banks and ports of a buffer: how long its accesses take.
+//!
+//! Rule: a bank serves one access of one word per cycle, or one read and one write with two ports.
+//! Streams (records, rows of keys, features, pixels) are interleaved over the banks word by word,
+//! so they take `ceil(accesses / banks)` cycles, and a unit that needs fewer stalls for the rest.
+//! The keys that a QSU deals to its parts go to banks that nobody can plan: of a random accesses a
+//! cycle, `b (1 - (1 - 1/b)^a)` are served (A39).
+
+use super::machine::{BufferSpec, Ports};
+
+/// The banks of the share of one unit or core.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Banks {
+    banks: u64,
+    word: u64,
+    two_ports: bool,
+}
+
+impl Banks {
+    /// The banks of a buffer.
+    pub fn new(spec: &BufferSpec) -> Self {
+        Self {
+            banks: u64::from(spec.banks),
+            word: spec.word.0.max(1),
+            two_ports: spec.ports == Ports::ReadAndWrite,
+        }
+    }
+
+    /// Words of `records` records of `bytes` each, every one beginning at a word of its own.
+    pub fn words_of_records(&self, records: u64, bytes: u64) -> u64 {
+        records * bytes.div_ceil(self.word)
+    }
+
+    /// Words of `bytes` in a row.
+    pub fn words(&self, bytes: u64) -> u64 {
+        bytes.div_ceil(self.word)
+    }
+
+    /// Bytes of one word.
+    pub fn word(&self) -> u64 {
+        self.word
+    }
+
+    /// Cycles that `reads` and `writes` words take beyond `cycles`.
+    pub fn excess(&self, reads: u64, writes: u64, cycles: u64) -> u64 {
+        let accesses = if self.two_ports { reads.max(writes) } else { reads + writes };
+        accesses.div_ceil(self.banks).saturating_sub(cycles)
+    }
+
+    /// Cycles beyond `cycles` when `keys` keys of `bytes` are read in a row and dealt to random
+    /// banks, each word once.
+    pub fn excess_of_dealing(&self, keys: u64, bytes: u64, cycles: u64) -> u64 {
+        let words = self.words(keys * bytes);
+        let each_way = words as f64 / cycles.max(1) as f64;
+        let asked = if self.two_ports { each_way } else { 2.0 * each_way };
+        let banks = self.banks as f64;
+        let served = banks * (1.0 - (1.0 - banks.recip()).powf(asked));
+        if served >= asked || asked == 0.0 {
+            return self.excess(words, words, cycles);
+        }
+        let stretched = (cycles as f64 * (asked / served)).ceil() as u64;
+        stretched.saturating_sub(cycles).max(self.excess(words, words, cycles))
+    }
+}

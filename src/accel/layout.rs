@@ -1,0 +1,188 @@
+//! Where everything lies in DRAM, and which pieces a request touches (A35).
+//!
+//! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and colours
+//! of the scene in storage order (one array of whole records with `ccu.fetch = "everything"`),
+//! projected splats in the order of the CCUs, tile lists back to back, features in storage order at
+//! `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a core), and the image,
+//! tile by tile.
+
+use super::design::Design;
+use super::machine::Fetch;
+use super::traffic::Load;
+use crate::workload::FrameWorkload;
+
+/// Regions begin at multiples of this.
+const REGION: u64 = 1 << 20;
+
+/// A contiguous piece of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Piece {
+    /// First byte.
+    pub address: u64,
+    /// Bytes.
+    pub bytes: u64,
+}
+
+/// What a request touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Span {
+    /// Bytes in a row.
+    Run(Piece),
+    /// What a CCU writes: projected splats and list entries.
+    Two(Piece, Piece),
+    /// Records of the survivors of a batch, evenly among its records.
+    Survivors {
+        /// Record of the first one in the batch.
+        first: u64,
+        /// Records of the batch.
+        records: u64,
+        /// Survivors among them.
+        survivors: u64,
+    },
+    /// Features and colours of entries of a list.
+    Chunk {
+        /// First entry in [`FrameWorkload::list`].
+        start: u64,
+        /// Entries.
+        entries: u64,
+        /// How many of their records are read: those of evenly chosen entries, since it is not
+        /// known which entries hit the cache or were loaded before.
+        load: Load,
+    },
+}
+
+/// Addresses of the regions of a frame.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    fetch: Fetch,
+    /// Position, geometry, colour: bytes read, and distance of records.
+    scene: [(u64, u64, u64); 3],
+    projected: (u64, u64),
+    lists: (u64, u64),
+    features: (u64, u64, u64),
+    spill: u64,
+    pixels: (u64, u64),
+}
+
+impl Layout {
+    /// Lays a frame out.
+    pub fn new(workload: &FrameWorkload, design: &Design) -> Layout {
+        let (r, c) = (&design.ccu.record, &workload.counters);
+        let mut end = 0u64;
+        let mut region = |bytes: u64| {
+            let start = end;
+            end = (start + bytes).next_multiple_of(REGION);
+            start
+        };
+        let all = r.position.0 + r.geometry.0 + r.colour.0;
+        let sizes = match design.ccu.spec.fetch {
+            Fetch::Everything => [(all, all), (0, 0), (0, 0)],
+            Fetch::GeometryFirst | Fetch::LazyColour => [
+                (r.position.0, r.position.0),
+                (r.geometry.0, r.geometry.0),
+                (r.colour.0, r.colour_pitch.0),
+            ],
+        };
+        let scene =
+            sizes.map(|(bytes, pitch)| (region(c.points.saturating_mul(pitch)), bytes, pitch));
+        let entries = workload.list.len() as u64;
+        Layout {
+            fetch: design.ccu.spec.fetch,
+            scene,
+            projected: (region(c.intersecting_points * r.projected.0), r.projected.0),
+            lists: (region(entries.max(c.tile_pairs) * r.list_entry.0), r.list_entry.0),
+            features: {
+                let start = region(c.intersecting_points * r.feature_pitch.0);
+                (start, r.feature.0, r.feature_pitch.0)
+            },
+            spill: region(u64::from(design.vru.spec.cores) * REGION),
+            pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
+        }
+    }
+
+    /// First read of a batch.
+    pub fn first_read(&self, first: u64, bytes: u64) -> Span {
+        let (base, _, pitch) = self.scene[0];
+        Span::Run(Piece { address: base + first * pitch, bytes })
+    }
+
+    /// Results of a batch.
+    pub fn results(&self, first_splat: u64, splats: u64, first_pair: u64, pairs: u64) -> Span {
+        let at = |(base, size): (u64, u64), first: u64, n: u64| Piece {
+            address: base + first * size,
+            bytes: n * size,
+        };
+        Span::Two(at(self.projected, first_splat, splats), at(self.lists, first_pair, pairs))
+    }
+
+    /// A list that begins with this entry.
+    pub fn list(&self, start: u32, bytes: u64) -> Span {
+        Span::Run(Piece { address: self.lists.0 + u64::from(start) * self.lists.1, bytes })
+    }
+
+    /// Keys of a core that do not fit.
+    pub fn spill(&self, core: u32, bytes: u64) -> Span {
+        Span::Run(Piece { address: self.spill + u64::from(core) * REGION, bytes })
+    }
+
+    /// The pixels of a tile.
+    pub fn pixels(&self, tile: u32, bytes: u64) -> Span {
+        Span::Run(Piece { address: self.pixels.0 + u64::from(tile) * self.pixels.1, bytes })
+    }
+
+    /// The next piece of a request of which `cursor` pieces are done.
+    pub fn piece(&self, span: &Span, cursor: &mut u64, workload: &FrameWorkload) -> Option<Piece> {
+        loop {
+            let step = *cursor;
+            *cursor += 1;
+            let piece = match *span {
+                Span::Run(piece) => (step == 0).then_some(piece)?,
+                Span::Two(a, b) => *[a, b].get(step as usize)?,
+                Span::Survivors { first, records, survivors } => {
+                    self.survivor(first, records, survivors, step)?
+                }
+                Span::Chunk { start, entries, load } => {
+                    self.record(start, entries, load, step, workload)?
+                }
+            };
+            if piece.bytes > 0 {
+                return Some(piece);
+            }
+        }
+    }
+
+    fn survivor(&self, first: u64, records: u64, survivors: u64, step: u64) -> Option<Piece> {
+        let both = self.fetch == Fetch::GeometryFirst;
+        let (index, part) = if both { (step / 2, step % 2) } else { (step, 0) };
+        if index >= survivors {
+            return None;
+        }
+        let record = first + index * records / survivors;
+        let (base, bytes, pitch) = self.scene[1 + part as usize];
+        Some(Piece { address: base + record * pitch, bytes })
+    }
+
+    fn record(
+        &self,
+        start: u64,
+        entries: u64,
+        load: Load,
+        step: u64,
+        workload: &FrameWorkload,
+    ) -> Option<Piece> {
+        let rank =
+            |nth: u64, of: u64| workload.list[(start + nth * entries / of) as usize] as usize;
+        if step < load.features {
+            let (base, bytes, pitch) = self.features;
+            let slot = u64::from(workload.slot[rank(step, load.features)]);
+            return Some(Piece { address: base + slot * pitch, bytes });
+        }
+        let step = step - load.features;
+        if step >= load.colours {
+            return None;
+        }
+        let (base, bytes, pitch) = self.scene[2];
+        let index = u64::from(workload.index[rank(step, load.colours)]);
+        Some(Piece { address: base + index * pitch, bytes })
+    }
+}
