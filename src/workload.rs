@@ -1,10 +1,12 @@
 //! A trace frame under one `Geometry`: tile lists, chunks, sub-tile work. No machine, no time.
 
 pub mod bin;
+pub mod cache;
 mod chunk;
 mod group;
 pub mod order;
 pub mod paper;
+pub mod reuse;
 mod storage;
 mod tile;
 

@@ -69,8 +69,8 @@ fn count_row(geometry: Geometry, lists: &[Vec<u32>], parts: &mut [RowPart]) -> V
 }
 
 impl FrameWorkload {
-    /// Depth ranks of the common list of sort group `group`, ascending: the list of the tile where a
-    /// group is a tile.
+    /// Depth ranks of the common list of sort group `group`, ascending: the list of the tile where
+    /// a group is a tile.
     pub fn group_list(&self, group: u32) -> Vec<u32> {
         let side = self.geometry.tiles_per_group_side();
         let (x0, y0) = (group % self.groups_x() * side, group / self.groups_x() * side);

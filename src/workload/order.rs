@@ -1,7 +1,15 @@
-//! Orders: in which tiles are dealt.
+//! Orders: in which tiles are dealt, and in which a sorter leaves the entries of a list.
+
+mod check;
+mod inversions;
+mod key;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub use check::{PivotRule, SortCheck, Sorter, check};
+pub(super) use inversions::count as inversions;
+pub use key::DepthKey;
 
 /// Order of tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
@@ -13,18 +21,6 @@ pub enum TileOrder {
     Morton,
     /// Hilbert curve.
     Hilbert,
-}
-
-/// What of a depth is in a sorting key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DepthKey {
-    /// IEEE binary16, rounded to nearest.
-    Fp16,
-    /// The upper half of binary32, truncated.
-    Bf16,
-    /// IEEE binary32.
-    Fp32,
 }
 
 /// Every tile of a grid once, as row-major indices, in `order`. Curves are those of the smallest
@@ -51,8 +47,8 @@ fn spread(x: u32) -> u64 {
 }
 
 /// How far along the Hilbert curve of a square of 2^bits tiles a side tile (x, y) is. It begins at
-/// (0, 0). From the largest quadrant to the smallest: count the quadrants that come before, and turn
-/// the own one so that its curve begins at its corner (0, 0) and ends at its upper right.
+/// (0, 0). From the largest quadrant to the smallest: count the quadrants that come before, and
+/// turn the own one so that its curve begins at its corner (0, 0) and ends at its upper right.
 fn hilbert(bits: u32, mut x: u32, mut y: u32) -> u64 {
     let mut distance = 0;
     for bit in (0..bits).rev() {

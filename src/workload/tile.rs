@@ -103,8 +103,8 @@ struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    /// Pixel counts of the tile; fills `iterated` with the entries that each of its pixels iterates,
-    /// row by row.
+    /// Pixel counts of the tile; fills `iterated` with the entries that each of its pixels
+    /// iterates, row by row.
     fn count(&self, iterated: &mut Vec<u32>) -> TileWork {
         let (x0, y0, x1, y1) = self.pixels;
         let n = self.list.len() as u32;

@@ -1,6 +1,10 @@
 //! Does binning count what the rasteriser does, and what a direct count finds?
 
+mod cache;
+mod contribution;
 mod counts;
 mod naive;
+mod reuse;
+mod sorting;
 mod support;
 mod tiles;

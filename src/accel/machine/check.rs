@@ -58,7 +58,8 @@ fn geometry(m: &Machine, found: &mut Found) {
         );
         found.push(("geometry.subtile", message));
     }
-    if g.sort_group < g.tile || !g.sort_group.is_power_of_two() || g.sort_group > SORT_GROUP_MAX {
+    let is_group = |n: u32| n.is_power_of_two() && (g.tile..=SORT_GROUP_MAX).contains(&n);
+    if g.tile.is_power_of_two() && !is_group(g.sort_group) {
         let message = format!(
             "`geometry.sort-group` = {} must be `geometry.tile` = {} or a power of two above it, \
              at most {SORT_GROUP_MAX}: a group is a square of tiles",

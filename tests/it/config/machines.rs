@@ -86,6 +86,9 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["geometry.tile=24"], "geometry.tile", "a power of two: 16 or 32");
     contradicts(&["geometry.subtile=12"], "geometry.subtile", "a power of two: 8 or 16");
     contradicts(&["geometry.subtile=32"], "geometry.subtile", "does not divide");
+    contradicts(&["geometry.tile=32"], "geometry.sort-group", "`geometry.tile` = 32");
+    contradicts(&["geometry.sort-group=48"], "geometry.sort-group", "a power of two");
+    contradicts(&["geometry.sort-group=8"], "geometry.sort-group", "above it");
     contradicts(&["gsu.bsu-width=12"], "gsu.bsu-width", "a power of two: 8 or 16");
     contradicts(&["clock=1 Hz"], "clock", "from 10 kHz to 100 GHz");
     contradicts(&["dram.bandwidth=1 kB/s"], "dram.bandwidth", "from 1 MB/s");
@@ -115,7 +118,12 @@ fn contradictions_are_refused_with_the_reason() {
 fn every_fetch_policy_and_tile_runs_on_gscore() {
     for fetch in ["everything", "geometry-first", "lazy-colour"] {
         for tile in [8, 16, 32, 64] {
-            let overlays = sets(&[&format!("ccu.fetch={fetch}"), &format!("geometry.tile={tile}")]);
+            let keys = [
+                format!("ccu.fetch={fetch}"),
+                format!("geometry.tile={tile}"),
+                format!("geometry.sort-group={tile}"),
+            ];
+            let overlays = sets(&keys.each_ref().map(String::as_str));
             Machine::parse_with(gscore(), &overlays).unwrap_or_else(|e| panic!("{fetch}: {e}"));
         }
     }

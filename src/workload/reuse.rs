@@ -1,0 +1,308 @@
+//! Order reuse: what the sorted lists of one frame are worth in the next one.
+//!
+//! Entries are the same if they are the same Gaussian of the scene. Two ways to use an old list are
+//! measured. *Shared* (Lumina): the entries that are still there are rendered in their old order,
+//! unsorted. *Updated* (Neo): entries that are gone are left out, new ones are sorted and merged in
+//! by depth, then every chunk is sorted by itself, with chunk borders half a chunk further in every
+//! other frame, so that an entry can go on moving (A75). What is still out of order after that is
+//! carried into the next frame: an [`Order`] is what really came out.
+
+use rayon::prelude::*;
+
+use super::order::inversions;
+use super::{FrameWorkload, Geometry};
+
+/// The lists of a frame in the order that a sorter left them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Order {
+    geometry: Geometry,
+    /// Lists per row and rows of lists.
+    grid: (u32, u32),
+    /// Scene indices, one list per tile or sort group.
+    lists: Vec<Vec<u32>>,
+    /// Frames since everything was sorted from nothing.
+    age: u32,
+}
+
+impl Order {
+    /// The exact order of `workload`: sorted from nothing.
+    pub fn exact(workload: &FrameWorkload) -> Order {
+        let list = |group| {
+            let ranks = workload.group_list(group).into_iter();
+            ranks.map(|rank| workload.index[rank as usize]).collect()
+        };
+        Order {
+            geometry: workload.geometry,
+            grid: grid(workload),
+            lists: (0..groups(workload)).into_par_iter().map(list).collect(),
+            age: 0,
+        }
+    }
+
+    /// Frames since everything was sorted from nothing.
+    pub fn age(&self) -> u32 {
+        self.age
+    }
+
+    /// Scene indices of the list of a tile or sort group, nearest first.
+    pub fn list(&self, group: u32) -> &[u32] {
+        &self.lists[group as usize]
+    }
+}
+
+fn grid(workload: &FrameWorkload) -> (u32, u32) {
+    (workload.groups_x(), workload.groups_y())
+}
+
+fn groups(workload: &FrameWorkload) -> u32 {
+    workload.groups_x() * workload.groups_y()
+}
+
+/// One list (of a tile, or of a sort group) against the frame before.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ListReuse {
+    /// Entries that were in the list before.
+    pub kept: u32,
+    /// Entries that were not.
+    pub new: u32,
+    /// Entries of the list before that are not in it now.
+    pub gone: u32,
+    /// Pairs of kept entries out of order if the list is shared.
+    pub shared_inversions: u64,
+    /// Pairs out of order in the updated list.
+    pub inversions: u64,
+    /// Neighbours out of order in the updated list.
+    pub adjacent_inversions: u32,
+}
+
+/// All lists of a frame.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reuse {
+    /// Row-major: one per tile, or per sort group where there are any.
+    pub lists: Vec<ListReuse>,
+    /// Sums and shares.
+    pub summary: ReuseSummary,
+}
+
+/// What a frame could reuse.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ReuseSummary {
+    /// Lists that had entries in the frame before.
+    pub old_lists: u64,
+    /// Share of these that keep more than [`KEEP`] of them.
+    pub keeping_share: f64,
+    /// Entries kept, new and gone.
+    pub kept: u64,
+    /// Entries that were not in their list before.
+    pub new: u64,
+    /// Entries that are not in their list any more.
+    pub gone: u64,
+    /// The place of a kept entry among all kept ones of its list moves by at most this in 99 of 100
+    /// cases, entries.
+    pub rank_shift_p99: u32,
+    /// The largest such move.
+    pub rank_shift_max: u32,
+    /// Pairs out of order if lists are shared.
+    pub shared_inversions: u64,
+    /// Pairs out of order in updated lists.
+    pub inversions: u64,
+    /// Neighbours out of order in updated lists.
+    pub adjacent_inversions: u64,
+}
+
+/// A list that keeps more than this share of its entries counts as keeping (`neo`: more than 90 %
+/// of tiles keep more than 78 %).
+pub const KEEP: f64 = 0.78;
+
+/// Updates `old` to the frame of `workload`: what that reuses, and the order that comes out. Where
+/// the lists of the two frames do not correspond (another geometry or image size), all is new.
+pub fn update(old: &Order, workload: &FrameWorkload) -> (Reuse, Order) {
+    let same = (old.geometry, old.grid) == (workload.geometry, grid(workload));
+    let rank_of = ranks_by_index(workload);
+    let parts = 4 * rayon::current_num_threads() as u32;
+    let part = groups(workload).div_ceil(parts).max(1);
+    let done: Vec<Part> = (0..groups(workload).div_ceil(part))
+        .into_par_iter()
+        .map(|i| {
+            let mut bench = Bench::new(workload, &rank_of, old.age + 1);
+            for group in i * part..((i + 1) * part).min(groups(workload)) {
+                bench.update(if same { old.list(group) } else { &[] }, group);
+            }
+            bench.part
+        })
+        .collect();
+    let mut all = Part::default();
+    for part in done {
+        all.append(part);
+    }
+    let summary = summary(&all);
+    let order = Order {
+        geometry: workload.geometry,
+        grid: grid(workload),
+        lists: all.orders,
+        age: old.age + 1,
+    };
+    (Reuse { lists: all.lists, summary }, order)
+}
+
+/// Depth rank by scene index; [`GONE`] where the splat is not visible.
+fn ranks_by_index(workload: &FrameWorkload) -> Vec<u32> {
+    let most = workload.index.iter().max().map_or(0, |&index| index as usize + 1);
+    let mut ranks = vec![GONE; most];
+    for (rank, &index) in (0..).zip(&workload.index) {
+        ranks[index as usize] = rank;
+    }
+    ranks
+}
+
+fn summary(part: &Part) -> ReuseSummary {
+    let mut s = ReuseSummary::default();
+    let mut keeping = 0u64;
+    for list in &part.lists {
+        let before = list.kept + list.gone;
+        s.old_lists += u64::from(before > 0);
+        keeping += u64::from(f64::from(list.kept) > KEEP * f64::from(before));
+        s.kept += u64::from(list.kept);
+        s.new += u64::from(list.new);
+        s.gone += u64::from(list.gone);
+        s.shared_inversions += list.shared_inversions;
+        s.inversions += list.inversions;
+        s.adjacent_inversions += u64::from(list.adjacent_inversions);
+    }
+    s.keeping_share = if s.old_lists == 0 { 0.0 } else { keeping as f64 / s.old_lists as f64 };
+    s.rank_shift_max = part.shifts.len().saturating_sub(1) as u32;
+    let due = (s.kept * 99).div_ceil(100);
+    let mut seen = 0;
+    let p99 = part.shifts.iter().position(|n| {
+        seen += n;
+        seen >= due
+    });
+    s.rank_shift_p99 = p99.unwrap_or(0) as u32;
+    s
+}
+
+/// Not visible, or not in the list.
+const GONE: u32 = u32::MAX;
+
+/// Some lists.
+#[derive(Debug, Default)]
+struct Part {
+    lists: Vec<ListReuse>,
+    orders: Vec<Vec<u32>>,
+    /// How many kept entries moved by how much.
+    shifts: Vec<u64>,
+}
+
+impl Part {
+    fn append(&mut self, other: Part) {
+        self.lists.extend(other.lists);
+        self.orders.extend(other.orders);
+        let length = self.shifts.len().max(other.shifts.len());
+        self.shifts.resize(length, 0);
+        for (sum, n) in self.shifts.iter_mut().zip(other.shifts) {
+            *sum += n;
+        }
+    }
+}
+
+/// One list after the other.
+struct Bench<'a> {
+    workload: &'a FrameWorkload,
+    rank_of: &'a [u32],
+    /// Where the first chunk ends.
+    first_border: usize,
+    /// Position in the current list by rank, or [`GONE`].
+    position: Vec<u32>,
+    part: Part,
+    spare: Vec<u32>,
+}
+
+impl<'a> Bench<'a> {
+    fn new(workload: &'a FrameWorkload, rank_of: &'a [u32], age: u32) -> Bench<'a> {
+        let chunk = workload.geometry.chunk as usize;
+        let first_border = if age % 2 == 1 { chunk } else { chunk.div_ceil(2) };
+        let position = vec![GONE; workload.index.len()];
+        let (part, spare) = (Part::default(), Vec::new());
+        Bench { workload, rank_of, first_border, position, part, spare }
+    }
+
+    fn update(&mut self, old: &[u32], group: u32) {
+        let list = self.workload.group_list(group);
+        for (i, &rank) in (0..).zip(&list) {
+            self.position[rank as usize] = i;
+        }
+        // Positions in the exact list, in the old order.
+        let position = |&index: &u32| {
+            let rank = self.rank_of.get(index as usize).copied().filter(|&rank| rank != GONE)?;
+            Some(self.position[rank as usize]).filter(|&position| position != GONE)
+        };
+        let mut kept: Vec<u32> = old.iter().filter_map(position).collect();
+        for &rank in &list {
+            self.position[rank as usize] = GONE;
+        }
+        let (new, places) = complement(&kept, list.len());
+        self.count_shifts(&kept, &places);
+        let mut updated = merge(&kept, &new);
+        sort_chunks(&mut updated, self.first_border, self.workload.geometry.chunk as usize);
+        let scene = |&at: &u32| self.workload.index[list[at as usize] as usize];
+        self.part.orders.push(updated.iter().map(scene).collect());
+        self.part.lists.push(ListReuse {
+            kept: kept.len() as u32,
+            new: new.len() as u32,
+            gone: (old.len() - kept.len()) as u32,
+            shared_inversions: inversions(&mut kept, &mut self.spare),
+            adjacent_inversions: updated.windows(2).filter(|w| w[0] > w[1]).count() as u32,
+            inversions: inversions(&mut updated, &mut self.spare),
+        });
+    }
+
+    fn count_shifts(&mut self, kept: &[u32], places: &[u32]) {
+        for (old, &at) in (0u32..).zip(kept) {
+            let shift = old.abs_diff(places[at as usize]) as usize;
+            if shift >= self.part.shifts.len() {
+                self.part.shifts.resize(shift + 1, 0);
+            }
+            self.part.shifts[shift] += 1;
+        }
+    }
+}
+
+/// The positions `0..n` that are not in `kept`, ascending, and of each kept position its place
+/// among all kept ones.
+fn complement(kept: &[u32], n: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut places = vec![GONE; n];
+    for &at in kept {
+        places[at as usize] = 0;
+    }
+    let (mut new, mut next) = (Vec::with_capacity(n - kept.len()), 0);
+    for (at, place) in (0..).zip(&mut places) {
+        if *place == GONE {
+            new.push(at);
+        } else {
+            *place = next;
+            next += 1;
+        }
+    }
+    (new, places)
+}
+
+/// Merges sorted `new` into `kept`, as a merger does that compares the two entries at the front.
+fn merge(kept: &[u32], new: &[u32]) -> Vec<u32> {
+    let mut merged = Vec::with_capacity(kept.len() + new.len());
+    let mut next = new.iter().copied().peekable();
+    for &old in kept {
+        while let Some(at) = next.next_if(|&at| at < old) {
+            merged.push(at);
+        }
+        merged.push(old);
+    }
+    merged.extend(next);
+    merged
+}
+
+/// Sorts every chunk by itself.
+fn sort_chunks(list: &mut [u32], first_border: usize, chunk: usize) {
+    let (first, rest) = list.split_at_mut(first_border.min(list.len()));
+    first.sort_unstable();
+    rest.chunks_mut(chunk).for_each(<[u32]>::sort_unstable);
+}
