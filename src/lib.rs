@@ -17,6 +17,7 @@ pub mod action;
 pub mod cli;
 pub mod config;
 pub mod display;
+pub mod dram;
 pub mod energy;
 pub mod picture;
 pub mod quantity;

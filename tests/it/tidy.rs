@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lexer::without_text;
 
 /// Who may import whom. `cli` may use everything.
-const MAY_USE: [(&str, &[&str]); 16] = [
+const MAY_USE: [(&str, &[&str]); 17] = [
     ("quantity", &[]),
     ("action", &["quantity"]),
     ("picture", &[]),
@@ -23,6 +23,7 @@ const MAY_USE: [(&str, &[&str]); 16] = [
     ("accel", &["quantity", "action", "workload", "config", "splat"]),
     ("energy", &["quantity", "action", "config"]),
     ("display", &["quantity", "config", "picture"]),
+    ("dram", &["quantity", "config"]),
     ("sim", &["quantity", "action", "workload", "accel", "energy", "display", "config", "splat"]),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
     ("report", &["sim", "accel", "action", "energy", "workload"]),

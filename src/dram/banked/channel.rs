@@ -1,0 +1,474 @@
+//! One channel: its queues, its banks, and what it does next.
+//!
+//! Timing rule: of all commands that can go at a CK, first the column of a request whose row was
+//! opened for it, then a refresh, then the oldest request of the current direction. The channel
+//! keeps the earliest command as a plan; an accepted request can only improve it, an issued command
+//! makes a new one. Source: `ramulator`, controllers of version 2.1.
+
+use super::log::{CommandKind, Logged};
+use super::queue::{CLOSED, Entries, Entry, List, NONE};
+use super::rules::{READ, Rules, WRITE};
+use super::sleep::Sleep;
+use crate::dram::device::{Page, Refresh, Scheduler};
+use crate::dram::stats::Stats;
+
+/// A bank.
+#[derive(Debug, Clone)]
+pub(super) struct Bank {
+    /// The open row, or [`CLOSED`].
+    pub row: u32,
+    /// Pseudo channel, and group counted through the channel.
+    pub rank: u8,
+    pub group: u8,
+    /// The entry whose row was opened and whose column has not been issued.
+    pub active: u16,
+    /// Whether the second half of its activate is missing.
+    pub half: bool,
+    /// From when it can be activated, its row read and written, and it be precharged.
+    pub activate_ok: u64,
+    pub column_ok: [u64; 2],
+    pub precharge_ok: u64,
+    /// Waiting reads and writes.
+    pub lists: [List; 2],
+}
+
+/// What the banks of a group share.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Group {
+    pub activate_ok: u64,
+    pub column_ok: [u64; 2],
+}
+
+/// What the banks of a pseudo channel share.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Rank {
+    /// From when the next activates are allowed, for the four that were last.
+    pub four: [u64; 4],
+    pub four_at: usize,
+    pub precharge_ok: u64,
+    /// After a precharge of all banks.
+    pub refresh_ok: u64,
+    pub bursts: u64,
+}
+
+/// A command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Action {
+    /// Read or write for an entry.
+    Column(u16),
+    /// Open the row of an entry.
+    Activate(u16),
+    /// Close a bank for an entry.
+    Precharge(u16),
+    /// Close all banks of a pseudo channel to refresh it.
+    PrechargeAll(u8),
+    /// Close a bank to refresh it.
+    PrechargeBank(u8),
+    /// Refresh a pseudo channel.
+    RefreshAll(u8),
+    /// Refresh a bank.
+    RefreshBank(u8),
+}
+
+/// A command and when it can go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub time: u64,
+    /// Smaller goes first.
+    pub rank: u64,
+    pub action: Action,
+}
+
+/// Ranks below this: columns of opened rows; from here: requests by age.
+const BY_AGE: u64 = 1 << 63;
+
+/// What a channel did in one CK.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Outcome {
+    /// Request of a column that was issued, and when its data is there.
+    pub column: Option<(u32, u64)>,
+    /// Whether a queue has room that it had not before.
+    pub freed: bool,
+    /// When to look again.
+    pub wake: u64,
+}
+
+/// A refresh that is due.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Due {
+    Rank(u8),
+    Bank(u8),
+}
+
+/// A channel.
+#[derive(Debug, Clone)]
+pub(super) struct Channel {
+    pub entries: Entries,
+    pub banks: Vec<Bank>,
+    pub groups: Vec<Group>,
+    pub ranks: Vec<Rank>,
+    /// Waiting entries.
+    pub len: [usize; 2],
+    /// Banks that have them.
+    pub waiting: [u64; 2],
+    /// Banks with an active entry.
+    pub active: u64,
+    /// Bursts of the waiting writes.
+    pub written: Vec<u64>,
+    pub write_mode: bool,
+    /// From when the state of the queues has not been looked at.
+    pub look_from: u64,
+    /// When the command bus is free: of all or column commands, of row commands.
+    pub bus_free: [u64; 2],
+    /// Earliest command of each bus, if `planned`.
+    pub best: [Option<Candidate>; 2],
+    pub planned: bool,
+    pub next_refresh: u64,
+    pub due: Vec<Due>,
+    /// The bank that is refreshed next.
+    pub refresh_bank: u8,
+    /// The second half of an activate: bank and deadline.
+    pub second: Option<(u8, u64)>,
+    /// A column whose synchronising command was issued in the last CK.
+    pub synced: Option<u16>,
+    /// When the data clock stops.
+    pub clock_until: u64,
+    pub open_banks: u32,
+    pub sleep: Sleep,
+    /// The commands, if somebody wants them.
+    pub log: Option<Vec<Logged>>,
+}
+
+impl Channel {
+    pub(super) fn new(rules: &Rules) -> Self {
+        let bank = |i: usize| Bank {
+            row: CLOSED,
+            rank: (i / (rules.groups * rules.group_banks)) as u8,
+            group: (i / rules.group_banks) as u8,
+            active: NONE,
+            half: false,
+            activate_ok: 0,
+            column_ok: [0; 2],
+            precharge_ok: 0,
+            lists: [List::EMPTY; 2],
+        };
+        let refresh = match rules.refresh {
+            Refresh::None => u64::MAX,
+            Refresh::AllBank | Refresh::PerBank => rules.refresh_interval,
+        };
+        Self {
+            entries: Entries::new(rules.queue[0] + rules.queue[1] + rules.banks()),
+            banks: (0..rules.banks()).map(bank).collect(),
+            groups: vec![Group::default(); rules.ranks * rules.groups],
+            ranks: vec![Rank::default(); rules.ranks],
+            len: [0; 2],
+            waiting: [0; 2],
+            active: 0,
+            written: Vec::new(),
+            write_mode: false,
+            look_from: u64::MAX,
+            bus_free: [0; 2],
+            best: [None; 2],
+            planned: false,
+            next_refresh: refresh,
+            due: Vec::new(),
+            refresh_bank: 0,
+            second: None,
+            synced: None,
+            clock_until: 0,
+            open_banks: 0,
+            sleep: Sleep::default(),
+            log: None,
+        }
+    }
+
+    /// Whether no request waits.
+    pub(super) fn is_empty(&self) -> bool {
+        self.len == [0; 2] && self.active == 0
+    }
+
+    /// Whether a write to this burst waits.
+    pub(super) fn has_write(&self, burst: u64) -> bool {
+        self.written.contains(&burst)
+    }
+
+    /// Whether an entry of this direction can be accepted.
+    pub(super) fn has_room(&self, write: bool, rules: &Rules) -> bool {
+        self.len[usize::from(write)] < rules.queue[usize::from(write)]
+    }
+
+    /// Accepts an entry; returns when to look at the channel.
+    pub(super) fn accept(&mut self, entry: Entry, now: u64, rules: &Rules) -> u64 {
+        if self.look_from < now {
+            self.set_direction(rules);
+        }
+        if self.is_empty() {
+            self.sleep.wake(now, self.open_banks > 0, &rules.sleep_after);
+        }
+        self.look_from = now;
+        let direction = usize::from(entry.write);
+        let number = usize::from(entry.bank);
+        let bank = &mut self.banks[number];
+        let list = &mut bank.lists[direction];
+        self.entries.push(entry, now, list, bank.row);
+        self.len[direction] += 1;
+        self.waiting[direction] |= 1 << number;
+        if entry.write {
+            self.written.push(entry.burst);
+        }
+        let bus = self.bus_free[0].min(self.bus_free[1]).max(now);
+        let mode = self.direction();
+        let turns = self.next_direction(rules) != self.write_mode;
+        if !self.planned || (self.due.is_empty() && turns) {
+            self.planned = false;
+            return bus;
+        }
+        if mode == direction && self.due.is_empty() {
+            let same = |c: &Option<Candidate>| c.is_some_and(|c| self.bank_of(c.action) == number);
+            if self.best.iter().any(same) || rules.scheduler == Scheduler::Fcfs {
+                self.planned = false;
+                return bus;
+            }
+            let mut best = self.best;
+            self.consider_bank(number, mode, now, rules, &mut best);
+            self.best = best;
+        }
+        self.best_time()
+    }
+
+    fn bank_of(&self, action: Action) -> usize {
+        match action {
+            Action::Column(e) | Action::Activate(e) | Action::Precharge(e) => {
+                usize::from(self.entries.get(e).bank)
+            }
+            Action::PrechargeBank(b) | Action::RefreshBank(b) => usize::from(b),
+            Action::PrechargeAll(_) | Action::RefreshAll(_) => usize::MAX,
+        }
+    }
+
+    pub(super) fn best_time(&self) -> u64 {
+        let time = |c: &Option<Candidate>| c.map_or(u64::MAX, |c| c.time);
+        time(&self.best[0]).min(time(&self.best[1]))
+    }
+
+    pub(super) fn direction(&self) -> usize {
+        if self.write_mode { WRITE } else { READ }
+    }
+
+    /// Turns from reads to writes or back, by what waits.
+    pub(super) fn set_direction(&mut self, rules: &Rules) {
+        self.look_from = u64::MAX;
+        self.write_mode = self.next_direction(rules);
+    }
+
+    fn next_direction(&self, rules: &Rules) -> bool {
+        let (reads, writes) = (self.len[READ], self.len[WRITE] as f64);
+        if self.write_mode {
+            !(writes < rules.write_low && reads > 0)
+        } else {
+            writes > rules.write_high || reads == 0
+        }
+    }
+
+    /// Finds the earliest commands at or after `now`.
+    pub(super) fn plan(&mut self, now: u64, rules: &Rules) {
+        let mut best = [None; 2];
+        let mut left = self.active;
+        while left != 0 {
+            let number = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let bank = &self.banks[number];
+            if !bank.half {
+                let entry = self.entries.get(bank.active);
+                let kind = usize::from(entry.write);
+                let group = self.groups[usize::from(bank.group)].column_ok[kind];
+                let time = bank.column_ok[kind].max(group);
+                let action = Action::Column(bank.active);
+                self.consider(time, entry.age, action, now, rules, &mut best);
+            }
+        }
+        if !self.due.is_empty() {
+            self.consider_refresh(now, rules, &mut best);
+        } else {
+            if !best[0].is_some_and(|c| c.time <= now) || rules.column_bus {
+                self.set_direction(rules);
+            }
+            let mode = self.direction();
+            let mut left = self.waiting[mode];
+            if rules.scheduler == Scheduler::Fcfs {
+                left = self.oldest(mode);
+            }
+            while left != 0 {
+                let number = left.trailing_zeros() as usize;
+                left &= left - 1;
+                self.consider_bank(number, mode, now, rules, &mut best);
+            }
+        }
+        self.best = best;
+        self.planned = true;
+    }
+
+    /// The bank of the oldest entry of a direction.
+    fn oldest(&self, mode: usize) -> u64 {
+        let mut left = self.waiting[mode];
+        let mut oldest = (u64::MAX, 0);
+        while left != 0 {
+            let number = left.trailing_zeros();
+            left &= left - 1;
+            let head = self.banks[number as usize].lists[mode].head;
+            oldest = oldest.min((self.entries.get(head).age, 1 << number));
+        }
+        oldest.1
+    }
+
+    /// The commands that the entries of a bank want.
+    fn consider_bank(
+        &self,
+        number: usize,
+        mode: usize,
+        now: u64,
+        rules: &Rules,
+        best: &mut [Option<Candidate>; 2],
+    ) {
+        let bank = &self.banks[number];
+        let (list, group) = (&bank.lists[mode], &self.groups[usize::from(bank.group)]);
+        let mut blocked = bank.active != NONE;
+        let only_head = rules.scheduler == Scheduler::Fcfs;
+        if list.hit != NONE && !(only_head && list.hit != list.head) {
+            let hit = self.entries.get(list.hit);
+            let time = bank.column_ok[mode].max(group.column_ok[mode]);
+            self.consider(time, BY_AGE | hit.age, Action::Column(list.hit), now, rules, best);
+            blocked |= rules.scheduler == Scheduler::FrFcfsRowHit
+                && list.miss != NONE
+                && hit.accepted <= self.entries.get(list.miss).accepted;
+        }
+        if blocked || list.miss == NONE || (only_head && list.miss != list.head) {
+            return;
+        }
+        let age = BY_AGE | self.entries.get(list.miss).age;
+        let rank = &self.ranks[usize::from(bank.rank)];
+        if bank.row != CLOSED {
+            let time = bank.precharge_ok.max(rank.precharge_ok);
+            self.consider(time, age, Action::Precharge(list.miss), now, rules, best);
+        } else if self.second.is_none() {
+            let four = rank.four[rank.four_at];
+            let time = bank.activate_ok.max(group.activate_ok).max(four);
+            self.consider(time, age, Action::Activate(list.miss), now, rules, best);
+        }
+    }
+
+    /// Keeps a command if it is the best of its bus.
+    pub(super) fn consider(
+        &self,
+        time: u64,
+        rank: u64,
+        action: Action,
+        now: u64,
+        rules: &Rules,
+        best: &mut [Option<Candidate>; 2],
+    ) {
+        let bus = usize::from(rules.column_bus && !matches!(action, Action::Column(_)));
+        let time = time.max(self.bus_free[bus]).max(now);
+        if best[bus].is_none_or(|b| (time, rank) < (b.time, b.rank)) {
+            best[bus] = Some(Candidate { time, rank, action });
+        }
+    }
+
+    /// Does what is due at `now`.
+    pub(super) fn step(&mut self, now: u64, rules: &Rules, stats: &mut Stats) -> Outcome {
+        let mut outcome = Outcome::default();
+        if now >= self.next_refresh {
+            self.refresh_due(now, rules);
+        }
+        let issued = if rules.column_bus {
+            self.step_two_buses(now, rules, stats, &mut outcome)
+        } else {
+            self.step_one_bus(now, rules, stats, &mut outcome)
+        };
+        let next = if issued || self.synced.is_some() {
+            self.bus_free[0].min(self.bus_free[1]).max(now + 1)
+        } else {
+            self.best_time().max(now + 1)
+        };
+        outcome.wake = next.min(self.next_refresh);
+        if self.second.is_some() {
+            outcome.wake = outcome.wake.min(now + 1);
+        }
+        outcome
+    }
+
+    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Action> {
+        if !self.planned {
+            self.plan(now, rules);
+        }
+        self.best[bus].filter(|c| c.time <= now).map(|c| c.action)
+    }
+
+    fn step_two_buses(
+        &mut self,
+        now: u64,
+        rules: &Rules,
+        stats: &mut Stats,
+        outcome: &mut Outcome,
+    ) -> bool {
+        let column = self.ready(now, 0, rules);
+        if let Some(action) = column {
+            self.issue(action, now, rules, stats, outcome);
+            let before = self.write_mode;
+            if self.due.is_empty() {
+                self.set_direction(rules);
+            }
+            self.planned = before == self.write_mode && rules.page == Page::Open;
+        }
+        let row = self.ready(now, 1, rules);
+        if let Some(action) = row {
+            self.issue(action, now, rules, stats, outcome);
+        }
+        if column.is_some() || row.is_some() {
+            self.planned = false;
+            self.look_from = now + 1;
+            return true;
+        }
+        false
+    }
+
+    fn step_one_bus(
+        &mut self,
+        now: u64,
+        rules: &Rules,
+        stats: &mut Stats,
+        outcome: &mut Outcome,
+    ) -> bool {
+        if self.second.is_some_and(|(_, deadline)| deadline <= now) {
+            self.second_half(now, rules);
+            return true;
+        }
+        if let Some(entry) = self.synced.take() {
+            self.issue(Action::Column(entry), now, rules, stats, outcome);
+            return true;
+        }
+        match self.ready(now, 0, rules) {
+            None if self.second.is_some() && self.bus_free[0] <= now => {
+                self.second_half(now, rules);
+                true
+            }
+            None => false,
+            Some(Action::Column(entry)) if now >= self.clock_until && rules.clock_runs.is_some() => {
+                if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
+                    self.second_half(now, rules);
+                } else {
+                    stats.clock_syncs += 1;
+                    let bank = usize::from(self.entries.get(entry).bank);
+                    self.note(now, bank, CommandKind::ClockSync);
+                    self.bus_free = [now + 1; 2];
+                    self.synced = Some(entry);
+                }
+                true
+            }
+            Some(action) => {
+                self.issue(action, now, rules, stats, outcome);
+                true
+            }
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! What a command does to a channel.
+
+use super::channel::{Action, Candidate, Channel, Due, Outcome};
+use super::log::CommandKind;
+use super::queue::{CLOSED, Entry, NONE};
+use super::rules::{READ, Rules, WRITE};
+use crate::dram::device::{Page, Refresh};
+use crate::dram::stats::{Stats, Traffic};
+
+impl Channel {
+    /// Issues a command at `now`.
+    pub(super) fn issue(
+        &mut self,
+        action: Action,
+        now: u64,
+        rules: &Rules,
+        stats: &mut Stats,
+        outcome: &mut Outcome,
+    ) {
+        self.planned = false;
+        self.look_from = now + 1;
+        self.log(now, action, rules);
+        match action {
+            Action::Column(entry) => {
+                self.occupy(0, now + rules.column_cycles, rules);
+                outcome.column = Some(self.column(entry, now, rules, stats));
+                outcome.freed = true;
+            }
+            Action::Activate(entry) => {
+                self.occupy(1, now + rules.activate_cycles, rules);
+                self.activate(entry, now, rules, stats);
+                outcome.freed = true;
+            }
+            Action::Precharge(entry) => {
+                self.occupy(1, now + rules.precharge_cycles, rules);
+                self.first_try(entry, stats, |t| &mut t.row_conflicts);
+                let bank = self.entries.get(entry).bank;
+                self.precharge(bank, now, rules, stats);
+            }
+            Action::PrechargeBank(bank) => {
+                self.occupy(1, now + rules.precharge_cycles, rules);
+                self.precharge(bank, now, rules, stats);
+            }
+            Action::PrechargeAll(rank) => {
+                self.occupy(1, now + rules.precharge_cycles, rules);
+                self.precharge_all(rank, now, rules, stats);
+            }
+            Action::RefreshAll(rank) => {
+                self.occupy(1, now + rules.precharge_cycles, rules);
+                self.refresh_all(rank, now, rules);
+                stats.refreshes_all += 1;
+                self.due.remove(0);
+            }
+            Action::RefreshBank(bank) => {
+                self.occupy(1, now + rules.precharge_cycles, rules);
+                self.banks[usize::from(bank)].activate_ok = now + rules.refresh_bank_to_activate;
+                stats.refreshes_bank += 1;
+                self.due.remove(0);
+            }
+        }
+    }
+
+    fn occupy(&mut self, bus: usize, until: u64, rules: &Rules) {
+        if rules.column_bus {
+            self.bus_free[bus] = until;
+        } else {
+            self.bus_free = [until; 2];
+        }
+    }
+
+    /// Counts what the first command for an entry was.
+    fn first_try(&mut self, entry: u16, stats: &mut Stats, which: fn(&mut Traffic) -> &mut u64) {
+        let entry = self.entries.get_mut(entry);
+        if !entry.tried {
+            entry.tried = true;
+            *which(&mut stats.total) += 1;
+            *which(&mut stats.classes[usize::from(entry.class)]) += 1;
+        }
+    }
+
+    /// Takes an entry out of its queue.
+    fn leave_queue(&mut self, index: u16) {
+        let Entry { burst, bank: number, write, .. } = *self.entries.get(index);
+        let kind = usize::from(write);
+        let bank = &mut self.banks[usize::from(number)];
+        let list = &mut bank.lists[kind];
+        self.entries.unlink(index, list, bank.row);
+        if list.head == NONE {
+            self.waiting[kind] &= !(1 << number);
+        }
+        self.len[kind] -= 1;
+        if write && let Some(at) = self.written.iter().position(|w| *w == burst) {
+            self.written.swap_remove(at);
+        }
+    }
+
+    fn column(&mut self, index: u16, now: u64, rules: &Rules, stats: &mut Stats) -> (u32, u64) {
+        self.first_try(index, stats, |t| &mut t.row_hits);
+        let Entry { slot, bank: number, write, class, .. } = *self.entries.get(index);
+        let number = usize::from(number);
+        if self.banks[number].active == index {
+            self.banks[number].active = NONE;
+            self.active &= !(1 << number);
+        } else {
+            self.leave_queue(index);
+        }
+        self.entries.release(index);
+        let kind = usize::from(write);
+        let (rank, own) = (usize::from(self.banks[number].rank), self.banks[number].group);
+        let first = rank * rules.groups;
+        let turn = [rules.write_to_read_short, rules.read_to_write];
+        for (i, group) in self.groups[first..first + rules.groups].iter_mut().enumerate() {
+            let same = first + i == usize::from(own);
+            let apart = if same { rules.column_long } else { rules.column_short };
+            let other = match (kind, same) {
+                (WRITE, true) => rules.write_to_read_long,
+                (WRITE, false) => turn[0],
+                _ => turn[1],
+            };
+            let ok = &mut group.column_ok;
+            ok[kind] = ok[kind].max(now + apart);
+            ok[1 - kind] = ok[1 - kind].max(now + other);
+        }
+        self.ranks[rank].bursts += 1;
+        let bank = &mut self.banks[number];
+        bank.precharge_ok = bank.precharge_ok.max(now + rules.column_to_precharge[kind]);
+        if let Some(runs) = rules.clock_runs {
+            self.clock_until = self.clock_until.max(now + runs[kind]);
+        }
+        if write { stats.writes += 1 } else { stats.reads += 1 }
+        stats.total.moved_bytes += rules.burst_bytes;
+        stats.classes[usize::from(class)].moved_bytes += rules.burst_bytes;
+        if rules.page == Page::Closed {
+            self.close_if_done(number, now, rules, stats);
+        }
+        if self.is_empty() {
+            self.sleep.rest(now, self.open_banks > 0, &rules.sleep_after);
+        }
+        (slot, if write { now } else { now + rules.read_data })
+    }
+
+    /// Auto-precharge: the bank closes by itself when nobody waits for its row.
+    fn close_if_done(&mut self, number: usize, now: u64, rules: &Rules, stats: &mut Stats) {
+        let bank = &self.banks[number];
+        if bank.active != NONE || bank.lists[READ].hit != NONE || bank.lists[WRITE].hit != NONE {
+            return;
+        }
+        let closes = bank.precharge_ok;
+        self.banks[number].activate_ok =
+            bank.activate_ok.max(closes + rules.precharge_to_activate);
+        self.close(number, now, rules);
+        stats.precharges += 1;
+        self.note(closes, number, CommandKind::AutoPrecharge);
+    }
+
+    fn activate(&mut self, index: u16, now: u64, rules: &Rules, stats: &mut Stats) {
+        self.first_try(index, stats, |t| &mut t.row_misses);
+        stats.activates += 1;
+        self.leave_queue(index);
+        let Entry { bank: number, row, .. } = *self.entries.get(index);
+        let bank = &mut self.banks[usize::from(number)];
+        bank.active = index;
+        bank.activate_ok = now + rules.activate_to_activate;
+        bank.column_ok = rules.activate_to_column.map(|d| now + d);
+        bank.precharge_ok = now + rules.activate_to_precharge;
+        let (rank, own) = (usize::from(bank.rank), usize::from(bank.group));
+        self.active |= 1 << number;
+        let first = rank * rules.groups;
+        for (i, group) in self.groups[first..first + rules.groups].iter_mut().enumerate() {
+            let same = first + i == own;
+            let apart = if same { rules.activate_long } else { rules.activate_short };
+            group.activate_ok = group.activate_ok.max(now + apart);
+        }
+        let rank = &mut self.ranks[rank];
+        rank.four[rank.four_at] = now + rules.four_activates;
+        rank.four_at = (rank.four_at + 1) % 4;
+        match rules.second_within {
+            Some(within) => {
+                self.banks[usize::from(number)].half = true;
+                self.second = Some((number, now + within));
+            }
+            None => self.open(number, row, now, rules),
+        }
+    }
+
+    /// The second half of an activate.
+    pub(super) fn second_half(&mut self, now: u64, rules: &Rules) {
+        let Some((number, _)) = self.second.take() else { return };
+        self.planned = false;
+        self.look_from = now + 1;
+        self.bus_free = [now + 1; 2];
+        let bank = &mut self.banks[usize::from(number)];
+        bank.half = false;
+        let row = self.entries.get(bank.active).row;
+        self.open(number, row, now, rules);
+        self.note(now, usize::from(number), CommandKind::SecondHalf);
+    }
+
+    fn open(&mut self, number: u8, row: u32, now: u64, rules: &Rules) {
+        if self.open_banks == 0 {
+            self.sleep.count(now, false, &rules.sleep_after);
+        }
+        self.open_banks += 1;
+        let bank = &mut self.banks[usize::from(number)];
+        bank.row = row;
+        bank.lists.iter_mut().for_each(|list| self.entries.row_changed(list, row));
+    }
+
+    fn close(&mut self, number: usize, now: u64, rules: &Rules) {
+        self.open_banks -= 1;
+        if self.open_banks == 0 {
+            self.sleep.count(now, true, &rules.sleep_after);
+        }
+        let bank = &mut self.banks[number];
+        bank.row = CLOSED;
+        bank.lists.iter_mut().for_each(|list| self.entries.row_changed(list, CLOSED));
+    }
+
+    fn precharge(&mut self, number: u8, now: u64, rules: &Rules, stats: &mut Stats) {
+        stats.precharges += 1;
+        let number = usize::from(number);
+        let bank = &mut self.banks[number];
+        bank.activate_ok = bank.activate_ok.max(now + rules.precharge_to_activate);
+        let rank = usize::from(bank.rank);
+        self.ranks[rank].precharge_ok = now + rules.precharge_to_precharge;
+        self.close(number, now, rules);
+    }
+
+    fn precharge_all(&mut self, rank: u8, now: u64, rules: &Rules, stats: &mut Stats) {
+        stats.precharges_all += 1;
+        for number in self.banks_of(rank, rules) {
+            if self.banks[number].row != CLOSED {
+                self.close(number, now, rules);
+            }
+        }
+        let rank = &mut self.ranks[usize::from(rank)];
+        rank.precharge_ok = now + rules.precharge_to_precharge;
+        rank.refresh_ok = now + rules.precharge_all_to_refresh;
+    }
+
+    fn refresh_all(&mut self, rank: u8, now: u64, rules: &Rules) {
+        for number in self.banks_of(rank, rules) {
+            self.banks[number].activate_ok = now + rules.refresh_all_to_activate;
+        }
+    }
+
+    fn banks_of(&self, rank: u8, rules: &Rules) -> std::ops::Range<usize> {
+        let banks = rules.groups * rules.group_banks;
+        let first = usize::from(rank) * banks;
+        first..first + banks
+    }
+
+    /// The refreshes whose time has come.
+    pub(super) fn refresh_due(&mut self, now: u64, rules: &Rules) {
+        while now >= self.next_refresh {
+            self.next_refresh += rules.refresh_interval;
+            self.planned = false;
+            if rules.refresh == Refresh::PerBank {
+                self.due.push(Due::Bank(self.refresh_bank));
+                self.refresh_bank = (self.refresh_bank + 1) % rules.banks() as u8;
+            } else {
+                self.due.extend((0..rules.ranks as u8).map(Due::Rank));
+            }
+        }
+    }
+
+    /// Counts the refreshes before `until`, but for the last ones, in which nobody wants anything;
+    /// says whether there were any.
+    pub(super) fn skip_refreshes(&mut self, until: u64, rules: &Rules, stats: &mut Stats) -> bool {
+        if self.next_refresh == u64::MAX || self.open_banks > 0 || !self.due.is_empty() {
+            return false;
+        }
+        let intervals = until.saturating_sub(self.next_refresh) / rules.refresh_interval;
+        let round = if rules.refresh == Refresh::PerBank { rules.banks() as u64 } else { 1 };
+        let skipped = (intervals / round).saturating_sub(1) * round;
+        self.next_refresh += skipped * rules.refresh_interval;
+        if rules.refresh == Refresh::PerBank {
+            stats.refreshes_bank += skipped;
+        } else {
+            stats.refreshes_all += skipped * rules.ranks as u64;
+        }
+        skipped > 0
+    }
+
+    /// The next command of the refresh that is due.
+    pub(super) fn consider_refresh(
+        &self,
+        now: u64,
+        rules: &Rules,
+        best: &mut [Option<Candidate>; 2],
+    ) {
+        let banks = match self.due[0] {
+            Due::Rank(rank) => self.banks_of(rank, rules),
+            Due::Bank(bank) => usize::from(bank)..usize::from(bank) + 1,
+        };
+        let banks = &self.banks[banks];
+        if banks.iter().any(|b| b.active != NONE) {
+            return;
+        }
+        let rank = &self.ranks[usize::from(banks[0].rank)];
+        let open = banks.iter().any(|b| b.row != CLOSED);
+        let after = rules.refresh_after_activate;
+        let closed = banks.iter().map(|b| b.activate_ok + after).max().unwrap_or(0);
+        let precharge = banks.iter().map(|b| b.precharge_ok).max().unwrap_or(0);
+        let precharge = precharge.max(rank.precharge_ok);
+        let (time, action) = match (self.due[0], open) {
+            (Due::Rank(r), true) => (precharge, Action::PrechargeAll(r)),
+            (Due::Rank(r), false) => (closed.max(rank.refresh_ok), Action::RefreshAll(r)),
+            (Due::Bank(b), true) => (precharge, Action::PrechargeBank(b)),
+            (Due::Bank(b), false) => (closed, Action::RefreshBank(b)),
+        };
+        // After columns of opened rows, before everything else: nobody else is considered.
+        self.consider(time, 1 << 62, action, now, rules, best);
+    }
+}

@@ -1,0 +1,78 @@
+//! The commands of a run, for those who check them.
+
+use super::channel::{Action, Channel};
+use super::rules::Rules;
+
+/// A kind of command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandKind {
+    /// Opens a row; the first half if activates are split.
+    Activate,
+    /// The second half of an activate.
+    SecondHalf,
+    /// Moves a burst from the open row.
+    Read,
+    /// Moves a burst to the open row.
+    Write,
+    /// Closes a bank.
+    Precharge,
+    /// A bank that closes by itself after its last column; takes no command.
+    AutoPrecharge,
+    /// Closes all banks of a pseudo channel.
+    PrechargeAll,
+    /// Refreshes all banks of a pseudo channel.
+    RefreshAll,
+    /// Refreshes a bank.
+    RefreshBank,
+    /// Synchronises the data clock.
+    ClockSync,
+}
+
+/// A command that was issued.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Logged {
+    /// When, CK. Those of a channel are in order but for [`CommandKind::AutoPrecharge`], which says
+    /// when it will happen.
+    pub time: u64,
+    /// What.
+    pub kind: CommandKind,
+    /// The bank in its channel: pseudo channel, group, bank; the first bank of the pseudo channel
+    /// for commands to all of them.
+    pub bank: u32,
+    /// The row of its request; 0 for commands without one.
+    pub row: u32,
+}
+
+impl Channel {
+    /// Notes a command that has no row.
+    pub(super) fn note(&mut self, time: u64, bank: usize, kind: CommandKind) {
+        if let Some(log) = &mut self.log {
+            log.push(Logged { time, kind, bank: bank as u32, row: 0 });
+        }
+    }
+
+    /// Notes an action before it is done.
+    pub(super) fn log(&mut self, time: u64, action: Action, rules: &Rules) {
+        if self.log.is_none() {
+            return;
+        }
+        let of = |index: u16| {
+            let entry = self.entries.get(index);
+            (u32::from(entry.bank), entry.row, entry.write)
+        };
+        let first = |rank: u8| u32::from(rank) * (rules.groups * rules.group_banks) as u32;
+        let (bank, row, kind) = match action {
+            Action::Column(e) => {
+                let (bank, row, write) = of(e);
+                (bank, row, if write { CommandKind::Write } else { CommandKind::Read })
+            }
+            Action::Activate(e) => (of(e).0, of(e).1, CommandKind::Activate),
+            Action::Precharge(e) => (of(e).0, of(e).1, CommandKind::Precharge),
+            Action::PrechargeBank(b) => (u32::from(b), 0, CommandKind::Precharge),
+            Action::PrechargeAll(r) => (first(r), 0, CommandKind::PrechargeAll),
+            Action::RefreshAll(r) => (first(r), 0, CommandKind::RefreshAll),
+            Action::RefreshBank(b) => (u32::from(b), 0, CommandKind::RefreshBank),
+        };
+        self.log.iter_mut().for_each(|log| log.push(Logged { time, kind, bank, row }));
+    }
+}

@@ -1,0 +1,128 @@
+//! The numbers of a device that a channel works with, in CK.
+
+use crate::dram::device::{Device, Page, Refresh, Scheduler};
+
+/// Reads and writes where an array has one of each.
+pub(super) const READ: usize = 0;
+/// See [`READ`].
+pub(super) const WRITE: usize = 1;
+
+/// A device as a channel sees it.
+#[derive(Debug, Clone)]
+pub(super) struct Rules {
+    pub scheduler: Scheduler,
+    pub page: Page,
+    pub refresh: Refresh,
+    /// Bytes of a burst.
+    pub burst_bytes: u64,
+    /// Pseudo channels of a channel.
+    pub ranks: usize,
+    /// Groups of a pseudo channel.
+    pub groups: usize,
+    /// Banks of a group.
+    pub group_banks: usize,
+    /// Entries of the read and of the write queue.
+    pub queue: [usize; 2],
+    /// More writes than this begin writing.
+    pub write_high: f64,
+    /// Fewer writes than this end it.
+    pub write_low: f64,
+    /// Whether columns have a command bus of their own.
+    pub column_bus: bool,
+    /// CK of the command bus: activate, column, precharge or refresh.
+    pub activate_cycles: u64,
+    pub column_cycles: u64,
+    pub precharge_cycles: u64,
+    /// The second half of an activate follows within this.
+    pub second_within: Option<u64>,
+    /// The data clock runs for this long after a read and a write.
+    pub clock_runs: Option<[u64; 2]>,
+    /// Column to column of one kind, another group and the same.
+    pub burst_cycles: u64,
+    pub column_short: u64,
+    pub column_long: u64,
+    pub read_data: u64,
+    pub read_to_write: u64,
+    pub write_to_read_short: u64,
+    pub write_to_read_long: u64,
+    /// Activate to read and to write.
+    pub activate_to_column: [u64; 2],
+    pub activate_to_precharge: u64,
+    pub activate_to_activate: u64,
+    pub activate_short: u64,
+    pub activate_long: u64,
+    pub four_activates: u64,
+    /// Read and write to precharge.
+    pub column_to_precharge: [u64; 2],
+    pub precharge_to_activate: u64,
+    pub precharge_to_precharge: u64,
+    pub precharge_all_to_refresh: u64,
+    /// What a refresh comes later than an activate could, because it is the shorter command.
+    pub refresh_after_activate: u64,
+    /// Between refreshes of a channel: of all its banks, or of one of them.
+    pub refresh_interval: u64,
+    pub refresh_all_to_activate: u64,
+    pub refresh_bank_to_activate: u64,
+    /// CK without requests until power-down and self-refresh.
+    pub sleep_after: [u64; 2],
+}
+
+impl Rules {
+    pub(super) fn new(device: &Device) -> Self {
+        let (o, t, c) = (&device.organisation, &device.timing, &device.controller);
+        let banks = u64::from(o.pseudo_channels * o.bank_groups * o.banks);
+        let each = match c.refresh {
+            Refresh::PerBank => u64::from(t.refresh_interval) / banks,
+            Refresh::None | Refresh::AllBank => u64::from(t.refresh_interval),
+        };
+        let n = u64::from;
+        let (activate, precharge) = (n(device.commands.activate), n(device.commands.precharge));
+        let actions = device.energy.actions.as_ref();
+        let sleep = actions.map(|a| [a.background.power_down_after, a.background.self_refresh_after]);
+        Self {
+            scheduler: c.scheduler,
+            page: c.page,
+            refresh: c.refresh,
+            burst_bytes: o.burst.0,
+            ranks: o.pseudo_channels as usize,
+            groups: o.bank_groups as usize,
+            group_banks: o.banks as usize,
+            queue: [c.read_queue as usize, c.write_queue as usize],
+            write_high: c.write_high * f64::from(c.write_queue),
+            write_low: c.write_low * f64::from(c.write_queue),
+            column_bus: device.commands.column_bus,
+            activate_cycles: activate,
+            column_cycles: n(device.commands.column),
+            precharge_cycles: precharge,
+            second_within: device.split_activate.as_ref().map(|s| n(s.second_within)),
+            clock_runs: device.clock_sync.as_ref().map(|s| [n(s.after_read), n(s.after_write)]),
+            burst_cycles: n(t.burst),
+            column_short: n(t.column_short),
+            column_long: n(t.column_long),
+            read_data: n(t.read_data),
+            read_to_write: n(t.read_to_write),
+            write_to_read_short: n(t.write_to_read_short),
+            write_to_read_long: n(t.write_to_read_long),
+            activate_to_column: [n(t.activate_to_read), n(t.activate_to_write)],
+            activate_to_precharge: n(t.activate_to_precharge),
+            activate_to_activate: n(t.activate_to_activate),
+            activate_short: n(t.activate_short),
+            activate_long: n(t.activate_long),
+            four_activates: n(t.four_activates),
+            column_to_precharge: [n(t.read_to_precharge), n(t.write_to_precharge)],
+            precharge_to_activate: n(t.precharge_to_activate),
+            precharge_to_precharge: n(t.precharge_to_precharge),
+            precharge_all_to_refresh: n(t.precharge_all_to_refresh),
+            refresh_after_activate: activate.saturating_sub(precharge),
+            refresh_interval: each.max(1),
+            refresh_all_to_activate: n(t.refresh_all_to_activate),
+            refresh_bank_to_activate: n(t.refresh_bank_to_activate),
+            sleep_after: sleep.map_or([u64::MAX; 2], |s| s.map(|ns| device.ck(ns))),
+        }
+    }
+
+    /// Banks of a channel.
+    pub(super) fn banks(&self) -> usize {
+        self.ranks * self.groups * self.group_banks
+    }
+}

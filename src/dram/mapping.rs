@@ -1,0 +1,279 @@
+//! From addresses to channels, banks and rows.
+//!
+//! An address is a burst number and an offset inside the burst. The bits of the burst number are
+//! dealt to fields from the bottom. Addresses beyond the capacity wrap.
+
+use super::device::{Device, Order};
+
+/// A kind of address field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Field {
+    /// Which channel.
+    Channel,
+    /// Which pseudo channel of it.
+    PseudoChannel,
+    /// Which bank group of that.
+    BankGroup,
+    /// Which bank of the group.
+    Bank,
+    /// Which row of the bank.
+    Row,
+    /// Which burst of the row.
+    Column,
+}
+
+impl Field {
+    /// All fields.
+    pub const ALL: [Field; 6] = [
+        Field::Channel,
+        Field::PseudoChannel,
+        Field::BankGroup,
+        Field::Bank,
+        Field::Row,
+        Field::Column,
+    ];
+
+    /// Its name in `mapping.fields`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Field::Channel => "channel",
+            Field::PseudoChannel => "pseudo-channel",
+            Field::BankGroup => "bank-group",
+            Field::Bank => "bank",
+            Field::Row => "row",
+            Field::Column => "column",
+        }
+    }
+
+    /// Address bits that it has in a device.
+    pub fn bits(self, device: &Device) -> u32 {
+        let o = &device.organisation;
+        match self {
+            Field::Channel => o.channels.trailing_zeros(),
+            Field::PseudoChannel => o.pseudo_channels.trailing_zeros(),
+            Field::BankGroup => o.bank_groups.trailing_zeros(),
+            Field::Bank => o.banks.trailing_zeros(),
+            Field::Row => o.rows.trailing_zeros(),
+            Field::Column => (o.row.0 / o.burst.0.max(1)).trailing_zeros(),
+        }
+    }
+}
+
+/// Where a burst lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Channel.
+    pub channel: u32,
+    /// Bank in its channel: pseudo channel, group and bank from the top.
+    pub bank: u32,
+    /// Row in its bank.
+    pub row: u32,
+}
+
+/// A run of address bits that becomes a run of bits of a field.
+#[derive(Debug, Clone, Copy, Default)]
+struct Segment {
+    from: u32,
+    mask: u64,
+    to: u32,
+}
+
+/// A field gathered from at most four runs of address bits.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gather([Segment; 4]);
+
+impl Gather {
+    fn of(&self, burst: u64) -> u64 {
+        let part = |s: &Segment| ((burst >> s.from) & s.mask) << s.to;
+        part(&self.0[0]) | part(&self.0[1]) | part(&self.0[2]) | part(&self.0[3])
+    }
+}
+
+/// The exclusive-or of the `mop` order, by widths in bits.
+#[derive(Debug, Clone, Copy)]
+struct Hash {
+    pseudo_channel: u32,
+    group: u32,
+    bank: u32,
+    row: u32,
+}
+
+/// Finds the place of a burst.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    /// log2 of the bytes of a burst.
+    pub shift: u32,
+    mask: u64,
+    channel: Gather,
+    bank: Gather,
+    row: Gather,
+    column: Gather,
+    hash: Option<Hash>,
+}
+
+impl Decoder {
+    /// The decoder of a checked device.
+    pub fn new(device: &Device) -> Self {
+        let runs = layout(device).unwrap_or_default();
+        let [bank, group] = [Field::Bank, Field::BankGroup].map(|f| f.bits(device));
+        // One flat bank number: pseudo channel, group, bank from the top.
+        let flat = |f: Field| match f {
+            Field::Bank => Some(0),
+            Field::BankGroup => Some(bank),
+            Field::PseudoChannel => Some(bank + group),
+            Field::Channel | Field::Row | Field::Column => None,
+        };
+        let only = |wanted: Field| move |f: Field| (f == wanted).then_some(0);
+        let total: u32 = runs.iter().map(|r| r.1).sum();
+        let hash = Hash {
+            pseudo_channel: Field::PseudoChannel.bits(device),
+            group,
+            bank,
+            row: Field::Row.bits(device),
+        };
+        Self {
+            shift: device.organisation.burst.0.trailing_zeros(),
+            mask: low(total),
+            channel: gather(&runs, only(Field::Channel)),
+            bank: gather(&runs, flat),
+            row: gather(&runs, only(Field::Row)),
+            column: gather(&runs, only(Field::Column)),
+            hash: (device.mapping.order == Order::Mop).then_some(hash),
+        }
+    }
+
+    /// The number of the burst that holds a byte, below the capacity.
+    pub fn burst(&self, address: u64) -> u64 {
+        (address >> self.shift) & self.mask
+    }
+
+    /// Where a burst lies.
+    pub fn place(&self, burst: u64) -> Place {
+        let mut bank = self.bank.of(burst);
+        let mut row = self.row.of(burst);
+        if let Some(h) = self.hash {
+            let column = self.column.of(burst);
+            let pc = column & low(h.pseudo_channel);
+            let group = (column >> h.pseudo_channel) & low(h.group);
+            let in_group = (column >> (h.pseudo_channel + h.group)) & low(h.bank);
+            bank ^= in_group | group << h.bank | pc << (h.bank + h.group);
+            row ^= (column >> (h.pseudo_channel + h.group + h.bank)) & low(h.row);
+        }
+        let channel = self.channel.of(burst) as u32;
+        Place { channel, bank: bank as u32, row: row as u32 }
+    }
+}
+
+fn low(bits: u32) -> u64 {
+    if bits >= 64 { u64::MAX } else { (1 << bits) - 1 }
+}
+
+/// Gathers the runs for which `base` gives the lowest bit of the field in the result. [`layout`]
+/// sees to it that four runs are enough.
+fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather {
+    let mut segments: Vec<Segment> = Vec::new();
+    let mut at = 0;
+    let mut used = [0; 6];
+    for &(field, bits) in runs {
+        let done = &mut used[field as usize];
+        if let Some(base) = base(field).filter(|_| bits > 0) {
+            segments.push(Segment { from: at, mask: low(bits), to: base + *done });
+        }
+        *done += bits;
+        at += bits;
+    }
+    let mut result = Gather::default();
+    for (slot, segment) in result.0.iter_mut().zip(segments) {
+        *slot = segment;
+    }
+    result
+}
+
+/// The fields with their bits, from the lowest above the burst to the highest.
+///
+/// # Errors
+/// What is wrong with `mapping`, naming the key.
+pub fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
+    let bits = |f: Field| f.bits(device);
+    let burst = device.organisation.burst.0;
+    let column = bits(Field::Column);
+    let banks = [Field::PseudoChannel, Field::BankGroup, Field::Bank];
+    let under_banks = match device.mapping.order {
+        Order::Fields => return listed(device),
+        Order::RoBaCoCh => column,
+        Order::Mop => 2.min(column),
+        Order::Bg64 => (64 / burst).checked_ilog2().unwrap_or(0).min(column),
+    };
+    let mut runs = vec![(Field::Column, under_banks)];
+    let rest = (Field::Column, column - under_banks);
+    if device.mapping.order == Order::Bg64 {
+        let [pc, group, bank] = banks.map(|f| (f, bits(f)));
+        runs.extend([pc, group, rest, bank]);
+    } else {
+        runs.extend(banks.map(|f| (f, bits(f))));
+        runs.push(rest);
+    }
+    runs.push((Field::Row, bits(Field::Row)));
+    let interleave = device.mapping.interleave.0;
+    if interleave < burst {
+        let (i, b) = (device.mapping.interleave, device.organisation.burst);
+        return Err(format!("`mapping.interleave` ({i}) is less than `organisation.burst` ({b})"));
+    }
+    let at = (interleave / burst).trailing_zeros();
+    if at > column && bits(Field::Channel) > 0 {
+        let (i, r) = (device.mapping.interleave, device.organisation.row);
+        return Err(format!("`mapping.interleave` ({i}) is more than `organisation.row` ({r})"));
+    }
+    Ok(insert_channel(runs, at, bits(Field::Channel)))
+}
+
+/// Puts the channel bits above the lowest `at` bits.
+fn insert_channel(runs: Vec<(Field, u32)>, at: u32, channel: u32) -> Vec<(Field, u32)> {
+    let mut left = at;
+    let mut result = Vec::new();
+    let mut done = false;
+    for (field, bits) in runs {
+        if !done && left <= bits {
+            result.extend([(field, left), (Field::Channel, channel), (field, bits - left)]);
+            done = true;
+        } else {
+            result.push((field, bits));
+            left = left.saturating_sub(bits);
+        }
+    }
+    result.retain(|r| r.1 > 0);
+    result
+}
+
+/// The fields of `mapping.fields`.
+fn listed(device: &Device) -> Result<Vec<(Field, u32)>, String> {
+    let mut runs: Vec<(Field, u32)> = Vec::new();
+    for text in device.mapping.fields.iter().flatten() {
+        let form = || {
+            format!("`mapping.fields`: \"{text}\" is no field with its bits, as in \"column:4\"")
+        };
+        let (name, bits) = text.split_once(':').ok_or_else(form)?;
+        let field = Field::ALL.into_iter().find(|f| f.name() == name.trim()).ok_or_else(form)?;
+        let bits: u32 = bits.trim().parse().ok().filter(|b| *b <= 40).ok_or_else(form)?;
+        runs.push((field, bits));
+    }
+    for field in Field::ALL {
+        let given: u32 = runs.iter().filter(|r| r.0 == field).map(|r| r.1).sum();
+        let wanted = field.bits(device);
+        let pieces = runs.iter().filter(|r| r.0 == field && r.1 > 0).count();
+        if given != wanted {
+            let name = field.name();
+            return Err(format!(
+                "`mapping.fields` gives {given} bits to {name}, `organisation` has {wanted}"
+            ));
+        }
+        if pieces > 4 {
+            return Err(format!("`mapping.fields` cuts {} in more than 4 pieces", field.name()));
+        }
+    }
+    let banks = [Field::PseudoChannel, Field::BankGroup, Field::Bank];
+    if runs.iter().filter(|r| banks.contains(&r.0) && r.1 > 0).count() > 4 {
+        return Err("`mapping.fields` cuts the bank fields in more than 4 pieces".to_owned());
+    }
+    Ok(runs)
+}

@@ -1,0 +1,4 @@
+//! Level `window`.
+/// The memory as counts.
+#[derive(Debug, Clone)]
+pub struct Windowed;
