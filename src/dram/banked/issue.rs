@@ -53,7 +53,7 @@ impl Channel {
             }
             Action::RefreshBank(bank) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
-                self.banks[usize::from(bank)].activate_ok = now + rules.refresh_bank_to_activate;
+                self.refresh_bank(bank, now, rules);
                 stats.refreshes_bank += 1;
                 self.due.remove(0);
             }
@@ -244,6 +244,16 @@ impl Channel {
         }
     }
 
+    /// A refresh of one bank keeps the distance of activates to those of other banks.
+    fn refresh_bank(&mut self, bank: u8, now: u64, rules: &Rules) {
+        let bank = &mut self.banks[usize::from(bank)];
+        bank.activate_ok = now + rules.refresh_bank_to_activate;
+        let first = usize::from(bank.rank) * rules.groups;
+        for group in &mut self.groups[first..first + rules.groups] {
+            group.activate_ok = group.activate_ok.max(now + rules.activate_short);
+        }
+    }
+
     fn banks_of(&self, rank: u8, rules: &Rules) -> std::ops::Range<usize> {
         let banks = rules.groups * rules.group_banks;
         let first = usize::from(rank) * banks;
@@ -307,7 +317,10 @@ impl Channel {
             (Due::Rank(r), true) => (precharge, Action::PrechargeAll(r)),
             (Due::Rank(r), false) => (closed.max(rank.refresh_ok), Action::RefreshAll(r)),
             (Due::Bank(b), true) => (precharge, Action::PrechargeBank(b)),
-            (Due::Bank(b), false) => (closed, Action::RefreshBank(b)),
+            (Due::Bank(b), false) => {
+                let group = self.groups[usize::from(banks[0].group)].activate_ok;
+                (closed.max(group + after), Action::RefreshBank(b))
+            }
         };
         // After columns of opened rows, before everything else: nobody else is considered.
         self.consider(time, 1 << 62, action, now, rules, best);
