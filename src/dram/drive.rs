@@ -18,6 +18,7 @@ use std::str::FromStr;
 use super::banked::{Banked, LatencyFrom, Request, Span};
 use super::device::Device;
 use super::stats::Stats;
+use super::windowed::Windowed;
 
 use crate::quantity::Bytes;
 
@@ -138,14 +139,10 @@ impl Drive {
             Mode::Rate(_) => LatencyFrom::Arrival,
             Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => LatencyFrom::Entry,
         };
-        let per_byte = match mode {
-            Mode::Rate(rate) => 1.0 / (rate * device.clock_period.0),
-            Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => 0.0,
-        };
         Drive {
             memory: Banked::new(&device_for(device, mode)).with_latency_from(from),
             mode,
-            per_byte,
+            per_byte: per_byte(device, mode),
             waiting: vec![None; AHEAD],
             taken: 0,
             completed: 0,
@@ -215,4 +212,50 @@ pub fn banked(device: &Device, mode: Mode, stream: impl IntoIterator<Item = Acce
         drive.take(access);
     }
     drive.finish().0
+}
+
+/// Runs a stream at level `window`. Of the modes it knows when requests arrive; it has no queues, so
+/// that `mlpN`, `idle` and `lookN` are as `sat` but for the number of requests.
+#[derive(Debug)]
+pub struct WindowDrive {
+    memory: Windowed,
+    mode: Mode,
+    per_byte: f64,
+    taken: usize,
+    bytes: u64,
+    end: u64,
+}
+
+impl WindowDrive {
+    /// An idle memory in a mode.
+    pub fn new(device: &Device, mode: Mode) -> WindowDrive {
+        let memory = Windowed::new(device);
+        WindowDrive { memory, mode, per_byte: per_byte(device, mode), taken: 0, bytes: 0, end: 0 }
+    }
+
+    /// Whether the mode takes no more requests.
+    pub fn is_full(&self) -> bool {
+        self.mode == Mode::Idle && self.taken >= IDLE_REQUESTS
+    }
+
+    /// Takes the next request of the stream.
+    pub fn take(&mut self, access: Access) {
+        let arrival = (self.bytes as f64 * self.per_byte).ceil() as u64;
+        let span = Span { address: access.address, bytes: access.bytes };
+        self.end = self.end.max(self.memory.serve(arrival, access.write, 0, [span]));
+        self.bytes += u64::from(access.bytes);
+        self.taken += 1;
+    }
+
+    /// What it took.
+    pub fn finish(self) -> Run {
+        Run { cycles: self.end, stats: self.memory.stats() }
+    }
+}
+
+fn per_byte(device: &Device, mode: Mode) -> f64 {
+    match mode {
+        Mode::Rate(rate) => 1.0 / (rate * device.clock_period.0),
+        Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => 0.0,
+    }
 }

@@ -210,24 +210,26 @@ impl Channel {
         let number = usize::from(entry.bank);
         let bank = &mut self.banks[number];
         let list = &mut bank.lists[direction];
-        self.entries.push(entry, now, list, bank.row);
+        let index = self.entries.push(entry, now, list, bank.row);
+        let first = list.hit == index || list.miss == index;
         self.len[direction] += 1;
         self.waiting[direction] |= 1 << number;
         if entry.write {
             self.written.push(entry.burst);
         }
-        let bus = self.bus_free[0].min(self.bus_free[1]).max(now);
-        let mode = self.direction();
         let turns = self.next_direction(rules) != self.write_mode;
         if !self.planned || (self.due.is_empty() && turns) {
             self.planned = false;
-            return bus;
+            return self.bus_free[0].min(self.bus_free[1]).max(now);
         }
-        if mode == direction && self.due.is_empty() {
+        let mode = self.direction();
+        if first && mode == direction && self.due.is_empty() {
+            // A younger request changes nothing for older ones, with one exception: a hit that was
+            // accepted in the same CK keeps the row open.
             let same = |c: &Option<Candidate>| c.is_some_and(|c| self.bank_of(c.action) == number);
             if self.best.iter().any(same) || rules.scheduler == Scheduler::Fcfs {
                 self.planned = false;
-                return bus;
+                return self.bus_free[0].min(self.bus_free[1]).max(now);
             }
             let mut best = self.best;
             self.consider_bank(number, mode, now, rules, &mut best);
@@ -385,12 +387,16 @@ impl Channel {
         } else {
             self.step_one_bus(now, rules, stats, &mut outcome)
         };
-        let next = if issued || self.synced.is_some() {
-            self.bus_free[0].min(self.bus_free[1]).max(now + 1)
+        let steady = self.synced.is_none() && self.due.is_empty();
+        if issued && steady && self.next_direction(rules) == self.write_mode {
+            self.plan(now + 1, rules);
+        }
+        let next = if self.planned && steady {
+            self.best_time()
         } else {
-            self.best_time().max(now + 1)
+            self.bus_free[0].min(self.bus_free[1])
         };
-        outcome.wake = next.min(self.next_refresh);
+        outcome.wake = next.max(now + 1).min(self.next_refresh);
         if self.second.is_some() {
             outcome.wake = outcome.wake.min(now + 1);
         }
