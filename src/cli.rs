@@ -9,6 +9,7 @@ pub mod background;
 pub mod camera;
 pub mod camera_file;
 pub mod completions;
+pub mod dram;
 pub mod engine;
 pub mod explain;
 pub mod extract;
@@ -80,9 +81,12 @@ pub enum Command {
     /// Look at camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
     Camera(camera::Args),
-    /// List, show and check machine files, energy tables and display presets
+    /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::Args),
+    /// Run a trace of addresses on a memory device alone
+    #[command(after_help = dram::EXAMPLES)]
+    Dram(dram::Args),
     /// Define a statistic or a configuration key
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
@@ -123,6 +127,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
         Command::Completions(args) => completions::run(args, context),
+        Command::Dram(args) => dram::run(args, context),
         Command::Explain(args) => explain::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Synth(args) => synth::run(args, context),

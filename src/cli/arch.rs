@@ -1,14 +1,15 @@
-//! `arch`: lists, shows and checks machine files, energy tables and display presets.
+//! `arch`: lists, shows and checks machine files, energy tables, display presets and DRAM devices.
 
 use serde_json::{Value, json};
 
-use super::machine_file::{Text, load_machine, read};
+use super::machine_file::{ConfigUsage, Text, load_machine, read};
 use super::{Context, Exit, Failure, out};
 use crate::accel::Machine;
-use crate::config::embedded::{DISPLAYS, ENERGY, MACHINES};
+use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
 use crate::config::error::Place;
 use crate::config::{ConfigError, Embedded, Problem, schema_of};
 use crate::display::Display;
+use crate::dram::Device;
 use crate::energy::EnergyTable;
 
 /// Shown under `arch --help`.
@@ -34,7 +35,7 @@ pub struct Args {
 /// What `arch` does.
 #[derive(Debug, clap::Subcommand)]
 pub enum Verb {
-    /// List the machines, energy tables and display presets that come with the program
+    /// List the machines, energy tables, displays and DRAM devices that come with the program
     List,
     /// Print a machine file; with --set or --resolved, as a run would use it
     Show {
@@ -50,10 +51,10 @@ pub enum Verb {
     },
     /// Check files and report everything that is wrong; exit code 2 if anything is
     Check {
-        /// Names of `arch list`, or TOML files: machines, energy tables or display presets
+        /// Names of `arch list`, or TOML files of any kind
         #[arg(value_name = "NAME|FILE", required = true)]
         files: Vec<String>,
-        /// Change a key of the machine files; may be repeated
+        /// Change a key of the machine files and DRAM devices; may be repeated
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
     },
@@ -74,10 +75,12 @@ pub enum Kind {
     Energy,
     /// A display preset.
     Display,
+    /// A DRAM device.
+    Dram,
 }
 
 impl Kind {
-    const ALL: [Kind; 3] = [Kind::Machine, Kind::Energy, Kind::Display];
+    const ALL: [Kind; 4] = [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram];
 
     /// Its name on the command line and in messages.
     pub const fn name(self) -> &'static str {
@@ -85,6 +88,7 @@ impl Kind {
             Kind::Machine => "machine",
             Kind::Energy => "energy",
             Kind::Display => "display",
+            Kind::Dram => "dram",
         }
     }
 
@@ -93,6 +97,7 @@ impl Kind {
             Kind::Machine => MACHINES,
             Kind::Energy => ENERGY,
             Kind::Display => DISPLAYS,
+            Kind::Dram => DRAM,
         }
     }
 
@@ -102,6 +107,7 @@ impl Kind {
             Kind::Machine => schema_of::<Machine>(),
             Kind::Energy => schema_of::<EnergyTable>(),
             Kind::Display => schema_of::<Display>(),
+            Kind::Dram => schema_of::<Device>(),
         }
     }
 }
@@ -137,6 +143,7 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             Kind::Machine => "Machines (--arch NAME)",
             Kind::Energy => "Energy tables (key `energy` of a machine)",
             Kind::Display => "Displays (--display NAME)",
+            Kind::Dram => "DRAM devices (dram --device NAME)",
         };
         text.push_str(&format!("{title}\n"));
         for row in rows.iter().filter(|r| r.kind == kind) {
@@ -166,14 +173,22 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
             (Some(table.node.to_string()), table.description)
         }
         Kind::Display => (None, Display::parse(file.text).map_err(wrong)?.description),
+        Kind::Dram => (None, Device::parse(file.text).map_err(wrong)?.description),
     };
     Ok(Row { kind, name: file.name, node, description })
 }
 
 fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Result<Exit, Failure> {
+    let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
+    let file = read("machine", arch, &all, None)?;
     if !resolved && sets.is_empty() && !context.global.json {
-        let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
-        return out::text(&read("machine", arch, &all, None)?.text).map(|()| Exit::Done);
+        return out::text(&file.text).map(|()| Exit::Done);
+    }
+    if kind_of(&file.text) == Kind::Dram {
+        let device = Device::parse_with(&file.text, sets).usage(&file.origin)?;
+        let json = context.global.json;
+        let shown = if json { out::json(&device) } else { out::text(&device.to_toml()) };
+        return shown.map(|()| Exit::Done);
     }
     let loaded = load_machine(arch, sets)?;
     if context.global.json {
@@ -194,7 +209,7 @@ fn check(files: &[String], sets: &[String], context: &Context) -> Result<Exit, F
     let mut checked = Vec::new();
     let mut unread = false;
     for name in files {
-        match read("machine, energy table or display preset", name, &all, None) {
+        match read("configuration file", name, &all, None) {
             Ok(file) => checked.push(check_one(file, sets)),
             Err(failure) => {
                 unread = true;
@@ -232,6 +247,9 @@ fn check_one(file: Text, sets: &[String]) -> Checked {
         Kind::Display => Display::parse(&file.text)
             .map(|d| format!("display preset {}", d.name))
             .map_err(|e| e.problems),
+        Kind::Dram => Device::parse_with(&file.text, sets)
+            .map(|d| format!("DRAM device {}", d.name))
+            .map_err(|e| e.problems),
     };
     Checked { file, kind, result }
 }
@@ -267,6 +285,9 @@ fn kind_of(text: &str) -> Kind {
     let has = |start: &str| text.lines().any(|l| l.trim_start().starts_with(start));
     let machine = ["[geometry]", "[ccu]", "[gsu]", "[vru]", "[buffers"].iter().any(|t| has(t));
     let energy = ["[actions]", "[sram", "[leakage]", "[flop]"].iter().any(|t| has(t));
+    if has("[organisation]") {
+        return Kind::Dram;
+    }
     match (machine, energy) {
         (false, true) => Kind::Energy,
         (false, false) if has("red") || has("scale") || has("static") => Kind::Display,

@@ -5,10 +5,11 @@ use serde_json::{Value, json};
 use super::{Context, Exit, Failure, out};
 use crate::accel::Machine;
 use crate::config::Embedded;
-use crate::config::embedded::{DISPLAYS, ENERGY, MACHINES};
+use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
 use crate::config::suggest::nearest;
 use crate::config::{KeyDoc, key_docs};
 use crate::display::Display;
+use crate::dram::Device;
 use crate::energy::EnergyTable;
 use crate::sim::statistics;
 
@@ -91,6 +92,7 @@ fn entries() -> Vec<Entry> {
         .collect();
     keys("key of machine files", key_docs::<Machine>(), &MACHINES[0], &mut all);
     keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
+    keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
     keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
     all
 }

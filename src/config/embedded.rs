@@ -27,6 +27,23 @@ pub const ENERGY: &[Embedded] = embedded!("energy": "gscore-28nm", "gscore-28nm-
 /// Display-power presets, the default first.
 pub const DISPLAYS: &[Embedded] = embedded!("display": "oled-powergs", "oled-d22");
 
+/// DRAM devices, the default first.
+pub const DRAM: &[Embedded] = embedded!("dram":
+    "lpddr4-3200-x16x8",
+    "hbm2-8ch",
+    "lpddr4-3200-x16x16",
+    "lpddr4-3200-x16x2",
+    "lpddr4-3200-x16x32",
+    "lpddr4-3200-x16x4",
+    "lpddr4-3200-x16x8-flat",
+    "lpddr4-3200-x16x8-full",
+    "lpddr4-3200-x32x4",
+    "lpddr5-6400-x16x16",
+    "lpddr5-6400-x16x2",
+    "lpddr5-6400-x16x4",
+    "lpddr5-6400-x16x8"
+);
+
 /// Where the numbers come from.
 pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
 

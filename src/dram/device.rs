@@ -303,6 +303,16 @@ impl Device {
         config.checked(problems)
     }
 
+    /// The same device with another named order of address fields.
+    ///
+    /// # Errors
+    /// Why the order does not fit the device.
+    pub fn with_order(mut self, order: Order) -> Result<Device, String> {
+        self.mapping.order = order;
+        self.mapping.fields = None;
+        crate::dram::mapping::layout(&self).map(|_| self)
+    }
+
     /// Every key with its value.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a device has only keys that TOML can say")

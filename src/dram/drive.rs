@@ -170,9 +170,7 @@ impl Drive {
 
     /// Takes the next request of the stream; simulates until there is room for it.
     pub fn take(&mut self, access: Access) {
-        while self.taken - self.completed >= AHEAD
-            || self.waiting[self.taken % AHEAD].is_some()
-        {
+        while self.taken - self.completed >= AHEAD || self.waiting[self.taken % AHEAD].is_some() {
             self.complete_one();
         }
         let ticket = (self.taken % AHEAD) as u32;

@@ -38,7 +38,8 @@ impl EnergyUse {
             };
         }
         let Some(prices) = &device.energy.actions else { return EnergyUse::default() };
-        let times = |n: u64, price: &super::device::Price| Picojoules(n as f64 * price.energy.0 * scale);
+        let times =
+            |n: u64, price: &super::device::Price| Picojoules(n as f64 * price.energy.0 * scale);
         let elapsed = elapsed.max(stats.until);
         EnergyUse {
             flat: Picojoules(0.0),

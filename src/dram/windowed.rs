@@ -156,7 +156,9 @@ impl Windowed {
         let lost = f64::from(t.refresh_all_to_activate + t.precharge_all_to_refresh);
         let interval = f64::from(t.refresh_interval);
         let stretch = match device.controller.refresh {
-            Refresh::AllBank | Refresh::PerBank => interval / (interval - lost - REFRESH_EXTRA).max(interval * 0.05),
+            Refresh::AllBank | Refresh::PerBank => {
+                interval / (interval - lost - REFRESH_EXTRA).max(interval * 0.05)
+            }
             Refresh::None => 1.0,
         };
         Windowed {
@@ -278,7 +280,11 @@ impl Windowed {
         open &= !self.closed_page || !other;
         let commands = &mut self.commands[channel];
         *commands += costs.command[1];
-        if write { rank.writes += 1 } else { rank.reads += 1 }
+        if write {
+            rank.writes += 1
+        } else {
+            rank.reads += 1
+        }
         let group = &mut self.groups[group_at];
         *group += 1;
         rank.batch += 1;

@@ -459,7 +459,9 @@ impl Channel {
                 true
             }
             None => false,
-            Some(Action::Column(entry)) if now >= self.clock_until && rules.clock_runs.is_some() => {
+            Some(Action::Column(entry))
+                if now >= self.clock_until && rules.clock_runs.is_some() =>
+            {
                 if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
                     self.second_half(now, rules);
                 } else {

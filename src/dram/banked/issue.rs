@@ -127,7 +127,11 @@ impl Channel {
         if let Some(runs) = rules.clock_runs {
             self.clock_until = self.clock_until.max(now + runs[kind]);
         }
-        if write { stats.writes += 1 } else { stats.reads += 1 }
+        if write {
+            stats.writes += 1
+        } else {
+            stats.reads += 1
+        }
         stats.total.moved_bytes += rules.burst_bytes;
         stats.classes[usize::from(class)].moved_bytes += rules.burst_bytes;
         if rules.page == Page::Closed {
@@ -146,8 +150,7 @@ impl Channel {
             return;
         }
         let closes = bank.precharge_ok;
-        self.banks[number].activate_ok =
-            bank.activate_ok.max(closes + rules.precharge_to_activate);
+        self.banks[number].activate_ok = bank.activate_ok.max(closes + rules.precharge_to_activate);
         self.close(number, now, rules);
         stats.precharges += 1;
         self.note(closes, number, CommandKind::AutoPrecharge);

@@ -103,7 +103,11 @@ impl Entries {
         if list.miss == index {
             list.miss = self.find(next, |row| row != open);
         }
-        if prev == NONE { list.head = next } else { self.get_mut(prev).next = next }
+        if prev == NONE {
+            list.head = next
+        } else {
+            self.get_mut(prev).next = next
+        }
         if next == NONE { list.tail = prev } else { self.get_mut(next).prev = prev }
     }
 

@@ -78,7 +78,8 @@ impl Rules {
         let n = u64::from;
         let (activate, precharge) = (n(device.commands.activate), n(device.commands.precharge));
         let actions = device.energy.actions.as_ref();
-        let sleep = actions.map(|a| [a.background.power_down_after, a.background.self_refresh_after]);
+        let sleep =
+            actions.map(|a| [a.background.power_down_after, a.background.self_refresh_after]);
         Self {
             scheduler: c.scheduler,
             page: c.page,

@@ -1,0 +1,74 @@
+//! What `dram` prints for people: a table of at most 80 columns.
+
+use std::fmt::Write;
+
+use super::{Args, Result1, share};
+use crate::dram::Device;
+
+/// The table of one or two levels.
+pub(super) fn text(args: &Args, device: &Device, results: &[Result1]) -> String {
+    let mut text = String::new();
+    let peak = device.peak_gb_s();
+    let _ = writeln!(text, "{}, {peak:.1} GB/s peak, mode {}", device.name, args.mode);
+    let mut line = |name: &str, value: &dyn Fn(&Result1) -> String| {
+        let values: Vec<String> = results.iter().map(|r| format!("{:>18}", value(r))).collect();
+        let row = format!("  {name:22}{}", values.concat());
+        let _ = writeln!(text, "{}", row.trim_end());
+    };
+    if results.len() > 1 {
+        line("", &|r| r.name.to_owned());
+    }
+    let total = |r: &Result1| r.run.stats.total;
+    let ns = |r: &Result1| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
+    let period = device.clock_period.0;
+    line("time", &|r| format!("{:.1} ns", device.ns(r.run.cycles)));
+    line("requested", &|r| bytes(total(r).requested_bytes()));
+    line("moved", &|r| bytes(total(r).moved_bytes));
+    line("bandwidth", &|r| format!("{:.2} GB/s", total(r).requested_bytes() as f64 / ns(r)));
+    line("data bus busy", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_mean, r)));
+    line("busiest data bus", &|r| {
+        format!("{:.1} %", 100.0 * share(r.run.stats.busy_max as f64, r))
+    });
+    line("row-hit rate", &|r| format!("{:.4}", r.run.stats.row_hit_rate()));
+    if results.iter().any(|r| r.run.stats.latency.count() > 0) {
+        line("read latency, mean", &|r| format!("{:.1} ns", r.run.stats.latency.mean() * period));
+        for (name, fraction) in [("  p50", 0.5), ("  p95", 0.95), ("  p99", 0.99)] {
+            line(name, &|r| {
+                format!("{:.1} ns", r.run.stats.latency.percentile(fraction) as f64 * period)
+            });
+        }
+    }
+    for (i, (name, _)) in results[0].run.stats.commands().into_iter().enumerate() {
+        if results.iter().any(|r| r.run.stats.commands()[i].1 > 0) {
+            line(name, &|r| r.run.stats.commands()[i].1.to_string());
+        }
+    }
+    line("energy", &|r| format!("{:.3} uJ", r.energy.total().0 * 1e-6));
+    for (i, (name, _)) in results[0].energy.parts().into_iter().enumerate() {
+        if results.iter().any(|r| r.energy.parts()[i].1.0 > 0.0) {
+            line(&format!("  {}", name.replace('_', " ")), &|r| {
+                let total = r.energy.total().0.max(f64::MIN_POSITIVE);
+                let part = r.energy.parts()[i].1.0;
+                format!("{:.3} uJ {:>4.1} %", part * 1e-6, 100.0 * part / total)
+            });
+        }
+    }
+    line("energy per byte", &|r| {
+        format!("{:.2} pJ/B", r.energy.total().0 / total(r).requested_bytes().max(1) as f64)
+    });
+    if let [banked, window] = results {
+        let change = 100.0 * (ns(window) / ns(banked) - 1.0);
+        let energy = 100.0 * (window.energy.total().0 / banked.energy.total().0 - 1.0);
+        let _ =
+            writeln!(text, "  window against banked: time {change:+.1} %, energy {energy:+.1} %");
+    }
+    text
+}
+
+fn bytes(n: u64) -> String {
+    match n {
+        n if n >= 10 << 20 => format!("{:.1} MiB", n as f64 / f64::from(1 << 20)),
+        n if n >= 10 << 10 => format!("{:.1} KiB", n as f64 / 1024.0),
+        n => format!("{n} B"),
+    }
+}
