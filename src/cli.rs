@@ -26,6 +26,8 @@ pub mod scene_file;
 pub mod startup;
 pub mod synth;
 pub mod trace;
+pub mod trace_source;
+pub mod what_if;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -5,10 +5,13 @@
 pub mod bottleneck;
 pub mod breakdown;
 pub mod charts;
+
 pub mod csv;
 pub mod docs;
 pub mod format;
 pub mod json;
+pub mod limits;
+pub mod means;
 pub mod plot;
 pub mod record;
 pub mod schema;
@@ -16,10 +19,13 @@ pub mod summary;
 pub mod table;
 pub mod terminal;
 pub mod tile_load;
+pub mod what_if;
 
 pub use bottleneck::{Bottleneck, Limit};
+pub use means::Means;
 pub use table::Table;
 pub use tile_load::{Picture, TileLoad};
+pub use what_if::WhatIf;
 
 use crate::sim::{FrameReport, Model};
 
@@ -98,6 +104,44 @@ pub struct Run {
     pub frames: Vec<FrameReport>,
     /// Tile lists of the slowest frame (in the `paper` model: the one with most loads).
     pub tiles: Option<TileLoad>,
+    /// What was simulated beside the frames.
+    pub extras: Extras,
+}
+
+/// What a run may carry beside its frames.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Extras {
+    /// What doubling single resources would buy.
+    pub what_if: Option<WhatIf>,
+    /// The same frames under two models of the DRAM.
+    pub dram_models: Option<DramModels>,
+}
+
+/// The same frames with the DRAM in windows and with its banks.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DramModels {
+    /// Frame time of the `window` model, milliseconds, mean over the frames.
+    pub window_ms: f64,
+    /// Frame time of the `banked` model, milliseconds, mean over the frames.
+    pub banked_ms: f64,
+    /// Bytes that the `window` model moved, mean over the frames.
+    pub window_bytes: f64,
+    /// Bytes that the `banked` model moved, mean over the frames.
+    pub banked_bytes: f64,
+}
+
+impl DramModels {
+    /// `window` against `banked`: relative differences of time and of bytes moved.
+    pub fn differences(&self) -> [f64; 2] {
+        let of = |window: f64, banked: f64| if banked == 0.0 { 0.0 } else { window / banked - 1.0 };
+        [of(self.window_ms, self.banked_ms), of(self.window_bytes, self.banked_bytes)]
+    }
+
+    /// The comparison in one line of at most 80 columns.
+    pub fn line(&self) -> String {
+        let [time, bytes] = self.differences().map(|d| format!("{:+.2} %", d * 100.0));
+        format!("dram window against banked: time {time}, bytes moved {bytes}\n")
+    }
 }
 
 impl Run {

@@ -47,6 +47,41 @@ pub struct StageBytes {
     pub flops: u64,
 }
 
+/// How well the sorted lists of a frame are sorted, measured with the machine's keys.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OrderSummary {
+    /// Pairs of neighbours in all sorted lists.
+    pub neighbours: u64,
+    /// Neighbours in the wrong order of depth.
+    pub out_of_order: u64,
+    /// Neighbours with equal keys and different depths.
+    pub equal_keys: u64,
+    /// Pairs of one list, neighbours or not, in the wrong order.
+    pub inversions: u64,
+}
+
+/// What the feature cache did in a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CacheSummary {
+    /// Feature records found.
+    pub hits: u64,
+    /// Feature records read from DRAM.
+    pub misses: u64,
+}
+
+/// What a frame took over from the order of the frame before.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ReuseSummary {
+    /// List entries that the frame before had too.
+    pub kept: u64,
+    /// List entries that it had not.
+    pub added: u64,
+    /// Entries of the frame before that are gone.
+    pub gone: u64,
+    /// Neighbours out of order because an old order was kept.
+    pub out_of_order: u64,
+}
+
 /// One frame, simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
@@ -58,6 +93,8 @@ pub struct FrameReport {
     pub counters: Counters,
     /// α evaluations that the machine executes (every pixel of a live sub-tile); `cycle` only.
     pub alpha_evaluations_executed: Option<u64>,
+    /// Those of them whose pixel has not stopped; `cycle` only.
+    pub live_evaluations: Option<u64>,
     /// Bytes and FLOPs by stage, order of `Stage::WORK`.
     pub stages: [StageBytes; 3],
     /// Action counts; empty in the `paper` model.
@@ -70,6 +107,12 @@ pub struct FrameReport {
     pub timing: Option<FrameTiming>,
     /// Clock, hertz, with `timing`.
     pub clock_hz: Option<f64>,
+    /// The order of the lists, where it was checked.
+    pub order: Option<OrderSummary>,
+    /// The feature cache, where the machine has one.
+    pub cache: Option<CacheSummary>,
+    /// Sort reuse, where the machine does it.
+    pub reuse: Option<ReuseSummary>,
     /// Display power of the frame's image, watts, where the trace carries the image means.
     pub display_w: Option<f64>,
 }
@@ -131,12 +174,18 @@ pub fn simulate(
         name: label.name,
         counters: workload.counters,
         alpha_evaluations_executed: Some(replay.actions.total(Action::Alpha)),
+        live_evaluations: Some(
+            workload.chunks.iter().map(|c| u64::from(c.live_evaluations)).sum(),
+        ),
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &replay.actions)),
         energy: prices.breakdown(&replay.actions, seconds),
         actions: replay.actions,
         standby_w: [prices.leakage_w, prices.background_w],
         timing: Some(replay.timing),
         clock_hz: Some(machine.clock.0),
+        order: None,
+        cache: None,
+        reuse: None,
         display_w: label.display_w,
     };
     check::traffic(&report, &replay.served)?;

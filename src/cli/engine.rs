@@ -1,26 +1,19 @@
 //! What `replay` runs on: a trace and a model of a machine, opened and checked.
-//!
-//! Frames are read in order, decoded, binned and simulated in parallel, and handed on in order; at
-//! most one frame a thread is in memory.
 
-use std::fs::File;
-use std::io::{BufReader, Read, Seek};
-use std::ops::{ControlFlow, Range};
-use std::path::Path;
-
-use xxhash_rust::xxh3::Xxh3;
+use std::ops::ControlFlow;
 
 use super::machine_file::{LoadedMachine, Text, load_machine, read};
-use super::replay::{Args, EachFrame, Engine, ModelArg, doubled};
+use super::replay::{Args, DramArg, EachFrame, Engine, ModelArg};
+use super::trace_source::{TraceFrame, TraceSource, hashed};
+use super::what_if::{Experiment, Variant, cost};
 use super::{Exit, Failure, OrExit};
-use crate::config::embedded::{DISPLAYS, ENERGY};
-use crate::display::Display;
+use crate::config::embedded::ENERGY;
 use crate::energy::EnergyTable;
 use crate::report::tile_load::Picture;
-use crate::report::{Facts, Input, Limit, MachineFacts, TileLoad, TraceFacts};
+use crate::report::what_if::Cost;
+use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
 use crate::sim::paper::UnitPrices;
-use crate::sim::{FrameReport, Label, frames, paper, simulate};
-use crate::trace::{EncodedFrame, Reader};
+use crate::sim::{FrameReport, Label, paper, simulate};
 use crate::workload::paper::Padding;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
@@ -40,10 +33,15 @@ impl Simulator {
                 let what = "--reference-padding belongs to --model paper";
                 return Err(Failure::new(Exit::Usage, what));
             }
-            return Ok(Simulator::Cycle(Box::new(load_machine(&args.arch, &args.sets)?)));
+            let mut sets = args.sets.clone();
+            if let Some(model) = args.dram_model {
+                sets.push(format!("dram.model={}", model.key()));
+            }
+            return Ok(Simulator::Cycle(Box::new(load_machine(&args.arch, &sets)?)));
         }
-        if !args.sets.is_empty() {
-            let what = "--set: the paper model has no machine; use --model cycle";
+        if !args.sets.is_empty() || args.dram_model.is_some() {
+            let what = "--set, --dram-model: the paper model has no machine; use \
+                        --model cycle";
             return Err(Failure::new(Exit::Usage, what));
         }
         let table = read("energy table", PAPER_TABLE, ENERGY, None)?;
@@ -79,12 +77,7 @@ impl Simulator {
 
     fn facts(&self) -> MachineFacts {
         match self {
-            Simulator::Cycle(loaded) => MachineFacts {
-                name: loaded.machine.name.clone(),
-                energy_table: loaded.energy_table.name.clone(),
-                clock_hz: Some(loaded.machine.clock.0),
-                dram_peak_gb_s: Some(loaded.machine.dram.bandwidth.0 * 1e-9),
-            },
+            Simulator::Cycle(loaded) => machine_facts(loaded),
             Simulator::Paper { table, .. } => MachineFacts {
                 name: "paper".into(),
                 energy_table: table.origin.clone(),
@@ -106,108 +99,91 @@ impl Simulator {
     }
 }
 
+/// What reports say about a machine.
+pub fn machine_facts(loaded: &LoadedMachine) -> MachineFacts {
+    MachineFacts {
+        name: loaded.machine.name.clone(),
+        energy_table: loaded.energy_table.name.clone(),
+        clock_hz: Some(loaded.machine.clock.0),
+        dram_peak_gb_s: Some(loaded.machine.dram.bandwidth.0 * 1e-9),
+    }
+}
+
 /// A trace and a simulator.
 pub struct TraceEngine {
-    reader: Reader<BufReader<File>>,
-    path: String,
-    frames: Range<u64>,
+    source: TraceSource,
     simulator: Simulator,
-    display: Display,
     facts: Facts,
+    experiment: Experiment,
+    /// The same machine with the `window` model of the DRAM, where both were asked for.
+    window: Option<Variant>,
+    /// Sums over frames of the two models.
+    models: (u32, DramModels),
 }
 
 impl TraceEngine {
     /// Opens and checks everything that `args` name.
     pub fn open(args: &Args) -> Result<TraceEngine, Failure> {
         let simulator = Simulator::new(args)?;
-        let display_file = read("display preset", &args.display, DISPLAYS, None)?;
-        let display =
-            Display::parse(&display_file.text).or_exit(Exit::Usage, &display_file.origin)?;
-        let path = args.trace.display().to_string();
-        let mut file = BufReader::new(File::open(&args.trace).or_exit(Exit::BadInput, &path)?);
-        let mut inputs = vec![hashed("trace", &file_name(&args.trace), &mut file, &path)?];
-        file.rewind().or_exit(Exit::BadInput, &path)?;
-        let mut reader = Reader::open(file).or_exit(Exit::BadInput, &path)?;
-        let frames = selected(args, reader.len(), &path)?;
-        let first = reader.info(frames.start).or_exit(Exit::BadInput, &path)?;
-        let camera = &first.head.facts.camera;
-        let trace = TraceFacts {
-            name: args.trace.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            frames: (frames.end - frames.start) as usize,
-            width: camera.width,
-            height: camera.height,
-        };
+        let source = TraceSource::open(&args.trace, args.frames, &args.display)?;
+        let [trace_input, display_input] = source.inputs.clone();
+        let mut inputs = vec![trace_input];
         let mut configuration = toml::Table::new();
-        let mut files = simulator.files();
-        files.push(("display", &display_file, &display_file.text));
-        for (role, file, resolved) in files {
+        for (role, file, resolved) in simulator.files() {
             inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
             let table = resolved.parse().or_exit(Exit::Internal, &file.origin)?;
             configuration.insert(role.to_owned(), toml::Value::Table(table));
         }
+        inputs.push(display_input);
+        configuration.insert("display".into(), toml::Value::Table(source.display_toml.clone()));
         let facts = Facts {
             model: args.model.into(),
             display_fps: args.fps,
-            trace,
+            trace: source.facts.clone(),
             machine: simulator.facts(),
             inputs,
             configuration,
         };
-        Ok(TraceEngine { reader, path, frames, simulator, display, facts })
-    }
-}
-
-/// The frames that `--frames` leaves.
-fn selected(args: &Args, len: u64, path: &str) -> Result<Range<u64>, Failure> {
-    if len == 0 {
-        let what = format!("{path}: the trace has no frames; extract it again");
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    let Some(range) = args.frames else { return Ok(0..len) };
-    let start = range.start as u64;
-    if start >= len {
-        let what = format!("--frames {start}..: {path} has {len} frames, from 0");
-        return Err(Failure::new(Exit::Usage, what));
-    }
-    Ok(start..range.end.map_or(len, |end| (end as u64).min(len)))
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-/// Hashes everything that `input` gives.
-fn hashed(
-    role: &'static str,
-    name: &str,
-    input: &mut impl Read,
-    place: &str,
-) -> Result<Input, Failure> {
-    let (mut hash, mut bytes) = (Xxh3::new(), 0u64);
-    let mut buffer = vec![0u8; 1 << 18];
-    loop {
-        let n = input.read(&mut buffer).or_exit(Exit::BadInput, place)?;
-        if n == 0 {
-            break;
+        let (mut experiment, mut window) = (Experiment::default(), None);
+        if let Simulator::Cycle(loaded) = &simulator {
+            experiment = Experiment::new(loaded, source.spread(args.what_if));
+            if args.dram_model == Some(DramArg::Both) {
+                let variant = Variant::of(loaded, &["dram.model=window".to_owned()]);
+                window = Some(variant.map_err(|e| Failure::new(Exit::Usage, e))?);
+            }
         }
-        hash.update(&buffer[..n]);
-        bytes += n as u64;
+        let models = (0, DramModels::default());
+        Ok(TraceEngine { source, simulator, facts, experiment, window, models })
     }
-    // Folders are not part of the record: the same file elsewhere gives the same report.
-    let name = file_name(Path::new(name));
-    Ok(Input { role, name, bytes, xxh3: hash.digest128() })
+
+    /// The machine of the `cycle` model.
+    pub fn machine(&self) -> Option<&LoadedMachine> {
+        match &self.simulator {
+            Simulator::Cycle(loaded) => Some(loaded),
+            Simulator::Paper { .. } => None,
+        }
+    }
+
+    /// One frame of the trace, binned for the machine.
+    ///
+    /// # Errors
+    /// Exit code 2 for a frame that the trace does not have, 3 for one that cannot be read.
+    pub fn workload(&mut self, number: usize) -> Result<FrameWorkload, Failure> {
+        let range = self.source.range();
+        if !range.contains(&number) {
+            let what = format!("frame {number}: this run has frames {range:?}");
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        Ok(bin(&self.source.frame(number)?.frame, self.simulator.geometry()))
+    }
 }
 
-/// Why the frames ended early.
-enum Stop {
-    Asked,
-    Failed(Failure),
-}
-
-/// A simulated frame and what its heatmap needs.
+/// A simulated frame, what its heatmap needs, and the same frame on other machines.
 struct Done {
     report: FrameReport,
     tiles: TileLoad,
+    doubled: Option<Vec<Cost>>,
+    window: Option<FrameReport>,
 }
 
 impl Engine for TraceEngine {
@@ -216,52 +192,84 @@ impl Engine for TraceEngine {
     }
 
     fn frames(&mut self, each: &mut EachFrame<'_>) -> Result<(), Failure> {
-        let (simulator, display, path) = (&self.simulator, &self.display, &self.path);
-        let reader = &mut self.reader;
-        let blocks = self.frames.clone().map(|k| {
-            let block = reader.read_block(k).or_exit(Exit::BadInput, path);
-            block.map(|block| (k as usize, block)).map_err(Stop::Failed)
-        });
-        let work = |(frame, block): (usize, EncodedFrame)| {
-            one_frame(simulator, display, path, frame, &block).map_err(Stop::Failed)
-        };
-        let outcome = frames::in_order(blocks, work, |done: Done| {
-            let mut tiles = Some(done.tiles);
-            let mut take = || tiles.take().expect("the tiles of a frame are asked for once");
-            match each(done.report, &mut take) {
-                ControlFlow::Continue(()) => Ok(()),
-                ControlFlow::Break(()) => Err(Stop::Asked),
-            }
-        });
-        match outcome {
-            Ok(()) | Err(Stop::Asked) => Ok(()),
-            Err(Stop::Failed(failure)) => Err(failure),
-        }
+        let (simulator, window) = (&self.simulator, self.window.as_ref());
+        let experiment = &self.experiment;
+        let mut gathered = experiment.clone();
+        let models = &mut self.models;
+        self.source.in_order(
+            |frame| one_frame(simulator, experiment, window, frame),
+            |done: Done| {
+                if let Some(others) = &done.doubled {
+                    gathered.add(&done.report, others);
+                }
+                if let Some(window) = &done.window {
+                    gather_models(models, &done.report, window);
+                }
+                let mut tiles = Some(done.tiles);
+                let mut take = || tiles.take().expect("the tiles of a frame are asked for once");
+                match each(done.report, &mut take) {
+                    ControlFlow::Continue(()) => ControlFlow::Continue(()),
+                    ControlFlow::Break(()) => ControlFlow::Break(()),
+                }
+            },
+        )?;
+        self.experiment = gathered;
+        Ok(())
     }
 
-    fn relieve(&self, limit: Limit) -> Option<String> {
-        match &self.simulator {
-            Simulator::Cycle(loaded) => doubled(&loaded.machine, limit),
-            Simulator::Paper { .. } => None,
-        }
+    fn extras(&mut self) -> Extras {
+        let what_if = std::mem::take(&mut self.experiment).finish();
+        let (n, sums) = self.models;
+        let mean = |sum: f64| sum / f64::from(n);
+        let dram_models = (n > 0).then(|| DramModels {
+            window_ms: mean(sums.window_ms),
+            banked_ms: mean(sums.banked_ms),
+            window_bytes: mean(sums.window_bytes),
+            banked_bytes: mean(sums.banked_bytes),
+        });
+        Extras { what_if, dram_models }
     }
+}
+
+fn gather_models(
+    (n, sums): &mut (u32, DramModels),
+    banked: &FrameReport,
+    window: &FrameReport,
+) {
+    let moved = |report: &FrameReport| {
+        let Some(timing) = &report.timing else { return 0.0 };
+        let bursts = |c: &crate::accel::DramCommands| {
+            c.stages.iter().map(|s| s.reads + s.writes).sum::<u64>() * c.burst_bytes
+        };
+        timing.dram.commands.as_ref().map_or(0, bursts) as f64
+    };
+    *n += 1;
+    sums.banked_ms += cost(banked).frame_time_ms;
+    sums.window_ms += cost(window).frame_time_ms;
+    sums.banked_bytes += moved(banked);
+    sums.window_bytes += moved(window);
 }
 
 fn one_frame(
     simulator: &Simulator,
-    display: &Display,
-    path: &str,
-    number: usize,
-    block: &EncodedFrame,
+    experiment: &Experiment,
+    window: Option<&Variant>,
+    TraceFrame { label, frame }: TraceFrame,
 ) -> Result<Done, Failure> {
-    let frame = block.decode().or_exit(Exit::BadInput, path)?;
+    let number = label.frame;
     let workload = bin(&frame, simulator.geometry());
-    let label = Label {
-        frame: number,
-        name: frame.facts.camera.name.clone(),
-        display_w: frame.facts.mean_linear_rgb.map(|mean| display.power(mean).0),
+    let on = |variant: &Variant| {
+        simulate(label.clone(), &workload, &variant.machine, &variant.prices)
+            .or_exit(Exit::Internal, format_args!("internal error in frame {}", label.name))
     };
-    let report = simulator.report(label, &workload)?;
+    let doubled = if experiment.wants(number) {
+        let costs = experiment.doubled.iter().map(|d| on(&d.variant).map(|r| cost(&r)));
+        Some(costs.collect::<Result<Vec<_>, Failure>>()?)
+    } else {
+        None
+    };
+    let window = window.map(on).transpose()?;
+    let report = simulator.report(label.clone(), &workload)?;
     let picture = frame.preview.map(|p| Picture { width: p.width, height: p.height, rgb: p.rgb });
-    Ok(Done { report, tiles: TileLoad::of(number, &workload, picture) })
+    Ok(Done { report, tiles: TileLoad::of(number, &workload, picture), doubled, window })
 }

@@ -11,8 +11,7 @@ use super::invocation::Started;
 use super::progress::Progress;
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::accel::Machine;
-use crate::report::{self, Facts, Limit, Run, Table, TileLoad, bottleneck, terminal};
+use crate::report::{self, Extras, Facts, Run, Table, TileLoad, terminal};
 use crate::sim::{FrameReport, Model};
 
 /// Shown under `replay --help`.
@@ -21,6 +20,7 @@ Examples:
   powergs-sim replay traces/demo.bin
   powergs-sim replay scene.bin --arch gscore --set vru.cores=8 --out reports/eight
   powergs-sim replay scene.bin --frames 0..24 --fps 72 --json
+  powergs-sim replay scene.bin --dram-model both --what-if 0
   powergs-sim replay scene.bin --model paper
 
 docs/results.md defines every number; so does: powergs-sim explain NAME";
@@ -54,6 +54,14 @@ pub struct Args {
     /// `paper` model: pad odd image sizes as the published code does
     #[arg(long)]
     pub reference_padding: bool,
+    /// DRAM model, in place of the machine's; both: banked, and its difference to
+    /// window
+    #[arg(long, value_enum, value_name = "MODEL")]
+    pub dram_model: Option<DramArg>,
+    /// Frames, spread over the trace, on which doubling each resource is tried; 0:
+    /// none
+    #[arg(long, value_name = "N", default_value = "3")]
+    pub what_if: usize,
     /// Report folder [default: reports/TRACE-MACHINE, with a counter if it exists]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -69,6 +77,30 @@ pub enum ModelArg {
     Paper,
     /// The simulated machine.
     Cycle,
+}
+
+/// The DRAM models.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum DramArg {
+    /// One server with a latency and a rate.
+    Bandwidth,
+    /// The device, counted in windows of requests.
+    Window,
+    /// The device, with its banks, rows, queues and timings.
+    Banked,
+    /// `banked`, and what `window` makes of the same frames.
+    Both,
+}
+
+impl DramArg {
+    /// The value of `dram.model`.
+    pub const fn key(self) -> &'static str {
+        match self {
+            DramArg::Bandwidth => "bandwidth",
+            DramArg::Window => "window",
+            DramArg::Banked | DramArg::Both => "banked",
+        }
+    }
 }
 
 impl From<ModelArg> for Model {
@@ -98,8 +130,8 @@ pub trait Engine {
     /// Simulates the frames in order and hands each to `each`, until it breaks off.
     fn frames(&mut self, each: &mut EachFrame<'_>) -> Result<(), Failure>;
 
-    /// A `--set` that makes the limit weaker, for the next command to try.
-    fn relieve(&self, limit: Limit) -> Option<String>;
+    /// What was simulated beside the frames that were handed on. Asked for once, after them.
+    fn extras(&mut self) -> Extras;
 }
 
 /// Runs the command.
@@ -123,14 +155,14 @@ pub fn execute(args: &Args, context: &Context, engine: &mut dyn Engine) -> Resul
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?;
-    print(args, context, engine, &run, &path)?;
+    print(args, context, &run, &path)?;
     Ok(if run.incomplete() { Exit::Interrupted } else { Exit::Done })
 }
 
 /// Simulates until the end or Ctrl-C, and keeps the tiles of the slowest frame.
 fn collect(context: &Context, facts: Facts, engine: &mut dyn Engine) -> Result<Run, Failure> {
     let progress = Progress::new(context, facts.trace.frames as u64, "frames");
-    let mut run = Run { facts, frames: Vec::new(), tiles: None };
+    let mut run = Run { facts, frames: Vec::new(), tiles: None, extras: Extras::default() };
     let mut slowest = None;
     engine.frames(&mut |frame, tiles| {
         let weight = frame.timing.as_ref().map_or(frame.counters.tile_loads, |t| t.frame);
@@ -142,16 +174,11 @@ fn collect(context: &Context, facts: Facts, engine: &mut dyn Engine) -> Result<R
         progress.advance(1);
         if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
+    run.extras = engine.extras();
     Ok(run)
 }
 
-fn print(
-    args: &Args,
-    context: &Context,
-    engine: &dyn Engine,
-    run: &Run,
-    folder: &Path,
-) -> Result<(), Failure> {
+fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(), Failure> {
     if context.global.json {
         return out::json(&report::json::report(run, &Table::of(run)));
     }
@@ -159,23 +186,23 @@ fn print(
         return Ok(());
     }
     let table = Table::of(run);
-    let limit = bottleneck::of(run, &table).map(|found| found.limit);
-    let next = next_command(args, limit.and_then(|limit| engine.relieve(limit)));
+    let best = run.extras.what_if.as_ref().and_then(|w| w.best());
+    let next = next_command(args, best.map_or(&[], |step| &step.sets));
     let summary = folder.join("summary.md").display().to_string();
     out::text(&terminal::summary(run, &table, Some(&summary), Some(&next)))
 }
 
-/// The same command with one more `--set`; without a known limit, the other model.
-fn next_command(args: &Args, set: Option<String>) -> String {
+/// The same command with the step that buys most; without one, the other model.
+fn next_command(args: &Args, step: &[String]) -> String {
     let mut words = vec!["powergs-sim".into(), "replay".into()];
     words.push(args.trace.display().to_string());
     if args.arch != DEFAULT_ARCH {
         words.extend(["--arch".into(), args.arch.clone()]);
     }
-    for set in args.sets.iter().cloned().chain(set.clone()) {
-        words.extend(["--set".into(), set]);
+    for set in args.sets.iter().chain(step) {
+        words.extend(["--set".into(), set.clone()]);
     }
-    if args.model == ModelArg::Cycle && set.is_none() {
+    if args.model == ModelArg::Cycle && step.is_empty() {
         words.extend(["--model".into(), "paper".into()]);
     }
     if args.fps != 60.0 {
@@ -186,21 +213,4 @@ fn next_command(args: &Args, set: Option<String>) -> String {
         if word.chars().all(plain) { word.clone() } else { format!("'{word}'") }
     };
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
-}
-
-/// The `--set` that doubles what limits `machine`, if that is still a machine: more cores, for
-/// example, share the same buffers.
-pub fn doubled(machine: &Machine, limit: Limit) -> Option<String> {
-    let set = match limit {
-        Limit::Unit("ccu") => format!("ccu.units={}", 2 * machine.ccu.units),
-        Limit::Unit("qsu") => format!("gsu.qsu-per-core={}", 2 * machine.gsu.qsu_per_core),
-        Limit::Unit("bsu") => format!("gsu.bsu-per-core={}", 2 * machine.gsu.bsu_per_core),
-        Limit::Unit("vru") => format!("vru.cores={}", 2 * machine.vru.cores),
-        Limit::Unit(_) => return None,
-        Limit::Dram => {
-            let gb_s = 2.0 * machine.dram.bandwidth.0 * 1e-9;
-            format!("dram.bandwidth={} GB/s", report::format::rate(gb_s))
-        }
-    };
-    Machine::parse_with(&machine.to_toml(), std::slice::from_ref(&set)).is_ok().then_some(set)
 }

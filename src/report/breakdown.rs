@@ -1,7 +1,7 @@
 //! The two pictures of a run that tables and charts share: where the energy goes, and where the
 //! cycles go. Means over frames, taken from the record.
 
-use super::{Run, Table};
+use super::Means;
 use crate::accel::Stall;
 use crate::action::Stage;
 use crate::energy::Component;
@@ -15,26 +15,26 @@ pub struct Breakdown {
 
 impl Breakdown {
     /// Mean energy of a frame, joules. Standby parts are for the frame's own time.
-    pub fn energy_j(table: &Table) -> Option<Breakdown> {
-        Self::new(table, 1e-12, ["energy_pj.leakage", "energy_pj.background"], 1e-12)
+    pub fn energy_j(means: &Means) -> Option<Breakdown> {
+        Self::new(means, 1e-12, ["energy_pj.leakage", "energy_pj.background"], 1e-12)
     }
 
     /// Mean power at `fps` frames a second, watts. Standby parts are paid all the time.
-    pub fn power_w(table: &Table, fps: f64) -> Option<Breakdown> {
-        Self::new(table, 1e-12 * fps, ["power_w.leakage", "power_w.background"], 1.0)
+    pub fn power_w(means: &Means, fps: f64) -> Option<Breakdown> {
+        Self::new(means, 1e-12 * fps, ["power_w.leakage", "power_w.background"], 1.0)
     }
 
-    fn new(table: &Table, work: f64, standby: [&str; 2], standby_scale: f64) -> Option<Breakdown> {
+    fn new(means: &Means, work: f64, standby: [&str; 2], standby_scale: f64) -> Option<Breakdown> {
         let mut parts = [[0.0; Component::ALL.len()]; Stage::ALL.len()];
         for stage in Stage::WORK {
             for component in [Component::Dram, Component::Sram, Component::Flop] {
                 let name = format!("energy_by_stage_pj.{}.{}", stage.name(), component.name());
-                parts[stage as usize][component as usize] = table.mean(&name)? * work;
+                parts[stage as usize][component as usize] = means.get(&name)? * work;
             }
         }
         let row = &mut parts[Stage::Standby as usize];
-        row[Component::Leakage as usize] = table.mean(standby[0])? * standby_scale;
-        row[Component::Background as usize] = table.mean(standby[1])? * standby_scale;
+        row[Component::Leakage as usize] = means.get(standby[0])? * standby_scale;
+        row[Component::Background as usize] = means.get(standby[1])? * standby_scale;
         Some(Breakdown { parts })
     }
 
@@ -73,33 +73,35 @@ pub struct CycleRow {
     /// How many there are.
     pub instances: u32,
     /// Mean cycles of a frame summed over instances, in the order of [`CycleRow::PARTS`].
-    pub cycles: [f64; 6],
+    pub cycles: [f64; CycleRow::PARTS.len()],
 }
 
 impl CycleRow {
-    /// What the parts are called: all waits for DRAM are one.
-    pub const PARTS: [&'static str; 6] =
-        ["busy", "stall dram", "stall bank", "stall input", "stall output", "idle"];
+    /// What the parts are called: busy, stalls by cause, idle.
+    pub const PARTS: [&'static str; Stall::ALL.len() + 2] = {
+        let mut parts = ["busy"; Stall::ALL.len() + 2];
+        let mut i = 0;
+        while i < Stall::ALL.len() {
+            parts[i + 1] = Stall::ALL[i].name();
+            i += 1;
+        }
+        parts[Stall::ALL.len() + 1] = "idle";
+        parts
+    };
 
-    /// The rows of `run`, in pipeline order; empty in a model without time.
-    pub fn all(run: &Run, table: &Table) -> Vec<CycleRow> {
-        let first = run.frames.first().and_then(|f| f.timing.as_ref());
-        let units = first.map(|t| t.units.as_slice()).unwrap_or_default();
-        let row = |unit: &'static str, instances| {
-            let mean = |end: &str| table.mean(&format!("units.{unit}.{end}"));
-            let stall = |s: Stall| mean(&format!("stall_{}_cycles", s.name()));
-            let waits = Stall::ALL.into_iter().filter(|s| s.is_dram()).map(stall);
-            let cycles = [
-                mean("busy_cycles")?,
-                waits.sum::<Option<f64>>()?,
-                stall(Stall::Bank)?,
-                stall(Stall::Input)?,
-                stall(Stall::Output)?,
-                mean("idle_cycles")?,
-            ];
-            Some(CycleRow { unit, instances, cycles })
+    /// The rows of a run, in pipeline order; empty in a model without time.
+    pub fn all(means: &Means) -> Vec<CycleRow> {
+        let row = |unit: &'static str| {
+            let mean = |end: &str| means.get(&format!("units.{unit}.{end}"));
+            let mut cycles = [0.0; CycleRow::PARTS.len()];
+            cycles[0] = mean("busy_cycles")?;
+            for (cell, cause) in cycles[1..].iter_mut().zip(Stall::ALL) {
+                *cell = mean(&format!("stall_{}_cycles", cause.name()))?;
+            }
+            cycles[Self::PARTS.len() - 1] = mean("idle_cycles")?;
+            Some(CycleRow { unit, instances: mean("instances")? as u32, cycles })
         };
-        units.iter().filter_map(|u| row(u.unit, u.instances)).collect()
+        ["ccu", "qsu", "bsu", "vru"].into_iter().filter_map(row).collect()
     }
 
     /// All cycles.
@@ -108,7 +110,7 @@ impl CycleRow {
     }
 
     /// The parts as shares of all cycles; all zero if there are none.
-    pub fn shares(&self) -> [f64; 6] {
+    pub fn shares(&self) -> [f64; CycleRow::PARTS.len()] {
         let total = self.total();
         self.cycles.map(|c| if total == 0.0 { 0.0 } else { c / total })
     }

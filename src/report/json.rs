@@ -2,13 +2,17 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::{MODEL_VERSION, Run, SCHEMA_VERSION, TOOL_VERSION, Table};
+use super::{Bottleneck, MODEL_VERSION, Run, SCHEMA_VERSION, TOOL_VERSION, Table};
+use super::{bottleneck, limits};
 use crate::sim::statistics::{Aggregate, Value, catalogue};
 
 /// The run as JSON. Statistics are nested by the dots of their names; what was not measured is
 /// null.
 pub fn report(run: &Run, table: &Table) -> Json {
     let facts = &run.facts;
+    let means = table.means();
+    let found = bottleneck::of(&means);
+    let mattered = limits::mattered(&means, found.as_ref(), run.extras.what_if.as_ref());
     let frames: Vec<Json> =
         run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
     json!({
@@ -39,9 +43,83 @@ pub fn report(run: &Run, table: &Table) -> Json {
         "throughput_fps": table.throughput_fps,
         "throughput_power_w": table.throughput_power_w,
         "deadline_misses": table.deadline_misses,
+        "bottleneck": bottleneck(found.as_ref()),
+        "what_if": what_if(run),
+        "dram_models": dram_models(run),
+        "not_modelled": not_modelled(run),
+        "assumptions_that_mattered": mattered.iter().map(|m| json!({
+            "assumption": m.assumption,
+            "why": m.why,
+        })).collect::<Vec<_>>(),
         "aggregate": aggregates(table),
         "frames": frames,
     })
+}
+
+/// The bottleneck, in numbers and as the sentence.
+pub(super) fn bottleneck(found: Option<&Bottleneck>) -> Json {
+    let Some(found) = found else { return Json::Null };
+    let limit = match found.limit {
+        super::Limit::Unit(unit) => unit,
+        super::Limit::Dram => "dram",
+    };
+    json!({
+        "limit": limit,
+        "sentence": found.sentence,
+        "bounds": found.bounds.iter().map(|b| json!({
+            "unit": b.unit,
+            "frame_frac": b.share,
+        })).collect::<Vec<_>>(),
+        "waits": found.waits.iter().map(|w| json!({
+            "cause": w.cause.name(),
+            "frame_frac": w.share,
+        })).collect::<Vec<_>>(),
+        "without_work_frac": found.without_work,
+        "row_miss_frac": found.row_miss,
+    })
+}
+
+fn what_if(run: &Run) -> Json {
+    let Some(experiment) = &run.extras.what_if else { return Json::Null };
+    json!({
+        "frames": experiment.frames,
+        "frame_time_ms": experiment.base.frame_time_ms,
+        "energy_pj": experiment.base.energy_pj,
+        "doubled": experiment.steps.iter().map(|step| json!({
+            "resource": step.resource,
+            "set": step.sets,
+            "frame_time_ms": step.cost.frame_time_ms,
+            "energy_pj": step.cost.energy_pj,
+            "frame_time_change_frac": experiment.time_change(step),
+            "energy_change_frac": experiment.energy_change(step),
+        })).collect::<Vec<_>>(),
+        "skipped": experiment.skipped.iter().map(|s| json!({
+            "resource": s.resource,
+            "reason": s.reason,
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn dram_models(run: &Run) -> Json {
+    let Some(models) = run.extras.dram_models else { return Json::Null };
+    let [time, bytes] = models.differences();
+    json!({
+        "window_frame_time_ms": models.window_ms,
+        "banked_frame_time_ms": models.banked_ms,
+        "window_moved_bytes": models.window_bytes,
+        "banked_moved_bytes": models.banked_bytes,
+        "frame_time_difference_frac": time,
+        "moved_bytes_difference_frac": bytes,
+    })
+}
+
+fn not_modelled(run: &Run) -> Vec<Json> {
+    let effects = limits::left_out(&run.facts.configuration);
+    let entry = |e: limits::Effect| {
+        let see = (!e.assumption.is_empty()).then_some(e.assumption);
+        json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })
+    };
+    effects.into_iter().map(entry).collect()
 }
 
 fn frame(frame: &crate::sim::FrameReport, row: &[Option<Value>]) -> Json {

@@ -40,6 +40,14 @@ fn top() -> Map<String, Json> {
             nullable("number", "Energy of all frames over their simulated time: full rate, W."),
         ),
         ("deadline_misses", nullable("integer", "Frames that took longer than 1 / `fps`.")),
+        ("bottleneck", or_null(object(bottleneck(), "What limits the run; null without time."))),
+        ("what_if", or_null(object(what_if(), "Resources doubled; null where none was tried."))),
+        ("dram_models", or_null(object(dram_models(), "Two models of the DRAM; else null."))),
+        ("not_modelled", array(object(effect(), "An effect that is left out."), "Left out.")),
+        (
+            "assumptions_that_mattered",
+            array(object(mattered(), "An assumption."), "Those that mattered most in this run."),
+        ),
         ("aggregate", object(statistics(aggregate), "Over all frames, each with equal weight.")),
         ("frames", array(object(frame(), "One frame."), "Reported frames, in order.")),
     ];
@@ -70,6 +78,76 @@ fn input() -> Map<String, Json> {
         ("name", plain("string", "File name without folders.")),
         ("bytes", plain("integer", "Size, bytes.")),
         ("xxh3_128", plain("string", "XXH3, 128 bits, hexadecimal.")),
+    ])
+}
+
+fn bottleneck() -> Map<String, Json> {
+    let bound = map([
+        ("unit", plain("string", "Name of the unit.")),
+        ("frame_frac", plain("number", "Share of the frame in which it leads and works.")),
+    ]);
+    let wait = map([
+        ("cause", plain("string", "What for.")),
+        ("frame_frac", plain("number", "Share of the frame.")),
+    ]);
+    map([
+        ("limit", plain("string", "A unit, or `dram`.")),
+        ("sentence", plain("string", "For people.")),
+        ("bounds", array(object(bound, "A unit."), "Leading units at work.")),
+        ("waits", array(object(wait, "A cause."), "Leading units waiting.")),
+        ("without_work_frac", plain("number", "Leading units without work, share of the frame.")),
+        ("row_miss_frac", nullable("number", "Bursts behind the longest wait that opened a row.")),
+    ])
+}
+
+fn what_if() -> Map<String, Json> {
+    let frame = || plain("number", "Time of a frame, ms.");
+    let energy = || plain("number", "Energy of a frame, pJ.");
+    let text = || plain("string", "One of them.");
+    let step = map([
+        ("resource", plain("string", "What was doubled.")),
+        ("set", array(text(), "The `--set` values that double it.")),
+        ("frame_time_ms", frame()),
+        ("energy_pj", energy()),
+        ("frame_time_change_frac", plain("number", "Relative change; negative is faster.")),
+        ("energy_change_frac", plain("number", "Relative change; negative is less.")),
+    ]);
+    let skipped = map([
+        ("resource", plain("string", "What was to be doubled.")),
+        ("reason", plain("string", "Why that is no machine.")),
+    ]);
+    map([
+        ("frames", array(plain("integer", "Position in the trace."), "Frames that were tried.")),
+        ("frame_time_ms", frame()),
+        ("energy_pj", energy()),
+        ("doubled", array(object(step, "A resource."), "By the time that is saved, most first.")),
+        ("skipped", array(object(skipped, "A resource."), "What could not be doubled.")),
+    ])
+}
+
+fn dram_models() -> Map<String, Json> {
+    map([
+        ("window_frame_time_ms", plain("number", "Frame time of the `window` model, ms.")),
+        ("banked_frame_time_ms", plain("number", "Frame time of the `banked` model, ms.")),
+        ("window_moved_bytes", plain("number", "Bytes that the `window` model moved, B.")),
+        ("banked_moved_bytes", plain("number", "Bytes that the `banked` model moved, B.")),
+        ("frame_time_difference_frac", plain("number", "`window` over `banked`, less 1.")),
+        ("moved_bytes_difference_frac", plain("number", "`window` over `banked`, less 1.")),
+    ])
+}
+
+fn effect() -> Map<String, Json> {
+    map([
+        ("effect", plain("string", "What is left out.")),
+        ("bias", json!({"enum": ["optimistic", "pessimistic", "either"], "description": "Bias."})),
+        ("assumption", nullable("string", "Where it is explained.")),
+    ])
+}
+
+fn mattered() -> Map<String, Json> {
+    map([
+        ("assumption", plain("string", "Number of the assumption, or key of a reference.")),
+        ("why", plain("string", "Why it mattered.")),
     ])
 }
 
@@ -162,6 +240,12 @@ fn array(items: Json, description: &str) -> Json {
 
 fn plain(kind: &str, description: &str) -> Json {
     json!({ "type": kind, "description": description })
+}
+
+/// As `schema`, or null.
+fn or_null(mut schema: Json) -> Json {
+    schema["type"] = json!(["object", "null"]);
+    schema
 }
 
 fn nullable(kind: &str, description: &str) -> Json {

@@ -6,7 +6,8 @@ use super::breakdown::{Breakdown, CycleRow};
 use super::charts::Chart;
 use super::format::{engineering, percent, rate, significant};
 use super::terminal::applies;
-use super::{MODEL_VERSION, Run, TOOL_VERSION, Table, bottleneck};
+use super::what_if::signed_percent;
+use super::{MODEL_VERSION, Means, Run, TOOL_VERSION, Table, bottleneck, limits};
 use crate::energy::Component;
 
 /// The summary, with links to `charts` in the same folder.
@@ -15,16 +16,23 @@ pub fn markdown(run: &Run, table: &Table, charts: &[Chart]) -> String {
     if let Some(note) = run.incomplete_note() {
         let _ = writeln!(text, "**{note}.** All numbers are for these frames only.\n");
     }
-    if let Some(found) = bottleneck::of(run, table) {
+    let means = table.means();
+    let found = bottleneck::of(&means);
+    if let Some(found) = &found {
         let _ = writeln!(text, "{}\n", found.sentence);
     }
     facts(&mut text, run);
     key_numbers(&mut text, run, table);
-    power(&mut text, run, table);
-    cycles(&mut text, run, table);
+    power(&mut text, run, &means);
+    cycles(&mut text, run, &means);
+    what_if(&mut text, run);
+    buffers(&mut text, &means);
     frames(&mut text, table);
     for chart in charts {
         let _ = writeln!(text, "![{}]({}.png)\n", chart.title, chart.name);
+    }
+    if table.throughput_fps.is_some() {
+        left_out(&mut text, run, &means, found.as_ref());
     }
     text.push_str(
         "Every number with its unit: `results.csv`, one row per frame; `powergs-sim explain NAME` \
@@ -92,15 +100,13 @@ fn key_numbers(text: &mut String, run: &Run, table: &Table) {
     text.push('\n');
 }
 
-fn power(text: &mut String, run: &Run, table: &Table) {
+fn power(text: &mut String, run: &Run, means: &Means) {
     let fps = run.facts.display_fps;
-    let Some(power) = Breakdown::power_w(table, fps) else { return };
+    let Some(power) = Breakdown::power_w(means, fps) else { return };
     let _ = writeln!(text, "## Power at {} FPS, mW\n", rate(fps));
-    let _ = write!(text, "| stage |");
-    for c in Component::ALL {
-        let _ = write!(text, " {} |", c.name());
-    }
-    let _ = writeln!(text, " total |\n|---|--:|--:|--:|--:|--:|--:|");
+    let names = Component::ALL.map(Component::name).join(" | ");
+    let _ = writeln!(text, "| stage | {names} | total |");
+    let _ = writeln!(text, "|---|{}--:|", "--:|".repeat(Component::ALL.len()));
     let mw = |x: f64| significant(x * 1e3);
     for stage in power.shown() {
         let _ = write!(text, "| {} |", stage.name());
@@ -114,24 +120,118 @@ fn power(text: &mut String, run: &Run, table: &Table) {
     for c in Component::ALL {
         let _ = write!(text, " {} |", mw(power.component(c)));
     }
-    let total = table.mean("power_w.total").unwrap_or_default();
+    let total = means.get("power_w.total").unwrap_or_default();
     let _ = writeln!(text, " {} |\n", mw(total));
 }
 
-fn cycles(text: &mut String, run: &Run, table: &Table) {
-    let rows = CycleRow::all(run, table);
+fn cycles(text: &mut String, run: &Run, means: &Means) {
+    let rows = CycleRow::all(means);
     if rows.is_empty() {
         return;
     }
     let _ = writeln!(text, "## Where the cycles go, %\n");
-    let _ = writeln!(text, "| unit | {} |\n|---|--:|--:|--:|--:|--:|", CycleRow::PARTS.join(" | "));
+    let columns = "--:|".repeat(CycleRow::PARTS.len());
+    let _ = writeln!(text, "| unit | {} |\n|---|{columns}", CycleRow::PARTS.join(" | "));
     for row in rows {
         let shares = row.shares().map(percent).join(" | ");
         let _ = writeln!(text, "| {} x{} | {shares} |", row.unit, row.instances);
     }
-    let rate = table.mean("dram.bandwidth_gb_s").map(significant);
+    text.push_str("\nBetween busy and idle: what a unit with work waited for.\n");
+    let rate = means.get("dram.bandwidth_gb_s").map(significant);
     if let (Some(rate), Some(peak)) = (rate, run.facts.machine.dram_peak_gb_s) {
-        let _ = writeln!(text, "\nDRAM: {rate} of {} GB/s over the frame time.", significant(peak));
+        let _ = write!(text, "\nDRAM: {rate} of {} GB/s over the frame time", significant(peak));
+        if let Some(hits) = means.get("dram.row_hit_frac") {
+            let _ = write!(text, ", {} % row hits", percent(hits));
+        }
+        if let Some(ratio) = means.get("dram.moved_per_requested") {
+            let _ = write!(text, ", {} bytes moved per byte asked for", significant(ratio));
+        }
+        text.push_str(".\n");
+    }
+    if let Some(lanes) = means.get("units.vru.lane_utilisation") {
+        let share = percent(lanes);
+        let _ = writeln!(text, "\nLanes of a rendering core at work while it is busy: {share} %.");
+    }
+    text.push('\n');
+}
+
+/// What doubling each resource would buy.
+fn what_if(text: &mut String, run: &Run) {
+    let Some(experiment) = &run.extras.what_if else { return };
+    let frames: Vec<String> = experiment.frames.iter().map(usize::to_string).collect();
+    let which = if frames.len() == 1 { "frame" } else { "frames" };
+    let _ = writeln!(text, "## What one step would buy\n");
+    let _ = writeln!(text, "Each resource doubled, simulated on {which} {}.\n", frames.join(", "));
+    let _ = writeln!(text, "| doubled | ms per frame | change | mJ per frame | change |");
+    let _ = writeln!(text, "|---|--:|--:|--:|--:|");
+    let mut row = |name: &str, cost: &super::what_if::Cost, changes: [String; 2]| {
+        let (ms, mj) = (significant(cost.frame_time_ms), significant(cost.energy_pj * 1e-9));
+        let [time, energy] = changes;
+        let _ = writeln!(text, "| {name} | {ms} | {time} | {mj} | {energy} |");
+    };
+    row("nothing", &experiment.base, [String::new(), String::new()]);
+    for step in &experiment.steps {
+        let changes = [experiment.time_change(step), experiment.energy_change(step)];
+        let changes = changes.map(|c| signed_percent(c).trim().to_owned());
+        row(step.resource, &step.cost, changes);
+    }
+    text.push('\n');
+    for skipped in &experiment.skipped {
+        let _ = writeln!(text, "- {}: not tried: {}", skipped.resource, escaped(&skipped.reason));
+    }
+    if !experiment.skipped.is_empty() {
+        text.push('\n');
+    }
+    if let Some(models) = run.extras.dram_models {
+        let _ = writeln!(text, "{}", models.line());
+    }
+}
+
+/// What the buffers held, where it was measured.
+fn buffers(text: &mut String, means: &Means) {
+    let mut rows = String::new();
+    for name in crate::action::Buffer::ALL.map(|b| b.name()) {
+        let get = |end: &str| means.get(&format!("buffers.{name}.{end}"));
+        let (Some(capacity), Some(peak), Some(mean)) =
+            (get("capacity_bytes").filter(|c| *c > 0.0), get("peak_bytes"), get("mean_bytes"))
+        else {
+            continue;
+        };
+        let moved = ["filled_bytes", "consumed_bytes", "discarded_bytes"];
+        let [filled, consumed, discarded] = moved.map(|end| engineering(get(end).unwrap_or(0.0), "B"));
+        let _ = writeln!(
+            rows,
+            "| {name} | {:.0} | {} | {} | {filled} | {consumed} | {discarded} |",
+            capacity / 1024.0,
+            percent(peak / capacity),
+            percent(mean / capacity),
+        );
+    }
+    if !rows.is_empty() {
+        let _ = writeln!(text, "## Buffers\n");
+        let _ = writeln!(text, "| buffer | KiB | peak % | mean % | filled | consumed | discarded |");
+        let _ = writeln!(text, "|---|--:|--:|--:|--:|--:|--:|\n{rows}");
+    }
+}
+
+/// What the model leaves out, and the assumptions that mattered.
+fn left_out(
+    text: &mut String,
+    run: &Run,
+    means: &Means,
+    found: Option<&bottleneck::Bottleneck>,
+) {
+    let _ = writeln!(text, "## What is not modelled\n");
+    let _ = writeln!(text, "| effect | simulated time is | see |\n|---|---|---|");
+    for effect in limits::left_out(&run.facts.configuration) {
+        let _ = writeln!(text, "| {} | {} | {} |", effect.what, effect.bias.name(), effect.assumption);
+    }
+    let mattered = limits::mattered(means, found, run.extras.what_if.as_ref());
+    if !mattered.is_empty() {
+        let _ = writeln!(text, "\nAssumptions that mattered most in this run:\n");
+        for m in mattered {
+            let _ = writeln!(text, "- {}: {}", m.assumption, m.why);
+        }
     }
     text.push('\n');
 }

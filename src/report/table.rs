@@ -1,7 +1,7 @@
 //! The record of a run: a row of values per frame, an aggregate per statistic, and the few numbers
 //! that belong to the run as a whole.
 
-use super::Run;
+use super::{Means, Run};
 use crate::sim::statistics::{Aggregate, Value, catalogue, values};
 
 /// Values of all frames in the order of the catalogue, and their aggregates.
@@ -40,6 +40,11 @@ impl Table {
             mean_s.and_then(|s| Some(table.mean("energy_pj.total")? * 1e-12 / s));
         table.deadline_misses = table.sum("deadline_missed").map(|n| n as u64);
         table
+    }
+
+    /// The means of all statistics that every frame has.
+    pub fn means(&self) -> Means {
+        Means::of(self)
     }
 
     /// The aggregate of the statistic called `name`, if all frames have it.

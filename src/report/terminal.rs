@@ -1,26 +1,37 @@
-//! The summary that `replay` prints: at most 80 columns, about 25 lines.
+//! The summary that `replay` prints: at most 80 columns, about 35 lines.
 
 use std::fmt::Write;
 
 use super::breakdown::{Breakdown, CycleRow};
 use super::format::{engineering, percent, prefix_of, rate, shortened, significant, wrapped};
-use super::{Run, Table, bottleneck};
+use super::{Means, Run, Table, bottleneck, limits};
 use crate::action::Stage;
 use crate::energy::Component;
 
 /// Widest line.
 const WIDTH: usize = 80;
 
+/// Rows of the table of doubled resources.
+const STEPS: usize = 4;
+
 /// The summary. `folder` is where the report is, `next` a command to try.
 pub fn summary(run: &Run, table: &Table, folder: Option<&str>, next: Option<&str>) -> String {
+    let means = table.means();
     let mut sections = vec![head(run), times_and_powers(run, table)];
-    sections.push(power_table(run, table).unwrap_or_default());
-    sections.push(cycle_table(run, table));
-    sections.push(display(table).unwrap_or_default());
-    if let Some(found) = bottleneck::of(run, table) {
+    sections.push(power_table(run, &means).unwrap_or_default());
+    sections.push(cycle_table(run, &means));
+    let found = bottleneck::of(&means);
+    if let Some(found) = &found {
         sections.push(format!("{}\n", wrapped(&found.sentence, WIDTH)));
     }
-    let mut end = String::new();
+    let what_if = run.extras.what_if.as_ref();
+    sections.push(what_if.map_or_else(String::new, |w| w.lines(STEPS)));
+    let mut end = run.extras.dram_models.map_or_else(String::new, |d| d.line());
+    if table.throughput_fps.is_some() {
+        let mattered = limits::mattered(&means, found.as_ref(), what_if);
+        let left_out = limits::left_out(&run.facts.configuration).len();
+        end += &limits::line(left_out, &mattered);
+    }
     if let Some(folder) = folder {
         let _ = writeln!(end, "report  {folder}");
     }
@@ -82,43 +93,42 @@ fn times_and_powers(run: &Run, table: &Table) -> String {
         power(format!("power at full rate ({rate} FPS)"), table.throughput_power_w, "W");
     }
     power(format!("power at the display rate ({fps} FPS)"), table.mean("power_w.total"), "W");
+    if let Some(sum) = table.mean("rendering_plus_display_w") {
+        power("that and the display's own power".into(), Some(sum), "W");
+    }
     text
 }
 
 /// Widths of the columns of the cycle table.
-const CYCLE_COLUMNS: [usize; 5] = [9, 13, 14, 15, 8];
+const CYCLE_COLUMNS: [usize; CycleRow::PARTS.len()] = [6, 9, 6, 7, 10, 7, 8, 6, 6];
 
-/// Widths of the columns of the power table.
-const COLUMNS: [usize; 6] = [9, 9, 9, 10, 13, 10];
+/// Width of a column of the power table: its name and two spaces, at least this.
+const NARROWEST: usize = 8;
 
-fn power_table(run: &Run, table: &Table) -> Option<String> {
-    let power = Breakdown::power_w(table, run.facts.display_fps)?;
-    let (factor, prefix) = prefix_of(table.mean("power_w.total")?);
+fn power_table(run: &Run, means: &Means) -> Option<String> {
+    let power = Breakdown::power_w(means, run.facts.display_fps)?;
+    let all = means.get("power_w.total")?;
+    let (factor, prefix) = prefix_of(all);
     let fps = rate(run.facts.display_fps);
-    let names = Component::ALL.map(Component::name).into_iter().chain(["total"]);
-    let mut text = format!("{:<18}", format!("{prefix}W at {fps} FPS"));
-    for (name, width) in names.zip(COLUMNS) {
-        let _ = write!(text, "{name:>width$}");
-    }
-    text.push('\n');
-    let mut line = |name: &str, values: [Option<f64>; 6]| {
-        let _ = write!(text, "{name:<18}");
-        for (value, width) in values.into_iter().zip(COLUMNS) {
-            let cell = value.map_or("-".to_owned(), |x| significant(x / factor));
-            let _ = write!(text, "{cell:>width$}");
-        }
-        text.push('\n');
+    let names: Vec<&str> =
+        Component::ALL.map(Component::name).into_iter().chain(["total"]).collect();
+    let width = |name: &str| (name.len() + 2).max(NARROWEST);
+    let line = |first: &str, cells: &[String]| {
+        let cells = cells.iter().zip(&names).map(|(cell, name)| format!("{cell:>0$}", width(name)));
+        format!("{first:<15}{}\n", cells.collect::<String>())
     };
-    let cells = |of: &dyn Fn(Component) -> Option<f64>, total| {
-        let [a, b, c, d, e] = Component::ALL.map(of);
-        [a, b, c, d, e, Some(total)]
-    };
+    let heads: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
+    let mut text = line(&format!("{prefix}W at {fps} FPS"), &heads);
+    let cell = |watts: f64| significant(watts / factor);
     for stage in power.shown() {
-        let part = |c: Component| applies(stage, c).then(|| power.part(stage, c));
-        line(stage.name(), cells(&part, power.stage(stage)));
+        let part = |c: Component| {
+            if applies(stage, c) { cell(power.part(stage, c)) } else { "-".to_owned() }
+        };
+        let cells = Component::ALL.map(part).into_iter().chain([cell(power.stage(stage))]);
+        text += &line(stage.name(), &cells.collect::<Vec<_>>());
     }
-    let total = table.mean("power_w.total")?;
-    line("total", cells(&|c| Some(power.component(c)), total));
+    let totals = Component::ALL.map(|c| cell(power.component(c))).into_iter().chain([cell(all)]);
+    text += &line("total", &totals.collect::<Vec<_>>());
     Some(text)
 }
 
@@ -128,41 +138,41 @@ pub(super) fn applies(stage: Stage, component: Component) -> bool {
     standby == (stage == Stage::Standby)
 }
 
-fn cycle_table(run: &Run, table: &Table) -> String {
-    let rows = CycleRow::all(run, table);
+fn cycle_table(run: &Run, means: &Means) -> String {
+    let rows = CycleRow::all(means);
     if rows.is_empty() {
         return String::new();
     }
-    let mut text = format!("{:<18}", "% of cycles");
+    let mut text = format!("{:<15}", "% of cycles");
     for (part, width) in CycleRow::PARTS.into_iter().zip(CYCLE_COLUMNS) {
         let _ = write!(text, "{part:>width$}");
     }
     text.push('\n');
     for row in rows {
-        let _ = write!(text, "{:<18}", format!("{} x{}", row.unit, row.instances));
+        let _ = write!(text, "{:<15}", format!("{} x{}", row.unit, row.instances));
         for (share, width) in row.shares().into_iter().zip(CYCLE_COLUMNS) {
-            let _ = write!(text, "{:>width$}", percent(share));
+            let cell = if share == 0.0 { "-".to_owned() } else { percent(share) };
+            let _ = write!(text, "{cell:>width$}");
         }
         text.push('\n');
     }
-    if let (Some(rate), Some(busy)) =
-        (table.mean("dram.bandwidth_gb_s"), table.mean("dram.busy_frac"))
-    {
-        let peak = run.facts.machine.dram_peak_gb_s;
-        let of = peak.map_or(String::new(), |p| format!(" of {} GB/s peak", significant(p)));
-        let rate = significant(rate);
-        let _ = writeln!(text, "{:<18}{:>9}   {rate}{of}", "dram", percent(busy));
-    }
-    text
+    text + &dram_line(run, means)
 }
 
-fn display(table: &Table) -> Option<String> {
-    let display = table.mean("display_power_w")?;
-    let accelerator = table.mean("power_w.total")?;
-    Some(format!(
-        "display {} + accelerator {} = {}\n",
-        engineering(display, "W"),
-        engineering(accelerator, "W"),
-        engineering(table.mean("rendering_plus_display_w")?, "W"),
-    ))
+/// How busy the bus was, the rate over the frame, and row hits and overfetch where they are known.
+fn dram_line(run: &Run, means: &Means) -> String {
+    let (Some(rate), Some(busy)) = (means.get("dram.bandwidth_gb_s"), means.get("dram.busy_frac"))
+    else {
+        return String::new();
+    };
+    let peak = run.facts.machine.dram_peak_gb_s;
+    let of = peak.map_or(String::new(), |p| format!(" of {} GB/s", significant(p)));
+    let mut text = format!("{:<15}{:>6}   {}{of}", "dram bus", percent(busy), significant(rate));
+    if let Some(hits) = means.get("dram.row_hit_frac") {
+        let _ = write!(text, ", row hits {} %", percent(hits));
+    }
+    if let Some(ratio) = means.get("dram.moved_per_requested") {
+        let _ = write!(text, ", moves {} B/B", significant(ratio));
+    }
+    text + "\n"
 }

@@ -37,12 +37,16 @@ pub fn simulate(
         name: label.name,
         counters: workload.counters,
         alpha_evaluations_executed: None,
+        live_evaluations: None,
         stages: counts.map(stage_bytes),
         actions: ActionCounts::default(),
         energy: breakdown(&counts, prices),
         standby_w: [0.0; 2],
         timing: None,
         clock_hz: None,
+        order: None,
+        cache: None,
+        reuse: None,
         display_w: label.display_w,
     }
 }

@@ -14,16 +14,25 @@ const NAME: &str = "cycles";
 const TITLE: &str = "Where the cycles go";
 
 /// Colours of [`CycleRow::PARTS`], and of the text on them.
-const COLOURS: [(RGBColor, RGBColor); 5] = [
-    (palette::GREEN, RGBColor(255, 255, 255)),
-    (palette::BLUE, RGBColor(255, 255, 255)),
+const COLOURS: [(RGBColor, RGBColor); CycleRow::PARTS.len()] = [
+    (palette::GREEN, WHITE),
+    (NAVY, WHITE),
+    (palette::BLUE, WHITE),
+    (palette::PURPLE, INK),
+    (palette::SKY, INK),
     (palette::ORANGE, INK),
-    (palette::VERMILION, RGBColor(255, 255, 255)),
+    (palette::VERMILION, WHITE),
+    (palette::GREY, WHITE),
     (palette::PALE, INK),
 ];
 
+const WHITE: RGBColor = RGBColor(255, 255, 255);
+
+/// The darkest of the blues: waits for DRAM are blues and purple, other waits are warm.
+const NAVY: RGBColor = RGBColor(0, 62, 110);
+
 pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
-    let rows = CycleRow::all(run, table);
+    let rows = CycleRow::all(&table.means());
     if rows.is_empty() {
         return Ok(None);
     }
@@ -69,7 +78,7 @@ fn dram(
 ) -> Drawn {
     let Some(busy) = table.mean("dram.busy_frac") else { return Ok(()) };
     canvas.text("dram bus", (panel.left - 14.0, place.0), Align::Right, INK)?;
-    let colours = [COLOURS[0], COLOURS[4]];
+    let colours = [COLOURS[0], COLOURS[COLOURS.len() - 1]];
     bar(canvas, scale, place, &[busy, 1.0 - busy], &colours)?;
     let Some(rate) = table.mean("dram.bandwidth_gb_s") else { return Ok(()) };
     let at = |dy: f64| (panel.right + 14.0, place.0 + dy);

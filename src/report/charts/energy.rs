@@ -25,7 +25,8 @@ fn colour(component: Component) -> RGBColor {
 
 pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
     let fps = run.facts.display_fps;
-    let (Some(energy), Some(power)) = (Breakdown::energy_j(table), Breakdown::power_w(table, fps))
+    let means = table.means();
+    let (Some(energy), Some(power)) = (Breakdown::energy_j(&means), Breakdown::power_w(&means, fps))
     else {
         return Ok(None);
     };

@@ -1,7 +1,9 @@
 //! The entries of the catalogue, group by group.
 
+mod checks;
 mod cost;
 mod machine;
+mod memory;
 
 use super::{Kind, Statistic, Value};
 use crate::action::Stage;
@@ -16,7 +18,12 @@ pub(super) fn all() -> Vec<Statistic> {
     bytes(&mut list);
     counters(&mut list);
     machine::units(&mut list);
-    machine::dram(&mut list);
+    machine::tiles(&mut list);
+    memory::dram(&mut list);
+    memory::buffers(&mut list);
+    checks::order(&mut list);
+    checks::cache(&mut list);
+    checks::reuse(&mut list);
     machine::actions(&mut list);
     list
 }
@@ -176,5 +183,13 @@ fn counters(list: &mut List) {
         "α evaluations that the machine executes: every pixel of every live sub-tile that is not \
          skipped.",
         |f| f.alpha_evaluations_executed,
+    );
+    count(
+        list,
+        "counters.live_evaluations",
+        "1",
+        "Those of `counters.alpha_evaluations_executed` whose pixel has not stopped: what the \
+         machine executes to some purpose.",
+        |f| f.live_evaluations,
     );
 }

@@ -1,7 +1,7 @@
-//! Where the cycles of the units went, what the DRAM did, and how often each action happened.
+//! Where the cycles of the units went, how long tiles took, and how often each action happened.
 
 use super::{List, count, real};
-use crate::accel::{Stall, UnitCycles};
+use crate::accel::{Histogram, Stall, UnitCycles};
 use crate::action::Action;
 use crate::sim::FrameReport;
 
@@ -51,36 +51,61 @@ pub(super) fn units(list: &mut List) {
             let all = f.timing.as_ref()?.frame as f64 * f64::from(u.instances);
             Some(if all == 0.0 { 0.0 } else { u.busy as f64 / all })
         });
+        let text = format!("Share of the frame in which the {words} had work and waited, 0 to 1.");
+        real(list, path("stall_frac"), "1", text, move |f, _| {
+            let u = unit(f, name)?;
+            let all = f.timing.as_ref()?.frame as f64 * f64::from(u.instances);
+            let stalls = u.stalls.iter().sum::<u64>() as f64;
+            Some(if all == 0.0 { 0.0 } else { stalls / all })
+        });
+    }
+    real(
+        list,
+        "units.vru.lane_utilisation",
+        "1",
+        "Lanes that do something useful while their core works: `counters.live_evaluations` over \
+         `units.vru.busy_cycles`, one lane a rendering unit. What is missing to 1: pixels that have \
+         stopped, sub-tiles that are too small for the core, and fill and drain.",
+        |f, _| Some(f.live_evaluations? as f64 / unit(f, "vru")?.busy as f64),
+    );
+}
+
+/// The value of a histogram that at least `share` of its entries are at or below, as the upper edge
+/// of a bin; `None` where it is empty.
+fn quantile(bins: &Histogram, share: f64) -> Option<f64> {
+    let total: u64 = bins.bins.iter().map(|&n| u64::from(n)).sum();
+    let wanted = (total as f64 * share).ceil().max(1.0) as u64;
+    let mut seen = 0;
+    let bin = bins.bins.iter().position(|&n| {
+        seen += u64::from(n);
+        seen >= wanted
+    })?;
+    Some(if bin == 0 { 0.0 } else { Histogram::least(bin + 1) })
+}
+
+pub(super) fn tiles(list: &mut List) {
+    count(
+        list,
+        "tile_time.tiles",
+        "1",
+        "Tiles (or merged tiles, or sort groups) that a core rendered.",
+        |f| Some(histogram(f)?.bins.iter().map(|&n| u64::from(n)).sum()),
+    );
+    for (name, share) in [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)] {
+        let text = format!(
+            "Cycles for which a tile held a core's renderer, {name} over the tiles of the frame: \
+             the upper edge of a bin, at most 1.42 times too high."
+        );
+        real(list, format!("tile_time.{name}_cycles"), "cycles", text, move |f, _| {
+            quantile(histogram(f)?, share)
+        });
     }
 }
 
-pub(super) fn dram(list: &mut List) {
-    count(list, "dram.requests", "1", "Requests issued to the DRAM, all served.", |f| {
-        Some(f.timing.as_ref()?.dram.requests_served)
-    });
-    count(list, "dram.busy_cycles", "cycles", "Cycles in which the data bus moved data.", |f| {
-        Some(f.timing.as_ref()?.dram.busy_cycles)
-    });
-    real(
-        list,
-        "dram.busy_frac",
-        "1",
-        "Share of the frame in which the data bus moved data, 0 to 1.",
-        |f, _| {
-            let t = f.timing.as_ref()?;
-            Some(if t.frame == 0 { 0.0 } else { t.dram.busy_cycles as f64 / t.frame as f64 })
-        },
-    );
-    real(
-        list,
-        "dram.bandwidth_gb_s",
-        "GB/s",
-        "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
-        |f, _| {
-            let d = &f.timing.as_ref()?.dram;
-            Some((d.read_bytes + d.write_bytes) as f64 * 1e-9 / f.frame_time_s()?)
-        },
-    );
+/// The tile times of a frame, where they were measured.
+fn histogram(frame: &FrameReport) -> Option<&Histogram> {
+    let bins = &frame.timing.as_ref()?.tile_cycles;
+    bins.bins.iter().any(|&n| n > 0).then_some(bins)
 }
 
 pub(super) fn actions(list: &mut List) {

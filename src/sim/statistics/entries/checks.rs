@@ -1,0 +1,56 @@
+//! What was measured beside the timing: the order of the lists, the feature cache, and sort reuse.
+
+use super::{List, count, real};
+use crate::sim::{CacheSummary, FrameReport, OrderSummary, ReuseSummary};
+
+/// A share of two counts; `None` where there is nothing to share.
+fn share(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+pub(super) fn order(list: &mut List) {
+    let of = |f: &FrameReport, field: fn(&OrderSummary) -> u64| f.order.as_ref().map(field);
+    let text = "Neighbours in the lists that were sorted with the machine's keys.";
+    count(list, "order.neighbours", "1", text, move |f| of(f, |o| o.neighbours));
+    let text = "Neighbours that came out in the wrong order of depth.";
+    count(list, "order.out_of_order", "1", text, move |f| of(f, |o| o.out_of_order));
+    let text = "Neighbours whose keys are equal although their depths are not.";
+    count(list, "order.equal_keys", "1", text, move |f| of(f, |o| o.equal_keys));
+    let text = "Pairs of the same list, neighbours or not, that came out in the wrong order.";
+    count(list, "order.inversions", "1", text, move |f| of(f, |o| o.inversions));
+    let text = "Share of the neighbours that came out in the wrong order, 0 to 1.";
+    real(list, "order.out_of_order_frac", "1", text, |f, _| {
+        let o = f.order.as_ref()?;
+        share(o.out_of_order, o.neighbours)
+    });
+}
+
+pub(super) fn cache(list: &mut List) {
+    let of = |f: &FrameReport, field: fn(&CacheSummary) -> u64| f.cache.as_ref().map(field);
+    let text = "Feature records that were found in the feature cache.";
+    count(list, "cache.hits", "1", text, move |f| of(f, |c| c.hits));
+    let text = "Feature records that had to be read from DRAM.";
+    count(list, "cache.misses", "1", text, move |f| of(f, |c| c.misses));
+    let text = "Share of the feature records that were found in the feature cache, 0 to 1.";
+    real(list, "cache.hit_frac", "1", text, |f, _| {
+        let c = f.cache.as_ref()?;
+        share(c.hits, c.hits + c.misses)
+    });
+}
+
+pub(super) fn reuse(list: &mut List) {
+    let of = |f: &FrameReport, field: fn(&ReuseSummary) -> u64| f.reuse.as_ref().map(field);
+    let text = "List entries whose place was taken over from the frame before.";
+    count(list, "reuse.kept", "1", text, move |f| of(f, |r| r.kept));
+    let text = "List entries that the frame before did not have.";
+    count(list, "reuse.added", "1", text, move |f| of(f, |r| r.added));
+    let text = "Entries of the frame before that are gone.";
+    count(list, "reuse.gone", "1", text, move |f| of(f, |r| r.gone));
+    let text = "Neighbours out of order because an old order was kept.";
+    count(list, "reuse.out_of_order", "1", text, move |f| of(f, |r| r.out_of_order));
+    let text = "Share of the list entries whose place was taken over, 0 to 1.";
+    real(list, "reuse.kept_frac", "1", text, |f, _| {
+        let r = f.reuse.as_ref()?;
+        share(r.kept, r.kept + r.added)
+    });
+}

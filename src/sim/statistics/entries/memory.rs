@@ -1,0 +1,162 @@
+//! What the DRAM did, and what was in the buffers.
+
+use super::{List, count, real};
+use crate::accel::{BufferUse, DramCommands, DramUse, StageCommands};
+use crate::action::{Buffer, Stage};
+use crate::sim::FrameReport;
+
+fn usage(frame: &FrameReport) -> Option<&DramUse> {
+    Some(&frame.timing.as_ref()?.dram)
+}
+
+fn commands(frame: &FrameReport) -> Option<&DramCommands> {
+    usage(frame)?.commands.as_ref()
+}
+
+fn accesses(stage: &StageCommands) -> u64 {
+    stage.reads + stage.writes
+}
+
+/// Share of accesses that found their row open; `None` without accesses.
+fn hits(accesses: u64, activates: u64) -> Option<f64> {
+    (accesses > 0).then(|| (1.0 - activates as f64 / accesses as f64).max(0.0))
+}
+
+pub(super) fn dram(list: &mut List) {
+    count(list, "dram.requests", "1", "Requests issued to the DRAM, all served.", |f| {
+        Some(usage(f)?.requests_served)
+    });
+    count(list, "dram.busy_cycles", "cycles", "Cycles in which the data bus moved data.", |f| {
+        Some(usage(f)?.busy_cycles)
+    });
+    real(
+        list,
+        "dram.busy_frac",
+        "1",
+        "Share of the frame in which the data bus moved data, 0 to 1.",
+        |f, _| {
+            let t = f.timing.as_ref()?;
+            Some(if t.frame == 0 { 0.0 } else { t.dram.busy_cycles as f64 / t.frame as f64 })
+        },
+    );
+    real(
+        list,
+        "dram.bandwidth_gb_s",
+        "GB/s",
+        "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
+        |f, _| {
+            let d = usage(f)?;
+            Some((d.read_bytes + d.write_bytes) as f64 * 1e-9 / f.frame_time_s()?)
+        },
+    );
+    moved(list);
+    device(list);
+}
+
+/// Bytes that bursts moved; more than were asked for where records do not fill them.
+fn moved_bytes(frame: &FrameReport) -> Option<u64> {
+    let c = commands(frame)?;
+    Some(c.stages.iter().map(accesses).sum::<u64>() * c.burst_bytes)
+}
+
+fn moved(list: &mut List) {
+    count(
+        list,
+        "dram.requested_bytes",
+        "B",
+        "Bytes that the units asked for, read and written.",
+        |f| {
+            let d = usage(f)?;
+            Some(d.read_bytes + d.write_bytes)
+        },
+    );
+    count(
+        list,
+        "dram.moved_bytes",
+        "B",
+        "Bytes that the bursts of the device moved; only the models that know the device have \
+         bursts.",
+        moved_bytes,
+    );
+    real(
+        list,
+        "dram.moved_per_requested",
+        "1",
+        "`dram.moved_bytes` over `dram.requested_bytes`: above 1 where records do not fill their \
+         bursts.",
+        |f, _| {
+            let d = usage(f)?;
+            Some(moved_bytes(f)? as f64 / (d.read_bytes + d.write_bytes) as f64)
+        },
+    );
+}
+
+/// A command count of one stage: name, definition, field.
+type Column = (&'static str, &'static str, fn(&StageCommands) -> u64);
+
+const COLUMNS: [Column; 3] = [
+    ("reads", "Bursts read", |s| s.reads),
+    ("writes", "Bursts written", |s| s.writes),
+    ("activates", "Rows opened", |s| s.activates),
+];
+
+fn device(list: &mut List) {
+    for (name, text, field) in COLUMNS {
+        count(list, format!("dram.{name}"), "1", format!("{text}, all stages."), move |f| {
+            Some(commands(f)?.stages.iter().map(field).sum())
+        });
+    }
+    count(list, "dram.precharges", "1", "Rows closed.", |f| Some(commands(f)?.precharges));
+    let text = "Refreshes, of one channel and all its banks each.";
+    count(list, "dram.refreshes", "1", text, |f| Some(commands(f)?.refreshes));
+    let text = "Share of the bursts that found their row open: 1 - `dram.activates` over bursts.";
+    real(list, "dram.row_hit_frac", "1", text, |f, _| {
+        let stages = &commands(f)?.stages;
+        hits(stages.iter().map(accesses).sum(), stages.iter().map(|s| s.activates).sum())
+    });
+    for (i, stage) in Stage::WORK.into_iter().enumerate() {
+        let path = |end: &str| format!("dram.stages.{}.{end}", stage.name());
+        for (name, text, field) in COLUMNS {
+            let text = format!("{text} for {}.", super::cost::stage_words(stage));
+            count(list, path(name), "1", text, move |f| Some(field(&commands(f)?.stages[i])));
+        }
+        let text = format!(
+            "Share of the bursts for {} that found their row open.",
+            super::cost::stage_words(stage)
+        );
+        real(list, path("row_hit_frac"), "1", text, move |f, _| {
+            let s = &commands(f)?.stages[i];
+            hits(accesses(s), s.activates)
+        });
+    }
+}
+
+fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
+    frame.timing.as_ref()?.buffers.iter().find(|b| b.buffer == which)
+}
+
+/// A count of one buffer: end of the name, definition, field.
+type Field = (&'static str, &'static str, fn(&BufferUse) -> u64);
+
+const FIELDS: [Field; 5] = [
+    ("capacity_bytes", "Size of the {} buffer, all shares together", |b| b.capacity),
+    ("peak_bytes", "The most that the {} buffer held", |b| b.peak),
+    ("filled_bytes", "Bytes that entered the {} buffer", |b| b.filled),
+    ("consumed_bytes", "Bytes that left the {} buffer because they had been used", |b| b.consumed),
+    ("discarded_bytes", "Bytes that left the {} buffer unused", |b| b.discarded),
+];
+
+pub(super) fn buffers(list: &mut List) {
+    for which in Buffer::ALL {
+        let path = |end: &str| format!("buffers.{}.{end}", which.name());
+        for (end, text, field) in FIELDS {
+            let text = format!("{}.", text.replace("{}", which.name()));
+            count(list, path(end), "B", text, move |f| Some(field(buffer(f, which)?)));
+        }
+        let text = format!("What the {} buffer held on average over the frame.", which.name());
+        real(list, path("mean_bytes"), "B", text, move |f, _| {
+            let cycles = f.timing.as_ref()?.frame as f64;
+            Some(buffer(f, which)?.byte_cycles as f64 / cycles)
+        });
+    }
+}
