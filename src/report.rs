@@ -191,7 +191,7 @@ pub struct File {
 }
 
 /// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 12] = [
+pub const FILE_NAMES: [&str; 15] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
@@ -204,7 +204,13 @@ pub const FILE_NAMES: [&str; 12] = [
     "frame_time.svg",
     "tile_load.png",
     "tile_load.svg",
+    "timeline.png",
+    "timeline.svg",
+    "trace.json.gz",
 ];
+
+/// Those of them that are written only when they are asked for.
+pub const ASKED_FOR: [&str; 3] = ["timeline.png", "timeline.svg", "trace.json.gz"];
 
 /// The files of the report folder, all but `invocation.toml`.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {

@@ -184,8 +184,11 @@ fn sentence(found: &Bottleneck, dram: f64, bus: f64) -> String {
     if let Some(first) = heads.first_mut() {
         *first = first.replacen(" %", " % of the frame", 1);
     }
-    let separator = if heads.first().is_some_and(|h| h.contains(':')) { "; " } else { ", " };
-    let mut text = format!("{full}{}", heads.join(separator));
+    if heads.len() > 1 && heads[0].contains(':') {
+        let first = heads.remove(0);
+        heads[0] = format!("{first}; {}", heads[0]);
+    }
+    let mut text = format!("{full}{}", heads.join(", "));
     if !waits.is_empty() {
         text += &format!("; the rest waits for {}", waits.join(", "));
     }

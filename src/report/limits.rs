@@ -157,7 +157,35 @@ pub fn line(left_out: usize, mattered: &[Mattered]) -> String {
     let mattered = if numbers.is_empty() {
         String::new()
     } else {
-        format!("; assumptions that mattered: {}", numbers.join(" "))
+        format!("; mattered most: {}", numbers.join(" "))
     };
-    format!("limits  {left_out} effects are not modelled{mattered}\n")
+    format!("limits  {left_out} effects left out{mattered}\n")
 }
+
+/// The table of [`NOT_MODELLED`] for `docs/limits.md`.
+pub fn page() -> String {
+    let mut text = String::from(PAGE);
+    for effect in NOT_MODELLED {
+        let which = effect.dram.map_or("all".to_owned(), |(k, v)| format!("`dram.{k} = \"{v}\"`"));
+        let see = if effect.assumption.is_empty() { "-" } else { effect.assumption };
+        let (what, bias) = (effect.what, effect.bias.name());
+        text += &format!("| {what} | {bias} | {see} | {which} |\n");
+    }
+    text
+}
+
+const PAGE: &str = "\
+# What is not modelled
+
+<!-- Written from src/report/limits.rs: change that, then run UPDATE_EXPECT=1 cargo test report:: -->
+
+Every report of the `cycle` model ends with this list (`summary.md`, `not_modelled` in `--json`). \
+*Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
+time. The A-numbers are explained in [model-accel.md](model-accel.md) and [model.md](model.md). \
+Beside it a report names the assumptions that mattered most in that run: those behind the \
+resources that move the frame time by 3 % or more when they are doubled (`--what-if`), and those \
+behind every part of 15 % or more of the energy.
+
+| effect | simulated time is | see | machines |
+|---|---|---|---|
+";

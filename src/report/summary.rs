@@ -177,7 +177,7 @@ fn what_if(text: &mut String, run: &Run) {
     }
     text.push('\n');
     for skipped in &experiment.skipped {
-        let _ = writeln!(text, "- {}: not tried: {}", skipped.resource, escaped(&skipped.reason));
+        let _ = writeln!(text, "- {}: not tried: {}", skipped.resource, skipped.reason);
     }
     if !experiment.skipped.is_empty() {
         text.push('\n');
@@ -229,8 +229,9 @@ fn left_out(
     let mattered = limits::mattered(means, found, run.extras.what_if.as_ref());
     if !mattered.is_empty() {
         let _ = writeln!(text, "\nAssumptions that mattered most in this run:\n");
-        for m in mattered {
-            let _ = writeln!(text, "- {}: {}", m.assumption, m.why);
+        for same in mattered.chunk_by(|a, b| a.why == b.why) {
+            let numbers: Vec<&str> = same.iter().map(|m| m.assumption).collect();
+            let _ = writeln!(text, "- {}: {}", numbers.join(", "), same[0].why);
         }
     }
     text.push('\n');

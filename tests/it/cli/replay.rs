@@ -6,9 +6,10 @@ use std::sync::atomic::Ordering;
 
 use clap::Parser;
 use powergs_sim::cli::machine_file::load_machine;
-use powergs_sim::cli::replay::{Args, EachFrame, Engine, doubled, execute};
+use powergs_sim::cli::replay::{Args, EachFrame, Engine, execute};
+use powergs_sim::cli::what_if::Experiment;
 use powergs_sim::cli::{Context, Exit, Failure, Global};
-use powergs_sim::report::{Facts, Limit};
+use powergs_sim::report::{Extras, Facts};
 
 use crate::report::builder;
 
@@ -41,8 +42,8 @@ impl Engine for Prepared<'_> {
         Ok(())
     }
 
-    fn relieve(&self, _limit: Limit) -> Option<String> {
-        Some("vru.units-per-core=32".into())
+    fn extras(&mut self) -> Extras {
+        Extras { what_if: Some(builder::what_if()), dram_models: None }
     }
 }
 
@@ -69,6 +70,10 @@ fn writes_the_whole_folder_and_the_same_bytes_twice() {
         assert_eq!(replay(out, &[4.0, 6.0, 5.0], None).ok(), Some(Exit::Done));
     }
     for name in powergs_sim::report::FILE_NAMES {
+        if powergs_sim::report::ASKED_FOR.contains(&name) {
+            assert!(!a.join(name).exists(), "{name} was not asked for");
+            continue;
+        }
         let read = |folder: &Path| fs::read(folder.join(name)).expect(name);
         assert!(!read(&a).is_empty(), "{name}");
         if name == "invocation.toml" {
@@ -115,19 +120,31 @@ fn rates_are_checked() {
 }
 
 #[test]
-fn suggestions_are_machines() {
-    let machine = |sets: &[&str]| {
-        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
-        load_machine("gscore", &sets).expect("a machine").machine
-    };
-    let units = ["ccu", "qsu", "bsu", "vru"].map(Limit::Unit);
-    for limit in units.into_iter().chain([Limit::Dram]) {
-        let set = doubled(&machine(&[]), limit).expect("gscore has room");
-        assert_ne!(machine(&[&set]), machine(&[]), "{set}");
+fn every_resource_of_every_machine_can_be_doubled_or_says_why_not() {
+    for name in ["gscore", "gscore-16core", "edge"] {
+        let loaded = load_machine(name, &[]).expect("a machine");
+        let mut experiment = Experiment::new(&loaded, vec![0]);
+        assert!(experiment.doubled.len() >= 7, "{name}: {}", experiment.doubled.len());
+        for doubled in &experiment.doubled {
+            assert_ne!(doubled.variant.machine, loaded.machine, "{name}");
+        }
+        let costs = vec![Default::default(); experiment.doubled.len()];
+        experiment.add(&builder::frame(0, 3.0), &costs);
+        let found = experiment.finish().expect("a frame was tried");
+        for skipped in &found.skipped {
+            assert!(skipped.reason.contains("sram.table"), "{name}: {skipped:?}");
+        }
     }
-    assert_eq!(doubled(&machine(&[]), Limit::Unit("vru")), Some("vru.cores=8".into()));
-    assert_eq!(doubled(&machine(&[]), Limit::Dram), Some("dram.bandwidth=102.4 GB/s".into()));
-    // Sixteen cores would not find room for their chunks in the same buffer.
-    let crowded = machine(&["vru.cores=8"]);
-    assert_eq!(doubled(&crowded, Limit::Unit("vru")), None);
+}
+
+#[test]
+fn a_resource_that_cannot_be_doubled_names_the_reason() {
+    let sets = ["gsu.bsu-per-core=65536".to_owned()];
+    let loaded = load_machine("gscore", &sets).expect("a machine");
+    let mut experiment = Experiment::new(&loaded, vec![0]);
+    experiment.add(&builder::frame(0, 3.0), &[]);
+    let found = experiment.finish().expect("a frame was tried");
+    let skipped = found.skipped.iter().find(|s| s.resource == "gsu.bsu-per-core");
+    assert!(skipped.is_some_and(|s| s.reason.contains("65536")), "{:?}", found.skipped);
+    assert!(found.skipped.iter().all(|s| !s.reason.contains('\n')));
 }

@@ -1,11 +1,18 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
-use powergs_sim::accel::{DramUse, FrameTiming, Histogram, UnitCycles};
+use powergs_sim::accel::{
+    BufferUse, DramCommands, DramUse, FrameTiming, Histogram, StageCommands, UnitCycles,
+};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
 use powergs_sim::energy::{Component, EnergyBreakdown};
 use powergs_sim::quantity::Picojoules;
-use powergs_sim::report::{Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts};
-use powergs_sim::sim::{FrameReport, Model, StageBytes};
+use powergs_sim::report::what_if::{Cost, Skipped, Step};
+use powergs_sim::report::{
+    Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
+};
+use powergs_sim::sim::{
+    CacheSummary, FrameReport, Model, OrderSummary, ReuseSummary, StageBytes,
+};
 use powergs_sim::splat::Counters;
 
 /// A frame of about `millions` of cycles at 1 GHz.
@@ -35,12 +42,21 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         name: format!("view_{number:04}"),
         counters: counters(n),
         alpha_evaluations_executed: Some(64 * n),
+        live_evaluations: Some(50 * n),
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
         actions,
         energy,
         standby_w: [0.06, 0.025],
         timing: Some(timing(cycles)),
         clock_hz: Some(1e9),
+        order: Some(OrderSummary {
+            neighbours: 2 * n,
+            out_of_order: n / 100,
+            equal_keys: n / 50,
+            inversions: n / 40,
+        }),
+        cache: Some(CacheSummary { hits: n, misses: n / 2 }),
+        reuse: Some(ReuseSummary { kept: n, added: n / 5, gone: n / 4, out_of_order: n / 90 }),
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
     }
 }
@@ -74,7 +90,11 @@ fn timing(cycles: u64) -> FrameTiming {
             unit,
             instances,
             busy,
-            stalls: [0, dram / 2, 0, dram - dram / 2, input, output, 0],
+            stalls: match unit {
+                "ccu" => [dram, 0, 0, 0, input, output, 0],
+                "qsu" => [0, dram, 0, 0, input, output, 0],
+                _ => [0, 0, 0, dram, input, output, 0],
+            },
             idle,
         }
     };
@@ -93,11 +113,51 @@ fn timing(cycles: u64) -> FrameTiming {
             requests_issued: cycles / 700,
             requests_served: cycles / 700,
             busy_cycles: cycles / 3,
-            commands: None,
+            commands: Some(commands(cycles / 10)),
         },
-        buffers: Vec::new(),
-        tile_cycles: Histogram::EMPTY,
+        buffers: buffers(cycles),
+        tile_cycles: tile_cycles(cycles),
     }
+}
+
+/// Of every hundred bursts of rendering 41 open a row.
+fn commands(n: u64) -> DramCommands {
+    let stage = |reads, writes, activates| StageCommands { reads, writes, activates };
+    DramCommands {
+        burst_bytes: 32,
+        stages: [
+            stage(n / 5, n / 20, n / 50),
+            stage(n / 10, 0, n / 40),
+            stage(3 * n / 10, n / 20, 41 * n * 35 / 10_000),
+        ],
+        precharges: n / 6,
+        refreshes: n / 400,
+    }
+}
+
+fn buffers(cycles: u64) -> Vec<BufferUse> {
+    let sizes = [8u64, 32, 64, 128, 16, 0];
+    let held = |(buffer, (i, kib)): (Buffer, (usize, u64))| BufferUse {
+        buffer,
+        capacity: kib << 10,
+        peak: (kib << 10) * (5 + i as u64) / 10,
+        byte_cycles: u128::from(kib << 10) * u128::from(cycles) / (3 + i as u128),
+        filled: 3 * cycles,
+        consumed: 3 * cycles - cycles / 8,
+        discarded: cycles / 8,
+    };
+    Buffer::ALL.into_iter().zip(sizes.into_iter().enumerate()).map(held).collect()
+}
+
+/// Two thousand tiles around a thousandth of the frame, some of none and a few long ones.
+fn tile_cycles(cycles: u64) -> Histogram {
+    let mut bins = Histogram::EMPTY;
+    for i in 0..2000u64 {
+        let spread = (i * 7919) % 1000;
+        let long = if i % 97 == 0 { 8 } else { 1 };
+        bins.count(if i % 40 == 0 { 0 } else { cycles * (spread + 60) * long / 1_000_000 });
+    }
+    bins
 }
 
 /// A frame of the `paper` model.
@@ -113,6 +173,8 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     frame.stages.iter_mut().for_each(|s| s.flops = 1_000_000);
     frame.actions = ActionCounts::default();
     frame.alpha_evaluations_executed = None;
+    frame.live_evaluations = None;
+    (frame.order, frame.cache, frame.reuse) = (None, None, None);
     frame.standby_w = [0.0; 2];
     frame.timing = None;
     frame.clock_hz = None;
@@ -146,7 +208,32 @@ pub fn facts(frames: usize) -> Facts {
 /// A run over frames of these millions of cycles.
 pub fn run(millions: &[f64]) -> Run {
     let frames: Vec<_> = millions.iter().enumerate().map(|(i, &m)| frame(i, m)).collect();
-    Run { facts: facts(frames.len()), frames, tiles: Some(tiles(979, 546, 16)) }
+    Run {
+        facts: facts(frames.len()),
+        frames,
+        tiles: Some(tiles(979, 546, 16)),
+        extras: Extras { what_if: Some(what_if()), dram_models: None },
+    }
+}
+
+/// Three steps: one that helps, one that does not, one that is no machine.
+pub fn what_if() -> WhatIf {
+    let cost = |frame_time_ms, energy_pj| Cost { frame_time_ms, energy_pj };
+    let step = |resource, sets: &[&str], cost, assumptions| Step {
+        resource,
+        sets: sets.iter().map(|s| (*s).to_owned()).collect(),
+        cost,
+        assumptions,
+    };
+    let bandwidth = ["dram.bandwidth=102.4 GB/s"];
+    let steps = vec![
+        step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9), &["A23"]),
+        step("dram.bandwidth", &bandwidth, cost(8.36, 6.8e9), &["A4", "A5"]),
+        step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9), &["A26"]),
+    ];
+    let reason = "`buffers.feature.capacity` = 256 KiB is too small".to_owned();
+    let skipped = vec![Skipped { resource: "vru.cores", reason }];
+    WhatIf::new(vec![4, 12, 20], cost(11.0, 6.93e9), steps, skipped)
 }
 
 /// The standard run: 24 frames of 4 to 20 ms, two of them over the deadline.
@@ -159,6 +246,7 @@ pub fn garden() -> Run {
 pub fn paper() -> Run {
     let mut run = garden();
     run.facts.model = Model::Paper;
+    run.extras = Extras::default();
     run.facts.machine = MachineFacts {
         name: "paper".into(),
         energy_table: "paper".into(),

@@ -1,13 +1,28 @@
 //! CSV, run.toml, and the generated documents.
 
 use expect_test::{expect, expect_file};
-use powergs_sim::report::{Table, csv, docs, files, record, schema};
+use powergs_sim::report::{Table, csv, docs, files, limits, record, schema};
 
 use super::builder;
 
 #[test]
 fn results_page_is_up_to_date() {
     expect_file!["../../../docs/results.md"].assert_eq(&docs::results_md());
+}
+
+#[test]
+fn limits_page_is_up_to_date() {
+    expect_file!["../../../docs/limits.md"].assert_eq(&limits::page());
+}
+
+#[test]
+fn assumptions_of_the_limits_are_documented() {
+    let docs = [include_str!("../../../docs/model.md"), include_str!("../../../docs/model-accel.md")];
+    for effect in limits::NOT_MODELLED {
+        let number = effect.assumption;
+        let known = number.is_empty() || docs.iter().any(|d| d.contains(&format!("**{number}.")));
+        assert!(known, "{number}: no such assumption");
+    }
 }
 
 #[test]
