@@ -8,6 +8,7 @@ pub mod aside;
 pub mod background;
 pub mod camera;
 pub mod camera_file;
+pub mod compare;
 pub mod completions;
 pub mod dram;
 pub mod engine;
@@ -68,6 +69,9 @@ pub enum Command {
     /// Simulate a trace on a machine: frames per second, stalls, watts
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::Args),
+    /// Put machines on one trace, or finished reports, beside each other
+    #[command(after_help = compare::EXAMPLES)]
+    Compare(compare::Args),
     /// Render a scene and keep what every frame is: a trace
     #[command(after_help = extract::EXAMPLES)]
     Extract(extract::Args),
@@ -128,6 +132,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Render(args) => render::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
+        Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
         Command::Dram(args) => dram::run(args, context),
         Command::Explain(args) => explain::run(args, context),

@@ -5,6 +5,7 @@
 pub mod bottleneck;
 pub mod breakdown;
 pub mod charts;
+pub mod compare;
 
 pub mod csv;
 pub mod docs;
@@ -31,7 +32,7 @@ use crate::sim::{FrameReport, Model};
 
 /// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
 /// goes away; new names alone do not raise it.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Version of the model. Raised whenever the same inputs give other numbers.
 pub const MODEL_VERSION: u32 = 1;
@@ -191,10 +192,11 @@ pub struct File {
 }
 
 /// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 15] = [
+pub const FILE_NAMES: [&str; 16] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
+    "compare.csv",
     "summary.md",
     "energy.png",
     "energy.svg",
@@ -209,8 +211,8 @@ pub const FILE_NAMES: [&str; 15] = [
     "trace.json.gz",
 ];
 
-/// Those of them that are written only when they are asked for.
-pub const ASKED_FOR: [&str; 3] = ["timeline.png", "timeline.svg", "trace.json.gz"];
+/// Those of them that `replay` writes only when they are asked for, or that `compare` writes.
+pub const ASKED_FOR: [&str; 4] = ["compare.csv", "timeline.png", "timeline.svg", "trace.json.gz"];
 
 /// The files of the report folder, all but `invocation.toml`.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {

@@ -231,11 +231,7 @@ impl Engine for TraceEngine {
     }
 }
 
-fn gather_models(
-    (n, sums): &mut (u32, DramModels),
-    banked: &FrameReport,
-    window: &FrameReport,
-) {
+fn gather_models((n, sums): &mut (u32, DramModels), banked: &FrameReport, window: &FrameReport) {
     let moved = |report: &FrameReport| {
         let Some(timing) = &report.timing else { return 0.0 };
         let bursts = |c: &crate::accel::DramCommands| {

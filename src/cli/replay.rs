@@ -28,6 +28,9 @@ docs/results.md defines every number; so does: powergs-sim explain NAME";
 /// The machine that is used if none is named.
 pub const DEFAULT_ARCH: &str = "gscore";
 
+/// The display that is used if none is named.
+pub const DEFAULT_DISPLAY: &str = "oled-powergs";
+
 /// The arguments of `replay`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
@@ -49,7 +52,7 @@ pub struct Args {
     #[arg(long, value_name = "A..B", value_parser = frame_range)]
     pub frames: Option<FrameRange>,
     /// Display: a preset of `arch-configs/display`, or a TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "oled-powergs")]
+    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_DISPLAY)]
     pub display: String,
     /// `paper` model: pad odd image sizes as the published code does
     #[arg(long)]
@@ -113,7 +116,7 @@ impl From<ModelArg> for Model {
 }
 
 /// A rate from 1 to 1000 frames per second.
-fn display_rate(text: &str) -> Result<f64, String> {
+pub fn display_rate(text: &str) -> Result<f64, String> {
     let rate: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
     if (1.0..=1000.0).contains(&rate) { Ok(rate) } else { Err("must be 1 to 1000".into()) }
 }

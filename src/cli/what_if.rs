@@ -138,10 +138,8 @@ impl Experiment {
         if self.done.is_empty() {
             return None;
         }
-        let mean = |sum: Cost| Cost {
-            frame_time_ms: sum.frame_time_ms / n,
-            energy_pj: sum.energy_pj / n,
-        };
+        let mean =
+            |sum: Cost| Cost { frame_time_ms: sum.frame_time_ms / n, energy_pj: sum.energy_pj / n };
         let step = |(doubled, sum): (Doubled, Cost)| {
             let (resource, sets, assumptions) = doubled.resource;
             Step { resource, sets, cost: mean(sum), assumptions }

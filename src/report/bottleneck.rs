@@ -35,6 +35,8 @@ pub struct Wait {
     pub cause: Stall,
     /// Share of the frame, 0 to 1; all leading units together.
     pub share: f64,
+    /// Share of the bursts of the stage that waits that had to open a row, where that is known.
+    pub row_miss: Option<f64>,
 }
 
 /// What limits a run, and the sentence that says why.
@@ -48,8 +50,6 @@ pub struct Bottleneck {
     pub waits: Vec<Wait>,
     /// Share of the frame in which leading units have no work: fill, drain, uneven load.
     pub without_work: f64,
-    /// Share of the bursts of the stage with the longest wait for DRAM that had to open a row.
-    pub row_miss: Option<f64>,
     /// The reason, for people.
     pub sentence: String,
 }
@@ -107,7 +107,7 @@ fn found(means: &Means, leaders: &[Unit]) -> Bottleneck {
     let mut waits: Vec<Wait> = Stall::ALL
         .map(|cause| {
             let share = leaders.iter().map(|u| u.stalls[cause as usize]).sum();
-            Wait { cause, share }
+            Wait { cause, share, row_miss: misses(means, cause) }
         })
         .into_iter()
         .filter(|w| w.share > NOTHING)
@@ -115,15 +115,13 @@ fn found(means: &Means, leaders: &[Unit]) -> Bottleneck {
     waits.sort_by(|a, b| b.share.total_cmp(&a.share));
     let dram: f64 = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share).sum();
     let bus = means.get("dram.busy_frac").unwrap_or(0.0);
-    let row_miss = waits.iter().find(|w| w.cause.is_dram()).and_then(|w| misses(means, w.cause));
     let limit = if bus > BUS_FULL || dram > bounds[0].share {
         Limit::Dram
     } else {
         Limit::Unit(bounds[0].unit)
     };
     let without_work = leaders.iter().map(|u| u.idle).sum();
-    let mut found =
-        Bottleneck { limit, bounds, waits, without_work, row_miss, sentence: String::new() };
+    let mut found = Bottleneck { limit, bounds, waits, without_work, sentence: String::new() };
     found.sentence = sentence(&found, dram, bus);
     found
 }
@@ -154,10 +152,8 @@ fn words(cause: Stall) -> &'static str {
 }
 
 fn sentence(found: &Bottleneck, dram: f64, bus: f64) -> String {
-    let mut missed = found.row_miss;
-    let mut cause = |w: &Wait| {
-        let row = if w.cause.is_dram() { missed.take() } else { None };
-        let row = row.map_or(String::new(), |m| format!(" (row-miss {} %)", percent(m)));
+    let cause = |w: &Wait| {
+        let row = w.row_miss.map_or(String::new(), |m| format!(" (row-miss {} %)", percent(m)));
         format!("{} {} %{row}", words(w.cause), percent(w.share))
     };
     let shown = |w: &&Wait| w.share >= 0.005;
@@ -170,7 +166,7 @@ fn sentence(found: &Bottleneck, dram: f64, bus: f64) -> String {
     let mut waits = Vec::new();
     if found.limit == Limit::Dram && dram >= 0.005 {
         let causes: Vec<String> =
-            found.waits.iter().filter(|w| w.cause.is_dram()).filter(shown).map(&mut cause).collect();
+            found.waits.iter().filter(|w| w.cause.is_dram()).filter(shown).map(cause).collect();
         heads.insert(0, format!("DRAM-bound {} %: {}", percent(dram), causes.join(", ")));
         waits.extend(found.waits.iter().filter(|w| !w.cause.is_dram()).filter(shown).map(cause));
     } else {

@@ -5,6 +5,9 @@ mod energy;
 mod frame_time;
 mod tile_load;
 
+pub(super) use cycles::part_colours;
+pub(super) use energy::colour as component_colour;
+
 use super::format::shortened;
 use super::plot::Drawing;
 use super::{ReportError, Run, Table};

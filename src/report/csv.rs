@@ -4,7 +4,7 @@ use super::{ReportError, Run, Table};
 use crate::sim::statistics::{Aggregate, Value, catalogue};
 
 /// Columns before the statistics.
-const FIRST: [&str; 4] = ["row", "frame", "name", "incomplete"];
+pub const FIRST: [&str; 4] = ["row", "frame", "name", "incomplete"];
 
 /// The header: what kind of row it is (`frame`, `mean`, `p50`, …), frame number and name of the
 /// view (empty in aggregates), whether the run is incomplete, then every statistic.

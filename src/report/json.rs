@@ -73,9 +73,9 @@ pub(super) fn bottleneck(found: Option<&Bottleneck>) -> Json {
         "waits": found.waits.iter().map(|w| json!({
             "cause": w.cause.name(),
             "frame_frac": w.share,
+            "row_miss_frac": w.row_miss,
         })).collect::<Vec<_>>(),
         "without_work_frac": found.without_work,
-        "row_miss_frac": found.row_miss,
     })
 }
 

@@ -1,8 +1,8 @@
 //! What is not modelled, and which assumptions mattered most: said with every report.
 
+use super::Means;
 use super::bottleneck::{Bottleneck, Limit};
 use super::what_if::WhatIf;
-use super::Means;
 
 /// What an effect that is left out does to the frame time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,6 +7,12 @@ use super::{MODEL_VERSION, ReportError, Run, SCHEMA_VERSION, TOOL_VERSION};
 
 /// The file: versions, run, inputs with checksums, configuration as resolved.
 pub fn run_toml(run: &Run) -> Result<String, ReportError> {
+    let head = "# What this report was made from. The command that was typed: invocation.toml.\n";
+    Ok(format!("{head}{}", toml::to_string_pretty(&table(run))?))
+}
+
+/// The contents of the file.
+pub fn table(run: &Run) -> Table {
     let facts = &run.facts;
     let mut root = Table::new();
     root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
@@ -25,10 +31,23 @@ pub fn run_toml(run: &Run) -> Result<String, ReportError> {
         table.insert("xxh3-128".into(), format!("{:032x}", input.xxh3).into());
         Value::Table(table)
     });
+    let (trace, machine) = (&facts.trace, &facts.machine);
+    let mut table = Table::new();
+    table.insert("trace".into(), trace.name.clone().into());
+    table.insert("width-px".into(), i64::from(trace.width).into());
+    table.insert("height-px".into(), i64::from(trace.height).into());
+    table.insert("machine".into(), machine.name.clone().into());
+    table.insert("energy-table".into(), machine.energy_table.clone().into());
+    let measures = [("clock-hz", machine.clock_hz), ("dram-peak-gb-s", machine.dram_peak_gb_s)];
+    for (key, value) in measures {
+        if let Some(value) = value {
+            table.insert(key.into(), value.into());
+        }
+    }
+    root.insert("facts".into(), Value::Table(table));
     root.insert("inputs".into(), Value::Array(inputs.collect()));
     root.insert("configuration".into(), Value::Table(facts.configuration.clone()));
-    let head = "# What this report was made from. The command that was typed: invocation.toml.\n";
-    Ok(format!("{head}{}", toml::to_string_pretty(&root)?))
+    root
 }
 
 /// TOML integers are signed; nothing that we count comes near 2⁶³.

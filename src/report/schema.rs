@@ -89,6 +89,7 @@ fn bottleneck() -> Map<String, Json> {
     let wait = map([
         ("cause", plain("string", "What for.")),
         ("frame_frac", plain("number", "Share of the frame.")),
+        ("row_miss_frac", nullable("number", "Bursts of the stage that waits that opened a row.")),
     ]);
     map([
         ("limit", plain("string", "A unit, or `dram`.")),
@@ -96,7 +97,6 @@ fn bottleneck() -> Map<String, Json> {
         ("bounds", array(object(bound, "A unit."), "Leading units at work.")),
         ("waits", array(object(wait, "A cause."), "Leading units waiting.")),
         ("without_work_frac", plain("number", "Leading units without work, share of the frame.")),
-        ("row_miss_frac", nullable("number", "Bursts behind the longest wait that opened a row.")),
     ])
 }
 

@@ -43,7 +43,7 @@ pub fn markdown(run: &Run, table: &Table, charts: &[Chart]) -> String {
 }
 
 /// Names from files must not end a table cell or start markup.
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
         match c {
@@ -198,7 +198,8 @@ fn buffers(text: &mut String, means: &Means) {
             continue;
         };
         let moved = ["filled_bytes", "consumed_bytes", "discarded_bytes"];
-        let [filled, consumed, discarded] = moved.map(|end| engineering(get(end).unwrap_or(0.0), "B"));
+        let [filled, consumed, discarded] =
+            moved.map(|end| engineering(get(end).unwrap_or(0.0), "B"));
         let _ = writeln!(
             rows,
             "| {name} | {:.0} | {} | {} | {filled} | {consumed} | {discarded} |",
@@ -209,22 +210,19 @@ fn buffers(text: &mut String, means: &Means) {
     }
     if !rows.is_empty() {
         let _ = writeln!(text, "## Buffers\n");
-        let _ = writeln!(text, "| buffer | KiB | peak % | mean % | filled | consumed | discarded |");
+        let _ =
+            writeln!(text, "| buffer | KiB | peak % | mean % | filled | consumed | discarded |");
         let _ = writeln!(text, "|---|--:|--:|--:|--:|--:|--:|\n{rows}");
     }
 }
 
 /// What the model leaves out, and the assumptions that mattered.
-fn left_out(
-    text: &mut String,
-    run: &Run,
-    means: &Means,
-    found: Option<&bottleneck::Bottleneck>,
-) {
+fn left_out(text: &mut String, run: &Run, means: &Means, found: Option<&bottleneck::Bottleneck>) {
     let _ = writeln!(text, "## What is not modelled\n");
     let _ = writeln!(text, "| effect | simulated time is | see |\n|---|---|---|");
     for effect in limits::left_out(&run.facts.configuration) {
-        let _ = writeln!(text, "| {} | {} | {} |", effect.what, effect.bias.name(), effect.assumption);
+        let _ =
+            writeln!(text, "| {} | {} | {} |", effect.what, effect.bias.name(), effect.assumption);
     }
     let mattered = limits::mattered(means, found, run.extras.what_if.as_ref());
     if !mattered.is_empty() {

@@ -26,6 +26,11 @@ const COLOURS: [(RGBColor, RGBColor); CycleRow::PARTS.len()] = [
     (palette::PALE, INK),
 ];
 
+/// Colours of the parts, and of the text on them.
+pub(in crate::report) fn part_colours() -> [(RGBColor, RGBColor); CycleRow::PARTS.len()] {
+    COLOURS
+}
+
 const WHITE: RGBColor = RGBColor(255, 255, 255);
 
 /// The darkest of the blues: waits for DRAM are blues and purple, other waits are warm.

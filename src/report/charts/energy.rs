@@ -13,7 +13,7 @@ use crate::report::{ReportError, Run, Table};
 const NAME: &str = "energy";
 const TITLE: &str = "Where the energy goes";
 
-fn colour(component: Component) -> RGBColor {
+pub(in crate::report) fn colour(component: Component) -> RGBColor {
     match component {
         Component::Dram => palette::BLUE,
         Component::Sram => palette::SKY,
@@ -26,7 +26,8 @@ fn colour(component: Component) -> RGBColor {
 pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
     let fps = run.facts.display_fps;
     let means = table.means();
-    let (Some(energy), Some(power)) = (Breakdown::energy_j(&means), Breakdown::power_w(&means, fps))
+    let (Some(energy), Some(power)) =
+        (Breakdown::energy_j(&means), Breakdown::power_w(&means, fps))
     else {
         return Ok(None);
     };

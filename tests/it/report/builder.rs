@@ -10,9 +10,7 @@ use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
     Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
 };
-use powergs_sim::sim::{
-    CacheSummary, FrameReport, Model, OrderSummary, ReuseSummary, StageBytes,
-};
+use powergs_sim::sim::{CacheSummary, FrameReport, Model, OrderSummary, ReuseSummary, StageBytes};
 use powergs_sim::splat::Counters;
 
 /// A frame of about `millions` of cycles at 1 GHz.

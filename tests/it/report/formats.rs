@@ -17,7 +17,8 @@ fn limits_page_is_up_to_date() {
 
 #[test]
 fn assumptions_of_the_limits_are_documented() {
-    let docs = [include_str!("../../../docs/model.md"), include_str!("../../../docs/model-accel.md")];
+    let docs =
+        [include_str!("../../../docs/model.md"), include_str!("../../../docs/model-accel.md")];
     for effect in limits::NOT_MODELLED {
         let number = effect.assumption;
         let known = number.is_empty() || docs.iter().any(|d| d.contains(&format!("**{number}.")));

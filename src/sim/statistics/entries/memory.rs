@@ -106,7 +106,9 @@ fn device(list: &mut List) {
             Some(commands(f)?.stages.iter().map(field).sum())
         });
     }
-    count(list, "dram.precharges", "1", "Rows closed, all stages.", |f| Some(commands(f)?.precharges));
+    count(list, "dram.precharges", "1", "Rows closed, all stages.", |f| {
+        Some(commands(f)?.precharges)
+    });
     let text = "Refreshes, of one channel and all its banks each.";
     count(list, "dram.refreshes", "1", text, |f| Some(commands(f)?.refreshes));
     let text = "Share of the bursts that found their row open: 1 - `dram.activates` over bursts.";
