@@ -15,6 +15,7 @@ pub mod limits;
 pub mod means;
 pub mod plot;
 pub mod record;
+pub mod roofline;
 pub mod schema;
 pub mod summary;
 pub mod table;
@@ -81,6 +82,8 @@ pub struct MachineFacts {
     pub clock_hz: Option<f64>,
     /// Peak DRAM rate, 10⁹ bytes per second; `None` in the `paper` model.
     pub dram_peak_gb_s: Option<f64>,
+    /// Peaks and operation counts for the roofline; `None` in the `paper` model.
+    pub roofline: Option<roofline::Roofline>,
 }
 
 /// A file that was read.
@@ -192,7 +195,7 @@ pub struct File {
 }
 
 /// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 16] = [
+pub const FILE_NAMES: [&str; 22] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
@@ -202,8 +205,14 @@ pub const FILE_NAMES: [&str; 16] = [
     "energy.svg",
     "cycles.png",
     "cycles.svg",
+    "roofline.png",
+    "roofline.svg",
+    "buffers.png",
+    "buffers.svg",
     "frame_time.png",
     "frame_time.svg",
+    "tiles.png",
+    "tiles.svg",
     "tile_load.png",
     "tile_load.svg",
     "timeline.png",

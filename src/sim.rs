@@ -174,7 +174,9 @@ pub fn simulate(
         name: label.name,
         counters: workload.counters,
         alpha_evaluations_executed: Some(replay.actions.total(Action::Alpha)),
-        live_evaluations: Some(workload.chunks.iter().map(|c| u64::from(c.live_evaluations)).sum()),
+        live_evaluations: Some(
+            workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations)).sum(),
+        ),
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &replay.actions)),
         energy: prices.breakdown(&replay.actions, seconds),
         actions: replay.actions,

@@ -35,8 +35,9 @@ const RECORD_MAX: u64 = 1 << 28;
 /// The arguments of `compare`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Machines (names of `arch list`, or TOML files) and a trace; or report folders
-    #[arg(required = true, num_args = 2.., value_name = "MACHINE... TRACE | REPORT...")]
+    /// Two or more machines (names of `arch list`, or TOML files), then a trace; or two
+    /// or more report folders
+    #[arg(required = true, num_args = 2.., value_name = "ITEM")]
     pub items: Vec<PathBuf>,
     /// Change a key of every machine file for this run; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -7,8 +7,11 @@ use super::replay::{Args, DramArg, EachFrame, Engine, ModelArg};
 use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::what_if::{Experiment, Variant, cost};
 use super::{Exit, Failure, OrExit};
-use crate::config::embedded::ENERGY;
+use crate::accel::Machine;
+use crate::action::Action;
+use crate::config::embedded::{ENERGY, find};
 use crate::energy::EnergyTable;
+use crate::report::roofline::Roofline;
 use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
 use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
@@ -83,6 +86,7 @@ impl Simulator {
                 energy_table: table.origin.clone(),
                 clock_hz: None,
                 dram_peak_gb_s: None,
+                roofline: None,
             },
         }
     }
@@ -106,7 +110,29 @@ pub fn machine_facts(loaded: &LoadedMachine) -> MachineFacts {
         energy_table: loaded.energy_table.name.clone(),
         clock_hz: Some(loaded.machine.clock.0),
         dram_peak_gb_s: Some(loaded.machine.dram.bandwidth.0 * 1e-9),
+        roofline: roofline(&loaded.machine),
     }
+}
+
+/// Peaks of a machine in the operations that PowerGS counts. A CCU takes a Gaussian through
+/// everything each interval and makes its box tests beside that; a rendering unit evaluates and
+/// blends a pixel each cycle. Sorting counts no operations.
+fn roofline(machine: &Machine) -> Option<Roofline> {
+    let table = EnergyTable::parse(find(ENERGY, PAPER_TABLE)?).ok()?;
+    let of = |action: Action| table.flops(action).unwrap_or(0);
+    let mut flops = [0; Action::COUNT];
+    Action::all().into_iter().for_each(|a| flops[a.index()] = of(a));
+    let sum = |actions: &[Action]| f64::from(actions.iter().map(|&a| of(a)).sum::<u32>());
+    let (ccu, vru) = (&machine.ccu, &machine.vru);
+    let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
+    let per_ccu = sum(&gaussian) / f64::from(ccu.initiation_interval)
+        + sum(&[Action::ObbTest]) * f64::from(ccu.intersection_units);
+    let lanes = f64::from(vru.cores) * f64::from(vru.units_per_core);
+    let ceilings = vec![
+        ("CCU", machine.clock.0 * f64::from(ccu.units) * per_ccu),
+        ("VRU", machine.clock.0 * lanes * sum(&[Action::Alpha, Action::Blend])),
+    ];
+    Some(Roofline { flops, ceilings, dram_bytes_s: machine.dram.bandwidth.0 })
 }
 
 /// A trace and a simulator.

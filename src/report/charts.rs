@@ -1,9 +1,12 @@
 //! The charts of a report, one file each. A chart that the model has no data for is left out.
 
+mod buffers;
 mod cycles;
 mod energy;
 mod frame_time;
+mod roofline;
 mod tile_load;
+mod tiles;
 
 pub(super) use cycles::part_colours;
 pub(super) use energy::colour as component_colour;
@@ -28,7 +31,10 @@ pub fn all(run: &Run, table: &Table) -> Result<Vec<Chart>, ReportError> {
     let drawn = [
         energy::chart(run, table)?,
         cycles::chart(run, table)?,
+        roofline::chart(run)?,
+        buffers::chart(run, table)?,
         frame_time::chart(run, table)?,
+        tiles::chart(run)?,
         tile_load::chart(run)?,
     ];
     Ok(drawn.into_iter().flatten().collect())

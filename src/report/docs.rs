@@ -6,15 +6,21 @@ use super::{FILE_NAMES, SCHEMA_VERSION};
 use crate::sim::statistics::{Kind, Statistic, catalogue};
 
 /// What each file of a report folder is, in the order of [`FILE_NAMES`] (charts once).
-const FILES: [(&str, &str); 8] = [
+const FILES: [(&str, &str); 14] = [
     ("run.toml", "what the report was made from: versions, checksums, configuration as resolved"),
     ("invocation.toml", "what was typed, where, when, and how long it took"),
     ("results.csv", "the record: one row per frame, then one per aggregate"),
+    ("compare.csv", "of `compare`, in place of `results.csv`: measures and means of all sides"),
     ("summary.md", "the report for people"),
     ("energy.png, .svg", "energy per frame and power at the display rate, stage by component"),
     ("cycles.png, .svg", "per unit: busy, stalls by cause, idle (`cycle` model only)"),
+    ("roofline.png, .svg", "FLOP per DRAM byte against FLOP/s, under the peaks of the machine"),
+    ("buffers.png, .svg", "mean and peak of what each buffer held (where it was measured)"),
     ("frame_time.png, .svg", "frame time along the path with the deadline (`cycle` model only)"),
+    ("tiles.png, .svg", "histograms of the list lengths and of the times of tiles"),
     ("tile_load.png, .svg", "list length per tile over the picture of the slowest frame"),
+    ("timeline.png, .svg", "what every unit did when (`--timeline`)"),
+    ("trace.json.gz", "the same for <https://ui.perfetto.dev> (`--timeline`)"),
 ];
 
 /// The whole page.
@@ -77,6 +83,12 @@ is `throughput_fps` |
 | `throughput_fps` | frames over the simulated time of all of them, 1/s |
 | `throughput_power_w` | energy of all frames over their simulated time: power at full rate, W |
 | `deadline_misses` | frames that took longer than 1 / `fps` |
+| `bottleneck` | which unit leads and works, or waits for what, as shares of the frame |
+| `what_if` | time and energy of some frames with each resource doubled (`--what-if`) |
+| `dram_models` | `window` against `banked` (`--dram-model both`) |
+| `roofline` | peaks, and FLOP per byte and FLOP/s of the stages |
+| `not_modelled` | effects that are left out, with the sign of the bias ([limits.md](limits.md)) |
+| `assumptions_that_mattered` | those that mattered most in this run, with the reason |
 
 ";
 

@@ -46,6 +46,7 @@ pub fn report(run: &Run, table: &Table) -> Json {
         "bottleneck": bottleneck(found.as_ref()),
         "what_if": what_if(run),
         "dram_models": dram_models(run),
+        "roofline": roofline(run),
         "not_modelled": not_modelled(run),
         "assumptions_that_mattered": mattered.iter().map(|m| json!({
             "assumption": m.assumption,
@@ -110,6 +111,19 @@ fn dram_models(run: &Run) -> Json {
         "banked_moved_bytes": models.banked_bytes,
         "frame_time_difference_frac": time,
         "moved_bytes_difference_frac": bytes,
+    })
+}
+
+fn roofline(run: &Run) -> Json {
+    let Some(roof) = &run.facts.machine.roofline else { return Json::Null };
+    json!({
+        "peak_flop_s": roof.peak_flop_s(),
+        "dram_bytes_s": roof.dram_bytes_s,
+        "points": roof.points(run).iter().map(|p| json!({
+            "stage": p.name(),
+            "flop_per_byte": p.flop_per_byte,
+            "flop_s": p.flop_s,
+        })).collect::<Vec<_>>(),
     })
 }
 

@@ -50,6 +50,8 @@ pub mod palette {
     pub const GREEN: RGBColor = RGBColor(0, 158, 115);
     /// Orange.
     pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+    /// Yellow.
+    pub const YELLOW: RGBColor = RGBColor(240, 228, 66);
     /// Vermilion.
     pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
     /// Reddish purple.

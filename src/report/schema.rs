@@ -43,6 +43,7 @@ fn top() -> Map<String, Json> {
         ("bottleneck", or_null(object(bottleneck(), "What limits the run; null without time."))),
         ("what_if", or_null(object(what_if(), "Resources doubled; null where none was tried."))),
         ("dram_models", or_null(object(dram_models(), "Two models of the DRAM; else null."))),
+        ("roofline", or_null(object(roofline(), "Peaks and points; null without time."))),
         ("not_modelled", array(object(effect(), "An effect that is left out."), "Left out.")),
         (
             "assumptions_that_mattered",
@@ -133,6 +134,19 @@ fn dram_models() -> Map<String, Json> {
         ("banked_moved_bytes", plain("number", "Bytes that the `banked` model moved, B.")),
         ("frame_time_difference_frac", plain("number", "`window` over `banked`, less 1.")),
         ("moved_bytes_difference_frac", plain("number", "`window` over `banked`, less 1.")),
+    ])
+}
+
+fn roofline() -> Map<String, Json> {
+    let point = map([
+        ("stage", plain("string", "A stage, or `frame`.")),
+        ("flop_per_byte", plain("number", "Operations per DRAM byte.")),
+        ("flop_s", plain("number", "Operations per second, 1/s.")),
+    ]);
+    map([
+        ("peak_flop_s", plain("number", "Operations per second of all units, 1/s.")),
+        ("dram_bytes_s", plain("number", "Peak DRAM rate, B/s.")),
+        ("points", array(object(point, "A stage."), "Stages with arithmetic, and the frame.")),
     ])
 }
 

@@ -54,7 +54,7 @@ pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportErr
         legend(canvas, 40.0, 112.0, &names)?;
         let scale = Scale::exact(0.0, 100.0, panel.horizontal());
         let ticks = scale.ticks(10);
-        let name = "share of the unit's cycles in the frame, %";
+        let name = "share of the unit's cycles, %; between busy and idle: what it waits for";
         panel.horizontal_axis(canvas, &scale, &ticks, name)?;
         let lines = rows.len() + 1;
         let slot = (panel.bottom - panel.top) / lines as f64;

@@ -69,10 +69,10 @@ fn energy(comparison: &Comparison) -> Result<Drawing, ReportError> {
     page(comparison, "energy", "Energy per frame").draw(|canvas| {
         let components: Vec<_> = Component::ALL.map(|c| (c.name(), component_colour(c))).to_vec();
         let stages: Vec<_> = Stage::ALL.map(|s| (s.name(), stage_colour(s))).to_vec();
-        canvas.bold("by component", (left.left, 112.0), Align::Left, INK)?;
-        legend(canvas, 40.0, 148.0, &components)?;
-        canvas.bold("by stage", (right.left, 112.0), Align::Left, INK)?;
-        legend(canvas, right.left - 20.0, 148.0, &stages)?;
+        legend(canvas, 40.0, 110.0, &components)?;
+        legend(canvas, 40.0, 140.0, &stages)?;
+        canvas.bold("by component", (left.left, 180.0), Align::Left, INK)?;
+        canvas.bold("by stage", (right.left, 180.0), Align::Left, INK)?;
         for (i, side) in sides.iter().enumerate() {
             let (middle, _) = row(left, sides.len(), i);
             let label = fitted(&side.label, left.left - 54.0);
@@ -86,9 +86,9 @@ fn energy(comparison: &Comparison) -> Result<Drawing, ReportError> {
 fn stage_colour(stage: Stage) -> RGBColor {
     match stage {
         Stage::Preprocessing => palette::GREEN,
-        Stage::Sorting => palette::ORANGE,
+        Stage::Sorting => palette::YELLOW,
         Stage::Rendering => palette::VERMILION,
-        Stage::Standby => palette::GREY,
+        Stage::Standby => palette::PALE,
     }
 }
 
@@ -126,14 +126,14 @@ fn bars(canvas: &Canvas, panel: Panel, bars: &[Bar]) -> Drawn {
 
 fn cycles(comparison: &Comparison) -> Result<Drawing, ReportError> {
     let sides = &comparison.sides[..comparison.sides.len().min(MOST)];
-    let panel = Panel { left: 250.0, top: 140.0, right: 1220.0, bottom: 640.0 };
+    let panel = Panel { left: 290.0, top: 140.0, right: 1220.0, bottom: 640.0 };
     let units = ["ccu", "qsu", "bsu", "vru"];
     page(comparison, "cycles", "Where the cycles go").draw(|canvas| {
         let names: Vec<_> =
             CycleRow::PARTS.into_iter().zip(part_colours()).map(|(n, (c, _))| (n, c)).collect();
         legend(canvas, 40.0, 108.0, &names)?;
         let scale = Scale::exact(0.0, 100.0, panel.horizontal());
-        let name = "share of the unit's cycles in the frame, %";
+        let name = "share of the unit's cycles, %; between busy and idle: what it waits for";
         panel.horizontal_axis(canvas, &scale, &scale.ticks(10), name)?;
         let group = (panel.bottom - panel.top) / units.len() as f64;
         let slot = (group - 14.0) / sides.len() as f64;

@@ -44,6 +44,11 @@ impl Scale {
         self.page.0 + share.clamp(0.0, 1.0) * (self.page.1 - self.page.0)
     }
 
+    /// The smallest value on the scale.
+    pub fn low(&self) -> f64 {
+        self.low
+    }
+
     /// The largest value on the scale.
     pub fn high(&self) -> f64 {
         self.high

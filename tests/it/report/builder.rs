@@ -6,6 +6,7 @@ use powergs_sim::accel::{
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
 use powergs_sim::energy::{Component, EnergyBreakdown};
 use powergs_sim::quantity::Picojoules;
+use powergs_sim::report::roofline::Roofline;
 use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
     Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
@@ -191,6 +192,7 @@ pub fn facts(frames: usize) -> Facts {
             energy_table: "gscore-28nm".into(),
             clock_hz: Some(1e9),
             dram_peak_gb_s: Some(51.2),
+            roofline: Some(roofline()),
         },
         inputs: vec![Input {
             role: "trace",
@@ -212,6 +214,15 @@ pub fn run(millions: &[f64]) -> Run {
         tiles: Some(tiles(979, 546, 16)),
         extras: Extras { what_if: Some(what_if()), dram_models: None },
     }
+}
+
+/// 47 operations a cull, 13 an alpha; nothing else counts.
+fn roofline() -> Roofline {
+    let mut flops = [0; Action::COUNT];
+    flops[Action::Cull.index()] = 47;
+    flops[Action::Alpha.index()] = 13;
+    let ceilings = vec![("CCU", 1.9e12), ("VRU", 1.5e12)];
+    Roofline { flops, ceilings, dram_bytes_s: 51.2e9 }
 }
 
 /// Three steps: one that helps, one that does not, one that is no machine.
@@ -250,6 +261,7 @@ pub fn paper() -> Run {
         energy_table: "paper".into(),
         clock_hz: None,
         dram_peak_gb_s: None,
+        roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();
     run

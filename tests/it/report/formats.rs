@@ -76,7 +76,7 @@ fn run_toml() {
     let text = record::run_toml(&builder::garden()).expect("TOML");
     expect![[r##"
         # What this report was made from. The command that was typed: invocation.toml.
-        schema-version = 1
+        schema-version = 2
         tool-version = "0.1.0"
         model-version = 1
         model = "cycle"
@@ -84,6 +84,15 @@ fn run_toml() {
         incomplete = false
         frames-asked-for = 24
         frames-reported = 24
+
+        [facts]
+        trace = "garden"
+        width-px = 979
+        height-px = 546
+        machine = "gscore"
+        energy-table = "gscore-28nm"
+        clock-hz = 1000000000.0
+        dram-peak-gb-s = 51.2
 
         [[inputs]]
         role = "trace"
@@ -107,6 +116,6 @@ fn same_run_same_bytes() {
     assert_eq!(first, files(&run).expect("files"));
     let names: Vec<&str> = first.iter().map(|f| f.name.as_str()).collect();
     assert_eq!(names[..3], ["run.toml", "results.csv", "summary.md"]);
-    assert_eq!(names.len(), 11);
+    assert_eq!(names.len(), 17);
     assert!(names.iter().all(|n| powergs_sim::report::FILE_NAMES.contains(n)));
 }

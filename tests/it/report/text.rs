@@ -48,8 +48,8 @@ fn terminal_summary() {
         dram bus           33   1.70 of 51.2 GB/s, row hits 73 %, moves 1.32 B/B
 
         VRU-bound 61 % of the frame, CCU-bound 10 %; the rest waits for records of
-        Gaussians 12 % (row-miss 8 %), feature loads 8 %, the unit before 4 %, room in
-        the output 1 %; 4 % without work.
+        Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), the unit
+        before 4 %, room in the output 1 %; 4 % without work.
 
         doubling (3 frames)                       ms per frame              mJ per frame
         dram.bandwidth                    11.0 -> 8.36   -24 %      6.93 -> 6.80  -1.9 %
@@ -149,8 +149,8 @@ fn bottleneck_follows_the_cycles() {
     assert_eq!(
         starved.sentence,
         "DRAM-bound 47 % of the frame: feature loads 30 % (row-miss 41 %), records of Gaussians \
-         12 %, tile lists 5 %; VRU-bound 30 %, CCU-bound 10 %; the rest waits for the unit before \
-         5 %, room in the output 1 %; 7 % without work."
+         12 % (row-miss 8 %), tile lists 5 % (row-miss 25 %); VRU-bound 30 %, CCU-bound 10 %; the \
+         rest waits for the unit before 5 %, room in the output 1 %; 7 % without work."
     );
     assert_eq!(limit(limited(|t| refill(t, 2, 0.7, [0.0; 7]))), Some(Limit::Unit("bsu")));
     let early = limited(|t| {
