@@ -22,6 +22,7 @@ pub mod vru;
 
 use crate::action::{ActionCounts, Buffer};
 use crate::workload::FrameWorkload;
+use crate::workload::reuse::ListReuse;
 
 pub use design::Design;
 pub use machine::Machine;
@@ -226,20 +227,9 @@ pub struct FrameTiming {
 pub struct Given<'a> {
     /// Feature records of every chunk that the cache has; `None` without a cache.
     pub hits: Option<&'a [u32]>,
-    /// What every tile keeps of its list in the frame before; `None` where lists are sorted from
-    /// nothing.
-    pub reuse: Option<&'a [TileReuse]>,
-}
-
-/// A tile's list beside that of the frame before.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct TileReuse {
-    /// Entries of both.
-    pub kept: u32,
-    /// Entries of this frame only.
-    pub new: u32,
-    /// Entries of the frame before only.
-    pub gone: u32,
+    /// What every list (of a tile, or of a sort group) keeps of the frame before; `None` where lists
+    /// are sorted from nothing.
+    pub reuse: Option<&'a [ListReuse]>,
 }
 
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.

@@ -3,6 +3,7 @@
 
 pub mod check;
 pub mod frames;
+pub mod measured;
 pub mod paper;
 pub mod statistics;
 
@@ -14,6 +15,7 @@ use crate::splat::Counters;
 use crate::workload::FrameWorkload;
 
 pub use check::Breach;
+pub use measured::{Lists, Measured};
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,7 +158,8 @@ impl FrameReport {
     }
 }
 
-/// Simulates one frame on one machine (`cycle` model), and checks that every account closes.
+/// Simulates one frame on one machine (`cycle` model) as if it were the first of its trace, and
+/// checks that every account closes.
 ///
 /// # Errors
 /// A [`Breach`] is a defect of the simulator, or a workload of another geometry.
@@ -167,7 +170,22 @@ pub fn simulate(
     prices: &Prices,
 ) -> Result<FrameReport, Breach> {
     check::geometry(workload, machine)?;
-    let replay = accel::replay(workload, machine);
+    simulate_measured(label, workload, &Measured::needed(workload, machine), machine, prices)
+}
+
+/// As [`simulate`], with what was measured of the frame before.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_measured(
+    label: Label,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+    prices: &Prices,
+) -> Result<FrameReport, Breach> {
+    check::geometry(workload, machine)?;
+    let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
     let seconds = Cycles(replay.timing.frame).milliseconds(machine.clock) * 1e-3;
     let report = FrameReport {
         frame: label.frame,
@@ -183,9 +201,9 @@ pub fn simulate(
         standby_w: [prices.leakage_w, prices.background_w],
         timing: Some(replay.timing),
         clock_hz: Some(machine.clock.0),
-        order: None,
-        cache: None,
-        reuse: None,
+        order: measured.order,
+        cache: measured.cache_summary(),
+        reuse: measured.reuse_summary(),
         display_w: label.display_w,
     };
     check::traffic(&report, &replay.served)?;

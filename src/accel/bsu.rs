@@ -83,7 +83,7 @@ impl Unit for Bsu {
     type Work = Sort;
     const NAME: &'static str = "bsu";
 
-    /// Keys of a group are looked through a row at a time (A40).
+    /// Keys of a group are looked through a row at a time (A80).
     fn cycles(&self, sort: &Sort) -> u64 {
         let sorting = self.chunks(sort, |keys| self.chunk_cycles(keys));
         let filtering = sort.filtered.div_ceil(u64::from(self.spec.bsu_width));

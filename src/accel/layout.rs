@@ -136,7 +136,7 @@ impl Layout {
             let step = *cursor;
             *cursor += 1;
             let piece = match *span {
-                Span::Run(piece) => (step == 0).then_some(piece)?,
+                Span::Run(piece) => part(piece, step)?,
                 Span::Two(a, b) => *[a, b].get(step as usize)?,
                 Span::Survivors { first, records, survivors } => {
                     self.survivor(first, records, survivors, step)?
@@ -185,4 +185,11 @@ impl Layout {
         let index = u64::from(workload.index[rank(step, load.colours)]);
         Some(Piece { address: base + index * pitch, bytes })
     }
+}
+
+/// The `step`-th MiB of a piece.
+fn part(piece: Piece, step: u64) -> Option<Piece> {
+    let done = step * REGION;
+    let bytes = piece.bytes.checked_sub(done)?.min(REGION);
+    (bytes > 0).then_some(Piece { address: piece.address + done, bytes })
 }

@@ -1,10 +1,16 @@
 //! The machine file: every key that an architect can turn.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::action::{Buffer, Inventory, Memory};
+use crate::config::embedded::DRAM;
 use crate::config::{self, ConfigError};
+use crate::dram::Device;
+use crate::dram::device::Order;
 use crate::quantity::{Bytes, Hertz};
 use crate::workload::Geometry;
 
@@ -13,8 +19,8 @@ mod spec;
 
 pub use spec::{
     Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel, DramSpec, Fetch,
-    GatingSpec, GsuSpec, Overlap, Ports, RecordSpec, ScheduleSpec, Spill, Termination, TileOrder,
-    VruSpec,
+    GatingSpec, GsuSpec, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, Spill, Termination,
+    TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -49,6 +55,11 @@ pub struct Machine {
     pub gating: GatingSpec,
     /// External memory.
     pub dram: DramSpec,
+    /// The device of `dram.device`, with this machine's channels, mapping and latency; known where
+    /// it comes with the program, or after [`Machine::link`].
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub device: Option<Arc<Device>>,
 }
 
 impl Machine {
@@ -68,7 +79,42 @@ impl Machine {
         let config = config::parse::<Machine>(text, sets)?;
         let problems =
             check::problems(&config.value).into_iter().map(|(k, m)| config.problem(k, m)).collect();
-        config.checked(problems)
+        let mut machine = config.clone().checked(problems)?;
+        if let Some(device) = embedded_device(&machine.dram.device)
+            && let Err((key, message)) = machine.link(device)
+        {
+            let problem = config.problem(key, message);
+            return config.checked(vec![problem]);
+        }
+        Ok(machine)
+    }
+
+    /// Gives the machine its DRAM device, as the file says it.
+    ///
+    /// # Errors
+    /// A key of the machine that does not fit the device, and why.
+    pub fn link(&mut self, device: &Device) -> Result<(), (&'static str, String)> {
+        let mut device = device.clone();
+        let spec = &self.dram;
+        device.organisation.channels = spec.channels;
+        device.controller.latency = spec.controller_latency;
+        if !spec.channels.is_power_of_two() {
+            let message = format!("`dram.channels` = {} must be a power of two", spec.channels);
+            return Err(("dram.channels", message));
+        }
+        if spec.mapping != Order::Fields {
+            let message = |e| format!("`dram.mapping` does not fit `dram.device`: {e}");
+            device = device.with_order(spec.mapping).map_err(|e| ("dram.mapping", message(e)))?;
+        } else if device.mapping.fields.is_none() {
+            let message = "`dram.mapping` = \"fields\", but the device has no `mapping.fields`";
+            return Err(("dram.mapping", message.to_owned()));
+        }
+        if spec.model != DramModel::Bandwidth && self.clock.0 < 1e6 {
+            let message = "`clock` must be at least 1 MHz with a timed DRAM device".to_owned();
+            return Err(("clock", message));
+        }
+        self.device = Some(Arc::new(device));
+        Ok(())
     }
 
     /// The machine as TOML: every key, overlays applied, no comments.
@@ -82,6 +128,15 @@ impl Machine {
         let vrus = cores.saturating_mul(self.vru.units_per_core);
         [self.ccu.units, cores * gsu.qsu_per_core, cores * gsu.bsu_per_core, vrus]
     }
+}
+
+/// A device that comes with the program.
+fn embedded_device(name: &str) -> Option<&'static Device> {
+    static DEVICES: LazyLock<BTreeMap<&str, Device>> = LazyLock::new(|| {
+        let parse = |text| Device::parse(text).expect("embedded files are checked by tests");
+        DRAM.iter().map(|file| (file.name, parse(file.text))).collect()
+    });
+    DEVICES.get(name)
 }
 
 impl Machine {

@@ -4,11 +4,13 @@
 //! `banked` model it is known when it comes: requests are reordered, so a later one may still get in
 //! between.
 
-use super::DramUse;
-use super::dram::Channel;
-use super::layout::{Layout, Span};
+use super::dram::{Channel, Dram};
+use super::layout::{Layout, Piece, Span};
+use super::machine::{DramModel, Machine};
 use super::traffic::Traffic;
+use super::{DramCommands, DramUse, StageCommands};
 use crate::action::Stage;
+use crate::dram::{self, Banked, Device, Windowed};
 use crate::workload::FrameWorkload;
 
 /// No cycle.
@@ -46,18 +48,83 @@ pub trait Listener {
     fn request(&mut self, write: bool, address: u64, bytes: u64);
 }
 
+/// Marks an arrival whose cycle is not known yet: the rest is the number of the request.
+const UNKNOWN: u64 = 1 << 63;
+
 /// The memory of one frame.
 pub struct Memory<'a> {
     workload: &'a FrameWorkload,
     layout: Layout,
-    flat: Channel,
     traffic: Traffic,
+    timer: Timer,
+}
+
+/// What says when.
+enum Timer {
+    Flat(Channel),
+    Window(Box<Windowed>, Clocks),
+    Banked(Box<Queued>, Clocks),
+}
+
+/// A device that decides later.
+struct Queued {
+    device: Banked,
+    /// Requests by number: what they touch, how far that is done, who asked, and when they were
+    /// done.
+    requests: Vec<(Span, u64, u32, u64)>,
+}
+
+/// Cycles of the machine against CK of the device, both in femtoseconds.
+#[derive(Debug, Clone, Copy)]
+struct Clocks {
+    cycle_fs: u64,
+    ck_fs: u64,
+}
+
+impl Clocks {
+    fn new(machine: &Machine, device: &Device) -> Clocks {
+        let fs = |seconds: f64| (seconds * 1e15).round() as u64;
+        Clocks { cycle_fs: fs(machine.clock.0.recip()), ck_fs: fs(device.clock_period.0 * 1e-9) }
+    }
+
+    /// The first CK at or after a cycle begins.
+    fn ck_from(self, cycle: u64) -> u64 {
+        cycle.saturating_mul(self.cycle_fs).div_ceil(self.ck_fs)
+    }
+
+    /// The last CK at or before a cycle begins.
+    fn ck_until(self, cycle: u64) -> u64 {
+        match cycle {
+            NEVER => u64::MAX,
+            _ => cycle.saturating_mul(self.cycle_fs) / self.ck_fs,
+        }
+    }
+
+    /// The first cycle that begins at or after a CK.
+    fn cycle(self, ck: u64) -> u64 {
+        ck.saturating_mul(self.ck_fs).div_ceil(self.cycle_fs)
+    }
 }
 
 impl<'a> Memory<'a> {
     /// An idle memory.
-    pub fn new(workload: &'a FrameWorkload, layout: Layout, flat: Channel) -> Memory<'a> {
-        Memory { workload, layout, flat, traffic: Traffic::default() }
+    ///
+    /// # Panics
+    /// When the machine's model needs a device and [`Machine::link`] was never called.
+    pub fn new(workload: &'a FrameWorkload, layout: Layout, machine: &Machine, flat: Dram) -> Self {
+        let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
+        let timer = match machine.dram.model {
+            DramModel::Bandwidth => Timer::Flat(Channel::new(flat)),
+            DramModel::Window => {
+                let memory = Box::new(Windowed::new(device()));
+                Timer::Window(memory, Clocks::new(machine, device()))
+            }
+            DramModel::Banked => {
+                let queued = Queued { device: Banked::new(device()), requests: Vec::new() };
+                Timer::Banked(Box::new(queued), Clocks::new(machine, device()))
+            }
+        };
+        Memory { workload, layout, traffic: Traffic::default(), timer }
     }
 
     /// Where things lie.
@@ -74,7 +141,30 @@ impl<'a> Memory<'a> {
         let stage = &mut self.traffic.stages[request.stage as usize];
         *(if request.write { &mut stage.write } else { &mut stage.read }) += request.bytes;
         self.tell(&request, listener);
-        Arrival(self.flat.serve(now, request.write, request.bytes))
+        let (layout, workload) = (&self.layout, self.workload);
+        let class = request.stage as u8;
+        match &mut self.timer {
+            Timer::Flat(channel) => Arrival(channel.serve(now, request.write, request.bytes)),
+            Timer::Window(device, clocks) => {
+                let mut cursor = 0;
+                let pieces = std::iter::from_fn(|| {
+                    layout.piece(&request.span, &mut cursor, workload).map(in_device)
+                });
+                let done = device.serve(clocks.ck_from(now), request.write, class, pieces);
+                Arrival(clocks.cycle(done).max(now + 1))
+            }
+            Timer::Banked(queued, clocks) => {
+                let number = queued.requests.len();
+                queued.requests.push((request.span, 0, request.owner, NEVER));
+                queued.device.push(dram::Request {
+                    ticket: u32::try_from(number).expect("fewer than 2^32 requests in a frame"),
+                    write: request.write,
+                    class,
+                    arrival: clocks.ck_from(now),
+                });
+                Arrival(UNKNOWN | number as u64)
+            }
+        }
     }
 
     fn tell<L: Listener>(&self, request: &Request, listener: &mut L) {
@@ -89,13 +179,28 @@ impl<'a> Memory<'a> {
 
     /// The cycle in which a request is done; [`NEVER`] while that is not known.
     pub fn at(&self, arrival: Arrival) -> u64 {
-        arrival.0
+        match &self.timer {
+            Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {
+                queued.requests[(arrival.0 & !UNKNOWN) as usize].3
+            }
+            Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => arrival.0,
+        }
     }
 
     /// Works until a request is done whose end was not known, at most until cycle `until`: the
     /// cycle, and the agent that asked.
-    pub fn advance(&mut self, _until: u64) -> Option<(u64, u32)> {
-        None
+    pub fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+        let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
+        let (layout, workload) = (&self.layout, self.workload);
+        let requests = &mut queued.requests;
+        let mut pieces = |number: u32| {
+            let (span, cursor, ..) = &mut requests[number as usize];
+            layout.piece(span, cursor, workload).map(in_device)
+        };
+        let (ck, number) = queued.device.advance(clocks.ck_until(until), &mut pieces)?;
+        let (_, _, owner, done) = &mut requests[number as usize];
+        *done = clocks.cycle(ck);
+        Some((*done, *owner))
     }
 
     /// Bytes asked for, by stage.
@@ -106,6 +211,44 @@ impl<'a> Memory<'a> {
     /// What the memory did.
     pub fn usage(&self) -> DramUse {
         let total = self.traffic.total();
-        DramUse { read_bytes: total.read, write_bytes: total.write, ..self.flat.usage() }
+        let usage = match &self.timer {
+            Timer::Flat(channel) => channel.usage(),
+            Timer::Window(device, clocks) => {
+                device_usage(&device.stats(), *clocks, device.burst_bytes())
+            }
+            Timer::Banked(queued, clocks) => {
+                let issued = queued.requests.len() as u64;
+                let mut usage =
+                    device_usage(&queued.device.stats(), *clocks, queued.device.burst_bytes());
+                usage.requests_issued = issued;
+                usage
+            }
+        };
+        DramUse { read_bytes: total.read, write_bytes: total.write, ..usage }
+    }
+}
+
+fn in_device(piece: Piece) -> dram::Span {
+    let bytes = u32::try_from(piece.bytes).expect("pieces of at most 1 MiB");
+    dram::Span { address: piece.address, bytes }
+}
+
+fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
+    let stages = [0, 1, 2].map(|class: usize| {
+        let t = &stats.classes[class];
+        let activates = t.row_misses + t.row_conflicts;
+        StageCommands { reads: t.reads, writes: t.writes, activates }
+    });
+    DramUse {
+        requests_issued: stats.total.requests,
+        requests_served: stats.total.requests,
+        busy_cycles: clocks.cycle(stats.busy_max),
+        commands: Some(DramCommands {
+            burst_bytes,
+            stages,
+            precharges: stats.precharges + stats.precharges_all,
+            refreshes: stats.refreshes_all,
+        }),
+        ..DramUse::default()
     }
 }

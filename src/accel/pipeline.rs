@@ -16,7 +16,7 @@
 //! **Overlap.** A tile's list is complete only when its last Gaussian has been binned and written,
 //! so with `schedule.overlap = "none"` cores begin when preprocessing has ended (A28). With `tiles`
 //! a list is read as soon as it is complete itself. With `frames` cores begin at once: they work on
-//! this frame while the CCUs work on the next, which is taken to be like this one (A41).
+//! this frame while the CCUs work on the next, which is taken to be like this one (A81).
 //!
 //! **Ties.** Within a cycle, CCUs and then cores act in the order of their number, which decides who
 //! gets the next batch or job, and whose DRAM request is first.
@@ -42,7 +42,6 @@ use super::bsu::Bsu;
 use super::buffer::{Room, usage};
 use super::ccu::Ccu;
 use super::design::Design;
-use super::dram::Channel;
 use super::layout::{Layout, Span};
 use super::machine::Overlap;
 use super::memory::{Arrival, Memory, NEVER, Request};
@@ -199,7 +198,7 @@ pub fn run<O: Observer>(
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.schedule.overlap;
-    let memory = Memory::new(workload, Layout::new(workload, design), Channel::new(design.dram));
+    let memory = Memory::new(workload, Layout::new(workload, design), machine, design.dram);
     let mut shared = Shared {
         design,
         workload,

@@ -129,17 +129,18 @@ impl Planner<'_> {
         let works = || mine.iter().map(|&t| &self.workload.tiles[t as usize]);
         let mut keys = Keys::default();
         let mut kept = 0;
-        if let Some(group) = group {
-            let entries = u64::from(self.workload.groups[group as usize].entries);
-            keys = Keys { held: entries, sorted: entries, passes: qsu.passes(entries) };
-        } else if let Some(reuse) = self.given.reuse {
-            for tile in mine.iter().map(|&t| &reuse[t as usize]) {
-                let new = u64::from(tile.new);
-                keys.held += u64::from(tile.kept) + u64::from(tile.gone) + new;
+        let lists = group.as_ref().map_or(mine, std::slice::from_ref);
+        if let Some(reuse) = self.given.reuse {
+            for list in lists.iter().map(|&l| &reuse[l as usize]) {
+                let new = u64::from(list.new);
+                keys.held += u64::from(list.kept) + u64::from(list.gone) + new;
                 keys.sorted += new;
                 keys.passes = keys.passes.max(qsu.passes(new));
-                kept += u64::from(tile.kept) + new;
+                kept += u64::from(list.kept) + new;
             }
+        } else if let Some(group) = group {
+            let entries = u64::from(self.workload.groups[group as usize].entries);
+            keys = Keys { held: entries, sorted: entries, passes: qsu.passes(entries) };
         } else {
             for tile in works() {
                 let entries = u64::from(tile.entries);

@@ -16,7 +16,7 @@ use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
 use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
 use crate::sim::paper::UnitPrices;
-use crate::sim::{FrameReport, Label, paper, simulate};
+use crate::sim::{FrameReport, Label, Lists, Measured, paper, simulate, simulate_measured};
 use crate::workload::paper::Padding;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
@@ -65,16 +65,31 @@ impl Simulator {
         }
     }
 
-    fn report(&self, label: Label, workload: &FrameWorkload) -> Result<FrameReport, Failure> {
+    /// Simulates a frame; `lists` are those of the frame before.
+    fn report(
+        &self,
+        label: Label,
+        workload: &FrameWorkload,
+        lists: &mut Lists,
+    ) -> Result<FrameReport, Failure> {
         match self {
             Simulator::Cycle(loaded) => {
                 let name = label.name.clone();
-                simulate(label, workload, &loaded.machine, &loaded.prices)
+                let measured = Measured::of(workload, &loaded.machine, lists);
+                simulate_measured(label, workload, &measured, &loaded.machine, &loaded.prices)
                     .or_exit(Exit::Internal, format_args!("internal error in frame {name}"))
             }
             Simulator::Paper { prices, padding, .. } => {
                 Ok(paper::simulate(label, workload, *padding, prices))
             }
+        }
+    }
+
+    /// Whether a frame needs the lists of the one before.
+    fn is_sequential(&self) -> bool {
+        match self {
+            Simulator::Cycle(loaded) => loaded.machine.gsu.reuse_period > 1,
+            Simulator::Paper { .. } => false,
         }
     }
 
@@ -222,23 +237,27 @@ impl Engine for TraceEngine {
         let experiment = &self.experiment;
         let mut gathered = experiment.clone();
         let models = &mut self.models;
-        self.source.in_order(
-            |frame| one_frame(simulator, experiment, window, frame),
-            |done: Done| {
-                if let Some(others) = &done.doubled {
-                    gathered.add(&done.report, others);
-                }
-                if let Some(window) = &done.window {
-                    gather_models(models, &done.report, window);
-                }
-                let mut tiles = Some(done.tiles);
-                let mut take = || tiles.take().expect("the tiles of a frame are asked for once");
-                match each(done.report, &mut take) {
-                    ControlFlow::Continue(()) => ControlFlow::Continue(()),
-                    ControlFlow::Break(()) => ControlFlow::Break(()),
-                }
-            },
-        )?;
+        let each = |done: Done| {
+            if let Some(others) = &done.doubled {
+                gathered.add(&done.report, others);
+            }
+            if let Some(window) = &done.window {
+                gather_models(models, &done.report, window);
+            }
+            let mut tiles = Some(done.tiles);
+            let mut take = || tiles.take().expect("the tiles of a frame are asked for once");
+            match each(done.report, &mut take) {
+                ControlFlow::Continue(()) => ControlFlow::Continue(()),
+                ControlFlow::Break(()) => ControlFlow::Break(()),
+            }
+        };
+        let on = |frame, lists: &mut Lists| one_frame(simulator, experiment, window, frame, lists);
+        if simulator.is_sequential() {
+            let mut lists = Lists::default();
+            self.source.in_sequence(|frame| on(frame, &mut lists), each)?;
+        } else {
+            self.source.in_order(|frame| on(frame, &mut Lists::default()), each)?;
+        }
         self.experiment = gathered;
         Ok(())
     }
@@ -277,6 +296,7 @@ fn one_frame(
     experiment: &Experiment,
     window: Option<&Variant>,
     TraceFrame { label, frame }: TraceFrame,
+    lists: &mut Lists,
 ) -> Result<Done, Failure> {
     let number = label.frame;
     let workload = bin(&frame, simulator.geometry());
@@ -291,7 +311,7 @@ fn one_frame(
         None
     };
     let window = window.map(on).transpose()?;
-    let report = simulator.report(label.clone(), &workload)?;
+    let report = simulator.report(label.clone(), &workload, lists)?;
     let picture = frame.preview.map(|p| Picture { width: p.width, height: p.height, rgb: p.rgb });
     Ok(Done { report, tiles: TileLoad::of(number, &workload, picture), doubled, window })
 }

@@ -127,6 +127,26 @@ impl TraceSource {
             Err(Stop::Failed(failure)) => Err(failure),
         }
     }
+
+    /// As [`TraceSource::in_order`], one frame after the other: for work that builds on the frame
+    /// before.
+    ///
+    /// # Errors
+    /// As [`TraceSource::in_order`].
+    pub fn in_sequence<R>(
+        &mut self,
+        mut work: impl FnMut(TraceFrame) -> Result<R, Failure>,
+        mut each: impl FnMut(R) -> ControlFlow<()>,
+    ) -> Result<(), Failure> {
+        for k in self.range.clone() {
+            let block = self.reader.read_block(k).or_exit(Exit::BadInput, &self.path)?;
+            let frame = decoded(&self.display, &self.path, k as usize, &block)?;
+            if each(work(frame)?).is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
 }
 
 fn decoded(

@@ -214,6 +214,11 @@ impl Banked {
         None
     }
 
+    /// Bytes of a burst.
+    pub fn burst_bytes(&self) -> u64 {
+        self.rules.burst_bytes
+    }
+
     /// Whether no request is on its way.
     pub fn is_idle(&self) -> bool {
         self.working == 0 && self.done.is_empty()

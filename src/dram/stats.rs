@@ -78,6 +78,10 @@ pub struct Traffic {
     pub bursts: u64,
     /// Bytes that reads and writes moved over a data bus.
     pub moved_bytes: u64,
+    /// Bursts that reads moved.
+    pub reads: u64,
+    /// Bursts that writes moved.
+    pub writes: u64,
     /// Writes merged into one that waited for the same burst.
     pub absorbed_writes: u64,
     /// Reads answered from a write that waited.

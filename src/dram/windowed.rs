@@ -246,6 +246,11 @@ impl Windowed {
         done
     }
 
+    /// Bytes of a burst.
+    pub fn burst_bytes(&self) -> u64 {
+        self.burst_bytes
+    }
+
     /// What it did so far. Every activate counts a precharge.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
@@ -347,8 +352,10 @@ impl Windowed {
             traffic.moved_bytes += bursts * self.burst_bytes;
             if write {
                 traffic.write_bytes += bytes;
+                traffic.writes += bursts;
             } else {
                 traffic.read_bytes += bytes;
+                traffic.reads += bursts;
             }
         }
         if write {

@@ -81,7 +81,7 @@ pub enum Breach {
         bytes: u64,
         /// Time of the frame.
         seconds: f64,
-        /// Peak x efficiency, bytes per second.
+        /// Peak x efficiency, or the peak of the device, bytes per second.
         rate: f64,
     },
     /// Parts of the energy do not add up to the total.
@@ -148,8 +148,16 @@ pub fn timing(report: &FrameReport, machine: &Machine) -> Result<(), Breach> {
         return Err(Breach::Requests { frame, issued, served });
     }
     let seconds = timing.frame as f64 / machine.clock.0;
-    let rate = machine.dram.bandwidth.0 * machine.dram.efficiency;
-    let bytes = dram.read_bytes + dram.write_bytes;
+    let (rate, bytes) = match (&dram.commands, &machine.device) {
+        (Some(commands), Some(device)) => {
+            let bursts: u64 = commands.stages.iter().map(|s| s.reads + s.writes).sum();
+            (device.peak_gb_s() * 1e9, bursts * commands.burst_bytes)
+        }
+        _ => {
+            let rate = machine.dram.bandwidth.0 * machine.dram.efficiency;
+            (rate, dram.read_bytes + dram.write_bytes)
+        }
+    };
     if bytes as f64 > rate * seconds * (1.0 + RATE_TOLERANCE) || dram.busy_cycles > timing.frame {
         return Err(Breach::Bandwidth { frame, bytes, seconds, rate });
     }

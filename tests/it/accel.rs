@@ -10,6 +10,7 @@ use powergs_sim::accel::qsu::Keys;
 use powergs_sim::accel::vru::Render;
 use powergs_sim::accel::{Design, Machine, Unit, replay};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_sim::dram::device::Order;
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::workload::{ChunkWork, Geometry, PairWork, TileWork};
 
@@ -204,6 +205,9 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         efficiency,
         latency: Nanoseconds(latency),
         device: "test".into(),
+        channels: 8,
+        mapping: Order::RoBaCoCh,
+        controller_latency: Nanoseconds(40.0),
     };
     Dram::new(&spec, Hertz(clock))
 }

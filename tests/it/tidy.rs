@@ -20,7 +20,7 @@ const MAY_USE: [(&str, &[&str]); 17] = [
     ("trace", &["quantity", "scene", "splat"]),
     ("raster", &["scene", "splat", "trace", "picture"]),
     ("workload", &["quantity", "splat", "trace"]),
-    ("accel", &["quantity", "action", "workload", "config", "splat"]),
+    ("accel", &["quantity", "action", "workload", "config", "splat", "dram"]),
     ("energy", &["quantity", "action", "config"]),
     ("display", &["quantity", "config", "picture"]),
     ("dram", &["quantity", "config"]),

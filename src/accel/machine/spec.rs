@@ -3,8 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::dram::device::Order;
 use crate::quantity::{Bytes, BytesPerSecond, Nanoseconds};
-pub use crate::workload::order::{DepthKey, TileOrder};
+pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 
 /// Bytes of the records that cross the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -100,6 +101,8 @@ pub struct GsuSpec {
     pub queue: u32,
     /// Where the keys of a pass go.
     pub spill: Spill,
+    /// How pivots are chosen; the order that comes out is checked with it.
+    pub pivot_rule: PivotRule,
     /// What of a depth is in a key.
     pub depth: DepthKey,
     /// Frames after which every list is sorted from nothing again; in between, the order of the
@@ -311,4 +314,11 @@ pub struct DramSpec {
     /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: what the `window` and
     /// `banked` models time.
     pub device: String,
+    /// Channels of that device in this machine.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "channels"))]
+    pub channels: u32,
+    /// Order of its address fields: `RoBaCoCh`, `mop`, `bg64`, or `fields` for the device's own.
+    pub mapping: Order,
+    /// Controller, PHY and interconnect of the `window` and `banked` models, added to every read.
+    pub controller_latency: Nanoseconds,
 }

@@ -132,8 +132,10 @@ impl Channel {
         } else {
             stats.reads += 1
         }
-        stats.total.moved_bytes += rules.burst_bytes;
-        stats.classes[usize::from(class)].moved_bytes += rules.burst_bytes;
+        for traffic in [&mut stats.total, &mut stats.classes[usize::from(class)]] {
+            traffic.moved_bytes += rules.burst_bytes;
+            *(if write { &mut traffic.writes } else { &mut traffic.reads }) += 1;
+        }
         if rules.page == Page::Closed {
             self.close_if_done(number, now, rules, stats);
         }

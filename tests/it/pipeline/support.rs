@@ -1,9 +1,11 @@
 //! Machines and workloads for the tests of the accelerator.
 
+use powergs_sim::accel::Machine;
 use powergs_sim::accel::machine::*;
-use powergs_sim::accel::{Machine, TileReuse};
+use powergs_sim::dram::device::Order;
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
+use powergs_sim::workload::reuse::ListReuse;
 use powergs_sim::workload::{
     ChunkWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix, TileWork,
 };
@@ -54,6 +56,7 @@ pub fn gscore() -> Machine {
             bsu_latency: 4,
             queue: 1,
             spill: Spill::Overflow,
+            pivot_rule: PivotRule::Range,
             depth: DepthKey::Fp16,
             reuse_period: 1,
         },
@@ -82,6 +85,9 @@ pub fn gscore() -> Machine {
             efficiency: 1.0,
             latency: Nanoseconds(100.0),
             device: "test".into(),
+            channels: 8,
+            mapping: Order::RoBaCoCh,
+            controller_latency: Nanoseconds(40.0),
         },
         cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
         schedule: ScheduleSpec {
@@ -91,6 +97,7 @@ pub fn gscore() -> Machine {
             overlap: Overlap::None,
         },
         gating: GatingSpec { units: false, residual: 0.1 },
+        device: None,
     }
 }
 
@@ -210,6 +217,7 @@ impl Dice {
             bsu_latency: self.roll(0, 3),
             queue: self.roll(1, 3),
             spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
+            pivot_rule: PivotRule::Range,
             depth: DepthKey::Fp16,
             reuse_period: 1,
         };
@@ -260,6 +268,9 @@ impl Dice {
             efficiency: self.pick(&[0.6, 1.0]),
             latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
             device: "test".into(),
+            channels: 8,
+            mapping: Order::RoBaCoCh,
+            controller_latency: Nanoseconds(40.0),
         };
         machine
     }
@@ -303,13 +314,18 @@ impl Dice {
     }
 
     /// What tiles keep of the frame before, for every third frame; sort groups keep nothing.
-    pub fn reuse(&mut self, workload: &FrameWorkload) -> Option<Vec<TileReuse>> {
+    pub fn reuse(&mut self, workload: &FrameWorkload) -> Option<Vec<ListReuse>> {
         let keeps = self.roll(0, 2) == 0 && workload.groups.is_empty();
         keeps.then(|| {
             let tiles = workload.tiles.iter();
             let of = |tile: &TileWork| {
                 let kept = self.roll(0, tile.entries);
-                TileReuse { kept, new: tile.entries - kept, gone: self.roll(0, 5) }
+                ListReuse {
+                    kept,
+                    new: tile.entries - kept,
+                    gone: self.roll(0, 5),
+                    ..ListReuse::default()
+                }
             };
             tiles.map(of).collect()
         })

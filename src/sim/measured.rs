@@ -1,0 +1,104 @@
+//! What is measured of a frame once, whatever the timing: the order of its lists, the hits of the
+//! feature cache, and what lists keep of the frame before.
+
+use super::{CacheSummary, OrderSummary, ReuseSummary};
+use crate::accel::{Given, Machine};
+use crate::workload::FrameWorkload;
+use crate::workload::cache::{CacheReplay, CacheShape, replay};
+use crate::workload::order::{Sorter, check, tiles};
+use crate::workload::reuse::{Order, Reuse, update};
+
+/// The measures of one frame for machines of one geometry, cache, key and tile order.
+#[derive(Debug, Clone, Default)]
+pub struct Measured {
+    /// The order that the sorter leaves, where it was checked.
+    pub order: Option<OrderSummary>,
+    /// The feature cache, where the machine has one.
+    pub cache: Option<CacheReplay>,
+    /// What lists keep, in a frame that updates the order of the one before.
+    pub reuse: Option<Reuse>,
+}
+
+impl Measured {
+    /// What timing needs, without the order check.
+    pub fn needed(workload: &FrameWorkload, machine: &Machine) -> Measured {
+        let spec = &machine.cache;
+        let shape = CacheShape::new(spec.capacity, machine.record.feature_pitch, spec.ways);
+        let cache = (shape.ways > 0).then(|| {
+            let order = tiles(workload.tiles_x, workload.tiles_y, machine.schedule.order);
+            replay(workload, shape, &order)
+        });
+        Measured { cache, ..Measured::default() }
+    }
+
+    /// Everything. Frames must come in order: `lists` holds the order of the one before.
+    pub fn of(workload: &FrameWorkload, machine: &Machine, lists: &mut Lists) -> Measured {
+        let mut measured = Measured::needed(workload, machine);
+        measured.reuse = lists.next(workload, machine);
+        if measured.reuse.is_none() {
+            measured.order = Some(order(workload, machine));
+        }
+        measured
+    }
+
+    /// What the pipeline is told.
+    pub fn given(&self) -> Given<'_> {
+        Given {
+            hits: self.cache.as_ref().map(|cache| cache.hits.as_slice()),
+            reuse: self.reuse.as_ref().map(|reuse| reuse.lists.as_slice()),
+        }
+    }
+
+    /// Hits and misses.
+    pub fn cache_summary(&self) -> Option<CacheSummary> {
+        let cache = self.cache.as_ref()?;
+        Some(CacheSummary { hits: cache.hit_loads, misses: cache.loads - cache.hit_loads })
+    }
+
+    /// Entries kept, and how well the updated lists are sorted.
+    pub fn reuse_summary(&self) -> Option<ReuseSummary> {
+        let summary = self.reuse.as_ref()?.summary;
+        Some(ReuseSummary {
+            kept: summary.kept,
+            added: summary.new,
+            gone: summary.gone,
+            out_of_order: summary.adjacent_inversions,
+        })
+    }
+}
+
+/// Sorts the real keys of the frame as the machine does.
+fn order(workload: &FrameWorkload, machine: &Machine) -> OrderSummary {
+    let gsu = &machine.gsu;
+    let found =
+        check(workload, Sorter { key: gsu.depth, pivots: gsu.pivots, rule: gsu.pivot_rule });
+    OrderSummary {
+        neighbours: found.entries.saturating_sub(found.lists),
+        out_of_order: found.adjacent_pairs,
+        equal_keys: found.equal_key_pairs,
+        inversions: found.inverted_pairs,
+    }
+}
+
+/// The sorted lists of the frame before, for machines that update them.
+#[derive(Debug, Default)]
+pub struct Lists {
+    before: Option<Order>,
+}
+
+impl Lists {
+    /// Takes the next frame: what it keeps; `None` where it is sorted from nothing.
+    fn next(&mut self, workload: &FrameWorkload, machine: &Machine) -> Option<Reuse> {
+        let period = machine.gsu.reuse_period;
+        if period <= 1 {
+            return None;
+        }
+        let Some(before) = self.before.take().filter(|order| order.age() + 1 < period) else {
+            self.before = Some(Order::exact(workload));
+            return None;
+        };
+        let (reuse, after) = update(&before, workload);
+        self.before = Some(after);
+        Some(reuse)
+    }
+}
