@@ -13,6 +13,7 @@ pub mod format;
 pub mod json;
 pub mod limits;
 pub mod means;
+pub mod perfetto;
 pub mod plot;
 pub mod record;
 pub mod roofline;
@@ -21,6 +22,7 @@ pub mod summary;
 pub mod table;
 pub mod terminal;
 pub mod tile_load;
+pub mod timeline;
 pub mod what_if;
 
 pub use bottleneck::{Bottleneck, Limit};

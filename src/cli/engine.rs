@@ -4,9 +4,11 @@ use std::ops::ControlFlow;
 
 use super::machine_file::{LoadedMachine, Text, load_machine, read};
 use super::replay::{Args, DramArg, EachFrame, Engine, ModelArg};
+use super::run_folder::RunFolder;
+use super::timeline::{self, Asked};
 use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::what_if::{Experiment, Variant, cost};
-use super::{Exit, Failure, OrExit};
+use super::{Exit, Failure, OrExit, dram_dump};
 use crate::accel::Machine;
 use crate::action::Action;
 use crate::config::embedded::{ENERGY, find};
@@ -42,8 +44,8 @@ impl Simulator {
             }
             return Ok(Simulator::Cycle(Box::new(load_machine(&args.arch, &sets)?)));
         }
-        if !args.sets.is_empty() || args.dram_model.is_some() {
-            let what = "--set, --dram-model: the paper model has no machine; use \
+        if !args.sets.is_empty() || args.dram_model.is_some() || args.timeline.is_some() {
+            let what = "--set, --dram-model, --timeline: the paper model has no machine; use \
                         --model cycle";
             return Err(Failure::new(Exit::Usage, what));
         }
@@ -167,6 +169,11 @@ impl TraceEngine {
     pub fn open(args: &Args) -> Result<TraceEngine, Failure> {
         let simulator = Simulator::new(args)?;
         let source = TraceSource::open(&args.trace, args.frames, &args.display)?;
+        if let Some(asked) = &args.timeline {
+            let tile = simulator.geometry().tile;
+            let tiles = source.facts.width.div_ceil(tile) * source.facts.height.div_ceil(tile);
+            asked.check(source.range(), tiles)?;
+        }
         let [trace_input, display_input] = source.inputs.clone();
         let mut inputs = vec![trace_input];
         let mut configuration = toml::Table::new();
@@ -205,16 +212,11 @@ impl TraceEngine {
         }
     }
 
-    /// One frame of the trace, binned for the machine.
+    /// One frame of the run, binned for the machine.
     ///
     /// # Errors
-    /// Exit code 2 for a frame that the trace does not have, 3 for one that cannot be read.
+    /// Exit code 3 for a frame that cannot be read.
     pub fn workload(&mut self, number: usize) -> Result<FrameWorkload, Failure> {
-        let range = self.source.range();
-        if !range.contains(&number) {
-            let what = format!("frame {number}: this run has frames {range:?}");
-            return Err(Failure::new(Exit::Usage, what));
-        }
         Ok(bin(&self.source.frame(number)?.frame, self.simulator.geometry()))
     }
 }
@@ -260,6 +262,18 @@ impl Engine for TraceEngine {
         }
         self.experiment = gathered;
         Ok(())
+    }
+
+    fn timeline(&mut self, folder: &RunFolder, asked: &Asked) -> Result<Option<String>, Failure> {
+        let workload = self.workload(asked.frame)?;
+        let Some(loaded) = self.machine() else { return Ok(None) };
+        timeline::write(folder, asked, &loaded.machine, &workload)
+    }
+
+    fn dram_requests(&mut self, _: &mut dram_dump::Sink<'_>) -> Result<(), Failure> {
+        let what = "--dump-dram: the `bandwidth` model of the DRAM has no addresses; use \
+                    --dram-model banked";
+        Err(Failure::new(Exit::Usage, what))
     }
 
     fn extras(&mut self) -> Extras {

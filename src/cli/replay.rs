@@ -10,7 +10,8 @@ use super::engine::TraceEngine;
 use super::invocation::Started;
 use super::progress::Progress;
 use super::run_folder::RunFolder;
-use super::{Context, Exit, Failure, OrExit, out};
+use super::timeline::{self, Asked};
+use super::{Context, Exit, Failure, OrExit, dram_dump, out};
 use crate::report::{self, Extras, Facts, Run, Table, TileLoad, terminal};
 use crate::sim::{FrameReport, Model};
 
@@ -21,6 +22,7 @@ Examples:
   powergs-sim replay scene.bin --arch gscore --set vru.cores=8 --out reports/eight
   powergs-sim replay scene.bin --frames 0..24 --fps 72 --json
   powergs-sim replay scene.bin --dram-model both --what-if 0
+  powergs-sim replay scene.bin --timeline 3:100..140 --out reports/look
   powergs-sim replay scene.bin --model paper
 
 docs/results.md defines every number; so does: powergs-sim explain NAME";
@@ -65,6 +67,13 @@ pub struct Args {
     /// none
     #[arg(long, value_name = "N", default_value = "3")]
     pub what_if: usize,
+    /// What every unit did in a frame, as a picture (of the tiles A to B, or of all of
+    /// it) and as trace.json.gz for ui.perfetto.dev
+    #[arg(long, value_name = "FRAME[:A..B]", value_parser = timeline::asked)]
+    pub timeline: Option<timeline::Asked>,
+    /// Write the DRAM requests of the first frame to a file, one a line: R 0x1f40 64
+    #[arg(long, value_name = "FILE")]
+    pub dump_dram: Option<PathBuf>,
     /// Report folder [default: reports/TRACE-MACHINE, with a counter if it exists]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -133,6 +142,12 @@ pub trait Engine {
     /// Simulates the frames in order and hands each to `each`, until it breaks off.
     fn frames(&mut self, each: &mut EachFrame<'_>) -> Result<(), Failure>;
 
+    /// Writes the timeline of a frame into the folder; returns what the user should know.
+    fn timeline(&mut self, folder: &RunFolder, asked: &Asked) -> Result<Option<String>, Failure>;
+
+    /// Hands out the DRAM requests of the first frame in the order in which they were made.
+    fn dram_requests(&mut self, sink: &mut dram_dump::Sink<'_>) -> Result<(), Failure>;
+
     /// What was simulated beside the frames that were handed on. Asked for once, after them.
     fn extras(&mut self) -> Extras;
 }
@@ -145,6 +160,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// Runs `engine`, writes the report folder, prints the summary.
 pub fn execute(args: &Args, context: &Context, engine: &mut dyn Engine) -> Result<Exit, Failure> {
     let started = Started::now();
+    if let Some(path) = &args.dump_dram {
+        dram_dump::write(path, &mut |sink| engine.dram_requests(sink))?;
+    }
     let facts = engine.facts();
     let name = format!("{}-{}", facts.trace.name, facts.machine.name);
     let folder = RunFolder::create(args.out.as_deref(), &name, args.force)?;
@@ -155,6 +173,10 @@ pub fn execute(args: &Args, context: &Context, engine: &mut dyn Engine) -> Resul
     }
     for file in report::files(&run).or_exit(Exit::Internal, "report")? {
         folder.write(&file.name, &file.bytes)?;
+    }
+    let note = args.timeline.as_ref().map(|asked| engine.timeline(&folder, asked)).transpose()?;
+    if let Some(note) = note.flatten() {
+        out::complain(format_args!("note: {note}"));
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?;

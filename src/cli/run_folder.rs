@@ -61,6 +61,13 @@ impl RunFolder {
         fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
     }
 
+    /// Makes a file that is written as a stream.
+    pub fn stream(&self, name: &str) -> Result<fs::File, Failure> {
+        debug_assert!(FILE_NAMES.contains(&name), "{name} is not a file of a report");
+        let path = self.staging.path().join(name);
+        fs::File::create(path).map_err(|e| cannot(self.target.path(), &e))
+    }
+
     /// Moves the folder to its place and returns that.
     pub fn finish(self) -> Result<PathBuf, Failure> {
         match &self.target {

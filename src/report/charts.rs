@@ -7,6 +7,9 @@ mod frame_time;
 mod roofline;
 mod tile_load;
 mod tiles;
+mod timeline;
+
+pub use timeline::chart as timeline;
 
 pub(super) use cycles::part_colours;
 pub(super) use energy::colour as component_colour;

@@ -2,8 +2,10 @@
 
 pub mod builder;
 mod charts;
+mod compare;
 mod formats;
 mod json;
 mod scale;
 mod statistics;
 mod text;
+mod timeline;

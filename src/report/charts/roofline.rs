@@ -68,12 +68,27 @@ fn draw(canvas: &Canvas, roof: &Roofline, points: &[Point]) -> Drawn {
         canvas.dot(at, 8, colour(point))?;
         let share = crate::report::format::percent(point.flop_s / allowed);
         let text = format!("{}: {share} % of its roof", point.name());
-        // On the left where there is no room on the right.
-        let left = at.0 + 30.0 + text_width(&text) > panel.right;
+        // The frame is near its largest stage: its name goes to the other side.
+        let room = text_width(&text) + 30.0;
+        let left = if point.stage.is_none() {
+            at.0 - room > panel.left
+        } else {
+            at.0 + room > panel.right
+        };
         let (dx, align) = if left { (-16.0, Align::Right) } else { (16.0, Align::Left) };
-        canvas.text(&text, (at.0 + dx, at.1 + 2.0), align, colour(point))?;
+        let dy = if point.stage.is_none() { 22.0 } else { 2.0 };
+        label(canvas, &text, (at.0 + dx, at.1 + dy), align, colour(point))?;
     }
     Ok(())
+}
+
+/// Text on white, so that no line strikes it through.
+fn label(canvas: &Canvas, text: &str, at: (f64, f64), align: Align, colour: RGBColor) -> Drawn {
+    let width = text_width(text) + 8.0;
+    let left = if align == Align::Right { at.0 - width + 4.0 } else { at.0 - 4.0 };
+    let white = RGBColor(255, 255, 255);
+    canvas.fill((left, at.1 - 11.0), (left + width, at.1 + 11.0), white)?;
+    canvas.text(text, at, align, colour)
 }
 
 /// The slope of the DRAM, the roof of all units, and the ceiling of each.
@@ -93,16 +108,16 @@ fn ceilings(
     let text = format!("all units: {}", engineering(peak, "FLOP/s"));
     canvas.text(&text, (panel.right - 8.0, corner.1 - 15.0), Align::Right, palette::BLUE)?;
     let slope = format!("DRAM: {}", rate(roof));
-    canvas.text(&slope, (start.0 + 14.0, start.1 - 40.0), Align::Right, palette::BLUE).and_then(
-        |()| {
-            for (name, ceiling) in &roof.ceilings {
-                let height = y.at(ceiling * 1e-9);
-                let from = x.at(ceiling / roof.dram_bytes_s);
-                canvas.line(&[(from, height), (panel.right, height)], GREY, 1)?;
-                let text = format!("{name}: {}", engineering(*ceiling, "FLOP/s"));
-                canvas.text(&text, (panel.right - 8.0, height + 14.0), Align::Right, GREY)?;
-            }
-            Ok(())
-        },
-    )
+    let half_way = ((start.0 + corner.0) / 2.0, (start.1 + corner.1) / 2.0);
+    label(canvas, &slope, (half_way.0 - 14.0, half_way.1 - 14.0), Align::Right, palette::BLUE)?;
+    let highest = roof.ceilings.iter().map(|c| c.1).fold(0.0, f64::max);
+    for (name, ceiling) in &roof.ceilings {
+        let height = y.at(ceiling * 1e-9);
+        let from = x.at(ceiling / roof.dram_bytes_s);
+        canvas.line(&[(from, height), (panel.right, height)], GREY, 1)?;
+        let text = format!("{name}: {}", engineering(*ceiling, "FLOP/s"));
+        let dy = if *ceiling == highest { -13.0 } else { 14.0 };
+        label(canvas, &text, (panel.right - 8.0, height + dy), Align::Right, GREY)?;
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::{Chart, subtitle};
 use crate::accel::Histogram;
-use crate::report::format::{engineering, significant};
+use crate::report::format::engineering;
 use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, palette};
 use crate::report::{ReportError, Run};
 
@@ -85,12 +85,17 @@ fn panel(canvas: &Canvas, panel: Panel, bins: &Bins, name: &str) -> Drawn {
         let x = edge(bin);
         canvas.line(&[(x, panel.bottom), (x, panel.bottom + 6.0)], GREY, 1)?;
         let value = Histogram::least(bin);
-        let text = if value < 1e4 { format!("{value:.0}") } else { engineering(value, "") };
-        canvas.text(text.trim(), (x, panel.bottom + 22.0), Align::Centre, GREY)?;
+        canvas.text(&short(value), (x, panel.bottom + 22.0), Align::Centre, GREY)?;
     }
     let middle = (panel.left + panel.right) / 2.0;
     canvas.text(name, (middle, panel.bottom + 50.0), Align::Centre, INK)?;
     marks(canvas, panel, bins, low, &edge)
+}
+
+/// A count of at most five characters.
+fn short(value: f64) -> String {
+    let text = if value < 1e4 { format!("{value:.0}") } else { engineering(value, "") };
+    text.trim().to_owned()
 }
 
 /// Lines at the median and the 99th percentile, with their values over the panel.
@@ -107,13 +112,14 @@ fn marks(
         said.push(if bin == 0 {
             format!("{words} 0")
         } else {
-            format!("{words} up to {}", significant(Histogram::least(bin + 1)))
+            format!("{words} under {}", short(Histogram::least(bin + 1)))
         });
         if bin >= low {
             let x = edge(bin + 1);
             canvas.line(&[(x, panel.top), (x, panel.bottom)], palette::VERMILION, 2)?;
         }
     }
-    let text = format!("{} tiles: {}", bins.iter().sum::<u64>(), said.join(", "));
+    let tiles = short(bins.iter().sum::<u64>() as f64);
+    let text = format!("{tiles} tiles: {}", said.join(", "));
     canvas.bold(&text, (panel.left, panel.top - 26.0), Align::Left, INK)
 }

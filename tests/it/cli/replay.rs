@@ -7,8 +7,10 @@ use std::sync::atomic::Ordering;
 use clap::Parser;
 use powergs_sim::cli::machine_file::load_machine;
 use powergs_sim::cli::replay::{Args, EachFrame, Engine, execute};
+use powergs_sim::cli::run_folder::RunFolder;
+use powergs_sim::cli::timeline::{Asked, asked};
 use powergs_sim::cli::what_if::Experiment;
-use powergs_sim::cli::{Context, Exit, Failure, Global};
+use powergs_sim::cli::{Context, Exit, Failure, Global, dram_dump};
 use powergs_sim::report::{Extras, Facts};
 
 use crate::report::builder;
@@ -40,6 +42,19 @@ impl Engine for Prepared<'_> {
             }
         }
         Ok(())
+    }
+
+    fn timeline(&mut self, _: &RunFolder, _: &Asked) -> Result<Option<String>, Failure> {
+        Ok(None)
+    }
+
+    fn dram_requests(&mut self, sink: &mut dram_dump::Sink<'_>) -> Result<(), Failure> {
+        sink(false, 0x1f40, 64);
+        sink(true, 0, 19);
+        match self.stop_at {
+            None => Ok(()),
+            Some(_) => Err(Failure::new(Exit::Usage, "no addresses")),
+        }
     }
 
     fn extras(&mut self) -> Extras {
@@ -116,6 +131,32 @@ fn rates_are_checked() {
     for bad in ["0", "-60", "NaN", "inf", "sixty", "1e9"] {
         let line = Line::try_parse_from(["replay", "garden.bin", &format!("--fps={bad}")]);
         assert!(line.is_err(), "{bad}");
+    }
+}
+
+#[test]
+fn dram_requests_are_lines_in_a_file_that_is_whole_or_absent() {
+    let root = tempfile::tempdir().expect("a folder");
+    let global = Global { json: false, quiet: true, jobs: None };
+    let context = Context { global, cancelled: Default::default() };
+    let mut engine = Prepared { millions: &[4.0], stop_at: None, context: &context };
+    let path = root.path().join("requests.trace");
+    let written = dram_dump::write(&path, &mut |sink| engine.dram_requests(sink));
+    assert_eq!(written.ok(), Some(2));
+    assert_eq!(fs::read_to_string(&path).expect("it"), "R 0x1f40 64\nW 0x0 19\n");
+    fs::remove_file(&path).expect("removed");
+    engine.stop_at = Some(0);
+    let refused = dram_dump::write(&path, &mut |sink| engine.dram_requests(sink));
+    assert_eq!(refused.expect_err("refused").to_string(), "no addresses");
+    assert_eq!(fs::read_dir(root.path()).expect("it").count(), 0, "nothing is left behind");
+}
+
+#[test]
+fn timelines_are_asked_for_by_frame_and_tiles() {
+    assert_eq!(asked("3"), Ok(Asked { frame: 3, tiles: None }));
+    assert_eq!(asked("3:100..140"), Ok(Asked { frame: 3, tiles: Some(100..140) }));
+    for bad in ["", "x", "3:", "3:5", "3:9..9", "3:9..2", "-1", "3:1..99999999999"] {
+        assert!(asked(bad).is_err(), "{bad}");
     }
 }
 

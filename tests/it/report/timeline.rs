@@ -1,0 +1,117 @@
+//! Timelines: the picture and the trace events.
+
+use powergs_sim::accel::Stall;
+use powergs_sim::accel::timeline::{Observer, Span, State};
+use powergs_sim::report::charts;
+use powergs_sim::report::perfetto::TraceWriter;
+use powergs_sim::report::timeline::{COLUMNS, IDLE, Picture, Window};
+use serde_json::Value;
+
+fn span(unit: &'static str, instance: u32, state: State, from: u64, to: u64) -> Span {
+    Span { unit, instance, state, from, to }
+}
+
+/// Two cores: tile 0 waits in the middle, tile 1 follows, tile 2 is on the other core.
+fn spans() -> Vec<Span> {
+    let features = State::Stalled(Stall::Features);
+    vec![
+        span("ccu", 0, State::Busy(0), 0, 100),
+        span("vru", 0, State::Idle, 0, 100),
+        span("vru", 0, State::Busy(0), 100, 160),
+        span("vru", 0, features, 160, 200),
+        span("vru", 0, State::Busy(0), 200, 300),
+        span("vru", 0, State::Busy(1), 300, 500),
+        span("vru", 1, State::Busy(2), 150, 1000),
+    ]
+}
+
+#[test]
+fn the_window_is_the_work_on_the_tiles() {
+    let mut window = Window::new(0..2);
+    spans().into_iter().for_each(|s| window.span(s));
+    assert_eq!(window.cycles, 100..500, "a batch of the CCU is no tile");
+    let mut none = Window::new(7..9);
+    spans().into_iter().for_each(|s| none.span(s));
+    assert!(none.cycles.is_empty());
+}
+
+#[test]
+fn a_column_shows_what_took_most_of_it() {
+    let mut picture = Picture::new(0..1000);
+    spans().into_iter().for_each(|s| picture.span(s));
+    picture.finish();
+    let rows: Vec<_> = picture.rows().collect();
+    let names: Vec<&str> = rows.iter().map(|r| r.name.as_str()).collect();
+    assert_eq!(names, ["ccu0", "vru0", "vru1"]);
+    let at = |cycle: usize| cycle * COLUMNS / 1000;
+    let vru = rows[1];
+    assert_eq!(vru.state(at(50)), IDLE);
+    assert_eq!(vru.state(at(180)), 2 + Stall::Features as usize);
+    assert_eq!(vru.state(at(130)), vru.state(at(250)), "one tile, one colour");
+    assert_ne!(vru.state(at(250)), vru.state(at(400)), "the next one has the other");
+    assert_eq!(vru.state(at(900)), IDLE, "nothing was said of it");
+    let items: Vec<_> = vru.items.iter().map(|i| (i.number, i.cycles.clone(), i.busy)).collect();
+    assert_eq!(items, [(0, 100..300, 160), (1, 300..500, 200)]);
+    let chart = charts::timeline(&picture, 1e9, "frame 0").expect("a chart");
+    assert!(chart.drawing.svg().expect("SVG").contains("vru1"));
+}
+
+fn trace(clock_hz: f64, spans: &[Span]) -> Value {
+    let mut bytes = Vec::new();
+    let mut writer = TraceWriter::new(&mut bytes, clock_hz, "a \"title\"").expect("written");
+    spans.iter().for_each(|s| writer.span(*s));
+    assert_eq!(writer.finish().expect("written"), 0);
+    serde_json::from_slice(&bytes).expect("JSON")
+}
+
+#[test]
+fn trace_events_follow_the_format() {
+    let trace = trace(1e9, &spans());
+    assert_eq!(trace["otherData"]["title"], "a \"title\"");
+    let events = trace["traceEvents"].as_array().expect("events");
+    let complete: Vec<&Value> = events.iter().filter(|e| e["ph"] == "X").collect();
+    assert_eq!(complete.len(), 6, "idle is not an event");
+    for e in events {
+        assert!(e["name"].is_string() && e["pid"].is_u64() && e["tid"].is_u64(), "{e}");
+        assert!(e["ph"] == "M" || (e["ts"].is_number() && e["dur"].is_number()), "{e}");
+    }
+    let wait = complete.iter().find(|e| e["cat"] == "stall").expect("a stall");
+    assert_eq!((&wait["ts"], &wait["dur"]), (&Value::from(0.16), &Value::from(0.04)), "in us");
+    assert_eq!(wait["args"]["cause"], "features");
+    let threads = events.iter().filter(|e| e["name"] == "thread_name");
+    let threads: Vec<_> = threads.map(|e| e["args"]["name"].as_str().expect("a name")).collect();
+    assert_eq!(threads, ["ccu0", "vru0", "vru1"]);
+}
+
+#[test]
+fn events_of_a_unit_never_overlap_whatever_the_clock() {
+    // 3.3 GHz: cycles are no whole nanoseconds.
+    let one = |i: u64| span("vru", 0, State::Busy(i as u32), i * 7, i * 7 + 7);
+    let spans: Vec<Span> = (0..500).map(one).collect();
+    let trace = trace(3.3e9, &spans);
+    let events = trace["traceEvents"].as_array().expect("events");
+    let ns = |v: &Value| (v.as_f64().expect("a time") * 1e3).round() as i64;
+    let mut end = 0;
+    for e in events.iter().filter(|e| e["ph"] == "X") {
+        assert_eq!(ns(&e["ts"]), end, "neighbours touch");
+        end = ns(&e["ts"]) + ns(&e["dur"]);
+    }
+    assert_eq!(end, (3500.0f64 / 3.3).round() as i64);
+}
+
+#[test]
+fn a_full_disk_is_an_error() {
+    struct Full(usize);
+    impl std::io::Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0 = self.0.checked_sub(bytes.len()).ok_or(std::io::ErrorKind::StorageFull)?;
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let mut writer = TraceWriter::new(Full(1200), 1e9, "x").expect("the head fits");
+    spans().into_iter().for_each(|s| writer.span(s));
+    assert!(writer.finish().is_err());
+}
