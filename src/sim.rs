@@ -15,7 +15,7 @@ use crate::splat::Counters;
 use crate::workload::FrameWorkload;
 
 pub use check::Breach;
-pub use measured::{Lists, Measured};
+pub use measured::{Lists, Measured, observed};
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,6 +7,7 @@
 use super::dram::{Channel, Dram};
 use super::layout::{Layout, Piece, Span};
 use super::machine::{DramModel, Machine};
+use super::timeline::Observer;
 use super::traffic::Traffic;
 use super::{DramCommands, DramUse, StageCommands};
 use crate::action::Stage;
@@ -38,14 +39,6 @@ pub struct Request {
     pub bytes: u64,
     /// Where they are.
     pub span: Span,
-}
-
-/// Somebody who wants to know the requests.
-pub trait Listener {
-    /// Whether anybody wants to know.
-    const LISTENS: bool;
-    /// Takes a piece of a request.
-    fn request(&mut self, write: bool, address: u64, bytes: u64);
 }
 
 /// Marks an arrival whose cycle is not known yet: the rest is the number of the request.
@@ -134,13 +127,13 @@ impl<'a> Memory<'a> {
 
     /// Issues a request in cycle `now`. Nothing is asked for in a request of no bytes, which is done
     /// one cycle later.
-    pub fn issue(&mut self, now: u64, request: Request, listener: &mut impl Listener) -> Arrival {
+    pub fn issue(&mut self, now: u64, request: Request, observer: &mut impl Observer) -> Arrival {
         if request.bytes == 0 {
             return Arrival(now + 1);
         }
         let stage = &mut self.traffic.stages[request.stage as usize];
         *(if request.write { &mut stage.write } else { &mut stage.read }) += request.bytes;
-        self.tell(&request, listener);
+        self.tell(&request, observer);
         let (layout, workload) = (&self.layout, self.workload);
         let class = request.stage as u8;
         match &mut self.timer {
@@ -167,13 +160,13 @@ impl<'a> Memory<'a> {
         }
     }
 
-    fn tell<L: Listener>(&self, request: &Request, listener: &mut L) {
-        if !L::LISTENS {
+    fn tell<O: Observer>(&self, request: &Request, observer: &mut O) {
+        if !O::WANTS_REQUESTS {
             return;
         }
         let mut cursor = 0;
         while let Some(p) = self.layout.piece(&request.span, &mut cursor, self.workload) {
-            listener.request(request.write, p.address, p.bytes);
+            observer.request(request.write, p.address, p.bytes);
         }
     }
 

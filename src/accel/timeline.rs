@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::Stall;
-use super::memory::Listener;
 
 /// What a unit does in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,17 +50,17 @@ pub struct Span {
 
 /// Somebody who wants to know. Spans of one unit come in order and without gaps, except that those
 /// of a BSU are told when they are decided.
-pub trait Observer: Listener {
+pub trait Observer {
+    /// Whether it wants to know the requests to the DRAM.
+    const WANTS_REQUESTS: bool = false;
+
     /// Takes a span that is not empty.
     fn span(&mut self, span: Span);
+    /// Takes a contiguous piece of a request, in the order in which requests are issued.
+    fn request(&mut self, _is_write: bool, _address: u64, _bytes: u64) {}
 }
 
 /// Nobody.
-impl Listener for () {
-    const LISTENS: bool = false;
-    fn request(&mut self, _: bool, _: u64, _: u64) {}
-}
-
 impl Observer for () {
     fn span(&mut self, _: Span) {}
 }
@@ -71,11 +70,6 @@ impl Observer for () {
 pub struct Timeline {
     /// The spans, as told.
     pub spans: Vec<Span>,
-}
-
-impl Listener for Timeline {
-    const LISTENS: bool = false;
-    fn request(&mut self, _: bool, _: u64, _: u64) {}
 }
 
 impl Observer for Timeline {

@@ -10,6 +10,7 @@ use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::what_if::{Experiment, Variant, cost};
 use super::{Exit, Failure, OrExit, dram_dump};
 use crate::accel::Machine;
+use crate::accel::timeline::{Observer, Span};
 use crate::action::Action;
 use crate::config::embedded::{ENERGY, find};
 use crate::energy::EnergyTable;
@@ -18,7 +19,9 @@ use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
 use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
 use crate::sim::paper::UnitPrices;
-use crate::sim::{FrameReport, Label, Lists, Measured, paper, simulate, simulate_measured};
+use crate::sim::{
+    FrameReport, Label, Lists, Measured, observed, paper, simulate, simulate_measured,
+};
 use crate::workload::paper::Padding;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
@@ -270,10 +273,14 @@ impl Engine for TraceEngine {
         timeline::write(folder, asked, &loaded.machine, &workload)
     }
 
-    fn dram_requests(&mut self, _: &mut dram_dump::Sink<'_>) -> Result<(), Failure> {
-        let what = "--dump-dram: the `bandwidth` model of the DRAM has no addresses; use \
-                    --dram-model banked";
-        Err(Failure::new(Exit::Usage, what))
+    fn dram_requests(&mut self, sink: &mut dram_dump::Sink<'_>) -> Result<(), Failure> {
+        let workload = self.workload(self.source.range().start)?;
+        let Some(loaded) = self.machine() else {
+            let what = "--dump-dram: the paper model makes no requests; use --model cycle";
+            return Err(Failure::new(Exit::Usage, what));
+        };
+        observed(&workload, &loaded.machine, &mut Requests(sink));
+        Ok(())
     }
 
     fn extras(&mut self) -> Extras {
@@ -287,6 +294,19 @@ impl Engine for TraceEngine {
             banked_bytes: mean(sums.banked_bytes),
         });
         Extras { what_if, dram_models }
+    }
+}
+
+/// Hands on the requests to the DRAM.
+struct Requests<'a, 'b>(&'a mut dram_dump::Sink<'b>);
+
+impl Observer for Requests<'_, '_> {
+    const WANTS_REQUESTS: bool = true;
+
+    fn span(&mut self, _: Span) {}
+
+    fn request(&mut self, is_write: bool, address: u64, bytes: u64) {
+        (self.0)(is_write, address, bytes);
     }
 }
 

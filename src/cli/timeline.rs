@@ -8,10 +8,11 @@ use flate2::write::GzEncoder;
 
 use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
-use crate::accel::{Machine, replay_observed};
+use crate::accel::Machine;
 use crate::report::perfetto::{MOST_EVENTS, TraceWriter};
 use crate::report::timeline::{Picture, Window};
 use crate::report::{charts, format};
+use crate::sim::observed;
 use crate::workload::FrameWorkload;
 
 /// A frame, and the tiles of it that the picture shows.
@@ -68,12 +69,12 @@ pub fn write(
     machine: &Machine,
     workload: &FrameWorkload,
 ) -> Result<Option<String>, Failure> {
-    let whole = replay_observed(workload, machine, &mut ()).timing.frame;
+    let whole = observed(workload, machine, &mut ()).timing.frame;
     let cycles = match &asked.tiles {
         None => 0..whole,
         Some(tiles) => {
             let mut window = Window::new(tiles.clone());
-            replay_observed(workload, machine, &mut window);
+            observed(workload, machine, &mut window);
             window.cycles
         }
     };
@@ -90,7 +91,7 @@ pub fn write(
     let name = format::shortened(&machine.name, 40);
     let what = format!("frame {} on {name}, {tiles}", asked.frame);
     let mut picture = Picture::new(cycles);
-    replay_observed(workload, machine, &mut picture);
+    observed(workload, machine, &mut picture);
     picture.finish();
     let chart =
         charts::timeline(&picture, machine.clock.0, &what).or_exit(Exit::Internal, "timeline")?;
@@ -112,7 +113,7 @@ fn stream(
 ) -> std::io::Result<u64> {
     let mut gzip = GzEncoder::new(file, Compression::default());
     let mut writer = TraceWriter::new(&mut gzip, machine.clock.0, title)?;
-    replay_observed(workload, machine, &mut writer);
+    observed(workload, machine, &mut writer);
     let dropped = writer.finish()?;
     gzip.finish()?.flush()?;
     Ok(dropped)

@@ -2,7 +2,8 @@
 //! feature cache, and what lists keep of the frame before.
 
 use super::{CacheSummary, OrderSummary, ReuseSummary};
-use crate::accel::{Given, Machine};
+use crate::accel::timeline::Observer;
+use crate::accel::{Given, Machine, Replay, replay_with};
 use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
@@ -65,6 +66,16 @@ impl Measured {
             out_of_order: summary.adjacent_inversions,
         })
     }
+}
+
+/// Takes a frame through a machine as if it were the first of its trace, and tells `observer` what
+/// every unit did when.
+pub fn observed(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    observer: &mut impl Observer,
+) -> Replay {
+    replay_with(workload, machine, Measured::needed(workload, machine).given(), observer)
 }
 
 /// Sorts the real keys of the frame as the machine does.
