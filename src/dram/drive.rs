@@ -212,13 +212,17 @@ pub fn banked(device: &Device, mode: Mode, stream: impl IntoIterator<Item = Acce
     drive.finish().0
 }
 
-/// Runs a stream at level `window`. Of the modes it knows when requests arrive; it has no queues, so
-/// that `mlpN`, `idle` and `lookN` are as `sat` but for the number of requests.
+/// Runs a stream at level `window`. It has no queues: a read begins when the one that is as many
+/// before it as may be in flight has its data; in `sat` and `lookN` these are as many as 64-byte
+/// blocks fit the window.
 #[derive(Debug)]
 pub struct WindowDrive {
     memory: Windowed,
     mode: Mode,
     per_byte: f64,
+    /// When the last reads had their data, by number modulo the length.
+    reads: Vec<u64>,
+    n_reads: usize,
     taken: usize,
     bytes: u64,
     end: u64,
@@ -227,8 +231,21 @@ pub struct WindowDrive {
 impl WindowDrive {
     /// An idle memory in a mode.
     pub fn new(device: &Device, mode: Mode) -> WindowDrive {
-        let memory = Windowed::new(device);
-        WindowDrive { memory, mode, per_byte: per_byte(device, mode), taken: 0, bytes: 0, end: 0 }
+        let front = device_for(device, mode).front_end;
+        let in_flight = match front.reads_in_flight {
+            0 => (front.window.0 / 64).max(1) as usize,
+            n => n as usize,
+        };
+        WindowDrive {
+            memory: Windowed::new(device),
+            mode,
+            per_byte: per_byte(device, mode),
+            reads: vec![0; in_flight],
+            n_reads: 0,
+            taken: 0,
+            bytes: 0,
+            end: 0,
+        }
     }
 
     /// Whether the mode takes no more requests.
@@ -238,9 +255,18 @@ impl WindowDrive {
 
     /// Takes the next request of the stream.
     pub fn take(&mut self, access: Access) {
-        let arrival = (self.bytes as f64 * self.per_byte).ceil() as u64;
+        let slot = self.n_reads % self.reads.len();
+        let arrival = match self.mode {
+            Mode::Rate(_) => (self.bytes as f64 * self.per_byte).ceil() as u64,
+            Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => self.reads[slot],
+        };
         let span = Span { address: access.address, bytes: access.bytes };
-        self.end = self.end.max(self.memory.serve(arrival, access.write, 0, [span]));
+        let done = self.memory.serve(arrival, access.write, 0, [span]);
+        if !access.write {
+            self.reads[slot] = done;
+            self.n_reads += 1;
+        }
+        self.end = self.end.max(done);
         self.bytes += u64::from(access.bytes);
         self.taken += 1;
     }
