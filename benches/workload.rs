@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench workload` prints medians on all threads for a 1080p frame with about a
 //! million visible splats, and what the measures find there and on the trained scenes of
-//! `../shared/data` (skipped where that is absent). `docs/model-workload.md` quotes them.
+//! `../shared/data` (skipped where that is absent). `docs/model.md` quotes them.
 
 mod scenes;
 
@@ -69,6 +69,8 @@ fn main() {
         sorting(&w);
         caching(&w);
         reusing(&w, &case);
+        let neo = Geometry { tile: 64, sort_group: 64, ..Geometry::REFERENCE };
+        reusing(&bin(&frame, neo), &case);
     }
 }
 
@@ -140,10 +142,11 @@ fn caching(w: &FrameWorkload) {
     }
 }
 
-/// A turn of a third of a degree and of one degree a frame, four frames: 30 and 90 degrees a second
-/// at 90 frames a second.
+/// A turn of 0.1, a third of a degree and one degree a frame, four frames: 9, 30 and 90 degrees a
+/// second at 90 frames a second.
 fn reusing(first: &FrameWorkload, case: &Case) {
-    for degrees in [0.333f64, 1.0] {
+    let tile = first.geometry.tile;
+    for degrees in [0.1f64, 0.333, 1.0] {
         let mut order = Order::exact(first);
         for i in 1..=4 {
             let mut camera = case.camera.clone();
@@ -153,7 +156,7 @@ fn reusing(first: &FrameWorkload, case: &Case) {
             let (reuse, next) = update(&order, &w);
             let s = reuse.summary;
             println!(
-                "  reuse {degrees} degrees, frame {i}: {:.0} ms; kept {} new {} gone {}, {:.1} % \
+                "  reuse {tile} {degrees} degrees, frame {i}: {:.0} ms; kept {} new {} gone {}, {:.1} % \
                  of lists keep, shift p99 {} max {}, pairs out of order {} shared, {} updated",
                 median_ms(|| update(&order, &w)),
                 s.kept,

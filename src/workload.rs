@@ -159,6 +159,9 @@ pub struct StoragePrefix {
 
 /// Records of a block of [`FrameWorkload::storage`].
 pub const STORAGE_BLOCK: u64 = 32;
+/// Scenes of more records have no [`FrameWorkload::storage`]: it would take more room than the
+/// trace (which may hold few of them).
+pub const STORAGE_RECORDS_MAX: u64 = 1 << 27;
 
 /// A binned frame: everything that a machine of this geometry needs.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,6 +198,7 @@ pub struct FrameWorkload {
     /// its feature record lies. `u32::MAX` for splats without a tile.
     pub slot: Vec<u32>,
     /// Counters of the first `(i + 1) STORAGE_BLOCK` records of the scene, the last entry for all.
+    /// Empty for scenes beyond [`STORAGE_RECORDS_MAX`].
     pub storage: Vec<StoragePrefix>,
 }
 

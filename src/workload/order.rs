@@ -53,7 +53,7 @@ fn hilbert(bits: u32, mut x: u32, mut y: u32) -> u64 {
     let mut distance = 0;
     for bit in (0..bits).rev() {
         let (right, below) = (x >> bit & 1, y >> bit & 1);
-        distance = distance << 2 | u64::from(3 * right ^ below);
+        distance = distance << 2 | u64::from((3 * right) ^ below);
         let last = (1 << bit) - 1;
         (x, y) = (x & last, y & last);
         if below == 0 {

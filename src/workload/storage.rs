@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::{STORAGE_BLOCK, StoragePrefix};
+use super::{STORAGE_BLOCK, STORAGE_RECORDS_MAX, StoragePrefix};
 use crate::splat::Splat;
 use crate::splat::runs::Touch;
 use crate::trace::Frame;
@@ -27,6 +27,9 @@ pub struct Storage {
 impl Storage {
     /// Finds where the splats of `frame` lie, given the tiles that each touches, by rank.
     pub fn new(frame: &Frame, touches: &[Touch]) -> Storage {
+        if frame.facts.points > STORAGE_RECORDS_MAX {
+            return Storage { slot: sort_slots(frame, touches), prefix: Vec::new() };
+        }
         let blocks = frame.facts.points.div_ceil(STORAGE_BLOCK) as usize;
         let mut with_tile: Vec<Word> = vec![0; blocks];
         let mut prefix = vec![StoragePrefix::default(); blocks];
@@ -52,6 +55,18 @@ impl Storage {
         let slot = frame.splats.par_iter().zip(touches).map(slot).collect();
         Storage { slot, prefix }
     }
+}
+
+/// The slots without a table of the scene.
+fn sort_slots(frame: &Frame, touches: &[Touch]) -> Vec<u32> {
+    let with_tile = touches.iter().enumerate().filter(|(_, touch)| touch.tiles > 0);
+    let mut ranks: Vec<usize> = with_tile.map(|(rank, _)| rank).collect();
+    ranks.par_sort_unstable_by_key(|&rank| frame.splats[rank].index);
+    let mut slots = vec![u32::MAX; touches.len()];
+    for (slot, rank) in (0..).zip(ranks) {
+        slots[rank] = slot;
+    }
+    slots
 }
 
 fn place(splat: &Splat) -> (usize, u32) {

@@ -36,7 +36,10 @@ fn mini_tiles_of_the_ellipse_are_those_that_contribute() {
             boxed += u32::from(oriented.row(y).is_some_and(|r| (r.x0..r.x1).contains(&x)));
         }
     }
-    println!("{accepted} accepted, {idle} of them idle; oriented boxes accept {boxed}");
+    println!(
+        "{} splats: {accepted} accepted, {idle} of them idle; oriented boxes accept {boxed}",
+        frame.splats.len()
+    );
     // Idle ones: the ellipse passes between pixel centres, or the margin of single precision.
     assert!(f64::from(idle) < 0.04 * f64::from(accepted), "{idle} of {accepted}");
     assert!(accepted < boxed);

@@ -215,3 +215,14 @@ fn survivors_are_spread_where_the_trace_does_not_say_which() {
         before = *own;
     }
 }
+
+#[test]
+fn a_scene_that_claims_to_be_huge_takes_little_room() {
+    let mut frame = small_frame(27);
+    let small = bin(&frame, Geometry::REFERENCE);
+    frame.survivor_bits = None;
+    frame.facts.points = u64::from(u32::MAX);
+    let huge = bin(&frame, Geometry::REFERENCE);
+    assert!(huge.storage.is_empty());
+    assert_eq!(huge.slot, small.slot);
+}
