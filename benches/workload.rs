@@ -156,8 +156,9 @@ fn reusing(first: &FrameWorkload, case: &Case) {
             let (reuse, next) = update(&order, &w);
             let s = reuse.summary;
             println!(
-                "  reuse {tile} {degrees} degrees, frame {i}: {:.0} ms; kept {} new {} gone {}, {:.1} % \
-                 of lists keep, shift p99 {} max {}, pairs out of order {} shared, {} updated",
+                "  reuse {tile} {degrees} degrees, frame {i}: {:.0} ms; kept {} new {} gone {}, \
+                 {:.1} % of lists keep, shift p99 {} max {}, pairs out of order {} \
+                 shared, {} updated",
                 median_ms(|| update(&order, &w)),
                 s.kept,
                 s.new,

@@ -149,7 +149,7 @@ pub struct StoragePrefix {
     pub survivors: u32,
     /// Splats that need box tests.
     pub prepared: u32,
-    /// Box tests.
+    /// Box tests; stays at the largest number from there on.
     pub tests: u32,
     /// Splats with at least one tile.
     pub splats: u32,

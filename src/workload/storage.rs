@@ -37,7 +37,7 @@ impl Storage {
             let (block, bit) = place(splat);
             let own = &mut prefix[block];
             own.prepared += u32::from(touch.tests > 0);
-            own.tests += touch.tests;
+            own.tests = own.tests.saturating_add(touch.tests);
             own.pairs += touch.tiles;
             with_tile[block] |= Word::from(touch.tiles > 0) << bit;
         }
@@ -104,7 +104,7 @@ fn accumulate(blocks: &mut [StoragePrefix]) {
     for own in blocks {
         sum.survivors += own.survivors;
         sum.prepared += own.prepared;
-        sum.tests += own.tests;
+        sum.tests = sum.tests.saturating_add(own.tests);
         sum.splats += own.splats;
         sum.pairs += own.pairs;
         *own = sum;
