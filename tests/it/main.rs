@@ -5,6 +5,7 @@ mod camera;
 mod cli;
 mod config;
 mod display;
+mod dram;
 mod energy;
 mod geometry;
 mod paper;

@@ -419,12 +419,15 @@ impl Channel {
     ) -> bool {
         let column = self.ready(now, 0, rules);
         if let Some(action) = column {
+            // The plan of the row bus holds unless it was for this bank.
+            let bank = self.bank_of(action);
+            let other = self.best[1].is_none_or(|c| self.bank_of(c.action) != bank);
             self.issue(action, now, rules, stats, outcome);
             let before = self.write_mode;
             if self.due.is_empty() {
                 self.set_direction(rules);
             }
-            self.planned = before == self.write_mode && rules.page == Page::Open;
+            self.planned = other && before == self.write_mode && rules.page == Page::Open;
         }
         let row = self.ready(now, 1, rules);
         if let Some(action) = row {

@@ -233,8 +233,7 @@ pub fn stream(name: &str) -> Vec<Access> {
 
 /// A stream as text.
 pub fn as_text(stream: &[Access]) -> String {
-    let line = |a: &Access| {
-        format!("{} 0x{:x} {}\n", if a.write { 'W' } else { 'R' }, a.address, a.bytes)
-    };
+    let line =
+        |a: &Access| format!("{} 0x{:x} {}\n", if a.write { 'W' } else { 'R' }, a.address, a.bytes);
     stream.iter().map(line).collect()
 }
