@@ -93,6 +93,22 @@ is `throughput_fps` |
 ";
 
 const RULES: &str = "\
+## Compared
+
+`powergs-sim compare` writes `compare.csv` (columns `kind`, `name`, one per side, then ratios to \
+the first side) and prints with `--json`: `sides` (what was run, its `bottleneck`), `notes` (what \
+else differs: traces, energy tables, versions, display rates), `measures` (each with `values`, \
+`ratios`, `differences` and which way is `better`) and `means` of every statistic, one value per \
+side. `iso_area_fps` and `iso_bandwidth_fps` scale frames per second to the area and the peak rate \
+of the first side in proportion: they are no simulation.
+
+## The bottleneck
+
+Every cycle of a frame is given to one unit that leads: in preprocessing the CCU, after it the \
+busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all. What that unit does \
+(works, waits for a cause, has no work) adds up to the frame. *Row-miss* is the share of the \
+bursts of the stage that waits that had to open a row.
+
 ## Rules
 
 - **Three powers, never confused.** `energy_pj.total` is paid once per frame. \

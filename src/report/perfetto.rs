@@ -35,7 +35,7 @@ impl<W: Write> TraceWriter<W> {
     pub fn new(mut out: W, clock_hz: f64, title: &str) -> io::Result<Self> {
         let title = serde_json::Value::from(title);
         write!(out, "{{\"displayTimeUnit\":\"ns\",\"otherData\":{{\"title\":{title}}},")?;
-        write!(out, "\"traceEvents\":[\n")?;
+        writeln!(out, "\"traceEvents\":[")?;
         let (tracks, events) = (BTreeSet::new(), 0);
         let mut writer =
             Self { out, period_ns: 1e9 / clock_hz, tracks, events, dropped: 0, failed: None };
@@ -69,10 +69,8 @@ impl<W: Write> TraceWriter<W> {
     fn metadata(&mut self, pid: usize, tid: usize, name: &str, args: &str) -> io::Result<()> {
         let comma = if self.events == 0 { "" } else { ",\n" };
         self.events += 1;
-        write!(
-            self.out,
-            "{comma}{{\"name\":\"{name}\",\"ph\":\"M\",\"pid\":{pid},\"tid\":{tid},\"args\":{args}}}"
-        )
+        let place = format!("\"pid\":{pid},\"tid\":{tid}");
+        write!(self.out, "{comma}{{\"name\":\"{name}\",\"ph\":\"M\",{place},\"args\":{args}}}")
     }
 
     /// Microseconds with three decimals, from nanoseconds.

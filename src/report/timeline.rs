@@ -33,7 +33,7 @@ pub struct Window {
 impl Window {
     /// For these tiles.
     pub fn new(tiles: Range<u32>) -> Window {
-        Window { tiles, cycles: u64::MAX..0 }
+        Window { tiles, cycles: Range { start: u64::MAX, end: 0 } }
     }
 }
 

@@ -64,8 +64,8 @@ pub(super) fn units(list: &mut List) {
         "units.vru.lane_utilisation",
         "1",
         "Lanes that do something useful while their core works: `counters.live_evaluations` over \
-         `units.vru.busy_cycles`, one lane a rendering unit. What is missing to 1: pixels that have \
-         stopped, sub-tiles that are too small for the core, and fill and drain.",
+         `units.vru.busy_cycles`, one lane a rendering unit. What is missing to 1: pixels that \
+         have stopped, sub-tiles too small for the core, fill and drain.",
         |f, _| Some(f.live_evaluations? as f64 / unit(f, "vru")?.busy as f64),
     );
 }

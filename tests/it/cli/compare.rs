@@ -1,0 +1,76 @@
+//! `compare` as a program, on the committed trace.
+
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use predicates::prelude::*;
+
+fn program(arguments: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+    program.current_dir(env!("CARGO_MANIFEST_DIR")).arg("compare").args(arguments);
+    program
+}
+
+const TRACE: &str = "traces/demo.bin";
+
+#[test]
+fn machines_then_their_folders() {
+    let root = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| root.path().join(name).to_string_lossy().into_owned();
+    let out = path("pair");
+    let arguments = ["gscore", "edge", TRACE, "--frames", "0..1", "--json", "--out", &out];
+    let output = program(&arguments).assert().code(0);
+    let json: serde_json::Value =
+        serde_json::from_slice(&output.get_output().stdout).expect("JSON");
+    let fps = json["measures"].as_array().expect("measures").iter();
+    let fps = fps.clone().find(|m| m["name"] == "throughput_fps").expect("frames per second");
+    let ratio = fps["ratios"][1].as_f64().expect("a ratio");
+    assert!(ratio < 1.0, "edge is the smaller machine: {ratio}");
+    for name in ["run.toml", "invocation.toml", "compare.csv", "summary.md", "energy.png"] {
+        assert!(Path::new(&out).join(name).is_file(), "{name}");
+    }
+    let goal = ["gscore", "edge", TRACE, "--frames", "0..1", "--at-least", "0.99", "--force"];
+    let missed = program(&goal).args(["--out", &out]).assert().code(1);
+    missed.stderr(predicate::str::contains("goal missed"));
+    finished_reports(root.path());
+}
+
+/// Two reports of one trace with different tables, in `root`.
+fn finished_reports(root: &Path) {
+    let path = |name: &str| root.join(name).to_string_lossy().into_owned();
+    let replay = |name: &str, table: &str| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+        program.current_dir(env!("CARGO_MANIFEST_DIR")).args(["replay", TRACE, "--quiet"]);
+        let table = format!("energy={table}");
+        program.args(["--frames", "0..1", "--set", &table, "--out", &path(name)]).assert().code(0);
+    };
+    replay("a", "gscore-28nm");
+    replay("b", "paper");
+    let both = program(&[&path("a"), &path("b"), "--out", &path("both")]).assert().code(0);
+    both.stdout(predicate::str::contains("note: energy tables differ (gscore-28nm, paper)"));
+    fs::write(root.join("b/results.csv"), "row,frame\nmean,\np99,\n").expect("written");
+    // An older report without a column leaves a gap.
+    let gaps = program(&[&path("a"), &path("b"), "--out", &path("x")]).assert().code(0);
+    gaps.stdout(predicate::str::contains("frames per second"));
+    fs::write(root.join("b/results.csv"), "nothing").expect("written");
+    let broken = program(&[&path("a"), &path("b"), "--out", &path("y")]).assert().code(3);
+    broken.stderr(predicate::str::contains("no row `mean`"));
+    assert!(!root.join("y").exists());
+}
+
+#[test]
+fn usage() {
+    for (arguments, code, words) in [
+        (&["gscore", TRACE][..], 2, "one machine only"),
+        (&["gscore", "gscor", TRACE][..], 2, "did you mean `gscore`?"),
+        (&["gscore", "edge", "no-such.bin"][..], 3, "no-such.bin"),
+        (&["gscore", "traces", TRACE][..], 2, "report folders cannot be compared with machines"),
+        (&["traces", "reports"][..], 3, "is its folder a finished report"),
+        (&["gscore"][..], 2, "2 values"),
+        (&["gscore", "edge", TRACE, "--at-least", "0"][..], 2, "must be above zero"),
+    ] {
+        let failed = program(arguments).assert().code(code);
+        failed.stderr(predicate::str::contains(words));
+    }
+}
