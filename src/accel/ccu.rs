@@ -74,9 +74,9 @@ impl Ccu {
         batch.splats * self.record.projected.0 + batch.pairs * self.record.list_entry.0
     }
 
-    /// Words of the input buffer that a batch fills; every record begins at a word.
+    /// Words of the input buffer that a batch fills: records lie back to back.
     fn input_words(&self, batch: &Batch) -> u64 {
-        let (r, words) = (&self.record, |n, bytes| self.input.words_of_records(n, bytes));
+        let (r, words) = (&self.record, |n: u64, bytes| self.input.words(n * bytes));
         let (position, geometry, colour) = (r.position.0, r.geometry.0, r.colour.0);
         match self.spec.fetch {
             Fetch::Everything => words(batch.records, position + geometry + colour),
