@@ -10,6 +10,7 @@ use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::what_if::{Experiment, Variant, cost};
 use super::{Exit, Failure, OrExit, dram_dump};
 use crate::accel::Machine;
+use crate::accel::machine::DramModel;
 use crate::accel::timeline::{Observer, Span};
 use crate::action::Action;
 use crate::config::embedded::{ENERGY, find};
@@ -19,9 +20,7 @@ use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
 use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
 use crate::sim::paper::UnitPrices;
-use crate::sim::{
-    FrameReport, Label, Lists, Measured, observed, paper, simulate, simulate_measured,
-};
+use crate::sim::{FrameReport, Label, Lists, Measured, observed, paper, simulate_measured};
 use crate::workload::paper::Padding;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
@@ -70,23 +69,30 @@ impl Simulator {
         }
     }
 
-    /// Simulates a frame; `lists` are those of the frame before.
+    /// Simulates a frame with what was measured of it.
     fn report(
         &self,
         label: Label,
         workload: &FrameWorkload,
-        lists: &mut Lists,
+        measured: &Measured,
     ) -> Result<FrameReport, Failure> {
         match self {
             Simulator::Cycle(loaded) => {
                 let name = label.name.clone();
-                let measured = Measured::of(workload, &loaded.machine, lists);
-                simulate_measured(label, workload, &measured, &loaded.machine, &loaded.prices)
+                simulate_measured(label, workload, measured, &loaded.machine, &loaded.prices)
                     .or_exit(Exit::Internal, format_args!("internal error in frame {name}"))
             }
             Simulator::Paper { prices, padding, .. } => {
                 Ok(paper::simulate(label, workload, *padding, prices))
             }
+        }
+    }
+
+    /// What is measured of a frame; `lists` are those of the frame before.
+    fn measured(&self, workload: &FrameWorkload, lists: &mut Lists) -> Measured {
+        match self {
+            Simulator::Cycle(loaded) => Measured::of(workload, &loaded.machine, lists),
+            Simulator::Paper { .. } => Measured::default(),
         }
     }
 
@@ -129,7 +135,7 @@ pub fn machine_facts(loaded: &LoadedMachine) -> MachineFacts {
         name: loaded.machine.name.clone(),
         energy_table: loaded.energy_table.name.clone(),
         clock_hz: Some(loaded.machine.clock.0),
-        dram_peak_gb_s: Some(loaded.machine.dram.bandwidth.0 * 1e-9),
+        dram_peak_gb_s: Some(dram_peak(&loaded.machine) * 1e-9),
         roofline: roofline(&loaded.machine),
     }
 }
@@ -152,7 +158,15 @@ fn roofline(machine: &Machine) -> Option<Roofline> {
         ("CCU", machine.clock.0 * f64::from(ccu.units) * per_ccu),
         ("VRU", machine.clock.0 * lanes * sum(&[Action::Alpha, Action::Blend])),
     ];
-    Some(Roofline { flops, ceilings, dram_bytes_s: machine.dram.bandwidth.0 })
+    Some(Roofline { flops, ceilings, dram_bytes_s: dram_peak(machine) })
+}
+
+/// Peak rate of the DRAM that is timed, bytes per second.
+fn dram_peak(machine: &Machine) -> f64 {
+    match (machine.dram.model, &machine.device) {
+        (DramModel::Window | DramModel::Banked, Some(device)) => device.peak_gb_s() * 1e9,
+        (DramModel::Bandwidth, _) | (_, None) => machine.dram.bandwidth.0,
+    }
 }
 
 /// A trace and a simulator.
@@ -334,8 +348,11 @@ fn one_frame(
 ) -> Result<Done, Failure> {
     let number = label.frame;
     let workload = bin(&frame, simulator.geometry());
+    // No variant has another geometry, cache, key or tile order: what was measured holds for all.
+    let measured = simulator.measured(&workload, lists);
     let on = |variant: &Variant| {
-        simulate(label.clone(), &workload, &variant.machine, &variant.prices)
+        let (machine, prices) = (&variant.machine, &variant.prices);
+        simulate_measured(label.clone(), &workload, &measured, machine, prices)
             .or_exit(Exit::Internal, format_args!("internal error in frame {}", label.name))
     };
     let doubled = if experiment.wants(number) {
@@ -345,7 +362,7 @@ fn one_frame(
         None
     };
     let window = window.map(on).transpose()?;
-    let report = simulator.report(label.clone(), &workload, lists)?;
+    let report = simulator.report(label.clone(), &workload, &measured)?;
     let picture = frame.preview.map(|p| Picture { width: p.width, height: p.height, rgb: p.rgb });
     Ok(Done { report, tiles: TileLoad::of(number, &workload, picture), doubled, window })
 }

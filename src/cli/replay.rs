@@ -237,5 +237,24 @@ fn next_command(args: &Args, step: &[String]) -> String {
         let plain = |c: char| c.is_alphanumeric() || "-_./=:,".contains(c);
         if word.chars().all(plain) { word.clone() } else { format!("'{word}'") }
     };
-    words.iter().map(quoted).collect::<Vec<_>>().join(" ")
+    continued(words.iter().map(quoted))
+}
+
+/// Words of a command in lines that a shell takes for one, as wide as the terminal beside `next`.
+fn continued(words: impl Iterator<Item = String>) -> String {
+    let mut text = String::new();
+    let mut column = 0;
+    for word in words {
+        let length = word.chars().count();
+        if column > 0 && column + 1 + length > 70 {
+            text.push_str(" \\\n        ");
+            column = 0;
+        } else if column > 0 {
+            text.push(' ');
+            column += 1;
+        }
+        text.push_str(&word);
+        column += length;
+    }
+    text
 }

@@ -4,6 +4,7 @@ use super::machine_file::LoadedMachine;
 use crate::accel::Machine;
 use crate::accel::machine::DramModel;
 use crate::energy::Prices;
+use crate::quantity::Bytes;
 use crate::report::WhatIf;
 use crate::report::what_if::{Cost, Skipped, Step};
 use crate::sim::FrameReport;
@@ -24,8 +25,12 @@ impl Variant {
     /// Why that is no machine, in one line.
     pub fn of(loaded: &LoadedMachine, sets: &[String]) -> Result<Variant, String> {
         let one_line = |text: String| text.lines().map(str::trim).collect::<Vec<_>>().join(" ");
-        let machine = Machine::parse_with(&loaded.resolved_toml, sets)
+        let mut machine = Machine::parse_with(&loaded.resolved_toml, sets)
             .map_err(|e| one_line(e.to_string()))?;
+        // A device that lies in a file is not read again.
+        if let (None, Some(device)) = (&machine.device, &loaded.machine.device) {
+            machine.link(device).map_err(|(_, message)| message)?;
+        }
         let prices = loaded.energy_table.prices(&machine.inventory());
         let prices = prices.map_err(|e| one_line(e.to_string()))?;
         Ok(Variant { machine, prices })
@@ -40,7 +45,7 @@ fn resources(m: &Machine) -> Vec<Resource> {
     let twice = |key: &str, n: u32| format!("{key}={}", u64::from(n) * 2);
     let b = &m.buffers;
     let buffer = |key: &str, spec: &crate::accel::machine::BufferSpec| {
-        format!("buffers.{key}.capacity={} B", spec.capacity.0.saturating_mul(2))
+        format!("buffers.{key}.capacity={}", Bytes(spec.capacity.0.saturating_mul(2)))
     };
     let bandwidth = format!("dram.bandwidth={} GB/s", 2.0 * m.dram.bandwidth.0 * 1e-9);
     let mut all: Vec<Resource> = vec![
@@ -72,9 +77,12 @@ fn resources(m: &Machine) -> Vec<Resource> {
             &["A26", "A29"],
         ),
     ];
-    if m.dram.model == DramModel::Bandwidth {
-        all.push(("dram.bandwidth", vec![bandwidth], &["A4", "A5"]));
-    }
+    all.push(match m.dram.model {
+        DramModel::Bandwidth => ("dram.bandwidth", vec![bandwidth], &["A4", "A5"]),
+        DramModel::Window | DramModel::Banked => {
+            ("dram.channels", vec![twice("dram.channels", m.dram.channels)], &["A41"])
+        }
+    });
     all.push(("buffers.feature", vec![buffer("feature", &b.feature)], &["A32"]));
     all.push(("buffers.sorting", vec![buffer("sorting", &b.sorting)], &["A24"]));
     all
