@@ -227,8 +227,8 @@ pub struct FrameTiming {
 pub struct Given<'a> {
     /// Feature records of every chunk that the cache has; `None` without a cache.
     pub hits: Option<&'a [u32]>,
-    /// What every list (of a tile, or of a sort group) keeps of the frame before; `None` where lists
-    /// are sorted from nothing.
+    /// What every list (of a tile, or of a sort group) keeps of the frame before; `None` where
+    /// lists are sorted from nothing.
     pub reuse: Option<&'a [ListReuse]>,
 }
 

@@ -38,7 +38,7 @@ use crate::sim::{FrameReport, Model};
 pub const SCHEMA_VERSION: u32 = 2;
 
 /// Version of the model. Raised whenever the same inputs give other numbers.
-pub const MODEL_VERSION: u32 = 1;
+pub const MODEL_VERSION: u32 = 2;
 
 /// Version of the program.
 pub const TOOL_VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -2,8 +2,8 @@
 //!
 //! A binned frame knows its counters after every block of 32 records in storage order
 //! ([`FrameWorkload::storage`]); within a block they are spread evenly. The batch of the records
-//! from `a` to `e` has seen exactly `X(e) - X(a)` of each counter X, so nothing is lost or invented.
-//! A frame without these counters is one block.
+//! from `a` to `e` has seen exactly `X(e) - X(a)` of each counter X, so nothing is lost or
+//! invented. A frame without these counters is one block.
 
 use crate::workload::{FrameWorkload, STORAGE_BLOCK, StoragePrefix};
 

@@ -1,10 +1,10 @@
 //! Where everything lies in DRAM, and which pieces a request touches (A35).
 //!
-//! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and colours
-//! of the scene in storage order (one array of whole records with `ccu.fetch = "everything"`),
-//! projected splats in the order of the CCUs, tile lists back to back, features in storage order at
-//! `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a core), and the image,
-//! tile by tile.
+//! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and
+//! colours of the scene in storage order (one array of whole records with `ccu.fetch =
+//! "everything"`), projected splats in the order of the CCUs, tile lists back to back, features in
+//! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
+//! core), and the image, tile by tile.
 
 use super::design::Design;
 use super::machine::Fetch;

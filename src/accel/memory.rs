@@ -1,8 +1,8 @@
 //! The memory as the units see it: requests go in, and at some cycle they are done.
 //!
 //! With the `bandwidth` and `window` models that cycle is known when a request is issued. With the
-//! `banked` model it is known when it comes: requests are reordered, so a later one may still get in
-//! between.
+//! `banked` model it is known when it comes: requests are reordered, so a later one may still get
+//! in between.
 
 use super::dram::{Channel, Dram};
 use super::layout::{Layout, Piece, Span};
@@ -125,8 +125,8 @@ impl<'a> Memory<'a> {
         &self.layout
     }
 
-    /// Issues a request in cycle `now`. Nothing is asked for in a request of no bytes, which is done
-    /// one cycle later.
+    /// Issues a request in cycle `now`. Nothing is asked for in a request of no bytes, which is
+    /// done one cycle later.
     pub fn issue(&mut self, now: u64, request: Request, observer: &mut impl Observer) -> Arrival {
         if request.bytes == 0 {
             return Arrival(now + 1);

@@ -1,25 +1,25 @@
 //! Decides when: finite buffers between the units, several cores, one shared DRAM.
 //!
 //! **Preprocessing.** Batches wait in storage order. A CCU takes the next batch when it has fewer
-//! than `ccu.queue` and its share of the input buffer has room for a full one, at most one a cycle,
-//! and issues its first read at once; when that has arrived it issues the second. The CCU works on
-//! its batches in order. A batch enters when all its data is there and the tile-list buffer has room
-//! for what it will write; the input room is free again when the last record has entered. `latency`
-//! cycles later the batch is written to DRAM, and its tile-list room is free when the write has
-//! left. Preprocessing ends when all writes have left.
+//! than `ccu.queue` and its share of the input buffer has room for a full one, at most one a
+//! cycle, and issues its first read at once; when that has arrived it issues the second. The CCU
+//! works on its batches in order. A batch enters when all its data is there and the tile-list
+//! buffer has room for what it will write; the input room is free again when the last record has
+//! entered. `latency` cycles later the batch is written to DRAM, and its tile-list room is free
+//! when the write has left. Preprocessing ends when all writes have left.
 //!
-//! **Tiles.** Jobs (`schedule`) wait in their order. Every core is a chain of three places for jobs,
-//! and one queue of chunks (`core`): its front takes the next job as soon as it has place, reads the
-//! list and runs the QSU passes; its middle sends the chunks of one job, in order, into the feature
-//! buffer; its VRU renders the chunks in order and writes the pixels.
+//! **Tiles.** Jobs (`schedule`) wait in their order. Every core is a chain of three places for
+//! jobs, and one queue of chunks (`core`): its front takes the next job as soon as it has place,
+//! reads the list and runs the QSU passes; its middle sends the chunks of one job, in order, into
+//! the feature buffer; its VRU renders the chunks in order and writes the pixels.
 //!
 //! **Overlap.** A tile's list is complete only when its last Gaussian has been binned and written,
 //! so with `schedule.overlap = "none"` cores begin when preprocessing has ended (A28). With `tiles`
 //! a list is read as soon as it is complete itself. With `frames` cores begin at once: they work on
 //! this frame while the CCUs work on the next, which is taken to be like this one (A81).
 //!
-//! **Ties.** Within a cycle, CCUs and then cores act in the order of their number, which decides who
-//! gets the next batch or job, and whose DRAM request is first.
+//! **Ties.** Within a cycle, CCUs and then cores act in the order of their number, which decides
+//! who gets the next batch or job, and whose DRAM request is first.
 //!
 //! Events are batches and chunks, never cycles or splats. `tests/it/pipeline/oracle.rs` steps
 //! through the same rules cycle by cycle.

@@ -123,6 +123,7 @@ impl Simulator {
             Simulator::Cycle(l) => vec![
                 ("machine", &l.machine_file, l.resolved_toml.as_str()),
                 ("energy", &l.energy_file, l.energy_file.text.as_str()),
+                ("dram", &l.device_file, l.device_file.text.as_str()),
             ],
             Simulator::Paper { table, .. } => vec![("energy", table, table.text.as_str())],
         }

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use super::{Exit, Failure, OrExit};
 use crate::accel::Machine;
 use crate::config::document::TEXT_MAX;
-use crate::config::embedded::{DISPLAYS, ENERGY, MACHINES, find, names};
+use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
 use crate::config::references::cited;
 use crate::config::suggest::nearest;
 use crate::config::{ConfigError, Embedded};
 use crate::display::Display;
+use crate::dram::Device;
 use crate::energy::{EnergyTable, Prices};
 
 /// A configuration text and where it came from.
@@ -43,16 +44,26 @@ pub struct LoadedMachine {
     pub machine_file: Text,
     /// The energy table as it was read.
     pub energy_file: Text,
+    /// The DRAM device as it was read.
+    pub device_file: Text,
 }
 
-/// Loads a machine by name or path, with `key=value` overlays, and its energy table.
+/// Loads a machine by name or path, with `key=value` overlays, and its energy table and DRAM device.
 ///
 /// # Errors
 /// Exit code 2: an unknown name (with the known ones), a file that cannot be read, and everything
 /// that is wrong in it.
 pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failure> {
     let machine_file = read("machine", arch, MACHINES, None)?;
-    let machine = Machine::parse_with(&machine_file.text, sets).usage(&machine_file.origin)?;
+    let mut machine = Machine::parse_with(&machine_file.text, sets).usage(&machine_file.origin)?;
+    let folder = machine_file.folder.as_deref();
+    let device_file = read("DRAM device", &machine.dram.device, DRAM, folder)?;
+    if machine.device.is_none() {
+        let device = Device::parse(&device_file.text).usage(&device_file.origin)?;
+        let wrong =
+            |(_, message)| Failure::new(Exit::Usage, format!("{}: {message}", machine_file.origin));
+        machine.link(&device).map_err(wrong)?;
+    }
     let energy_file =
         read("energy table", &machine.energy, ENERGY, machine_file.folder.as_deref())?;
     let energy_table = EnergyTable::parse(&energy_file.text).usage(&energy_file.origin)?;
@@ -60,6 +71,7 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
         energy_table.prices(&machine.inventory()).or_exit(Exit::Usage, &machine_file.origin)?;
     let mut sources = cited(&machine_file.text);
     sources.extend(cited(&energy_file.text));
+    sources.extend(cited(&device_file.text));
     let resolved_toml = machine.to_toml();
     Ok(LoadedMachine {
         machine,
@@ -69,6 +81,7 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
         sources,
         machine_file,
         energy_file,
+        device_file,
     })
 }
 

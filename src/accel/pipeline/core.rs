@@ -1,13 +1,13 @@
 //! A core with its buffers: the agent of the tile phase.
 //!
-//! A job goes from the front to the middle when the middle is empty. The middle sends the chunks of
-//! the job's tiles, in order and as many a cycle as there is room for, into the feature buffer: a
-//! chunk's feature read is issued and its sort is queued at the BSU when it enters, and its room is
-//! free again when it has been rendered. Behind the last chunk that a tile needs, the middle sends
-//! up to `vru.speculation` further chunks of its list, as long as nobody knows that they are not
-//! needed: until the last needed chunk has been rendered (A30). Then they are discarded, and their
-//! room is free when their data is there. A tile without chunks goes through when no chunk waits for
-//! the VRU.
+//! A job goes from the front to the middle when the middle is empty. The middle sends the chunks
+//! of the job's tiles, in order and as many a cycle as there is room for, into the feature buffer:
+//! a chunk's feature read is issued and its sort is queued at the BSU when it enters, and its room
+//! is free again when it has been rendered. Behind the last chunk that a tile needs, the middle
+//! sends up to `vru.speculation` further chunks of its list, as long as nobody knows that they are
+//! not needed: until the last needed chunk has been rendered (A30). Then they are discarded, and
+//! their room is free when their data is there. A tile without chunks goes through when no chunk
+//! waits for the VRU.
 //!
 //! The VRU takes chunks in order when they are sorted and their features have arrived. After the
 //! last one of a tile the pixels move to the pixel buffer and their write is issued; while there is

@@ -1,10 +1,10 @@
 //! The front of a core: jobs whose lists are read and roughly sorted.
 //!
-//! A front takes the next job while it holds fewer than `gsu.queue` (A29). In their order, jobs wait
-//! until their list is complete and their keys fit the core's share of the sorting buffer beside
-//! those of earlier jobs; then the list is read. The QSUs run the passes of one job after the other.
-//! Then the job waits until the middle of the core is empty. Keys stay in the sorting buffer until
-//! the last chunk of their job has been sorted.
+//! A front takes the next job while it holds fewer than `gsu.queue` (A29). In their order, jobs
+//! wait until their list is complete and their keys fit the core's share of the sorting buffer
+//! beside those of earlier jobs; then the list is read. The QSUs run the passes of one job after
+//! the other. Then the job waits until the middle of the core is empty. Keys stay in the sorting
+//! buffer until the last chunk of their job has been sorted.
 
 use std::collections::VecDeque;
 

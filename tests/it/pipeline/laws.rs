@@ -1,5 +1,6 @@
 //! What is true of every machine, and what is not although one might think so.
 
+use powergs_sim::accel::machine::DramModel;
 use powergs_sim::accel::schedule::Plan;
 use powergs_sim::accel::traffic::for_each_chunk;
 use powergs_sim::accel::{Design, Given, Machine, Replay, Unit, replay};
@@ -144,6 +145,7 @@ fn help(name: &str) -> Change {
 /// Frame length before and after a change.
 fn effect(seed: u64, prepare: fn(&mut Machine), change: fn(&mut Machine)) -> (u64, u64) {
     let (mut machine, workload) = case(seed);
+    machine.dram.model = DramModel::Bandwidth;
     prepare(&mut machine);
     let before = replay(&workload, &machine).timing.frame;
     change(&mut machine);

@@ -72,7 +72,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: Given) -> Seen {
     let written = BTreeMap::new();
     let mut frame =
         Frame { design: &design, workload, plan: &plan, given, waits_for_lists, written };
-    let mut memory = Memory::new(&design);
+    let mut memory = Memory::new(workload, machine, &design);
     let mut seen = Seen::default();
     let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();
     let mut cores: Vec<Core> = (0..machine.vru.cores as usize).map(Core::new).collect();

@@ -1,7 +1,12 @@
 //! Machines and workloads for the tests of the accelerator.
 
 use powergs_sim::accel::Machine;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
 use powergs_sim::accel::machine::*;
+use powergs_sim::config::embedded::DRAM;
+use powergs_sim::dram::Device;
 use powergs_sim::dram::device::Order;
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_sim::splat::Counters;
@@ -19,6 +24,20 @@ pub fn buffer(capacity: Bytes) -> BufferSpec {
 
 /// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
 pub fn gscore() -> Machine {
+    let mut machine = unlinked();
+    machine.link(device("lpddr4-3200-x16x8")).expect("a device of this machine");
+    machine
+}
+
+/// A device that comes with the program.
+pub fn device(name: &str) -> &'static Device {
+    static DEVICES: LazyLock<BTreeMap<&str, Device>> = LazyLock::new(|| {
+        DRAM.iter().map(|f| (f.name, Device::parse(f.text).expect("a good file"))).collect()
+    });
+    &DEVICES[name]
+}
+
+fn unlinked() -> Machine {
     let buffer = |kib: u64| buffer(Bytes(kib * 1024));
     Machine {
         name: "test".into(),
@@ -263,15 +282,22 @@ impl Dice {
             pixel_out: buffer(self, 1000),
         };
         machine.dram = DramSpec {
-            model: DramModel::Bandwidth,
+            model: self.pick(&[
+                DramModel::Bandwidth,
+                DramModel::Bandwidth,
+                DramModel::Window,
+                DramModel::Banked,
+            ]),
             bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
             efficiency: self.pick(&[0.6, 1.0]),
             latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
             device: "test".into(),
-            channels: 8,
+            channels: self.pick(&[1, 2, 8]),
             mapping: Order::RoBaCoCh,
-            controller_latency: Nanoseconds(40.0),
+            controller_latency: Nanoseconds(f64::from(self.roll(0, 30))),
         };
+        let devices = ["lpddr4-3200-x16x8", "lpddr4-3200-x32x4", "hbm2-8ch"];
+        machine.link(device(self.pick(&devices))).expect("a device of this machine");
         machine
     }
 
@@ -304,6 +330,7 @@ impl Dice {
         c.intersecting_points = c.survivors.min(c.tile_pairs);
         self.group(&mut w);
         self.store(&mut w);
+        self.place(&mut w);
         w
     }
 
@@ -379,5 +406,14 @@ impl Dice {
         for tile in &mut w.tiles {
             tile.complete_after = self.roll(0, c.intersecting_points as u32);
         }
+    }
+
+    /// Lists and addresses.
+    fn place(&mut self, w: &mut FrameWorkload) {
+        let most = 50;
+        w.index = (0..=most).map(|_| self.roll(0, 1000)).collect();
+        w.slot = (0..=most).map(|_| self.roll(0, 1000)).collect();
+        let entries: u32 = w.tiles.iter().map(|tile| tile.entries).sum();
+        w.list = (0..entries).map(|_| self.roll(0, most)).collect();
     }
 }

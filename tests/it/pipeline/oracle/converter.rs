@@ -2,6 +2,7 @@
 
 use powergs_sim::accel::Unit;
 use powergs_sim::accel::batch::Batch;
+use powergs_sim::accel::layout::Span;
 use powergs_sim::accel::traffic::pairs_written;
 
 use super::memory::{Memory, Ticket};
@@ -117,7 +118,9 @@ impl Converter {
             !done
         });
         while let Some(&(0, index, bytes)) = self.pipe.first() {
-            self.writes.push((memory.write(now, 0, bytes), index, bytes));
+            let b = batch(frame, index);
+            let span = memory.layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
+            self.writes.push((memory.write(now, 0, bytes, span), index, bytes));
             self.pipe.remove(0);
         }
         if matches!(self.entering, Some((_, 0, 0))) {
@@ -130,7 +133,11 @@ impl Converter {
                     let bytes = ccu.second_read(&held.batch);
                     held.data = match bytes {
                         0 => Data::Here,
-                        _ => Data::Second(memory.read(now, 0, bytes)),
+                        _ => {
+                            let Batch { first, records, survivors, .. } = held.batch;
+                            let span = Span::Survivors { first, records, survivors };
+                            Data::Second(memory.read(now, 0, bytes, span))
+                        }
                     };
                 }
                 Data::Second(ticket) if memory.is_done(ticket, now) => held.data = Data::Here,
@@ -153,7 +160,9 @@ impl Converter {
         let places = self.held.len() < ccu.spec.queue as usize;
         if *next < batches(frame) && fits && places {
             let batch = batch(frame, *next);
-            let ticket = memory.read(now, 0, ccu.first_read(&batch));
+            let bytes = ccu.first_read(&batch);
+            let span = memory.layout.first_read(batch.first, bytes);
+            let ticket = memory.read(now, 0, bytes, span);
             self.held.push(Held { index: *next, batch, data: Data::First(ticket) });
             self.input_used += reserved;
             *next += 1;

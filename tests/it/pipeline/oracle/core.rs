@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use powergs_sim::accel::bsu::Sort;
+use powergs_sim::accel::layout::Span;
 use powergs_sim::accel::schedule::Job;
 use powergs_sim::accel::traffic::Load;
 use powergs_sim::accel::vru::Render;
@@ -61,6 +62,7 @@ struct Chunk {
 
 #[derive(Default)]
 pub struct Core {
+    number: u32,
     dealt: usize,
     held: VecDeque<Held>,
     middle: Option<Middle>,
@@ -71,7 +73,7 @@ pub struct Core {
     sorts_done: usize,
     /// Keys that leave when a sort is done.
     leaving: Vec<(usize, u64)>,
-    pending: Option<u64>,
+    pending: Option<(u32, u64)>,
     writes: Vec<(Ticket, u64)>,
     posted: Vec<Ticket>,
     doomed: Vec<(Ticket, u64)>,
@@ -86,7 +88,7 @@ fn fits(used: u64, bytes: u64, capacity: u64) -> bool {
 
 impl Core {
     pub fn new(number: usize) -> Self {
-        Core { dealt: number, ..Core::default() }
+        Core { number: number as u32, dealt: number, ..Core::default() }
     }
 
     pub fn is_done(&self, now: u64, frame: &Frame, next: usize, memory: &Memory) -> bool {
@@ -106,12 +108,13 @@ impl Core {
     pub fn step(&mut self, now: u64, frame: &Frame, next: &mut usize, memory: &mut Memory) {
         let design = frame.design;
         self.give_back(now, memory);
-        if let Some(bytes) = self.pending
+        if let Some((tile, bytes)) = self.pending
             && fits(self.pixels_used, bytes, design.shares.pixel_out)
         {
             self.pending = None;
             self.pixels_used += bytes;
-            self.writes.push((memory.write(now, RENDERING, bytes), bytes));
+            let span = memory.layout.pixels(tile, bytes);
+            self.writes.push((memory.write(now, RENDERING, bytes, span), bytes));
         }
         let is_ready = self.chunks.front().is_some_and(|c| {
             let here = c.features.is_none_or(|ticket| memory.is_done(ticket, now));
@@ -142,7 +145,7 @@ impl Core {
         });
         let Some(done) = self.rendering.take_if(|c| c.busy == 0 && c.bank == 0) else { return };
         self.features_used -= done.bytes;
-        self.pending = done.pixels;
+        self.pending = done.pixels.map(|bytes| (done.tile as u32, bytes));
         while done.pixels.is_some() && self.chunks.front().is_some_and(|c| !c.wanted) {
             let vain = self.chunks.pop_front().expect("there is one");
             let ticket = vain.features.expect("chunks have features");
@@ -169,9 +172,10 @@ impl Core {
             };
             if left > 0 {
                 let overflow = design.qsu.overflow(&keys);
+                let span = memory.layout.spill(self.number, overflow);
                 let spill = (overflow > 0).then(|| {
-                    self.posted.push(memory.write(now, SORTING, overflow));
-                    memory.read(now, SORTING, overflow)
+                    self.posted.push(memory.write(now, SORTING, overflow, span));
+                    memory.read(now, SORTING, overflow, span)
                 });
                 let (cycles, bank) = (design.qsu.pass_cycles(&keys), design.qsu.pass_stalls(&keys));
                 self.held[i].step = Step::Passes { left: left - 1, cycles, bank, spill };
@@ -205,7 +209,8 @@ impl Core {
                     return;
                 }
                 self.keys_used += bytes;
-                held.step = Step::Reads(memory.read(now, SORTING, job.read));
+                let span = memory.layout.list(job.list_start, job.read);
+                held.step = Step::Reads(memory.read(now, SORTING, job.read, span));
             }
         }
     }
@@ -265,7 +270,8 @@ impl Core {
             Some(last) => self.leaving.push((last.number, resident)),
         }
         if job.kept > 0 {
-            self.posted.push(memory.write(now, SORTING, job.kept));
+            let span = memory.layout.list(job.list_start, job.kept);
+            self.posted.push(memory.write(now, SORTING, job.kept, span));
         }
     }
 
@@ -308,7 +314,9 @@ impl Core {
         self.features_used += bytes;
         middle.chunk += 1;
         let is_last = middle.chunk == tile.chunks;
-        let features = Some(memory.read(now, RENDERING, load.bytes(design)));
+        let start = u64::from(tile.list_start + (middle.chunk - 1) * frame.workload.geometry.chunk);
+        let span = Span::Chunk { start, entries: u64::from(chunk.entries), load };
+        let features = Some(memory.read(now, RENDERING, load.bytes(design), span));
         let sort = Some(self.queue(design, sort, index));
         self.chunks.push_back(Chunk {
             tile: index,
@@ -358,7 +366,10 @@ impl Core {
         let keys = if job.group.is_some() { 0 } else { entries };
         self.features_used += bytes;
         middle.speculated += 1;
-        let features = Some(memory.read(now, RENDERING, bytes));
+        let start = u64::from(tile.list_start + tile.loaded + (middle.speculated - 1) * size);
+        let load = Load { features: entries, hits: 0, colours: 0 };
+        let span = Span::Chunk { start, entries, load };
+        let features = Some(memory.read(now, RENDERING, bytes, span));
         let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));
         let (busy, bank, pixels, wanted) = (0, 0, None, false);
         let chunk =
