@@ -1,13 +1,20 @@
-//! What actions cost: prices, and the breakdown of one frame. Never sees a tile.
+//! What actions cost: prices, area, and the breakdown of one frame. Never sees a tile.
 
+pub mod accelergy;
+pub mod area;
+pub mod cacti;
+pub mod flops;
+pub mod node;
 pub mod prices;
 pub mod table;
 
 use crate::action::Stage;
 use crate::quantity::Picojoules;
 
-pub use prices::Prices;
-pub use table::EnergyTable;
+pub use area::Area;
+pub use flops::flops;
+pub use prices::{Activity, DramCommandPrices, DramCosts, DramWork, Prices, StageWork, Standby};
+pub use table::{Built, EnergyTable};
 
 /// Where energy is spent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,18 +27,21 @@ pub enum Component {
     Flop,
     /// Leakage of the chip, paid for time.
     Leakage,
-    /// Background and refresh of the DRAM, paid for time.
+    /// Background of the DRAM, paid for time.
     Background,
+    /// Refresh of the DRAM, paid for time.
+    Refresh,
 }
 
 impl Component {
     /// All components, in report order.
-    pub const ALL: [Component; 5] = [
+    pub const ALL: [Component; 6] = [
         Component::Dram,
         Component::Sram,
         Component::Flop,
         Component::Leakage,
         Component::Background,
+        Component::Refresh,
     ];
 
     /// The name in every output.
@@ -42,12 +52,13 @@ impl Component {
             Component::Flop => "flop",
             Component::Leakage => "leakage",
             Component::Background => "background",
+            Component::Refresh => "refresh",
         }
     }
 }
 
-/// Energy of one frame by stage and component. `Leakage` and `Background` belong to
-/// [`Stage::Standby`], the others to the stages that work.
+/// Energy of one frame by stage and component. `Leakage`, `Background` and
+/// `Refresh` belong to [`Stage::Standby`], the others to the stages that work.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct EnergyBreakdown {
     parts: [[f64; Component::ALL.len()]; Stage::ALL.len()],

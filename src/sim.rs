@@ -2,14 +2,15 @@
 //! [`FrameReport`].
 
 pub mod check;
+pub mod cost;
 pub mod frames;
 pub mod measured;
 pub mod paper;
 pub mod statistics;
 
-use crate::accel::{self, FrameTiming, Machine};
+use crate::accel::{self, DramCommands, FrameTiming, Machine, UnitCycles};
 use crate::action::{Action, ActionCounts, Stage};
-use crate::energy::{EnergyBreakdown, Prices};
+use crate::energy::{Activity, Area, DramWork, EnergyBreakdown, Prices, StageWork, Standby};
 use crate::quantity::Cycles;
 use crate::splat::Counters;
 use crate::workload::FrameWorkload;
@@ -103,8 +104,10 @@ pub struct FrameReport {
     pub actions: ActionCounts,
     /// Energy of the frame. Standby parts are for the frame's own time.
     pub energy: EnergyBreakdown,
-    /// Power that is paid for time, watts: (leakage, DRAM background).
-    pub standby_w: [f64; 2],
+    /// Power that is paid for time.
+    pub standby: Standby,
+    /// Area of the chip by block, where the energy table knows it.
+    pub area: Option<Area>,
     /// When everything happened; `None` in the `paper` model.
     pub timing: Option<FrameTiming>,
     /// Clock, hertz, with `timing`.
@@ -146,10 +149,15 @@ impl FrameReport {
         Some(self.energy.total().0 * 1e-12 * self.achieved_fps()?)
     }
 
-    /// Power at a display rate, watts: the work of `fps` frames a second, and leakage and
-    /// background all the time.
+    /// Power at a display rate, watts: the work of `fps` frames a second, and what is paid for time
+    /// during frames and between them.
     pub fn power_display_rate_w(&self, fps: f64) -> f64 {
-        self.energy.dynamic().0 * 1e-12 * fps + self.standby_w.iter().sum::<f64>()
+        self.energy.dynamic().0 * 1e-12 * fps + self.standby_w(fps).iter().sum::<f64>()
+    }
+
+    /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM refresh.
+    pub fn standby_w(&self, fps: f64) -> [f64; 3] {
+        self.standby.at_rate(self.frame_time_s().unwrap_or(0.0), fps)
     }
 
     /// Whether the frame takes longer than a period of the display.
@@ -186,7 +194,13 @@ pub fn simulate_measured(
 ) -> Result<FrameReport, Breach> {
     check::geometry(workload, machine)?;
     let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
-    let seconds = Cycles(replay.timing.frame).milliseconds(machine.clock) * 1e-3;
+    let activity = Activity {
+        actions: &replay.actions,
+        seconds: Cycles(replay.timing.frame).milliseconds(machine.clock) * 1e-3,
+        idle: idle(&replay.timing),
+        dram: replay.timing.dram.commands.as_ref().map(dram_work),
+    };
+    let (energy, standby) = (prices.breakdown(&activity), prices.standby(&activity));
     let report = FrameReport {
         frame: label.frame,
         name: label.name,
@@ -196,9 +210,10 @@ pub fn simulate_measured(
             workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations)).sum(),
         ),
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &replay.actions)),
-        energy: prices.breakdown(&replay.actions, seconds),
+        energy,
         actions: replay.actions,
-        standby_w: [prices.leakage_w, prices.background_w],
+        standby,
+        area: prices.area,
         timing: Some(replay.timing),
         clock_hz: Some(machine.clock.0),
         order: measured.order,
@@ -210,6 +225,26 @@ pub fn simulate_measured(
     check::timing(&report, machine)?;
     check::energy(&report, prices)?;
     Ok(report)
+}
+
+/// Share of the frame for which the units of each kind had no work.
+fn idle(timing: &FrameTiming) -> [f64; 4] {
+    let share = |unit: &UnitCycles| {
+        let cycles = timing.frame as f64 * f64::from(unit.instances);
+        if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
+    };
+    let find = |name: &str| timing.units.iter().find(|u| u.unit == name);
+    Area::UNITS.map(|name| find(name).map_or(0.0, share))
+}
+
+/// The commands that cost energy.
+fn dram_work(commands: &DramCommands) -> DramWork {
+    let stages = commands.stages.map(|s| StageWork {
+        reads: s.reads,
+        writes: s.writes,
+        activates: s.activates,
+    });
+    DramWork { stages, refreshes: commands.refreshes }
 }
 
 fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::machine_file::{ConfigUsage, Text, load_machine, read};
+use super::machine_file::{ConfigUsage, Text, energy_table, is_yaml, load_machine, read};
 use super::{Context, Exit, Failure, out};
 use crate::accel::Machine;
 use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
@@ -11,6 +11,12 @@ use crate::config::{ConfigError, Embedded, Problem, schema_of};
 use crate::display::Display;
 use crate::dram::Device;
 use crate::energy::EnergyTable;
+use crate::quantity::Hertz;
+use crate::sim;
+
+use cost::Cost;
+
+mod cost;
 
 /// Shown under `arch --help`.
 pub const EXAMPLES: &str = "\
@@ -48,6 +54,9 @@ pub enum Verb {
         /// Every key in the order of the documentation, without comments
         #[arg(long)]
         resolved: bool,
+        /// Area and peak power of its blocks instead of the file
+        #[arg(long, conflicts_with = "resolved")]
+        cost: bool,
     },
     /// Check files and report everything that is wrong; exit code 2 if anything is
     Check {
@@ -116,7 +125,8 @@ impl Kind {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.verb {
         Verb::List => list(context),
-        Verb::Show { arch, sets, resolved } => show(arch, sets, *resolved, context),
+        Verb::Show { arch, sets, cost: true, .. } => show_cost(arch, sets, context),
+        Verb::Show { arch, sets, resolved, .. } => show(arch, sets, *resolved, context),
         Verb::Check { files, sets } => check(files, sets, context),
         Verb::Schema { kind } => out::json(&kind.schema()).map(|()| Exit::Done),
     }
@@ -166,11 +176,11 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
     let (node, description) = match kind {
         Kind::Machine => {
             let loaded = load_machine(file.name, &[])?;
-            (Some(loaded.energy_table.node.to_string()), loaded.machine.description)
+            (loaded.energy_table.node.map(|n| n.to_string()), loaded.machine.description)
         }
         Kind::Energy => {
             let table = EnergyTable::parse(file.text).map_err(wrong)?;
-            (Some(table.node.to_string()), table.description)
+            (table.node.map(|n| n.to_string()), table.description)
         }
         Kind::Display => (None, Display::parse(file.text).map_err(wrong)?.description),
         Kind::Dram => (None, Device::parse(file.text).map_err(wrong)?.description),
@@ -197,11 +207,32 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     out::text(&loaded.resolved_toml).map(|()| Exit::Done)
 }
 
+fn show_cost(arch: &str, sets: &[String], context: &Context) -> Result<Exit, Failure> {
+    let loaded = load_machine(arch, sets)?;
+    let cost = Cost::new(&loaded.machine, &loaded.prices);
+    let json = context.global.json;
+    let shown = if json { out::json(&cost.json()) } else { out::text(&cost.text()) };
+    shown.map(|()| Exit::Done)
+}
+
 /// What `check` found in one file.
 struct Checked {
     file: Text,
     kind: Kind,
-    result: Result<String, Vec<Problem>>,
+    result: Result<Good, Vec<Problem>>,
+}
+
+/// A file that is right.
+struct Good {
+    summary: String,
+    /// Of a machine.
+    cost: Option<Cost>,
+}
+
+impl From<String> for Good {
+    fn from(summary: String) -> Good {
+        Good { summary, cost: None }
+    }
 }
 
 fn check(files: &[String], sets: &[String], context: &Context) -> Result<Exit, Failure> {
@@ -223,8 +254,9 @@ fn check(files: &[String], sets: &[String], context: &Context) -> Result<Exit, F
     for one in &checked {
         let origin = &one.file.origin;
         match &one.result {
-            Ok(summary) if !context.global.json && !context.global.quiet => {
-                out::text(&format!("{origin}: ok ({summary})\n"))?;
+            Ok(good) if !context.global.json && !context.global.quiet => {
+                let cost = good.cost.as_ref().map_or(String::new(), Cost::text);
+                out::text(&format!("{origin}: ok ({})\n{cost}", good.summary))?;
             }
             Ok(_) => {}
             Err(problems) => {
@@ -238,24 +270,25 @@ fn check(files: &[String], sets: &[String], context: &Context) -> Result<Exit, F
 }
 
 fn check_one(file: Text, sets: &[String]) -> Checked {
-    let kind = kind_of(&file.text);
+    let kind = if is_yaml(&file.origin) { Kind::Energy } else { kind_of(&file.text) };
     let result = match kind {
         Kind::Machine => check_machine(&file, sets),
+        Kind::Energy if is_yaml(&file.origin) => check_reference_table(&file),
         Kind::Energy => EnergyTable::parse(&file.text)
-            .map(|t| format!("energy table {}", t.name))
+            .map(|t| format!("energy table {}", t.name).into())
             .map_err(|e| e.problems),
         Kind::Display => Display::parse(&file.text)
-            .map(|d| format!("display preset {}", d.name))
+            .map(|d| format!("display preset {}", d.name).into())
             .map_err(|e| e.problems),
         Kind::Dram => Device::parse_with(&file.text, sets)
-            .map(|d| format!("DRAM device {}", d.name))
+            .map(|d| format!("DRAM device {}", d.name).into())
             .map_err(|e| e.problems),
     };
     Checked { file, kind, result }
 }
 
 /// A machine is right when its energy table can be found and has a price for its buffers, too.
-fn check_machine(file: &Text, sets: &[String]) -> Result<String, Vec<Problem>> {
+fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
     let machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
     let energy = |message: String| {
         let set = sets.iter().find(|s| s.starts_with("energy=")).cloned();
@@ -274,10 +307,21 @@ fn check_machine(file: &Text, sets: &[String]) -> Result<String, Vec<Problem>> {
     };
     let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
         .map_err(|e| energy(e.to_string()))?;
-    let parsed = EnergyTable::parse(&table.text)
-        .map_err(|e| energy(format!("the energy table {} is wrong: {e}", table.origin)))?;
-    parsed.prices(&machine.inventory()).map_err(|e| energy(e.to_string()))?;
-    Ok(format!("machine {}, energy table {}", machine.name, parsed.name))
+    let (parsed, _) = energy_table(&table, machine.clock)
+        .map_err(|e| energy(format!("the energy table is wrong: {e}")))?;
+    let prices = sim::cost::prices(&parsed, &machine);
+    let prices = prices.map_err(|e| energy(e.to_string()))?;
+    let node = parsed.node.map_or(String::new(), |n| format!(", {n}"));
+    let summary = format!("machine {}, energy table {}{node}", machine.name, parsed.name);
+    Ok(Good { summary, cost: Some(Cost::new(&machine, &prices)) })
+}
+
+/// A reference table of Accelergy: the clock matters for its leakage only.
+fn check_reference_table(file: &Text) -> Result<Good, Vec<Problem>> {
+    let place = Place::of(&file.text, 0..0);
+    let problem = |message| vec![Problem { place, key: String::new(), message }];
+    let (table, _) = energy_table(file, Hertz(1e9)).map_err(|e| problem(e.to_string()))?;
+    Ok(format!("energy reference table {}", table.name).into())
 }
 
 /// What a file is, by the tables that only one kind has.
@@ -309,5 +353,6 @@ fn checked_json(checked: &Checked) -> Value {
         "kind": checked.kind.name(),
         "ok": problems.is_empty(),
         "problems": problems.iter().map(problem).collect::<Vec<_>>(),
+        "cost": checked.result.as_ref().ok().and_then(|good| good.cost.as_ref()).map(Cost::json),
     })
 }

@@ -227,7 +227,7 @@ fn facts(args: &Args, source: &TraceSource, loaded: &LoadedMachine) -> Result<Fa
     let mut configuration = toml::Table::new();
     for (role, file, resolved) in [
         ("machine", &loaded.machine_file, &loaded.resolved_toml),
-        ("energy", &loaded.energy_file, &loaded.energy_file.text),
+        ("energy", &loaded.energy_file, &loaded.energy_toml),
     ] {
         inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
         let table = resolved.parse().or_exit(Exit::Internal, &file.origin)?;

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::machine_file::{LoadedMachine, Text, load_machine, read};
+use super::machine_file::{LoadedMachine, Text, load_machine_with, read};
 use super::replay::{Args, DramArg, EachFrame, Engine, ModelArg};
 use super::run_folder::RunFolder;
 use super::timeline::{self, Asked};
@@ -13,8 +13,8 @@ use crate::accel::Machine;
 use crate::accel::machine::DramModel;
 use crate::accel::timeline::{Observer, Span};
 use crate::action::Action;
-use crate::config::embedded::{ENERGY, find};
-use crate::energy::EnergyTable;
+use crate::config::embedded::ENERGY;
+use crate::energy::{self, EnergyTable};
 use crate::report::roofline::Roofline;
 use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
@@ -44,10 +44,12 @@ impl Simulator {
             if let Some(model) = args.dram_model {
                 sets.push(format!("dram.model={}", model.key()));
             }
-            return Ok(Simulator::Cycle(Box::new(load_machine(&args.arch, &sets)?)));
+            let loaded = load_machine_with(&args.arch, &sets, args.energy.as_deref())?;
+            return Ok(Simulator::Cycle(Box::new(loaded)));
         }
-        if !args.sets.is_empty() || args.dram_model.is_some() || args.timeline.is_some() {
-            let what = "--set, --dram-model, --timeline: the paper model has no machine; use \
+        let machine_only = args.dram_model.is_some() || args.timeline.is_some();
+        if !args.sets.is_empty() || machine_only || args.energy.is_some() {
+            let what = "--set, --energy, --dram-model, --timeline: the paper model has no machine; use \
                         --model cycle";
             return Err(Failure::new(Exit::Usage, what));
         }
@@ -122,7 +124,7 @@ impl Simulator {
         match self {
             Simulator::Cycle(l) => vec![
                 ("machine", &l.machine_file, l.resolved_toml.as_str()),
-                ("energy", &l.energy_file, l.energy_file.text.as_str()),
+                ("energy", &l.energy_file, l.energy_toml.as_str()),
                 ("dram", &l.device_file, l.device_file.text.as_str()),
             ],
             Simulator::Paper { table, .. } => vec![("energy", table, table.text.as_str())],
@@ -145,11 +147,8 @@ pub fn machine_facts(loaded: &LoadedMachine) -> MachineFacts {
 /// everything each interval and makes its box tests beside that; a rendering unit evaluates and
 /// blends a pixel each cycle. Sorting counts no operations.
 fn roofline(machine: &Machine) -> Option<Roofline> {
-    let table = EnergyTable::parse(find(ENERGY, PAPER_TABLE)?).ok()?;
-    let of = |action: Action| table.flops(action).unwrap_or(0);
-    let mut flops = [0; Action::COUNT];
-    Action::all().into_iter().for_each(|a| flops[a.index()] = of(a));
-    let sum = |actions: &[Action]| f64::from(actions.iter().map(|&a| of(a)).sum::<u32>());
+    let flops = energy::flops::per_action();
+    let sum = |actions: &[Action]| f64::from(actions.iter().map(|a| flops[a.index()]).sum::<u32>());
     let (ccu, vru) = (&machine.ccu, &machine.vru);
     let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
     let per_ccu = sum(&gaussian) / f64::from(ccu.initiation_interval)

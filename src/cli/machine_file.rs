@@ -14,7 +14,9 @@ use crate::config::suggest::nearest;
 use crate::config::{ConfigError, Embedded};
 use crate::display::Display;
 use crate::dram::Device;
-use crate::energy::{EnergyTable, Prices};
+use crate::energy::{EnergyTable, Prices, accelergy};
+use crate::quantity::Hertz;
+use crate::sim;
 
 /// A configuration text and where it came from.
 #[derive(Debug, Clone)]
@@ -46,6 +48,8 @@ pub struct LoadedMachine {
     pub energy_file: Text,
     /// The DRAM device as it was read.
     pub device_file: Text,
+    /// The energy table as TOML: as it was read, or made of the reference tables that were read.
+    pub energy_toml: String,
 }
 
 /// Loads a machine by name or path, with `key=value` overlays, and its energy table and DRAM device.
@@ -54,6 +58,19 @@ pub struct LoadedMachine {
 /// Exit code 2: an unknown name (with the known ones), a file that cannot be read, and everything
 /// that is wrong in it.
 pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failure> {
+    load_machine_with(arch, sets, None)
+}
+
+/// As [`load_machine`], with this energy table in place of the machine's: a name, or a path from the
+/// working folder.
+///
+/// # Errors
+/// As [`load_machine`].
+pub fn load_machine_with(
+    arch: &str,
+    sets: &[String],
+    energy: Option<&str>,
+) -> Result<LoadedMachine, Failure> {
     let machine_file = read("machine", arch, MACHINES, None)?;
     let mut machine = Machine::parse_with(&machine_file.text, sets).usage(&machine_file.origin)?;
     let folder = machine_file.folder.as_deref();
@@ -64,13 +81,16 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
             |(_, message)| Failure::new(Exit::Usage, format!("{}: {message}", machine_file.origin));
         machine.link(&device).map_err(wrong)?;
     }
-    let energy_file =
-        read("energy table", &machine.energy, ENERGY, machine_file.folder.as_deref())?;
-    let energy_table = EnergyTable::parse(&energy_file.text).usage(&energy_file.origin)?;
+    let energy_folder = if energy.is_some() { None } else { folder };
+    if let Some(name) = energy {
+        name.clone_into(&mut machine.energy);
+    }
+    let energy_file = read("energy table", &machine.energy, ENERGY, energy_folder)?;
+    let (energy_table, energy_toml) = energy_table(&energy_file, machine.clock)?;
     let prices =
-        energy_table.prices(&machine.inventory()).or_exit(Exit::Usage, &machine_file.origin)?;
+        sim::cost::prices(&energy_table, &machine).or_exit(Exit::Usage, &machine_file.origin)?;
     let mut sources = cited(&machine_file.text);
-    sources.extend(cited(&energy_file.text));
+    sources.extend(cited(&energy_toml));
     sources.extend(cited(&device_file.text));
     let resolved_toml = machine.to_toml();
     Ok(LoadedMachine {
@@ -82,16 +102,40 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
         machine_file,
         energy_file,
         device_file,
+        energy_toml,
     })
 }
 
-/// Loads an energy table by name or path.
+/// The energy table in a file, TOML or an energy reference table of Accelergy, and its TOML.
 ///
 /// # Errors
-/// As [`load_machine`].
-pub fn load_energy(name: &str) -> Result<EnergyTable, Failure> {
-    let file = read("energy table", name, ENERGY, None)?;
-    EnergyTable::parse(&file.text).usage(&file.origin)
+/// Exit code 2: everything that is wrong in it.
+pub fn energy_table(file: &Text, clock: Hertz) -> Result<(EnergyTable, String), Failure> {
+    if !is_yaml(&file.origin) {
+        return Ok((EnergyTable::parse(&file.text).usage(&file.origin)?, file.text.clone()));
+    }
+    let path = Path::new(&file.origin);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let beside = path.file_name().map(|n| n.to_string_lossy().replace("ERT", "ART"));
+    let beside = beside.map(|n| path.with_file_name(n)).filter(|p| p != path && p.exists());
+    let art = match &beside {
+        Some(path) => Some(read_text(path).or_exit(Exit::Usage, path.display())?),
+        None => None,
+    };
+    let origin = match &beside {
+        Some(art) => format!("{} (areas: {})", file.origin, art.display()),
+        None => file.origin.clone(),
+    };
+    let table =
+        accelergy::table(&name, &file.text, art.as_deref(), clock).or_exit(Exit::Usage, origin)?;
+    let text = toml::to_string(&table).or_exit(Exit::Internal, &file.origin)?;
+    Ok((table, text))
+}
+
+/// Whether a file is read as a reference table of Accelergy.
+pub fn is_yaml(name: &str) -> bool {
+    let end = Path::new(name).extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    end == "yaml" || end == "yml"
 }
 
 /// Loads a display preset by name or path.
@@ -118,7 +162,7 @@ pub fn read(
     }
     let beside = folder.map(|f| f.join(name)).filter(|p| p.exists());
     let path = beside.unwrap_or_else(|| PathBuf::from(name));
-    let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml");
+    let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml") || is_yaml(name);
     if !path.exists() && !looks_like_path {
         let near = nearest(name, embedded.iter().map(|f| f.name));
         let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
@@ -137,7 +181,7 @@ fn read_text(path: &Path) -> anyhow::Result<String> {
     File::open(path)?.take(TEXT_MAX as u64 + 1).read_to_end(&mut bytes)?;
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
-        anyhow::anyhow!("byte {at} is not UTF-8: this is no TOML file")
+        anyhow::anyhow!("byte {at} is not UTF-8: this is no configuration file")
     })
 }
 

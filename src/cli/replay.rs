@@ -21,6 +21,7 @@ Examples:
   powergs-sim replay traces/demo.bin
   powergs-sim replay scene.bin --arch gscore --set vru.cores=8 --out reports/eight
   powergs-sim replay scene.bin --frames 0..24 --fps 72 --json
+  powergs-sim replay scene.bin --energy gscore-7nm
   powergs-sim replay scene.bin --dram-model both --what-if 0
   powergs-sim replay scene.bin --timeline 3:100..140 --out reports/look
   powergs-sim replay scene.bin --model paper
@@ -44,6 +45,10 @@ pub struct Args {
     /// Change a key of the machine file for this run; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
+    /// Energy table, in place of the machine's: a name of `arch list`, a TOML file, or an
+    /// energy reference table of Accelergy (FILE.yaml)
+    #[arg(long, value_name = "NAME|FILE")]
+    pub energy: Option<String>,
     /// Model: the simulated machine, or the published closed-form counts
     #[arg(long, value_enum, default_value = "cycle")]
     pub model: ModelArg,
@@ -226,6 +231,9 @@ fn next_command(args: &Args, step: &[String]) -> String {
     }
     for set in args.sets.iter().chain(step) {
         words.extend(["--set".into(), set.clone()]);
+    }
+    if let Some(energy) = &args.energy {
+        words.extend(["--energy".into(), energy.clone()]);
     }
     if args.model == ModelArg::Cycle && step.is_empty() {
         words.extend(["--model".into(), "paper".into()]);

@@ -7,7 +7,7 @@ use crate::energy::Prices;
 use crate::quantity::Bytes;
 use crate::report::WhatIf;
 use crate::report::what_if::{Cost, Skipped, Step};
-use crate::sim::FrameReport;
+use crate::sim::{self, FrameReport};
 
 /// A machine that differs from another one.
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ impl Variant {
         if let (None, Some(device)) = (&machine.device, &loaded.machine.device) {
             machine.link(device).map_err(|(_, message)| message)?;
         }
-        let prices = loaded.energy_table.prices(&machine.inventory());
+        let prices = sim::cost::prices(&loaded.energy_table, &machine);
         let prices = prices.map_err(|e| one_line(e.to_string()))?;
         Ok(Variant { machine, prices })
     }

@@ -22,7 +22,14 @@ macro_rules! embedded {
 pub const MACHINES: &[Embedded] = embedded!("machines": "gscore", "gscore-16core", "edge");
 
 /// Energy tables, the default first.
-pub const ENERGY: &[Embedded] = embedded!("energy": "gscore-28nm", "gscore-28nm-lpddr4", "paper");
+pub const ENERGY: &[Embedded] = embedded!("energy":
+    "gscore-28nm",
+    "gscore-16nm",
+    "gscore-28nm-device",
+    "gscore-28nm-lpddr4",
+    "gscore-7nm",
+    "paper"
+);
 
 /// Display-power presets, the default first.
 pub const DISPLAYS: &[Embedded] = embedded!("display": "oled-powergs", "oled-d22");
@@ -46,6 +53,15 @@ pub const DRAM: &[Embedded] = embedded!("dram":
 
 /// Where the numbers come from.
 pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
+
+/// Energy and area from one technology node to another.
+pub const NODES: &str = include_str!("../../arch-configs/nodes.toml");
+
+/// Floating-point operations of each action.
+pub const FLOPS: &str = include_str!("../../arch-configs/flops.toml");
+
+/// SRAM banks after CACTI 7.
+pub const CACTI: &str = include_str!("../../arch-configs/sram/cacti-7.csv");
 
 /// The file of this name.
 pub fn find(files: &[Embedded], name: &str) -> Option<&'static str> {

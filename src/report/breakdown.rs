@@ -4,7 +4,7 @@
 use super::Means;
 use crate::accel::Stall;
 use crate::action::Stage;
-use crate::energy::Component;
+use crate::energy::{Component, Standby};
 
 /// A value for every stage and component.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,15 +16,15 @@ pub struct Breakdown {
 impl Breakdown {
     /// Mean energy of a frame, joules. Standby parts are for the frame's own time.
     pub fn energy_j(means: &Means) -> Option<Breakdown> {
-        Self::new(means, 1e-12, ["energy_pj.leakage", "energy_pj.background"], 1e-12)
+        Self::new(means, 1e-12, "energy_pj", 1e-12)
     }
 
     /// Mean power at `fps` frames a second, watts. Standby parts are paid all the time.
     pub fn power_w(means: &Means, fps: f64) -> Option<Breakdown> {
-        Self::new(means, 1e-12 * fps, ["power_w.leakage", "power_w.background"], 1.0)
+        Self::new(means, 1e-12 * fps, "power_w", 1.0)
     }
 
-    fn new(means: &Means, work: f64, standby: [&str; 2], standby_scale: f64) -> Option<Breakdown> {
+    fn new(means: &Means, work: f64, standby: &str, standby_scale: f64) -> Option<Breakdown> {
         let mut parts = [[0.0; Component::ALL.len()]; Stage::ALL.len()];
         for stage in Stage::WORK {
             for component in [Component::Dram, Component::Sram, Component::Flop] {
@@ -33,8 +33,10 @@ impl Breakdown {
             }
         }
         let row = &mut parts[Stage::Standby as usize];
-        row[Component::Leakage as usize] = means.get(standby[0])? * standby_scale;
-        row[Component::Background as usize] = means.get(standby[1])? * standby_scale;
+        for component in Standby::COMPONENTS {
+            let name = format!("{standby}.{}", component.name());
+            row[component as usize] = means.get(&name)? * standby_scale;
+        }
         Some(Breakdown { parts })
     }
 

@@ -130,12 +130,13 @@ pub fn mattered(
         }
     }
     let total = means.get("energy_pj.total").filter(|t| *t > 0.0);
-    let parts: [(&str, &str, &[&'static str]); 5] = [
+    let parts: [(&str, &str, &[&'static str]); 6] = [
         ("dram", "DRAM accesses", &["powergs"]),
         ("sram", "buffer accesses", &["A13"]),
         ("flop", "arithmetic", &["A8", "A10"]),
         ("leakage", "leakage", &["A9"]),
         ("background", "DRAM background", &["A11"]),
+        ("refresh", "DRAM refresh", &["A11"]),
     ];
     let mut large: Vec<_> = parts
         .into_iter()

@@ -6,7 +6,7 @@ use super::breakdown::{Breakdown, CycleRow};
 use super::format::{engineering, percent, prefix_of, rate, shortened, significant, wrapped};
 use super::{Means, Run, Table, bottleneck, limits};
 use crate::action::Stage;
-use crate::energy::Component;
+use crate::energy::{Component, Standby};
 
 /// Widest line.
 const WIDTH: usize = 80;
@@ -134,8 +134,7 @@ fn power_table(run: &Run, means: &Means) -> Option<String> {
 
 /// Whether a stage can have a component at all: standby parts are paid for time only.
 pub(super) fn applies(stage: Stage, component: Component) -> bool {
-    let standby = matches!(component, Component::Leakage | Component::Background);
-    standby == (stage == Stage::Standby)
+    Standby::COMPONENTS.contains(&component) == (stage == Stage::Standby)
 }
 
 fn cycle_table(run: &Run, means: &Means) -> String {

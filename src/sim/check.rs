@@ -1,9 +1,9 @@
 //! Accounts that must close in every run. A breach is a defect, never a warning.
 
 use super::FrameReport;
-use crate::accel::{Machine, Traffic};
+use crate::accel::{Machine, StageCommands, Traffic};
 use crate::action::{Action, Stage};
-use crate::energy::Prices;
+use crate::energy::{Prices, StageWork};
 use crate::workload::{FrameWorkload, Geometry};
 
 /// Relative tolerance of sums of energies: they are added in different orders.
@@ -164,12 +164,20 @@ pub fn timing(report: &FrameReport, machine: &Machine) -> Result<(), Breach> {
     Ok(())
 }
 
-/// Actions x prices and standby watts x time add up to the total of the breakdown.
+/// Actions x prices, DRAM commands x prices and standby watts x time add up to the total of the
+/// breakdown.
 pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
     let work: f64 =
         Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
-    let time: f64 = report.standby_w.iter().sum::<f64>() * report.frame_time_s().unwrap_or(0.0);
-    let (parts, total) = (work + time * 1e12, report.energy.total().0);
+    let commands = report.timing.as_ref().and_then(|t| t.dram.commands.as_ref());
+    let commands: f64 = commands.map_or(0.0, |c| {
+        let sum = |field: fn(&StageCommands) -> u64| c.stages.iter().map(field).sum();
+        let (reads, writes) = (sum(|s| s.reads), sum(|s| s.writes));
+        prices.commands(&StageWork { reads, writes, activates: sum(|s| s.activates) }).0
+    });
+    let standby: f64 = report.standby.running_w.iter().sum();
+    let time = standby * report.frame_time_s().unwrap_or(0.0);
+    let (parts, total) = (work + commands + time * 1e12, report.energy.total().0);
     if (parts - total).abs() <= ENERGY_TOLERANCE * total.abs().max(parts.abs()) {
         return Ok(());
     }

@@ -2,7 +2,7 @@
 
 use super::{FrameReport, Label, StageBytes};
 use crate::action::{ActionCounts, Stage};
-use crate::energy::{Component, EnergyBreakdown};
+use crate::energy::{Component, EnergyBreakdown, Standby};
 use crate::quantity::Picojoules;
 use crate::workload::FrameWorkload;
 use crate::workload::paper::{Padding, StageCounts, count_frame};
@@ -41,7 +41,8 @@ pub fn simulate(
         stages: counts.map(stage_bytes),
         actions: ActionCounts::default(),
         energy: breakdown(&counts, prices),
-        standby_w: [0.0; 2],
+        standby: Standby::default(),
+        area: None,
         timing: None,
         clock_hz: None,
         order: None,

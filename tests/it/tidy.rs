@@ -24,7 +24,14 @@ const MAY_USE: [(&str, &[&str]); 17] = [
     ("energy", &["quantity", "action", "config"]),
     ("display", &["quantity", "config", "picture"]),
     ("dram", &["quantity", "config"]),
-    ("sim", &["quantity", "action", "workload", "accel", "energy", "display", "config", "splat"]),
+    // `dram`: what the commands of a device cost becomes prices.
+    (
+        "sim",
+        &[
+            "quantity", "action", "workload", "accel", "energy", "display", "config", "splat",
+            "dram",
+        ],
+    ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
     ("report", &["sim", "accel", "action", "energy", "workload"]),
     ("lib", &[]),

@@ -20,6 +20,7 @@ pub(in crate::report) fn colour(component: Component) -> RGBColor {
         Component::Flop => palette::ORANGE,
         Component::Leakage => palette::GREY,
         Component::Background => palette::PURPLE,
+        Component::Refresh => palette::YELLOW,
     }
 }
 

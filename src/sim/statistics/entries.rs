@@ -15,6 +15,7 @@ pub(super) fn all() -> Vec<Statistic> {
     time(&mut list);
     cost::power(&mut list);
     cost::energy(&mut list);
+    cost::area(&mut list);
     bytes(&mut list);
     counters(&mut list);
     machine::units(&mut list);

@@ -2,15 +2,16 @@
 
 use super::{List, real};
 use crate::action::Stage;
-use crate::energy::Component;
+use crate::energy::{Area, Component};
 use crate::sim::FrameReport;
 
 /// Watts of one component at `fps`: the work of `fps` frames a second; what is paid for time is
 /// paid all the time.
 fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {
     match component {
-        Component::Leakage => frame.standby_w[0],
-        Component::Background => frame.standby_w[1],
+        Component::Leakage => frame.standby_w(fps)[0],
+        Component::Background => frame.standby_w(fps)[1],
+        Component::Refresh => frame.standby_w(fps)[2],
         Component::Dram | Component::Sram | Component::Flop => {
             frame.energy.component(component).0 * 1e-12 * fps
         }
@@ -19,7 +20,7 @@ fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {
 
 fn stage_w(frame: &FrameReport, stage: Stage, fps: f64) -> f64 {
     match stage {
-        Stage::Standby => frame.standby_w.iter().sum(),
+        Stage::Standby => frame.standby_w(fps).iter().sum(),
         Stage::Preprocessing | Stage::Sorting | Stage::Rendering => {
             frame.energy.stage(stage).0 * 1e-12 * fps
         }
@@ -31,7 +32,9 @@ pub(super) fn stage_words(stage: Stage) -> &'static str {
         Stage::Preprocessing => "preprocessing (cull, project, intersect)",
         Stage::Sorting => "sorting",
         Stage::Rendering => "rendering (colour, features, α, blending)",
-        Stage::Standby => "standby (leakage and DRAM background: paid for time, not for work)",
+        Stage::Standby => {
+            "standby (leakage, DRAM background and refresh: paid for time, not for work)"
+        }
     }
 }
 
@@ -41,7 +44,8 @@ fn component_words(component: Component) -> &'static str {
         Component::Sram => "on-chip buffer accesses",
         Component::Flop => "arithmetic and control of the units",
         Component::Leakage => "leakage of the chip",
-        Component::Background => "DRAM background and refresh",
+        Component::Background => "DRAM background",
+        Component::Refresh => "DRAM refresh",
     }
 }
 
@@ -50,8 +54,8 @@ pub(super) fn power(list: &mut List) {
         list,
         "power_w.total",
         "W",
-        "Power at the display rate: work of `fps` frames a second, plus standby power all the \
-         time. The power to compare designs with.",
+        "Power at the display rate: work of `fps` frames a second, plus standby power during frames \
+         and between them. The power to compare designs with.",
         |f, fps| Some(f.power_display_rate_w(fps)),
     );
     for c in Component::ALL {
@@ -88,6 +92,28 @@ pub(super) fn power(list: &mut List) {
         "`power_w.total` + `display_power_w`.",
         |f, fps| Some(f.power_display_rate_w(fps) + f.display_w?),
     );
+}
+
+pub(super) fn area(list: &mut List) {
+    real(
+        list,
+        "area_mm2.total",
+        "mm2",
+        "Area of the chip at the node of the energy table; absent where the table has none. DRAM is \
+         another chip.",
+        |f, _| Some(f.area?.total().0),
+    );
+    for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
+        let what = match name {
+            "rest" => "everything that is neither unit nor buffer".to_owned(),
+            unit if i < Area::UNITS.len() => format!("all units of the kind `{unit}`"),
+            buffer => format!("the {buffer} buffer, all shares and banks"),
+        };
+        let text = format!("Part of `area_mm2.total`: {what}.");
+        real(list, format!("area_mm2.{name}"), "mm2", text, move |f, _| {
+            Some(f.area?.blocks()[i].1.0)
+        });
+    }
 }
 
 pub(super) fn energy(list: &mut List) {

@@ -1,0 +1,59 @@
+//! Area and peak power of a machine by block, as `arch check` and `arch show --cost` print them.
+
+use serde_json::{Map, Value, json};
+
+use crate::accel::Machine;
+use crate::energy::{Area, Prices};
+use crate::report::format::significant;
+use crate::sim::cost::peak_w;
+
+/// What a machine takes in silicon and, at most, in power.
+#[derive(Debug, Clone)]
+pub struct Cost {
+    area: Option<Area>,
+    peak_w: Vec<(&'static str, f64)>,
+}
+
+impl Cost {
+    /// Of a machine.
+    pub fn new(machine: &Machine, prices: &Prices) -> Cost {
+        Cost { area: prices.area, peak_w: peak_w(machine, prices) }
+    }
+
+    fn total_w(&self) -> f64 {
+        self.peak_w.iter().map(|(_, watts)| watts).sum()
+    }
+
+    /// Blocks that take nothing are left out.
+    pub fn text(&self) -> String {
+        let mut text = format!("  {:<12} {:>9} {:>9}\n", "block", "area mm2", "peak mW");
+        let mut line = |name: &str, area: Option<f64>, watts: Option<f64>| {
+            if area.unwrap_or(0.0) == 0.0 && watts.unwrap_or(0.0) == 0.0 {
+                return;
+            }
+            let cell = |x: Option<f64>| x.map_or("-".to_owned(), significant);
+            let (area, power) = (cell(area), cell(watts.map(|w| w * 1e3)));
+            text += &format!("  {name:<12} {area:>9} {power:>9}\n");
+        };
+        for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
+            let area = self.area.map(|a| a.blocks()[i].1.0);
+            let watts = self.peak_w.iter().find(|(block, _)| *block == name).map(|(_, w)| *w);
+            line(name, area, watts);
+        }
+        line("total", self.area.map(|a| a.total().0), Some(self.total_w()));
+        text
+    }
+
+    /// As JSON.
+    pub fn json(&self) -> Value {
+        let area = self.area.map(|a| {
+            let blocks = a.blocks().into_iter().map(|(name, x)| (name.to_owned(), json!(x.0)));
+            let total = ("total".to_owned(), json!(a.total().0));
+            std::iter::once(total).chain(blocks).collect::<Map<_, _>>()
+        });
+        let blocks = self.peak_w.iter().map(|(name, watts)| ((*name).to_owned(), json!(watts)));
+        let total = ("total".to_owned(), json!(self.total_w()));
+        let peak: Map<_, _> = std::iter::once(total).chain(blocks).collect();
+        json!({ "area_mm2": area, "peak_power_w": peak })
+    }
+}

@@ -1,0 +1,90 @@
+//! What a machine costs before it does anything: prices, and the power of each block at its peak.
+
+use crate::accel::Machine;
+use crate::accel::machine::DramModel;
+use crate::action::{Action, Buffer};
+use crate::dram::Device;
+use crate::dram::device::Refresh;
+use crate::energy::table::PriceError;
+use crate::energy::{Area, Built, DramCommandPrices, DramCosts, EnergyTable, Prices};
+
+/// The prices of `table` on `machine`; those of its DRAM device, where its DRAM model counts commands.
+///
+/// # Errors
+/// A machine that the table has no price for.
+pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceError> {
+    let inventory = machine.inventory();
+    let gating = &machine.gating;
+    let device = machine.device.as_deref().filter(|_| machine.dram.model != DramModel::Bandwidth);
+    table.prices(&Built {
+        inventory: &inventory,
+        idle_leakage: if gating.units { gating.residual } else { 1.0 },
+        device: device.map(device_costs),
+    })
+}
+
+/// What the commands of a device cost, all channels together. Its standby is that of open rows while
+/// a frame runs, and power-down between frames (A56).
+pub fn device_costs(device: &Device) -> DramCosts {
+    let energy = &device.energy;
+    let scale = energy.scale;
+    if let Some(flat) = &energy.flat {
+        let pj = flat.energy.0 * scale;
+        return DramCosts::Bytes { read_pj: pj, write_pj: pj, background_w: 0.0, refresh_w: 0.0 };
+    }
+    let prices = energy.actions.as_ref().expect("checked: flat or actions");
+    let organisation = &device.organisation;
+    let channels = f64::from(organisation.channels) * scale;
+    let refresh_pj = prices.refresh.energy.0 * scale;
+    let interval_s = device.ns(u64::from(device.timing.refresh_interval)) * 1e-9;
+    let ranks = f64::from(organisation.channels * organisation.pseudo_channels);
+    let resting_refresh_w = match device.controller.refresh {
+        Refresh::None => 0.0,
+        _ => refresh_pj * 1e-12 * ranks / interval_s,
+    };
+    DramCosts::Commands(DramCommandPrices {
+        activate_pj: prices.activate.energy.0 * scale,
+        read_pj: (prices.read.energy.0 + prices.read_io.energy.0) * scale,
+        write_pj: (prices.write.energy.0 + prices.write_io.energy.0) * scale,
+        refresh_pj,
+        background_w: prices.background.active.power.0 * channels,
+        resting_w: prices.background.power_down.power.0 * channels,
+        resting_refresh_w,
+    })
+}
+
+/// Power of every block of the chip when each does all that it can in every cycle, leakage included:
+/// a bound. Names as in [`Area::blocks`]; DRAM is another chip.
+pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
+    let pj = |actions: &[Action]| actions.iter().map(|&a| prices.of(a).0).sum::<f64>();
+    let (ccu, gsu) = (&machine.ccu, &machine.gsu);
+    let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
+    let per_cycle = [
+        pj(&gaussian) / f64::from(ccu.initiation_interval)
+            + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
+        pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
+        pj(&[Action::CompareExchange]) * f64::from(compare_exchanges(gsu.bsu_width)),
+        pj(&[Action::Alpha, Action::Blend]),
+    ];
+    let inventory = machine.inventory();
+    let watts = machine.clock.0 * 1e-12;
+    let mut blocks = Vec::new();
+    for (i, name) in Area::UNITS.into_iter().enumerate() {
+        let dynamic = per_cycle[i] * f64::from(inventory.units[i]) * watts;
+        blocks.push((name, dynamic + prices.unit_leakage_w[i]));
+    }
+    for (buffer, memory) in Buffer::ALL.into_iter().zip(&inventory.memories) {
+        let (read, write) = (pj(&[Action::SramRead(buffer)]), pj(&[Action::SramWrite(buffer)]));
+        let per_byte = if memory.two_ports { read + write } else { read.max(write) };
+        let bytes = memory.word.0 as f64 * f64::from(memory.banks);
+        let leakage = prices.sram_leakage_w[buffer as usize];
+        blocks.push((buffer.name(), per_byte * bytes * watts + leakage));
+    }
+    blocks
+}
+
+/// Compare-exchanges of a bitonic network of `width` inputs.
+fn compare_exchanges(width: u32) -> u32 {
+    let steps = width.ilog2();
+    width / 2 * (steps * (steps + 1) / 2)
+}
