@@ -1,17 +1,53 @@
-//! Does energy add up? Prices are 1, 2, 3, ... so that no two actions can be confused.
+//! Does energy add up? What do banks and reference tables cost? Prices are 1, 2, 3, ... so that no two actions can be confused.
 
+use powergs_sim::accel::machine::{DramModel, GatingSpec};
 use powergs_sim::accel::{Machine, Traffic, replay};
 use powergs_sim::action::{Action, ActionCounts, Stage};
+use powergs_sim::config::embedded::{ENERGY, find};
 use powergs_sim::energy::prices::component_of;
-use powergs_sim::energy::{Component, Prices};
-use powergs_sim::sim::{Breach, FrameReport, Label, check, frames, simulate};
+use powergs_sim::energy::{
+    Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
+};
+use powergs_sim::sim::{Breach, FrameReport, Label, check, cost, frames, simulate};
 use powergs_sim::workload::FrameWorkload;
+
+mod accelergy;
+mod sram;
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
 fn prices() -> Prices {
-    let per_action = std::array::from_fn(|i| (i + 1) as f64);
-    Prices { per_action, leakage_w: 0.25, background_w: 0.5 }
+    let per_action: [f64; Action::COUNT] = std::array::from_fn(|i| (i + 1) as f64);
+    let [read_pj, write_pj] = [Action::DramRead, Action::DramWrite].map(|a| per_action[a.index()]);
+    Prices {
+        per_action,
+        unit_leakage_w: [0.0625, 0.03125, 0.03125, 0.0625],
+        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0],
+        idle_leakage: 1.0,
+        dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
+        area: None,
+    }
+}
+
+/// Prices of commands, no two of them alike.
+fn commands() -> Prices {
+    let mut prices = prices();
+    prices.per_action[Action::DramRead.index()] = 0.0;
+    prices.per_action[Action::DramWrite.index()] = 0.0;
+    prices.dram = DramCosts::Commands(DramCommandPrices {
+        activate_pj: 101.0,
+        read_pj: 211.0,
+        write_pj: 307.0,
+        refresh_pj: 401.0,
+        background_w: 0.5,
+        resting_w: 0.0625,
+        resting_refresh_w: 0.03125,
+    });
+    prices
+}
+
+fn activity(actions: &ActionCounts, seconds: f64) -> Activity<'_> {
+    Activity { actions, seconds, idle: [0.0; 4], dram: None }
 }
 
 fn small() -> (Machine, FrameWorkload) {
@@ -31,7 +67,7 @@ fn every_action_is_priced_once_in_its_component() {
     for (i, action) in Action::all().into_iter().enumerate() {
         let mut actions = ActionCounts::default();
         actions.charge(Stage::Sorting, action, 10);
-        let energy = prices().breakdown(&actions, 0.0);
+        let energy = prices().breakdown(&activity(&actions, 0.0));
         assert_eq!(action.index(), i);
         assert_eq!(energy.part(Stage::Sorting, component_of(action)).0, 10.0 * (i + 1) as f64);
         assert_eq!(energy.total().0, 10.0 * (i + 1) as f64, "{action:?}");
@@ -40,10 +76,91 @@ fn every_action_is_priced_once_in_its_component() {
 
 #[test]
 fn standby_is_paid_for_time() {
-    let energy = prices().breakdown(&ActionCounts::default(), 2e-3);
+    let energy = prices().breakdown(&activity(&ActionCounts::default(), 2e-3));
     assert_eq!(energy.part(Stage::Standby, Component::Leakage).0, 0.25 * 2e-3 * 1e12);
-    assert_eq!(energy.part(Stage::Standby, Component::Background).0, 0.5 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Stage::Standby, Component::Background).0, 0.375 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Stage::Standby, Component::Refresh).0, 0.125 * 2e-3 * 1e12);
     assert_eq!(energy.dynamic().0, 0.0);
+}
+
+#[test]
+fn commands_cost_what_they_are_and_bytes_nothing() {
+    let mut actions = ActionCounts::default();
+    actions.charge(Stage::Rendering, Action::DramRead, 1_000_000);
+    let mut work = DramWork { refreshes: 7, ..DramWork::default() };
+    work.stages[1] = StageWork { reads: 2, writes: 3, activates: 5 };
+    let done = Activity { dram: Some(work), ..activity(&actions, 1e-3) };
+    let energy = commands().breakdown(&done);
+    assert_eq!(energy.part(Stage::Sorting, Component::Dram).0, 2.0 * 211.0 + 3.0 * 307.0 + 505.0);
+    assert_eq!(energy.part(Stage::Rendering, Component::Dram).0, 0.0);
+    let refresh = energy.part(Stage::Standby, Component::Refresh).0;
+    // From energy to power and back: a few roundings.
+    assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
+    let standby = commands().standby(&done);
+    assert_eq!(standby.running_w[1..], [0.5, 7.0 * 401.0 * 1e-12 / 1e-3]);
+    assert_eq!(standby.resting_w[1..], [0.0625, 0.03125]);
+}
+
+#[test]
+fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
+    let actions = ActionCounts::default();
+    let done = Activity { idle: [0.5, 1.0, 0.0, 0.25], ..activity(&actions, 1e-3) };
+    let mut gated = prices();
+    gated.idle_leakage = 0.25;
+    let standby = gated.standby(&done);
+    let units = 0.0625 * 0.625 + 0.03125 * 0.25 + 0.03125 + 0.0625 * 0.8125;
+    assert_eq!(standby.running_w[0], units + 0.0625);
+    assert_eq!(standby.resting_w[0], 0.1875 * 0.25 + 0.0625, "buffers keep their contents");
+    assert_eq!(prices().standby(&done).running_w[0], 0.25, "not gated");
+    // Half of the time is rest at 500 frames a second, none at 2000.
+    let mean = (standby.running_w[0] + standby.resting_w[0]) / 2.0;
+    assert!((standby.at_rate(1e-3, 500.0)[0] - mean).abs() < 1e-15);
+    assert_eq!(standby.at_rate(1e-3, 2000.0)[0], standby.running_w[0]);
+    assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.resting_w[0]);
+}
+
+#[test]
+fn gating_saves_leakage_and_nothing_else() {
+    let (mut machine, frame) = small();
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
+    let run = |machine: &Machine| {
+        let prices = cost::prices(&table, machine).unwrap();
+        simulate(Label::default(), &frame, machine, &prices).unwrap()
+    };
+    let open = run(&machine);
+    machine.gating = GatingSpec { units: true, residual: 0.1 };
+    let gated = run(&machine);
+    assert_eq!(gated.timing, open.timing);
+    assert_eq!(gated.energy.dynamic(), open.energy.dynamic());
+    let leakage = |r: &FrameReport| r.energy.component(Component::Leakage).0;
+    assert!(leakage(&gated) < leakage(&open) && leakage(&gated) > 0.1 * leakage(&open));
+    assert!(gated.power_display_rate_w(60.0) < open.power_display_rate_w(60.0));
+    machine.gating.residual = 1.0;
+    let none = run(&machine);
+    assert!((leakage(&none) - leakage(&open)).abs() <= 1e-12 * leakage(&open));
+}
+
+#[test]
+fn commands_of_a_banked_machine_are_priced_by_its_device() {
+    let (mut machine, frame) = small();
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm-device").unwrap()).unwrap();
+    let refused = cost::prices(&table, &machine).unwrap_err().to_string();
+    assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
+    machine.dram.model = DramModel::Banked;
+    let prices = cost::prices(&table, &machine).unwrap();
+    let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
+    let commands = report.timing.as_ref().unwrap().dram.commands.unwrap();
+    for (stage, used) in Stage::WORK.into_iter().zip(commands.stages) {
+        // Half of the published prices (A40): activate 1205, read 1348 + 821, write 990 + 298 pJ.
+        let pj =
+            used.activates as f64 * 602.5 + used.reads as f64 * 1084.5 + used.writes as f64 * 644.0;
+        let dram = report.energy.part(stage, Component::Dram).0;
+        assert!((dram - pj).abs() <= 1e-12 * pj, "{dram} for {pj}");
+        assert!(dram > 0.0);
+    }
+    // Eight channels with open rows, and powered down between frames.
+    assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5).abs() < 1e-12);
+    assert!((report.standby.resting_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
 }
 
 #[test]

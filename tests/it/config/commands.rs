@@ -92,5 +92,8 @@ fn a_machine_is_loaded_with_its_table_and_its_sources() {
         assert!(loaded.sources.contains(source), "{:?}", loaded.sources);
     }
     let default = load_machine("gscore", &[]).expect("the default");
-    assert!(loaded.prices.leakage_w < default.prices.leakage_w, "two cores leak less than four");
+    assert!(
+        loaded.prices.leakage_w() < default.prices.leakage_w(),
+        "two cores leak less than four"
+    );
 }

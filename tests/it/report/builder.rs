@@ -4,8 +4,8 @@ use powergs_sim::accel::{
     BufferUse, DramCommands, DramUse, FrameTiming, Histogram, StageCommands, UnitCycles,
 };
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
-use powergs_sim::energy::{Component, EnergyBreakdown};
-use powergs_sim::quantity::Picojoules;
+use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
+use powergs_sim::quantity::{Picojoules, SquareMillimetres};
 use powergs_sim::report::roofline::Roofline;
 use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
@@ -13,6 +13,15 @@ use powergs_sim::report::{
 };
 use powergs_sim::sim::{CacheSummary, FrameReport, Model, OrderSummary, ReuseSummary, StageBytes};
 use powergs_sim::splat::Counters;
+
+fn area() -> Area {
+    let mm2 = SquareMillimetres;
+    Area {
+        units: [0.68, 0.002, 0.05, 1.5].map(mm2),
+        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0].map(mm2),
+        rest: mm2(0.35),
+    }
+}
 
 /// A frame of about `millions` of cycles at 1 GHz.
 pub fn frame(number: usize, millions: f64) -> FrameReport {
@@ -36,6 +45,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
     energy.add(Stage::Rendering, Component::Flop, mj(0.2));
     energy.add(Stage::Standby, Component::Leakage, mj(0.06));
     energy.add(Stage::Standby, Component::Background, mj(0.025));
+    energy.add(Stage::Standby, Component::Refresh, mj(0.005));
     FrameReport {
         frame: number,
         name: format!("view_{number:04}"),
@@ -45,7 +55,8 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
         actions,
         energy,
-        standby_w: [0.06, 0.025],
+        standby: Standby::constant([0.06, 0.025, 0.005]),
+        area: Some(area()),
         timing: Some(timing(cycles)),
         clock_hz: Some(1e9),
         order: Some(OrderSummary {
@@ -174,7 +185,8 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     frame.alpha_evaluations_executed = None;
     frame.live_evaluations = None;
     (frame.order, frame.cache, frame.reuse) = (None, None, None);
-    frame.standby_w = [0.0; 2];
+    frame.standby = Standby::default();
+    frame.area = None;
     frame.timing = None;
     frame.clock_hz = None;
     frame.display_w = None;

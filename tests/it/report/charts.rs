@@ -91,7 +91,7 @@ fn all_zero_and_long_names() {
     let mut run = builder::run(&[0.0, 0.0]);
     run.facts.trace.name = "an absurdly long <name> & with \"signs\" in it, ".repeat(8);
     for frame in &mut run.frames {
-        frame.standby_w = [0.0; 2];
+        frame.standby = Default::default();
         frame.display_w = None;
     }
     if let Some(tiles) = &mut run.tiles {
