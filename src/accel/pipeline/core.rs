@@ -81,9 +81,9 @@ pub(super) struct Core {
     pub features: Room,
     pub pixels: Room,
     /// Pixel writes under way.
-    writing: VecDeque<(Arrival, u64)>,
+    writing: Vec<(Arrival, u64)>,
     /// Features under way that nobody needs.
-    doomed: VecDeque<(Arrival, u64)>,
+    doomed: Vec<(Arrival, u64)>,
     /// Since when the VRU renders the current tile.
     tile_since: Option<u64>,
     /// The tile that was rendered last.
@@ -112,8 +112,8 @@ impl Core {
             sorter_free: 0,
             features: Room::new(design.shares.feature),
             pixels: Room::new(design.shares.pixel_out),
-            writing: VecDeque::new(),
-            doomed: VecDeque::new(),
+            writing: Vec::new(),
+            doomed: Vec::new(),
             tile_since: None,
             last_tile: 0,
             tile_cycles: Histogram::EMPTY,
@@ -123,12 +123,15 @@ impl Core {
     }
 
     fn give_back<O>(&mut self, now: u64, shared: &Shared<O>) {
-        while let Some((_, bytes)) = self.writing.pop_front_if(|w| shared.memory.at(w.0) <= now) {
-            self.pixels.release(now, bytes);
-        }
-        while let Some((_, bytes)) = self.doomed.pop_front_if(|d| shared.memory.at(d.0) <= now) {
-            self.features.discard(now, bytes);
-        }
+        let is_left = |arrival: Arrival| shared.memory.at(arrival) > now;
+        self.writing.retain(|&(write, bytes)| {
+            self.pixels.release(now, if is_left(write) { 0 } else { bytes });
+            is_left(write)
+        });
+        self.doomed.retain(|&(read, bytes)| {
+            self.features.discard(now, if is_left(read) { 0 } else { bytes });
+            is_left(read)
+        });
         self.front.release_sorted(now);
         let Some(Rendering { item, .. }) = self.rendering.take_if(|r| r.end <= now) else { return };
         self.features.release(now, item.bytes);
@@ -145,7 +148,7 @@ impl Core {
             if shared.memory.at(unused.features) <= now {
                 self.features.discard(now, unused.bytes);
             } else {
-                self.doomed.push_back((unused.features, unused.bytes));
+                self.doomed.push((unused.features, unused.bytes));
             }
         }
         let sent_later = self.waiting.iter().any(|next| next.pixels.is_some());
@@ -158,7 +161,7 @@ impl Core {
         let tile = self.last_tile;
         let span = shared.memory.layout().pixels(tile, bytes);
         let left = shared.write(now, self.owner, Stage::Rendering, bytes, span);
-        self.writing.push_back((left, bytes));
+        self.writing.push((left, bytes));
         self.note(left, shared);
     }
 
@@ -209,14 +212,15 @@ impl Core {
     fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |arrival: Arrival| later(shared.memory.at(arrival));
+        let first = |all: &[(Arrival, u64)]| all.iter().map(|one| at(one.0)).fold(NEVER, u64::min);
         let vru = match (&self.rendering, self.finished, self.waiting.front()) {
             (Some(r), _, _) => r.end.min(later(r.busy)),
-            (None, Some(_), _) => self.writing.front().map_or(NEVER, |w| at(w.0)),
+            (None, Some(_), _) => first(&self.writing),
             (None, None, Some(item)) if shared.memory.at(item.features) > now => at(item.features),
             (None, None, Some(item)) => later(item.sorted),
             (None, None, None) => NEVER,
         };
-        let unused = self.doomed.front().map_or(NEVER, |d| at(d.0));
+        let unused = first(&self.doomed);
         vru.min(unused).min(self.front.wake(now, shared))
     }
 

@@ -57,7 +57,7 @@ pub(super) struct Converter {
     claims: VecDeque<Claim>,
     entering: Option<Entering>,
     draining: VecDeque<Results<u64>>,
-    writing: VecDeque<Results<Arrival>>,
+    writing: Vec<Results<Arrival>>,
     pub end: u64,
 }
 
@@ -73,23 +73,27 @@ impl Converter {
             claims: VecDeque::new(),
             entering: None,
             draining: VecDeque::new(),
-            writing: VecDeque::new(),
+            writing: Vec::new(),
             end: 0,
         }
     }
 
     fn finish<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         let ccu = &shared.design.ccu;
-        while let Some(w) = self.writing.pop_front_if(|w| shared.memory.at(w.until) <= now) {
-            self.output.release(now, ccu.written(&w.batch));
-            shared.binned.complete(w.index, w.batch.splats);
-        }
+        self.writing.retain(|w| {
+            let is_left = shared.memory.at(w.until) > now;
+            if !is_left {
+                self.output.release(now, ccu.written(&w.batch));
+                shared.binned.complete(w.index, w.batch.splats);
+            }
+            is_left
+        });
         while let Some(d) = self.draining.pop_front_if(|d| d.until <= now) {
             let (b, bytes) = (&d.batch, ccu.written(&d.batch));
             let layout = shared.memory.layout();
             let span = layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
             let left = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
-            self.writing.push_back(Results { until: left, index: d.index, batch: d.batch });
+            self.writing.push(Results { until: left, index: d.index, batch: d.batch });
             let at = shared.memory.at(left);
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
         }
@@ -181,11 +185,10 @@ impl Converter {
         }
         // Writes give room back, and complete lists.
         if self.entering.is_none() && !self.claims.is_empty() || shared.binned.is_watched {
-            wake = wake.min(self.writing.front().map_or(NEVER, |w| at(w.until)));
+            wake = self.writing.iter().map(|w| at(w.until)).fold(wake, u64::min);
         }
-        if let Some(claim) = self.claims.iter().find(|c| !c.complete) {
-            wake = wake.min(at(claim.read));
-        }
+        let reading = self.claims.iter().filter(|c| !c.complete);
+        wake = reading.map(|c| at(c.read)).fold(wake, u64::min);
         wake.min(self.draining.front().map_or(NEVER, |d| d.until))
     }
 
@@ -206,8 +209,6 @@ impl Converter {
 
     /// Ends the accounts of its buffers.
     pub fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
-        while let Some(w) = self.writing.pop_front() {
-            self.output.release(now, written(&w.batch));
-        }
+        self.writing.drain(..).for_each(|w| self.output.release(now, written(&w.batch)));
     }
 }
