@@ -146,7 +146,6 @@ fn list(context: &Context) -> Result<Exit, Failure> {
         };
         return out::json(&rows.iter().map(row).collect::<Vec<_>>()).map(|()| Exit::Done);
     }
-    let width = rows.iter().map(|r| r.name.len()).max().unwrap_or(0);
     let mut text = String::new();
     for kind in Kind::ALL {
         let title = match kind {
@@ -156,7 +155,9 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             Kind::Dram => "DRAM devices (dram --device NAME)",
         };
         text.push_str(&format!("{title}\n"));
-        for row in rows.iter().filter(|r| r.kind == kind) {
+        let of_kind = || rows.iter().filter(|r| r.kind == kind);
+        let width = of_kind().map(|r| r.name.len()).max().unwrap_or(0);
+        for row in of_kind() {
             let (name, node) = (row.name, row.node.as_deref().unwrap_or(""));
             text.push_str(&format!("  {name:width$}  {node:5}  {}\n", row.description));
         }

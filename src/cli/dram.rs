@@ -253,7 +253,10 @@ fn one_json(device: &Device, result: &Result1) -> Value {
             "row_misses": total.row_misses,
             "row_conflicts": total.row_conflicts,
         },
-        "bus_busy": { "max": share(stats.busy_max as f64, result), "mean": share(stats.busy_mean, result) },
+        "bus_busy": {
+            "max": share(stats.busy_max as f64, result),
+            "mean": share(stats.busy_mean, result),
+        },
         "commands": commands,
         "energy_pj": energy,
     })

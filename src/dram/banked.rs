@@ -1,7 +1,7 @@
 //! Level `banked`: every command of every bank, from event to event.
 //!
-//! Requests enter in program order. Each is cut into bursts when its turn comes; a burst goes to its
-//! channel if it is less than a window ahead of the oldest burst that no controller has accepted,
+//! Requests enter in program order. Each is cut into bursts when its turn comes; a burst goes to
+//! its channel if it is less than a window ahead of the oldest burst that no controller has accepted,
 //! and a read only begins while fewer than the allowed number are in flight. Every CK a controller
 //! accepts up to two bursts into its read and write queues and issues one command. A CK in which
 //! nothing can happen costs nothing.

@@ -60,7 +60,7 @@ impl FromStr for Mode {
         let look = || Some(Mode::Look(count(text.strip_prefix("look")?, 1 << 18)?));
         let rate = || {
             let rate: f64 = text.strip_prefix("rate")?.parse().ok()?;
-            (rate >= 0.001 && rate <= 1e6).then_some(Mode::Rate(rate))
+            (0.001..=1e6).contains(&rate).then_some(Mode::Rate(rate))
         };
         found.or_else(mlp).or_else(look).or_else(rate).ok_or_else(|| {
             "write sat, idle, mlp32 (reads in flight), look16 (window in 64-byte blocks) or rate20 \

@@ -4,8 +4,8 @@
 //! program order every channel counts its bursts, its activates by bank and its columns by bank
 //! group. The time of the window is that of the slowest channel, and that of a channel the largest
 //! of what its data bus, its activates, its busiest bank, its busiest group and its command bus
-//! need, and the turnarounds of its writes, stretched by the share of refreshes. A request takes the
-//! time by which it lengthens its window. A row is open if it was the last of its bank, or was used
+//! need, and the turnarounds of its writes, stretched by the share of refreshes. A request takes
+//! the time by which it lengthens its window. A row is open if it was the last of its bank, or was used
 //! within the last 16 bursts of the channel; reads and writes are counted apart.
 //!
 //! It knows no queue and no latency under load: use [`super::Banked`] for those.
@@ -133,7 +133,9 @@ pub struct Windowed {
     /// When the server is free, 1/256 CK.
     free: u64,
     read_data: u64,
+    /// CK to open a row, and to close another one before.
     open_row: u64,
+    close_row: u64,
     latency: u64,
     refresh: Option<(u64, bool)>,
     stats: Stats,
@@ -181,6 +183,7 @@ impl Windowed {
             free: 0,
             read_data: u64::from(t.read_data),
             open_row: u64::from(t.activate_to_read),
+            close_row: u64::from(t.precharge_to_activate),
             latency: device.ck(device.controller.latency),
             refresh,
             stats: Stats::default(),
@@ -203,7 +206,7 @@ impl Windowed {
         let class = usize::from(class);
         let before = self.stats.total;
         let mut service = 0;
-        let mut hit = true;
+        let mut opening = 0;
         let mut bytes = 0;
         let mut any = false;
         for span in pieces {
@@ -217,7 +220,7 @@ impl Windowed {
             for burst in first..=last {
                 let burst = self.decoder.burst(burst << self.decoder.shift);
                 let start = self.window;
-                hit = self.burst(burst, write);
+                opening = opening.max(self.burst(burst, write));
                 service += self.window - start;
                 self.left -= 1;
                 if self.left == 0 {
@@ -236,7 +239,7 @@ impl Windowed {
             self.stats.until = self.stats.until.max(done);
             return done;
         }
-        let done = done + self.read_data + self.latency + if hit { 0 } else { self.open_row };
+        let done = done + self.read_data + self.latency + opening;
         self.stats.until = self.stats.until.max(done);
         self.stats.latency.add(done - now);
         for traffic in [&mut self.stats.total, &mut self.stats.classes[class]] {
@@ -271,8 +274,8 @@ impl Windowed {
         stats
     }
 
-    /// Counts a burst and lengthens the window; whether its row was open.
-    fn burst(&mut self, burst: u64, write: bool) -> bool {
+    /// Counts a burst and lengthens the window; CK to open its row first.
+    fn burst(&mut self, burst: u64, write: bool) -> u64 {
         let place = self.decoder.place(burst);
         let channel = place.channel as usize;
         let bank_at = channel * self.banks_per_channel + place.bank as usize;
@@ -318,13 +321,21 @@ impl Windowed {
         }
         self.window = self.window.max(time);
         let total = &mut self.stats.total;
-        match (open, other) {
-            (true, _) => total.row_hits += 1,
-            (false, false) => total.row_misses += 1,
-            (false, true) => total.row_conflicts += 1,
-        }
         total.bursts += 1;
-        open
+        match (open, other) {
+            (true, _) => {
+                total.row_hits += 1;
+                0
+            }
+            (false, false) => {
+                total.row_misses += 1;
+                self.open_row
+            }
+            (false, true) => {
+                total.row_conflicts += 1;
+                self.open_row + self.close_row
+            }
+        }
     }
 
     fn next_window(&mut self) {

@@ -79,6 +79,12 @@ pub(super) struct Candidate {
     pub action: Action,
 }
 
+impl Candidate {
+    /// Nothing can go.
+    const NEVER: Candidate =
+        Candidate { time: u64::MAX, rank: u64::MAX, action: Action::RefreshAll(u8::MAX) };
+}
+
 /// Ranks below this: columns of opened rows; from here: requests by age.
 const BY_AGE: u64 = 1 << 63;
 
@@ -121,7 +127,7 @@ pub(super) struct Channel {
     /// When the command bus is free: of all or column commands, of row commands.
     pub bus_free: [u64; 2],
     /// Earliest command of each bus, if `planned`.
-    pub best: [Option<Candidate>; 2],
+    pub best: [Candidate; 2],
     pub planned: bool,
     pub next_refresh: u64,
     pub due: Vec<Due>,
@@ -168,7 +174,7 @@ impl Channel {
             write_mode: false,
             look_from: u64::MAX,
             bus_free: [0; 2],
-            best: [None; 2],
+            best: [Candidate::NEVER; 2],
             planned: false,
             next_refresh: refresh,
             due: Vec::new(),
@@ -226,7 +232,7 @@ impl Channel {
         if first && mode == direction && self.due.is_empty() {
             // A younger request changes nothing for older ones, with one exception: a hit that was
             // accepted in the same CK keeps the row open.
-            let same = |c: &Option<Candidate>| c.is_some_and(|c| self.bank_of(c.action) == number);
+            let same = |c: &Candidate| self.bank_of(c.action) == number;
             if self.best.iter().any(same) || rules.scheduler == Scheduler::Fcfs {
                 self.planned = false;
                 return self.bus_free[0].min(self.bus_free[1]).max(now);
@@ -249,8 +255,7 @@ impl Channel {
     }
 
     pub(super) fn best_time(&self) -> u64 {
-        let time = |c: &Option<Candidate>| c.map_or(u64::MAX, |c| c.time);
-        time(&self.best[0]).min(time(&self.best[1]))
+        self.best[0].time.min(self.best[1].time)
     }
 
     pub(super) fn direction(&self) -> usize {
@@ -274,7 +279,7 @@ impl Channel {
 
     /// Finds the earliest commands at or after `now`.
     pub(super) fn plan(&mut self, now: u64, rules: &Rules) {
-        let mut best = [None; 2];
+        let mut best = [Candidate::NEVER; 2];
         let mut left = self.active;
         while left != 0 {
             let number = left.trailing_zeros() as usize;
@@ -292,7 +297,7 @@ impl Channel {
         if !self.due.is_empty() {
             self.consider_refresh(now, rules, &mut best);
         } else {
-            if !best[0].is_some_and(|c| c.time <= now) || rules.column_bus {
+            if best[0].time > now || rules.column_bus {
                 self.set_direction(rules);
             }
             let mode = self.direction();
@@ -324,13 +329,14 @@ impl Channel {
     }
 
     /// The commands that the entries of a bank want.
+    #[inline]
     fn consider_bank(
         &self,
         number: usize,
         mode: usize,
         now: u64,
         rules: &Rules,
-        best: &mut [Option<Candidate>; 2],
+        best: &mut [Candidate; 2],
     ) {
         let bank = &self.banks[number];
         let (list, group) = (&bank.lists[mode], &self.groups[usize::from(bank.group)]);
@@ -360,6 +366,7 @@ impl Channel {
     }
 
     /// Keeps a command if it is the best of its bus.
+    #[inline]
     pub(super) fn consider(
         &self,
         time: u64,
@@ -367,12 +374,13 @@ impl Channel {
         action: Action,
         now: u64,
         rules: &Rules,
-        best: &mut [Option<Candidate>; 2],
+        best: &mut [Candidate; 2],
     ) {
         let bus = usize::from(rules.column_bus && !matches!(action, Action::Column(_)));
         let time = time.max(self.bus_free[bus]).max(now);
-        if best[bus].is_none_or(|b| (time, rank) < (b.time, b.rank)) {
-            best[bus] = Some(Candidate { time, rank, action });
+        let best = &mut best[bus];
+        if time < best.time || (time == best.time && rank < best.rank) {
+            *best = Candidate { time, rank, action };
         }
     }
 
@@ -407,7 +415,8 @@ impl Channel {
         if !self.planned {
             self.plan(now, rules);
         }
-        self.best[bus].filter(|c| c.time <= now).map(|c| c.action)
+        let best = &self.best[bus];
+        (best.time <= now).then_some(best.action)
     }
 
     fn step_two_buses(
@@ -421,7 +430,7 @@ impl Channel {
         if let Some(action) = column {
             // The plan of the row bus holds unless it was for this bank.
             let bank = self.bank_of(action);
-            let other = self.best[1].is_none_or(|c| self.bank_of(c.action) != bank);
+            let other = self.bank_of(self.best[1].action) != bank;
             self.issue(action, now, rules, stats, outcome);
             let before = self.write_mode;
             if self.due.is_empty() {

@@ -121,9 +121,7 @@ impl Banked {
             while room > 0 && self.accept_head(number, now) {
                 room -= 1;
             }
-            if room > 0 {
-                self.accepting &= !(1 << number);
-            } else if self.fifos[number].is_empty() {
+            if room > 0 || self.fifos[number].is_empty() {
                 self.accepting &= !(1 << number);
             } else {
                 self.front_due = self.front_due.min(now + 1);

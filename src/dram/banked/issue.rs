@@ -298,12 +298,7 @@ impl Channel {
     }
 
     /// The next command of the refresh that is due.
-    pub(super) fn consider_refresh(
-        &self,
-        now: u64,
-        rules: &Rules,
-        best: &mut [Option<Candidate>; 2],
-    ) {
+    pub(super) fn consider_refresh(&self, now: u64, rules: &Rules, best: &mut [Candidate; 2]) {
         let banks = match self.due[0] {
             Due::Rank(rank) => self.banks_of(rank, rules),
             Due::Bank(bank) => usize::from(bank)..usize::from(bank) + 1,

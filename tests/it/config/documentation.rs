@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use expect_test::expect_file;
 use powergs_sim::accel::Machine;
 use powergs_sim::cli::arch::Kind;
-use powergs_sim::config::embedded::{DISPLAYS, ENERGY, MACHINES};
+use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
 use powergs_sim::config::references::{cited, is_assumption, is_source, references};
 use powergs_sim::config::{Embedded, KeyDoc, key_docs};
 use powergs_sim::display::Display;
+use powergs_sim::dram::Device;
 use powergs_sim::energy::EnergyTable;
 
 use super::gscore;
@@ -23,12 +24,14 @@ fn read(path: &str) -> String {
 }
 
 fn all_files() -> impl Iterator<Item = &'static Embedded> {
-    MACHINES.iter().chain(ENERGY).chain(DISPLAYS)
+    MACHINES.iter().chain(ENERGY).chain(DISPLAYS).chain(DRAM)
 }
 
 #[test]
 fn every_file_of_arch_configs_is_embedded() {
-    for (folder, files) in [("machines", MACHINES), ("energy", ENERGY), ("display", DISPLAYS)] {
+    let folders =
+        [("machines", MACHINES), ("energy", ENERGY), ("display", DISPLAYS), ("dram", DRAM)];
+    for (folder, files) in folders {
         let entries = std::fs::read_dir(root().join("arch-configs").join(folder)).expect(folder);
         let names: BTreeSet<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
         let stems: BTreeSet<&str> = names.iter().filter_map(|p| p.file_stem()?.to_str()).collect();
@@ -63,13 +66,15 @@ fn the_readme_documents_every_key_of_energy_tables_and_displays() {
         !general && !readme.contains(&format!("| `{}` |", doc.path))
     };
     let docs = key_docs::<EnergyTable>().into_iter().chain(key_docs::<Display>());
+    let docs = docs.chain(key_docs::<Device>());
     let missing: Vec<String> = docs.filter(missing).map(|d| d.path).collect();
     assert!(missing.is_empty(), "arch-configs/README.md lacks {missing:?}");
 }
 
 #[test]
 fn every_key_has_a_definition_and_numbers_have_units() {
-    let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Display>()].concat();
+    let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Display>()];
+    let docs = [docs.concat(), key_docs::<Device>()].concat();
     assert!(docs.len() > 100);
     for doc in docs {
         assert!(doc.definition.len() > 3, "{}: no definition", doc.path);
@@ -79,7 +84,7 @@ fn every_key_has_a_definition_and_numbers_have_units() {
 
 #[test]
 fn every_source_resolves_and_every_reference_is_used() {
-    let model = read("docs/model.md");
+    let model = read("docs/model.md") + &read("docs/dram.md");
     let mut used = BTreeSet::new();
     for file in all_files() {
         for source in cited(file.text) {
@@ -138,7 +143,7 @@ fn assumptions_are_numbered_once_and_in_order() {
 
 #[test]
 fn committed_schemas_are_those_of_the_program() {
-    for kind in [Kind::Machine, Kind::Energy, Kind::Display] {
+    for kind in [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram] {
         let text = serde_json::to_string_pretty(&kind.schema()).expect("a schema") + "\n";
         let path = root().join(format!("arch-configs/schema/{}.json", kind.name()));
         expect_file![path].assert_eq(&text);

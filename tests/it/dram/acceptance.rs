@@ -8,7 +8,8 @@ use powergs_sim::dram::drive::{Access, WindowDrive, banked};
 use powergs_sim::dram::{Device, Mode};
 
 use super::device;
-use super::streams::{NAMES, as_text, stream};
+use super::streams::stream;
+use super::traces::as_text;
 
 const REFERENCE: &str = include_str!("../../data/dram_reference.csv");
 
@@ -48,6 +49,22 @@ const FAST: [(&str, &str, &[&str]); 11] = [
     ("lp5_x16x4_bg64", "mlp32", &["gs_preproc", "mixseq70"]),
     ("hbm2_8ch_bg64", "sat", &["copy1k", "gs_preproc", "rand32_read"]),
     ("hbm2_8ch_mop", "mlp32", &["gs_preproc"]),
+];
+
+/// Names of all streams.
+const NAMES: [&str; 12] = [
+    "seq_read",
+    "seq_write",
+    "rand64_read",
+    "rand32_read",
+    "rand64_mix70",
+    "stride256",
+    "stride4096",
+    "copy1k",
+    "mixseq70",
+    "block256",
+    "gs_raster64",
+    "gs_preproc",
 ];
 
 /// A row of the reference.
@@ -114,7 +131,8 @@ fn check(config: &str, mode: &str, errors: &[Error]) {
     let latency = mean_and_worst(errors.iter().filter_map(|e| e.latency));
     let window = mean_and_worst(errors.iter().map(|e| e.window));
     eprintln!(
-        "| {config} | {mode} | {} | {:.2} / {:.2} | {:.4} / {:.4} | {:.1} / {:.1} | {:.1} / {:.1} |",
+        "| {config} | {mode} | {} | {:.2} / {:.2} | {:.4} / {:.4} | {:.1} / {:.1} | {:.1} / {:.1} \
+         |",
         errors.len(),
         100.0 * time.0,
         100.0 * time.1,

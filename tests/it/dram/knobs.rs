@@ -44,8 +44,8 @@ fn outcome(device: &Device, accesses: &[Access]) -> (u64, Stats, EnergyUse) {
         let run = drive.finish().0;
         let energy = EnergyUse::new(device, &run.stats, run.cycles);
         cycles += run.cycles;
-        used.refresh = used.refresh + energy.refresh;
-        used.background = used.background + energy.total();
+        used.refresh += energy.refresh;
+        used.background += energy.total();
         stats = if mode == "sat" { run.stats } else { stats };
     }
     (cycles, stats, used)

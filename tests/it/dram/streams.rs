@@ -18,22 +18,6 @@ const SPAN: u64 = 100 * MIB;
 /// Requests of a stream.
 pub const N: usize = 131_072;
 
-/// Names of all streams.
-pub const NAMES: [&str; 12] = [
-    "seq_read",
-    "seq_write",
-    "rand64_read",
-    "rand32_read",
-    "rand64_mix70",
-    "stride256",
-    "stride4096",
-    "copy1k",
-    "mixseq70",
-    "block256",
-    "gs_raster64",
-    "gs_preproc",
-];
-
 /// splitmix64.
 pub struct Rng(u64);
 
@@ -229,11 +213,4 @@ pub fn stream(name: &str) -> Vec<Access> {
         "gs_preproc" => preprocess(N, 7),
         other => panic!("no stream {other}"),
     }
-}
-
-/// A stream as text.
-pub fn as_text(stream: &[Access]) -> String {
-    let line =
-        |a: &Access| format!("{} 0x{:x} {}\n", if a.write { 'W' } else { 'R' }, a.address, a.bytes);
-    stream.iter().map(line).collect()
 }

@@ -4,6 +4,13 @@ use powergs_sim::dram::address_trace::Requests;
 use powergs_sim::dram::drive::Access;
 use proptest::prelude::*;
 
+/// A stream as text.
+pub fn as_text(stream: &[Access]) -> String {
+    let line =
+        |a: &Access| format!("{} 0x{:x} {}\n", if a.write { 'W' } else { 'R' }, a.address, a.bytes);
+    stream.iter().map(line).collect()
+}
+
 fn read(text: &[u8]) -> Result<Vec<Access>, String> {
     Requests::new(text).collect::<Result<_, _>>().map_err(|e| e.to_string())
 }
@@ -78,7 +85,7 @@ proptest! {
     #[test]
     fn what_is_written_is_read(seed in 0u64..1000) {
         let all = super::checker::traffic(seed, 50, 4);
-        let text = super::streams::as_text(&all);
+        let text = as_text(&all);
         prop_assert_eq!(read(text.as_bytes()).expect("a trace"), all);
     }
 }
