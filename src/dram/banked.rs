@@ -1,10 +1,10 @@
 //! Level `banked`: every command of every bank, from event to event.
 //!
 //! Requests enter in program order. Each is cut into bursts when its turn comes; a burst goes to
-//! its channel if it is less than a window ahead of the oldest burst that no controller has accepted,
-//! and a read only begins while fewer than the allowed number are in flight. Every CK a controller
-//! accepts up to two bursts into its read and write queues and issues one command. A CK in which
-//! nothing can happen costs nothing.
+//! its channel if it is less than a window ahead of the oldest burst that no controller has
+//! accepted, and a read only begins while fewer than the allowed number are in flight. Every CK a
+//! controller accepts up to two bursts into its read and write queues and issues one command. A CK
+//! in which nothing can happen costs nothing.
 //!
 //! Addresses beyond the capacity of the device wrap.
 
@@ -12,6 +12,7 @@ mod channel;
 mod front;
 mod issue;
 mod log;
+mod plan;
 mod queue;
 mod rules;
 mod sleep;

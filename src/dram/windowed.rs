@@ -5,8 +5,8 @@
 //! group. The time of the window is that of the slowest channel, and that of a channel the largest
 //! of what its data bus, its activates, its busiest bank, its busiest group and its command bus
 //! need, and the turnarounds of its writes, stretched by the share of refreshes. A request takes
-//! the time by which it lengthens its window. A row is open if it was the last of its bank, or was used
-//! within the last 16 bursts of the channel; reads and writes are counted apart.
+//! the time by which it lengthens its window. A row is open if it was the last of its bank, or was
+//! used within the last 16 bursts of the channel; reads and writes are counted apart.
 //!
 //! It knows no queue and no latency under load: use [`super::Banked`] for those.
 

@@ -6,6 +6,7 @@
 //! makes a new one. Source: `ramulator`, controllers of version 2.1.
 
 use super::log::{CommandKind, Logged};
+use super::plan::{Action, Candidate};
 use super::queue::{CLOSED, Entries, Entry, List, NONE};
 use super::rules::{READ, Rules, WRITE};
 use super::sleep::Sleep;
@@ -50,43 +51,6 @@ pub(super) struct Rank {
     pub refresh_ok: u64,
     pub bursts: u64,
 }
-
-/// A command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Action {
-    /// Read or write for an entry.
-    Column(u16),
-    /// Open the row of an entry.
-    Activate(u16),
-    /// Close a bank for an entry.
-    Precharge(u16),
-    /// Close all banks of a pseudo channel to refresh it.
-    PrechargeAll(u8),
-    /// Close a bank to refresh it.
-    PrechargeBank(u8),
-    /// Refresh a pseudo channel.
-    RefreshAll(u8),
-    /// Refresh a bank.
-    RefreshBank(u8),
-}
-
-/// A command and when it can go.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    pub time: u64,
-    /// Smaller goes first.
-    pub rank: u64,
-    pub action: Action,
-}
-
-impl Candidate {
-    /// Nothing can go.
-    const NEVER: Candidate =
-        Candidate { time: u64::MAX, rank: u64::MAX, action: Action::RefreshAll(u8::MAX) };
-}
-
-/// Ranks below this: columns of opened rows; from here: requests by age.
-const BY_AGE: u64 = 1 << 63;
 
 /// What a channel did in one CK.
 #[derive(Debug, Clone, Copy, Default)]
@@ -244,144 +208,12 @@ impl Channel {
         self.best_time()
     }
 
-    fn bank_of(&self, action: Action) -> usize {
-        match action {
-            Action::Column(e) | Action::Activate(e) | Action::Precharge(e) => {
-                usize::from(self.entries.get(e).bank)
-            }
-            Action::PrechargeBank(b) | Action::RefreshBank(b) => usize::from(b),
-            Action::PrechargeAll(_) | Action::RefreshAll(_) => usize::MAX,
-        }
-    }
-
     pub(super) fn best_time(&self) -> u64 {
         self.best[0].time.min(self.best[1].time)
     }
 
     pub(super) fn direction(&self) -> usize {
         if self.write_mode { WRITE } else { READ }
-    }
-
-    /// Turns from reads to writes or back, by what waits.
-    pub(super) fn set_direction(&mut self, rules: &Rules) {
-        self.look_from = u64::MAX;
-        self.write_mode = self.next_direction(rules);
-    }
-
-    fn next_direction(&self, rules: &Rules) -> bool {
-        let (reads, writes) = (self.len[READ], self.len[WRITE] as f64);
-        if self.write_mode {
-            !(writes < rules.write_low && reads > 0)
-        } else {
-            writes > rules.write_high || reads == 0
-        }
-    }
-
-    /// Finds the earliest commands at or after `now`.
-    pub(super) fn plan(&mut self, now: u64, rules: &Rules) {
-        let mut best = [Candidate::NEVER; 2];
-        let mut left = self.active;
-        while left != 0 {
-            let number = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let bank = &self.banks[number];
-            if !bank.half {
-                let entry = self.entries.get(bank.active);
-                let kind = usize::from(entry.write);
-                let group = self.groups[usize::from(bank.group)].column_ok[kind];
-                let time = bank.column_ok[kind].max(group);
-                let action = Action::Column(bank.active);
-                self.consider(time, entry.age, action, now, rules, &mut best);
-            }
-        }
-        if !self.due.is_empty() {
-            self.consider_refresh(now, rules, &mut best);
-        } else {
-            if best[0].time > now || rules.column_bus {
-                self.set_direction(rules);
-            }
-            let mode = self.direction();
-            let mut left = self.waiting[mode];
-            if rules.scheduler == Scheduler::Fcfs {
-                left = self.oldest(mode);
-            }
-            while left != 0 {
-                let number = left.trailing_zeros() as usize;
-                left &= left - 1;
-                self.consider_bank(number, mode, now, rules, &mut best);
-            }
-        }
-        self.best = best;
-        self.planned = true;
-    }
-
-    /// The bank of the oldest entry of a direction.
-    fn oldest(&self, mode: usize) -> u64 {
-        let mut left = self.waiting[mode];
-        let mut oldest = (u64::MAX, 0);
-        while left != 0 {
-            let number = left.trailing_zeros();
-            left &= left - 1;
-            let head = self.banks[number as usize].lists[mode].head;
-            oldest = oldest.min((self.entries.get(head).age, 1 << number));
-        }
-        oldest.1
-    }
-
-    /// The commands that the entries of a bank want.
-    #[inline]
-    fn consider_bank(
-        &self,
-        number: usize,
-        mode: usize,
-        now: u64,
-        rules: &Rules,
-        best: &mut [Candidate; 2],
-    ) {
-        let bank = &self.banks[number];
-        let (list, group) = (&bank.lists[mode], &self.groups[usize::from(bank.group)]);
-        let mut blocked = bank.active != NONE;
-        let only_head = rules.scheduler == Scheduler::Fcfs;
-        if list.hit != NONE && !(only_head && list.hit != list.head) {
-            let hit = self.entries.get(list.hit);
-            let time = bank.column_ok[mode].max(group.column_ok[mode]);
-            self.consider(time, BY_AGE | hit.age, Action::Column(list.hit), now, rules, best);
-            blocked |= rules.scheduler == Scheduler::FrFcfsRowHit
-                && list.miss != NONE
-                && hit.accepted <= self.entries.get(list.miss).accepted;
-        }
-        if blocked || list.miss == NONE || (only_head && list.miss != list.head) {
-            return;
-        }
-        let age = BY_AGE | self.entries.get(list.miss).age;
-        let rank = &self.ranks[usize::from(bank.rank)];
-        if bank.row != CLOSED {
-            let time = bank.precharge_ok.max(rank.precharge_ok);
-            self.consider(time, age, Action::Precharge(list.miss), now, rules, best);
-        } else if self.second.is_none() {
-            let four = rank.four[rank.four_at];
-            let time = bank.activate_ok.max(group.activate_ok).max(four);
-            self.consider(time, age, Action::Activate(list.miss), now, rules, best);
-        }
-    }
-
-    /// Keeps a command if it is the best of its bus.
-    #[inline]
-    pub(super) fn consider(
-        &self,
-        time: u64,
-        rank: u64,
-        action: Action,
-        now: u64,
-        rules: &Rules,
-        best: &mut [Candidate; 2],
-    ) {
-        let bus = usize::from(rules.column_bus && !matches!(action, Action::Column(_)));
-        let time = time.max(self.bus_free[bus]).max(now);
-        let best = &mut best[bus];
-        if time < best.time || (time == best.time && rank < best.rank) {
-            *best = Candidate { time, rank, action };
-        }
     }
 
     /// Does what is due at `now`.

@@ -1,7 +1,8 @@
 //! What a command does to a channel.
 
-use super::channel::{Action, Candidate, Channel, Due, Outcome};
+use super::channel::{Channel, Due, Outcome};
 use super::log::CommandKind;
+use super::plan::{Action, Candidate};
 use super::queue::{CLOSED, Entry, NONE};
 use super::rules::{READ, Rules, WRITE};
 use crate::dram::device::{Page, Refresh};

@@ -1,6 +1,7 @@
 //! The commands of a run, for those who check them.
 
-use super::channel::{Action, Channel};
+use super::channel::Channel;
+use super::plan::Action;
 use super::rules::Rules;
 
 /// A kind of command.
