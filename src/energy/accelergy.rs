@@ -312,19 +312,6 @@ pub fn table(
         blend: action(blend),
         pixel_finish: action(pixel_finish),
     };
-    let mut macros = Vec::new();
-    for buffer in Buffer::ALL {
-        let Some(component) = found.get(buffer.name()) else { continue };
-        let [read, write, leak] = component.energies(["read", "write", "leak"])?;
-        macros.push(SramMacro {
-            buffer: buffer.name().replace('_', "-"),
-            read: Picojoules(read),
-            write: Picojoules(write),
-            leakage: Watts(watts(leak)),
-            area: areas.as_ref().map(|a| a[buffer.name()]),
-            source: SOURCE.into(),
-        });
-    }
     let flat = FlatDram {
         read: byte(read),
         write: byte(write),
@@ -339,11 +326,38 @@ pub fn table(
         scaling: None,
         flop: None,
         actions,
-        sram: SramPrices { flat: None, table: None, cacti: None, macros: Some(macros) },
+        sram: SramPrices {
+            flat: None,
+            table: None,
+            cacti: None,
+            macros: Some(macros(&found, areas.as_ref(), clock)?),
+        },
         dram: DramPrices { flat: Some(flat), device: false },
         leakage: UnitLeakage { ccu, qsu, bsu, vru },
         area: areas.as_ref().map(unit_area),
     })
+}
+
+/// The banks of the buffers.
+fn macros(
+    found: &BTreeMap<String, ErtTable>,
+    areas: Option<&BTreeMap<String, SquareMillimetres>>,
+    clock: Hertz,
+) -> Result<Vec<SramMacro>, AccelergyError> {
+    let mut macros = Vec::new();
+    for buffer in Buffer::ALL {
+        let Some(component) = found.get(buffer.name()) else { continue };
+        let [read, write, leak] = component.energies(["read", "write", "leak"])?;
+        macros.push(SramMacro {
+            buffer: buffer.name().replace('_', "-"),
+            read: Picojoules(read),
+            write: Picojoules(write),
+            leakage: Watts(leak * 1e-12 * clock.0),
+            area: areas.map(|a| a[buffer.name()]),
+            source: SOURCE.into(),
+        });
+    }
+    Ok(macros)
 }
 
 fn areas(text: &str, cache: bool) -> Result<BTreeMap<String, SquareMillimetres>, AccelergyError> {

@@ -3,7 +3,7 @@
 use powergs_sim::accel::machine::{DramModel, GatingSpec};
 use powergs_sim::accel::{Machine, Traffic, replay};
 use powergs_sim::action::{Action, ActionCounts, Stage};
-use powergs_sim::config::embedded::{ENERGY, find};
+use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
 use powergs_sim::energy::prices::component_of;
 use powergs_sim::energy::{
     Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
@@ -119,9 +119,17 @@ fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
     assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.resting_w[0]);
 }
 
+/// The preset: its buffers have prices.
+fn preset() -> (Machine, FrameWorkload) {
+    let machine = Machine::parse(find(MACHINES, "gscore").unwrap()).unwrap();
+    let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
+    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    (machine, frame)
+}
+
 #[test]
 fn gating_saves_leakage_and_nothing_else() {
-    let (mut machine, frame) = small();
+    let (mut machine, frame) = preset();
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
     let run = |machine: &Machine| {
         let prices = cost::prices(&table, machine).unwrap();
@@ -142,7 +150,7 @@ fn gating_saves_leakage_and_nothing_else() {
 
 #[test]
 fn commands_of_a_banked_machine_are_priced_by_its_device() {
-    let (mut machine, frame) = small();
+    let (mut machine, frame) = preset();
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm-device").unwrap()).unwrap();
     let refused = cost::prices(&table, &machine).unwrap_err().to_string();
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");

@@ -1,7 +1,9 @@
 //! What must hold in an energy table beyond the shape of its keys.
 
 use super::sram::key_of;
-use super::{ActionPrice, BytePrice, EnergyTable, PowerPrice, SramCacti, SramMacro, SramTable};
+use super::{
+    ActionPrice, BytePrice, EnergyTable, PowerPrice, SramCacti, SramMacro, SramPrices, SramTable,
+};
 use crate::action::{Action, Buffer};
 use crate::config::references::is_source;
 
@@ -105,9 +107,7 @@ fn dram(table: &EnergyTable, found: &mut Found) {
 
 fn sram(table: &EnergyTable, found: &mut Found) {
     let sram = &table.sram;
-    let ways =
-        [sram.flat.is_some(), sram.table.is_some(), sram.cacti.is_some(), sram.macros.is_some()];
-    if ways.iter().filter(|w| **w).count() != 1 {
+    if forms(sram) != 1 {
         let message = "`sram` needs exactly one of [sram.flat], [sram.table], [sram.cacti] and \
                        [[sram.macros]]";
         found.push(("sram".to_owned(), message.to_owned()));
@@ -124,6 +124,13 @@ fn sram(table: &EnergyTable, found: &mut Found) {
     if let Some(macros) = &sram.macros {
         macros_of(macros, found);
     }
+}
+
+/// How many of the ways to price buffers are there.
+fn forms(sram: &SramPrices) -> usize {
+    let ways =
+        [sram.flat.is_some(), sram.table.is_some(), sram.cacti.is_some(), sram.macros.is_some()];
+    ways.into_iter().filter(|there| *there).count()
 }
 
 fn sizes_of(table: &SramTable, found: &mut Found) {
@@ -229,7 +236,7 @@ fn area(table: &EnergyTable, found: &mut Found) {
     let missing = sram.flat.is_some()
         || sram.table.as_ref().is_some_and(|t| t.sizes.iter().any(|s| s.area.is_none()))
         || sram.macros.as_ref().is_some_and(|all| all.iter().any(|m| m.area.is_none()));
-    if missing {
+    if missing && forms(sram) == 1 {
         let message = "`area` needs the area of every buffer: `sram.flat` has none, and rows of \
                        [sram.table] and [[sram.macros]] have it in `area`; give it or drop [area]";
         found.push(("area".into(), message.into()));

@@ -28,17 +28,17 @@ fn terminal_summary() {
 
         frame time   mean 11.0 ms, p99 17.8 ms, max 17.8 ms: 90.9 FPS
         deadline     16.7 ms at 60 FPS: 5 of 24 frames missed
-        energy per frame                             6.93 mJ
-        power at full rate (90.9 FPS)                 630 mW
-        power at the display rate (60 FPS)            445 mW
-        that and the display's own power              1.38 W
+        energy per frame                             6.98 mJ
+        power at full rate (90.9 FPS)                 635 mW
+        power at the display rate (60 FPS)            450 mW
+        that and the display's own power              1.39 W
 
-        mW at 60 FPS       dram    sram    flop  leakage  background   total
-        preprocessing      33.0    6.60    13.2        -           -    52.8
-        sorting            52.8    9.90    6.60        -           -    69.3
-        rendering          79.2    26.4     132        -           -     238
-        standby               -       -       -     60.0        25.0    85.0
-        total               165    42.9     152     60.0        25.0     445
+        mW at 60 FPS       dram    sram    flop  leakage  background  refresh   total
+        preprocessing      33.0    6.60    13.2        -           -        -    52.8
+        sorting            52.8    9.90    6.60        -           -        -    69.3
+        rendering          79.2    26.4     132        -           -        -     238
+        standby               -       -       -     60.0        25.0     5.00    90.0
+        total               165    42.9     152     60.0        25.0     5.00     450
 
         % of cycles      busy  records  list  spill  features  input  output  bank  idle
         ccu x4             10       12     -      -         -      -       1     -    77
@@ -72,11 +72,11 @@ fn terminal_summary_of_the_paper_model() {
         energy per frame                             2.83 mJ
         power at the display rate (60 FPS)            170 mW
 
-        mW at 60 FPS       dram    sram    flop  leakage  background   total
-        preprocessing      15.6    3.12    6.24        -           -    25.0
-        sorting            25.0    4.68    3.12        -           -    32.8
-        rendering          37.4    12.5    62.4        -           -     112
-        total              78.0    20.3    71.8        0           0     170
+        mW at 60 FPS       dram    sram    flop  leakage  background  refresh   total
+        preprocessing      15.6    3.12    6.24        -           -        -    25.0
+        sorting            25.0    4.68    3.12        -           -        -    32.8
+        rendering          37.4    12.5    62.4        -           -        -     112
+        total              78.0    20.3    71.8        0           0        0     170
 
         report  reports/garden-gscore/summary.md
         next    powergs-sim replay garden.bin --set vru.units-per-core=32
