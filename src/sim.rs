@@ -155,7 +155,8 @@ impl FrameReport {
         self.energy.dynamic().0 * 1e-12 * fps + self.standby_w(fps).iter().sum::<f64>()
     }
 
-    /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM refresh.
+    /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM
+    /// refresh.
     pub fn standby_w(&self, fps: f64) -> [f64; 3] {
         self.standby.at_rate(self.frame_time_s().unwrap_or(0.0), fps)
     }

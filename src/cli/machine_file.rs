@@ -52,7 +52,8 @@ pub struct LoadedMachine {
     pub energy_toml: String,
 }
 
-/// Loads a machine by name or path, with `key=value` overlays, and its energy table and DRAM device.
+/// Loads a machine by name or path, with `key=value` overlays, and its energy table and DRAM
+/// device.
 ///
 /// # Errors
 /// Exit code 2: an unknown name (with the known ones), a file that cannot be read, and everything
@@ -61,8 +62,8 @@ pub fn load_machine(arch: &str, sets: &[String]) -> Result<LoadedMachine, Failur
     load_machine_with(arch, sets, None)
 }
 
-/// As [`load_machine`], with this energy table in place of the machine's: a name, or a path from the
-/// working folder.
+/// As [`load_machine`], with this energy table in place of the machine's: a name, or a path from
+/// the working folder.
 ///
 /// # Errors
 /// As [`load_machine`].

@@ -58,15 +58,14 @@ pub fn left_out(configuration: &toml::Table) -> Vec<Effect> {
 }
 
 /// Everything that is known to be left out.
-pub const NOT_MODELLED: [Effect; 10] = [
+pub const NOT_MODELLED: [Effect; 9] = [
     Effect {
         dram: Some(("model", "bandwidth")),
         ..effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
     },
-    effect("work clustered in storage order (survivors come in runs)", Bias::Optimistic, "A20"),
     effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
     effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
-    effect("chunks fetched in vain when a tile ends early", Bias::Optimistic, "A30"),
+    effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
     effect("address translation, interconnect and other users of the DRAM", Bias::Optimistic, ""),
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
     effect("clock and voltage changes, temperature, wake-up times", Bias::Optimistic, ""),

@@ -8,7 +8,8 @@ use crate::dram::device::Refresh;
 use crate::energy::table::PriceError;
 use crate::energy::{Area, Built, DramCommandPrices, DramCosts, EnergyTable, Prices};
 
-/// The prices of `table` on `machine`; those of its DRAM device, where its DRAM model counts commands.
+/// The prices of `table` on `machine`; those of its DRAM device, where its DRAM model counts
+/// commands.
 ///
 /// # Errors
 /// A machine that the table has no price for.
@@ -23,8 +24,8 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
     })
 }
 
-/// What the commands of a device cost, all channels together. Its standby is that of open rows while
-/// a frame runs, and power-down between frames (A56).
+/// What the commands of a device cost, all channels together. Its standby is that of open rows
+/// while a frame runs, and power-down between frames (A56).
 pub fn device_costs(device: &Device) -> DramCosts {
     let energy = &device.energy;
     let scale = energy.scale;
@@ -53,8 +54,8 @@ pub fn device_costs(device: &Device) -> DramCosts {
     })
 }
 
-/// Power of every block of the chip when each does all that it can in every cycle, leakage included:
-/// a bound. Names as in [`Area::blocks`]; DRAM is another chip.
+/// Power of every block of the chip when each does all that it can in every cycle, leakage
+/// included: a bound. Names as in [`Area::blocks`]; DRAM is another chip.
 pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
     let pj = |actions: &[Action]| actions.iter().map(|&a| prices.of(a).0).sum::<f64>();
     let (ccu, gsu) = (&machine.ccu, &machine.gsu);

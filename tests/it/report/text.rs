@@ -56,7 +56,7 @@ fn terminal_summary() {
         vru.units-per-core                11.0 -> 10.1  -8.2 %      6.93 -> 6.90  -0.4 %
         the other 1: see summary.md
 
-        limits  10 effects left out; mattered most: A4 A5 A26 powergs A8 A10
+        limits  9 effects left out; mattered most: A4 A5 A26 powergs A8 A10
         report  reports/garden-gscore/summary.md
         next    powergs-sim replay garden.bin --set vru.units-per-core=32
     "#]]

@@ -1,5 +1,5 @@
-//! The memory: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a device that is asked
-//! in every cycle what is done.
+//! The memory: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a device that is
+//! asked in every cycle what is done.
 
 use std::collections::VecDeque;
 
