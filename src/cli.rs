@@ -30,6 +30,7 @@ pub mod synth;
 pub mod timeline;
 pub mod trace;
 pub mod trace_source;
+pub mod validate;
 pub mod what_if;
 
 use std::sync::Arc;
@@ -107,6 +108,9 @@ pub enum Command {
     /// Look at traces, check them, dump frames as CSV
     #[command(after_help = trace::EXAMPLES)]
     Trace(trace::Args),
+    /// Check the simulator against published numbers
+    #[command(after_help = validate::EXAMPLES)]
+    Validate(validate::Args),
 }
 
 /// What a command needs besides its arguments.
@@ -141,5 +145,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Scene(args) => scene::run(args, context),
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
+        Command::Validate(args) => validate::run(args, context),
     }
 }

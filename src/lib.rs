@@ -27,4 +27,5 @@ pub mod scene;
 pub mod sim;
 pub mod splat;
 pub mod trace;
+pub mod validate;
 pub mod workload;

@@ -1,0 +1,158 @@
+//! `validate`: published numbers beside ours.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use super::aside::write_aside;
+use super::machine_file::load_machine;
+use super::progress::Progress;
+use super::{Context, Exit, Failure, OrExit, out};
+use crate::validate::numbers::baseline_csv;
+use crate::validate::run::{steps, value};
+use crate::validate::{
+    BASELINE, Baseline, Built, Interrupted, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS,
+    document, judge, measure, table,
+};
+
+/// Shown under `validate --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim validate
+  powergs-sim validate --only lego,area
+  powergs-sim validate --write docs/validation.md
+  powergs-sim validate --rows mine --only my-chip --json
+
+Exit code 1: an enforced row is outside of its tolerance, or a row has worsened.";
+
+/// The largest table that is read.
+const TABLE_MAX: u64 = 1 << 24;
+/// Where the tables are in the source of the program.
+const TABLES: &str = "tests/validation";
+
+/// Check the simulator against published numbers
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Only rows whose name contains one of these, comma-separated
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Folder with published.csv, workloads.csv and baseline.csv, in place of what comes
+    /// with the program
+    #[arg(long, value_name = "DIR")]
+    rows: Option<PathBuf>,
+    /// Write the page (docs/validation.md) to this file
+    #[arg(long, value_name = "FILE")]
+    write: Option<PathBuf>,
+    /// Keep what comes out as the new baseline: baseline.csv in --rows, or in
+    /// tests/validation
+    #[arg(long)]
+    bless: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let tables = tables(args.rows.as_deref())?;
+    let wanted = |row: &&Row| {
+        args.only.is_empty() || args.only.iter().any(|name| row.id.contains(name.as_str()))
+    };
+    let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
+    if rows.is_empty() {
+        let what = format!("--only {}: no row has such a name", args.only.join(","));
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let built = machines(&rows)?;
+    let progress = Progress::new(context, steps(&tables, &rows), "frames");
+    let watch = |n| {
+        progress.advance(n);
+        if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let measured = match measure(&tables, &rows, &built, &watch) {
+        Ok(measured) => measured,
+        Err(Interrupted::Cancelled) => return Ok(Exit::Interrupted),
+        Err(Interrupted::Breach(name, breach)) => {
+            return Err(breach).or_exit(Exit::Internal, format_args!("internal error on {name}"));
+        }
+    };
+    drop(progress);
+    let ours: Baseline =
+        rows.iter().filter_map(|row| Some((row.id.clone(), value(row, &measured)?))).collect();
+    let judged = |row: &&'_ Row| wanted(row);
+    let judged: Vec<Judged> = tables
+        .rows
+        .iter()
+        .filter(judged)
+        .map(|row| judge(row, ours.get(&row.id).copied(), tables.baseline.get(&row.id).copied()))
+        .collect();
+    finish(args, context, &tables, &ours, &judged)
+}
+
+/// Writes and prints what was asked for.
+fn finish(
+    args: &Args,
+    context: &Context,
+    tables: &Tables,
+    ours: &Baseline,
+    judged: &[Judged],
+) -> Result<Exit, Failure> {
+    if let Some(path) = &args.write {
+        let page = document::page(tables, judged);
+        write_aside(path, |w| w.write_all(page.as_bytes()))?;
+    }
+    if args.bless {
+        let folder = args.rows.as_deref().unwrap_or(Path::new(TABLES));
+        let text = baseline_csv(&tables.rows, &tables.baseline, ours);
+        write_aside(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
+    }
+    if context.global.json {
+        out::json(&table::json(judged))?;
+    } else if !context.global.quiet {
+        out::text(&table::terminal(judged))?;
+    }
+    let is_bad = |j: &Judged| match args.bless {
+        true => j.verdict == crate::validate::Verdict::Fails,
+        false => j.is_bad(),
+    };
+    Ok(if judged.iter().any(is_bad) { Exit::GoalMissed } else { Exit::Done })
+}
+
+fn tables(folder: Option<&Path>) -> Result<Tables, Failure> {
+    let Some(folder) = folder else {
+        return Tables::parse(PUBLISHED, WORKLOADS, BASELINE).or_exit(Exit::Internal, "embedded");
+    };
+    let read = |name: &str| {
+        let path = folder.join(name);
+        let size = fs::metadata(&path).or_exit(Exit::Usage, path.display())?.len();
+        if size > TABLE_MAX {
+            let what = format!("{}: {size} bytes are too many for a table", path.display());
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        fs::read_to_string(&path).or_exit(Exit::Usage, path.display())
+    };
+    let baseline = match folder.join("baseline.csv").exists() {
+        true => read("baseline.csv")?,
+        false => "id,ours\n".to_owned(),
+    };
+    Tables::parse(&read("published.csv")?, &read("workloads.csv")?, &baseline)
+        .or_exit(Exit::Usage, folder.display())
+}
+
+/// Every machine that the rows name.
+fn machines(rows: &[&Row]) -> Result<BTreeMap<MachineName, Built>, Failure> {
+    let mut built = BTreeMap::new();
+    for row in rows {
+        for name in [Some(&row.machine), row.against.as_ref()].into_iter().flatten() {
+            if !built.contains_key(name) {
+                let machine = build(name)
+                    .map_err(|e| Failure { exit: e.exit, error: e.error.context(row.id.clone()) })?;
+                built.insert(name.clone(), machine);
+            }
+        }
+    }
+    Ok(built)
+}
+
+fn build(name: &MachineName) -> Result<Built, Failure> {
+    let loaded = load_machine(&name.arch, &name.sets)?;
+    Ok(Built { machine: loaded.machine, prices: loaded.prices, area_mm2: None })
+}

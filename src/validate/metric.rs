@@ -1,0 +1,170 @@
+//! What is measured for a row.
+
+use super::totals::Totals;
+
+/// A measure of a machine, or of one machine against another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Metric {
+    /// Area of the chip, mm².
+    Area,
+    /// Area of the other machine over that of this one.
+    AreaRatio,
+    /// Frames per second: frames over the sum of their times.
+    Fps,
+    /// Frames per second over those of the other machine.
+    Speedup,
+    /// Power of the chip without its DRAM when frames run back to back, watts.
+    Power,
+    /// Energy of the chip without its DRAM per frame, mJ.
+    Energy,
+    /// Energy of a frame on the other machine over that on this one, without DRAM.
+    EnergyRatio,
+    /// Energy-delay product on the other machine over that on this one, without DRAM.
+    EdpRatio,
+    /// Live pixel evaluations over rendering units times busy cycles.
+    RasterUtilisation,
+    /// Utilisation of the rendering units over the whole frame, stalls and idle time included.
+    FrameUtilisation,
+    /// DRAM bytes per frame, MB.
+    DramBytes,
+    /// Bytes that preprocessing reads from DRAM per frame, MB.
+    RecordBytes,
+    /// Bytes that rendering reads from DRAM per frame, MB.
+    FeatureBytes,
+    /// Share of the DRAM bytes that sorting moves; lists that the CCU writes count as sorting.
+    SortingShare,
+    /// DRAM bytes that are saved against the other machine, as a share.
+    DramSaving,
+    /// DRAM traffic at 60 frames per second, GB/s.
+    TrafficAt60,
+    /// Stalls for banks, all units, as a share of the unit cycles.
+    BankStalls,
+    /// List entries times pixels over α evaluations until pixels stop.
+    TerminationSaving,
+    /// Survivors of the cull that no tile loads, as a share.
+    UnusedSurvivors,
+    /// Share of lists that keep more than 78 % of their entries in the next frame.
+    ListsKeeping,
+    /// 99th percentile of how far a kept entry moves in its list, entries.
+    RankShift,
+}
+
+/// Name, unit, whether it compares two machines, whether it needs frames.
+type Facts = (&'static str, &'static str, bool, bool);
+
+impl Metric {
+    /// All metrics.
+    pub const ALL: [Metric; 21] = [
+        Metric::Area,
+        Metric::AreaRatio,
+        Metric::Fps,
+        Metric::Speedup,
+        Metric::Power,
+        Metric::Energy,
+        Metric::EnergyRatio,
+        Metric::EdpRatio,
+        Metric::RasterUtilisation,
+        Metric::FrameUtilisation,
+        Metric::DramBytes,
+        Metric::RecordBytes,
+        Metric::FeatureBytes,
+        Metric::SortingShare,
+        Metric::DramSaving,
+        Metric::TrafficAt60,
+        Metric::BankStalls,
+        Metric::TerminationSaving,
+        Metric::UnusedSurvivors,
+        Metric::ListsKeeping,
+        Metric::RankShift,
+    ];
+
+    const fn facts(self) -> Facts {
+        match self {
+            Metric::Area => ("area", "mm²", false, false),
+            Metric::AreaRatio => ("area_ratio", "x", true, false),
+            Metric::Fps => ("fps", "FPS", false, true),
+            Metric::Speedup => ("speedup", "x", true, true),
+            Metric::Power => ("power", "W", false, true),
+            Metric::Energy => ("energy", "mJ", false, true),
+            Metric::EnergyRatio => ("energy_ratio", "x", true, true),
+            Metric::EdpRatio => ("edp_ratio", "x", true, true),
+            Metric::RasterUtilisation => ("raster_utilisation", "", false, true),
+            Metric::FrameUtilisation => ("frame_utilisation", "", false, true),
+            Metric::DramBytes => ("dram_bytes", "MB", false, true),
+            Metric::RecordBytes => ("record_bytes", "MB", false, true),
+            Metric::FeatureBytes => ("feature_bytes", "MB", false, true),
+            Metric::SortingShare => ("sorting_share", "", false, true),
+            Metric::DramSaving => ("dram_saving", "", true, true),
+            Metric::TrafficAt60 => ("traffic_at_60", "GB/s", false, true),
+            Metric::BankStalls => ("bank_stalls", "", false, true),
+            Metric::TerminationSaving => ("termination_saving", "x", false, true),
+            Metric::UnusedSurvivors => ("unused_survivors", "", false, true),
+            Metric::ListsKeeping => ("lists_keeping", "", false, true),
+            Metric::RankShift => ("rank_shift", "entries", false, true),
+        }
+    }
+
+    /// The name in the file.
+    pub const fn name(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// Unit of the value; empty for shares.
+    pub const fn unit(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// Whether a row of it names a machine to compare with.
+    pub const fn compares(self) -> bool {
+        self.facts().2
+    }
+
+    /// Whether a row of it names a workload.
+    pub const fn needs_frames(self) -> bool {
+        self.facts().3
+    }
+
+    /// The metric of this name.
+    pub fn named(name: &str) -> Option<Metric> {
+        Metric::ALL.into_iter().find(|m| m.name() == name)
+    }
+
+    /// The value from what the machine did, and what the other one did; `None` where that was not
+    /// measured.
+    pub fn value(self, of: &Totals, against: Option<&Totals>) -> Option<f64> {
+        let ratio = |value: fn(&Totals) -> Option<f64>| Some(value(against?)? / value(of)?);
+        let frames = of.frames as f64;
+        let per_frame = |bytes: u64| bytes as f64 * 1e-6 / frames;
+        let value = match self {
+            Metric::Area => of.area_mm2?,
+            Metric::AreaRatio => ratio(|t| t.area_mm2)?,
+            Metric::Fps => frames / of.seconds,
+            Metric::Speedup => ratio(|t| Some(t.seconds / t.frames as f64))?,
+            Metric::Power => of.chip_pj * 1e-12 / of.seconds,
+            Metric::Energy => of.chip_pj * 1e-9 / frames,
+            Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
+            Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,
+            Metric::RasterUtilisation => of.live_evaluations as f64 / of.vru_busy as f64,
+            Metric::FrameUtilisation => of.live_evaluations as f64 / of.vru_cycles as f64,
+            Metric::DramBytes => per_frame(of.dram_bytes()),
+            Metric::RecordBytes => per_frame(of.dram[0].0),
+            Metric::FeatureBytes => per_frame(of.dram[2].0),
+            Metric::SortingShare => {
+                let lists = of.list_bytes_written + of.dram[1].0 + of.dram[1].1;
+                lists as f64 / of.dram_bytes() as f64
+            }
+            Metric::DramSaving => {
+                let other = against?;
+                let bytes = |t: &Totals| t.dram_bytes() as f64 / t.frames as f64;
+                1.0 - bytes(of) / bytes(other)
+            }
+            Metric::TrafficAt60 => per_frame(of.dram_bytes()) * 1e-3 * 60.0,
+            Metric::BankStalls => of.bank_stalls as f64 / of.unit_cycles as f64,
+            Metric::TerminationSaving => of.pair_pixels as f64 / of.alpha_evaluations as f64,
+            Metric::UnusedSurvivors => 1.0 - of.fetched as f64 / of.survivors as f64,
+            Metric::ListsKeeping => of.keeping.0 / of.keeping.1,
+            Metric::RankShift => f64::from(of.rank_shift?),
+        };
+        Some(value).filter(|v| v.is_finite())
+    }
+}
