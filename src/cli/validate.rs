@@ -154,5 +154,5 @@ fn machines(rows: &[&Row]) -> Result<BTreeMap<MachineName, Built>, Failure> {
 
 fn build(name: &MachineName) -> Result<Built, Failure> {
     let loaded = load_machine(&name.arch, &name.sets)?;
-    Ok(Built { machine: loaded.machine, prices: loaded.prices, area_mm2: None })
+    Ok(Built { machine: loaded.machine, prices: loaded.prices, area_mm2: None, peak_w: None })
 }

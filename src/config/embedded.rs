@@ -19,7 +19,18 @@ macro_rules! embedded {
 }
 
 /// Machine files, the default first.
-pub const MACHINES: &[Embedded] = embedded!("machines": "gscore", "gscore-16core", "edge");
+pub const MACHINES: &[Embedded] = embedded!("machines":
+    "gscore",
+    "edge",
+    "flicker",
+    "gbu",
+    "gs-tg",
+    "gscore-16core",
+    "gscore-neo",
+    "gscore-nerarch",
+    "metasapiens",
+    "neo"
+);
 
 /// Energy tables, the default first.
 pub const ENERGY: &[Embedded] = embedded!("energy":

@@ -13,15 +13,20 @@ pub enum Metric {
     Fps,
     /// Frames per second over those of the other machine.
     Speedup,
+    /// The same of the time after preprocessing: sorting and rendering.
+    TileSpeedup,
     /// Power of the chip without its DRAM when frames run back to back, watts.
     Power,
+    /// Power of the chip when every unit does all that it can in every cycle, watts.
+    PeakPower,
     /// Energy of the chip without its DRAM per frame, mJ.
     Energy,
     /// Energy of a frame on the other machine over that on this one, without DRAM.
     EnergyRatio,
     /// Energy-delay product on the other machine over that on this one, without DRAM.
     EdpRatio,
-    /// Live pixel evaluations over rendering units times busy cycles.
+    /// Live pixel evaluations over rendering units times the cycles in which their core has a tile,
+    /// busy or stalled.
     RasterUtilisation,
     /// Utilisation of the rendering units over the whole frame, stalls and idle time included.
     FrameUtilisation,
@@ -54,12 +59,14 @@ type Facts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Metric; 21] = [
+    pub const ALL: [Metric; 23] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
         Metric::Speedup,
+        Metric::TileSpeedup,
         Metric::Power,
+        Metric::PeakPower,
         Metric::Energy,
         Metric::EnergyRatio,
         Metric::EdpRatio,
@@ -84,7 +91,9 @@ impl Metric {
             Metric::AreaRatio => ("area_ratio", "x", true, false),
             Metric::Fps => ("fps", "FPS", false, true),
             Metric::Speedup => ("speedup", "x", true, true),
+            Metric::TileSpeedup => ("tile_speedup", "x", true, true),
             Metric::Power => ("power", "W", false, true),
+            Metric::PeakPower => ("peak_power", "W", false, false),
             Metric::Energy => ("energy", "mJ", false, true),
             Metric::EnergyRatio => ("energy_ratio", "x", true, true),
             Metric::EdpRatio => ("edp_ratio", "x", true, true),
@@ -140,11 +149,13 @@ impl Metric {
             Metric::AreaRatio => ratio(|t| t.area_mm2)?,
             Metric::Fps => frames / of.seconds,
             Metric::Speedup => ratio(|t| Some(t.seconds / t.frames as f64))?,
+            Metric::TileSpeedup => ratio(|t| Some(t.tile_seconds / t.frames as f64))?,
             Metric::Power => of.chip_pj * 1e-12 / of.seconds,
+            Metric::PeakPower => of.peak_w?,
             Metric::Energy => of.chip_pj * 1e-9 / frames,
             Metric::EnergyRatio => ratio(|t| Some(t.chip_pj / t.frames as f64))?,
             Metric::EdpRatio => ratio(|t| Some(t.chip_pj * t.seconds / (t.frames as f64).powi(2)))?,
-            Metric::RasterUtilisation => of.live_evaluations as f64 / of.vru_busy as f64,
+            Metric::RasterUtilisation => of.live_evaluations as f64 / of.vru_active as f64,
             Metric::FrameUtilisation => of.live_evaluations as f64 / of.vru_cycles as f64,
             Metric::DramBytes => per_frame(of.dram_bytes()),
             Metric::RecordBytes => per_frame(of.dram[0].0),

@@ -24,6 +24,15 @@ pub struct Built {
     pub prices: Prices,
     /// Its area, mm², where the energy table knows it.
     pub area_mm2: Option<f64>,
+    /// Its power with every unit busy, watts.
+    pub peak_w: Option<f64>,
+}
+
+impl Built {
+    /// Adds what needs no frame.
+    fn facts(&self, totals: Totals) -> Totals {
+        Totals { area_mm2: self.area_mm2, peak_w: self.peak_w, ..totals }
+    }
 }
 
 /// The run was broken off, or a frame showed a defect.
@@ -87,7 +96,7 @@ pub fn measure(
 ) -> Result<Measurements, Interrupted> {
     let mut all = Measurements::new();
     for (name, built) in built {
-        let totals = Totals { area_mm2: built.area_mm2, ..Totals::default() };
+        let totals = built.facts(Totals::default());
         all.insert((String::new(), name.clone()), totals);
     }
     let mut todo: Vec<&Workload> = tables.workloads.iter().collect();
@@ -141,8 +150,7 @@ fn one_scene(
         })?;
         for seat in seats {
             let (totals, _) = seat.state.into_inner().expect("nobody panics with it");
-            let totals = Totals { area_mm2: seat.built.area_mm2, ..totals };
-            all.insert((workload.name.clone(), seat.name.clone()), totals);
+            all.insert((workload.name.clone(), seat.name.clone()), seat.built.facts(totals));
         }
     }
     Ok(())

@@ -12,10 +12,14 @@ use crate::workload::FrameWorkload;
 pub struct Totals {
     /// Area of the chip, mm², where the energy table knows it.
     pub area_mm2: Option<f64>,
+    /// Power with every unit busy, watts.
+    pub peak_w: Option<f64>,
     /// Frames.
     pub frames: u64,
     /// Time.
     pub seconds: f64,
+    /// Time after preprocessing.
+    pub tile_seconds: f64,
     /// Energy of the chip without its DRAM.
     pub chip_pj: f64,
     /// DRAM bytes (read, written) by stage, order of `Stage::WORK`.
@@ -24,8 +28,8 @@ pub struct Totals {
     pub list_bytes_written: u64,
     /// α evaluations whose pixel has not stopped.
     pub live_evaluations: u64,
-    /// Busy cycles of rendering units, summed over them.
-    pub vru_busy: u64,
+    /// Cycles of rendering units, summed over them, in which their core has a tile.
+    pub vru_active: u64,
     /// All cycles of rendering units.
     pub vru_cycles: u64,
     /// Cycles in which units wait for banks.
@@ -57,6 +61,10 @@ impl Totals {
     ) {
         self.frames += 1;
         self.seconds += report.frame_time_s().unwrap_or(0.0);
+        if let Some(timing) = &report.timing {
+            let cycles = timing.frame - timing.preprocessing_end;
+            self.tile_seconds += cycles as f64 / machine.clock.0;
+        }
         let chip = [Component::Sram, Component::Flop, Component::Leakage];
         self.chip_pj += chip.map(|c| report.energy.component(c).0).iter().sum::<f64>();
         for (sum, stage) in self.dram.iter_mut().zip(Stage::WORK) {
@@ -74,7 +82,7 @@ impl Totals {
             self.unit_cycles += cycles;
             self.bank_stalls += unit.stalls[Stall::Bank as usize];
             if unit.unit == "vru" {
-                self.vru_busy += unit.busy;
+                self.vru_active += cycles - unit.idle;
                 self.vru_cycles += cycles;
             }
         }
