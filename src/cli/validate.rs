@@ -9,6 +9,7 @@ use super::aside::write_aside;
 use super::machine_file::load_machine;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out};
+use crate::sim::cost::peak_w;
 use crate::validate::numbers::baseline_csv;
 use crate::validate::run::{steps, value};
 use crate::validate::{
@@ -154,5 +155,8 @@ fn machines(rows: &[&Row]) -> Result<BTreeMap<MachineName, Built>, Failure> {
 
 fn build(name: &MachineName) -> Result<Built, Failure> {
     let loaded = load_machine(&name.arch, &name.sets)?;
-    Ok(Built { machine: loaded.machine, prices: loaded.prices, area_mm2: None, peak_w: None })
+    let (machine, prices) = (loaded.machine, loaded.prices);
+    let area_mm2 = prices.area.map(|area| area.total().0);
+    let peak_w = Some(peak_w(&machine, &prices).iter().map(|(_, watts)| watts).sum());
+    Ok(Built { machine, prices, area_mm2, peak_w })
 }

@@ -17,4 +17,5 @@ mod scene;
 mod synth;
 mod tidy;
 mod trace;
+mod validate;
 mod workload;
