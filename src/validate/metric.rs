@@ -40,6 +40,10 @@ pub enum Metric {
     SortingShare,
     /// DRAM bytes that are saved against the other machine, as a share.
     DramSaving,
+    /// Bytes that rendering reads from DRAM and that are saved against the other machine, as a share.
+    FeatureSaving,
+    /// α evaluations that are executed, over those of the other machine.
+    EvaluationShare,
     /// DRAM traffic at 60 frames per second, GB/s.
     TrafficAt60,
     /// Stalls for banks, all units, as a share of the unit cycles.
@@ -59,7 +63,7 @@ type Facts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Metric; 23] = [
+    pub const ALL: [Metric; 25] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -77,6 +81,8 @@ impl Metric {
         Metric::FeatureBytes,
         Metric::SortingShare,
         Metric::DramSaving,
+        Metric::FeatureSaving,
+        Metric::EvaluationShare,
         Metric::TrafficAt60,
         Metric::BankStalls,
         Metric::TerminationSaving,
@@ -104,6 +110,8 @@ impl Metric {
             Metric::FeatureBytes => ("feature_bytes", "MB", false, true),
             Metric::SortingShare => ("sorting_share", "", false, true),
             Metric::DramSaving => ("dram_saving", "", true, true),
+            Metric::FeatureSaving => ("feature_saving", "", true, true),
+            Metric::EvaluationShare => ("evaluation_share", "", true, true),
             Metric::TrafficAt60 => ("traffic_at_60", "GB/s", false, true),
             Metric::BankStalls => ("bank_stalls", "", false, true),
             Metric::TerminationSaving => ("termination_saving", "x", false, true),
@@ -142,6 +150,10 @@ impl Metric {
     /// measured.
     pub fn value(self, of: &Totals, against: Option<&Totals>) -> Option<f64> {
         let ratio = |value: fn(&Totals) -> Option<f64>| Some(value(against?)? / value(of)?);
+        let share = |count: fn(&Totals) -> u64| {
+            let per_frame = |t: &Totals| count(t) as f64 / t.frames as f64;
+            Some(per_frame(of) / per_frame(against?))
+        };
         let frames = of.frames as f64;
         let per_frame = |bytes: u64| bytes as f64 * 1e-6 / frames;
         let value = match self {
@@ -164,11 +176,9 @@ impl Metric {
                 let lists = of.list_bytes_written + of.dram[1].0 + of.dram[1].1;
                 lists as f64 / of.dram_bytes() as f64
             }
-            Metric::DramSaving => {
-                let other = against?;
-                let bytes = |t: &Totals| t.dram_bytes() as f64 / t.frames as f64;
-                1.0 - bytes(of) / bytes(other)
-            }
+            Metric::DramSaving => 1.0 - share(Totals::dram_bytes)?,
+            Metric::FeatureSaving => 1.0 - share(|t| t.dram[2].0)?,
+            Metric::EvaluationShare => share(|t| t.executed_evaluations)?,
             Metric::TrafficAt60 => per_frame(of.dram_bytes()) * 1e-3 * 60.0,
             Metric::BankStalls => of.bank_stalls as f64 / of.unit_cycles as f64,
             Metric::TerminationSaving => of.pair_pixels as f64 / of.alpha_evaluations as f64,

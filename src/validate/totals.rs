@@ -28,6 +28,8 @@ pub struct Totals {
     pub list_bytes_written: u64,
     /// α evaluations whose pixel has not stopped.
     pub live_evaluations: u64,
+    /// α evaluations that are executed.
+    pub executed_evaluations: u64,
     /// Cycles of rendering units, summed over them, in which their core has a tile.
     pub vru_active: u64,
     /// All cycles of rendering units.
@@ -77,6 +79,7 @@ impl Totals {
             .map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
         self.list_bytes_written += pairs * machine.record.list_entry.0;
         self.live_evaluations += report.live_evaluations.unwrap_or(0);
+        self.executed_evaluations += report.alpha_evaluations_executed.unwrap_or(0);
         for unit in report.timing.iter().flat_map(|timing| &timing.units) {
             let cycles = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
             self.unit_cycles += cycles;
