@@ -144,8 +144,10 @@ fn machines(rows: &[&Row]) -> Result<BTreeMap<MachineName, Built>, Failure> {
     for row in rows {
         for name in [Some(&row.machine), row.against.as_ref()].into_iter().flatten() {
             if !built.contains_key(name) {
-                let machine = build(name)
-                    .map_err(|e| Failure { exit: e.exit, error: e.error.context(row.id.clone()) })?;
+                let machine = build(name).map_err(|e| Failure {
+                    exit: e.exit,
+                    error: e.error.context(row.id.clone()),
+                })?;
                 built.insert(name.clone(), machine);
             }
         }

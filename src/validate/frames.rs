@@ -26,8 +26,7 @@ pub(super) fn scene_steps<E>(
     for (i, camera) in workload.cameras(preset).iter().enumerate() {
         let frame = render(scene, camera, &options).into_frame(camera, options.background);
         for &geometry in geometries {
-            let step =
-                Step { frame: bin(&frame, geometry), counts: i >= workload.warm_up() };
+            let step = Step { frame: bin(&frame, geometry), counts: i >= workload.warm_up() };
             each(&step)?;
         }
     }

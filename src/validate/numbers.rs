@@ -238,7 +238,12 @@ fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, Tabl
         machine: place.need("machine", &r.machine, machine, "must name a machine")?,
         against: MachineName::parse(&r.against),
         metric,
-        published: place.need("published", &r.published.to_string(), published, "must be finite")?,
+        published: place.need(
+            "published",
+            &r.published.to_string(),
+            published,
+            "must be finite",
+        )?,
         tolerance: place.need("tolerance", &r.tolerance, tolerance, "must be 10% or 0.4..0.7")?,
         status: place.need("status", &r.status, status, "must be enforced or known_gap")?,
         origin: place.need("origin", &r.origin, origin, "must be calibrated or held_out")?,

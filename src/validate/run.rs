@@ -66,8 +66,7 @@ impl Seat<'_> {
         };
         if counts {
             let label = Label::default();
-            let report =
-                simulate_measured(label, frame, &measured, machine, &self.built.prices)?;
+            let report = simulate_measured(label, frame, &measured, machine, &self.built.prices)?;
             totals.add(machine, frame, &measured, &report);
         }
         Ok(())

@@ -38,11 +38,7 @@ fn verdict(judged: &Judged) -> String {
 pub fn terminal(judged: &[Judged]) -> String {
     let mut text = String::new();
     let mut section = "";
-    let _ = writeln!(
-        text,
-        "{:34} {:>9} {:>9} {:>8}  verdict",
-        "", "published", "ours", "off by"
-    );
+    let _ = writeln!(text, "{:34} {:>9} {:>9} {:>8}  verdict", "", "published", "ours", "off by");
     for j in judged {
         if j.row.section != section {
             section = &j.row.section;
@@ -60,7 +56,10 @@ pub fn terminal(judged: &[Judged]) -> String {
         );
     }
     let _ = writeln!(text, "\n{}", summary(judged));
-    let _ = writeln!(text, "* calibrated: a default was chosen with this row; all others are held out.");
+    let _ = writeln!(
+        text,
+        "* calibrated: a default was chosen with this row; all others are held out."
+    );
     text
 }
 

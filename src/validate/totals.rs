@@ -73,10 +73,8 @@ impl Totals {
             let bytes = report.stages[stage as usize];
             *sum = (sum.0 + bytes.read, sum.1 + bytes.write);
         }
-        let pairs = measured
-            .reuse
-            .as_ref()
-            .map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
+        let pairs =
+            measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
         self.list_bytes_written += pairs * machine.record.list_entry.0;
         self.live_evaluations += report.live_evaluations.unwrap_or(0);
         self.executed_evaluations += report.alpha_evaluations_executed.unwrap_or(0);
@@ -90,8 +88,7 @@ impl Totals {
             }
         }
         let tiles = workload.tiles.iter();
-        self.pair_pixels +=
-            tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
+        self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
         self.alpha_evaluations += workload.counters.alpha_evaluations;
         self.survivors += workload.counters.survivors;
         self.fetched += workload.counters.fetched_points;

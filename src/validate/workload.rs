@@ -1,9 +1,9 @@
 //! The frames on which rows are measured.
 
+use crate::scene::Camera;
 use crate::scene::camera::edit::resized;
 use crate::scene::camera::path::Path;
 use crate::scene::synth::{Preset, cameras};
-use crate::scene::Camera;
 
 /// A synthetic scene and its views.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -35,10 +35,7 @@ const MAY_USE: [(&str, &[&str]); 18] = [
     // It takes the values that `sim` returns apart; it never calls anything that counts.
     ("report", &["sim", "accel", "action", "energy", "workload"]),
     // Makes scenes, frames and workloads, and puts machines on them.
-    (
-        "validate",
-        &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"],
-    ),
+    ("validate", &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"]),
     ("lib", &[]),
     ("main", &["cli"]),
 ];

@@ -128,7 +128,8 @@ fn a_subset_of_the_rows_holds() {
 fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     let rows = published(["a", "w", "gscore vru.cores=2", "speedup", "2"])
         + "b,Section,what,path,neo,,lists_keeping,0.9,10%,enforced,held_out,s,\n";
-    let workloads = format!("{HEAD}w,demo,3000,1,96,80,2,0,why\npath,demo,3000,1,96,80,2,200,why\n");
+    let workloads =
+        format!("{HEAD}w,demo,3000,1,96,80,2,0,why\npath,demo,3000,1,96,80,2,200,why\n");
     let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
     let rows: Vec<&Row> = tables.rows.iter().collect();
     let built = machines(&rows);
