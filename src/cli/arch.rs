@@ -290,22 +290,24 @@ fn check_one(file: Text, sets: &[String]) -> Checked {
 
 /// A machine is right when its energy table can be found and has a price for its buffers, too.
 fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
-    let machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
-    let energy = |message: String| {
-        let set = sets.iter().find(|s| s.starts_with("energy=")).cloned();
+    let mut machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
+    let at_key = |key: &str, path: &str, message: String| {
+        let set = sets.iter().find(|s| s.starts_with(&format!("{path}="))).cloned();
         let at = file.text.lines().scan(0, |at, line| {
             let start = *at;
             *at += line.len() + 1;
             Some((start, line))
         });
         let (start, width) = at
-            .filter(|(_, l)| l.trim_start().starts_with("energy"))
+            .filter(|(_, l)| l.trim_start().starts_with(key))
             .map(|(start, l)| (start, l.trim_end().len()))
             .next()
             .unwrap_or((0, 1));
         let in_file = Place::of(&file.text, start..start + width);
-        vec![Problem { place: set.map_or(in_file, Place::Set), key: "energy".into(), message }]
+        vec![Problem { place: set.map_or(in_file, Place::Set), key: path.into(), message }]
     };
+    let energy = |message: String| at_key("energy", "energy", message);
+    link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
     let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
         .map_err(|e| energy(e.to_string()))?;
     let (parsed, _) = energy_table(&table, machine.clock)
@@ -317,11 +319,26 @@ fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
     Ok(Good { summary, cost: Some(Cost::new(&machine, &prices)) })
 }
 
+/// Reads a DRAM device that does not come with the program.
+fn link_device(machine: &mut Machine, file: &Text) -> Result<(), String> {
+    if machine.device.is_some() {
+        return Ok(());
+    }
+    let text = read("DRAM device", &machine.dram.device, DRAM, file.folder.as_deref())
+        .map_err(|e| e.to_string())?;
+    let device = Device::parse(&text.text).map_err(|e| format!("{}: {e}", text.origin))?;
+    machine.link(&device).map_err(|(_, message)| message)
+}
+
 /// A reference table of Accelergy: the clock matters for its leakage only.
 fn check_reference_table(file: &Text) -> Result<Good, Vec<Problem>> {
     let place = Place::of(&file.text, 0..0);
     let problem = |message| vec![Problem { place, key: String::new(), message }];
-    let (table, _) = energy_table(file, Hertz(1e9)).map_err(|e| problem(e.to_string()))?;
+    let (table, _) = energy_table(file, Hertz(1e9)).map_err(|e| {
+        let message = e.to_string();
+        let origin = format!("{}: ", file.origin);
+        problem(message.strip_prefix(&origin).unwrap_or(&message).to_owned())
+    })?;
     Ok(format!("energy reference table {}", table.name).into())
 }
 

@@ -49,8 +49,8 @@ impl Simulator {
         }
         let machine_only = args.dram_model.is_some() || args.timeline.is_some();
         if !args.sets.is_empty() || machine_only || args.energy.is_some() {
-            let what = "--set, --energy, --dram-model, --timeline: the paper model has no machine; use \
-                        --model cycle";
+            let what = "--set, --energy, --dram-model, --timeline: the paper model has no \
+                        machine; use --model cycle";
             return Err(Failure::new(Exit::Usage, what));
         }
         let table = read("energy table", PAPER_TABLE, ENERGY, None)?;

@@ -169,7 +169,8 @@ fn read<T: for<'de> Deserialize<'de>>(text: &str, root: &'static str) -> Result<
     }
     serde_saphyr::from_str(text).map_err(|e| {
         let what = e.to_string();
-        let what = what.lines().next().unwrap_or_default().to_owned();
+        let what = what.lines().next().unwrap_or_default();
+        let what = what.strip_prefix("error: ").unwrap_or(what).to_owned();
         AccelergyError::Shape { root, what }
     })
 }
@@ -267,8 +268,8 @@ fn power(watts: f64) -> PowerPrice {
     PowerPrice { power: Watts(watts), free: watts == 0.0, source: SOURCE.into() }
 }
 
-/// Reads the text of an ERT, and of an ART if there is one, for a machine with this clock: Accelergy
-/// gives leakage as energy per cycle.
+/// Reads the text of an ERT, and of an ART if there is one, for a machine with this clock:
+/// Accelergy gives leakage as energy per cycle.
 ///
 /// # Errors
 /// An [`AccelergyError`] says which component or action is missing or wrong.

@@ -1,11 +1,11 @@
 //! SRAM banks as CACTI 7 builds them: energy, leakage and area by size, word, ports, cell and node.
 //!
 //! The rows are `arch-configs/sram/cacti-7.csv`. Rows of one word width form a column, interpolated
-//! linearly in the logarithms of size and value; between the two nearest columns that reach the size,
-//! everything is linear in the width of the word. A bank with a read and a write port costs what a
-//! single-ported one costs times the ratio of the rows that exist with both kinds of ports (LOP
-//! cells, 32-byte words). Leakage at another temperature than 350 K is scaled by the ratio of the
-//! rows that exist at both temperatures.
+//! linearly in the logarithms of size and value; between the two nearest columns that reach the
+//! size, everything is linear in the width of the word. A bank with a read and a write port costs
+//! what a single-ported one costs times the ratio of the rows that exist with both kinds of ports
+//! (LOP cells, 32-byte words). Leakage at another temperature than 350 K is scaled by the ratio of
+//! the rows that exist at both temperatures.
 
 use std::sync::OnceLock;
 
@@ -217,8 +217,8 @@ impl Macros {
     ///
     /// # Errors
     /// A size or word that the rows do not reach, unless `beyond` allows it: sizes up to four times
-    /// outside then follow the last two rows, and words the nearest width (a narrower word costs as much as that; a wider
-    /// one is several accesses).
+    /// outside then follow the last two rows, and words the nearest width (a narrower word costs as
+    /// much as that; a wider one is several accesses).
     pub fn bank(&self, size: u64, word: u64, two: bool, beyond: bool) -> Result<Bank, Outside> {
         let mut reach: Vec<&Column> = self.columns.iter().filter(|c| c.reaches(size)).collect();
         let ends = |of: &[&Column]| Some((of.first()?.word, of.last()?.word));

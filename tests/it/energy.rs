@@ -1,4 +1,5 @@
-//! Does energy add up? What do banks and reference tables cost? Prices are 1, 2, 3, ... so that no two actions can be confused.
+//! Does energy add up? What do banks and reference tables cost? Prices are 1, 2, 3, ... so that no
+//! two actions can be confused.
 
 use powergs_sim::accel::machine::{DramModel, GatingSpec};
 use powergs_sim::accel::{Machine, Traffic, replay};
@@ -12,6 +13,7 @@ use powergs_sim::sim::{Breach, FrameReport, Label, check, cost, frames, simulate
 use powergs_sim::workload::FrameWorkload;
 
 mod accelergy;
+mod alive;
 mod sram;
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
@@ -150,11 +152,12 @@ fn gating_saves_leakage_and_nothing_else() {
 
 #[test]
 fn commands_of_a_banked_machine_are_priced_by_its_device() {
-    let (mut machine, frame) = preset();
+    let (mut machine, _) = preset();
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm-device").unwrap()).unwrap();
     let refused = cost::prices(&table, &machine).unwrap_err().to_string();
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
     machine.dram.model = DramModel::Banked;
+    let frame = Dice::new(7).workload(machine.geometry);
     let prices = cost::prices(&table, &machine).unwrap();
     let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
     let commands = report.timing.as_ref().unwrap().dram.commands.unwrap();

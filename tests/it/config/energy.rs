@@ -169,12 +169,14 @@ fn by_size(extrapolate: bool) -> String {
     let text = text("gscore-28nm");
     let (from, to) =
         (text.find("[sram.cacti]").expect("it"), text.find("# 10.88 pJ/B").expect("it"));
-    let sizes = format!(
-        "[sram.table]\nsource = \"cacti\"\nallow-extrapolation = {extrapolate}\nsizes = [\n  \
-         {{ capacity = \"1 KiB\", read = \"0.05 pJ/B\", write = \"0.06 pJ/B\", leakage = \"0.2 mW\", \
-         area = \"0.004 mm2\" }},\n  {{ capacity = \"64 KiB\", read = \"0.4 pJ/B\", write = \"0.3 \
-         pJ/B\", leakage = \"9 mW\", area = \"0.1 mm2\" }},\n]\n\n"
-    );
+    let rows = [
+        r#"{ capacity = "1 KiB", read = "0.05 pJ/B", write = "0.06 pJ/B","#,
+        r#" leakage = "0.2 mW", area = "0.004 mm2" },"#,
+        r#"{ capacity = "64 KiB", read = "0.4 pJ/B", write = "0.3 pJ/B","#,
+        r#" leakage = "9 mW", area = "0.1 mm2" },"#,
+    ];
+    let head = format!("source = \"cacti\"\nallow-extrapolation = {extrapolate}\nsizes = [\n");
+    let sizes = ["[sram.table]\n", &head, &rows.concat(), "\n]\n\n"].concat();
     [&text[..from], &sizes, &text[to..]].concat()
 }
 
@@ -291,7 +293,8 @@ fn tables_that_would_lie_are_refused() {
         "[sram.flat]\nenergy = \"1 pJ/B\"\nsource = \"A1\"\n[sram.cacti]",
         "exactly one of [sram.flat], [sram.table]",
     );
-    refused("node = \"28 nm\"\ncell", "node = \"22 nm\"\ncell", "all prices of a file are for one");
+    let (rows, others) = ("node = \"28 nm\"\ncell = \"lop\"", "node = \"22 nm\"\ncell = \"hp\"");
+    refused(rows, others, "all prices of a file are for one node");
     refused("cell = \"lop\"", "cell = \"lopp\"", "did you mean \"lop\"");
     refused("temperature = 350", "temperature = 320", "no rows at 320 K: 300 K, 350 K");
     refused("\"170000 um2\"", "\"0 um2\"", "no unit takes no area");

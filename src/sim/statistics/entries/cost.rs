@@ -54,8 +54,8 @@ pub(super) fn power(list: &mut List) {
         list,
         "power_w.total",
         "W",
-        "Power at the display rate: work of `fps` frames a second, plus standby power during frames \
-         and between them. The power to compare designs with.",
+        "Power at the display rate: work of `fps` frames a second, plus standby power during \
+         frames and between them. The power to compare designs with.",
         |f, fps| Some(f.power_display_rate_w(fps)),
     );
     for c in Component::ALL {
@@ -99,8 +99,8 @@ pub(super) fn area(list: &mut List) {
         list,
         "area_mm2.total",
         "mm2",
-        "Area of the chip at the node of the energy table; absent where the table has none. DRAM is \
-         another chip.",
+        "Area of the chip at the node of the energy table; absent where the table has none. DRAM \
+         is another chip.",
         |f, _| Some(f.area?.total().0),
     );
     for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
