@@ -28,6 +28,9 @@ pub enum TablesError {
         /// What the CSV reader says, with the line.
         error: csv::Error,
     },
+    /// No published number.
+    #[error("published.csv: no rows; a header line and one row at least")]
+    Empty,
     /// A cell that cannot be understood.
     #[error("{table}: `{id}`: {column} = `{value}`: {what}")]
     Cell {
@@ -208,7 +211,7 @@ fn parse_rows(text: &str, workloads: &[Workload]) -> Result<Vec<Row>, TablesErro
         }
         rows.push(row(&place, &record, workloads)?);
     }
-    Ok(rows)
+    if rows.is_empty() { Err(TablesError::Empty) } else { Ok(rows) }
 }
 
 fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, TablesError> {

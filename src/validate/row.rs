@@ -28,6 +28,9 @@ impl fmt::Display for MachineName {
     }
 }
 
+/// Rounding of a share.
+const BORDER: f64 = 1e-9;
+
 /// What of a value is near enough.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
@@ -52,7 +55,10 @@ impl Tolerance {
     /// Whether `ours` is near enough to `published`.
     pub fn holds(self, published: f64, ours: f64) -> bool {
         match self {
-            Tolerance::Share(share) => (ours - published).abs() <= share * published.abs(),
+            // What lies on the border is inside, whatever its last bit says.
+            Tolerance::Share(share) => {
+                (ours - published).abs() <= (share + BORDER) * published.abs()
+            }
             Tolerance::Range(low, high) => (low..=high).contains(&ours),
         }
     }

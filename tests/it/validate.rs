@@ -242,5 +242,30 @@ fn broken_tables_name_the_cell() {
         fault(&good, HEAD, "id,ours\na,1\na,2\n"),
         fault(&good, HEAD, "id\na\n"),
     ];
-    expect![[""]].assert_eq(&(all.join("\n") + "\n"));
+    expect![[r#"
+        published.csv: `a b`: id = `a b`: must be letters, digits and `-`, and there only once
+        published.csv: `a`: metric = `heat`: not a metric
+        published.csv: `a`: workload = ``: the metric needs one
+        published.csv: `a`: workload = `x`: not in workloads.csv
+        published.csv: `a`: workload = `w`: must be empty
+        published.csv: `a`: against = ``: the metric compares
+        published.csv: `a`: against = `edge`: must be empty
+        published.csv: `a`: published = `inf`: must be finite
+        published.csv: CSV deserialize error: record 1 (line: 2, byte: 94): field 7: invalid float literal
+        published.csv: `a`: tolerance = `ten`: must be 10% or 0.4..0.7
+        published.csv: `a`: status = `hoped`: must be enforced or known_gap
+        published.csv: `a`: origin = `fitted`: must be calibrated or held_out
+        published.csv: `a`: machine = ``: must name a machine
+        published.csv: `a`: id = `a`: must be letters, digits and `-`, and there only once
+        published.csv: CSV error: record 1 (line: 2, byte: 86): found record with 13 fields, but the previous record has 12 fields
+        published.csv: no rows; a header line and one row at least
+        workloads.csv: `w`: preset = `castle`: no preset of `synth --list`
+        workloads.csv: `w`: points = `99999999999`: must be 1 to 20000000
+        workloads.csv: `w`: width = `0`: must be 1 to 16384
+        workloads.csv: `w`: path = `9`: must be 10 to 100000
+        workloads.csv: CSV error: record 1 (line: 2, byte: 52): found record with 10 fields, but the previous record has 9 fields
+        baseline.csv: `a`: ours = `NaN`: must be finite
+        baseline.csv: `a`: id = `a`: there twice
+        baseline.csv: CSV deserialize error: record 1 (line: 2, byte: 3): missing field `ours`
+    "#]].assert_eq(&(all.join("\n") + "\n"));
 }
