@@ -25,6 +25,7 @@ pub mod replay;
 pub mod run_folder;
 pub mod scene;
 pub mod scene_file;
+pub mod sensitivity;
 pub mod startup;
 pub mod synth;
 pub mod timeline;
@@ -96,6 +97,9 @@ pub enum Command {
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
+    /// Turn every modelling assumption and see what moves
+    #[command(after_help = sensitivity::EXAMPLES)]
+    Sensitivity(sensitivity::Args),
     /// Define a statistic or a configuration key
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
@@ -143,6 +147,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Dram(args) => dram::run(args, context),
         Command::Explain(args) => explain::run(args, context),
         Command::Scene(args) => scene::run(args, context),
+        Command::Sensitivity(args) => sensitivity::run(args, context),
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
         Command::Validate(args) => validate::run(args, context),

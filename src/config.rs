@@ -4,9 +4,11 @@
 //! "did you mean", the ranges that are checked, and what `explain` prints. All problems of a file
 //! are reported at once, each with its line.
 
+pub mod assumptions;
 pub mod document;
 pub mod embedded;
 pub mod error;
+pub mod knob;
 pub mod references;
 pub mod schema;
 pub mod suggest;

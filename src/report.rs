@@ -18,6 +18,7 @@ pub mod plot;
 pub mod record;
 pub mod roofline;
 pub mod schema;
+pub mod sensitivity;
 pub mod summary;
 pub mod table;
 pub mod terminal;
@@ -197,11 +198,12 @@ pub struct File {
 }
 
 /// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 22] = [
+pub const FILE_NAMES: [&str; 31] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
     "compare.csv",
+    "sensitivity.csv",
     "summary.md",
     "energy.png",
     "energy.svg",
@@ -219,11 +221,34 @@ pub const FILE_NAMES: [&str; 22] = [
     "tile_load.svg",
     "timeline.png",
     "timeline.svg",
+    "tornado.png",
+    "tornado.svg",
+    "tornado_2.png",
+    "tornado_2.svg",
+    "tornado_3.png",
+    "tornado_3.svg",
+    "tornado_4.png",
+    "tornado_4.svg",
     "trace.json.gz",
 ];
 
-/// Those of them that `replay` writes only when they are asked for, or that `compare` writes.
-pub const ASKED_FOR: [&str; 4] = ["compare.csv", "timeline.png", "timeline.svg", "trace.json.gz"];
+/// Those of them that `replay` writes only when they are asked for, or that `compare` and
+/// `sensitivity` write.
+pub const ASKED_FOR: [&str; 13] = [
+    "compare.csv",
+    "timeline.png",
+    "timeline.svg",
+    "trace.json.gz",
+    "sensitivity.csv",
+    "tornado.png",
+    "tornado.svg",
+    "tornado_2.png",
+    "tornado_2.svg",
+    "tornado_3.png",
+    "tornado_3.svg",
+    "tornado_4.png",
+    "tornado_4.svg",
+];
 
 /// The files of the report folder, all but `invocation.toml`.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {

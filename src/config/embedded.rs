@@ -65,6 +65,9 @@ pub const DRAM: &[Embedded] = embedded!("dram":
 /// Where the numbers come from.
 pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
 
+/// Every assumption with its knob.
+pub const ASSUMPTIONS: &str = include_str!("../../arch-configs/assumptions.toml");
+
 /// Energy and area from one technology node to another.
 pub const NODES: &str = include_str!("../../arch-configs/nodes.toml");
 

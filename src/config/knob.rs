@@ -1,0 +1,96 @@
+//! Turning a key of a configuration: finding its values by path, scaling them, replacing them.
+
+use toml::{Table, Value};
+
+/// Calls `change` on every value at `path` (`*` is any name, `[]` behind a name every item of the
+/// list), and puts what it returns in its place. Returns how many were changed.
+pub fn change(
+    table: &mut Table,
+    path: &str,
+    change: &mut impl FnMut(&Value) -> Option<Value>,
+) -> usize {
+    let (first, rest) = path.split_once('.').map_or((path, None), |(a, b)| (a, Some(b)));
+    let (name, is_list) = first.strip_suffix("[]").map_or((first, false), |name| (name, true));
+    let mut changed = 0;
+    for (key, value) in table.iter_mut() {
+        if name != "*" && key != name {
+            continue;
+        }
+        changed += match (value, is_list) {
+            (Value::Array(items), true) => {
+                items.iter_mut().map(|item| inside(item, rest, change)).sum()
+            }
+            (_, true) => 0,
+            (value, false) => inside(value, rest, change),
+        };
+    }
+    changed
+}
+
+fn inside(
+    value: &mut Value,
+    rest: Option<&str>,
+    with: &mut impl FnMut(&Value) -> Option<Value>,
+) -> usize {
+    match (rest, value) {
+        (Some(rest), Value::Table(table)) => change(table, rest, with),
+        (Some(_), _) => 0,
+        (None, value) => {
+            let Some(new) = with(value) else { return 0 };
+            *value = new;
+            1
+        }
+    }
+}
+
+/// Every value at `path`, in the order of the file.
+pub fn values(table: &Table, path: &str) -> Vec<Value> {
+    let mut found = Vec::new();
+    change(&mut table.clone(), path, &mut |value| {
+        found.push(value.clone());
+        None
+    });
+    found
+}
+
+/// `value` times `factor`: whole numbers (and whole bytes) are rounded and change by at least one
+/// step. `None` for what is no number, for zero, and for what would fall below zero.
+pub fn scaled(value: &Value, factor: f64) -> Option<Value> {
+    match value {
+        Value::Integer(n) => Some(Value::Integer(step(*n, factor)?)),
+        Value::Float(x) => (*x != 0.0).then(|| Value::Float(x * factor)),
+        Value::String(text) => {
+            let (number, unit) = text.split_once(' ')?;
+            if unit == "B" {
+                return Some(format!("{} B", step(number.parse().ok()?, factor)?).into());
+            }
+            let number: f64 = number.parse().ok()?;
+            (number != 0.0).then(|| format!("{} {unit}", number * factor).into())
+        }
+        Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) | Value::Table(_) => None,
+    }
+}
+
+/// `n` times `factor`, rounded, at least one step away.
+fn step(n: i64, factor: f64) -> Option<i64> {
+    if n == 0 {
+        return None;
+    }
+    let scaled = (n as f64 * factor).round() as i64;
+    let stepped = match factor < 1.0 {
+        true => scaled.min(n - 1),
+        false => scaled.max(n + 1),
+    };
+    (stepped >= 0).then_some(stepped)
+}
+
+/// A value as it is written behind `--set key=`: TOML, or else a text.
+pub fn written(text: &str) -> Value {
+    let parsed = format!("value = {text}").parse::<Table>().ok();
+    parsed.and_then(|mut t| t.remove("value")).unwrap_or_else(|| text.into())
+}
+
+/// A value as people read it: texts without quotes.
+pub fn shown(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
