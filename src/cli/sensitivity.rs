@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
 use super::machine_file::{LoadedMachine, load_machine_with};
-use super::replay::{DEFAULT_ARCH, DEFAULT_DISPLAY};
+use super::replay::DEFAULT_DISPLAY;
 use super::run_folder::RunFolder;
 use super::trace_source::{TraceSource, hashed};
 use super::{Context, Exit, Failure, OrExit, out};
@@ -34,7 +34,6 @@ by 50 % down and up, one after the other; names are turned to the other names.";
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// Machine: a name of `arch list`, or a TOML file
-    #[arg(default_value = DEFAULT_ARCH)]
     pub arch: String,
     /// Traces, as written by `extract`
     #[arg(required = true, value_name = "TRACE")]

@@ -8,6 +8,7 @@ mod display;
 mod dram;
 mod energy;
 mod geometry;
+mod knobs;
 mod paper;
 mod photos;
 mod pipeline;

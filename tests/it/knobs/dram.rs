@@ -1,0 +1,119 @@
+//! Every key of every DRAM device: small streams through its commands, and what it costs a machine.
+
+use std::collections::BTreeMap;
+
+use powergs_sim::config::embedded::{DRAM, Embedded};
+use powergs_sim::config::{key_docs, knob};
+use powergs_sim::dram::drive::{Access, Drive};
+use powergs_sim::dram::{Device, EnergyUse, Mode, Stats};
+use powergs_sim::energy::DramCosts;
+use powergs_sim::sim::cost::device_costs;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use toml::{Table, Value};
+
+use super::inert::list;
+use super::{choices, others};
+
+/// Text for people.
+const TEXT: [&str; 2] = ["name", "description"];
+
+/// Runs of bytes here and there, a third of them written.
+fn traffic(n: usize) -> Vec<Access> {
+    let mut rng = Pcg64Mcg::seed_from_u64(11);
+    let mut at = 0;
+    let one = |_| {
+        if rng.random_bool(0.7) {
+            at = rng.random_range(0..1u64 << 24) * 32;
+        }
+        let bytes: u32 = [16, 32, 64, 200][rng.random_range(0..4)];
+        let access = Access { write: rng.random_bool(0.3), address: at, bytes };
+        at += u64::from(bytes);
+        access
+    };
+    (0..n).map(one).collect()
+}
+
+type Outcome = (u64, Stats, EnergyUse, EnergyUse, DramCosts);
+
+/// At full speed, and so slow that the channels sleep.
+fn outcome(device: &Device, accesses: &[Access]) -> Outcome {
+    let run = |mode: &str, n: usize| {
+        let mut drive = Drive::new(device, mode.parse::<Mode>().expect("a mode"));
+        accesses[..n].iter().for_each(|a| drive.take(*a));
+        let run = drive.finish().0;
+        let energy = EnergyUse::new(device, &run.stats, run.cycles);
+        (run.cycles, run.stats, energy)
+    };
+    let (cycles, stats, energy) = run("sat", accesses.len());
+    let slow = run("rate0.02", 40);
+    (cycles + slow.0, stats, energy, slow.2, device_costs(device))
+}
+
+fn leaves(table: &Table, prefix: &str, found: &mut Vec<String>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Table(inner) => leaves(inner, &path, found),
+            _ => found.push(path),
+        }
+    }
+}
+
+fn dead_keys(file: &Embedded, accesses: &[Access]) -> Vec<String> {
+    let text: Table = file.text.parse().expect("TOML");
+    let (docs, list) = (key_docs::<Device>(), list());
+    let mut keys = Vec::new();
+    leaves(&text, "", &mut keys);
+    let is_dead = |key: &str, lift: &[String]| {
+        let device = Device::parse_with(file.text, lift)
+            .unwrap_or_else(|e| panic!("{} {lift:?}: {e}", file.name));
+        let (base, table) = (outcome(&device, accesses), device.to_toml().parse::<Table>());
+        let table = table.expect("TOML");
+        let value = knob::values(&table, key).swap_remove(0);
+        let unit = docs.iter().find(|d| d.path == key).map_or("", |d| &d.unit);
+        let is_source = key.ends_with("source");
+        let names = choices(unit);
+        let tried = if is_source { vec!["nobody".into()] } else { others(&value, &names) };
+        let moves = |new: &Value| {
+            let mut table = table.clone();
+            knob::change(&mut table, key, &mut |_| Some(new.clone()));
+            let last = key.rsplit('.').next().unwrap_or(key);
+            match Device::parse(&table.to_string()) {
+                Ok(device) => outcome(&device, accesses) != base,
+                Err(e) => e.to_string().contains(last),
+            }
+        };
+        assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
+        match names.is_empty() {
+            true => !tried.iter().any(moves),
+            false => !tried.iter().all(moves),
+        }
+    };
+    let dead = |key: &&String| {
+        let inert = list.get("dram").and_then(|l| l.get(*key));
+        !TEXT.contains(&key.as_str())
+            && is_dead(key, &[])
+            && inert.is_none_or(|inert| is_dead(key, &inert.lift))
+    };
+    keys.par_iter().filter(dead).map(|key| format!("{}: {key}", file.name)).collect()
+}
+
+/// Devices that differ in the number of channels only have the same keys with the same values: one
+/// of them stands for all.
+#[test]
+fn every_key_of_every_device_moves_something() {
+    let mut families: BTreeMap<String, &Embedded> = BTreeMap::new();
+    for file in DRAM {
+        let mut table: Table = file.text.parse().expect("TOML");
+        for key in ["name", "description", "organisation.channels"] {
+            knob::change(&mut table, key, &mut |_| Some(Value::Integer(0)));
+        }
+        families.entry(table.to_string()).or_insert(file);
+    }
+    assert!((4..DRAM.len()).contains(&families.len()), "{}", families.len());
+    let accesses = traffic(900);
+    let dead: Vec<String> = families.values().flat_map(|f| dead_keys(f, &accesses)).collect();
+    assert!(dead.is_empty(), "nothing moved: {dead:#?}");
+}

@@ -1,0 +1,107 @@
+//! A small workload that reaches everything: lists of several chunks, tiles that end early, frames
+//! that turn a little.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, LazyLock, Mutex};
+
+use powergs_sim::accel::Machine;
+use powergs_sim::energy::{EnergyTable, Prices};
+use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::sim::{self, FrameReport, Label, Lists, Measured, simulate_measured};
+use powergs_sim::trace::Frame;
+use powergs_sim::workload::{FrameWorkload, Geometry, bin};
+
+use crate::raster::support::{front_camera, random_scene};
+
+/// Frames, so that an order can be updated twice.
+const FRAMES: usize = 3;
+
+fn frames() -> &'static [Frame] {
+    static ALL: LazyLock<Vec<Frame>> = LazyLock::new(|| {
+        let scene = random_scene(5, 14_000, 0);
+        let one = |i: usize| {
+            let mut camera = front_camera(144, 104);
+            camera.centre.x += 0.01 * i as f64;
+            let rendered = render(&scene, &camera, &Options::reference(Detail::Counters));
+            rendered.into_frame(&camera, [0.0; 3])
+        };
+        (0..FRAMES).map(one).collect()
+    });
+    &ALL
+}
+
+type Shared<K, V> = LazyLock<Mutex<HashMap<K, Arc<V>>>>;
+
+fn cached<K: std::hash::Hash + Eq, V>(
+    cache: &Shared<K, V>,
+    key: K,
+    make: impl FnOnce() -> V,
+) -> Arc<V> {
+    if let Some(known) = cache.lock().expect("no panic").get(&key) {
+        return known.clone();
+    }
+    let made = Arc::new(make());
+    cache.lock().expect("no panic").insert(key, made.clone());
+    made
+}
+
+/// The frames under a geometry.
+pub fn workloads(geometry: Geometry) -> Arc<Vec<FrameWorkload>> {
+    static ALL: Shared<Geometry, Vec<FrameWorkload>> = LazyLock::new(Default::default);
+    cached(&ALL, geometry, || frames().iter().map(|f| bin(f, geometry)).collect())
+}
+
+/// What is measured of the frames once for all machines that have the same of everything that it
+/// depends on.
+fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
+    static ALL: Shared<String, Vec<Measured>> = LazyLock::new(Default::default);
+    let (gsu, cache) = (&machine.gsu, &machine.cache);
+    let key = format!(
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        machine.geometry,
+        cache.capacity,
+        cache.ways,
+        machine.record.feature_pitch,
+        machine.schedule.order,
+        gsu.depth,
+        gsu.pivots,
+        gsu.pivot_rule,
+        gsu.reuse_period,
+    );
+    cached(&ALL, key, || {
+        let mut lists = Lists::default();
+        let all = workloads(machine.geometry);
+        all.iter().map(|w| Measured::of(w, machine, &mut lists)).collect()
+    })
+}
+
+/// Everything that comes out of a machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    pub frames: Vec<FrameReport>,
+    pub prices: Prices,
+    peak_w: Vec<(&'static str, f64)>,
+}
+
+/// Takes the frames through a machine.
+pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
+    let table = table(&machine.energy).ok_or("no such energy table")?;
+    let prices = sim::cost::prices(&table, machine).map_err(|e| e.to_string())?;
+    let (workloads, measured) = (workloads(machine.geometry), measured(machine));
+    let one = |(w, m): (&FrameWorkload, &Measured)| {
+        simulate_measured(Label::default(), w, m, machine, &prices).expect("accounts close")
+    };
+    let frames = workloads.iter().zip(measured.iter()).map(one).collect();
+    let peak_w = sim::cost::peak_w(machine, &prices);
+    Ok(Outcome { frames, prices, peak_w })
+}
+
+/// An energy table that comes with the program.
+pub fn table(name: &str) -> Option<EnergyTable> {
+    static ALL: LazyLock<BTreeMap<&str, EnergyTable>> = LazyLock::new(|| {
+        let parse = |text| EnergyTable::parse(text).expect("a table that comes with the program");
+        let files = powergs_sim::config::embedded::ENERGY.iter();
+        files.map(|file| (file.name, parse(file.text))).collect()
+    });
+    ALL.get(name).cloned()
+}
