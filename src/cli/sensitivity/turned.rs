@@ -27,8 +27,8 @@ pub struct Files {
 }
 
 impl Files {
-    /// Those of `loaded` with further `--set` values; another energy table or device must be one that
-    /// comes with the program.
+    /// Those of `loaded` with further `--set` values; another energy table or device must be one
+    /// that comes with the program.
     ///
     /// # Errors
     /// Why that is no machine, in one line.

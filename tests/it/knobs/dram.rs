@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use toml::{Table, Value};
 
 use super::inert::list;
-use super::{choices, others};
+use super::{Verdict, choices, others};
 
 /// Text for people.
 const TEXT: [&str; 2] = ["name", "description"];
@@ -66,36 +66,39 @@ fn dead_keys(file: &Embedded, accesses: &[Access]) -> Vec<String> {
     let (docs, list) = (key_docs::<Device>(), list());
     let mut keys = Vec::new();
     leaves(&text, "", &mut keys);
-    let is_dead = |key: &str, lift: &[String]| {
+    let of = |lift: &[String]| {
         let device = Device::parse_with(file.text, lift)
             .unwrap_or_else(|e| panic!("{} {lift:?}: {e}", file.name));
-        let (base, table) = (outcome(&device, accesses), device.to_toml().parse::<Table>());
-        let table = table.expect("TOML");
-        let value = knob::values(&table, key).swap_remove(0);
-        let unit = docs.iter().find(|d| d.path == key).map_or("", |d| &d.unit);
-        let is_source = key.ends_with("source");
-        let names = choices(unit);
-        let tried = if is_source { vec!["nobody".into()] } else { others(&value, &names) };
-        let moves = |new: &Value| {
-            let mut table = table.clone();
-            knob::change(&mut table, key, &mut |_| Some(new.clone()));
-            let last = key.rsplit('.').next().unwrap_or(key);
-            match Device::parse(&table.to_string()) {
-                Ok(device) => outcome(&device, accesses) != base,
-                Err(e) => e.to_string().contains(last),
-            }
-        };
-        assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
-        match names.is_empty() {
-            true => !tried.iter().any(moves),
-            false => !tried.iter().all(moves),
-        }
+        let values: Table = device.to_toml().parse().expect("TOML");
+        (outcome(&device, accesses), values)
     };
+    let is_dead = |key: &str, (base, values): &(Outcome, Table)| {
+        let value = knob::values(values, key).swap_remove(0);
+        let unit = docs.iter().find(|d| d.path == key).map_or("", |d| &d.unit);
+        let names = choices(unit);
+        let is_source = key.ends_with("source");
+        let tried = if is_source { vec!["nobody".into()] } else { others(&value, &names) };
+        assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
+        let mut verdicts = Vec::new();
+        for new in &tried {
+            let mut table = values.clone();
+            knob::change(&mut table, key, &mut |_| Some(new.clone()));
+            verdicts.push(match Device::parse(&table.to_string()) {
+                Ok(device) => Verdict::of(outcome(&device, accesses) != *base),
+                Err(e) => Verdict::of_error(&e.to_string(), key, new),
+            });
+            if names.is_empty() && verdicts.contains(&Verdict::Moved) {
+                return false;
+            }
+        }
+        !Verdict::is_alive(&verdicts, !names.is_empty())
+    };
+    let base = of(&[]);
     let dead = |key: &&String| {
         let inert = list.get("dram").and_then(|l| l.get(*key));
         !TEXT.contains(&key.as_str())
-            && is_dead(key, &[])
-            && inert.is_none_or(|inert| is_dead(key, &inert.lift))
+            && is_dead(key, &base)
+            && inert.is_none_or(|inert| is_dead(key, &of(&inert.lift)))
     };
     keys.par_iter().filter(dead).map(|key| format!("{}: {key}", file.name)).collect()
 }

@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::inert::list;
 use super::support::outcome;
-use super::{choices, others};
+use super::{Verdict, choices, others};
 
 /// Text for people.
 const TEXT: [&str; 2] = ["name", "description"];
@@ -38,6 +38,10 @@ fn costs(
         dram: Some(DramWork { stages: [work; 3], refreshes: 7 }),
     });
     Ok(Costs { energy, area: prices.area, prices })
+}
+
+fn named(name: &str) -> &'static Embedded {
+    ENERGY.iter().find(|f| f.name == name).expect("a table that comes with the program")
 }
 
 /// Leaves of a table, lists with `[]`.
@@ -76,29 +80,30 @@ fn dead_keys(file: &Embedded) -> Vec<String> {
         let is_source = key.ends_with("source") || key.ends_with("fit");
         let tried = if is_source { vec!["nobody".into()] } else { others(&value, &choices(unit)) };
         assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
-        let moves = |new: &Value| {
+        let verdict = |new: &Value| {
             let mut table = table.clone();
             knob::change(&mut table, key, &mut |old| {
                 // A list is scaled item by item.
-                if key.contains("[]") {
-                    others(old, &[]).into_iter().next()
-                } else {
-                    Some(new.clone())
-                }
+                if key.contains("[]") { others(old, &[]).pop() } else { Some(new.clone()) }
             });
-            let last = key.rsplit('.').next().unwrap_or(key);
             match costs(&table.to_string(), machine, &frame) {
-                Ok(new) => new != base,
-                Err(e) => e.contains(last),
+                Ok(new) => Verdict::of(new != base),
+                Err(e) => Verdict::of_error(&e, key, new),
             }
         };
-        !tried.iter().any(moves)
+        !Verdict::is_alive(&tried.iter().map(verdict).collect::<Vec<_>>(), false)
     };
     let dead = |key: &String| {
-        let lifted = list.get("energy").and_then(|l| l.get(key)).map(|inert| on(&inert.lift));
+        let inert = list.get("energy").and_then(|l| l.get(key));
         !TEXT.contains(&key.as_str())
             && is_dead(key, &machine)
-            && lifted.is_none_or(|machine| is_dead(key, &machine))
+            && inert.is_none_or(|inert| match &inert.lift_file {
+                None => is_dead(key, &on(&inert.lift)),
+                Some(other) => {
+                    assert_ne!(other, file.name, "{key}: the condition is not lifted");
+                    dead_keys(named(other)).iter().any(|dead| dead.ends_with(&format!(": {key}")))
+                }
+            })
     };
     keys.into_iter().filter(dead).map(|key| format!("{}: {key}", file.name)).collect()
 }

@@ -6,10 +6,12 @@ use serde::Deserialize;
 
 /// A condition, and what takes it away.
 #[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Inert {
     pub when: String,
+    #[serde(default)]
     pub lift: Vec<String>,
+    pub lift_file: Option<String>,
 }
 
 /// Keys by kind of file.

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 
 use super::inert::list;
 use super::support::{Outcome, outcome};
-use super::{choices, others};
+use super::{Verdict, choices, others};
 
 /// Text for people.
 const TEXT: [&str; 2] = ["name", "description"];
@@ -27,34 +27,44 @@ impl Base {
         Base { values, outcome }
     }
 
-    /// Whether the key with this value gives something else, or an error that names the key.
-    fn moves(&self, key: &str, value: &Value) -> bool {
+    /// What the key with this value does.
+    fn verdict(&self, key: &str, value: &Value) -> Verdict {
         let mut table = self.values.clone();
         let n = knob::change(&mut table, key, &mut |_| Some(value.clone()));
         assert_eq!(n, 1, "{key}");
-        let last = key.rsplit('.').next().unwrap_or(key);
-        match Machine::parse(&table.to_string()) {
-            Ok(machine) => outcome(&machine).map_or(true, |new| new != self.outcome),
-            Err(e) => e.to_string().contains(last),
+        let priced = match Machine::parse(&table.to_string()) {
+            Ok(machine) => outcome(&machine),
+            Err(e) => Err(e.to_string()),
+        };
+        match priced {
+            Ok(new) => Verdict::of(new != self.outcome),
+            Err(e) => Verdict::of_error(&e, key, value),
         }
     }
 
-    /// Values of the key that move nothing. Of numbers it is enough that one moves something, and an
-    /// error counts only where there is no other value: of names, each must.
-    fn dead(&self, doc: &KeyDoc) -> Vec<String> {
+    fn is_dead(&self, doc: &KeyDoc) -> bool {
         let value = knob::values(&self.values, &doc.path).pop().expect("every key has a value");
-        let names = match doc.path.as_str() {
-            "energy" => ENERGY.iter().map(|f| f.name.to_owned()).collect(),
-            "dram.device" => DRAM.iter().map(|f| f.name.to_owned()).collect(),
-            _ => choices(&doc.unit),
+        // Files that may say the same in the keys that matter here.
+        let files = match doc.path.as_str() {
+            "energy" => ENERGY,
+            "dram.device" => DRAM,
+            _ => &[],
+        };
+        let names = match files {
+            [] => choices(&doc.unit),
+            files => files.iter().map(|f| f.name.to_owned()).collect(),
         };
         let tried = others(&value, &names);
         assert!(!tried.is_empty(), "{}: nothing to try", doc.path);
-        let dead = |v: &&Value| !self.moves(&doc.path, v);
-        if names.is_empty() && tried.iter().any(|v| self.moves(&doc.path, v)) {
-            return Vec::new();
+        let is_name = !names.is_empty() && files.is_empty();
+        let mut verdicts = Vec::new();
+        for value in &tried {
+            verdicts.push(self.verdict(&doc.path, value));
+            if !is_name && verdicts.contains(&Verdict::Moved) {
+                return false;
+            }
         }
-        tried.iter().filter(dead).map(|v| format!("{}={v}", doc.path)).collect()
+        !Verdict::is_alive(&verdicts, is_name)
     }
 }
 
@@ -66,22 +76,13 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
     let docs = key_docs::<Machine>();
     let keys: Vec<&KeyDoc> =
         docs.iter().filter(|d| !d.table && !TEXT.contains(&d.path.as_str())).collect();
-    let found: Vec<(Option<String>, Vec<String>)> = keys
-        .par_iter()
-        .map(|doc| {
-            let dead = base.dead(doc);
-            if dead.is_empty() {
-                return (None, dead);
-            }
-            let still = match list["machine"].get(&doc.path) {
-                Some(inert) => Base::of(file.text, &inert.lift).dead(doc),
-                None => dead,
-            };
-            (Some(doc.path.clone()), still)
-        })
-        .collect();
-    let (inert, dead): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-    (inert.into_iter().flatten().collect(), dead.concat())
+    let inert: Vec<&&KeyDoc> = keys.par_iter().filter(|doc| base.is_dead(doc)).collect();
+    let still = |doc: &&&&KeyDoc| match list["machine"].get(&doc.path) {
+        Some(inert) => Base::of(file.text, &inert.lift).is_dead(doc),
+        None => true,
+    };
+    let dead = inert.par_iter().filter(still).map(|doc| doc.path.clone()).collect();
+    (inert.iter().map(|doc| doc.path.clone()).collect(), dead)
 }
 
 #[test]
@@ -111,7 +112,7 @@ fn keys_of_one_memory_model_are_inert_in_the_other() {
             .get(&doc.path)
             .is_some_and(|i| i.lift.iter().any(|l| l == "dram.model=bandwidth"));
         if bandwidth_only {
-            assert!(!base.dead(doc).is_empty(), "`{}` is no longer inert", doc.path);
+            assert!(base.is_dead(doc), "`{}` is no longer inert", doc.path);
         }
     }
 }

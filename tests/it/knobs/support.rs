@@ -13,14 +13,16 @@ use powergs_sim::workload::{FrameWorkload, Geometry, bin};
 
 use crate::raster::support::{front_camera, random_scene};
 
-/// Frames, so that an order can be updated twice.
-const FRAMES: usize = 3;
+/// Frames, so that an order can be updated.
+const FRAMES: usize = 2;
 
 fn frames() -> &'static [Frame] {
     static ALL: LazyLock<Vec<Frame>> = LazyLock::new(|| {
-        let scene = random_scene(5, 14_000, 0);
+        let mut scene = random_scene(5, 10_000, 0);
+        // Denser in the middle, so that lists differ.
+        scene.means.iter_mut().step_by(2).for_each(|m| m[0] *= 0.2);
         let one = |i: usize| {
-            let mut camera = front_camera(144, 104);
+            let mut camera = front_camera(136, 96);
             camera.centre.x += 0.01 * i as f64;
             let rendered = render(&scene, &camera, &Options::reference(Detail::Counters));
             rendered.into_frame(&camera, [0.0; 3])
