@@ -35,7 +35,7 @@ fn banks_are_the_shares_of_units_and_cores() {
     let inventory = Machine::parse(gscore()).expect("gscore").inventory();
     let kib: Vec<(u64, u32)> =
         inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
-    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (2, 8), (0, 0)]);
+    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), (0, 0)]);
 }
 
 #[test]
@@ -168,7 +168,11 @@ fn errors_read_well() {
         ("latency = \"100 ns\"", "", &[]),
         ("tile = 16 ", "tile = 128 ", &[]),
         ("test = \"obb\"", "test = \"elipse\"", &[]),
-        ("feature = { capacity = \"128 KiB\" }", "cores = 3", &[]),
+        (
+            "feature = { capacity = \"128 KiB\", word = \"32 B\", banks = 2, ports = \"1rw\" }",
+            "cores = 3",
+            &[],
+        ),
         ("", "", &["vru.core=8", "clock=fast", "x"]),
         ("", "", &["vru.core=8", "clock=fast"]),
         ("", "", &["geometry.chunk=1024"]),

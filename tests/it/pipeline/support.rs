@@ -175,6 +175,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
         }
     }
     w.counters.intersecting_points = points.min(w.counters.tile_pairs);
+    (w.list, w.index, w.slot) = (vec![0; w.counters.tile_pairs as usize], vec![0], vec![0]);
     if points == 0 {
         w.counters.tile_pairs = 0;
     }
