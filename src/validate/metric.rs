@@ -40,7 +40,8 @@ pub enum Metric {
     SortingShare,
     /// DRAM bytes that are saved against the other machine, as a share.
     DramSaving,
-    /// Bytes that rendering reads from DRAM and that are saved against the other machine, as a share.
+    /// Bytes that rendering reads from DRAM and that are saved against the other machine, as a
+    /// share.
     FeatureSaving,
     /// α evaluations that are executed, over those of the other machine.
     EvaluationShare,
