@@ -3,9 +3,9 @@
 //! `tests/validation/published.csv` has one [`Row`] per published number that our knobs can
 //! express. A row is measured on a machine (and, for a ratio, against another one) with a
 //! [`Workload`] of `workloads.csv`: a synthetic scene that is made to match published statistics,
-//! never to match a row. [`measure()`] renders every view once, bins it once per geometry, and takes
-//! it through all machines that want it. [`judge()`] compares with the tolerance of the row and with
-//! what came out the last time (`baseline.csv`).
+//! never to match a row. [`measure()`] renders every view once, bins it once per geometry, and
+//! takes it through all machines that want it. [`judge()`] compares with the tolerance of the row
+//! and with what came out the last time (`baseline.csv`).
 //!
 //! This module opens no file: whoever calls it hands in the texts and builds the machines.
 
