@@ -93,5 +93,8 @@ pub fn factor(fit: &str, what: Scaled, from: Nanometres, to: Nanometres) -> Resu
         .map(|(name, rows)| format!("`{name}` has {rows}"))
         .collect();
     let (word, known) = (what.word(), known.join("; "));
-    Err(format!("`{fit}` has no {word} for {from} to {to}: {known}; or give `factor` and `source`"))
+    Err(format!(
+        "`{fit}` has no {word} for {from} (`from`) to {to} (`node`): {known}; or give `factor` and \
+         `source`"
+    ))
 }

@@ -73,7 +73,7 @@ fn free(key: &str, what: &str, value: f64, free: bool, found: &mut Found) {
         zero(key, what, found);
     }
     if value != 0.0 && free {
-        let message = format!("`{key}` is free and has a price: drop one of them");
+        let message = format!("`{key}` is free and has a price: drop `free` or `{what}`");
         found.push((key.to_owned(), message));
     }
 }

@@ -243,11 +243,11 @@ fn nodes_without_a_row_are_refused_with_those_that_exist() {
         EnergyTable::parse(&text).expect_err(to).to_string()
     };
     let error = of("node = \"16 nm\"", "node = \"12 nm\"");
-    assert!(error.contains("no energy for 28 nm to 12 nm"), "{error}");
+    assert!(error.contains("no energy for 28 nm (`from`) to 12 nm (`node`)"), "{error}");
     assert!(error.contains("28 nm to 22 nm") && error.contains("give `factor`"), "{error}");
     let error = of("node = \"16 nm\"", "node = \"14 nm\"");
     assert!(
-        error.contains("no area for 28 nm to 14 nm: `deepscaletool` has 28 nm to 16 nm"),
+        error.contains("no area for 28 nm (`from`) to 14 nm (`node`): `deepscaletool` has"),
         "{error}"
     );
     let error = of("fit = \"stillmaker\"", "fit = \"moore\"");
