@@ -108,8 +108,10 @@ fn ceilings(
     let text = format!("all units: {}", engineering(peak, "FLOP/s"));
     canvas.text(&text, (panel.right - 8.0, corner.1 - 15.0), Align::Right, palette::BLUE)?;
     let slope = format!("DRAM: {}", rate(roof));
-    let half_way = ((start.0 + corner.0) / 2.0, (start.1 + corner.1) / 2.0);
-    label(canvas, &slope, (half_way.0 - 14.0, half_way.1 - 14.0), Align::Right, palette::BLUE)?;
+    // High on the slope: labels of stages lie below it.
+    let along = |a: f64, b: f64| a + 0.82 * (b - a);
+    let at = (along(start.0, corner.0) - 14.0, along(start.1, corner.1) - 14.0);
+    label(canvas, &slope, at, Align::Right, palette::BLUE)?;
     let highest = roof.ceilings.iter().map(|c| c.1).fold(0.0, f64::max);
     for (name, ceiling) in &roof.ceilings {
         let height = y.at(ceiling * 1e-9);
