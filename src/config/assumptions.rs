@@ -39,6 +39,9 @@ pub struct Knob {
     /// with has them too.
     #[serde(default)]
     pub with: Vec<String>,
+    /// The machine that comes with the program and that the assumption is about, where it is about
+    /// one.
+    pub on: Option<String>,
 }
 
 /// A kind of configuration file.

@@ -1,5 +1,5 @@
-//! What every assumption moves: the frame rate, the energy of a frame and the area of the chip, with
-//! its knob turned down and up.
+//! What every assumption moves: the frame rate, the energy of a frame and the area of the chip,
+//! with its knob turned down and up.
 
 mod chart;
 mod text;
@@ -100,6 +100,8 @@ pub struct Row {
     pub value: String,
     /// `--set` values of the machine that the knob needs.
     pub with: Vec<String>,
+    /// The machine that is turned, where it is not the one of the experiment.
+    pub on: Option<String>,
     /// The machine with those, by trace.
     pub base: Vec<Outcome>,
     /// Turned down; `None` for a knob that has names, not numbers.
@@ -181,6 +183,7 @@ pub fn csv(all: &Sensitivity) -> Result<Vec<u8>, ReportError> {
         "file",
         "keys",
         "with",
+        "machine",
         "side",
         "value",
         "trace",
@@ -206,6 +209,7 @@ pub fn csv(all: &Sensitivity) -> Result<Vec<u8>, ReportError> {
                     row.file.to_owned(),
                     row.keys.join(" "),
                     row.with.join(" "),
+                    row.on.clone().unwrap_or_else(|| all.machine.clone()),
                     name.to_owned(),
                     side.value.clone(),
                     trace.name.clone(),
@@ -256,6 +260,7 @@ pub fn json(all: &Sensitivity) -> Value {
             "file": row.file,
             "keys": row.keys,
             "with": row.with,
+            "machine": row.on.as_deref().unwrap_or(&all.machine),
             "value": row.value,
             "effect": row.effect(),
             "base": row.base.iter().map(outcome).collect::<Vec<_>>(),

@@ -65,8 +65,8 @@ impl Verdict {
         if moved { Verdict::Moved } else { Verdict::Same }
     }
 
-    /// Whether a key is alive. Of numbers it is enough that one moves something; of names each must.
-    /// An error counts for a name, and where there is no other number.
+    /// Whether a key is alive. Of numbers it is enough that one moves something; of names each
+    /// must. An error counts for a name, and where there is no other number.
     fn is_alive(all: &[Verdict], is_name: bool) -> bool {
         let (moved, same) = (all.contains(&Verdict::Moved), all.contains(&Verdict::Same));
         let misnamed = all.contains(&Verdict::Misnamed);

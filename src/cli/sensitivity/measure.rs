@@ -169,6 +169,7 @@ pub fn rows(turns: &[Turn], machines: &Machines, means: &[Means]) -> Vec<Row> {
         keys: turn.knob.keys.clone(),
         value: turn.value.clone(),
         with: turn.knob.with.clone(),
+        on: turn.knob.on.clone(),
         base: outcomes(&turn.base).unwrap_or_default(),
         low: turn.low.as_ref().map(side),
         high: turn.high.as_ref().map(side),

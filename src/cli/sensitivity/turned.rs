@@ -6,7 +6,7 @@ use crate::accel::Machine;
 use crate::cli::machine_file::LoadedMachine;
 use crate::cli::what_if::Variant;
 use crate::config::assumptions::{Assumption, Knob, KnobFile};
-use crate::config::embedded::{DRAM, ENERGY, find};
+use crate::config::embedded::{DRAM, ENERGY, MACHINES, find};
 use crate::config::knob;
 use crate::dram::Device;
 use crate::energy::EnergyTable;
@@ -46,6 +46,23 @@ impl Files {
             true => loaded.device_file.text.clone(),
             false => other("DRAM device", &machine.dram.device, DRAM)?,
         };
+        Ok(Files { machine: machine.to_toml(), energy, device })
+    }
+
+    /// Those of another machine, which comes with the program.
+    ///
+    /// # Errors
+    /// As [`Files::of`].
+    pub fn of_other(name: &str, with: &[String]) -> Result<Files, String> {
+        let text = find(MACHINES, name);
+        let text = text.ok_or_else(|| format!("no machine `{name}` comes with the program"))?;
+        let machine = Machine::parse_with(text, with).map_err(one_line)?;
+        let text = |files, name: &str| {
+            let text = find(files, name).map(str::to_owned);
+            text.ok_or_else(|| format!("no file `{name}` comes with the program"))
+        };
+        let energy = text(ENERGY, &machine.energy)?;
+        let device = text(DRAM, &machine.dram.device)?;
         Ok(Files { machine: machine.to_toml(), energy, device })
     }
 
@@ -178,7 +195,10 @@ fn of_knob(
     assumption: &'static Assumption,
     knob: &'static Knob,
 ) -> Result<Vec<Turn>, String> {
-    let base = Files::of(loaded, &knob.with)?;
+    let base = match &knob.on {
+        Some(other) => Files::of_other(other, &knob.with)?,
+        None => Files::of(loaded, &knob.with)?,
+    };
     let has = base.values(knob);
     if has.is_empty() {
         return Err(format!("the {} file has no `{}`", knob.file.name(), knob.keys.join("`, `")));

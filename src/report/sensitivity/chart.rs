@@ -1,4 +1,5 @@
-//! A tornado for each trace: the knobs that move most, as bars to both sides of the machine as it is.
+//! A tornado for each trace: the knobs that move most, as bars to both sides of the machine as it
+//! is.
 
 use plotters::style::RGBColor;
 

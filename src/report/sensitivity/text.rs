@@ -165,10 +165,10 @@ fn rows(text: &mut String, all: &Sensitivity) {
     text.push_str(&"--:|".repeat(2 * all.traces.len() + 1));
     text.push('\n');
     for row in &all.rows {
-        let with = match row.with.is_empty() {
-            true => String::new(),
-            false => format!(" with `{}`", row.with.join("`, `")),
-        };
+        let mut with = row.on.as_ref().map_or(String::new(), |on| format!(" on {on}"));
+        if !row.with.is_empty() {
+            let _ = write!(with, " with `{}`", row.with.join("`, `"));
+        }
         let keys = row.keys.join("`, `");
         let turned: Vec<&str> =
             [&row.low, &row.high].into_iter().flatten().map(|s| s.value.as_str()).collect();
@@ -195,6 +195,7 @@ fn refused(text: &mut String, all: &Sensitivity) {
     for row in &all.rows {
         for side in [&row.low, &row.high].into_iter().flatten() {
             if let Side { value, outcomes: Err(reason) } = side {
+                let reason = reason.replace('|', "/");
                 reasons.push(format!("| {} | {} = {value} | {reason} |\n", row.number, row.knob()));
             }
         }

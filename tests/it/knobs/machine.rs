@@ -1,12 +1,12 @@
 //! Every key of every machine.
 
 use powergs_sim::accel::Machine;
-use powergs_sim::config::embedded::{DRAM, ENERGY, Embedded, MACHINES};
+use powergs_sim::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
 use powergs_sim::config::{KeyDoc, key_docs, knob};
 use rayon::prelude::*;
 use toml::{Table, Value};
 
-use super::inert::list;
+use super::inert::{Inert, list};
 use super::support::{Outcome, outcome};
 use super::{Verdict, choices, others};
 
@@ -42,7 +42,8 @@ impl Base {
         }
     }
 
-    fn is_dead(&self, doc: &KeyDoc) -> bool {
+    /// What was tried in vain; `None` for a key that is alive.
+    fn dead(&self, doc: &KeyDoc) -> Option<String> {
         let value = knob::values(&self.values, &doc.path).pop().expect("every key has a value");
         // Files that may say the same in the keys that matter here.
         let files = match doc.path.as_str() {
@@ -61,10 +62,12 @@ impl Base {
         for value in &tried {
             verdicts.push(self.verdict(&doc.path, value));
             if !is_name && verdicts.contains(&Verdict::Moved) {
-                return false;
+                return None;
             }
         }
-        !Verdict::is_alive(&verdicts, is_name)
+        let tried: Vec<_> = tried.iter().zip(&verdicts).collect();
+        let dead = !Verdict::is_alive(&verdicts, is_name);
+        dead.then(|| format!("{}: {tried:?}", doc.path))
     }
 }
 
@@ -76,13 +79,19 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
     let docs = key_docs::<Machine>();
     let keys: Vec<&KeyDoc> =
         docs.iter().filter(|d| !d.table && !TEXT.contains(&d.path.as_str())).collect();
-    let inert: Vec<&&KeyDoc> = keys.par_iter().filter(|doc| base.is_dead(doc)).collect();
-    let still = |doc: &&&&KeyDoc| match list["machine"].get(&doc.path) {
-        Some(inert) => Base::of(file.text, &inert.lift).is_dead(doc),
-        None => true,
+    let inert: Vec<(&&KeyDoc, String)> =
+        keys.par_iter().filter_map(|doc| Some((doc, base.dead(doc)?))).collect();
+    let still = |(doc, dead): &(&&KeyDoc, String)| match list["machine"].get(&doc.path) {
+        Some(Inert { lift_file: Some(other), .. }) => {
+            assert_ne!(other, file.name, "{}: the condition is not lifted", doc.path);
+            let other = find(MACHINES, other).expect("a machine that comes with the program");
+            Base::of(other, &[]).dead(doc)
+        }
+        Some(inert) => Base::of(file.text, &inert.lift).dead(doc),
+        None => Some(dead.clone()),
     };
-    let dead = inert.par_iter().filter(still).map(|doc| doc.path.clone()).collect();
-    (inert.iter().map(|doc| doc.path.clone()).collect(), dead)
+    let dead = inert.par_iter().filter_map(still).collect();
+    (inert.iter().map(|(doc, _)| doc.path.clone()).collect(), dead)
 }
 
 #[test]
@@ -112,7 +121,7 @@ fn keys_of_one_memory_model_are_inert_in_the_other() {
             .get(&doc.path)
             .is_some_and(|i| i.lift.iter().any(|l| l == "dram.model=bandwidth"));
         if bandwidth_only {
-            assert!(base.is_dead(doc), "`{}` is no longer inert", doc.path);
+            assert!(base.dead(doc).is_some(), "`{}` is no longer inert", doc.path);
         }
     }
 }

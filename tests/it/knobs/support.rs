@@ -19,8 +19,12 @@ const FRAMES: usize = 2;
 fn frames() -> &'static [Frame] {
     static ALL: LazyLock<Vec<Frame>> = LazyLock::new(|| {
         let mut scene = random_scene(5, 10_000, 0);
-        // Denser in the middle, so that lists differ.
-        scene.means.iter_mut().step_by(2).for_each(|m| m[0] *= 0.2);
+        // Much in one place, so that lists differ.
+        for i in (0..scene.means.len()).step_by(3) {
+            scene.means[i] =
+                [scene.means[i][0] * 0.08, scene.means[i][1] * 0.08, scene.means[i][2]];
+            scene.log_scales[i] = scene.log_scales[i].map(|s| s - 2.5);
+        }
         let one = |i: usize| {
             let mut camera = front_camera(136, 96);
             camera.centre.x += 0.01 * i as f64;
