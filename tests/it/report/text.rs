@@ -130,9 +130,8 @@ fn limited(
 fn refill(t: &mut powergs_sim::accel::FrameTiming, i: usize, busy: f64, stalls: [f64; 7]) {
     let unit = &mut t.units[i];
     let all = t.frame * u64::from(unit.instances);
-    let part = |share: f64| (share * all as f64) as u64;
-    unit.busy = part(busy);
-    unit.stalls = stalls.map(part);
+    unit.busy = (busy * all as f64) as u64;
+    unit.stalls = stalls.map(|share| (share * all as f64) as u64);
     unit.idle = all - unit.busy - unit.stalls.iter().sum::<u64>();
 }
 

@@ -447,7 +447,7 @@ impl Frame<'_> {
         let tile = &self.workload.tiles[index];
         let is_last = position.is_none_or(|p| p + 1 == tile.chunks);
         let filled = |t: &u32| self.workload.tiles[*t as usize].chunks > 0;
-        let last_filled = self.plan.tiles_of(job).iter().copied().filter(filled).last();
+        let last_filled = self.plan.tiles_of(job).iter().copied().rfind(filled);
         let is_overlapped = self.design.vru.spec.tile_overlap;
         Render {
             chunk: position.map_or(Default::default(), |p| {

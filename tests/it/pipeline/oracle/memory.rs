@@ -21,8 +21,8 @@ struct Queued {
 
 enum Kind {
     Bus(Dram, VecDeque<Queued>),
-    Window(Windowed),
-    Banked(Banked, Vec<(Span, u64)>),
+    Window(Box<Windowed>),
+    Banked(Box<Banked>, Vec<(Span, u64)>),
 }
 
 pub struct Memory<'a> {
@@ -43,8 +43,8 @@ impl<'a> Memory<'a> {
         let device = machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
-            DramModel::Window => Kind::Window(Windowed::new(device)),
-            DramModel::Banked => Kind::Banked(Banked::new(device), Vec::new()),
+            DramModel::Window => Kind::Window(Box::new(Windowed::new(device))),
+            DramModel::Banked => Kind::Banked(Box::new(Banked::new(device)), Vec::new()),
         };
         let fs = |ns: f64| (ns * 1e6).round() as u64;
         Self {
