@@ -58,17 +58,22 @@ pub fn values(table: &Table, path: &str) -> Vec<Value> {
 pub fn scaled(value: &Value, factor: f64) -> Option<Value> {
     match value {
         Value::Integer(n) => Some(Value::Integer(step(*n, factor)?)),
-        Value::Float(x) => (*x != 0.0).then(|| Value::Float(x * factor)),
+        Value::Float(x) => (*x != 0.0).then(|| Value::Float(rounded(x * factor))),
         Value::String(text) => {
             let (number, unit) = text.split_once(' ')?;
             if unit == "B" {
                 return Some(format!("{} B", step(number.parse().ok()?, factor)?).into());
             }
             let number: f64 = number.parse().ok()?;
-            (number != 0.0).then(|| format!("{} {unit}", number * factor).into())
+            (number != 0.0).then(|| format!("{} {unit}", rounded(number * factor)).into())
         }
         Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) | Value::Table(_) => None,
     }
+}
+
+/// Twelve digits: a product of decimal numbers as people would write it.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.11e}").parse().unwrap_or(x)
 }
 
 /// `n` times `factor`, rounded, at least one step away.

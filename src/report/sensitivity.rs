@@ -125,11 +125,14 @@ impl Row {
         all.flatten().map(|c| c.largest()).fold(0.0, f64::max)
     }
 
-    /// The keys in a few words.
+    /// The keys in a few words; a name that is tried is said too.
     pub fn knob(&self) -> String {
         let first = self.keys.first().map_or("", String::as_str);
         let more = if self.keys.len() > 1 { ", ..." } else { "" };
-        format!("{first}{more}")
+        match (&self.low, &self.high) {
+            (None, Some(other)) => format!("{first}={}", other.value),
+            _ => format!("{first}{more}"),
+        }
     }
 }
 

@@ -119,12 +119,15 @@ impl Files {
     }
 }
 
-/// An error without the lines of the file that show its place, which nobody has.
+/// An error without its place in a file that nobody has.
 fn one_line(error: impl std::fmt::Display) -> String {
     let text = error.to_string();
-    let lines = text.lines().map(str::trim);
-    let told = lines.filter(|l| !l.is_empty() && !l.contains('|') && !l.starts_with("-->"));
-    told.collect::<Vec<_>>().join(" ")
+    let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.contains('|'));
+    let without_place = |line: &str| {
+        let rest = line.strip_prefix("line ").and_then(|l| l.split_once(": "));
+        rest.map_or(line, |(_, what)| what).to_owned()
+    };
+    lines.map(without_place).collect::<Vec<_>>().join(" ")
 }
 
 /// One way to turn one knob: what it is set to, and the files.

@@ -43,7 +43,12 @@ fn chart(all: &Sensitivity, t: usize) -> Result<Chart, ReportError> {
     let left = Panel { left: 330.0, top: 150.0, right: 775.0, bottom: 640.0 };
     let right = Panel { left: 805.0, right: 1250.0, ..left };
     let drawing = page.draw(|canvas| {
-        legend(canvas, 40.0, 108.0, &[("turned down", COLOURS[0]), ("turned up", COLOURS[1])])?;
+        legend(
+            canvas,
+            40.0,
+            108.0,
+            &[("turned down", COLOURS[0]), ("turned up, or another name", COLOURS[1])],
+        )?;
         for (i, row) in rows.iter().enumerate() {
             let (middle, _) = place(left, rows.len(), i);
             canvas.text(&row.number, (40.0, middle), Align::Left, GREY)?;

@@ -13,6 +13,8 @@ const ABREAST: usize = 2;
 const CELL: usize = 6;
 /// Columns of the knob.
 const KNOB: usize = 27;
+/// Changes below this are none.
+const LEAST: f64 = 0.0005;
 /// Widest line.
 const WIDTH: usize = 80;
 
@@ -26,8 +28,11 @@ pub fn terminal(all: &Sensitivity, folder: Option<&str>) -> String {
         let area = trace.base.area_mm2.map_or(String::new(), |a| format!(", {a:.2} mm2"));
         let base = (significant(trace.base.fps()), significant(trace.base.energy_mj()));
         let name = shortened(&trace.name, 30);
-        let frames = trace.frames;
-        let _ = writeln!(text, "  {name}: {} FPS, {} mJ{area}, {frames} frames", base.0, base.1);
+        let frames = match trace.frames {
+            1 => "1 frame".to_owned(),
+            n => format!("mean of {n} frames"),
+        };
+        let _ = writeln!(text, "  {name}: {} FPS, {} mJ{area}, {frames}", base.0, base.1);
     }
     for first in (0..all.traces.len()).step_by(ABREAST) {
         let columns: Vec<usize> = (first..(first + ABREAST).min(all.traces.len())).collect();
@@ -55,7 +60,7 @@ pub fn terminal(all: &Sensitivity, folder: Option<&str>) -> String {
 /// Whether a row has something to show; `None` if neither side is a machine.
 fn shows(row: &Row) -> Option<bool> {
     let all = (0..row.base.len()).flat_map(|t| row.changes(t)).flatten();
-    all.map(|c| c.largest() >= 0.0005).reduce(|a, b| a || b)
+    all.map(|c| c.largest() >= LEAST).reduce(|a, b| a || b)
 }
 
 fn table(text: &mut String, all: &Sensitivity, traces: &[usize]) {
@@ -73,7 +78,11 @@ fn table(text: &mut String, all: &Sensitivity, traces: &[usize]) {
         let _ = write!(text, "{:>CELL$}{:>CELL$}{:>CELL$}{:>CELL$}", "low", "high", "low", "high");
     }
     let _ = writeln!(text, "{}", if one { "  low .. high" } else { "" });
-    for row in all.rows.iter().filter(|r| shows(r) == Some(true)) {
+    let moves = |row: &&Row| {
+        let changes = traces.iter().flat_map(|&t| row.changes(t)).flatten();
+        changes.map(|c| c.fps.abs().max(c.energy.abs())).any(|change| change >= LEAST)
+    };
+    for row in all.rows.iter().filter(moves) {
         let knob = shortened(&row.knob(), KNOB - 1);
         let _ = write!(text, "{:<5}{knob:<KNOB$}", row.number);
         for &t in traces {
@@ -91,7 +100,7 @@ const KNOB_TITLE: &str = "knob";
 
 /// Rows whose area moves.
 fn area(text: &mut String, all: &Sensitivity) {
-    let moves = |row: &&Row| row.changes(0).into_iter().flatten().any(|c| c.area.abs() >= 0.0005);
+    let moves = |row: &&Row| row.changes(0).into_iter().flatten().any(|c| c.area.abs() >= LEAST);
     let rows: Vec<&Row> = all.rows.iter().filter(moves).collect();
     if rows.is_empty() {
         return;
@@ -196,7 +205,8 @@ fn refused(text: &mut String, all: &Sensitivity) {
         for side in [&row.low, &row.high].into_iter().flatten() {
             if let Side { value, outcomes: Err(reason) } = side {
                 let reason = reason.replace('|', "/");
-                reasons.push(format!("| {} | {} = {value} | {reason} |\n", row.number, row.knob()));
+                let keys = row.keys.join("`, `");
+                reasons.push(format!("| {} | `{keys}` = {value} | {reason} |\n", row.number));
             }
         }
     }
