@@ -125,13 +125,14 @@ impl Row {
         all.flatten().map(|c| c.largest()).fold(0.0, f64::max)
     }
 
-    /// The keys in a few words; a name that is tried is said too.
+    /// The keys in a few words; a name that is tried, and another machine, are said too.
     pub fn knob(&self) -> String {
         let first = self.keys.first().map_or("", String::as_str);
         let more = if self.keys.len() > 1 { ", ..." } else { "" };
+        let on = self.on.as_ref().map_or(String::new(), |on| format!("{on}: "));
         match (&self.low, &self.high) {
-            (None, Some(other)) => format!("{first}={}", other.value),
-            _ => format!("{first}{more}"),
+            (None, Some(other)) => format!("{on}{first}={}", other.value),
+            _ => format!("{on}{first}{more}"),
         }
     }
 }

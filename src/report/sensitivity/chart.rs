@@ -32,7 +32,9 @@ pub fn charts(all: &Sensitivity) -> Result<Vec<Chart>, ReportError> {
 
 fn chart(all: &Sensitivity, t: usize) -> Result<Chart, ReportError> {
     let trace = &all.traces[t];
-    let mut rows: Vec<&Row> = all.rows.iter().filter(|r| effect(r, t) >= 0.0005).collect();
+    // The title names one machine: rows about others stay in the tables.
+    let moves = |r: &&Row| r.on.is_none() && effect(r, t) >= 0.0005;
+    let mut rows: Vec<&Row> = all.rows.iter().filter(moves).collect();
     rows.sort_by(|a, b| effect(b, t).total_cmp(&effect(a, t)));
     rows.truncate(MOST);
     let note = all.incomplete_note().map_or(String::new(), |note| format!("{note}. "));
@@ -40,8 +42,8 @@ fn chart(all: &Sensitivity, t: usize) -> Result<Chart, ReportError> {
     let (name, machine) = (shortened(&trace.name, 30), shortened(&all.machine, 20));
     let subtitle = format!("{note}{name} on {machine}: {fps} FPS, {mj} mJ a frame as it is");
     let page = Page { name: NAMES[t], title: TITLE.into(), subtitle, underlay: None };
-    let left = Panel { left: 330.0, top: 150.0, right: 775.0, bottom: 640.0 };
-    let right = Panel { left: 805.0, right: 1250.0, ..left };
+    let left = Panel { left: 330.0, top: 150.0, right: 755.0, bottom: 640.0 };
+    let right = Panel { left: 820.0, right: 1245.0, ..left };
     let drawing = page.draw(|canvas| {
         legend(
             canvas,
