@@ -7,16 +7,17 @@ pub mod frames;
 pub mod measured;
 pub mod paper;
 pub mod statistics;
+pub mod timed;
 
-use crate::accel::{self, DramCommands, FrameTiming, Machine, UnitCycles};
-use crate::action::{Action, ActionCounts, Stage};
-use crate::energy::{Activity, Area, DramWork, EnergyBreakdown, Prices, StageWork, Standby};
-use crate::quantity::Cycles;
+use crate::accel::{FrameTiming, Machine};
+use crate::action::ActionCounts;
+use crate::energy::{Area, EnergyBreakdown, Prices, Standby};
 use crate::splat::Counters;
 use crate::workload::FrameWorkload;
 
 pub use check::Breach;
 pub use measured::{Lists, Measured, observed};
+pub use timed::{Timed, priced, time};
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,67 +194,6 @@ pub fn simulate_measured(
     machine: &Machine,
     prices: &Prices,
 ) -> Result<FrameReport, Breach> {
-    check::geometry(workload, machine)?;
-    let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
-    let activity = Activity {
-        actions: &replay.actions,
-        seconds: Cycles(replay.timing.frame).milliseconds(machine.clock) * 1e-3,
-        idle: idle(&replay.timing),
-        dram: replay.timing.dram.commands.as_ref().map(dram_work),
-    };
-    let (energy, standby) = (prices.breakdown(&activity), prices.standby(&activity));
-    let report = FrameReport {
-        frame: label.frame,
-        name: label.name,
-        counters: workload.counters,
-        alpha_evaluations_executed: Some(replay.actions.total(Action::Alpha)),
-        live_evaluations: Some(
-            workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations)).sum(),
-        ),
-        stages: Stage::WORK.map(|stage| stage_bytes(stage, &replay.actions)),
-        energy,
-        actions: replay.actions,
-        standby,
-        area: prices.area,
-        timing: Some(replay.timing),
-        clock_hz: Some(machine.clock.0),
-        order: measured.order,
-        cache: measured.cache_summary(),
-        reuse: measured.reuse_summary(),
-        display_w: label.display_w,
-    };
-    check::traffic(&report, &replay.served)?;
-    check::timing(&report, machine)?;
-    check::energy(&report, prices)?;
-    Ok(report)
-}
-
-/// Share of the frame for which the units of each kind had no work.
-fn idle(timing: &FrameTiming) -> [f64; 4] {
-    let share = |unit: &UnitCycles| {
-        let cycles = timing.frame as f64 * f64::from(unit.instances);
-        if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
-    };
-    let find = |name: &str| timing.units.iter().find(|u| u.unit == name);
-    Area::UNITS.map(|name| find(name).map_or(0.0, share))
-}
-
-/// The commands that cost energy.
-fn dram_work(commands: &DramCommands) -> DramWork {
-    let stages = commands.stages.map(|s| StageWork {
-        reads: s.reads,
-        writes: s.writes,
-        activates: s.activates,
-    });
-    DramWork { stages, refreshes: commands.refreshes }
-}
-
-fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {
-    let sram = |action: &Action| matches!(action, Action::SramRead(_) | Action::SramWrite(_));
-    StageBytes {
-        read: actions.count(stage, Action::DramRead),
-        write: actions.count(stage, Action::DramWrite),
-        sram: Action::all().iter().filter(|a| sram(a)).map(|&a| actions.count(stage, a)).sum(),
-        flops: 0,
-    }
+    let timed = time(label.frame, workload, measured, machine)?;
+    priced(label, &timed, prices)
 }

@@ -1,7 +1,7 @@
 //! Accounts that must close in every run. A breach is a defect, never a warning.
 
 use super::FrameReport;
-use crate::accel::{Machine, StageCommands, Traffic};
+use crate::accel::{FrameTiming, Machine, Replay, StageCommands};
 use crate::action::{Action, Stage};
 use crate::energy::{Prices, StageWork};
 use crate::workload::{FrameWorkload, Geometry};
@@ -109,32 +109,30 @@ pub fn geometry(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breac
 
 /// DRAM bytes charged from the frame's totals equal the bytes that the DRAM served, by stage and
 /// in total.
-pub fn traffic(report: &FrameReport, served: &Traffic) -> Result<(), Breach> {
+pub fn traffic(frame: usize, replay: &Replay) -> Result<(), Breach> {
+    let (actions, timing) = (&replay.actions, &replay.timing);
     let breach = |stage, charged: (u64, u64), served: (u64, u64)| Breach::Traffic {
-        frame: report.frame,
+        frame,
         stage,
         charged: format!("{}, {}", charged.0, charged.1),
         served: format!("{}, {}", served.0, served.1),
     };
-    for (stage, by_stage) in Stage::WORK.into_iter().zip(served.stages) {
-        let count = |action| report.actions.count(stage, action);
+    for (stage, by_stage) in Stage::WORK.into_iter().zip(replay.served.stages) {
+        let count = |action| actions.count(stage, action);
         let charged = (count(Action::DramRead), count(Action::DramWrite));
         let served = (by_stage.read, by_stage.write);
         if charged != served {
             return Err(breach(stage.name(), charged, served));
         }
     }
-    let Some(timing) = &report.timing else { return Ok(()) };
-    let total = |action| report.actions.total(action);
+    let total = |action| actions.total(action);
     let charged = (total(Action::DramRead), total(Action::DramWrite));
     let served = (timing.dram.read_bytes, timing.dram.write_bytes);
     if charged == served { Ok(()) } else { Err(breach("total", charged, served)) }
 }
 
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.
-pub fn timing(report: &FrameReport, machine: &Machine) -> Result<(), Breach> {
-    let Some(timing) = &report.timing else { return Ok(()) };
-    let frame = report.frame;
+pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(), Breach> {
     for unit in &timing.units {
         let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
         let expected = u64::from(unit.instances) * timing.frame;
