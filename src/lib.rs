@@ -26,6 +26,7 @@ pub mod report;
 pub mod scene;
 pub mod sim;
 pub mod splat;
+pub mod sweep;
 pub mod trace;
 pub mod validate;
 pub mod workload;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lexer::without_text;
 
 /// Who may import whom. `cli` may use everything.
-const MAY_USE: [(&str, &[&str]); 18] = [
+const MAY_USE: [(&str, &[&str]); 19] = [
     ("quantity", &[]),
     ("action", &["quantity"]),
     ("picture", &[]),
@@ -34,6 +34,10 @@ const MAY_USE: [(&str, &[&str]); 18] = [
     ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
     ("report", &["sim", "accel", "action", "energy", "workload"]),
+    (
+        "sweep",
+        &["quantity", "action", "workload", "accel", "energy", "display", "config", "dram", "sim"],
+    ),
     // Makes scenes, frames and workloads, and puts machines on them.
     ("validate", &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"]),
     ("lib", &[]),

@@ -1,0 +1,92 @@
+//! Numbers with a unit beside statistics, which say their unit in their name.
+//!
+//! `energy_pj.mean <= 2 mJ` compares picojoules with joules unless somebody looks: the literal is
+//! brought to the unit of the name, and what cannot be brought there is an error.
+
+use super::{ExprError, Node, Two, What, visit};
+use crate::sweep::measure::Measure;
+
+/// Endings of statistics: the measure, and how many of that unit are in one of [`Measure`].
+const ENDINGS: [(&str, Measure, f64); 16] = [
+    ("_bytes", Measure::Size, 1.0),
+    ("_gb_s", Measure::Bandwidth, 1e-9),
+    ("_mhz", Measure::Frequency, 1e-6),
+    ("_hz", Measure::Frequency, 1.0),
+    ("_ns", Measure::Time, 1e9),
+    ("_us", Measure::Time, 1e6),
+    ("_ms", Measure::Time, 1e3),
+    ("_s", Measure::Time, 1.0),
+    ("_pj", Measure::Energy, 1e12),
+    ("_nj", Measure::Energy, 1e9),
+    ("_uj", Measure::Energy, 1e6),
+    ("_mj", Measure::Energy, 1e3),
+    ("_mw", Measure::Power, 1e3),
+    ("_w", Measure::Power, 1.0),
+    ("_mm2", Measure::Area, 1.0),
+    ("_nm", Measure::Node, 1.0),
+];
+
+/// The measure and unit in the name of a statistic: `frame_time_ms.p99`.
+fn of_name(name: &str) -> Option<(Measure, f64)> {
+    if name.contains(['-', ':']) {
+        return None;
+    }
+    let ending = |part: &str| {
+        let found = ENDINGS.iter().find(|(ending, ..)| part.ends_with(ending));
+        found.map(|&(_, measure, per_base)| (measure, per_base))
+    };
+    name.split('.').find_map(ending)
+}
+
+/// Brings numbers with units to the units of the names beside them.
+pub(super) fn fit(text: &str, node: &mut Node) -> Result<(), ExprError> {
+    match &mut node.what {
+        What::Value(_) | What::Measured(..) | What::Name(_) => Ok(()),
+        What::Not(inner) | What::Minus(inner) => fit(text, inner),
+        What::Call(_, arguments) => arguments.iter_mut().try_for_each(|a| fit(text, a)),
+        What::Two(Two::And | Two::Or, sides) => {
+            sides.iter_mut().try_for_each(|side| fit(text, side))
+        }
+        What::Two(two, sides) => {
+            if two.compares() {
+                let [left, right] = sides.as_mut();
+                convert(text, left, right)?;
+                convert(text, right, left)?;
+                mixed(text, left, right)?;
+            }
+            sides.iter_mut().try_for_each(|side| fit(text, side))
+        }
+    }
+}
+
+fn convert(text: &str, name: &Node, literal: &mut Node) -> Result<(), ExprError> {
+    let What::Name(name) = &name.what else { return Ok(()) };
+    let (Some((measure, per_base)), What::Measured(number, has)) = (of_name(name), &literal.what)
+    else {
+        return Ok(());
+    };
+    if measure != *has {
+        let message = format!("`{name}` is {}, and this is {}", measure.name(), has.name());
+        return Err(ExprError::new(text, &literal.span, message));
+    }
+    literal.what = What::Value(super::Value::Number(number * per_base));
+    Ok(())
+}
+
+/// A unit on one side and a statistic somewhere in the same comparison.
+fn mixed(text: &str, left: &Node, right: &Node) -> Result<(), ExprError> {
+    let (mut statistic, mut literal) = (None, None);
+    for side in [left, right] {
+        visit(side, &mut |node| match &node.what {
+            What::Name(name) if of_name(name).is_some() => statistic = Some(name.clone()),
+            What::Measured(..) => literal = Some(node.span.clone()),
+            _ => {}
+        });
+    }
+    let (Some(statistic), Some(span)) = (statistic, literal) else { return Ok(()) };
+    let message = format!(
+        "`{statistic}` has its unit in its name and counts in it: compare it alone, or write this \
+         number in that unit, without one"
+    );
+    Err(ExprError::new(text, &span, message))
+}

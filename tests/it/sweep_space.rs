@@ -1,0 +1,3 @@
+//! Sweep files and the design spaces that they span.
+
+mod expr;
