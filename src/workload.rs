@@ -230,6 +230,22 @@ impl FrameWorkload {
         &self.chunks[tile.chunk_start as usize..][..tile.chunks as usize]
     }
 
+    /// Bytes that it takes in memory.
+    pub fn bytes(&self) -> usize {
+        fn of<T>(list: &[T]) -> usize {
+            std::mem::size_of_val(list)
+        }
+        of(&self.tiles)
+            + of(&self.chunks)
+            + of(&self.list)
+            + of(&self.bitmaps)
+            + of(&self.groups)
+            + of(&self.index)
+            + of(&self.depth)
+            + of(&self.slot)
+            + of(&self.storage)
+    }
+
     /// A frame of no tiles.
     pub fn empty(geometry: Geometry) -> FrameWorkload {
         FrameWorkload {

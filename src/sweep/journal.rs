@@ -1,0 +1,123 @@
+//! The journal of a sweep: one line per outcome, appended when it is known, found by key.
+//!
+//! A line is `CRC KEY JSON`: eight hex digits of the CRC-32 of what follows, the 32 hex digits of
+//! the key, and a [`Record`]. What a killed run has left half written fails its checksum and is
+//! simulated again; nothing is ever changed in place.
+
+use std::collections::HashMap;
+use std::io::{self, BufRead, Write};
+
+use serde::{Deserialize, Serialize};
+
+use super::outcome::Outcome;
+
+/// The longest line that is read. An outcome of 100,000 frames is shorter.
+const LINE_MAX: u64 = 1 << 24;
+
+/// What became of one design on one trace under one energy table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Record {
+    /// It was simulated.
+    Ok(Outcome),
+    /// It could not be simulated, for this reason.
+    Failed(String),
+}
+
+/// Writes a line.
+///
+/// # Errors
+/// Those of `out`.
+pub fn append(out: &mut impl Write, key: u128, record: &Record) -> io::Result<()> {
+    let json = serde_json::to_string(record)?;
+    let body = format!("{key:032x} {json}");
+    // One call: lines of several writers do not mix, and a full disk cuts at most one line.
+    out.write_all(format!("{:08x} {body}\n", crc32fast::hash(body.as_bytes())).as_bytes())
+}
+
+/// Where the record of a key lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Which journal.
+    pub journal: u32,
+    /// First byte of its line.
+    pub offset: u64,
+    /// Bytes of its line.
+    pub length: u32,
+}
+
+/// The keys of some journals.
+#[derive(Debug, Default)]
+pub struct Index {
+    places: HashMap<u128, Place>,
+    /// Lines whose checksum is wrong: cut off or damaged.
+    pub damaged: u64,
+}
+
+impl Index {
+    /// Adds the lines of a journal from byte `offset`; returns the end of its last whole line.
+    /// The first of two records of a key stays.
+    ///
+    /// # Errors
+    /// Those of `journal`.
+    pub fn read(&mut self, number: u32, mut journal: impl BufRead, offset: u64) -> io::Result<u64> {
+        let mut line = Vec::new();
+        let (mut at, mut whole) = (offset, offset);
+        loop {
+            line.clear();
+            let n = io::Read::take(&mut journal, LINE_MAX).read_until(b'\n', &mut line)? as u64;
+            if n == 0 {
+                return Ok(whole);
+            }
+            match key_of(&line) {
+                Some(key) => {
+                    let place = Place { journal: number, offset: at, length: n as u32 };
+                    self.places.entry(key).or_insert(place);
+                    whole = at + n;
+                }
+                None => self.damaged += 1,
+            }
+            at += n;
+        }
+    }
+
+    /// Notes a line that was just written.
+    pub fn note(&mut self, key: u128, place: Place) {
+        self.places.entry(key).or_insert(place);
+    }
+
+    /// Where the record of `key` lies.
+    pub fn place(&self, key: u128) -> Option<Place> {
+        self.places.get(&key).copied()
+    }
+
+    /// Number of keys.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there is no key.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+}
+
+/// The key of a whole line.
+fn key_of(line: &[u8]) -> Option<u128> {
+    let line = std::str::from_utf8(line.strip_suffix(b"\n")?).ok()?;
+    let (crc, body) = line.split_once(' ')?;
+    let crc = u32::from_str_radix(crc, 16).ok()?;
+    if crc != crc32fast::hash(body.as_bytes()) {
+        return None;
+    }
+    let (key, _) = body.split_once(' ')?;
+    u128::from_str_radix(key, 16).ok()
+}
+
+/// The record of a line that an [`Index`] has found; `None` if it is damaged.
+pub fn parse(line: &[u8]) -> Option<(u128, Record)> {
+    let key = key_of(line)?;
+    let line = std::str::from_utf8(line).ok()?;
+    let json = line.splitn(3, ' ').nth(2)?;
+    Some((key, serde_json::from_str(json).ok()?))
+}

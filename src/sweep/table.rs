@@ -1,0 +1,213 @@
+//! The table of results: which columns it has, and its rows.
+//!
+//! One row per design, energy table and trace, and two aggregates over the traces of each design
+//! and energy table: their weighted mean, and the slowest trace.
+
+use super::metric::{Weighted, metrics, values};
+use super::outcome::{Outcome, place};
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Text; never absent.
+    Text,
+    /// Whole numbers.
+    Integer,
+    /// Numbers.
+    Real,
+    /// Yes or no.
+    Truth,
+}
+
+/// A column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Name in the header.
+    pub name: String,
+    /// What it holds.
+    pub kind: Kind,
+}
+
+/// One cell. `Empty` is an empty text in text columns and null in others.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Nothing was measured, or it does not apply.
+    Empty,
+    /// Of a text column.
+    Text(String),
+    /// Of a column of whole numbers.
+    Integer(i64),
+    /// Of a column of numbers.
+    Real(f64),
+    /// Of a column of yes and no.
+    Truth(bool),
+}
+
+impl Cell {
+    /// As in a CSV file: exact, never rounded.
+    pub fn text(&self) -> String {
+        match self {
+            Cell::Empty => String::new(),
+            Cell::Text(text) => text.clone(),
+            Cell::Integer(n) => n.to_string(),
+            Cell::Real(x) => x.to_string(),
+            Cell::Truth(yes) => yes.to_string(),
+        }
+    }
+}
+
+/// The columns before those of the axes: name, kind, definition.
+pub const FIRST: [(&str, Kind, &str); 8] = [
+    ("point", Kind::Integer, "Number of the design in the space, from 0; empty for the baseline."),
+    ("is_baseline", Kind::Truth, "Whether this is the base machine itself, without any axis."),
+    (
+        "id",
+        Kind::Text,
+        "Hash of everything that makes the design: 32 hex digits. `sweep show ID --toml` writes \
+         its machine file.",
+    ),
+    (
+        "status",
+        Kind::Text,
+        "`ok`, `failed` (the design is no machine, or its simulation broke off; never part of an \
+         aggregate) or `missing` (the sweep was interrupted).",
+    ),
+    ("reason", Kind::Text, "Why a design failed."),
+    ("energy_table", Kind::Text, "Label of the energy table that priced the row."),
+    (
+        "trace",
+        Kind::Text,
+        "Label of the trace; empty in `mean` rows, the slowest trace in `worst` rows.",
+    ),
+    (
+        "scope",
+        Kind::Text,
+        "`trace` (one trace), `mean` (all traces by weight) or `worst` (the trace with the largest \
+         mean frame time).",
+    ),
+];
+
+/// All columns of a sweep with these axes.
+pub fn columns(axes: &[Column]) -> Vec<Column> {
+    let first = FIRST.iter().map(|&(name, kind, _)| Column { name: name.into(), kind });
+    let last = metrics().iter().map(|m| Column {
+        name: m.name.clone(),
+        kind: if m.name == "frames" { Kind::Integer } else { Kind::Real },
+    });
+    first.chain(axes.iter().cloned()).chain(last).collect()
+}
+
+/// A design in the table.
+#[derive(Debug, Clone)]
+pub struct Entry {
+    /// Number in the space; `None` for the baseline.
+    pub point: Option<u64>,
+    /// Its hash; `None` if it is no machine.
+    pub id: Option<u128>,
+    /// Why it is no machine.
+    pub rejected: Option<String>,
+    /// Its cells in the columns of the axes.
+    pub axes: Vec<Cell>,
+}
+
+/// What became of a design on one trace.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Fate {
+    /// It was simulated.
+    Ok(Outcome),
+    /// It was not, for this reason.
+    Failed(String),
+    /// Not yet.
+    Missing,
+}
+
+impl Fate {
+    fn status(&self) -> (&'static str, &str) {
+        match self {
+            Fate::Ok(_) => ("ok", ""),
+            Fate::Failed(reason) => ("failed", reason),
+            Fate::Missing => ("missing", ""),
+        }
+    }
+
+    fn outcome(&self) -> Option<&Outcome> {
+        match self {
+            Fate::Ok(outcome) => Some(outcome),
+            Fate::Failed(_) | Fate::Missing => None,
+        }
+    }
+}
+
+/// A trace in the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TraceLabel {
+    /// What the rows call it.
+    pub label: String,
+    /// Its weight in the mean; positive.
+    pub weight: f64,
+}
+
+/// The rows of one design under one energy table: one per trace, then the aggregates. An aggregate
+/// over traces of which one failed is failed; it has no numbers.
+pub fn rows(entry: &Entry, table: &str, traces: &[TraceLabel], fates: &[Fate]) -> Vec<Vec<Cell>> {
+    let mut rows = Vec::with_capacity(traces.len() + 2);
+    for (trace, fate) in traces.iter().zip(fates) {
+        let values = fate.outcome().map(|o| values(&[(trace.weight, o)]));
+        rows.push(row(entry, fate.status(), table, &trace.label, "trace", values));
+    }
+    let outcomes: Option<Vec<Weighted>> =
+        traces.iter().zip(fates).map(|(t, f)| Some((t.weight, f.outcome()?))).collect();
+    match outcomes {
+        Some(outcomes) if !outcomes.is_empty() => {
+            let mean = values(&outcomes);
+            rows.push(row(entry, ("ok", ""), table, "", "mean", Some(mean)));
+            let slowest = slowest(&outcomes);
+            let worst = values(&outcomes[slowest..=slowest]);
+            let label = &traces[slowest].label;
+            rows.push(row(entry, ("ok", ""), table, label, "worst", Some(worst)));
+        }
+        _ => {
+            let bad = fates.iter().find(|f| matches!(f, Fate::Failed(_))).or(fates.first());
+            let status = bad.map_or(("missing", ""), Fate::status);
+            rows.push(row(entry, status, table, "", "mean", None));
+            rows.push(row(entry, status, table, "", "worst", None));
+        }
+    }
+    rows
+}
+
+/// The trace with the largest mean frame time; the first of equals.
+fn slowest(outcomes: &[Weighted]) -> usize {
+    let time = place("frame_time_ms").expect("a mean");
+    let ms = |i: usize| outcomes[i].1.means[time].unwrap_or(0.0);
+    (0..outcomes.len()).fold(0, |best, i| if ms(i) > ms(best) { i } else { best })
+}
+
+fn row(
+    entry: &Entry,
+    (status, reason): (&str, &str),
+    table: &str,
+    trace: &str,
+    scope: &str,
+    values: Option<Vec<Option<f64>>>,
+) -> Vec<Cell> {
+    let text = |text: &str| Cell::Text(text.to_owned());
+    let mut row = vec![
+        entry.point.map_or(Cell::Empty, |p| Cell::Integer(p as i64)),
+        Cell::Truth(entry.point.is_none()),
+        entry.id.map_or(Cell::Empty, |id| Cell::Text(format!("{id:032x}"))),
+        text(status),
+        text(reason),
+        text(table),
+        text(trace),
+        text(scope),
+    ];
+    row.extend(entry.axes.iter().cloned());
+    let values = values.unwrap_or_else(|| vec![None; metrics().len()]);
+    row.extend(metrics().iter().zip(values).map(|(metric, value)| match value {
+        None => Cell::Empty,
+        Some(frames) if metric.name == "frames" => Cell::Integer(frames as i64),
+        Some(x) => Cell::Real(x),
+    }));
+    row
+}
