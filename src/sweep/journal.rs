@@ -106,8 +106,7 @@ impl Index {
 fn key_of(line: &[u8]) -> Option<u128> {
     let line = std::str::from_utf8(line.strip_suffix(b"\n")?).ok()?;
     let (crc, body) = line.split_once(' ')?;
-    let crc = u32::from_str_radix(crc, 16).ok()?;
-    if crc != crc32fast::hash(body.as_bytes()) {
+    if crc != format!("{:08x}", crc32fast::hash(body.as_bytes())) {
         return None;
     }
     let (key, _) = body.split_once(' ')?;

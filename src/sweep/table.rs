@@ -104,8 +104,6 @@ pub struct Entry {
     pub point: Option<u64>,
     /// Its hash; `None` if it is no machine.
     pub id: Option<u128>,
-    /// Why it is no machine.
-    pub rejected: Option<String>,
     /// Its cells in the columns of the axes.
     pub axes: Vec<Cell>,
 }
@@ -167,8 +165,8 @@ pub fn rows(entry: &Entry, table: &str, traces: &[TraceLabel], fates: &[Fate]) -
             rows.push(row(entry, ("ok", ""), table, label, "worst", Some(worst)));
         }
         _ => {
-            let bad = fates.iter().find(|f| matches!(f, Fate::Failed(_))).or(fates.first());
-            let status = bad.map_or(("missing", ""), Fate::status);
+            let failed = fates.iter().find(|f| matches!(f, Fate::Failed(_)));
+            let status = failed.map_or(("missing", ""), Fate::status);
             rows.push(row(entry, status, table, "", "mean", None));
             rows.push(row(entry, status, table, "", "worst", None));
         }

@@ -2,7 +2,7 @@
 //! two actions can be confused.
 
 use powergs_sim::accel::machine::{DramModel, GatingSpec};
-use powergs_sim::accel::{Machine, Traffic, replay};
+use powergs_sim::accel::{FrameTiming, Machine, replay};
 use powergs_sim::action::{Action, ActionCounts, Stage};
 use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
 use powergs_sim::energy::prices::component_of;
@@ -231,22 +231,22 @@ fn accounts_close_on_random_machines() {
 #[test]
 fn breaches_are_found_and_named() {
     let (machine, frame) = small();
-    let served = replay(&frame, &machine).served;
+    let replayed = replay(&frame, &machine);
     let good = report();
-    let timing = |change: fn(&mut FrameReport)| {
-        let mut bad = good.clone();
+    let timing = |change: fn(&mut FrameTiming)| {
+        let mut bad = replayed.timing.clone();
         change(&mut bad);
-        check::timing(&bad, &machine).unwrap_err().to_string()
+        check::timing(0, &bad, &machine).unwrap_err().to_string()
     };
-    let lost = timing(|r| r.timing.as_mut().unwrap().units[3].idle += 1);
+    let lost = timing(|t| t.units[3].idle += 1);
     assert!(lost.contains("vru accounts for"), "{lost}");
-    let lost = timing(|r| r.timing.as_mut().unwrap().dram.requests_served -= 1);
+    let lost = timing(|t| t.dram.requests_served -= 1);
     assert!(lost.contains("DRAM requests issued"), "{lost}");
-    let fast = timing(|r| r.timing.as_mut().unwrap().dram.read_bytes *= 1000);
+    let fast = timing(|t| t.dram.read_bytes *= 1000);
     assert!(fast.contains("more than its 5.120e10 B/s"), "{fast}");
-    let mut bytes: Traffic = served;
-    bytes.stages[1].read += 1;
-    let bytes = check::traffic(&good, &bytes).unwrap_err().to_string();
+    let mut bad = replayed.clone();
+    bad.served.stages[1].read += 1;
+    let bytes = check::traffic(0, &bad).unwrap_err().to_string();
     assert!(bytes.contains("sorting needs"), "{bytes}");
     let mut bad = good.clone();
     bad.energy.add(Stage::Rendering, Component::Flop, good.energy.total() * 2e-9);

@@ -15,6 +15,7 @@ mod pipeline;
 mod raster;
 mod report;
 mod scene;
+mod sweep_results;
 mod sweep_space;
 mod synth;
 mod tidy;
