@@ -1,11 +1,29 @@
 //! Sweeps: one file states a question, a base machine and axes; what comes of it are designs.
 //!
-//! [`expr`] is the language of derived keys, constraints, conditions and filters.
+//! [`file`] is the file as it is written, [`space`] what it spans: points, found by number and never
+//! held all at once, each of which is a [`design`] or is left out for a reason. [`sample`] chooses
+//! points beforehand, [`search`] as results come in. [`expr`] is the language of derived keys,
+//! constraints, conditions and filters.
 
+pub mod axis;
+pub mod design;
 pub mod expr;
+pub mod file;
 pub mod journal;
+pub mod key;
+pub mod lattice;
+pub mod library;
 pub mod measure;
 pub mod metric;
 pub mod outcome;
 pub mod parquet;
+mod range;
+pub mod sample;
+pub mod search;
+pub mod space;
 pub mod table;
+
+pub use design::{Design, Rejected};
+pub use file::SweepFile;
+pub use library::{EmbeddedFiles, Files};
+pub use space::{Point, Space};

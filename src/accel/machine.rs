@@ -89,6 +89,24 @@ impl Machine {
         Ok(machine)
     }
 
+    /// A machine from a table of all its keys, each of the right type and in its range, with its
+    /// DRAM device. Faster than [`Machine::parse`]: for thousands of machines that differ in a few
+    /// keys.
+    ///
+    /// # Errors
+    /// What does not fit together, in one line.
+    pub fn from_table(table: toml::Table, device: &Device) -> Result<Machine, String> {
+        let machine = Machine::deserialize(toml::Value::Table(table));
+        let mut machine = machine.map_err(|e| e.message().to_owned())?;
+        let problems = check::problems(&machine);
+        if !problems.is_empty() {
+            let messages: Vec<String> = problems.into_iter().map(|(_, message)| message).collect();
+            return Err(messages.join("; "));
+        }
+        machine.link(device).map_err(|(_, message)| message)?;
+        Ok(machine)
+    }
+
     /// Gives the machine its DRAM device, as the file says it.
     ///
     /// # Errors

@@ -68,6 +68,9 @@ pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
 /// Every assumption with its knob.
 pub const ASSUMPTIONS: &str = include_str!("../../arch-configs/assumptions.toml");
 
+/// Keys that move nothing under a condition.
+pub const INERT: &str = include_str!("../../arch-configs/inert.toml");
+
 /// Energy and area from one technology node to another.
 pub const NODES: &str = include_str!("../../arch-configs/nodes.toml");
 

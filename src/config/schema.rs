@@ -56,6 +56,26 @@ fn describe(sub: &Value, path: &str, required: bool, docs: &mut Vec<KeyDoc>) {
     collect(inner, &path, docs);
 }
 
+/// Every key of a schema that is no table, with its own schema; lists of plain values are keys, and
+/// `[]` stands behind a list of tables.
+pub fn leaves(root: &Value) -> Vec<(String, Value)> {
+    let mut found = Vec::new();
+    collect_leaves(root, "", &mut found);
+    found
+}
+
+fn collect_leaves(schema: &Value, prefix: &str, found: &mut Vec<(String, Value)>) {
+    for (name, sub) in properties(schema) {
+        let path = join(prefix, name);
+        let inner = non_null(sub);
+        match list_item(sub).map(non_null) {
+            Some(item) if is_table(item) => collect_leaves(item, &format!("{path}[]"), found),
+            None if is_table(inner) => collect_leaves(inner, &path, found),
+            _ => found.push((path, inner.clone())),
+        }
+    }
+}
+
 /// The properties of an object schema.
 pub(super) fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
     schema.get("properties").and_then(Value::as_object).into_iter().flatten()
@@ -95,7 +115,7 @@ pub(super) fn non_null(schema: &Value) -> &Value {
 }
 
 /// The names that an enum schema allows.
-pub(super) fn choices(schema: &Value) -> Vec<&str> {
+pub fn choices(schema: &Value) -> Vec<&str> {
     let list = |key: &str| schema.get(key).and_then(Value::as_array).into_iter().flatten();
     let constants = list("oneOf").filter_map(|v| v.get("const")?.as_str());
     let plain = list("enum").chain(
