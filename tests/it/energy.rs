@@ -9,7 +9,9 @@ use powergs_sim::energy::prices::component_of;
 use powergs_sim::energy::{
     Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
 };
-use powergs_sim::sim::{Breach, FrameReport, Label, check, cost, frames, simulate};
+use powergs_sim::sim::{
+    Breach, FrameReport, Label, Measured, check, cost, frames, priced, simulate, time,
+};
 use powergs_sim::workload::FrameWorkload;
 
 mod accelergy;
@@ -231,10 +233,9 @@ fn accounts_close_on_random_machines() {
 #[test]
 fn breaches_are_found_and_named() {
     let (machine, frame) = small();
-    let replayed = replay(&frame, &machine);
-    let good = report();
+    let good = replay(&frame, &machine);
     let timing = |change: fn(&mut FrameTiming)| {
-        let mut bad = replayed.timing.clone();
+        let mut bad = good.timing.clone();
         change(&mut bad);
         check::timing(0, &bad, &machine).unwrap_err().to_string()
     };
@@ -244,17 +245,31 @@ fn breaches_are_found_and_named() {
     assert!(lost.contains("DRAM requests issued"), "{lost}");
     let fast = timing(|t| t.dram.read_bytes *= 1000);
     assert!(fast.contains("more than its 5.120e10 B/s"), "{fast}");
-    let mut bad = replayed.clone();
-    bad.served.stages[1].read += 1;
-    let bytes = check::traffic(0, &bad).unwrap_err().to_string();
+    let mut bytes = good.clone();
+    bytes.served.stages[1].read += 1;
+    let bytes = check::traffic(0, &bytes).unwrap_err().to_string();
     assert!(bytes.contains("sorting needs"), "{bytes}");
-    let mut bad = good.clone();
-    bad.energy.add(Stage::Rendering, Component::Flop, good.energy.total() * 2e-9);
+    let mut bad = report();
+    bad.energy.add(Stage::Rendering, Component::Flop, bad.energy.total() * 2e-9);
     assert!(matches!(check::energy(&bad, &prices()), Err(Breach::Energy { .. })));
     let mut other = machine.clone();
     other.geometry.chunk = 128;
     let refused = simulate(Label::default(), &frame, &other, &prices()).unwrap_err();
     assert!(refused.to_string().contains("bin it again"), "{refused}");
+}
+
+#[test]
+fn one_timing_is_priced_by_several_tables() {
+    let (machine, frame) = small();
+    let label = Label { frame: 7, ..Label::default() };
+    let timed = time(7, &frame, &Measured::needed(&frame, &machine), &machine).unwrap();
+    let one = priced(label.clone(), &timed, &prices()).unwrap();
+    assert_eq!(one, simulate(label.clone(), &frame, &machine, &prices()).unwrap());
+    let mut dearer = prices();
+    dearer.per_action[Action::DramRead.index()] *= 2.0;
+    let other = priced(label.clone(), &timed, &dearer).unwrap();
+    assert!(other.energy.total().0 > one.energy.total().0);
+    assert_eq!(other, simulate(label, &frame, &machine, &dearer).unwrap());
 }
 
 #[test]
