@@ -8,6 +8,7 @@ pub mod bsu;
 pub mod buffer;
 pub mod ccu;
 pub mod design;
+pub mod divide;
 pub mod dram;
 pub mod layout;
 pub mod machine;

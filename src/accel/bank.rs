@@ -6,13 +6,14 @@
 //! The keys that a QSU deals to its parts go to banks that nobody can plan: of a random accesses a
 //! cycle, `b (1 - (1 - 1/b)^a)` are served (A39).
 
+use super::divide::Divisor;
 use super::machine::{BufferSpec, Ports};
 
 /// The banks of the share of one unit or core.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banks {
-    banks: u64,
-    word: u64,
+    banks: Divisor,
+    word: Divisor,
     two_ports: bool,
 }
 
@@ -20,31 +21,33 @@ impl Banks {
     /// The banks of a buffer.
     pub fn new(spec: &BufferSpec) -> Self {
         Self {
-            banks: u64::from(spec.banks),
-            word: spec.word.0.max(1),
+            banks: Divisor::new(u64::from(spec.banks)),
+            word: Divisor::new(spec.word.0.max(1)),
             two_ports: spec.ports == Ports::ReadAndWrite,
         }
     }
 
     /// Words of `records` records of `bytes` each, every one beginning at a word of its own.
     pub fn words_of_records(&self, records: u64, bytes: u64) -> u64 {
-        records * bytes.div_ceil(self.word)
+        records * self.word.div_ceil(bytes)
     }
 
     /// Words of `bytes` in a row.
+    #[inline]
     pub fn words(&self, bytes: u64) -> u64 {
-        bytes.div_ceil(self.word)
+        self.word.div_ceil(bytes)
     }
 
     /// Bytes of one word.
     pub fn word(&self) -> u64 {
-        self.word
+        self.word.get()
     }
 
     /// Cycles that `reads` and `writes` words take beyond `cycles`.
+    #[inline]
     pub fn excess(&self, reads: u64, writes: u64, cycles: u64) -> u64 {
         let accesses = if self.two_ports { reads.max(writes) } else { reads + writes };
-        accesses.div_ceil(self.banks).saturating_sub(cycles)
+        self.banks.div_ceil(accesses).saturating_sub(cycles)
     }
 
     /// Cycles beyond `cycles` when `keys` keys of `bytes` are read in a row and dealt to random
@@ -53,7 +56,7 @@ impl Banks {
         let words = self.words(keys * bytes);
         let each_way = words as f64 / cycles.max(1) as f64;
         let asked = if self.two_ports { each_way } else { 2.0 * each_way };
-        let banks = self.banks as f64;
+        let banks = self.banks.get() as f64;
         let served = banks * (1.0 - (1.0 - banks.recip()).powf(asked));
         if served >= asked || asked == 0.0 {
             return self.excess(words, words, cycles);

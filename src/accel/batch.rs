@@ -84,45 +84,60 @@ impl<'a> Batches<'a> {
         self.is_done
     }
 
-    /// Counters of the first `end` records.
+    /// Counters of the first `end` records, `end` below all.
+    #[inline]
     fn until(&self, end: u64) -> Counts {
         let t = &self.total;
-        let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs];
-        if end >= t.records {
-            return all;
-        }
         if self.storage.is_empty() {
-            return all.map(|x| (u128::from(x) * u128::from(end) / u128::from(t.records)) as u64);
+            let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs];
+            return all.map(|x| part_of(x, end, t.records));
         }
-        let counts = |p: &StoragePrefix| {
-            [p.survivors, p.prepared, p.tests, p.splats, p.pairs].map(u64::from)
-        };
         let (block, part) = ((end / STORAGE_BLOCK) as usize, end % STORAGE_BLOCK);
-        let low = if block == 0 { [0; 5] } else { counts(&self.storage[block - 1]) };
+        let low = if block == 0 { Counts::default() } else { counts(&self.storage[block - 1]) };
         let high = counts(&self.storage[block]);
         let left = t.records - block as u64 * STORAGE_BLOCK;
-        // Nearly all blocks are whole: a shift instead of five divisions a batch.
-        let share = |growth: u64| match left {
-            0..STORAGE_BLOCK => growth * part / left,
-            _ => growth * part / STORAGE_BLOCK,
-        };
-        let mut at: Counts = std::array::from_fn(|i| low[i] + share(high[i] - low[i]));
+        let mut at = low;
+        for (x, high) in at.iter_mut().zip(high) {
+            // Nearly all blocks are whole: a shift instead of five divisions a batch.
+            let growth = (high - *x) * part;
+            *x += if left < STORAGE_BLOCK { growth / left } else { growth / STORAGE_BLOCK };
+        }
         if t.pairs != self.pairs {
-            at[4] = (u128::from(at[4]) * u128::from(t.pairs) / u128::from(self.pairs)) as u64;
+            at[4] = part_of(t.pairs, at[4], self.pairs);
         }
         at
+    }
+}
+
+#[inline]
+fn counts(p: &StoragePrefix) -> Counts {
+    [p.survivors, p.prepared, p.tests, p.splats, p.pairs].map(u64::from)
+}
+
+/// `all * part / whole`, with a product of any size: the result is not above `all`.
+#[inline]
+fn part_of(all: u64, part: u64, whole: u64) -> u64 {
+    match all.checked_mul(part) {
+        Some(product) => product / whole,
+        None => (u128::from(all) * u128::from(part) / u128::from(whole)) as u64,
     }
 }
 
 impl Iterator for Batches<'_> {
     type Item = Batch;
 
+    #[inline]
     fn next(&mut self) -> Option<Batch> {
         if self.is_done {
             return None;
         }
         let (first, end) = (self.at, (self.at + self.batch).min(self.total.records));
-        let until = self.until(end);
+        let t = &self.total;
+        let until = if end < t.records {
+            self.until(end)
+        } else {
+            [t.survivors, t.prepared, t.tests, t.splats, t.pairs]
+        };
         let [survivors, prepared, tests, splats, pairs] =
             std::array::from_fn(|i| until[i] - self.before[i]);
         let [.., first_splat, first_pair] = self.before;

@@ -16,6 +16,7 @@
 
 use super::bank::Banks;
 use super::batch::Batch;
+use super::divide::Divisor;
 use super::machine::{CcuSpec, Fetch, RecordSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
@@ -33,6 +34,10 @@ pub struct Ccu {
     pub input: Banks,
     /// Banks of its share of the tile-list buffer.
     pub output: Banks,
+    /// Bytes that the first read takes of every record, and the second of every survivor.
+    reads: (u64, u64),
+    /// Box tests a cycle.
+    tests: Divisor,
 }
 
 impl Ccu {
@@ -44,7 +49,14 @@ impl Ccu {
         share: u64,
         (input, output): (Banks, Banks),
     ) -> Self {
-        let mut ccu = Self { spec, record, batch: 1, input, output };
+        let (position, rest) = (record.position.0, record.geometry.0 + record.colour.0);
+        let reads = match spec.fetch {
+            Fetch::Everything => (position + rest, 0),
+            Fetch::GeometryFirst => (position, rest),
+            Fetch::LazyColour => (position, record.geometry.0),
+        };
+        let tests = Divisor::new(u64::from(spec.intersection_units));
+        let mut ccu = Self { spec, record, batch: 1, input, output, reads, tests };
         let most = (share / 2) / ccu.reserved().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
         ccu
@@ -52,21 +64,12 @@ impl Ccu {
 
     /// Bytes of the first read of a batch.
     pub fn first_read(&self, batch: &Batch) -> u64 {
-        let r = &self.record;
-        match self.spec.fetch {
-            Fetch::Everything => batch.records * (r.position.0 + r.geometry.0 + r.colour.0),
-            Fetch::GeometryFirst | Fetch::LazyColour => batch.records * r.position.0,
-        }
+        batch.records * self.reads.0
     }
 
     /// Bytes of the second read, which knows the survivors.
     pub fn second_read(&self, batch: &Batch) -> u64 {
-        let r = &self.record;
-        match self.spec.fetch {
-            Fetch::Everything => 0,
-            Fetch::GeometryFirst => batch.survivors * (r.geometry.0 + r.colour.0),
-            Fetch::LazyColour => batch.survivors * r.geometry.0,
-        }
+        batch.survivors * self.reads.1
     }
 
     /// Bytes that a batch writes: projected splats and list entries.
@@ -76,15 +79,7 @@ impl Ccu {
 
     /// Words of the input buffer that a batch fills: records lie back to back.
     fn input_words(&self, batch: &Batch) -> u64 {
-        let (r, words) = (&self.record, |n: u64, bytes| self.input.words(n * bytes));
-        let (position, geometry, colour) = (r.position.0, r.geometry.0, r.colour.0);
-        match self.spec.fetch {
-            Fetch::Everything => words(batch.records, position + geometry + colour),
-            Fetch::GeometryFirst => {
-                words(batch.records, position) + words(batch.survivors, geometry + colour)
-            }
-            Fetch::LazyColour => words(batch.records, position) + words(batch.survivors, geometry),
-        }
+        self.input.words(self.first_read(batch)) + self.input.words(self.second_read(batch))
     }
 
     /// Words of the tile-list buffer that a batch fills.
@@ -95,10 +90,19 @@ impl Ccu {
 
     /// Room that a batch reserves in the input buffer: that of a full batch of survivors, because
     /// the read is issued before anybody knows.
+    #[inline]
     pub fn reserved(&self) -> u64 {
-        let full = u64::from(self.batch);
-        let batch = Batch { records: full, survivors: full, ..Batch::default() };
-        self.first_read(&batch) + self.second_read(&batch)
+        u64::from(self.batch) * (self.reads.0 + self.reads.1)
+    }
+
+    /// [`Unit::cycles`] and [`Unit::bank_stalls`] of a batch. Records stream through both buffers
+    /// while the next ones arrive.
+    #[inline]
+    pub fn times(&self, batch: &Batch) -> (u64, u64) {
+        let cycles = self.cycles(batch);
+        let (input, output) = (self.input_words(batch), self.output_words(batch));
+        let stalls = self.input.excess(input, input, cycles);
+        (cycles, stalls.max(self.output.excess(output, output, cycles)))
     }
 }
 
@@ -106,19 +110,16 @@ impl Unit for Ccu {
     type Work = Batch;
     const NAME: &'static str = "ccu";
 
+    #[inline]
     fn cycles(&self, batch: &Batch) -> u64 {
         let interval = u64::from(self.spec.initiation_interval);
         let tested = batch.prepared.min(batch.records);
-        let tests = batch.tests.div_ceil(u64::from(self.spec.intersection_units));
+        let tests = self.tests.div_ceil(batch.tests);
         ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
     }
 
-    /// Records stream through both buffers while the next ones arrive.
     fn bank_stalls(&self, batch: &Batch) -> u64 {
-        let cycles = self.cycles(batch);
-        let (input, output) = (self.input_words(batch), self.output_words(batch));
-        let stalls = self.input.excess(input, input, cycles);
-        stalls.max(self.output.excess(output, output, cycles))
+        self.times(batch).1
     }
 
     fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {

@@ -39,8 +39,14 @@ impl Dram {
     }
 
     /// Ticks for which `bytes` hold the bus, at least 1.
+    #[inline]
     pub fn service(&self, bytes: u64) -> u64 {
-        let ticks = (u128::from(bytes).saturating_mul(self.rate)).div_ceil(1 << FRACTION);
+        let bytes = u128::from(bytes);
+        let ticks = match u64::try_from(self.rate) {
+            Ok(rate) => bytes * u128::from(rate),
+            Err(_) => bytes.saturating_mul(self.rate),
+        };
+        let ticks = ticks.div_ceil(1 << FRACTION);
         u64::try_from(ticks).unwrap_or(u64::MAX).max(1)
     }
 }
@@ -62,6 +68,7 @@ impl Channel {
 
     /// Takes a request in cycle `now`; returns the cycle in which a read is there, or in which the
     /// last byte of a write has left.
+    #[inline]
     pub fn serve(&mut self, now: u64, write: bool, bytes: u64) -> u64 {
         let service = self.dram.service(bytes);
         self.free = now.saturating_mul(TICKS).max(self.free).saturating_add(service);

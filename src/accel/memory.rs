@@ -37,8 +37,6 @@ pub struct Request {
     pub write: bool,
     /// Bytes asked for.
     pub bytes: u64,
-    /// Where they are.
-    pub span: Span,
 }
 
 /// Marks an arrival whose cycle is not known yet: the rest is the number of the request.
@@ -120,20 +118,41 @@ impl<'a> Memory<'a> {
         Memory { workload, layout, traffic: Traffic::default(), timer }
     }
 
-    /// Where things lie.
-    pub fn layout(&self) -> &Layout {
-        &self.layout
+    /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
+    /// which they were issued.
+    pub fn keeps_order(&self) -> bool {
+        matches!(self.timer, Timer::Flat(_))
     }
 
-    /// Issues a request in cycle `now`. Nothing is asked for in a request of no bytes, which is
-    /// done one cycle later.
-    pub fn issue(&mut self, now: u64, request: Request, observer: &mut impl Observer) -> Arrival {
+    /// Issues a request in cycle `now`; `span` says where its bytes are. Nothing is asked for in a
+    /// request of no bytes, which is done one cycle later.
+    #[inline]
+    pub fn issue<O: Observer>(
+        &mut self,
+        now: u64,
+        request: Request,
+        span: impl FnOnce(&Layout) -> Span,
+        observer: &mut O,
+    ) -> Arrival {
         if request.bytes == 0 {
             return Arrival(now + 1);
         }
         let stage = &mut self.traffic.stages[request.stage as usize];
         *(if request.write { &mut stage.write } else { &mut stage.read }) += request.bytes;
-        self.tell(&request, observer);
+        match &mut self.timer {
+            Timer::Flat(channel) if !O::WANTS_REQUESTS => {
+                Arrival(channel.serve(now, request.write, request.bytes))
+            }
+            Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => {
+                let span = span(&self.layout);
+                self.tell(&request, &span, observer);
+                self.issue_at(now, request, span)
+            }
+        }
+    }
+
+    /// Issues a request to a memory that may want to know where.
+    fn issue_at(&mut self, now: u64, request: Request, span: Span) -> Arrival {
         let (layout, workload) = (&self.layout, self.workload);
         let class = request.stage as u8;
         match &mut self.timer {
@@ -141,14 +160,14 @@ impl<'a> Memory<'a> {
             Timer::Window(device, clocks) => {
                 let mut cursor = 0;
                 let pieces = std::iter::from_fn(|| {
-                    layout.piece(&request.span, &mut cursor, workload).map(in_device)
+                    layout.piece(&span, &mut cursor, workload).map(in_device)
                 });
                 let done = device.serve(clocks.ck_from(now), request.write, class, pieces);
                 Arrival(clocks.cycle(done).max(now + 1))
             }
             Timer::Banked(queued, clocks) => {
                 let number = queued.requests.len();
-                queued.requests.push((request.span, 0, request.owner, NEVER));
+                queued.requests.push((span, 0, request.owner, NEVER));
                 queued.device.push(dram::Request {
                     ticket: u32::try_from(number).expect("fewer than 2^32 requests in a frame"),
                     write: request.write,
@@ -160,17 +179,18 @@ impl<'a> Memory<'a> {
         }
     }
 
-    fn tell<O: Observer>(&self, request: &Request, observer: &mut O) {
+    fn tell<O: Observer>(&self, request: &Request, span: &Span, observer: &mut O) {
         if !O::WANTS_REQUESTS {
             return;
         }
         let mut cursor = 0;
-        while let Some(p) = self.layout.piece(&request.span, &mut cursor, self.workload) {
+        while let Some(p) = self.layout.piece(span, &mut cursor, self.workload) {
             observer.request(request.write, p.address, p.bytes);
         }
     }
 
     /// The cycle in which a request is done; [`NEVER`] while that is not known.
+    #[inline]
     pub fn at(&self, arrival: Arrival) -> u64 {
         match &self.timer {
             Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {

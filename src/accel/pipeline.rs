@@ -30,6 +30,7 @@ mod front;
 mod ledger;
 mod middle;
 mod preprocess;
+mod turns;
 
 use std::ops::Range;
 
@@ -37,6 +38,7 @@ use self::binned::Binned;
 use self::core::Core;
 use self::ledger::Ledger;
 use self::preprocess::Converter;
+use self::turns::Turns;
 use super::batch::Batches;
 use super::bsu::Bsu;
 use super::buffer::{Room, usage};
@@ -61,6 +63,8 @@ struct Shared<'a, O> {
     plan: &'a Plan,
     given: Given<'a>,
     memory: Memory<'a>,
+    /// Whether the requests of a CCU are done in order, and nobody waits for their cycles.
+    in_order: bool,
     batches: Batches<'a>,
     next_batch: u32,
     next_job: u32,
@@ -69,14 +73,30 @@ struct Shared<'a, O> {
 }
 
 impl<O: Observer> Shared<'_, O> {
-    fn read(&mut self, now: u64, owner: u32, stage: Stage, bytes: u64, span: Span) -> Arrival {
-        let request = Request { owner, stage, write: false, bytes, span };
-        self.memory.issue(now, request, self.observer)
+    #[inline]
+    fn read(
+        &mut self,
+        now: u64,
+        owner: u32,
+        stage: Stage,
+        bytes: u64,
+        span: impl FnOnce(&Layout) -> Span,
+    ) -> Arrival {
+        let request = Request { owner, stage, write: false, bytes };
+        self.memory.issue(now, request, span, self.observer)
     }
 
-    fn write(&mut self, now: u64, owner: u32, stage: Stage, bytes: u64, span: Span) -> Arrival {
-        let request = Request { owner, stage, write: true, bytes, span };
-        self.memory.issue(now, request, self.observer)
+    #[inline]
+    fn write(
+        &mut self,
+        now: u64,
+        owner: u32,
+        stage: Stage,
+        bytes: u64,
+        span: impl FnOnce(&Layout) -> Span,
+    ) -> Arrival {
+        let request = Request { owner, stage, write: true, bytes };
+        self.memory.issue(now, request, span, self.observer)
     }
 }
 
@@ -94,8 +114,6 @@ impl<O> Shared<'_, O> {
 struct Agents {
     converters: Vec<Converter>,
     cores: Vec<Core>,
-    /// When each acts next.
-    next: Vec<u64>,
 }
 
 impl Agents {
@@ -105,49 +123,42 @@ impl Agents {
         Self {
             converters: (0..units).map(|unit| Converter::new(unit, unit, design)).collect(),
             cores: cores.map(|core| Core::new(core, units + core, design)).collect(),
-            next: vec![NEVER; (units + design.vru.spec.cores) as usize],
         }
     }
 
     /// Lets `agents` act from cycle `start` on, until nobody has anything to do.
     fn drive<O: Observer>(&mut self, agents: Range<usize>, start: u64, shared: &mut Shared<O>) {
-        self.next[agents.clone()].fill(start);
+        let mut turns = Turns::new(&agents, start);
         let mut now = start;
-        loop {
-            let mut soonest = NEVER;
-            for agent in agents.clone() {
-                if self.next[agent] == now {
-                    self.next[agent] = self.step(agent, now, shared);
-                    debug_assert!(self.next[agent] > now, "no event after cycle {now}");
+        while now != NEVER {
+            while turns.soonest() == now {
+                let agent = turns.next();
+                let wake = self.step(agent, now, shared);
+                debug_assert!(wake > now, "no event after cycle {now}");
+                turns.set(agent, wake);
+                if shared.binned.take_news() {
+                    // Cores act after CCUs in the same cycle.
+                    (self.converters.len()..agents.end).for_each(|core| turns.set(core, now));
                 }
-                soonest = soonest.min(self.next[agent]);
             }
-            while let Some((cycle, owner)) = shared.memory.advance(soonest) {
-                let next = &mut self.next[owner as usize];
-                *next = cycle.max(now + 1).min(*next);
-                soonest = soonest.min(*next);
+            while let Some((cycle, owner)) = shared.memory.advance(turns.soonest()) {
+                turns.hasten(owner as usize, cycle.max(now + 1));
             }
-            if soonest == NEVER {
-                return;
-            }
-            now = soonest;
+            now = turns.soonest();
         }
     }
 
+    #[inline]
     fn step<O: Observer>(&mut self, agent: usize, now: u64, shared: &mut Shared<O>) -> u64 {
         let units = self.converters.len();
-        let Some(converter) = self.converters.get_mut(agent) else {
-            let core = &mut self.cores[agent - units];
-            core.account(now, shared.observer);
-            return core.step(now, shared);
-        };
-        converter.account(now, shared.observer);
-        let wake = converter.step(now, shared);
-        if shared.binned.take_news() {
-            // Cores act after CCUs in the same cycle.
-            self.next[units..].fill(now);
+        match self.converters.get_mut(agent) {
+            Some(converter) => converter.step(now, shared),
+            None => {
+                let core = &mut self.cores[agent - units];
+                core.account(now, shared.observer);
+                core.step(now, shared)
+            }
         }
-        wake
     }
 
     fn account(&mut self, now: u64, observer: &mut impl Observer) {
@@ -204,6 +215,7 @@ pub fn run<O: Observer>(
         workload,
         plan,
         given,
+        in_order: memory.keeps_order() && overlap != Overlap::Tiles,
         memory,
         batches: Batches::new(workload, design.ccu.batch, pairs_written(workload, &given)),
         next_batch: 0,
@@ -212,7 +224,7 @@ pub fn run<O: Observer>(
         observer,
     };
     let mut agents = Agents::new(design);
-    let (units, all) = (agents.converters.len(), agents.next.len());
+    let (units, all) = (agents.converters.len(), agents.converters.len() + agents.cores.len());
     let preprocessing_end = match overlap {
         Overlap::None => {
             agents.drive(0..units, 0, &mut shared);

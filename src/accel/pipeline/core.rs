@@ -25,6 +25,7 @@ use super::{NEVER, Shared};
 use crate::accel::bsu::Bsu;
 use crate::accel::buffer::Room;
 use crate::accel::design::Design;
+use crate::accel::layout::Layout;
 use crate::accel::memory::Arrival;
 use crate::accel::qsu::Qsu;
 use crate::accel::timeline::{Observer, State};
@@ -159,7 +160,7 @@ impl Core {
         let Some(bytes) = self.finished.take_if(|bytes| self.pixels.admits(*bytes)) else { return };
         self.pixels.fill(now, bytes);
         let tile = self.last_tile;
-        let span = shared.memory.layout().pixels(tile, bytes);
+        let span = |layout: &Layout| layout.pixels(tile, bytes);
         let left = shared.write(now, self.owner, Stage::Rendering, bytes, span);
         self.writing.push((left, bytes));
         self.note(left, shared);

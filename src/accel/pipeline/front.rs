@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 use super::{NEVER, Shared};
 use crate::accel::Stall;
 use crate::accel::buffer::Room;
+use crate::accel::layout::Layout;
 use crate::accel::memory::Arrival;
 use crate::accel::qsu::Keys;
 use crate::accel::schedule::Job;
@@ -130,7 +131,7 @@ impl Front {
                 Phase::Room if !self.keys.admits(bytes) => return,
                 Phase::Room => {
                     self.keys.fill(now, bytes);
-                    let span = shared.memory.layout().list(job.list_start, job.read);
+                    let span = |layout: &Layout| layout.list(job.list_start, job.read);
                     let read = shared.read(now, self.owner, Stage::Sorting, job.read, span);
                     held.phase = Phase::List(read);
                 }
@@ -220,7 +221,7 @@ fn begin_pass<O: Observer>(
     let done = busy + qsu.pass_stalls(&keys);
     let mut pass = Pass { left, busy, keys: done, spill: None };
     if overflow > 0 {
-        let span = shared.memory.layout().spill(core, overflow);
+        let span = |layout: &Layout| layout.spill(core, overflow);
         shared.write(now, owner, Stage::Sorting, overflow, span);
         pass.spill = Some(shared.read(now, owner, Stage::Sorting, overflow, span));
     }

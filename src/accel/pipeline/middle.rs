@@ -4,7 +4,7 @@ use super::Shared;
 use super::core::{Core, Item};
 use super::front::FrontJob;
 use crate::accel::bsu::Sort;
-use crate::accel::layout::Span;
+use crate::accel::layout::{Layout, Span};
 use crate::accel::schedule::{Job, SortFront};
 use crate::accel::timeline::{Observer, State};
 use crate::accel::traffic::Load;
@@ -78,7 +78,7 @@ impl Core {
         let resident = shared.design.qsu.resident(&job.keys);
         self.front.release_at(now, self.sorter_free, resident);
         if job.kept > 0 {
-            let span = shared.memory.layout().list(job.list_start, job.kept);
+            let span = |layout: &Layout| layout.list(job.list_start, job.kept);
             let left = shared.write(now, self.owner, Stage::Sorting, job.kept, span);
             self.note(left, shared);
         }
@@ -156,7 +156,7 @@ impl Core {
             tile: index,
             cycles: design.vru.cycles(&render),
             stalls: design.vru.bank_stalls(&render),
-            features: shared.read(now, self.owner, Stage::Rendering, load.bytes(design), span),
+            features: shared.read(now, self.owner, Stage::Rendering, load.bytes(design), |_| span),
             sorted: self.sort(index, sort, now, shared),
             bytes,
             pixels: last.map(|tile| design.vru.pixel_bytes(&tile)),
@@ -222,7 +222,7 @@ impl Core {
                 tile: index,
                 cycles: 0,
                 stalls: 0,
-                features: shared.read(now, self.owner, Stage::Rendering, read, span),
+                features: shared.read(now, self.owner, Stage::Rendering, read, |_| span),
                 sorted: self.sort(index, sort, now, shared),
                 bytes,
                 pixels: None,

@@ -9,22 +9,25 @@ use crate::accel::batch::Batch;
 use crate::accel::buffer::Room;
 use crate::accel::ccu::Ccu;
 use crate::accel::design::Design;
-use crate::accel::layout::Span;
+use crate::accel::layout::{Layout, Span};
 use crate::accel::machine::Fetch;
 use crate::accel::memory::Arrival;
 use crate::accel::timeline::{Observer, State};
 use crate::accel::unit::Unit;
 use crate::action::Stage;
 
-/// A batch in the input buffer.
+/// A batch, from its claim until its results have left.
 #[derive(Debug)]
-struct Claim {
+struct Held {
     index: u32,
+    /// Before it enters, whether the read that is under way is the last one; behind the pipeline,
+    /// whether its results have left.
+    is_through: bool,
     batch: Batch,
-    /// The read that is under way.
-    read: Arrival,
-    /// Whether that is the last one.
-    complete: bool,
+    /// The read, or the write, that is under way.
+    transfer: Arrival,
+    /// When the pipeline gives its results.
+    until: u64,
 }
 
 /// A batch that enters.
@@ -37,14 +40,6 @@ struct Entering {
     end: u64,
 }
 
-/// Results of a batch: in the pipeline until a cycle, or under way to DRAM.
-#[derive(Debug, Clone, Copy)]
-struct Results<T> {
-    until: T,
-    index: u32,
-    batch: Batch,
-}
-
 /// One CCU.
 #[derive(Debug)]
 pub(super) struct Converter {
@@ -54,10 +49,16 @@ pub(super) struct Converter {
     since: u64,
     pub input: Room,
     pub output: Room,
-    claims: VecDeque<Claim>,
+    /// In the order of their claims: batches whose results are under way to DRAM, then those in the
+    /// pipeline, then those in the input buffer.
+    held: VecDeque<Held>,
+    /// Of these, how many are under way to DRAM.
+    writing: usize,
+    /// How many have entered, those included.
+    entered: usize,
+    /// How many have issued their last read, those included.
+    asked: usize,
     entering: Option<Entering>,
-    draining: VecDeque<Results<u64>>,
-    writing: Vec<Results<Arrival>>,
     pub end: u64,
 }
 
@@ -70,73 +71,113 @@ impl Converter {
             since: 0,
             input: Room::new(design.shares.gaussian_in),
             output: Room::new(design.shares.tile_list),
-            claims: VecDeque::new(),
+            held: VecDeque::new(),
+            writing: 0,
+            entered: 0,
+            asked: 0,
             entering: None,
-            draining: VecDeque::new(),
-            writing: Vec::new(),
             end: 0,
         }
     }
 
-    fn finish<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+    /// The oldest batch is forgotten.
+    fn forget(&mut self) {
+        self.held.pop_front();
+        (self.writing, self.entered, self.asked) =
+            (self.writing - 1, self.entered - 1, self.asked - 1);
+    }
+
+    /// Gives back the room of results that have left. Those of no bytes take none, so nobody
+    /// notices when they are found behind others that have not.
+    fn collect<O>(&mut self, now: u64, shared: &mut Shared<O>) {
         let ccu = &shared.design.ccu;
-        self.writing.retain(|w| {
-            let is_left = shared.memory.at(w.until) > now;
-            if !is_left {
-                self.output.release(now, ccu.written(&w.batch));
-                shared.binned.complete(w.index, w.batch.splats);
+        if shared.in_order {
+            while self.writing > 0 && shared.memory.at(self.held[0].transfer) <= now {
+                self.output.release(now, ccu.written(&self.held[0].batch));
+                self.forget();
             }
-            is_left
-        });
-        while let Some(d) = self.draining.pop_front_if(|d| d.until <= now) {
-            let (b, bytes) = (&d.batch, ccu.written(&d.batch));
-            let layout = shared.memory.layout();
-            let span = layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
-            let left = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
-            self.writing.push(Results { until: left, index: d.index, batch: d.batch });
-            let at = shared.memory.at(left);
-            self.end = if at == NEVER { self.end } else { self.end.max(at) };
+            return;
         }
-        if self.entering.take_if(|e| e.end <= now).is_some() {
-            self.input.release(now, ccu.reserved());
+        for held in self.held.range_mut(..self.writing).filter(|held| !held.is_through) {
+            if shared.memory.at(held.transfer) <= now {
+                held.is_through = true;
+                self.output.release(now, ccu.written(&held.batch));
+                shared.binned.complete(held.index, held.batch.splats);
+            }
+        }
+        while self.writing > 0 && self.held[0].is_through {
+            self.forget();
         }
     }
 
+    fn finish<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        self.collect(now, shared);
+        while self.writing < self.entered && self.held[self.writing].until <= now {
+            let held = &mut self.held[self.writing];
+            let (b, bytes) = (held.batch, shared.design.ccu.written(&held.batch));
+            let span =
+                |layout: &Layout| layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
+            held.transfer = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
+            held.is_through = false;
+            self.writing += 1;
+            let at = shared.memory.at(held.transfer);
+            self.end = if at == NEVER { self.end } else { self.end.max(at) };
+        }
+        if self.entering.take_if(|e| e.end <= now).is_some() {
+            self.input.release(now, shared.design.ccu.reserved());
+        }
+    }
+
+    /// Issues the second reads of batches whose first ones have arrived.
     fn read_survivors<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
-        for claim in self.claims.iter_mut().filter(|c| !c.complete) {
-            if shared.memory.at(claim.read) > now {
-                continue;
+        let owner = self.owner;
+        let ask = |held: &mut Held, shared: &mut Shared<O>| {
+            if held.is_through {
+                return true;
             }
-            let bytes = shared.design.ccu.second_read(&claim.batch);
-            claim.complete = true;
+            if shared.memory.at(held.transfer) > now {
+                return false;
+            }
+            held.is_through = true;
+            let Batch { first, records, survivors, .. } = held.batch;
+            let bytes = shared.design.ccu.second_read(&held.batch);
             if bytes > 0 {
-                let Batch { first, records, survivors, .. } = claim.batch;
-                let span = Span::Survivors { first, records, survivors };
-                claim.read = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
+                let span = |_: &Layout| Span::Survivors { first, records, survivors };
+                held.transfer = shared.read(now, owner, Stage::Preprocessing, bytes, span);
             }
+            true
+        };
+        while let Some(held) = self.held.get_mut(self.asked)
+            && ask(held, shared)
+        {
+            self.asked += 1;
+        }
+        if !shared.in_order {
+            self.held.range_mut(self.asked..).for_each(|held| _ = ask(held, shared));
         }
     }
 
     fn enter<O>(&mut self, now: u64, shared: &Shared<O>) {
         let ccu = &shared.design.ccu;
-        let is_here = |c: &&Claim| c.complete && shared.memory.at(c.read) <= now;
-        let Some(head) = self.claims.front().filter(is_here) else { return };
+        let is_here = |h: &&mut Held| h.is_through && shared.memory.at(h.transfer) <= now;
+        let Some(head) = self.held.get_mut(self.entered).filter(is_here) else { return };
         let bytes = ccu.written(&head.batch);
         if self.entering.is_some() || !self.output.admits(bytes) {
             return;
         }
-        let busy = now + ccu.cycles(&head.batch);
-        let end = busy + ccu.bank_stalls(&head.batch);
+        let (cycles, stalls) = ccu.times(&head.batch);
+        let busy = now + cycles;
+        let end = busy + stalls;
         self.output.fill(now, bytes);
-        let (index, batch) = (head.index, head.batch);
-        self.entering = Some(Entering { index, busy, end });
-        self.draining.push_back(Results { until: end + u64::from(ccu.spec.latency), index, batch });
-        self.claims.pop_front();
+        self.entering = Some(Entering { index: head.index, busy, end });
+        head.until = end + u64::from(ccu.spec.latency);
+        self.entered += 1;
     }
 
     /// Whether there is room for one more batch.
     fn has_room(&self, ccu: &Ccu) -> bool {
-        self.claims.len() < ccu.spec.queue as usize && self.input.admits(ccu.reserved())
+        self.held.len() - self.entered < ccu.spec.queue as usize
+            && self.input.admits(ccu.reserved())
     }
 
     /// Takes the next batch; says whether it could take one more in the next cycle.
@@ -148,11 +189,12 @@ impl Converter {
         let Some(batch) = shared.batches.next() else { return false };
         self.input.fill(now, ccu.reserved());
         let bytes = ccu.first_read(&batch);
-        let span = shared.memory.layout().first_read(batch.first, bytes);
-        let read = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
+        let span = |layout: &Layout| layout.first_read(batch.first, bytes);
+        let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
         // The first read of everything is the only one.
-        let complete = ccu.spec.fetch == Fetch::Everything && bytes > 0;
-        self.claims.push_back(Claim { index: shared.next_batch, batch, read, complete });
+        let is_through = ccu.spec.fetch == Fetch::Everything && bytes > 0;
+        let index = shared.next_batch;
+        self.held.push_back(Held { index, is_through, batch, transfer, until: NEVER });
         shared.next_batch += 1;
         self.has_room(ccu) && !shared.batches.is_empty()
     }
@@ -165,9 +207,9 @@ impl Converter {
                 State::Stalled(Stall::Bank)
             };
         }
-        match self.claims.front() {
+        match self.held.get(self.entered) {
             None => State::Idle,
-            Some(head) if head.complete && shared.memory.at(head.read) <= now => {
+            Some(head) if head.is_through && shared.memory.at(head.transfer) <= now => {
                 State::Stalled(Stall::Output)
             }
             Some(_) => State::Stalled(Stall::Records),
@@ -176,20 +218,30 @@ impl Converter {
 
     fn wake<O>(&self, now: u64, shared: &Shared<O>, claims_more: bool) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
-        let at = |arrival: Arrival| later(shared.memory.at(arrival));
+        let at = |held: &Held| later(shared.memory.at(held.transfer));
+        let open = |held: &Held| if held.is_through { NEVER } else { at(held) };
         let mut wake = if claims_more { now + 1 } else { NEVER };
+        wake = wake.min(self.held.get(self.asked).map_or(NEVER, open));
+        if self.writing < self.entered {
+            wake = wake.min(self.held[self.writing].until);
+        }
+        let head = self.held.get(self.entered);
+        let waits = self.entering.is_none() && head.is_some();
         if let Some(entering) = self.entering {
             wake = wake.min(entering.end).min(later(entering.busy));
-        } else if let Some(head) = self.claims.front() {
-            wake = wake.min(at(head.read));
+        } else if let Some(head) = head {
+            wake = wake.min(at(head));
         }
-        // Writes give room back, and complete lists.
-        if self.entering.is_none() && !self.claims.is_empty() || shared.binned.is_watched {
-            wake = self.writing.iter().map(|w| at(w.until)).fold(wake, u64::min);
+        if shared.in_order {
+            // Writes give room back.
+            return if waits && self.writing > 0 { wake.min(at(&self.held[0])) } else { wake };
         }
-        let reading = self.claims.iter().filter(|c| !c.complete);
-        wake = reading.map(|c| at(c.read)).fold(wake, u64::min);
-        wake.min(self.draining.front().map_or(NEVER, |d| d.until))
+        wake = self.held.range(self.asked..).map(open).fold(wake, u64::min);
+        if waits || shared.binned.is_watched {
+            // They complete lists, too.
+            wake = self.held.range(..self.writing).map(open).fold(wake, u64::min);
+        }
+        wake
     }
 
     pub fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
@@ -198,10 +250,15 @@ impl Converter {
         self.read_survivors(now, shared);
         self.enter(now, shared);
         let claims_more = self.claim(now, shared);
-        self.state = self.state(now, shared);
+        let state = self.state(now, shared);
+        if state != self.state {
+            self.account(now, shared.observer);
+            self.state = state;
+        }
         self.wake(now, shared, claims_more)
     }
 
+    /// Books what it did up to now.
     pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
         self.ledger.book(self.state, self.since, now, observer);
         self.since = now;
@@ -209,6 +266,7 @@ impl Converter {
 
     /// Ends the accounts of its buffers.
     pub fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
-        self.writing.drain(..).for_each(|w| self.output.release(now, written(&w.batch)));
+        let left = self.held.drain(..).filter(|held| !held.is_through);
+        left.for_each(|held| self.output.release(now, written(&held.batch)));
     }
 }
