@@ -7,6 +7,7 @@
 pub mod counters;
 pub mod cover;
 pub mod ellipse;
+pub mod gradient;
 pub mod obb;
 pub mod project;
 pub mod runs;

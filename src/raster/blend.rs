@@ -16,7 +16,7 @@ use crate::splat::{ALPHA_MAX, Splat, TRANSMITTANCE_MIN};
 /// Side of a block, pixels.
 pub const BLOCK: usize = 16;
 /// log₂(1/255).
-const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
+pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
 /// No stop.
 pub const OPEN: u32 = u32::MAX;
 
@@ -24,15 +24,15 @@ pub const OPEN: u32 = u32::MAX;
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
 pub struct Paint {
-    mean: [f32; 2],
+    pub(super) mean: [f32; 2],
     /// A, B, C: −½ log₂e times the quadratic form (B with both off-diagonals).
-    quadratic: [f32; 3],
-    log_opacity: f32,
+    pub(super) quadratic: [f32; 3],
+    pub(super) log_opacity: f32,
     /// δx at which a row's exponent is largest, per δy.
     slope: f32,
     /// Rows whose largest exponent is below this cannot reach α = 1/255.
     row_threshold: f32,
-    colour: [f32; 3],
+    pub(super) colour: [f32; 3],
 }
 
 impl Paint {
@@ -63,7 +63,17 @@ pub struct Entry {
     pub ordinal: u32,
 }
 
-type Rows = [[f32; BLOCK]; BLOCK];
+/// An entry that blends something in a block: what the backward pass visits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hit {
+    /// The entry.
+    pub entry: Entry,
+    /// Rows with a pixel in which α reaches 1/255 before it stops, one bit each.
+    pub rows: u32,
+}
+
+/// One value per pixel of a block.
+pub(super) type Rows = [[f32; BLOCK]; BLOCK];
 
 /// The state of one block.
 #[derive(Debug, Clone)]
@@ -83,6 +93,8 @@ pub struct Block {
     /// Rows with a pixel that has.
     stopped: u32,
     origin: [f32; 2],
+    /// Entries that blended, of all blocks since it was last emptied (only for [`Taped`]).
+    pub hits: Vec<Hit>,
 }
 
 impl Default for Block {
@@ -105,6 +117,7 @@ impl Block {
             alive: 0,
             stopped: 0,
             origin: [0.0; 2],
+            hits: Vec::new(),
         }
     }
 
@@ -182,6 +195,8 @@ pub trait Record: Copy + Send + Sync {
     const COUNT: bool;
     /// Find the heaviest splat of every pixel.
     const DOMINANCE: bool;
+    /// Keep the entries that blend, with their rows.
+    const HITS: bool;
 }
 
 /// The image alone.
@@ -190,6 +205,7 @@ pub struct ImageOnly;
 impl Record for ImageOnly {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
+    const HITS: bool = false;
 }
 
 /// The counters of a trace.
@@ -198,6 +214,7 @@ pub struct Counted;
 impl Record for Counted {
     const COUNT: bool = true;
     const DOMINANCE: bool = false;
+    const HITS: bool = false;
 }
 
 /// The counters of a trace and those that pruning needs.
@@ -206,6 +223,16 @@ pub struct Dominance;
 impl Record for Dominance {
     const COUNT: bool = true;
     const DOMINANCE: bool = true;
+    const HITS: bool = false;
+}
+
+/// What the backward pass needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Taped;
+impl Record for Taped {
+    const COUNT: bool = false;
+    const DOMINANCE: bool = false;
+    const HITS: bool = true;
 }
 
 /// Entries whose paints are brought together before they are blended, so that cache misses overlap.
@@ -252,31 +279,41 @@ fn blend_batch<S: Simd, R: Record>(
             continue;
         }
         let dx = columns - paint.mean[0];
+        let mut hit_rows = 0;
         while touched != 0 {
             let y = touched.trailing_zeros() as usize & (BLOCK - 1);
             touched &= touched - 1;
-            let stops = blend_row(simd, record, block, y, paint, &lines, dx, entry.rank);
-            if stops != 0 {
-                block.stop_lanes(y, stops, (first + at) as u32);
+            let row = blend_row(simd, record, block, y, paint, &lines, dx, entry.rank);
+            if R::HITS {
+                hit_rows |= u32::from(row.hit) << y;
+            }
+            if row.stops != 0 {
+                block.stop_lanes(y, row.stops, (first + at) as u32);
                 if block.alive == 0 {
-                    return;
+                    break;
                 }
             }
+        }
+        if R::HITS && hit_rows != 0 {
+            block.hits.push(Hit { entry: *entry, rows: hit_rows });
+        }
+        if block.alive == 0 {
+            return;
         }
     }
 }
 
 /// The exponent of one splat on the 16 rows of a block: `(a δx + linear) δx + base`.
-struct Lines {
-    base: [f32; BLOCK],
-    linear: [f32; BLOCK],
+pub(super) struct Lines {
+    pub(super) base: [f32; BLOCK],
+    pub(super) linear: [f32; BLOCK],
     /// Rows that can reach α = 1/255.
     touched: u32,
 }
 
 impl Lines {
     #[inline(always)]
-    fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Lines {
+    pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Lines {
         let [a, b, c] = paint.quadratic;
         let dy = rows - paint.mean[1];
         let base = (dy * c).mul_add(dy, f32x16::splat(simd, paint.log_opacity));
@@ -291,7 +328,15 @@ impl Lines {
     }
 }
 
-/// Blends one splat into row `y`; returns the lanes that stop here, one bit each.
+/// What a splat did to a row.
+struct RowOutcome {
+    /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
+    hit: bool,
+    /// The lanes that stop here, one bit each.
+    stops: u64,
+}
+
+/// Blends one splat into row `y`.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "all of it lives in registers")]
 fn blend_row<S: Simd, R: Record>(
@@ -303,7 +348,7 @@ fn blend_row<S: Simd, R: Record>(
     lines: &Lines,
     dx: f32x16<S>,
     rank: u32,
-) -> u64 {
+) -> RowOutcome {
     let zero = f32x16::splat(simd, 0.0);
     let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
     let power = f32x16::splat(simd, paint.quadratic[0])
@@ -338,5 +383,8 @@ fn blend_row<S: Simd, R: Record>(
         let owner = u32x16::from_slice(simd, &block.heaviest_rank[y]);
         heavier.select(u32x16::splat(simd, rank), owner).store_slice(&mut block.heaviest_rank[y]);
     }
-    if stopping { stops.to_bitmask() } else { 0 }
+    RowOutcome {
+        hit: R::HITS && hit.any_true(),
+        stops: if stopping { stops.to_bitmask() } else { 0 },
+    }
 }

@@ -138,7 +138,11 @@ fn render_as<R: Record>(
 
 /// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one
 /// bit per Gaussian that survived.
-fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Vec<Visible>>, Vec<u8>) {
+pub(super) fn project(
+    scene: &Gaussians,
+    camera: &Camera,
+    level: Level,
+) -> (Vec<Vec<Visible>>, Vec<u8>) {
     let view = View::new(camera);
     let (parts, bits): (Vec<Vec<Visible>>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
@@ -160,7 +164,7 @@ fn project(scene: &Gaussians, camera: &Camera, level: Level) -> (Vec<Vec<Visible
 }
 
 /// Splats, and their form for blending, in ascending depth, ties by index in the scene.
-fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
+pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
     // Depth, part, position in the part: positive floats order like their bits.
     let mut keys: Vec<u64> = parts
         .par_iter()

@@ -18,14 +18,14 @@ const LOW_PASS: f32 = 0.3;
 /// A camera in the form that the projection uses.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
-    rotation: [[f32; 3]; 3],
-    translation: [f32; 3],
-    centre: [f32; 3],
-    focal: [f32; 2],
+    pub(super) rotation: [[f32; 3]; 3],
+    pub(super) translation: [f32; 3],
+    pub(super) centre: [f32; 3],
+    pub(super) focal: [f32; 2],
     /// Principal point where pixel centres are at integer coordinates.
     principal: [f32; 2],
     /// Limits of x/z and y/z inside the Jacobian: `[x_min, x_max, y_min, y_max]`.
-    limits: [f32; 4],
+    pub(super) limits: [f32; 4],
     /// The grid of the largest tiles: what a trace keeps.
     grid: TileGrid,
 }
@@ -105,7 +105,7 @@ pub fn project_block<S: Simd>(
     let one = f32x16::splat(simd, 1.0);
     let opacity = one / (one + exp(simd, -logit));
     let mean = project_mean(simd, view, &camera);
-    let cov = covariance(simd, view, &camera, &scale, &quaternion);
+    let cov = Footprint::new(simd, view, &camera, &scale, &quaternion).covariance();
     let seen = in_reach(simd, &view.grid, &mean, &cov).to_bitmask() as u16 & survivors;
     let lanes = Lanes {
         depth: camera[2].into(),
@@ -133,7 +133,11 @@ pub fn project_block<S: Simd>(
 
 /// One component of up to 16 records; missing lanes are zero.
 #[inline(always)]
-fn lanes_of<S: Simd, T>(simd: S, records: &[T], component: impl Fn(&T) -> f32) -> f32x16<S> {
+pub(super) fn lanes_of<S: Simd, T>(
+    simd: S,
+    records: &[T],
+    component: impl Fn(&T) -> f32,
+) -> f32x16<S> {
     let mut lanes = [0.0f32; LANES];
     for (lane, record) in lanes.iter_mut().zip(records) {
         *lane = component(record);
@@ -186,7 +190,7 @@ fn in_reach<S: Simd>(
 }
 
 #[inline(always)]
-fn to_camera<S: Simd>(simd: S, view: &View, world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
+pub(super) fn to_camera<S: Simd>(simd: S, view: &View, world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
     let mut out = *world;
     for (k, [a, b, c]) in view.rotation.into_iter().enumerate() {
         let t = f32x16::splat(simd, view.translation[k]);
@@ -205,45 +209,67 @@ fn project_mean<S: Simd>(simd: S, view: &View, camera: &[f32x16<S>; 3]) -> [f32x
     ]
 }
 
-/// Σ2D = J W Σ3D Wᵀ Jᵀ as (J W R S)(J W R S)ᵀ, plus the low-pass.
-#[inline(always)]
-fn covariance<S: Simd>(
-    simd: S,
-    view: &View,
-    camera: &[f32x16<S>; 3],
-    scale: &[f32x16<S>; 3],
-    quaternion: &[f32x16<S>; 4],
-) -> [f32x16<S>; 3] {
-    let iz = f32x16::splat(simd, 1.0) / camera[2];
-    let r = rotation(simd, quaternion);
-    let mut a = [[iz; 3]; 2];
-    for axis in 0..2 {
-        let low = f32x16::splat(simd, view.limits[2 * axis]);
-        let high = f32x16::splat(simd, view.limits[2 * axis + 1]);
-        let slope = (camera[axis] * iz).max(low).min(high);
-        // A row of J W: J = [[fx/z, 0, −fx x/z²], [0, fy/z, −fy y/z²]], with x/z clamped.
-        let focal = iz * view.focal[axis];
-        let mut jw = [iz; 3];
-        for (k, value) in jw.iter_mut().enumerate() {
-            let own = f32x16::splat(simd, view.rotation[axis][k]);
-            *value = focal * (-slope).mul_add(view.rotation[2][k], own);
+/// The factors of the 2D covariance: Σ2D = A Aᵀ plus the low-pass, with A = J W R S.
+pub(super) struct Footprint<S: Simd> {
+    /// 1/z.
+    pub(super) inverse_z: f32x16<S>,
+    /// x/z and y/z, clamped.
+    pub(super) slopes: [f32x16<S>; 2],
+    /// R.
+    pub(super) rotation: [[f32x16<S>; 3]; 3],
+    /// J W: J = [[fx/z, 0, −fx x/z²], [0, fy/z, −fy y/z²]], with x/z clamped.
+    pub(super) jw: [[f32x16<S>; 3]; 2],
+    /// A.
+    pub(super) axes: [[f32x16<S>; 3]; 2],
+}
+
+impl<S: Simd> Footprint<S> {
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        view: &View,
+        camera: &[f32x16<S>; 3],
+        scale: &[f32x16<S>; 3],
+        quaternion: &[f32x16<S>; 4],
+    ) -> Self {
+        let iz = f32x16::splat(simd, 1.0) / camera[2];
+        let r = rotation(simd, quaternion);
+        let (mut slopes, mut jws) = ([iz; 2], [[iz; 3]; 2]);
+        let mut axes = [[iz; 3]; 2];
+        for axis in 0..2 {
+            let low = f32x16::splat(simd, view.limits[2 * axis]);
+            let high = f32x16::splat(simd, view.limits[2 * axis + 1]);
+            let slope = (camera[axis] * iz).max(low).min(high);
+            let focal = iz * view.focal[axis];
+            let mut jw = [iz; 3];
+            for (k, value) in jw.iter_mut().enumerate() {
+                let own = f32x16::splat(simd, view.rotation[axis][k]);
+                *value = focal * (-slope).mul_add(view.rotation[2][k], own);
+            }
+            for k in 0..3 {
+                let dot = jw[2].mul_add(r[2][k], jw[1].mul_add(r[1][k], jw[0] * r[0][k]));
+                axes[axis][k] = dot * scale[k];
+            }
+            (slopes[axis], jws[axis]) = (slope, jw);
         }
-        for k in 0..3 {
-            let dot = jw[2].mul_add(r[2][k], jw[1].mul_add(r[1][k], jw[0] * r[0][k]));
-            a[axis][k] = dot * scale[k];
-        }
+        Footprint { inverse_z: iz, slopes, rotation: r, jw: jws, axes }
     }
-    let [u, v] = a;
-    [dot3(&u, &u) + LOW_PASS, dot3(&u, &v), dot3(&v, &v) + LOW_PASS]
+
+    /// Σ2D: `[a, b, d]` of `[[a, b], [b, d]]`, pixels².
+    #[inline(always)]
+    pub(super) fn covariance(&self) -> [f32x16<S>; 3] {
+        let [u, v] = self.axes;
+        [dot3(&u, &u) + LOW_PASS, dot3(&u, &v), dot3(&v, &v) + LOW_PASS]
+    }
 }
 
 #[inline(always)]
-fn twice<S: Simd>(a: f32x16<S>) -> f32x16<S> {
+pub(super) fn twice<S: Simd>(a: f32x16<S>) -> f32x16<S> {
     a + a
 }
 
 #[inline(always)]
-fn dot3<S: Simd>(u: &[f32x16<S>; 3], v: &[f32x16<S>; 3]) -> f32x16<S> {
+pub(super) fn dot3<S: Simd>(u: &[f32x16<S>; 3], v: &[f32x16<S>; 3]) -> f32x16<S> {
     u[2].mul_add(v[2], u[1].mul_add(v[1], u[0] * v[0]))
 }
 
@@ -284,7 +310,7 @@ pub fn colours(scene: &Gaussians, eye: [f32; 3], level: Level) -> Vec<[f32; 3]> 
 }
 
 #[inline(always)]
-fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
+pub(super) fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16<S>; 3] {
     let d = [world[0] - eye[0], world[1] - eye[1], world[2] - eye[2]];
     let inverse = f32x16::splat(simd, 1.0) / dot3(&d, &d).sqrt();
     [d[0] * inverse, d[1] * inverse, d[2] * inverse]
@@ -293,7 +319,7 @@ fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3]) -> [f32x16
 /// The real spherical harmonics of 16 directions in the 3DGS sign convention,
 /// `[coefficient][lane]`.
 #[inline(always)]
-fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; LANES]; 16] {
+pub(super) fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; LANES]; 16] {
     let [x, y, z] = *d;
     let mut basis = [[0.0; LANES]; 16];
     basis[0] = (f32x16::splat(simd, SH_C0)).into();

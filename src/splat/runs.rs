@@ -51,6 +51,8 @@ pub struct Runs {
     pub grid: TileGrid,
     /// Per splat, by rank.
     pub touches: Vec<Touch>,
+    /// Ranks in a part (the last one may have fewer).
+    part: usize,
     /// Per part (consecutive ranks) and row of tiles.
     parts: Vec<Vec<Vec<Run>>>,
 }
@@ -70,12 +72,23 @@ impl Runs {
             touches.append(&mut some);
             parts.push(rows);
         }
-        Runs { grid, touches, parts }
+        Runs { grid, touches, part, parts }
     }
 
     /// The runs of row `ty`, in depth order.
     pub fn row(&self, ty: u32) -> impl Iterator<Item = &Run> + Clone {
         self.parts.iter().flat_map(move |rows| &rows[ty as usize])
+    }
+
+    /// Ranks in a part; the last part may have fewer.
+    pub fn part_len(&self) -> usize {
+        self.part
+    }
+
+    /// Parts of [`Runs::part_len`] consecutive ranks, each with its runs per row of tiles. The runs
+    /// of a row are those of all parts in turn.
+    pub fn parts(&self) -> &[Vec<Vec<Run>>] {
+        &self.parts
     }
 }
 

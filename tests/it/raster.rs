@@ -1,5 +1,6 @@
 //! Are images and counters right?
 
+mod gradients;
 mod naive;
 pub mod reference;
 pub mod support;
