@@ -1,5 +1,7 @@
 //! Are images and counters right?
 
+mod dual;
+mod gradient_naive;
 mod gradients;
 mod naive;
 pub mod reference;
