@@ -1,6 +1,6 @@
-//! The physical floor of forward rasterisation on this machine, measured in the same run as the
-//! code: 16-pixel rows that blend anything at 8 cycles of 16-lane SIMD each, plus compulsory bytes
-//! at DRAM speed (the cost model of `docs/performance.md`).
+//! The physical floor of rasterisation on this machine, measured in the same run as the code:
+//! 16-pixel rows that blend anything at some cycles of 16-lane SIMD each, plus compulsory bytes at
+//! DRAM speed (the cost model of `docs/performance.md`).
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -14,8 +14,14 @@ use powergs_sim::splat::{Ellipse, TileGrid};
 use powergs_sim::trace::NEVER;
 use rayon::prelude::*;
 
-/// Cycles to evaluate and blend one row of 16 pixels with 16-lane vectors.
-const CYCLES_PER_ROW: f64 = 8.0;
+/// What cannot be avoided.
+#[derive(Debug, Clone, Copy)]
+pub struct Cost {
+    /// Cycles of 16-lane vectors per row of 16 pixels that a splat blends in.
+    pub cycles_per_row: f64,
+    /// Times that the parameters of visible splats and the image cross the DRAM interface.
+    pub crossings: u64,
+}
 
 /// What this machine can do.
 #[derive(Debug, Clone, Copy)]
@@ -104,12 +110,13 @@ pub struct Floor {
 }
 
 /// The floor of `rendered` (reference tiling, with counters) on a machine with `peaks`.
-pub fn floor(scene: &Gaussians, rendered: &Rendered, peaks: Peaks) -> Floor {
+pub fn floor(scene: &Gaussians, rendered: &Rendered, peaks: Peaks, cost: Cost) -> Floor {
     let rows = blending_rows(rendered);
     let parameters = 4 * (11 + 3 * scene.sh_coefficients() as u64);
-    let bytes =
+    let once =
         parameters * rendered.splats.len() as u64 + 12 * rendered.picture.pixels.len() as u64;
-    let cycles = rows as f64 * CYCLES_PER_ROW * 16.0 / peaks.lanes / peaks.threads;
+    let bytes = cost.crossings * once;
+    let cycles = rows as f64 * cost.cycles_per_row * 16.0 / peaks.lanes / peaks.threads;
     let milliseconds = cycles / peaks.clock_ghz * 1e-6 + bytes as f64 / peaks.read_gb_s * 1e-6;
     Floor { rows, bytes, milliseconds }
 }

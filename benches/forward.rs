@@ -15,8 +15,11 @@ use powergs_sim::raster::{Detail, Options, render};
 use powergs_sim::scene::camera::edit;
 use powergs_sim::scene::{OneFile, read};
 
-use floor::{Peaks, floor};
+use floor::{Cost, Peaks, floor};
 use scenes::{Case, synthetic};
+
+/// Evaluating and blending a row; parameters are read and the image is written.
+const FORWARD: Cost = Cost { cycles_per_row: 8.0, crossings: 1 };
 
 /// Repetitions of one measurement; the median is reported.
 const ROUNDS: usize = 9;
@@ -96,7 +99,7 @@ fn report(name: &str, case: &Case) {
     let one = on_threads(1, || run(counted));
     let dominance = on_threads(2, || run(Options::reference(Detail::Dominance)));
     let rendered = render(scene, &case.camera, &counted);
-    let floor = floor(scene, &rendered, peaks);
+    let floor = floor(scene, &rendered, peaks, FORWARD);
     println!(
         "{}: {} visible, clock {:.2} GHz, DRAM {:.1} GB/s\n  \
          floor {:.2} ms ({} blending rows, {:.1} MB); image {plain:.1} ms; \
