@@ -20,6 +20,7 @@ pub mod display;
 pub mod dram;
 pub mod energy;
 pub mod picture;
+pub mod quality;
 pub mod quantity;
 pub mod raster;
 pub mod report;

@@ -12,6 +12,7 @@ mod knobs;
 mod paper;
 mod photos;
 mod pipeline;
+mod quality;
 mod raster;
 mod report;
 mod scene;

@@ -24,6 +24,8 @@ const MAY_USE: [(&str, &[&str]); 19] = [
     ("energy", &["quantity", "action", "config"]),
     ("display", &["quantity", "config", "picture"]),
     ("dram", &["quantity", "config"]),
+    // A display is a term of the training loss.
+    ("quality", &["picture", "display"]),
     // `dram`: what the commands of a device cost becomes prices.
     (
         "sim",

@@ -1,0 +1,8 @@
+//! How good a picture is, and what it costs to show: losses with gradients for the optimiser,
+//! metrics for reports. Definitions, formulas and sources: `docs/metrics.md`.
+
+pub mod loss;
+pub mod metrics;
+
+pub use loss::{Loss, Parts};
+pub use metrics::{Likeness, likeness};
