@@ -19,6 +19,7 @@ pub mod config;
 pub mod display;
 pub mod dram;
 pub mod energy;
+pub mod optimize;
 pub mod picture;
 pub mod quality;
 pub mod quantity;

@@ -38,11 +38,10 @@ impl Loss {
     /// # Panics
     /// If a picture is not of the size of this loss.
     pub fn likeness(&mut self, picture: &Picture, reference: &Picture) -> Likeness {
-        let finite = |p: &Picture| p.pixels.as_flattened().iter().all(|v| v.is_finite());
-        if !finite(picture) || !finite(reference) {
+        let sums = self.measure(picture, reference);
+        if !sums.l1.is_finite() {
             return Likeness::UNKNOWN;
         }
-        let sums = self.measure(picture, reference);
         Likeness { l1: sums.l1, mse: sums.square, ssim: sums.ssim, psnr_db: psnr_db(sums.square) }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lexer::without_text;
 
 /// Who may import whom. `cli` may use everything.
-const MAY_USE: [(&str, &[&str]); 19] = [
+const MAY_USE: [(&str, &[&str]); 20] = [
     ("quantity", &[]),
     ("action", &["quantity"]),
     ("picture", &[]),
@@ -42,6 +42,7 @@ const MAY_USE: [(&str, &[&str]); 19] = [
     ),
     // Makes scenes, frames and workloads, and puts machines on them.
     ("validate", &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"]),
+    ("optimize", &[]),
     ("lib", &[]),
     ("main", &["cli"]),
 ];

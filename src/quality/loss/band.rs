@@ -69,7 +69,7 @@ impl<'a> Job<'a> {
 /// Sums over values.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sums {
-    /// Absolute differences.
+    /// Absolute differences; NaN if a value is not finite.
     pub l1: f64,
     /// Squared differences of clamped values.
     pub square: f64,
@@ -190,6 +190,8 @@ fn read_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, sums: Option
         let (mut x, mut y) = (load(simd, x_row, i), load(simd, y_row, i));
         let (shown_x, shown_y) = (x.max(zero).min(one), y.max(zero).min(one));
         if job.clamped {
+            // Clamping loses NaN and infinity: they go into the sum as NaN.
+            l1 = l1 + (x - y) * 0.0;
             (x, y) = (shown_x, shown_y);
         }
         let (s, d) = (x + y, x - y);
@@ -226,7 +228,13 @@ fn compare_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, slopes: b
     // 1 − SSIM is summed: it is small where pictures are alike, and keeps its digits.
     let mut loss = f32x16::splat(simd, 0.0);
     for i in (0..n).step_by(LANES) {
-        let means = [0, 1, 2, 3].map(|m| across(simd, &job.weights, &rows[m], i));
+        // Closures would lose the target's features: arrays of lanes are written out.
+        let means = [
+            across(simd, &job.weights, &rows[0], i),
+            across(simd, &job.weights, &rows[1], i),
+            across(simd, &job.weights, &rows[2], i),
+            across(simd, &job.weights, &rows[3], i),
+        ];
         let local = Local::of(means);
         let unlike = f32x16::splat(simd, 1.0) - local.ssim;
         let live = n - i;
@@ -295,6 +303,11 @@ impl<S: Simd> Local<S> {
     }
 }
 
+/// Values of channels for three vectors in a row.
+fn pattern(values: &[f32; 3]) -> [[f32; LANES]; 3] {
+    std::array::from_fn(|phase| std::array::from_fn(|lane| values[(phase + lane) % 3]))
+}
+
 /// The gradient of row `y` into `out`; returns the watts of the row.
 #[simd]
 fn gradient_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, out: &mut [f32]) -> f64 {
@@ -303,20 +316,20 @@ fn gradient_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, out: &mu
     let rows: [_; 3] = std::array::from_fn(|map| work.spread.around(map, y, job.height));
     let zero = f32x16::splat(simd, 0.0);
     // Lane l of vector v is of channel (16 v + l) mod 3, and 16 mod 3 = 1.
-    let pattern = |values: &[f32; 3]| -> [f32x16<S>; 3] {
-        [0, 1, 2].map(|phase| f32x16::from_fn(simd, |lane| values[(phase + lane) % 3]))
-    };
     let (watts, slopes) = (pattern(&job.watts), pattern(&job.slopes));
     let l1_slope = f32x16::splat(simd, job.l1_slope);
     let mut sum = zero;
     for (v, i) in (0..n).step_by(LANES).enumerate() {
         let (x, y) = (load(simd, x_row, i), load(simd, y_row, i));
-        let spread = [0, 1, 2].map(|m| across(simd, &job.weights, &rows[m], i));
-        let structure = spread[0] + spread[1] * (x + x) + spread[2] * y;
+        let by_mean = across(simd, &job.weights, &rows[0], i);
+        let by_square = across(simd, &job.weights, &rows[1], i);
+        let by_product = across(simd, &job.weights, &rows[2], i);
+        let structure = by_mean + by_square * (x + x) + by_product * y;
         let (linear, slope) = light(simd, x);
-        sum = linear.mul_add(watts[v % 3], sum);
+        sum = linear.mul_add(f32x16::from_slice(simd, &watts[v % 3]), sum);
         let sign = x.simd_gt(y).select(l1_slope, x.simd_lt(y).select(-l1_slope, zero));
-        let gradient = slope.mul_add(slopes[v % 3], sign) + structure * job.ssim_slope;
+        let gradient = slope.mul_add(f32x16::from_slice(simd, &slopes[v % 3]), sign)
+            + structure * job.ssim_slope;
         gradient.store_slice(&mut work.gradient[i..i + LANES]);
     }
     out.copy_from_slice(&work.gradient[..n]);

@@ -54,8 +54,7 @@ fn naive_ssim(a: &Picture, b: &Picture, clamped: bool) -> f64 {
     };
     let mut total = 0.0;
     for i in 0..a.pixels.len() as i64 * 3 {
-        let (c, x, y) =
-            ((i % 3) as usize, i / 3 % i64::from(a.width), i / 3 / i64::from(a.width));
+        let (c, x, y) = ((i % 3) as usize, i / 3 % i64::from(a.width), i / 3 / i64::from(a.width));
         let mut m = [0.0; 5];
         for dy in -5..=5 {
             for dx in -5..=5 {
@@ -81,9 +80,8 @@ fn all_parts_equal_a_naive_evaluation() {
         let (a, b) = (noisy(width, height, 1), shown(width, height, 2));
         let mut gradient = vec![[0.0; 3]; a.pixels.len()];
         let parts = Loss::new(width, height).evaluate(&a, &b, 0.7, &panel, &mut gradient);
-        let pairs = || {
-            a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(|(p, q)| (*p, *q))
-        };
+        let pairs =
+            || a.pixels.as_flattened().iter().zip(b.pixels.as_flattened()).map(|(p, q)| (*p, *q));
         let n = (3 * a.pixels.len()) as f64;
         let l1 = pairs().map(|(p, q)| f64::from(p - q).abs()).sum::<f64>() / n;
         let square =
