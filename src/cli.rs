@@ -10,16 +10,20 @@ pub mod camera;
 pub mod camera_file;
 pub mod compare;
 pub mod completions;
+pub mod display;
 pub mod dram;
 pub mod dram_dump;
 pub mod engine;
 pub mod explain;
 pub mod extract;
 pub mod failure;
+pub mod fit;
 pub mod invocation;
 pub mod machine_file;
 pub mod out;
+pub mod picture_file;
 pub mod progress;
+pub mod quality;
 pub mod render;
 pub mod replay;
 pub mod run_folder;
@@ -94,9 +98,18 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::Args),
+    /// Show what a picture costs to display
+    #[command(after_help = display::EXAMPLES)]
+    Display(display::Args),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
+    /// Fit power curves to samples of equal quality; find the fewest watts
+    #[command(after_help = fit::EXAMPLES)]
+    Fit(fit::Args),
+    /// Compare two pictures: PSNR, SSIM, FLIP
+    #[command(after_help = quality::EXAMPLES)]
+    Quality(quality::Args),
     /// Turn every modelling assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),
@@ -144,8 +157,11 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Camera(args) => camera::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
+        Command::Display(args) => display::run(args, context),
         Command::Dram(args) => dram::run(args, context),
         Command::Explain(args) => explain::run(args, context),
+        Command::Fit(args) => fit::run(args, context),
+        Command::Quality(args) => quality::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Sensitivity(args) => sensitivity::run(args, context),
         Command::Synth(args) => synth::run(args, context),

@@ -1,6 +1,7 @@
 //! How good a picture is, and what it costs to show: losses with gradients for the optimiser,
 //! metrics for reports. Definitions, formulas and sources: `docs/metrics.md`.
 
+pub mod flip;
 pub mod loss;
 pub mod metrics;
 

@@ -9,6 +9,7 @@ pub mod compare;
 
 pub mod csv;
 pub mod docs;
+pub mod fit;
 pub mod format;
 pub mod json;
 pub mod limits;

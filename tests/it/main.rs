@@ -7,6 +7,7 @@ mod config;
 mod display;
 mod dram;
 mod energy;
+mod fit;
 mod geometry;
 mod knobs;
 mod paper;

@@ -35,7 +35,7 @@ const MAY_USE: [(&str, &[&str]); 20] = [
         ],
     ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
-    ("report", &["sim", "accel", "action", "energy", "workload"]),
+    ("report", &["sim", "accel", "action", "energy", "workload", "optimize"]),
     (
         "sweep",
         &["quantity", "action", "workload", "accel", "energy", "display", "config", "dram", "sim"],

@@ -1,0 +1,66 @@
+//! `display`: what a picture costs to show.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::background::Background;
+use super::{Context, Exit, Failure, machine_file, out, picture_file};
+
+/// Shown under `display --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim display frame.png
+  powergs-sim display frame.png --preset oled-d22 --json
+  powergs-sim display frame.png --preset my-panel.toml
+
+powergs-sim arch list names the presets; `explain` defines the keys of a panel.";
+
+/// The arguments of `display`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The picture: PNG, JPEG or WebP
+    pub image: PathBuf,
+    /// The panel: a name of `arch list`, or a TOML file
+    #[arg(
+        long,
+        visible_alias = "display",
+        value_name = "NAME|FILE",
+        default_value = "oled-powergs"
+    )]
+    pub preset: String,
+    /// What transparent pixels show: black, white, or r,g,b from 0 to 1
+    #[arg(long, default_value = "black")]
+    pub background: Background,
+}
+
+/// Runs `display`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let display = machine_file::load_display(&args.preset)?;
+    let picture = picture_file::read(&args.image, args.background)?;
+    let mean = picture.mean_linear_rgb();
+    let power = display.power(mean);
+    let parts: Vec<f64> = display.coefficients().iter().zip(mean).map(|(k, m)| k * m).collect();
+    if context.global.json {
+        out::json(&json!({
+            "image": args.image.display().to_string(),
+            "width_px": picture.width,
+            "height_px": picture.height,
+            "preset": display.name,
+            "power_w": power.0,
+            "red_w": parts[0],
+            "green_w": parts[1],
+            "blue_w": parts[2],
+            "static_w": display.standing.0,
+            "mean_linear_rgb": mean,
+        }))?;
+        return Ok(Exit::Done);
+    }
+    let [r, g, b] = mean;
+    out::text(&format!(
+        "power        {:.4} W on {} (red {:.4}, green {:.4}, blue {:.4}, static {:.4})\n\
+         linear mean  red {r:.4}, green {g:.4}, blue {b:.4} of full\n",
+        power.0, display.name, parts[0], parts[1], parts[2], display.standing.0
+    ))?;
+    Ok(Exit::Done)
+}

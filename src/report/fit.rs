@@ -1,0 +1,89 @@
+//! Display, rendering and total power over the pruning ratio: samples, fits, optimum.
+
+use plotters::style::RGBColor;
+
+use super::ReportError;
+use super::format::shortened;
+use super::plot::{
+    Align, Canvas, Drawing, Drawn, INK, Page, Panel, Scale, legend, palette, text_width,
+};
+use crate::optimize::fit::{Fit, Sample, optimum};
+
+const DISPLAY: RGBColor = palette::SKY;
+const RENDER: RGBColor = palette::ORANGE;
+const TOTAL: RGBColor = INK;
+
+/// Points of a drawn curve.
+const STEPS: u32 = 200;
+
+/// The chart of a fit; `name` is what was sampled.
+pub fn chart(fit: &Fit, name: &str) -> Result<Drawing, ReportError> {
+    let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
+    let subtitle = format!(
+        "{}, {} samples of equal quality. R² {} and {}, mean relative error {} and {} \
+         (display, rendering)",
+        shortened(name, 32),
+        fit.samples.len(),
+        or_none(fit.display.r2),
+        or_none(fit.render.r2),
+        or_none(fit.display.mre),
+        or_none(fit.render.mre),
+    );
+    let title = "Power over the pruning ratio".to_owned();
+    let page = Page { name: "fit", title, subtitle, underlay: None };
+    page.draw(|canvas| draw(canvas, fit))
+}
+
+type Of<T> = fn(&T, f64) -> f64;
+
+fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
+    let panel = Panel { left: 130.0, top: 150.0, right: 1240.0, bottom: 630.0 };
+    let (low, high) = (fit.rho_min(), fit.rho_max());
+    let most = fit.samples.iter().map(Sample::total_w).fold(fit.total_w(low), f64::max);
+    let x = Scale::exact(low - 0.03 * (high - low), high + 0.03 * (high - low), panel.horizontal());
+    let y = Scale::from_zero(most.max(fit.total_w(high)), panel.vertical());
+    panel.vertical_axis(canvas, &y, "power, W")?;
+    let ticks: Vec<f64> = x.ticks(10).into_iter().filter(|t| *t >= -1e-9).collect();
+    panel.horizontal_axis(canvas, &x, &ticks, "pruned share of Gaussians, ρ")?;
+    let entries = [("display", DISPLAY), ("rendering", RENDER), ("total", TOTAL)];
+    legend(canvas, panel.left, 118.0, &entries)?;
+    let note = "dots: samples, lines: fits";
+    canvas.text(note, (panel.right, 118.0), Align::Right, super::plot::GREY)?;
+    mark(canvas, fit, panel, (&x, &y))?;
+    let series: [(Of<Fit>, fn(&Sample) -> f64, RGBColor); 3] = [
+        (Fit::display_w, |s| s.display_w, DISPLAY),
+        (Fit::render_w, |s| s.render_w, RENDER),
+        (Fit::total_w, Sample::total_w, TOTAL),
+    ];
+    for (curve, of, colour) in series {
+        let points: Vec<(f64, f64)> = (0..=STEPS)
+            .map(|i| low + (high - low) * f64::from(i) / f64::from(STEPS))
+            .map(|rho| (x.at(rho), y.at(curve(fit, rho))))
+            .collect();
+        canvas.line(&points, colour, 3)?;
+        for sample in &fit.samples {
+            canvas.dot((x.at(sample.rho), y.at(of(sample))), 7, colour)?;
+        }
+    }
+    let best = optimum(fit);
+    canvas.dot((x.at(best.rho), y.at(best.total_w())), 10, palette::VERMILION)
+}
+
+/// The line of the optimum and its numbers.
+fn mark(canvas: &Canvas, fit: &Fit, panel: Panel, (x, y): (&Scale, &Scale)) -> Drawn {
+    let best = optimum(fit);
+    let at = x.at(best.rho);
+    canvas.line(&[(at, panel.bottom), (at, y.at(best.total_w()))], palette::VERMILION, 2)?;
+    let trust = if best.is_trusted() { "" } else { ", not trusted" };
+    let text =
+        format!("optimum: ρ = {:.3}, {:.4} W ({}{trust})", best.rho, best.total_w(), words(fit));
+    // Beside its dot, above the total: the room over the minimum of a convex curve is free.
+    let half = text_width(&text) / 2.0;
+    let middle = at.clamp(panel.left + half + 8.0, panel.right - half);
+    let above = y.at(best.total_w()) - 40.0;
+    canvas.text(&text, (middle, above.max(panel.top + 12.0)), Align::Centre, palette::VERMILION)
+}
+
+fn words(fit: &Fit) -> String {
+    optimum(fit).place.name().replace('_', " ")
+}
