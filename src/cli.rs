@@ -31,6 +31,7 @@ pub mod scene;
 pub mod scene_file;
 pub mod sensitivity;
 pub mod startup;
+pub mod sweep;
 pub mod synth;
 pub mod timeline;
 pub mod trace;
@@ -113,6 +114,9 @@ pub enum Command {
     /// Turn every modelling assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),
+    /// Simulate many designs on some traces: a table of results
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(sweep::Args),
     /// Define a statistic or a configuration key
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
@@ -164,6 +168,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Quality(args) => quality::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Sensitivity(args) => sensitivity::run(args, context),
+        Command::Sweep(args) => sweep::run(args, context),
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
         Command::Validate(args) => validate::run(args, context),

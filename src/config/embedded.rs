@@ -62,6 +62,10 @@ pub const DRAM: &[Embedded] = embedded!("dram":
     "lpddr5-6400-x16x8"
 );
 
+/// Sweeps.
+pub const SWEEPS: &[Embedded] =
+    embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-energy");
+
 /// Where the numbers come from.
 pub const REFERENCES: &str = include_str!("../../arch-configs/references.toml");
 

@@ -91,6 +91,11 @@ impl Index {
         self.places.get(&key).copied()
     }
 
+    /// All keys, in no order.
+    pub fn keys(&self) -> impl Iterator<Item = u128> {
+        self.places.keys().copied()
+    }
+
     /// Number of keys.
     pub fn len(&self) -> usize {
         self.places.len()

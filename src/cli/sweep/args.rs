@@ -1,0 +1,154 @@
+//! The arguments of `sweep`.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use super::folder::Shard;
+use crate::cli::camera_file::{FrameRange, frame_range};
+
+/// Shown under `sweep --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim sweep gscore-units --traces 'traces/*.bin' --out reports/units
+  powergs-sim sweep my.toml --traces room.bin --dry-run
+  powergs-sim sweep my.toml --traces room.bin --out big --resume
+  powergs-sim sweep my.toml --traces room.bin --out big --shard 3/16
+  powergs-sim sweep merge big
+  powergs-sim sweep status big
+  powergs-sim sweep show 3f2a91 big --toml > best.toml
+  powergs-sim pareto big --minimize energy_pj.mean,area_mm2 --maximize fps.mean
+
+A sweep file says which keys of which machine are turned, and which question it
+answers: docs/sweep-file.md. The table of results: docs/results.md. Many hosts:
+docs/cluster.md.";
+
+/// The arguments of `sweep`.
+#[derive(Debug, Clone, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct Args {
+    /// What to do with a sweep that is there already
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The sweep
+    #[command(flatten)]
+    pub sweep: SweepArgs,
+}
+
+/// The sub-commands.
+#[derive(Debug, Clone, clap::Subcommand)]
+pub enum Command {
+    /// Say how much of a sweep is done
+    Status(StatusArgs),
+    /// Put the parts of a sweep together (after --shard)
+    Merge(MergeArgs),
+    /// Show one design of a sweep: its values, its machine file
+    Show(ShowArgs),
+}
+
+/// What a sweep is made of.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Definition {
+    /// Sweep file, or the name of one that comes with the program (see `arch list`)
+    #[arg(value_name = "SWEEP", required = true)]
+    pub file: Option<String>,
+    /// Traces: files or patterns; in place of those in the sweep file
+    #[arg(long, value_name = "PATTERN", num_args = 1..)]
+    pub traces: Vec<String>,
+    /// Only frames A to B of each trace, B excluded, counted from 0: 0..24, 10.., ..5
+    #[arg(long, value_name = "A..B", value_parser = frame_range)]
+    pub frames: Option<FrameRange>,
+    /// Change a key of the base machine; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// At most this many designs, spread over the space
+    #[arg(long, value_name = "N")]
+    pub points: Option<u64>,
+}
+
+/// `sweep FILE`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct SweepArgs {
+    /// What the sweep is made of
+    #[command(flatten)]
+    pub definition: Definition,
+    /// Folder of the sweep [default: reports/NAME]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Finish the sweep that is in --out
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Throw away the results in --out
+    #[arg(long)]
+    pub force: bool,
+    /// Say how many designs there are, and how long it would take
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Do only part I of N; `sweep merge` puts the parts together
+    #[arg(long, value_name = "I/N", env = "POWERGS_SHARD", conflicts_with = "force")]
+    pub shard: Option<ShardArg>,
+    /// Folder of results that sweeps share: what is there is not simulated again
+    #[arg(long, value_name = "DIR")]
+    pub store: Option<PathBuf>,
+    /// Memory for binned frames
+    #[arg(long, value_name = "SIZE", default_value = "768 MiB", value_parser = memory)]
+    pub memory: usize,
+    /// Submit the sweep to Slurm as an array job, follow it and merge
+    #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "dry_run"])]
+    pub slurm: Option<PathBuf>,
+    /// With --slurm: only print the script
+    #[arg(long, requires = "slurm")]
+    pub print: bool,
+}
+
+/// `sweep status`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct StatusArgs {
+    /// Folder of the sweep
+    pub folder: PathBuf,
+}
+
+/// `sweep merge`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct MergeArgs {
+    /// Folder of the sweep
+    pub folder: PathBuf,
+    /// Also take results from these folders of the same sweep
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    pub from: Vec<PathBuf>,
+}
+
+/// `sweep show`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct ShowArgs {
+    /// The design: its id or the beginning of it, its number, or `baseline`
+    pub id: String,
+    /// Folder of the sweep
+    pub folder: PathBuf,
+    /// Print its machine file
+    #[arg(long)]
+    pub toml: bool,
+}
+
+/// A part as it is typed: `3/16`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ShardArg(pub Shard);
+
+impl FromStr for ShardArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<ShardArg, String> {
+        let wrong = || format!("`{text}` is no part: write 3/16 for the third of sixteen");
+        let (number, of) = text.split_once('/').ok_or_else(wrong)?;
+        let number: u32 = number.trim().parse().map_err(|_| wrong())?;
+        let of: u32 = of.trim().parse().map_err(|_| wrong())?;
+        if number == 0 || number > of || of > 100_000 {
+            return Err(wrong());
+        }
+        Ok(ShardArg(Shard { number, of }))
+    }
+}
+
+fn memory(text: &str) -> Result<usize, String> {
+    let bytes: crate::quantity::Bytes = text.parse().map_err(|e| format!("{e}"))?;
+    usize::try_from(bytes.0).map_err(|_| "too large".into())
+}

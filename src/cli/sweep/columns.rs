@@ -1,0 +1,156 @@
+//! The columns of the axes: what kind they are, and what each design has in them.
+
+use toml::{Table, Value};
+
+use super::opened::Objective;
+use crate::cli::{Exit, Failure};
+use crate::config::suggest::nearest;
+use crate::sweep::design::Design;
+use crate::sweep::measure::Measure;
+use crate::sweep::metric::metrics;
+use crate::sweep::space::Space;
+use crate::sweep::table::{Cell, Column, Kind};
+
+/// Steps of each axis that are looked at to find the kind of its column.
+const LOOKED_AT: u32 = 4096;
+
+/// Ending of the column that has a measure as a number in SI units.
+const SI: &str = ".si";
+
+/// The columns of the axes: whole numbers, numbers, truths and texts as they are; behind a column
+/// of measures (`64 KiB`) one with the same in SI units (bytes, hertz, seconds, joules).
+pub fn kinds(space: &Space) -> Vec<Column> {
+    let names = space.columns();
+    let mut found: Vec<Option<Kind>> = vec![None; names.len()];
+    let mut measures = vec![true; names.len()];
+    for index in looked_at(space) {
+        let Ok(point) = space.point(index) else { continue };
+        for (i, setting) in point.settings.iter().enumerate() {
+            let kind = kind(&setting.value);
+            found[i] = Some(found[i].map_or(kind, |before| joined(before, kind)));
+            measures[i] &= si(&setting.value).is_some();
+        }
+    }
+    let mut columns = Vec::new();
+    for (i, name) in names.into_iter().enumerate() {
+        let kind = found[i].unwrap_or(Kind::Text);
+        let is_measure = kind == Kind::Text && measures[i];
+        columns.push(Column { name: name.clone(), kind });
+        if is_measure && found[i].is_some() {
+            columns.push(Column { name: name + SI, kind: Kind::Real });
+        }
+    }
+    columns
+}
+
+/// Points in which every step of every axis occurs, as far as it is looked at.
+fn looked_at(space: &Space) -> impl Iterator<Item = u64> {
+    let lattice = space.lattice();
+    let sides = lattice.sides().to_vec();
+    let most = sides.iter().map(|s| s.len.min(LOOKED_AT)).max().unwrap_or(1);
+    (0..most).map(move |k| {
+        let digits: Vec<u32> = sides.iter().map(|s| k.min(s.len - 1)).collect();
+        space.lattice().index(&digits)
+    })
+}
+
+fn kind(value: &Value) -> Kind {
+    match value {
+        Value::Integer(_) => Kind::Integer,
+        Value::Float(_) => Kind::Real,
+        Value::Boolean(_) => Kind::Truth,
+        _ => Kind::Text,
+    }
+}
+
+fn joined(a: Kind, b: Kind) -> Kind {
+    match (a, b) {
+        (a, b) if a == b => a,
+        (Kind::Integer, Kind::Real) | (Kind::Real, Kind::Integer) => Kind::Real,
+        _ => Kind::Text,
+    }
+}
+
+/// A measure in SI units.
+fn si(value: &Value) -> Option<f64> {
+    let (_, unit) = value.as_str()?.split_once(' ')?;
+    Measure::with_unit(unit)?.read(value.as_str()?).ok()
+}
+
+/// What a point has in the columns; empty where it has no value.
+pub fn cells(space: &Space, point: u64, columns: &[Column]) -> Vec<Cell> {
+    let settings = space.point(point).map(|p| p.settings).unwrap_or_default();
+    let find = |name: &str| settings.iter().find(|s| s.name == name).map(|s| &s.value);
+    columns.iter().map(|c| cell(c, find)).collect()
+}
+
+/// What the base machine has in the columns.
+pub fn baseline_cells(base: &Design, columns: &[Column]) -> Vec<Cell> {
+    let machine: Table = base.resolved_machine_toml().parse().unwrap_or_default();
+    let files: Vec<(String, Table)> = base
+        .files()
+        .into_iter()
+        .map(|(what, text)| (what, text.parse().unwrap_or_default()))
+        .collect();
+    let find = |name: &str| -> Option<Value> {
+        if name == crate::sweep::key::MACHINE {
+            return Some(base.machine.name.clone().into());
+        }
+        let (table, path) = match name.split_once(':') {
+            None => (&machine, name),
+            Some((file, path)) => {
+                let begins = |what: &str| what.split(' ').next() == Some(file);
+                (&files.iter().find(|(what, _)| begins(what))?.1, path)
+            }
+        };
+        path.split('.')
+            .try_fold(Value::Table(table.clone()), |value, key| value.as_table()?.get(key).cloned())
+    };
+    columns
+        .iter()
+        .map(|c| {
+            let value = find(c.name.strip_suffix(SI).unwrap_or(&c.name));
+            cell(c, |_| value.as_ref())
+        })
+        .collect()
+}
+
+fn cell<'v>(column: &Column, find: impl Fn(&str) -> Option<&'v Value>) -> Cell {
+    if let Some(name) = column.name.strip_suffix(SI) {
+        return find(name).and_then(si).map_or(Cell::Empty, Cell::Real);
+    }
+    match (column.kind, find(&column.name)) {
+        (_, None) => Cell::Empty,
+        (Kind::Integer, Some(Value::Integer(n))) => Cell::Integer(*n),
+        (Kind::Real, Some(Value::Integer(n))) => Cell::Real(*n as f64),
+        (Kind::Real, Some(Value::Float(x))) => Cell::Real(*x),
+        (Kind::Truth, Some(Value::Boolean(yes))) => Cell::Truth(*yes),
+        (Kind::Text, Some(value)) => Cell::Text(crate::config::knob::shown(value)),
+        // Beyond the steps that were looked at there is another kind of value.
+        (_, Some(_)) => Cell::Empty,
+    }
+}
+
+/// Refuses objectives that no column of the table has.
+pub fn check_objectives(
+    objectives: &[Objective],
+    space: &Space,
+    origin: &str,
+) -> Result<(), Failure> {
+    let axes = kinds(space);
+    let names: Vec<&str> = metrics()
+        .iter()
+        .map(|m| m.name.as_str())
+        .chain(axes.iter().filter(|c| c.kind != Kind::Text).map(|c| c.name.as_str()))
+        .collect();
+    for objective in objectives {
+        let column = objective.column.as_str();
+        if !names.contains(&column) {
+            let near = nearest(column, names.iter().copied());
+            let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            let what = format!("{origin}: no column `{column}` to optimise{near}");
+            return Err(Failure::new(Exit::Usage, what));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,157 @@
+//! `sweep --dry-run`: what a sweep would take, from a few machines on a frame of every trace.
+
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::opened::Opened;
+use super::plan::Plan;
+use super::running::Running;
+use super::window::Window;
+use crate::cli::progress::Progress;
+use crate::cli::{Context, Exit, Failure, out};
+use crate::report::format::{engineering, significant};
+
+/// Points that are looked at; of larger spaces this many are taken to stand for all.
+const LOOKED_AT: u64 = 20_000;
+
+/// Machines that are timed on a frame.
+const TIMED: usize = 8;
+
+/// Looks, times and says.
+///
+/// # Errors
+/// Exit code 3: a trace that cannot be read.
+pub fn run(opened: &mut Opened, memory: usize, context: &Context) -> Result<Exit, Failure> {
+    let selected = opened.space.selected();
+    let points = match opened.is_adaptive() {
+        true => {
+            let s = opened.space.sampling();
+            let most = u64::from(s.population) * u64::from(s.generations);
+            most.min(s.points.unwrap_or(u64::MAX)).min(opened.space.lattice().points())
+        }
+        false => selected.size_hint().1.unwrap_or(usize::MAX) as u64,
+    };
+    let all = opened.space.lattice().points();
+    let spread = points.min(LOOKED_AT);
+    let progress = Progress::new(context, spread, "designs looked at");
+    // Evenly over the selection, or over the space where points are asked for later.
+    let step = (points / spread.max(1)).max(1) as usize;
+    let sample: Box<dyn Iterator<Item = u64>> = match opened.is_adaptive() {
+        true => Box::new(
+            (0..spread).map(|i| (u128::from(i) * u128::from(all) / u128::from(spread)) as u64),
+        ),
+        false => Box::new(selected.step_by(step).take(spread as usize)),
+    };
+    let Some(plan) = Plan::of(opened, sample, context, |n| progress.advance(n)) else {
+        return Ok(Exit::Interrupted);
+    };
+    drop(progress);
+    let looked_at = (plan.designs.len() - 1) as u64
+        + plan.excluded.values().sum::<u64>()
+        + plan.invalid.len() as u64;
+    let scale = points as f64 / looked_at.max(1) as f64;
+    let designs = ((plan.designs.len() - 1) as f64 * scale).round();
+    let machines = plan.machines(super::folder::Shard::WHOLE).len() as f64 * scale;
+    let cost = cost(opened, &plan, memory)?;
+    let threads = rayon::current_num_threads() as f64;
+    let seconds = cost.bin_s * plan.geometries.len() as f64 + cost.machine_s * machines / threads;
+    let estimate = scale > 1.0;
+    if context.global.json {
+        out::json(&json!({
+            "question": opened.file.question,
+            "points": points,
+            "points_of_space": opened.space.proposed().to_string(),
+            "designs": designs,
+            "machines": machines,
+            "is_estimate": estimate,
+            "geometries": plan.geometries.len(),
+            "traces": opened.traces.len(),
+            "frames": cost.frames,
+            "energy_tables": plan.tables,
+            "excluded": plan.excluded,
+            "invalid": plan.invalid.len(),
+            "estimated_time_s": seconds,
+            "estimated_memory_bytes": cost.bytes,
+        }))?;
+        return Ok(Exit::Done);
+    }
+    let about = if estimate { "about " } else { "" };
+    let mut text = format!("{}\n\n", opened.file.question.trim());
+    let space = opened.space.proposed();
+    text += &format!("Points      {points} of a space of {space}\n");
+    text += &format!("Designs     {about}{designs}");
+    text += &format!(" ({about}{} machines to time)\n", machines.round());
+    for (cause, count) in &plan.excluded {
+        text +=
+            &format!("            {about}{} left out: {cause}\n", (*count as f64 * scale).round());
+    }
+    if let Some((point, reason)) = plan.invalid.first() {
+        let count = (plan.invalid.len() as f64 * scale).round();
+        text +=
+            &format!("            {about}{count} are no machine, e.g. point {point}: {reason}\n");
+    }
+    text += &format!("Geometries  {}\n", plan.geometries.len());
+    let frames = cost.frames;
+    text += &format!("Traces      {} with {frames} frames\n", opened.traces.len());
+    text += &format!("Tables      {} energy tables\n", plan.tables);
+    let one = engineering(cost.machine_s / frames.max(1) as f64, "s");
+    text += &format!(
+        "Time        about {} on {threads} threads ({one} a machine and frame)\n",
+        time(seconds)
+    );
+    text += &format!("Memory      about {} MiB\n", significant(cost.bytes as f64 / 1048576.0));
+    out::text(&text)?;
+    Ok(Exit::Done)
+}
+
+/// What was timed.
+struct Cost {
+    /// Frames of all traces.
+    frames: usize,
+    /// Seconds to bin all frames under one geometry.
+    bin_s: f64,
+    /// Seconds of one machine on all frames.
+    machine_s: f64,
+    /// Bytes of binned frames in memory at a time, with the plan.
+    bytes: usize,
+}
+
+/// Bins a frame of every trace under the base machine's geometry, and times a few machines of that
+/// geometry on it.
+fn cost(opened: &mut Opened, plan: &Plan, memory: usize) -> Result<Cost, Failure> {
+    let mut cost = Cost { frames: 0, bin_s: 0.0, machine_s: 0.0, bytes: 0 };
+    let geometry = plan.geometries[plan.designs[0].geometry as usize];
+    let same: Vec<_> =
+        plan.designs.iter().filter(|d| d.geometry == plan.designs[0].geometry).collect();
+    let step = (same.len() / TIMED).max(1);
+    let designs: Vec<_> =
+        same.iter().step_by(step).filter_map(|d| opened.design(d.point).ok()).collect();
+    for trace in &mut opened.traces {
+        let range = trace.source.range();
+        let started = Instant::now();
+        let middle = range.start + range.len() / 2;
+        let window = Window::bin(&mut trace.source, geometry, middle, 1)?;
+        cost.bin_s += started.elapsed().as_secs_f64() * range.len() as f64;
+        let started = Instant::now();
+        for design in &designs {
+            Running::new(vec![design.clone()]).frames(&window, opened.display_fps);
+        }
+        let each = started.elapsed().as_secs_f64() / designs.len() as f64;
+        cost.machine_s += each * range.len() as f64;
+        let bytes = window.frames[0].workload.bytes();
+        cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
+        cost.frames += range.len();
+    }
+    cost.bytes += plan.designs.len() * size_of::<super::plan::Planned>();
+    Ok(cost)
+}
+
+/// A time for people.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{} s", significant(s)),
+        s if s < 5400.0 => format!("{} min", significant(s / 60.0)),
+        s => format!("{} h", significant(s / 3600.0)),
+    }
+}

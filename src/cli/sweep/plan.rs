@@ -1,0 +1,156 @@
+//! The plan of a sweep: which designs there are, in which order they are worked on, and under which
+//! key each result is kept.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use xxhash_rust::xxh3::Xxh3;
+
+use super::folder::Shard;
+use super::opened::Opened;
+use crate::cli::Context;
+use crate::report::MODEL_VERSION;
+use crate::sweep::design::{Design, Rejected};
+use crate::sweep::outcome::OUTCOME_VERSION;
+use crate::workload::Geometry;
+
+/// Designs that are made at a time while the space is walked.
+const STRIDE: u64 = 4096;
+
+/// A design that can be simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Planned {
+    /// Number in the space; `None` for the baseline.
+    pub point: Option<u64>,
+    /// Its hash.
+    pub id: u128,
+    /// Hash of what decides its timing.
+    pub timing: u128,
+    /// Place of its geometry in [`Plan::geometries`].
+    pub geometry: u32,
+}
+
+/// All designs of a sweep.
+#[derive(Debug, Default)]
+pub struct Plan {
+    /// Those that can be simulated: the baseline, then in the order of the space.
+    pub designs: Vec<Planned>,
+    /// Hash of what each energy table makes of each design, and of its display: tables run fastest.
+    pub priced: Vec<u128>,
+    /// Energy tables.
+    pub tables: usize,
+    /// Distinct geometries, sorted.
+    pub geometries: Vec<Geometry>,
+    /// Designs that a constraint excludes, counted by constraint.
+    pub excluded: BTreeMap<String, u64>,
+    /// Designs that are no machine: number and reason.
+    pub invalid: Vec<(u64, String)>,
+}
+
+/// What one point of the space turns out to be.
+enum Found {
+    Design(Planned, Geometry, Vec<u128>),
+    Excluded(String),
+    Invalid(u64, String),
+}
+
+impl Plan {
+    /// Walks the points of the space; `None` if the user broke off.
+    pub fn of(
+        opened: &Opened,
+        points: impl Iterator<Item = u64>,
+        context: &Context,
+        mut walked: impl FnMut(u64),
+    ) -> Option<Plan> {
+        let mut plan = Plan { tables: opened.tables().len(), ..Plan::default() };
+        let mut geometries = BTreeMap::new();
+        plan.add(planned(None, &opened.baseline()), &mut geometries);
+        let mut points = points.peekable();
+        while points.peek().is_some() {
+            if context.is_cancelled() {
+                return None;
+            }
+            let some: Vec<u64> = points.by_ref().take(STRIDE as usize).collect();
+            let found: Vec<Found> = some.par_iter().map(|&p| find(opened, p)).collect();
+            walked(some.len() as u64);
+            found.into_iter().for_each(|f| plan.add(f, &mut geometries));
+        }
+        // Numbers in the order of the geometries, whatever order they were met in.
+        plan.geometries = geometries.keys().copied().collect();
+        let mut places = vec![0; geometries.len()];
+        for (place, met) in geometries.values().enumerate() {
+            places[*met as usize] = place as u32;
+        }
+        plan.designs.iter_mut().for_each(|d| d.geometry = places[d.geometry as usize]);
+        Some(plan)
+    }
+
+    fn add(&mut self, found: Found, geometries: &mut BTreeMap<Geometry, u32>) {
+        match found {
+            Found::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
+            Found::Invalid(point, reason) => self.invalid.push((point, reason)),
+            Found::Design(mut design, geometry, priced) => {
+                let next = geometries.len() as u32;
+                design.geometry = *geometries.entry(geometry).or_insert(next);
+                self.designs.push(design);
+                self.priced.extend(priced);
+            }
+        }
+    }
+
+    /// The key of the result of a design under an energy table on the trace with this hash.
+    pub fn key(&self, design: usize, table: usize, trace: u128) -> u128 {
+        let mut hash = Xxh3::new();
+        hash.update(&u64::from(MODEL_VERSION).to_le_bytes());
+        hash.update(&u64::from(OUTCOME_VERSION).to_le_bytes());
+        hash.update(&self.designs[design].timing.to_le_bytes());
+        hash.update(&self.priced[design * self.tables + table].to_le_bytes());
+        hash.update(&trace.to_le_bytes());
+        hash.digest128()
+    }
+
+    /// The designs of a part of the sweep, machine by machine: places in [`Plan::designs`] of
+    /// designs with the same machine, sorted by geometry. Parts never share a machine.
+    pub fn machines(&self, shard: Shard) -> Vec<Vec<u32>> {
+        let mut order: Vec<u32> = (0..self.designs.len() as u32).collect();
+        let rank = |&i: &u32| {
+            let d = &self.designs[i as usize];
+            (d.geometry, d.timing, i)
+        };
+        order.sort_by_key(rank);
+        let same =
+            |a: &u32, b: &u32| self.designs[*a as usize].timing == self.designs[*b as usize].timing;
+        let machines: Vec<&[u32]> = order.chunk_by(same).collect();
+        let count = machines.len() as u64;
+        let ours = (0..).zip(machines).filter(|(i, _)| shard.has(*i, count));
+        ours.map(|(_, machine)| machine.to_vec()).collect()
+    }
+}
+
+fn find(opened: &Opened, point: u64) -> Found {
+    match opened.space.design(point) {
+        Ok(design) => planned(Some(point), &design),
+        Err(why @ (Rejected::Constraint { .. } | Rejected::Duplicate { .. })) => {
+            Found::Excluded(why.cause())
+        }
+        Err(why) => Found::Invalid(point, why.to_string()),
+    }
+}
+
+fn planned(point: Option<u64>, design: &Design) -> Found {
+    let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0 };
+    let priced = (0..design.prices.len()).map(|table| price_id(design, table)).collect();
+    Found::Design(planned, design.machine.geometry, priced)
+}
+
+/// Hash of what an energy table and the display make of a timing.
+fn price_id(design: &Design, table: usize) -> u128 {
+    let gating = &design.machine.gating;
+    let idle = if gating.units { gating.residual } else { 1.0 };
+    let mut hash = Xxh3::new();
+    hash.update(&idle.to_le_bytes());
+    hash.update(&design.prices[table].table.id.to_le_bytes());
+    hash.update(&design.display.as_ref().map_or(0, |d| d.id).to_le_bytes());
+    hash.update(&design.display_fps.to_le_bytes());
+    hash.digest128()
+}

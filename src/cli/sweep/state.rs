@@ -1,0 +1,134 @@
+//! `state.toml` of a sweep folder: everything that its results depend on. A sweep is continued only
+//! with the same.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::cli::aside::write_aside;
+use crate::cli::{Exit, Failure, OrExit};
+use crate::report::{Input, MODEL_VERSION, SCHEMA_VERSION, TOOL_VERSION};
+use crate::sweep::outcome::OUTCOME_VERSION;
+
+/// Its name in the folder.
+pub const FILE: &str = "state.toml";
+
+/// What the results of a sweep depend on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct State {
+    schema_version: u32,
+    tool_version: String,
+    model_version: u32,
+    outcome_version: u32,
+    /// Options that change results, as they are typed.
+    options: Vec<String>,
+    /// Files that were read.
+    inputs: Vec<StateInput>,
+}
+
+/// A file that was read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct StateInput {
+    role: String,
+    name: String,
+    bytes: u64,
+    xxh3_128: String,
+}
+
+impl State {
+    /// The state of a sweep that is about to run.
+    pub fn new(options: Vec<String>, inputs: &[Input]) -> State {
+        let input = |i: &Input| StateInput {
+            role: i.role.into(),
+            name: i.name.clone(),
+            bytes: i.bytes,
+            xxh3_128: format!("{:032x}", i.xxh3),
+        };
+        State {
+            schema_version: SCHEMA_VERSION,
+            tool_version: TOOL_VERSION.into(),
+            model_version: MODEL_VERSION,
+            outcome_version: OUTCOME_VERSION,
+            options,
+            inputs: inputs.iter().map(input).collect(),
+        }
+    }
+
+    /// The state of a folder; `None` if there is none.
+    ///
+    /// # Errors
+    /// Exit code 3: a file that is none of ours.
+    pub fn read(folder: &Path) -> Result<Option<State>, Failure> {
+        let path = folder.join(FILE);
+        let text = match std::fs::read_to_string(&path) {
+            Ok(text) => text,
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(e).or_exit(Exit::BadInput, path.display()),
+        };
+        let what = format!("{}: this is no state of a sweep; use another folder", path.display());
+        toml::from_str(&text)
+            .map(Some)
+            .map_err(|e| Failure::new(Exit::BadInput, format!("{what}: {e}")))
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// # Errors
+    /// Exit code 2: the folder cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
+        write_aside(&folder.join(FILE), |w| w.write_all(self.toml().as_bytes()))
+    }
+
+    /// The file.
+    pub fn toml(&self) -> String {
+        let head = "# What this sweep was made from. It is continued only with the same.\n";
+        format!("{head}{}", toml::to_string(self).expect("plain values"))
+    }
+
+    /// A hash of everything in it.
+    pub fn hash(&self) -> u128 {
+        xxhash_rust::xxh3::xxh3_128(self.toml().as_bytes())
+    }
+
+    /// How `now` differs from what the folder was begun with, a line each.
+    pub fn differences(&self, now: &State) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut version =
+            |what: &str, then: &dyn std::fmt::Display, now: &dyn std::fmt::Display| {
+                let (then, now) = (then.to_string(), now.to_string());
+                if then != now {
+                    found.push(format!("{what} was {then}, now it is {now}"));
+                }
+            };
+        version("the version of the model", &self.model_version, &now.model_version);
+        version("the version of outcomes", &self.outcome_version, &now.outcome_version);
+        version("the version of the table", &self.schema_version, &now.schema_version);
+        version("the options", &self.options.join(" "), &now.options.join(" "));
+        for input in &now.inputs {
+            let same = |i: &&StateInput| i.role == input.role && i.name == input.name;
+            match self.inputs.iter().find(same) {
+                None => found.push(format!("{} `{}` is new", input.role, input.name)),
+                Some(then) if then != input => found.push(format!(
+                    "{} `{}` has changed ({} bytes then, {} now)",
+                    input.role, input.name, then.bytes, input.bytes
+                )),
+                Some(_) => {}
+            }
+        }
+        for then in &self.inputs {
+            let same = |i: &&StateInput| i.role == then.role && i.name == then.name;
+            if !now.inputs.iter().any(|i| same(&i)) {
+                found.push(format!("{} `{}` is gone", then.role, then.name));
+            }
+        }
+        if found.is_empty() && self != now {
+            found.push(format!(
+                "the program was {}, now it is {}",
+                self.tool_version, now.tool_version
+            ));
+        }
+        found
+    }
+}
