@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lexer::without_text;
 
 /// Who may import whom. `cli` may use everything.
-const MAY_USE: [(&str, &[&str]); 20] = [
+const MAY_USE: [(&str, &[&str]); 21] = [
     ("quantity", &[]),
     ("action", &["quantity"]),
     ("picture", &[]),

@@ -128,7 +128,7 @@ pub fn tally_text(tally: Tally, excluded: u64) -> String {
         text += &format!(", {} failed", tally.failed);
     }
     if excluded > 0 {
-        text += &format!(", {excluded} excluded by constraints");
+        text += &format!(", {excluded} left out");
     }
     text
 }

@@ -17,6 +17,7 @@ use super::state::State;
 use super::store::Store;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use crate::sweep::design::Design;
 use crate::sweep::journal::Record;
 use crate::sweep::table::{Cell, FIRST};
 
@@ -169,7 +170,9 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
     if count.failed > 0 {
         text += &format!("            {} of them failed\n", count.failed);
     }
-    text += &format!("Left out    {excluded} by constraints\n");
+    text += &format!(
+        "Left out    {excluded} by constraints, or because an axis does not count there\n"
+    );
     if count.missing > 0 {
         text += &format!("Missing     {} designs", count.missing);
         let parts: Vec<String> = count.parts.iter().map(u32::to_string).collect();
@@ -244,12 +247,12 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
 pub fn show(args: &ShowArgs, context: &Context) -> Result<Exit, Failure> {
     let opened = reopened(&args.folder)?;
     let (point, design) = found(&opened, args, context)?;
-    if args.toml {
-        out::text(&design.resolved_machine_toml())?;
-        return Ok(Exit::Done);
-    }
     let columns = opened.axis_columns();
     let cells = opened.axis_cells(point);
+    if args.toml {
+        out::text(&machine_file(&opened, point, &design, &cells))?;
+        return Ok(Exit::Done);
+    }
     let name = point.map_or("baseline".to_owned(), |p| p.to_string());
     if context.global.json {
         let settings: serde_json::Map<String, serde_json::Value> =
@@ -269,6 +272,21 @@ pub fn show(args: &ShowArgs, context: &Context) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The machine file of a design, with what it is above it, and the keys of other files that the
+/// sweep changes.
+fn machine_file(opened: &Opened, point: Option<u64>, design: &Design, cells: &[Cell]) -> String {
+    let name = point.map_or("Baseline".to_owned(), |p| format!("Point {p}"));
+    let mut text = format!("# {name} of the sweep `{}`, {:032x}.\n", opened.name, design.id);
+    for (column, cell) in opened.axis_columns().iter().zip(cells) {
+        if column.name.contains(':') {
+            text += &format!("# In another file: {} = {}\n", column.name, cell.text());
+        } else if !column.name.ends_with(".si") {
+            text += &format!("# {} = {}\n", column.name, cell.text());
+        }
+    }
+    text + "\n" + &design.resolved_machine_toml()
+}
+
 fn json_of(cell: &Cell) -> serde_json::Value {
     match cell {
         Cell::Empty => serde_json::Value::Null,
@@ -279,7 +297,7 @@ fn json_of(cell: &Cell) -> serde_json::Value {
     }
 }
 
-type Found = (Option<u64>, crate::sweep::design::Design);
+type Found = (Option<u64>, Design);
 
 /// The design of an id, the beginning of one, or a number.
 fn found(opened: &Opened, args: &ShowArgs, context: &Context) -> Result<Found, Failure> {
