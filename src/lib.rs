@@ -14,6 +14,7 @@
 
 pub mod accel;
 pub mod action;
+pub mod analysis;
 pub mod cli;
 pub mod config;
 pub mod display;

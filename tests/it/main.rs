@@ -1,6 +1,7 @@
 //! One test binary; a module per topic.
 
 mod accel;
+mod analysis;
 mod camera;
 mod cli;
 mod config;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use lexer::without_text;
 
 /// Who may import whom. `cli` may use everything.
-const MAY_USE: [(&str, &[&str]); 21] = [
+const MAY_USE: &[(&str, &[&str])] = &[
     ("quantity", &[]),
     ("action", &["quantity"]),
     ("picture", &[]),
@@ -35,7 +35,7 @@ const MAY_USE: [(&str, &[&str]); 21] = [
         ],
     ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
-    ("report", &["sim", "accel", "action", "energy", "workload", "optimize"]),
+    ("report", &["sim", "accel", "action", "energy", "workload", "optimize", "analysis"]),
     (
         "sweep",
         &["quantity", "action", "workload", "accel", "energy", "display", "config", "dram", "sim"],
@@ -43,6 +43,8 @@ const MAY_USE: [(&str, &[&str]); 21] = [
     // Makes scenes, frames and workloads, and puts machines on them.
     ("validate", &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"]),
     ("optimize", &[]),
+    // Reads tables of results; knows no machine.
+    ("analysis", &["config", "sweep"]),
     ("lib", &[]),
     ("main", &["cli"]),
 ];

@@ -1,0 +1,225 @@
+//! Answers from the results of a sweep: which designs to keep, and why. Nothing is simulated and
+//! nothing is opened here; every number follows from a [`Table`] and a [`Question`].
+//! `docs/analysis.md` gives the formulas.
+
+pub mod axes;
+pub mod designs;
+pub mod distance;
+pub mod front;
+pub mod knee;
+pub mod marginal;
+pub mod question;
+pub mod stability;
+pub mod table;
+
+pub use question::{AnalysisError, Goal, Named, Objective, Question, Scope};
+pub use stability::Stability;
+pub use table::{Table, TableError};
+
+use axes::Axis;
+use designs::Slice;
+use distance::Distance;
+use front::Costs;
+use knee::Scaling;
+use marginal::{Marginal, Neighbour};
+
+/// A design that somebody named, and how far it is from the front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedDesign {
+    /// Its row.
+    pub row: u32,
+    /// Whether it is one of the designs that meet the condition.
+    pub meets: bool,
+    /// Whether it is on the front.
+    pub on_front: bool,
+    /// What beats it.
+    pub distance: Distance,
+}
+
+/// The answer. Designs are named by their row in the table, except where costs are indexed.
+#[derive(Debug, Clone)]
+pub struct Analysis<'t> {
+    /// What the answer was made from.
+    pub table: &'t Table,
+    /// What was asked.
+    pub question: Question,
+    /// Label of the energy table that was looked at.
+    pub energy_table: String,
+    /// Designs that were simulated, have every objective, and need not meet the condition.
+    pub simulated: usize,
+    /// Rows of the designs that meet the condition, by point.
+    pub rows: Vec<u32>,
+    /// Their costs, in the same order.
+    pub costs: Costs,
+    /// Rows of the front, the best in the first objective first.
+    pub front: Vec<u32>,
+    /// Places of the front in `rows`, in the same order.
+    pub members: Vec<usize>,
+    /// How costs are scaled.
+    pub scaling: Scaling,
+    /// Row of the knee.
+    pub knee: u32,
+    /// Rows of the best designs of every objective.
+    pub ends: Vec<u32>,
+    /// The base machine, if it was simulated.
+    pub baseline: Option<u32>,
+    /// The design that the question names; `None` if that is the base machine and there is none.
+    pub named: Option<NamedDesign>,
+    /// What area and power buy along the front.
+    pub marginals: Vec<Marginal>,
+    /// Designs one step from the knee.
+    pub around_knee: Vec<Neighbour>,
+    /// Designs one step from the base machine.
+    pub around_baseline: Vec<Neighbour>,
+    /// Rankings under other tables and scopes.
+    pub stability: Stability,
+    /// What the axes move.
+    pub axes: Vec<Axis>,
+}
+
+impl<'t> Analysis<'t> {
+    /// Answers `question` from `table`.
+    ///
+    /// # Errors
+    /// Names that are no columns, labels that do not occur, conditions that nobody meets.
+    pub fn of(table: &'t Table, question: &Question) -> Result<Analysis<'t>, AnalysisError> {
+        check(table, question)?;
+        let energy_table = energy_table(table, question)?;
+        let label = table.energy_tables.distinct().get(energy_table as usize);
+        let label = label.cloned().unwrap_or_default();
+        let slice = Slice::of(table, energy_table, &question.scope);
+        let (simulated, all_costs) = designs::with_costs(table, &question.objectives, &slice.rows);
+        if simulated.is_empty() {
+            let scope = question.scope.to_string();
+            return Err(AnalysisError::Nothing { scope, energy_table: label });
+        }
+        let (rows, costs) = match &question.condition {
+            None => (simulated.clone(), all_costs),
+            Some(condition) => {
+                let rows = designs::meeting(table, condition, &simulated)?;
+                if rows.is_empty() {
+                    let parts = designs::parts(table, condition, &simulated);
+                    return Err(AnalysisError::Unmet { designs: simulated.len(), parts });
+                }
+                designs::with_costs(table, &question.objectives, &rows)
+            }
+        };
+        let mut members = front::front(&costs);
+        members.sort_by(|&a, &b| {
+            let by_first = costs.of(a)[0].total_cmp(&costs.of(b)[0]);
+            by_first.then(a.cmp(&b))
+        });
+        let scaling = Scaling::of(&costs, &members);
+        let row_of = |design: usize| rows[design];
+        let front: Vec<u32> = members.iter().copied().map(row_of).collect();
+        // By point, so that of equals the same design is taken as in rankings.
+        let mut by_point = members.clone();
+        by_point.sort_unstable();
+        let knee = knee::knee(&costs, &by_point, &scaling).map(row_of);
+        let knee = knee.expect("finite costs have a front");
+        let ends = knee::ends(&costs, &by_point, &scaling).into_iter().map(row_of).collect();
+        let around = |row: u32| marginal::around(table, &question.objectives, &simulated, row);
+        let mut analysis = Analysis {
+            table,
+            question: question.clone(),
+            energy_table: label,
+            simulated: simulated.len(),
+            front,
+            knee,
+            ends,
+            baseline: slice.baseline,
+            named: None,
+            marginals: Vec::new(),
+            around_knee: around(knee),
+            around_baseline: slice.baseline.map_or(Vec::new(), around),
+            stability: Stability::of(table, question, energy_table, &rows)?,
+            axes: axes::effects(table, &question.objectives, &simulated),
+            rows,
+            costs,
+            members,
+            scaling,
+        };
+        analysis.marginals = marginal::along(table, &question.objectives, &analysis.front);
+        analysis.named = analysis.named(slice.named(table, &question.design)?)?;
+        Ok(analysis)
+    }
+
+    fn named(&self, row: Option<u32>) -> Result<Option<NamedDesign>, AnalysisError> {
+        let Some(row) = row else { return Ok(None) };
+        let objectives = &self.question.objectives;
+        let Some(values) = designs::values(self.table, objectives, row) else { return Ok(None) };
+        let costs: Vec<f64> = values.iter().zip(objectives).map(|(v, o)| o.goal.cost(*v)).collect();
+        let meets = match &self.question.condition {
+            None => true,
+            Some(condition) => !designs::meeting(self.table, condition, &[row])?.is_empty(),
+        };
+        let distance = distance::distance(&self.costs, &self.members, &self.scaling, &costs);
+        Ok(Some(NamedDesign { row, meets, on_front: self.front.contains(&row), distance }))
+    }
+
+    /// The value of objective `j` of a row; NaN where it was not measured.
+    pub fn value(&self, j: usize, row: u32) -> f64 {
+        self.table.number(&self.question.objectives[j].name, row).unwrap_or(f64::NAN)
+    }
+
+    /// The relative change of objective `j` from one row to another: 0.1 is ten percent more.
+    pub fn change(&self, j: usize, from: u32, to: u32) -> Option<f64> {
+        let (old, new) = (self.value(j, from), self.value(j, to));
+        Some((new - old) / old.abs()).filter(|c| c.is_finite())
+    }
+
+    /// Whether every objective of two rows is equal.
+    pub fn equal(&self, a: u32, b: u32) -> bool {
+        (0..self.question.objectives.len()).all(|j| self.value(j, a) == self.value(j, b))
+    }
+}
+
+/// Whether every name of the question is a column of numbers.
+fn check(table: &Table, question: &Question) -> Result<(), AnalysisError> {
+    let objectives = &question.objectives;
+    if objectives.is_empty() {
+        let what = "no objective: name columns with --minimize and --maximize";
+        return Err(AnalysisError::Objectives(what.into()));
+    }
+    for (i, objective) in objectives.iter().enumerate() {
+        if objectives[..i].iter().any(|o| o.name == objective.name) {
+            let what = format!("objective `{}` is there twice", objective.name);
+            return Err(AnalysisError::Objectives(what));
+        }
+        if table.numbers(&objective.name).is_some() {
+            continue;
+        }
+        let names = table.metric_names.iter().map(String::as_str);
+        return Err(match table.metric_names.contains(&objective.name) {
+            true => AnalysisError::Words(objective.name.clone()),
+            false => AnalysisError::column(&objective.name, names),
+        });
+    }
+    if let Some(colour) = &question.colour {
+        if !designs::names(table).any(|name| name == colour) {
+            return Err(AnalysisError::column(colour, designs::names(table)));
+        }
+    }
+    if let Scope::Trace(label) = &question.scope {
+        let labels = table.traces.distinct();
+        known("trace", label, labels)?;
+    }
+    Ok(())
+}
+
+fn energy_table(table: &Table, question: &Question) -> Result<u32, AnalysisError> {
+    match &question.energy_table {
+        None => Ok(0),
+        Some(label) => known("energy table", label, table.energy_tables.distinct()),
+    }
+}
+
+/// The place of a label among those that occur.
+fn known(what: &'static str, name: &str, labels: &[String]) -> Result<u32, AnalysisError> {
+    if let Some(code) = labels.iter().position(|l| l == name) {
+        return Ok(code as u32);
+    }
+    let known: Vec<&str> = labels.iter().map(String::as_str).filter(|l| !l.is_empty()).collect();
+    let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+    Err(AnalysisError::Label { what, name: name.to_owned(), known })
+}

@@ -1,0 +1,212 @@
+//! The designs that a question is about: one row per point of one energy table and scope.
+
+use std::collections::HashSet;
+
+use super::front::Costs;
+use super::question::{AnalysisError, Named, Objective, Scope};
+use super::table::{Over, Table, Values, Words};
+use crate::sweep::expr::{Expr, Value};
+
+/// The rows of one energy table and one scope, by point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Slice {
+    /// Rows of points, by the number of the point.
+    pub rows: Vec<u32>,
+    /// The row of the base machine.
+    pub baseline: Option<u32>,
+}
+
+impl Slice {
+    /// The rows of the energy table with the code `energy_table` under `scope`. Of two rows of one
+    /// point the first counts.
+    pub fn of(table: &Table, energy_table: u32, scope: &Scope) -> Slice {
+        let trace = match scope {
+            Scope::Trace(label) => table.traces.find(label),
+            Scope::Mean | Scope::Worst => None,
+        };
+        let over = match scope {
+            Scope::Mean => Over::Mean,
+            Scope::Worst => Over::Worst,
+            Scope::Trace(_) => Over::Trace,
+        };
+        let wanted = |row: &u32| {
+            table.energy_tables.code(*row) == energy_table
+                && table.over[*row as usize] == over
+                && trace.is_none_or(|t| table.traces.code(*row) == t)
+        };
+        let mut rows: Vec<u32> = (0..table.len() as u32).filter(wanted).collect();
+        let point = |row: &u32| table.points[*row as usize];
+        rows.sort_by_key(point);
+        rows.dedup_by_key(|row| point(row));
+        // The base machine has the largest number.
+        let baseline = rows.pop_if(|row| table.is_baseline(*row));
+        Slice { rows, baseline }
+    }
+
+    /// The row of a point.
+    pub fn row(&self, table: &Table, point: u64) -> Option<u32> {
+        let found = self.rows.binary_search_by_key(&point, |r| table.points[*r as usize]);
+        found.ok().map(|i| self.rows[i])
+    }
+
+    /// The row of a named design.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Design`], [`AnalysisError::Ambiguous`].
+    pub fn named(&self, table: &Table, name: &Named) -> Result<Option<u32>, AnalysisError> {
+        match name {
+            Named::Baseline => Ok(self.baseline),
+            Named::Point(point) => match self.row(table, *point) {
+                Some(row) => Ok(Some(row)),
+                None => Err(AnalysisError::Design(point.to_string())),
+            },
+            Named::Id(digits) => {
+                let begins = |row: &&u32| {
+                    format!("{:032x}", table.ids[**row as usize]).starts_with(digits.as_str())
+                };
+                let mut found = self.rows.iter().filter(begins);
+                let first = found.next();
+                if found.next().is_some() {
+                    return Err(AnalysisError::Ambiguous(digits.clone()));
+                }
+                let missing = || AnalysisError::Design(digits.clone());
+                first.map(|row| Some(*row)).ok_or_else(missing)
+            }
+        }
+    }
+}
+
+/// The value of every objective of a row; `None` if one of them was not measured.
+pub fn values(table: &Table, objectives: &[Objective], row: u32) -> Option<Vec<f64>> {
+    objectives.iter().map(|o| table.number(&o.name, row)).collect()
+}
+
+/// Rows with their costs, for those rows that have every objective.
+pub fn with_costs(table: &Table, objectives: &[Objective], rows: &[u32]) -> (Vec<u32>, Costs) {
+    let columns: Vec<_> =
+        objectives.iter().map(|o| (table.numbers(&o.name).unwrap_or(&[]), o.goal)).collect();
+    let mut kept = Vec::new();
+    let mut costs = Costs::new(objectives.len());
+    let mut cost = Vec::with_capacity(objectives.len());
+    for &row in rows {
+        cost.clear();
+        let one = |(column, goal): &(&[f64], super::Goal)| {
+            column.get(row as usize).filter(|x| x.is_finite()).map(|x| goal.cost(*x))
+        };
+        cost.extend(columns.iter().map_while(one));
+        if cost.len() == objectives.len() {
+            kept.push(row);
+            costs.push(&cost);
+        }
+    }
+    (kept, costs)
+}
+
+/// Checks the names of an expression.
+///
+/// # Errors
+/// [`AnalysisError::Column`] with the nearest name.
+pub fn check_names(table: &Table, expr: &Expr) -> Result<(), AnalysisError> {
+    let known: HashSet<&str> = names(table).collect();
+    match expr.names().into_iter().find(|name| !known.contains(name)) {
+        Some(name) => Err(AnalysisError::column(name, names(table))),
+        None => Ok(()),
+    }
+}
+
+/// All names that a condition may use.
+pub fn names(table: &Table) -> impl Iterator<Item = &str> {
+    let axes = table.axes.iter().map(|(name, _)| name.as_str());
+    table.metric_names.iter().map(String::as_str).chain(axes)
+}
+
+/// The rows that meet a condition. A row without a value that the condition needs does not.
+///
+/// # Errors
+/// [`AnalysisError::Column`] for a name that is none, [`AnalysisError::Condition`] if it is no
+/// statement, or compares words with numbers.
+pub fn meeting(table: &Table, condition: &Expr, rows: &[u32]) -> Result<Vec<u32>, AnalysisError> {
+    check_names(table, condition)?;
+    let mut columns: Vec<(&str, Source)> = Vec::new();
+    for name in condition.names() {
+        columns.extend(Source::of(table, name).map(|source| (name, source)));
+    }
+    let mut kept = Vec::new();
+    for &row in rows {
+        let value = |name: &str| {
+            columns.iter().find(|(n, _)| *n == name).and_then(|(_, source)| source.value(row))
+        };
+        match condition.holds(&value) {
+            Ok(true) => kept.push(row),
+            Ok(false) => {}
+            // All names are columns: here the row has no value.
+            Err(e) if e.unknown.is_some() => {}
+            Err(e) => return Err(AnalysisError::Condition(e.to_string())),
+        }
+    }
+    Ok(kept)
+}
+
+/// Where the values of a name come from.
+enum Source<'t> {
+    Numbers(&'t [f64]),
+    Words(&'t Words),
+}
+
+impl<'t> Source<'t> {
+    fn of(table: &'t Table, name: &str) -> Option<Source<'t>> {
+        if let Some(words) = table.axis(name) {
+            return Some(Source::Words(words));
+        }
+        match &table.metrics.iter().find(|c| c.name == name)?.values {
+            Values::Numbers(numbers) => Some(Source::Numbers(numbers)),
+            Values::Words(words) => Some(Source::Words(words)),
+        }
+    }
+
+    /// `64 KiB` is a number here, so that conditions on axes compare sizes.
+    fn value(&self, row: u32) -> Option<Value> {
+        match self {
+            Source::Numbers(numbers) => {
+                Some(numbers[row as usize]).filter(|x| !x.is_nan()).map(Value::Number)
+            }
+            Source::Words(words) => {
+                let text = || Value::Text(words.word(row).to_owned());
+                Some(words.number(row).map_or_else(text, Value::Number))
+            }
+        }
+    }
+}
+
+/// The parts of a condition that `&&` joins, each with the number of rows that meet it.
+pub fn parts(table: &Table, condition: &Expr, rows: &[u32]) -> Vec<(String, usize)> {
+    let part = |text: String| {
+        let met = meeting(table, &Expr::parse(&text).ok()?, rows).ok()?.len();
+        Some((text, met))
+    };
+    let all: Option<Vec<_>> = conjuncts(condition.text()).into_iter().map(part).collect();
+    all.unwrap_or_default()
+}
+
+/// Cuts a condition at its outermost `&&`; whole where it has an outermost `||`.
+fn conjuncts(text: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let (mut depth, mut quote) = (0_i32, None);
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        match (c, quote) {
+            (_, Some(q)) if c == q => quote = None,
+            ('\'' | '"', None) => quote = Some(c),
+            ('(', None) => depth += 1,
+            (')', None) => depth -= 1,
+            ('|', None) if depth == 0 => return vec![text.trim().to_owned()],
+            ('&', None) if depth == 0 && rest.next_if_eq(&'&').is_some() => {
+                parts.push(String::new());
+                continue;
+            }
+            (_, _) => {}
+        }
+        parts.last_mut().expect("one at least").push(c);
+    }
+    parts.iter().map(|p| p.trim().to_owned()).collect()
+}

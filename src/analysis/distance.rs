@@ -1,0 +1,46 @@
+//! How far a design is from the front, and what the front offers instead.
+
+use super::front::{Costs, dominates};
+use super::knee::Scaling;
+
+/// A design that beats another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Better {
+    /// Which one of the costs.
+    pub design: usize,
+    /// How much smaller each cost is; nowhere negative.
+    pub gains: Vec<f64>,
+    /// Euclidean distance of the scaled costs.
+    pub distance: f64,
+}
+
+/// The distance of a design from the front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distance {
+    /// The nearest design of the front that beats it; `None` if none does: it is on the front, or
+    /// would be.
+    pub nearest: Option<Better>,
+    /// For every objective the design of the front that gains most there and loses nothing
+    /// elsewhere; as many as objectives, or none.
+    pub best: Vec<Better>,
+}
+
+/// The distance of a design with the costs `of` from the front `members`.
+pub fn distance(costs: &Costs, members: &[usize], scaling: &Scaling, of: &[f64]) -> Distance {
+    let here = scaling.scaled(of);
+    let better = |design: usize| {
+        let cost = costs.of(design);
+        let there = scaling.scaled(cost);
+        let square: f64 = here.iter().zip(&there).map(|(a, b)| (a - b) * (a - b)).sum();
+        let gains = of.iter().zip(cost).map(|(a, b)| a - b).collect();
+        Better { design, gains, distance: square.sqrt() }
+    };
+    let beating = members.iter().copied().filter(|&d| dominates(costs.of(d), of));
+    let beating: Vec<Better> = beating.map(better).collect();
+    let nearest = beating.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).cloned();
+    let most = |j: usize| {
+        // Of equal gains the first: `max_by` would take the last.
+        beating.iter().rev().max_by(|a, b| a.gains[j].total_cmp(&b.gains[j])).cloned()
+    };
+    Distance { nearest, best: (0..of.len()).filter_map(most).collect() }
+}

@@ -1,0 +1,170 @@
+//! The results of a sweep as columns: what `results.csv` says, the needed columns only.
+//!
+//! A row is one (point, energy table, trace) or an aggregate over the traces. The fixed columns
+//! come first, then one column per axis, then `frames` and the metrics. Axis columns hold values as
+//! they were written; a metric column holds numbers if its first value is one, words otherwise.
+//! Only rows with the status `ok` are kept; the others are counted.
+
+mod read;
+mod words;
+
+pub use words::Words;
+
+/// The `point` of the base machine, which is no point of the space.
+pub const BASELINE: u64 = u64::MAX;
+
+/// Why a text is no table of results.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    /// It is no CSV, or reading failed.
+    #[error("{0}")]
+    Csv(#[from] csv::Error),
+    /// A column that every table of results has is not there.
+    #[error("no column `{0}`: is this the results.csv of a sweep?")]
+    Missing(String),
+    /// Two columns have one name.
+    #[error("column `{0}` is there twice")]
+    Twice(String),
+    /// A cell that cannot be read.
+    #[error("line {line}, column `{column}`: `{text}` is no {wanted}")]
+    Cell {
+        /// Line of the file, from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// What stands there, shortened.
+        text: String,
+        /// What should.
+        wanted: &'static str,
+    },
+    /// More rows than can be numbered.
+    #[error("more than {0} rows: split the sweep")]
+    Rows(u32),
+}
+
+/// The values of one column, a value per row.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// Numbers; NaN where nothing was measured.
+    Numbers(Vec<f64>),
+    /// Words.
+    Words(Words),
+}
+
+/// A column besides the fixed ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// Its name: a key of a file for an axis, a statistic for a metric.
+    pub name: String,
+    /// Its values.
+    pub values: Values,
+}
+
+/// What a row is over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Over {
+    /// One trace.
+    Trace,
+    /// The weighted mean over the traces.
+    Mean,
+    /// The slowest trace.
+    Worst,
+}
+
+impl Over {
+    /// As in the column `scope`.
+    pub fn named(name: &str) -> Option<Over> {
+        match name {
+            "trace" => Some(Over::Trace),
+            "mean" => Some(Over::Mean),
+            "worst" => Some(Over::Worst),
+            _ => None,
+        }
+    }
+}
+
+/// Points by what became of them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Points with at least one row that was simulated.
+    pub ok: usize,
+    /// Points that failed on at least one trace.
+    pub failed: usize,
+    /// Points that a constraint of the sweep left out.
+    pub excluded: usize,
+}
+
+/// The results of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Number of the point of each row; [`BASELINE`] for the base machine.
+    pub points: Vec<u64>,
+    /// Hash of the design of each row.
+    pub ids: Vec<u128>,
+    /// Label of the energy table of each row.
+    pub energy_tables: Words,
+    /// What each row is over: one trace, the mean or the slowest of them.
+    pub over: Vec<Over>,
+    /// Label of the trace of each row; empty for aggregates.
+    pub traces: Words,
+    /// Place of each row in the file, the first after the header being 0.
+    pub records: Vec<u32>,
+    /// One column per axis.
+    pub axes: Vec<(String, Words)>,
+    /// The metrics that were wanted.
+    pub metrics: Vec<Column>,
+    /// Names of all metrics in the file, for suggestions.
+    pub metric_names: Vec<String>,
+    /// What became of the points.
+    pub counts: Counts,
+    /// Why points failed or were left out, with the number of rows, the most frequent first.
+    pub reasons: Vec<(String, usize)>,
+}
+
+impl Table {
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether no row was simulated.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The numbers of the metric `name`, one per row; `None` if there is no such column of numbers.
+    pub fn numbers(&self, name: &str) -> Option<&[f64]> {
+        match &self.metrics.iter().find(|c| c.name == name)?.values {
+            Values::Numbers(numbers) => Some(numbers),
+            Values::Words(_) => None,
+        }
+    }
+
+    /// The values of the axis `name`.
+    pub fn axis(&self, name: &str) -> Option<&Words> {
+        self.axes.iter().find(|(axis, _)| axis == name).map(|(_, words)| words)
+    }
+
+    /// The number in a row, if it is there and finite.
+    pub fn number(&self, name: &str, row: u32) -> Option<f64> {
+        Some(self.numbers(name)?[row as usize]).filter(|x| x.is_finite())
+    }
+
+    /// Whether a row is the base machine.
+    pub fn is_baseline(&self, row: u32) -> bool {
+        self.points[row as usize] == BASELINE
+    }
+
+    /// `#12`, or `baseline`.
+    pub fn label(&self, row: u32) -> String {
+        match self.points[row as usize] {
+            BASELINE => "baseline".into(),
+            point => format!("#{point}"),
+        }
+    }
+
+    /// The values of the axes of a row, as they were written.
+    pub fn settings(&self, row: u32) -> Vec<(&str, &str)> {
+        self.axes.iter().map(|(name, words)| (name.as_str(), words.word(row))).collect()
+    }
+}
