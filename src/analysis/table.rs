@@ -86,12 +86,14 @@ impl Over {
 /// Points by what became of them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Points with at least one row that was simulated.
+    /// Points that were simulated on every trace.
     pub ok: usize,
     /// Points that failed on at least one trace.
     pub failed: usize,
     /// Points that a constraint of the sweep left out.
     pub excluded: usize,
+    /// Points that are not finished: the sweep was interrupted.
+    pub missing: usize,
 }
 
 /// The results of a sweep.

@@ -9,7 +9,8 @@ use super::words::Builder;
 use super::{BASELINE, Column, Counts, Over, Table, TableError, Values};
 
 /// The columns that come before the axes.
-const FIXED: [&str; 7] = ["point", "id", "status", "reason", "energy_table", "trace", "scope"];
+const FIXED: [&str; 8] =
+    ["point", "is_baseline", "id", "status", "reason", "energy_table", "trace", "scope"];
 /// The first column after the axes.
 const FIRST_METRIC: &str = "frames";
 /// Different reasons that are kept; the rest is counted under one name.
@@ -62,6 +63,7 @@ struct Building {
     ok: BTreeSet<u64>,
     failed: BTreeSet<u64>,
     excluded: BTreeSet<u64>,
+    missing: BTreeSet<u64>,
     reasons: BTreeMap<String, usize>,
 }
 
@@ -102,35 +104,39 @@ impl Building {
         let places = self.fixed;
         let cell = |i: usize| record.get(places[i]).unwrap_or("");
         let wrong = |i: usize, wanted| unreadable(record, FIXED[i], cell(i), wanted);
-        let point = match cell(0) {
-            "baseline" => BASELINE,
-            text => {
-                let number = text.parse().ok().filter(|p| *p != BASELINE);
-                number.ok_or_else(|| wrong(0, "number of a point, nor `baseline`"))?
-            }
+        let baseline = match cell(1) {
+            "true" => true,
+            "false" => false,
+            _ => return Err(wrong(1, "`true` or `false`")),
         };
-        let set = match cell(2) {
+        let point = match cell(0).parse().ok().filter(|p| *p != BASELINE) {
+            _ if baseline => BASELINE,
+            Some(point) => point,
+            None => return Err(wrong(0, "number of a point")),
+        };
+        let set = match cell(3) {
             "ok" => &mut self.ok,
             "failed" => &mut self.failed,
             "excluded" => &mut self.excluded,
-            _ => return Err(wrong(2, "status: `ok`, `failed` or `excluded`")),
+            "missing" => &mut self.missing,
+            _ => return Err(wrong(3, "status: `ok`, `failed`, `excluded` or `missing`")),
         };
-        if point != BASELINE {
+        if !baseline {
             set.insert(point);
         }
-        if cell(2) != "ok" {
-            let reason = shortened(cell(3));
-            let full = self.reasons.len() >= REASONS_MAX && !self.reasons.contains_key(&reason);
-            *self.reasons.entry(if full { "other".into() } else { reason }).or_default() += 1;
+        if cell(3) != "ok" {
+            if cell(3) != "missing" {
+                self.reason(cell(4));
+            }
             return Ok(());
         }
-        let id = u128::from_str_radix(cell(1), 16).map_err(|_| wrong(1, "hash: 32 hex digits"))?;
-        let over = Over::named(cell(6)).ok_or_else(|| wrong(6, "`trace`, `mean` or `worst`"))?;
+        let id = u128::from_str_radix(cell(2), 16).map_err(|_| wrong(2, "hash: 32 hex digits"))?;
+        let over = Over::named(cell(7)).ok_or_else(|| wrong(7, "`trace`, `mean` or `worst`"))?;
         self.points.push(point);
         self.ids.push(id);
-        self.energy_tables.push(cell(4));
+        self.energy_tables.push(cell(5));
         self.over.push(over);
-        self.traces.push(cell(5));
+        self.traces.push(cell(6));
         self.records.push(n);
         for (i, _, words) in &mut self.axes {
             words.push(record.get(*i).unwrap_or(""));
@@ -142,10 +148,17 @@ impl Building {
         Ok(())
     }
 
+    fn reason(&mut self, text: &str) {
+        let reason = shortened(text);
+        let full = self.reasons.len() >= REASONS_MAX && !self.reasons.contains_key(&reason);
+        *self.reasons.entry(if full { "other".into() } else { reason }).or_default() += 1;
+    }
+
     fn finish(self) -> Table {
         let mut reasons: Vec<(String, usize)> = self.reasons.into_iter().collect();
         reasons.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
         let rows = self.points.len();
+        let whole = |p: &&u64| !self.failed.contains(p) && !self.missing.contains(p);
         Table {
             points: self.points,
             ids: self.ids,
@@ -161,9 +174,10 @@ impl Building {
                 .collect(),
             metric_names: self.metric_names,
             counts: Counts {
-                ok: self.ok.difference(&self.failed).count(),
+                ok: self.ok.iter().filter(whole).count(),
                 failed: self.failed.len(),
                 excluded: self.excluded.len(),
+                missing: self.missing.len(),
             },
             reasons,
         }

@@ -64,7 +64,7 @@ impl Sweep {
     /// `results.csv`.
     pub fn csv(&self) -> String {
         let mut text = String::from(
-            "point,id,status,reason,energy_table,trace,scope,vru.cores,buffers.feature.capacity,\
+            "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,buffers.feature.capacity,\
              geometry.test,frames,frame_time_ms.mean,frame_time_ms.p99,fps.mean,energy_pj.mean,\
              energy_pj.dram,energy_pj.sram,energy_pj.flop,energy_pj.leakage,energy_pj.background,\
              energy_pj.refresh,power_w.mean,area_mm2,dram_bytes.mean,bottleneck\n",
@@ -81,8 +81,9 @@ impl Sweep {
                 }
             }
         }
-        let _ = writeln!(text, "{point},,excluded,area_mm2 <= 4{}", ",".repeat(21));
-        let _ = writeln!(text, "{},,failed,\"buffer, too small\"{}", point + 1, ",".repeat(21));
+        let _ = writeln!(text, "{point},false,,excluded,area_mm2 <= 4{}", ",".repeat(21));
+        let _ =
+            writeln!(text, "{},false,,failed,\"buffer, too small\"{}", point + 1, ",".repeat(21));
         text
     }
 
@@ -99,10 +100,12 @@ impl Sweep {
             };
             let worst = each.iter().max_by(|a, b| a.time_ms.total_cmp(&b.time_ms)).expect("one");
             let traced = self.traces.iter().zip(&each).map(|(t, o)| (t.0, "trace", o));
+            let number = if point == "baseline" { "" } else { point };
+            let first = format!("{number},{}", number.is_empty());
             for (trace, scope, o) in traced.chain([("", "mean", &mean), ("", "worst", worst)]) {
                 let energy: f64 = o.parts.iter().sum();
                 let _ =
-                    write!(text, "{point},{:032x},ok,,{},{trace},{scope},", hash(point), table.0);
+                    write!(text, "{first},{:032x},ok,,{},{trace},{scope},", hash(point), table.0);
                 let _ =
                     write!(text, "{cores},{kib} KiB,{test},4,{},{},", o.time_ms, o.time_ms * 1.2);
                 let _ = write!(text, "{},{energy}", 1e3 / o.time_ms);

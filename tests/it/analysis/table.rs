@@ -9,7 +9,8 @@ fn read(text: &str) -> Result<Table, String> {
     Table::read(text.as_bytes(), |_| true).map_err(|e| e.to_string())
 }
 
-const HEAD: &str = "point,id,status,reason,energy_table,trace,scope,a.b,frames,fps.mean\n";
+const HEAD: &str =
+    "point,is_baseline,id,status,reason,energy_table,trace,scope,a.b,frames,fps.mean\n";
 
 #[test]
 fn columns_and_counts() {
@@ -37,7 +38,8 @@ fn only_wanted_metrics_are_kept() {
 
 #[test]
 fn empty_cells_are_not_zero() {
-    let table = read(&format!("{HEAD}0,a,ok,,t,,mean,1,4,\n1,b,ok,,t,,mean,1,4,60\n")).expect("ok");
+    let table = read(&format!("{HEAD}0,false,a,ok,,t,,mean,1,4,\n1,false,b,ok,,t,,mean,1,4,60\n"))
+        .expect("ok");
     let fps = table.numbers("fps.mean").expect("numbers");
     assert!(fps[0].is_nan() && fps[1] == 60.0);
     assert_eq!(table.number("fps.mean", 0), None);
@@ -47,25 +49,31 @@ fn empty_cells_are_not_zero() {
 fn wrong_texts_say_where() {
     let cases = [
         ("", "no column `point`"),
-        ("point,id\n", "no column `status`"),
+        ("point,is_baseline,id\n", "no column `status`"),
         ("a,a\n", "column `a` is there twice"),
         (&HEAD.replace("frames", "frame"), "no column `frames`"),
-        (&format!("{HEAD}x,a,ok,,t,,mean,1,4,60\n"), "line 2, column `point`: `x` is no number"),
-        (&format!("{HEAD}0,a,done,,t,,mean,1,4,60\n"), "line 2, column `status`: `done`"),
-        (&format!("{HEAD}0,xyz,ok,,t,,mean,1,4,60\n"), "column `id`: `xyz` is no hash"),
-        (&format!("{HEAD}0,a,ok,,t,,median,1,4,60\n"), "`median` is no `trace`, `mean`"),
         (
-            &format!("{HEAD}0,a,ok,,t,,mean,1,4,60\n1,b,ok,,t,,mean,1,4,fast\n"),
+            &format!("{HEAD}x,false,a,ok,,t,,mean,1,4,60\n"),
+            "line 2, column `point`: `x` is no number of a point",
+        ),
+        (&format!("{HEAD}0,false,a,done,,t,,mean,1,4,60\n"), "line 2, column `status`: `done`"),
+        (&format!("{HEAD}0,false,xyz,ok,,t,,mean,1,4,60\n"), "column `id`: `xyz` is no hash"),
+        (&format!("{HEAD}0,false,a,ok,,t,,median,1,4,60\n"), "`median` is no `trace`, `mean`"),
+        (
+            &format!("{HEAD}0,false,a,ok,,t,,mean,1,4,60\n1,false,b,ok,,t,,mean,1,4,fast\n"),
             "line 3, column `fps.mean`: `fast` is no number",
         ),
-        (&format!("{HEAD}0,a,ok\n"), "line: 2"),
-        (&format!("{HEAD}18446744073709551615,a,ok,,t,,mean,1,4,60\n"), "is no number of a point"),
+        (&format!("{HEAD}0,false,a,ok\n"), "line: 2"),
+        (
+            &format!("{HEAD}18446744073709551615,false,a,ok,,t,,mean,1,4,60\n"),
+            "is no number of a point",
+        ),
     ];
     for (text, expected) in cases {
         let error = read(text).expect_err(expected);
         assert!(error.contains(expected), "{error}\nnot: {expected}");
     }
-    let bytes = [HEAD.as_bytes(), b"0,\xff,ok,,t,,mean,1,4,60\n"].concat();
+    let bytes = [HEAD.as_bytes(), b"0,false,\xff,ok,,t,,mean,1,4,60\n"].concat();
     assert!(Table::read(&bytes[..], |_| true).is_err());
 }
 

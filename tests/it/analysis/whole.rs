@@ -110,10 +110,10 @@ fn axes_by_effect_and_dead_ones() {
                 return line.to_owned();
             }
             // The tests make no difference here; a key that follows nothing is dead.
-            let fields: Vec<&str> = line.splitn(11, ',').collect();
+            let fields: Vec<&str> = line.splitn(12, ',').collect();
             match fields.len() {
-                11 if !fields[9].is_empty() => {
-                    format!("{},{},{}", fields[..10].join(","), n % 2, fields[10])
+                12 if !fields[10].is_empty() => {
+                    format!("{},{},{}", fields[..11].join(","), n % 2, fields[11])
                 }
                 _ => format!("{line},"),
             }
@@ -189,10 +189,10 @@ fn an_unmet_condition_says_which_part() {
 
 #[test]
 fn rows_without_a_value_are_left_out() {
-    let text = "point,id,status,reason,energy_table,trace,scope,a,frames,fps.mean,area_mm2\n\
-                0,a,ok,,t,,mean,1,4,NaN,1\n\
-                1,b,ok,,t,,mean,2,4,60,2\n\
-                2,c,ok,,t,,mean,3,4,inf,1\n";
+    let text = "point,is_baseline,id,status,reason,energy_table,trace,scope,a,frames,fps.mean,area_mm2\n\
+                0,false,a,ok,,t,,mean,1,4,NaN,1\n\
+                1,false,b,ok,,t,,mean,2,4,60,2\n\
+                2,false,c,ok,,t,,mean,3,4,inf,1\n";
     let table = Table::read(text.as_bytes(), |_| true).expect("a table");
     let analysis = Analysis::of(&table, &two()).expect("an answer");
     assert_eq!((analysis.simulated, analysis.front.as_slice()), (1, &[1][..]));
