@@ -49,7 +49,9 @@ pub struct Analysis<'t> {
     pub simulated: usize,
     /// Rows of the designs that meet the condition, by point.
     pub rows: Vec<u32>,
-    /// Their costs, in the same order.
+    /// Rows of the designs that do not, by point.
+    pub unmet: Vec<u32>,
+    /// The costs of `rows`, in the same order.
     pub costs: Costs,
     /// Rows of the front, the best in the first objective first.
     pub front: Vec<u32>,
@@ -104,6 +106,16 @@ impl<'t> Analysis<'t> {
                 designs::with_costs(table, &question.objectives, &rows)
             }
         };
+        let unmet: Vec<u32> = simulated
+            .iter()
+            .copied()
+            .filter(|row| {
+                rows.binary_search_by_key(&table.points[*row as usize], |r| {
+                    table.points[*r as usize]
+                })
+                .is_err()
+            })
+            .collect();
         let mut members = front::front(&costs);
         members.sort_by(|&a, &b| {
             let by_first = costs.of(a)[0].total_cmp(&costs.of(b)[0]);
@@ -135,6 +147,7 @@ impl<'t> Analysis<'t> {
             stability: Stability::of(table, question, energy_table, &rows)?,
             axes: axes::effects(table, &question.objectives, &simulated),
             rows,
+            unmet,
             costs,
             members,
             scaling,

@@ -22,6 +22,7 @@ pub mod invocation;
 pub mod machine_file;
 pub mod out;
 pub mod picture_file;
+pub mod pareto;
 pub mod progress;
 pub mod quality;
 pub mod render;
@@ -117,6 +118,9 @@ pub enum Command {
     /// Simulate many designs on some traces: a table of results
     #[command(after_help = sweep::EXAMPLES)]
     Sweep(sweep::Args),
+    /// Which designs of a sweep to keep: front, knee, marginal values, stability
+    #[command(after_help = pareto::EXAMPLES)]
+    Pareto(pareto::Args),
     /// Define a statistic or a configuration key
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
@@ -166,6 +170,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Explain(args) => explain::run(args, context),
         Command::Fit(args) => fit::run(args, context),
         Command::Quality(args) => quality::run(args, context),
+        Command::Pareto(args) => pareto::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Sensitivity(args) => sensitivity::run(args, context),
         Command::Sweep(args) => sweep::run(args, context),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::{Exit, Failure};
-use crate::report::FILE_NAMES;
+use crate::report::{FILE_NAMES, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.
@@ -56,14 +56,14 @@ impl RunFolder {
 
     /// Writes a file.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
-        debug_assert!(FILE_NAMES.contains(&name), "{name} is not a file of a report");
+        debug_assert!(is_ours(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
     }
 
     /// Makes a file that is written as a stream.
     pub fn stream(&self, name: &str) -> Result<fs::File, Failure> {
-        debug_assert!(FILE_NAMES.contains(&name), "{name} is not a file of a report");
+        debug_assert!(is_ours(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::File::create(path).map_err(|e| cannot(self.target.path(), &e))
     }
@@ -116,6 +116,11 @@ fn file_name(name: &str) -> String {
     if name.is_empty() { "report".into() } else { name.into() }
 }
 
+/// Whether a report may have a file of this name.
+fn is_ours(name: &str) -> bool {
+    FILE_NAMES.contains(&name) || sweep::FILE_NAMES.contains(&name)
+}
+
 /// Whether a report may be put at `path`.
 fn check_given(path: &Path, force: bool) -> Result<(), Failure> {
     let refuse = |what: String| Failure::new(Exit::Usage, format!("{}: {what}", path.display()));
@@ -132,7 +137,7 @@ fn check_given(path: &Path, force: bool) -> Result<(), Failure> {
         names.push(entry.map_err(|e| cannot(path, &e))?.file_name());
     }
     names.sort();
-    let foreign = |name: &&std::ffi::OsString| !FILE_NAMES.iter().any(|f| *name == *f);
+    let foreign = |name: &&std::ffi::OsString| !name.to_str().is_some_and(is_ours);
     if let Some(name) = names.iter().find(foreign) {
         let name = name.to_string_lossy();
         return Err(refuse(format!(

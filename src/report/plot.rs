@@ -9,7 +9,7 @@ mod scale;
 
 pub use axes::{Panel, legend};
 pub use image::Underlay;
-pub use scale::Scale;
+pub use scale::{Scale, label as tick_label};
 
 use std::sync::Once;
 

@@ -1,6 +1,7 @@
 //! Pareto fronts, knees, marginal values and the stability of rankings.
 
 mod front;
+mod report;
 mod stability;
 mod support;
 mod table;

@@ -1,0 +1,106 @@
+//! `pareto`: which designs of a finished sweep to keep, and why.
+
+mod folder;
+mod question;
+
+use std::path::PathBuf;
+
+use super::{Context, Exit, Failure, OrExit, out};
+use crate::analysis::{Analysis, AnalysisError};
+use crate::report::sweep;
+
+/// Shown under `pareto --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim pareto reports/units
+  powergs-sim pareto reports/units --minimize energy_pj.mean,area_mm2 \\
+      --maximize fps.mean --where 'frame_time_ms.p99 <= 16.67 && area_mm2 <= 4'
+  powergs-sim pareto reports/units --scope worst --energy-table paper --json
+  powergs-sim pareto reports/units --design 12 --colour vru.cores
+
+DIR is the folder of a sweep. The answer is printed and written with its charts and
+an HTML report to DIR/analysis.";
+
+/// The arguments of `pareto`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The folder of a sweep, with its results.csv
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Columns to make small [default: those of the sweep file]
+    #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
+    pub minimize: Vec<String>,
+    /// Columns to make large
+    #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
+    pub maximize: Vec<String>,
+    /// Only designs that meet this: 'area_mm2 <= 4 && vru.cores >= 2'
+    #[arg(long = "where", value_name = "EXPR")]
+    pub condition: Option<String>,
+    /// Which rows count: mean (over the traces), worst (the slowest), or the label of a
+    /// trace
+    #[arg(long, value_name = "SCOPE", default_value = "mean")]
+    pub scope: String,
+    /// Label of the energy table [default: the first of the results]
+    #[arg(long, value_name = "LABEL")]
+    pub energy_table: Option<String>,
+    /// Column that colours the points
+    #[arg(long, visible_alias = "color", value_name = "COLUMN")]
+    pub colour: Option<String>,
+    /// Whose distance from the front is told: baseline, a point, or the first digits of
+    /// an id
+    #[arg(long, value_name = "DESIGN", default_value = "baseline")]
+    pub design: String,
+    /// How many designs are listed and ranked
+    #[arg(long, value_name = "N", default_value = "10", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub top: u16,
+    /// Folder for the report [default: DIR/analysis]; a report there is replaced
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Also write the rows of the front to FILE
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let sweep = folder::SweepFolder::open(&args.folder)?;
+    let question = question::question(args, &sweep)?;
+    let table = sweep.table(&question)?;
+    let analysis = match Analysis::of(&table, &question) {
+        Ok(analysis) => analysis,
+        Err(error) => return Err(failure(args, error)),
+    };
+    if context.is_cancelled() {
+        return Ok(Exit::Interrupted);
+    }
+    let pareto = sweep::pareto_csv(&analysis, sweep.results()?)
+        .or_exit(Exit::BadInput, sweep.results_path().display())?;
+    if let Some(path) = &args.csv {
+        super::aside::write_aside(path, |w| w.write_all(&pareto))?;
+    }
+    let written = folder::write(args, &sweep, &analysis, &pareto, context)?;
+    let Some(written) = written else { return Ok(Exit::Interrupted) };
+    if context.global.json {
+        out::json(&sweep::json(&analysis))?;
+    } else if !context.global.quiet {
+        let path = written.join("report.html").display().to_string();
+        out::text(&sweep::terminal(&analysis, Some(&path)))?;
+    }
+    Ok(Exit::Done)
+}
+
+/// A condition that nobody meets is a goal that was missed; an empty table is a bad input.
+fn failure(args: &Args, error: AnalysisError) -> Failure {
+    let exit = match error {
+        AnalysisError::Unmet { .. } => Exit::GoalMissed,
+        AnalysisError::Nothing { .. } => Exit::BadInput,
+        AnalysisError::Column { .. }
+        | AnalysisError::Words(_)
+        | AnalysisError::Objectives(_)
+        | AnalysisError::Label { .. }
+        | AnalysisError::Condition(_)
+        | AnalysisError::Design(_)
+        | AnalysisError::Ambiguous(_) => Exit::Usage,
+    };
+    Failure::new(exit, format!("{}: {error}", args.folder.display()))
+}

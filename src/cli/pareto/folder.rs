@@ -1,0 +1,147 @@
+//! The folder of a sweep, and the folder of its analysis.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::Args;
+use crate::analysis::{Analysis, Question, Table};
+use crate::cli::run_folder::RunFolder;
+use crate::cli::{Context, Exit, Failure, OrExit};
+use crate::report::sweep::{self, Provenance};
+
+/// The largest sweep file that is read, bytes.
+const SWEEP_FILE_MAX: u64 = 1 << 20;
+
+/// A sweep that has results.
+#[derive(Debug)]
+pub(super) struct SweepFolder {
+    path: PathBuf,
+    /// The question of the sweep file; empty without one.
+    pub question: String,
+    /// Objectives of the sweep file.
+    pub minimize: Vec<String>,
+    /// Objectives of the sweep file.
+    pub maximize: Vec<String>,
+}
+
+impl SweepFolder {
+    /// Opens a folder. The sweep file in it may be absent; the results may not.
+    pub(super) fn open(path: &Path) -> Result<SweepFolder, Failure> {
+        let mut sweep = SweepFolder {
+            path: path.to_owned(),
+            question: String::new(),
+            minimize: Vec::new(),
+            maximize: Vec::new(),
+        };
+        sweep.results()?;
+        let file = path.join("sweep.toml");
+        let mut text = String::new();
+        let read = match File::open(&file) {
+            Ok(file) => file.take(SWEEP_FILE_MAX).read_to_string(&mut text),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(sweep),
+            Err(e) => Err(e),
+        };
+        read.or_exit(Exit::BadInput, file.display())?;
+        let root: toml::Table = text.parse().or_exit(Exit::BadInput, file.display())?;
+        if let Some(question) = root.get("question").and_then(toml::Value::as_str) {
+            sweep.question = question.trim().to_owned();
+        }
+        let names = |key: &str| -> Vec<String> {
+            let list = root.get("objectives").and_then(|o| o.get(key));
+            let list = list.and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
+            list.iter().filter_map(toml::Value::as_str).map(str::to_owned).collect()
+        };
+        (sweep.minimize, sweep.maximize) = (names("minimize"), names("maximize"));
+        Ok(sweep)
+    }
+
+    /// The path of the results.
+    pub(super) fn results_path(&self) -> PathBuf {
+        self.path.join("results.csv")
+    }
+
+    /// The results, from their beginning.
+    pub(super) fn results(&self) -> Result<BufReader<File>, Failure> {
+        let path = self.results_path();
+        let what = || format!("{}: is its folder one of `sweep`?", path.display());
+        Ok(BufReader::new(File::open(&path).or_exit(Exit::BadInput, what())?))
+    }
+
+    /// The results as columns, those that the question needs.
+    pub(super) fn table(&self, question: &Question) -> Result<Table, Failure> {
+        let read = Table::read(self.results()?, |column| question.needs(column));
+        read.or_exit(Exit::BadInput, self.results_path().display())
+    }
+
+    /// `units`, for titles.
+    fn name(&self) -> String {
+        let path = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
+        path.file_name().map_or_else(|| "sweep".into(), |n| n.to_string_lossy().into_owned())
+    }
+
+    /// The commands that made the results and this report, as far as they are known.
+    fn commands(&self) -> Vec<String> {
+        let mut commands = Vec::new();
+        let mut text = String::new();
+        let file = File::open(self.path.join("invocation.toml"));
+        let read = file.and_then(|f| f.take(SWEEP_FILE_MAX).read_to_string(&mut text));
+        if let Some(table) = read.ok().and_then(|_| text.parse::<toml::Table>().ok()) {
+            let words = table.get("command").and_then(toml::Value::as_array);
+            let words = words.into_iter().flatten().filter_map(toml::Value::as_str);
+            commands.push(line(words.map(str::to_owned)));
+        }
+        let own = std::env::args_os().map(|w| w.to_string_lossy().into_owned());
+        commands.push(line(own));
+        commands.retain(|c| !c.is_empty());
+        commands
+    }
+}
+
+/// Words as one line of a shell; the program without its folder.
+fn line(words: impl Iterator<Item = String>) -> String {
+    let quoted = |(i, word): (usize, String)| {
+        let word = match (i, word.rsplit(['/', '\\']).next()) {
+            (0, Some(name)) => name.to_owned(),
+            _ => word,
+        };
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    };
+    words.enumerate().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// Writes the report folder; `None` if it was interrupted.
+pub(super) fn write(
+    args: &Args,
+    sweep: &SweepFolder,
+    analysis: &Analysis,
+    pareto: &[u8],
+    context: &Context,
+) -> Result<Option<PathBuf>, Failure> {
+    let path = args.out.clone().unwrap_or_else(|| sweep.path.join("analysis"));
+    // A report follows from the results: an older one is simply replaced.
+    let folder = RunFolder::create(Some(&path), "analysis", true)?;
+    let charts = sweep::charts(analysis).or_exit(Exit::Internal, "charts")?;
+    let provenance =
+        Provenance { title: format!("Sweep {}", sweep.name()), commands: sweep.commands() };
+    folder.write("pareto.csv", pareto)?;
+    let page = sweep::markdown(analysis, &charts, &provenance);
+    folder.write("summary.md", page.as_bytes())?;
+    let html = sweep::html(analysis, &charts, &provenance).or_exit(Exit::Internal, "report")?;
+    folder.write("report.html", html.as_bytes())?;
+    for chart in charts {
+        if context.is_cancelled() {
+            return Ok(None);
+        }
+        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        folder.write(&format!("{}.png", chart.name), &png)?;
+        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
+    }
+    Ok(Some(folder.finish()?))
+}

@@ -1,0 +1,64 @@
+//! From arguments and the sweep file to a question.
+
+use super::Args;
+use super::folder::SweepFolder;
+use crate::analysis::question::default_objectives;
+use crate::analysis::{Named, Objective, Question, Scope};
+use crate::cli::{Exit, Failure, OrExit};
+use crate::sweep::expr::Expr;
+
+/// What the arguments ask, and where they say nothing, the sweep file.
+pub(super) fn question(args: &Args, sweep: &SweepFolder) -> Result<Question, Failure> {
+    let given = objectives(&args.minimize, &args.maximize);
+    let of_file = objectives(&sweep.minimize, &sweep.maximize);
+    let objectives = match (given.is_empty(), of_file.is_empty()) {
+        (false, _) => given,
+        (true, false) => of_file,
+        (true, true) => default_objectives(),
+    };
+    let condition = args.condition.as_deref().map(Expr::parse).transpose();
+    let condition = condition.or_exit(Exit::Usage, "--where")?;
+    Ok(Question {
+        text: sweep.question.clone(),
+        condition,
+        scope: match args.scope.as_str() {
+            "mean" => Scope::Mean,
+            "worst" => Scope::Worst,
+            label => Scope::Trace(label.to_owned()),
+        },
+        energy_table: args.energy_table.clone(),
+        colour: args.colour.clone(),
+        design: named(&args.design)?,
+        top: usize::from(args.top),
+        ..Question::of(objectives)
+    })
+}
+
+fn objectives(minimize: &[String], maximize: &[String]) -> Vec<Objective> {
+    let minimize = minimize.iter().map(Objective::minimize);
+    minimize.chain(maximize.iter().map(Objective::maximize)).collect()
+}
+
+/// Digits of a hash that name a design at least; fewer are the number of a point.
+const DIGITS_MIN: usize = 6;
+
+fn named(text: &str) -> Result<Named, Failure> {
+    let plain = text.trim_start_matches('#');
+    if plain == "baseline" {
+        return Ok(Named::Baseline);
+    }
+    let hex = plain.len() >= DIGITS_MIN && plain.len() <= 32;
+    let hex = hex && plain.chars().all(|c| c.is_ascii_hexdigit());
+    match plain.parse() {
+        // A whole hash may have decimal digits only; nobody has that many points.
+        Ok(point) if plain.len() < 16 => Ok(Named::Point(point)),
+        _ if hex => Ok(Named::Id(plain.to_lowercase())),
+        _ => {
+            let what = format!(
+                "--design {text}: name a point (12), at least {DIGITS_MIN} digits of an id, or \
+                 baseline"
+            );
+            Err(Failure::new(Exit::Usage, what))
+        }
+    }
+}

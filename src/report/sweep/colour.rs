@@ -1,0 +1,169 @@
+//! Colours of the points of a chart by a third column: a scale for numbers, a list for names.
+
+use plotters::style::RGBColor;
+
+use super::measure::Measure;
+use crate::analysis::Analysis;
+use crate::analysis::table::{Values, Words};
+use crate::report::format::shortened;
+use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, palette};
+
+/// Names that get a colour of their own, and numbers that are listed one by one.
+const LISTED: usize = 8;
+
+/// Colours of names.
+const NAMES: [RGBColor; LISTED] = [
+    palette::BLUE,
+    palette::ORANGE,
+    palette::GREEN,
+    palette::VERMILION,
+    palette::SKY,
+    palette::PURPLE,
+    palette::YELLOW,
+    palette::GREY,
+];
+
+/// Dark to light in equal steps of brightness, for any colour vision (viridis).
+const STOPS: [(u8, u8, u8); 7] = [
+    (68, 1, 84),
+    (68, 58, 131),
+    (49, 104, 142),
+    (33, 145, 140),
+    (53, 183, 121),
+    (143, 215, 68),
+    (240, 220, 40),
+];
+
+/// The colour at a share of the scale, from 0 to 1.
+pub fn at(share: f64) -> RGBColor {
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let i = (place as usize).min(STOPS.len() - 2);
+    let part = place - i as f64;
+    let (a, b) = (STOPS[i], STOPS[i + 1]);
+    let mix = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
+    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
+/// How points are coloured.
+#[derive(Debug)]
+pub enum Key<'t> {
+    /// By a number, dark to light.
+    Scale { name: String, measure: Measure, numbers: Vec<f64>, low: f64, high: f64 },
+    /// By a word; what has no colour of its own is grey.
+    List { name: String, words: &'t Words, colours: Vec<Option<RGBColor>>, order: Vec<u32> },
+    /// All alike.
+    None,
+}
+
+impl<'t> Key<'t> {
+    /// The column that the question names; else the third objective, else the axis that moves most.
+    pub fn of(analysis: &Analysis<'t>, shown: [&str; 2]) -> Key<'t> {
+        let objectives = analysis.question.objectives.iter().map(|o| o.name.as_str());
+        let third = objectives.clone().find(|name| !shown.contains(name));
+        let axis = analysis.axes.first().map(|a| a.name.as_str());
+        let name = analysis.question.colour.as_deref().or(third).or(axis);
+        name.map_or(Key::None, |name| Key::named(analysis, name))
+    }
+
+    /// By the column `name`.
+    pub fn named(analysis: &Analysis<'t>, name: &str) -> Key<'t> {
+        let table = analysis.table;
+        if let Some(words) = table.axis(name) {
+            return Key::words(analysis, name, words);
+        }
+        match table.metrics.iter().find(|c| c.name == name).map(|c| &c.values) {
+            Some(Values::Words(words)) => Key::words(analysis, name, words),
+            Some(Values::Numbers(numbers)) => Key::scale(analysis, name, numbers.clone()),
+            None => Key::None,
+        }
+    }
+
+    fn words(analysis: &Analysis, name: &str, words: &'t Words) -> Key<'t> {
+        let mut seen = vec![false; words.distinct().len()];
+        analysis.rows.iter().for_each(|&row| seen[words.code(row) as usize] = true);
+        let order: Vec<u32> =
+            words.ordered().into_iter().filter(|code| seen[*code as usize]).collect();
+        let numeric = words.is_numeric();
+        if numeric && order.len() > LISTED {
+            let rows = 0..analysis.table.len() as u32;
+            let numbers = rows.map(|row| words.number(row).unwrap_or(f64::NAN)).collect();
+            return Key::scale(analysis, name, numbers);
+        }
+        let mut colours = vec![None; words.distinct().len()];
+        for (i, &code) in order.iter().take(LISTED).enumerate() {
+            let share = i as f64 / (order.len() - 1).max(1) as f64;
+            colours[code as usize] = Some(if numeric { at(share) } else { NAMES[i] });
+        }
+        Key::List { name: name.to_owned(), words, colours, order }
+    }
+
+    fn scale(analysis: &Analysis, name: &str, numbers: Vec<f64>) -> Key<'t> {
+        let shown = analysis.rows.iter().map(|row| numbers[*row as usize]);
+        let ends = shown
+            .filter(|x| x.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |e, x| (e.0.min(x), e.1.max(x)));
+        let measure = Measure::of(name);
+        Key::Scale { name: name.to_owned(), measure, numbers, low: ends.0, high: ends.1 }
+    }
+
+    /// The colour of a row.
+    pub fn colour(&self, row: u32) -> RGBColor {
+        match self {
+            Key::None => palette::BLUE,
+            Key::Scale { numbers, low, high, .. } => {
+                let x = numbers[row as usize];
+                if x.is_nan() {
+                    palette::PALE
+                } else if high > low {
+                    at((x - low) / (high - low))
+                } else {
+                    at(0.5)
+                }
+            }
+            Key::List { words, colours, .. } => {
+                colours[words.code(row) as usize].unwrap_or(palette::PALE)
+            }
+        }
+    }
+
+    /// The legend, in a column `width` wide from `(left, top)` down.
+    pub fn legend(&self, canvas: &Canvas, (left, top): (f64, f64), width: usize) -> Drawn {
+        match self {
+            Key::None => Ok(()),
+            Key::Scale { name, measure, low, high, .. } => {
+                canvas.bold(&shortened(name, width), (left, top), Align::Left, INK)?;
+                const STEPS: i32 = 40;
+                let (first, height) = (top + 24.0, 5.0);
+                for i in 0..STEPS {
+                    let y = first + f64::from(STEPS - 1 - i) * height;
+                    let colour = at((f64::from(i) + 0.5) / f64::from(STEPS));
+                    canvas.fill((left, y), (left + 22.0, y + height), colour)?;
+                }
+                let bottom = first + f64::from(STEPS) * height;
+                let middle = (first + bottom) / 2.0;
+                for (x, y) in
+                    [(*high, first + 8.0), ((low + high) / 2.0, middle), (*low, bottom - 8.0)]
+                {
+                    canvas.text(&measure.text(x), (left + 32.0, y), Align::Left, GREY)?;
+                }
+                Ok(())
+            }
+            Key::List { name, words, colours, order } => {
+                canvas.bold(&shortened(name, width), (left, top), Align::Left, INK)?;
+                let mut y = top + 30.0;
+                for &code in order.iter().take(LISTED) {
+                    let colour = colours[code as usize].unwrap_or(palette::PALE);
+                    canvas.dot((left + 8.0, y), 7, colour)?;
+                    let word = shortened(&words.distinct()[code as usize], width - 3);
+                    canvas.text(&word, (left + 26.0, y), Align::Left, INK)?;
+                    y += 26.0;
+                }
+                if order.len() > LISTED {
+                    canvas.dot((left + 8.0, y), 7, palette::PALE)?;
+                    canvas.text("other", (left + 26.0, y), Align::Left, INK)?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
