@@ -63,6 +63,48 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let typed: Vec<String> =
+        std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
+    let Some(answer) = answer(args, &typed, context)? else { return Ok(Exit::Interrupted) };
+    if context.global.json {
+        out::json(&answer.json)?;
+    } else if !context.global.quiet {
+        out::text(&answer.terminal)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// What a sweep comes to.
+pub struct Answer {
+    /// For a terminal.
+    pub terminal: String,
+    /// For programs.
+    pub json: serde_json::Value,
+}
+
+/// Answers the question of the sweep file in `folder` and writes the analysis beside its results.
+///
+/// # Errors
+/// As the command.
+pub fn analyse(folder: &std::path::Path, context: &Context) -> Result<Option<Answer>, Failure> {
+    let args = Args {
+        folder: folder.to_owned(),
+        minimize: Vec::new(),
+        maximize: Vec::new(),
+        condition: None,
+        scope: "mean".into(),
+        energy_table: None,
+        colour: None,
+        design: "baseline".into(),
+        top: 10,
+        out: None,
+        csv: None,
+    };
+    answer(&args, &[], context)
+}
+
+/// Reads, analyses and writes; `None` if the user broke off.
+fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
     let sweep = folder::SweepFolder::open(&args.folder)?;
     let question = question::question(args, &sweep)?;
     let table = sweep.table(&question)?;
@@ -71,22 +113,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         Err(error) => return Err(failure(args, error)),
     };
     if context.is_cancelled() {
-        return Ok(Exit::Interrupted);
+        return Ok(None);
     }
     let pareto = sweep::pareto_csv(&analysis, sweep.results()?)
         .or_exit(Exit::BadInput, sweep.results_path().display())?;
     if let Some(path) = &args.csv {
         super::aside::write_aside(path, |w| w.write_all(&pareto))?;
     }
-    let written = folder::write(args, &sweep, &analysis, &pareto, context)?;
-    let Some(written) = written else { return Ok(Exit::Interrupted) };
-    if context.global.json {
-        out::json(&sweep::json(&analysis))?;
-    } else if !context.global.quiet {
-        let path = written.join("report.html").display().to_string();
-        out::text(&sweep::terminal(&analysis, Some(&path)))?;
-    }
-    Ok(Exit::Done)
+    let provenance = sweep.provenance(typed);
+    let written = folder::write(args, &sweep, &analysis, &pareto, &provenance, context)?;
+    let Some(written) = written else { return Ok(None) };
+    let path = written.join("report.html").display().to_string();
+    let json = serde_json::to_value(sweep::json(&analysis)).or_exit(Exit::Internal, "json")?;
+    Ok(Some(Answer { terminal: sweep::terminal(&analysis, Some(&path)), json }))
 }
 
 /// A condition that nobody meets is a goal that was missed; an empty table is a bad input.

@@ -74,27 +74,33 @@ impl SweepFolder {
         read.or_exit(Exit::BadInput, self.results_path().display())
     }
 
-    /// `units`, for titles.
-    fn name(&self) -> String {
-        let path = self.path.canonicalize().unwrap_or_else(|_| self.path.clone());
-        path.file_name().map_or_else(|| "sweep".into(), |n| n.to_string_lossy().into_owned())
-    }
-
-    /// The commands that made the results and this report, as far as they are known.
-    fn commands(&self) -> Vec<String> {
-        let mut commands = Vec::new();
+    /// Where a report comes from: the sweep by the names of its files, and what was typed for this
+    /// report. Nothing in it depends on where the folder is.
+    pub(super) fn provenance(&self, typed: &[String]) -> Provenance {
         let mut text = String::new();
-        let file = File::open(self.path.join("invocation.toml"));
+        let file = File::open(self.path.join("run.toml"));
         let read = file.and_then(|f| f.take(SWEEP_FILE_MAX).read_to_string(&mut text));
-        if let Some(table) = read.ok().and_then(|_| text.parse::<toml::Table>().ok()) {
-            let words = table.get("command").and_then(toml::Value::as_array);
-            let words = words.into_iter().flatten().filter_map(toml::Value::as_str);
-            commands.push(line(words.map(str::to_owned)));
+        let root = read.ok().and_then(|_| text.parse::<toml::Table>().ok()).unwrap_or_default();
+        let inputs = root.get("inputs").and_then(toml::Value::as_array);
+        let names = |role: &str| -> Vec<String> {
+            let of_role =
+                |i: &&toml::Value| i.get("role").and_then(toml::Value::as_str) == Some(role);
+            let inputs = inputs.into_iter().flatten().filter(of_role);
+            inputs.filter_map(|i| Some(i.get("name")?.as_str()?.to_owned())).collect()
+        };
+        let (sweep, traces) = (names("sweep"), names("trace"));
+        let title = sweep.first().map_or("", |name| name.trim_end_matches(".toml"));
+        let words = ["powergs-sim".to_owned(), "sweep".to_owned()].into_iter();
+        let words = words.chain(sweep.iter().cloned()).chain(["--traces".to_owned()]).chain(traces);
+        let mut commands = vec![line(words)];
+        if sweep.is_empty() {
+            commands.clear();
         }
-        let own = std::env::args_os().map(|w| w.to_string_lossy().into_owned());
-        commands.push(line(own));
-        commands.retain(|c| !c.is_empty());
-        commands
+        match typed {
+            [] => commands.push("powergs-sim pareto DIR".into()),
+            typed => commands.push(line(typed.iter().cloned())),
+        }
+        Provenance { title: format!("Sweep {title}").trim().to_owned(), commands }
     }
 }
 
@@ -121,18 +127,17 @@ pub(super) fn write(
     sweep: &SweepFolder,
     analysis: &Analysis,
     pareto: &[u8],
+    provenance: &Provenance,
     context: &Context,
 ) -> Result<Option<PathBuf>, Failure> {
     let path = args.out.clone().unwrap_or_else(|| sweep.path.join("analysis"));
     // A report follows from the results: an older one is simply replaced.
     let folder = RunFolder::create(Some(&path), "analysis", true)?;
     let charts = sweep::charts(analysis).or_exit(Exit::Internal, "charts")?;
-    let provenance =
-        Provenance { title: format!("Sweep {}", sweep.name()), commands: sweep.commands() };
     folder.write("pareto.csv", pareto)?;
-    let page = sweep::markdown(analysis, &charts, &provenance);
+    let page = sweep::markdown(analysis, &charts, provenance);
     folder.write("summary.md", page.as_bytes())?;
-    let html = sweep::html(analysis, &charts, &provenance).or_exit(Exit::Internal, "report")?;
+    let html = sweep::html(analysis, &charts, provenance).or_exit(Exit::Internal, "report")?;
     folder.write("report.html", html.as_bytes())?;
     for chart in charts {
         if context.is_cancelled() {

@@ -15,7 +15,10 @@ use super::state::State;
 use super::summary;
 use crate::cli::aside::write_aside;
 use crate::cli::invocation::Started;
-use crate::cli::{Context, Exit, Failure, OrExit, out};
+use crate::cli::{Context, Exit, Failure, OrExit, out, pareto};
+
+/// What the analysis says on a terminal.
+const ANSWER: &str = "analysis.txt";
 
 /// Its name in the folder.
 const FILE: &str = "finished.toml";
@@ -92,6 +95,14 @@ pub fn finish(
     };
     let text = toml::to_string(&finished).or_exit(Exit::Internal, FILE)?;
     write_aside(&path.join(FILE), |w| w.write_all(text.as_bytes()))?;
+    let answer = match pareto::analyse(&path, context) {
+        Ok(answer) => answer.map(|a| a.terminal),
+        // The table is whole all the same: a question can be asked anew.
+        Err(failure) => Some(format!("No analysis: {failure}\n")),
+    };
+    if let Some(answer) = answer {
+        write_aside(&path.join(ANSWER), |w| w.write_all(answer.as_bytes()))?;
+    }
     say(&finished, &path, context)
 }
 
@@ -105,7 +116,8 @@ pub fn say(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, 
     } else if !context.global.quiet {
         let text = fs::read_to_string(path.join(summary::TERMINAL)).unwrap_or_default();
         out::text(&text)?;
-        out::text(&format!("\nTable: {}\n", path.join(CSV).display()))?;
+        let answer = fs::read_to_string(path.join(ANSWER)).unwrap_or_default();
+        out::text(&format!("Table: {}\n\n{answer}", path.join(CSV).display()))?;
     }
     Ok(Exit::Done)
 }
