@@ -7,6 +7,7 @@
 
 pub mod axis;
 pub mod design;
+pub mod docs;
 pub mod expr;
 pub mod file;
 pub mod journal;

@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all: written under a temporary name beside their place, then
 //! renamed.
 
-use std::fs::Permissions;
+use std::fs::{OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -10,7 +10,13 @@ use tempfile::NamedTempFile;
 use super::{Exit, Failure, OrExit};
 
 /// A temporary file in the folder of `path`, with the permissions of an ordinary new file.
+///
+/// # Errors
+/// Those of the folder; a `path` that is a device or a pipe, which a rename would replace.
 pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
+    if is_special(path) {
+        return Err(io::Error::other("this is a device or a pipe; name an ordinary file"));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     let permissions = ordinary();
@@ -18,6 +24,11 @@ pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
         builder.permissions(permissions);
     }
     builder.prefix(".powergs-sim-").tempfile_in(folder)
+}
+
+/// Whether something is there that is neither a file nor a folder.
+fn is_special(path: &Path) -> bool {
+    path.exists() && !path.is_file() && !path.is_dir()
 }
 
 /// Read and write for all; the user's mask takes away from it.
@@ -32,11 +43,21 @@ fn ordinary() -> Option<Permissions> {
     None
 }
 
-/// Writes a file aside and renames it when it is whole.
+/// Writes a file aside and renames it when it is whole. What is there and no ordinary file (a
+/// device, a pipe) is written as it is: it must not be replaced.
 pub fn write_aside(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), Failure> {
+    if is_special(path) {
+        let file = OpenOptions::new().write(true).open(path);
+        let written = file.and_then(|file| {
+            let mut writer = BufWriter::new(file);
+            write(&mut writer)?;
+            writer.flush()
+        });
+        return written.or_exit(Exit::Usage, format_args!("{}: cannot be written", path.display()));
+    }
     let written = temporary(path).and_then(|file| {
         let mut writer = BufWriter::new(file);
         write(&mut writer)?;
@@ -49,6 +70,14 @@ pub fn write_aside(
 #[cfg(test)]
 mod tests {
     use super::write_aside;
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_written_and_not_replaced() {
+        let device = std::path::Path::new("/dev/null");
+        write_aside(device, |w| w.write_all(b"text")).unwrap();
+        assert!(!device.is_file() && !device.is_dir());
+    }
 
     #[test]
     fn a_failed_write_leaves_what_was_there() {

@@ -18,6 +18,7 @@ mod quality;
 mod raster;
 mod report;
 mod scene;
+mod sweep_command;
 mod sweep_results;
 mod sweep_space;
 mod synth;

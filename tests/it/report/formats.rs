@@ -7,7 +7,8 @@ use super::builder;
 
 #[test]
 fn results_page_is_up_to_date() {
-    expect_file!["../../../docs/results.md"].assert_eq(&docs::results_md());
+    let page = docs::results_md() + &powergs_sim::sweep::docs::results_md();
+    expect_file!["../../../docs/results.md"].assert_eq(&page);
 }
 
 #[test]

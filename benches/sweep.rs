@@ -1,0 +1,92 @@
+//! What a sweep pays per design: making it, timing it on a binned frame, reading its record.
+//!
+//! `cargo bench --bench sweep`. The frame is that of `machine.rs`; `two threads` over `one thread`
+//! is what a second core brings.
+
+mod made_up;
+
+use std::sync::Arc;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use made_up::frame;
+use powergs_sim::accel::Machine;
+use powergs_sim::sim::{Measured, time};
+use powergs_sim::sweep::journal::{Index, Record, append, parse};
+use powergs_sim::sweep::outcome::{Outcome, means};
+use powergs_sim::sweep::{EmbeddedFiles, Space, SweepFile};
+use rayon::prelude::*;
+
+const SWEEP: &str = r#"
+question = "How long does a design take?"
+base = "gscore"
+axes = [
+  { key = "ccu.units", values = [1, 2, 4, 8] },
+  { key = "vru.cores", values = [1, 2, 4] },
+  { key = "vru.units-per-core", values = [8, 16, 32] },
+  { key = "dram.bandwidth", values = ["25.6 GB/s", "51.2 GB/s", "102.4 GB/s"] },
+  { key = "dram.latency", values = ["50 ns", "100 ns", "200 ns"] },
+]
+"#;
+
+fn space() -> Space {
+    let file = SweepFile::parse(SWEEP).expect("a sweep file");
+    Space::new(&file, Arc::new(EmbeddedFiles)).expect("a space")
+}
+
+fn designs(c: &mut Criterion) {
+    let space = space();
+    let points = space.lattice().points();
+    let mut group = c.benchmark_group("design");
+    group.throughput(Throughput::Elements(points));
+    group.bench_function("made", |b| {
+        b.iter(|| (0..points).filter(|&p| space.design(p).is_ok()).count())
+    });
+    let machines: Vec<Machine> =
+        (0..points).filter_map(|p| Some(space.design(p).ok()?.machine)).collect();
+    let workload = frame(1_000_000, machines[0].geometry);
+    let one = |machine: &Machine| {
+        let measured = Measured::needed(&workload, machine);
+        time(0, &workload, &measured, machine).expect("closed accounts").timing.frame
+    };
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(machines.len() as u64));
+    for (name, threads) in [("timed, one thread", 1), ("timed, two threads", 2)] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        group.bench_function(name, |b| {
+            b.iter(|| pool.install(|| machines.par_iter().map(one).sum::<u64>()))
+        });
+    }
+    group.finish();
+}
+
+fn records(c: &mut Criterion) {
+    const RECORDS: u128 = 10_000;
+    let outcome = Outcome { samples: vec![[1.0 / 3.0; 3]; 10], means: vec![Some(0.1); means().len()] };
+    let mut text = Vec::new();
+    for key in 0..RECORDS {
+        append(&mut text, key, &Record::Ok(outcome.clone())).expect("memory");
+    }
+    let mut group = c.benchmark_group("journal");
+    group.throughput(Throughput::Elements(RECORDS as u64));
+    let read = || {
+        let mut index = Index::default();
+        index.read(0, text.as_slice(), 0).expect("memory");
+        index
+    };
+    group.bench_function("indexed", |b| b.iter(|| read().len()));
+    let index = read();
+    group.bench_function("parsed", |b| {
+        b.iter(|| {
+            (0..RECORDS)
+                .filter_map(|key| {
+                    let place = index.place(key)?;
+                    parse(&text[place.offset as usize..][..place.length as usize])
+                })
+                .count()
+        })
+    });
+    group.finish();
+}
+
+criterion_group!(benches, designs, records);
+criterion_main!(benches);
