@@ -72,8 +72,14 @@ pub(super) fn value(
     path: &str,
     found: &mut Found<'_>,
 ) -> Option<(&'static Key, Value)> {
-    let read = key.domain().read(value).map_err(|message| format!("`{key}` {message}"));
+    let read = key.domain().read(value).map_err(|message| about(key, &message));
     found.ok(path, read).map(|value| (key, value))
+}
+
+/// What is wrong with a value of a key: `must be ...` goes on from the key, all else stands alone.
+pub(super) fn about(key: &Key, message: &str) -> String {
+    let goes_on = ["must ", "is "].iter().any(|start| message.starts_with(start));
+    format!("`{key}`{} {message}", if goes_on { "" } else { ":" })
 }
 
 /// All of `settings`, checked.

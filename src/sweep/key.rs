@@ -141,8 +141,8 @@ fn domain(leaf: &Schema) -> Domain {
 
 impl Key {
     /// Finds a key; no suggestion if there is none.
-    pub(super) fn find_exact(name: &str) -> Result<&'static Key, ()> {
-        CATALOGUE.get(name).map(|(key, _)| key).ok_or(())
+    pub(super) fn known(name: &str) -> Option<(&'static Key, &'static Domain)> {
+        CATALOGUE.get(name).map(|(key, domain)| (key, domain))
     }
 
     /// Finds a key.
@@ -150,7 +150,7 @@ impl Key {
     /// # Errors
     /// That there is none, with the nearest one.
     pub fn find(name: &str) -> Result<&'static Key, String> {
-        if let Some((key, _)) = CATALOGUE.get(name) {
+        if let Some((key, _)) = Key::known(name) {
             return Ok(key);
         }
         Err(format!("unknown key `{}`; {}", name.chars().take(80).collect::<String>(), hint(name)))

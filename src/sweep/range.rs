@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::axis::VALUES_MAX;
+use super::axis::{VALUES_MAX, about};
 use super::expr;
 use super::file::{RangeSpec, Raw, Scale};
 use super::key::{Domain, Key};
@@ -26,18 +26,25 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
         return Err(format!("`{key}` is no number: list its `values`"));
     }
     let number = |name: &str, Raw(raw): &Raw| {
-        let value = domain.read(raw).map_err(|e| format!("`{name}`: `{key}` {e}"))?;
+        let value = domain.read(raw).map_err(|e| format!("`{name}`: {}", about(key, &e)))?;
         match domain.value(&value) {
             Some(expr::Value::Number(n)) => Ok(n),
             _ => Err(format!("`{name}` is no number")),
         }
+    };
+    let difference = |Raw(raw): &Raw| match (domain, raw) {
+        (Domain::Measure(measure), Value::String(text)) => measure.read(text),
+        (Domain::Measure(_), other) => Err(format!("`step` = {other} needs its unit")),
+        (_, Value::Integer(n)) => Ok(*n as f64),
+        (_, Value::Float(n)) => Ok(*n),
+        (_, other) => Err(format!("`step` must be a number, not {other}")),
     };
     let (from, to) = (number("from", &range.from)?, number("to", &range.to)?);
     if from > to {
         let (from, to) = (&range.from.0, &range.to.0);
         return Err(format!("`from` = {from} is above `to` = {to}: a range goes upwards"));
     }
-    let numbers = match walk(range, from, &number)? {
+    let numbers = match walk(range, from, &difference)? {
         Walk::Step(step) => row(from, to, |i| from + f64::from(i) * step)?,
         Walk::Factor(factor) => row(from, to, |i| from * factor.powi(i as i32))?,
         Walk::Linear(count) => {
@@ -56,7 +63,7 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
         let number = if whole { number.round() } else { number };
         let number = super::measure::twelve_digits(number);
         let value = domain.write(&expr::Value::Number(number));
-        let value = value.map_err(|e| format!("{number}: `{key}` {e}"))?;
+        let value = value.map_err(|e| format!("value {number}: {}", about(key, &e)))?;
         if all.last() != Some(&value) {
             all.push(value);
         }
@@ -67,7 +74,7 @@ pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String>
 fn walk(
     range: &RangeSpec,
     from: f64,
-    number: &dyn Fn(&str, &Raw) -> Result<f64, String>,
+    difference: &dyn Fn(&Raw) -> Result<f64, String>,
 ) -> Result<Walk, String> {
     let positive = |walk: Walk| match from > 0.0 {
         true => Ok(walk),
@@ -75,7 +82,7 @@ fn walk(
     };
     match (&range.step, range.factor, range.count, range.scale) {
         (Some(step), None, None, None | Some(Scale::Linear)) => {
-            let step = number("step", step)?;
+            let step = difference(step)?;
             if step > 0.0 { Ok(Walk::Step(step)) } else { Err("`step` must be above zero".into()) }
         }
         (None, Some(factor), None, None | Some(Scale::Geometric)) => positive(Walk::Factor(factor)),

@@ -197,6 +197,16 @@ impl Space {
         Ok(self.lattice.index(&Draft::new(self, index)?.digits))
     }
 
+    /// What [`Search::ask`](super::search::Search::ask) wants to know of a point: the point that
+    /// stands for it, if it is a design.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn allowed(&self, index: u64) -> Option<u64> {
+        let index = self.canonical(index).ok()?;
+        self.design(index).ok().map(|design| design.index)
+    }
+
     /// A point with its columns.
     ///
     /// # Errors

@@ -53,7 +53,7 @@ fn flatten(
     table: Table,
     prefix: &str,
     depth: usize,
-    is_leaf: &dyn Fn(&Value) -> bool,
+    is_leaf: &dyn Fn(&Table) -> bool,
     found: &mut Vec<(String, Value)>,
 ) -> Result<(), String> {
     if depth > DEPTH_MAX {
@@ -62,7 +62,7 @@ fn flatten(
     for (key, value) in table {
         let key = if prefix.is_empty() { key } else { format!("{prefix}.{key}") };
         match value {
-            Value::Table(inner) if !is_leaf(&Value::Table(inner.clone())) => {
+            Value::Table(inner) if !is_leaf(&inner) => {
                 flatten(inner, &key, depth + 1, is_leaf, found)?;
             }
             value => found.push((key, value)),
@@ -83,7 +83,7 @@ impl<'de> Deserialize<'de> for Settings {
 impl<'de> Deserialize<'de> for Zip {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut found = Vec::new();
-        let is_range = |v: &Value| v.as_table().is_some_and(|t| t.contains_key("from"));
+        let is_range = |t: &Table| t.contains_key("from");
         flatten(Table::deserialize(deserializer)?, "", 0, &is_range, &mut found)
             .map_err(serde::de::Error::custom)?;
         let row = |(key, value): (String, Value)| {

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::{Axis, FileKind, Found, Rejected, Space};
+use super::{Axis, Draft, FileKind, Found, Rejected, Space};
 use crate::config::embedded::INERT;
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
@@ -99,7 +99,16 @@ fn axes(space: &Space, found: &mut Found<'_>) {
         if space.lattice.sides()[number].len < 2 {
             continue;
         }
-        match moves(space, number, &around) {
+        let places = match space.axes[number].when {
+            None => around.clone(),
+            Some(_) => where_it_counts(space, number),
+        };
+        if places.is_empty() {
+            let message = "the condition holds at none of the points that were tried";
+            found.wrong(&format!("axes.{number}.when"), message);
+            continue;
+        }
+        match moves(space, number, &places) {
             Ok(false) => {
                 let axis = &space.axes[number];
                 let message = format!("the axis `{}` changes nothing{}", axis.name, why(axis));
@@ -110,6 +119,15 @@ fn axes(space: &Space, found: &mut Found<'_>) {
             Err(_) => {}
         }
     }
+}
+
+/// Points at which an axis with a condition counts.
+fn where_it_counts(space: &Space, number: usize) -> Vec<u64> {
+    let counts = |index: &u64| {
+        // What is wrong with the condition is found when the point is built.
+        Draft::new(space, *index).map_or(true, |draft| draft.active[number])
+    };
+    some_points(space, LOOK_MAX).filter(counts).take(TRIES).collect()
 }
 
 /// Whether two values of an axis give different designs; also true where too few points are designs

@@ -16,7 +16,7 @@ pub(super) struct Draft<'a> {
     /// Which value of each axis it has; 0 for an axis that does not count.
     pub(super) digits: Vec<u32>,
     /// Whether each axis counts.
-    active: Vec<bool>,
+    pub(super) active: Vec<bool>,
     base: Arc<Document<Machine>>,
     base_name: String,
     machine: Table,
@@ -139,8 +139,8 @@ impl<'a> Draft<'a> {
 
     /// What a name stands for in an expression.
     pub(super) fn value(&self, name: &str, computed: Option<&Computed<'_>>) -> Option<expr::Value> {
-        if let Ok(key) = Key::find_exact(name) {
-            return key.domain().value(&self.file_value(key)?);
+        if let Some((key, domain)) = Key::known(name) {
+            return domain.value(&self.file_value(key)?);
         }
         let named = |axis: &Axis| axis.has_names && axis.name == name;
         if let Some(i) = self.space.axes.iter().position(named) {

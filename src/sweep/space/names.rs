@@ -6,6 +6,7 @@
 
 use super::{Energy, Found, Machine, Priced, Space};
 use crate::sim::cost::peak_w;
+use crate::sim::statistics::{Statistic, catalogue};
 use crate::sweep::axis::no_name;
 use crate::sweep::expr::{Expr, Value};
 use crate::sweep::file::SweepFile;
@@ -90,13 +91,27 @@ pub(super) fn check(space: &Space, file: &SweepFile, found: &mut Found<'_>) {
 
 fn names_of(expr: &Expr, place: &str, known: &[String], space: &Space, found: &mut Found<'_>) {
     for name in expr.names() {
-        let is_known = Key::find_exact(name).is_ok()
+        let is_known = Key::known(name).is_some()
             || known.iter().any(|k| k == name)
             || is_computed(name, &space.energy);
-        if !is_known {
-            found.wrong(place, expr.at_name(name, no_name(name, known)).to_string());
+        if is_known {
+            continue;
         }
+        let message = match is_result(name) {
+            true => format!(
+                "`{name}` is a result: it is known after the simulation, for `pareto --where`"
+            ),
+            false => no_name(name, known),
+        };
+        found.wrong(place, expr.at_name(name, message).to_string());
     }
+}
+
+/// Whether a name is a column of the results that is computed from a simulation.
+fn is_result(name: &str) -> bool {
+    let column = name.rsplit_once('.').map_or(name, |(column, _)| column);
+    let of = |s: &Statistic| s.name.split('.').next() == Some(column) || s.name == name;
+    column == "fps" || catalogue().iter().any(of)
 }
 
 /// A condition sees the axes before its own.
