@@ -113,6 +113,7 @@ pub enum Command {
     #[command(after_help = quality::EXAMPLES)]
     Quality(quality::Args),
     /// Turn every modelling assumption and see what moves
+    /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),
     /// Simulate many designs on some traces: a table of results

@@ -8,6 +8,7 @@ pub mod assumptions;
 pub mod document;
 pub mod embedded;
 pub mod error;
+pub mod inert;
 pub mod knob;
 pub mod references;
 pub mod schema;

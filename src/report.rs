@@ -203,7 +203,7 @@ pub struct File {
 }
 
 /// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 31] = [
+pub const FILE_NAMES: [&str; 48] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
@@ -234,12 +234,29 @@ pub const FILE_NAMES: [&str; 31] = [
     "tornado_3.svg",
     "tornado_4.png",
     "tornado_4.svg",
+    "elasticity.csv",
+    "interactions.csv",
+    "designs.csv",
+    "tornado_fps.png",
+    "tornado_fps.svg",
+    "tornado_energy.png",
+    "tornado_energy.svg",
+    "tornado_area.png",
+    "tornado_area.svg",
+    "morris_fps.png",
+    "morris_fps.svg",
+    "morris_energy.png",
+    "morris_energy.svg",
+    "morris_area.png",
+    "morris_area.svg",
+    "sobol.png",
+    "sobol.svg",
     "trace.json.gz",
 ];
 
 /// Those of them that `replay` writes only when they are asked for, or that `compare` and
 /// `sensitivity` write.
-pub const ASKED_FOR: [&str; 13] = [
+pub const ASKED_FOR: [&str; 30] = [
     "compare.csv",
     "timeline.png",
     "timeline.svg",
@@ -253,6 +270,23 @@ pub const ASKED_FOR: [&str; 13] = [
     "tornado_3.svg",
     "tornado_4.png",
     "tornado_4.svg",
+    "elasticity.csv",
+    "interactions.csv",
+    "designs.csv",
+    "tornado_fps.png",
+    "tornado_fps.svg",
+    "tornado_energy.png",
+    "tornado_energy.svg",
+    "tornado_area.png",
+    "tornado_area.svg",
+    "morris_fps.png",
+    "morris_fps.svg",
+    "morris_energy.png",
+    "morris_energy.svg",
+    "morris_area.png",
+    "morris_area.svg",
+    "sobol.png",
+    "sobol.svg",
 ];
 
 /// The files of the report folder, all but `invocation.toml`.

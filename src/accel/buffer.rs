@@ -27,6 +27,11 @@ impl Room {
         Self { capacity, used, peak, filled, discarded, byte_cycles: 0, since: 0 }
     }
 
+    /// Bytes that it holds.
+    pub fn used(&self) -> u64 {
+        self.used
+    }
+
     /// Whether `bytes` may enter now.
     pub fn admits(&self, bytes: u64) -> bool {
         self.used == 0 || self.used.saturating_add(bytes) <= self.capacity

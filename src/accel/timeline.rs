@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::Stall;
+use crate::action::Buffer;
 
 /// What a unit does in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,16 +50,34 @@ pub struct Span {
     pub to: u64,
 }
 
+/// What a share of a buffer holds from a cycle on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Level {
+    /// The buffer.
+    pub buffer: Buffer,
+    /// Which CCU, or which core.
+    pub instance: u32,
+    /// First cycle.
+    pub from: u64,
+    /// Bytes.
+    pub bytes: u64,
+}
+
 /// Somebody who wants to know. Spans of one unit come in order and without gaps, except that those
 /// of a BSU are told when they are decided.
 pub trait Observer {
     /// Whether it wants to know the requests to the DRAM.
     const WANTS_REQUESTS: bool = false;
 
+    /// Whether it wants to know what buffers hold.
+    const WANTS_LEVELS: bool = false;
+
     /// Takes a span that is not empty.
     fn span(&mut self, span: Span);
     /// Takes a contiguous piece of a request, in the order in which requests are issued.
     fn request(&mut self, _is_write: bool, _address: u64, _bytes: u64) {}
+    /// Takes what a buffer holds; of one share in order of time, also where nothing has changed.
+    fn level(&mut self, _level: Level) {}
 }
 
 /// Nobody.

@@ -55,6 +55,15 @@ pub struct Index {
     pub total: Estimate,
 }
 
+/// The indices of all factors.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Indices {
+    /// One for each factor.
+    pub each: Vec<Index>,
+    /// Sum of the first orders: what factors explain alone. The rest is interaction.
+    pub alone: Estimate,
+}
+
 impl Design {
     /// `count` rows for so many factors, each of `factors + 2` points. A row with a point that is
     /// not `valid` is drawn again, uniformly; after many tries there are fewer rows. Where rows
@@ -92,12 +101,12 @@ impl Design {
         self.rows.iter().flat_map(|row| points(row, self.factors))
     }
 
-    /// The indices of each factor for an output with these values, one for each of
+    /// The indices of all factors for an output with these values, one for each of
     /// [`Design::points`]. All are 0 for an output that does not vary.
     ///
     /// # Panics
     /// If there are fewer values than points.
-    pub fn indices(&self, values: &[f64], seed: u64) -> Vec<Index> {
+    pub fn indices(&self, values: &[f64], seed: u64) -> Indices {
         let (width, n) = (self.factors + 2, self.rows.len());
         let values = &values[..n * width];
         let ends = values.chunks_exact(width).flat_map(|row| [row[0], row[1]]);
@@ -108,9 +117,12 @@ impl Design {
         let exact = estimates(&rows, &all, self.factors);
         let mut rng = Pcg64Mcg::seed_from_u64(seed);
         let mut drawn = vec![[Vec::new(), Vec::new()]; self.factors];
+        let mut sums = Vec::new();
+        let sum = |found: &[[f64; 2]]| found.iter().map(|[first, _]| first).sum::<f64>();
         for _ in 0..if n > 1 { RESAMPLES } else { 0 } {
             let picked: Vec<usize> = (0..n).map(|_| rng.random_range(0..n)).collect();
             let again = estimates(&rows, &picked, self.factors);
+            sums.push(sum(&again));
             for (drawn, [first, total]) in drawn.iter_mut().zip(again) {
                 drawn[0].push(first);
                 drawn[1].push(total);
@@ -120,7 +132,8 @@ impl Design {
             first: estimate(first, firsts),
             total: estimate(total, totals),
         };
-        exact.into_iter().zip(drawn).map(index).collect()
+        let alone = estimate(sum(&exact), sums);
+        Indices { each: exact.into_iter().zip(drawn).map(index).collect(), alone }
     }
 }
 

@@ -1,6 +1,12 @@
-//! `sensitivity`: what every modelling assumption moves on a machine and some traces.
+//! `sensitivity`: what every key of a machine moves on some traces, what every modelling assumption
+//! does, and how keys act together.
 
+mod files;
+mod interactions;
+mod keys;
+mod levels;
 mod measure;
+mod output;
 mod turned;
 
 use std::path::PathBuf;
@@ -8,27 +14,35 @@ use std::path::PathBuf;
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
 use super::machine_file::{LoadedMachine, load_machine_with};
-use super::replay::DEFAULT_DISPLAY;
+use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
-use super::trace_source::{TraceSource, hashed};
-use super::{Context, Exit, Failure, OrExit, out};
+use super::trace_source::TraceSource;
+use super::{Context, Exit, Failure, out};
 use crate::config::assumptions::assumptions;
-use crate::report::sensitivity::{self, Fixed, Sensitivity};
-use crate::report::{MODEL_VERSION, TOOL_VERSION};
+use crate::config::knob;
+use crate::report::sensitivity::interactions::Interactions;
+use crate::report::sensitivity::keys::{KeyRow, Keys, Turned};
+use crate::report::sensitivity::{Fixed, Sensitivity};
+use files::Files;
+use interactions::{Asked, Method};
+use keys::{Candidate, Key};
+use levels::Wanted;
 use measure::Machines;
-use turned::Files;
 
 /// Shown under `sensitivity --help`.
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim sensitivity gscore traces/demo.bin
   powergs-sim sensitivity mine.toml room.bin street.bin --frames ..4 --out reports/s
-  powergs-sim sensitivity gscore scene.bin --only A4,A5,A27 --json
-  powergs-sim sensitivity gscore scene.bin --set dram.model=banked --csv table.csv
+  powergs-sim sensitivity gscore scene.bin --interactions morris
+  powergs-sim sensitivity gscore scene.bin --interactions sobol --samples 128 \\
+    --keys 'vru.cores=2..8,dram.bandwidth=25 GB/s..100 GB/s,geometry.subtile=4|8'
+  powergs-sim sensitivity gscore scene.bin --assumptions --only A4,A5,A27 --json
 
-Each assumption of docs/model.md has a number (A4) and, where possible, a key in a
-machine, energy or DRAM file (arch-configs/assumptions.toml). Every key is turned
-by 50 % down and up, one after the other; names are turned to the other names.";
+Every key of the machine, of its energy table and of its DRAM device is turned one
+after the other: by a step down and up (elasticity), to half and double, to other
+names. --interactions turns the twelve that matter most, or those of --keys, together.
+--assumptions turns the knobs of docs/model.md (A4) by 50 % instead.";
 
 /// The arguments of `sensitivity`.
 #[derive(Debug, Clone, clap::Args)]
@@ -44,13 +58,37 @@ pub struct Args {
     /// Energy table, in place of the machine's: a name of `arch list`, or a file
     #[arg(long, value_name = "NAME|FILE")]
     pub energy: Option<String>,
+    /// Only these keys, `*` at the end is any rest; with --interactions also their
+    /// values: KEY, KEY=LOW..HIGH, KEY=A|B|C
+    #[arg(long, value_name = "KEYS", value_delimiter = ',', value_parser = levels::wanted)]
+    pub keys: Vec<Wanted>,
+    /// Relative step of elasticities; where that is no machine, the next larger one
+    #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = step)]
+    pub step: f64,
+    /// Display rate, frames per second, for power
+    #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
+    pub fps: f64,
+    /// Turn keys together: which interact, and how much
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub interactions: Option<Method>,
+    /// Trajectories of morris [default: 20], rows of sobol [default: 128]
+    #[arg(long, value_name = "N", requires = "interactions")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub samples: Option<u32>,
+    /// Seed of the sample of --interactions
+    #[arg(long, value_name = "SEED", default_value = "1")]
+    pub seed: u64,
+    /// Turn the modelling assumptions of docs/model.md instead of keys
+    #[arg(long, conflicts_with_all = ["keys", "interactions"])]
+    pub assumptions: bool,
     /// Only these assumptions: A4,A27
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', value_parser = number)]
+    #[arg(long, value_name = "NUMBERS", requires = "assumptions")]
+    #[arg(value_delimiter = ',', value_parser = number)]
     pub only: Vec<u32>,
     /// Only frames A to B of each trace, B excluded, counted from 0: 0..24, 10.., ..5
     #[arg(long, value_name = "A..B", value_parser = frame_range)]
     pub frames: Option<FrameRange>,
-    /// Also write the table as CSV to this file
+    /// Also write the main table as CSV to this file
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Report folder [default: reports/sensitivity-MACHINE, with a counter if it exists]
@@ -59,6 +97,12 @@ pub struct Args {
     /// Replace the finished report in --out
     #[arg(long)]
     pub force: bool,
+}
+
+/// A step between what rounding hides and half.
+fn step(text: &str) -> Result<f64, String> {
+    let step = text.parse().ok().filter(|s| (0.001..=0.5).contains(s));
+    step.ok_or_else(|| "a share from 0.001 to 0.5, e.g. 0.1".to_owned())
 }
 
 fn number(text: &str) -> Result<u32, String> {
@@ -70,6 +114,12 @@ fn number(text: &str) -> Result<u32, String> {
     })
 }
 
+/// What came out.
+enum Found {
+    Assumptions(Sensitivity),
+    Keys(Keys, Option<Interactions>),
+}
+
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
@@ -78,100 +128,109 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let mut sources: Vec<TraceSource> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
     let folder_name = format!("sensitivity-{}", loaded.machine.name);
     let folder = RunFolder::create(args.out.as_deref(), &folder_name, args.force)?;
-    let Some(found) = experiment(args, &loaded, &mut sources, context)? else {
+    let found = match args.assumptions {
+        true => of_assumptions(args, &loaded, &mut sources, context)?,
+        false => of_keys(args, &loaded, &mut sources, context)?,
+    };
+    let Some(found) = found else {
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     };
-    let csv = sensitivity::csv(&found).or_exit(Exit::Internal, "sensitivity.csv")?;
+    let table = output::write(&folder, &found)?;
     if let Some(path) = &args.csv {
-        super::aside::write_aside(path, |w| w.write_all(&csv))?;
+        super::aside::write_aside(path, |w| w.write_all(&table))?;
     }
-    write(&folder, &found, &csv)?;
-    folder.write("run.toml", record(&loaded, &sources)?.as_bytes())?;
+    folder.write("run.toml", output::record(args, &loaded, &sources)?.as_bytes())?;
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
     if context.global.json {
-        out::json(&sensitivity::json(&found))?;
+        out::json(&output::json(&found))?;
     } else if !context.global.quiet {
-        out::text(&sensitivity::terminal(&found, Some(&path.display().to_string())))?;
+        out::text(&output::terminal(&found, &path.display().to_string()))?;
     }
     Ok(if context.is_cancelled() { Exit::Interrupted } else { Exit::Done })
 }
 
-/// `None` if not even one frame was done.
-fn experiment(
+/// Every key, and keys together; `None` if not even one frame was done.
+fn of_keys(
     args: &Args,
     loaded: &LoadedMachine,
     sources: &mut [TraceSource],
     context: &Context,
-) -> Result<Option<Sensitivity>, Failure> {
+) -> Result<Option<Found>, Failure> {
+    let base = Files::of(loaded, &[]).map_err(|e| Failure::new(Exit::Usage, e))?;
+    let (all, mut not_tried) = keys::all(&base);
+    let all = levels::only(all, &args.keys)?;
+    if !args.keys.is_empty() {
+        not_tried.clear();
+    }
+    let tried = keys::candidates(&all, &base, args.step);
+    let files = tried.iter().flatten().filter_map(|c| c.files.as_ref().ok());
+    let machines = Machines::of(std::iter::once(&base).chain(files), args.fps);
+    let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
+    let outcomes = |files: &Files| machines.outcomes(files, &means);
+    let turned = |c: &Candidate| Turned {
+        reach: c.reach,
+        value: knob::shown(&c.value),
+        ratio: c.ratio,
+        outcomes: c.files.as_ref().map_err(Clone::clone).and_then(outcomes),
+    };
+    let row = |(key, tried): (&Key, &Vec<Candidate>)| KeyRow {
+        file: key.file.name(),
+        key: key.path.clone(),
+        value: knob::shown(&key.value),
+        base: outcomes(&base).unwrap_or_default(),
+        turns: tried.iter().map(turned).collect(),
+        reason: key.reason(),
+    };
+    let found = Keys {
+        machine: loaded.machine.name.clone(),
+        display_fps: args.fps,
+        step: args.step,
+        traces: measure::traced(&means),
+        rows: all.iter().zip(&tried).map(row).collect(),
+        not_tried,
+    };
+    let found = found.sorted();
+    let Some(method) = args.interactions else { return Ok(Some(Found::Keys(found, None))) };
+    if context.is_cancelled() {
+        out::complain("interrupted: the report is without interactions");
+        return Ok(Some(Found::Keys(found, None)));
+    }
+    let factors = levels::levelled(&all, &args.keys, &found, &base)?;
+    let samples = args.samples.map(|n| n as usize);
+    let asked = Asked { method, samples, seed: args.seed, display_fps: args.fps };
+    let name = &loaded.machine.name;
+    let together = interactions::run(&asked, name, &base, &factors, sources, context)?;
+    if together.is_none() {
+        out::complain("interrupted: the report is without interactions");
+    }
+    Ok(Some(Found::Keys(found, together)))
+}
+
+/// Every assumption; `None` if not even one frame was done.
+fn of_assumptions(
+    args: &Args,
+    loaded: &LoadedMachine,
+    sources: &mut [TraceSource],
+    context: &Context,
+) -> Result<Option<Found>, Failure> {
     let wanted = |n: &u32| args.only.is_empty() || args.only.contains(n);
     let all = assumptions().iter().map(|(n, a)| (*n, a)).filter(|(n, _)| wanted(n));
     let (mut turns, mut fixed) = turned::turns(loaded, all);
     let base = Files::of(loaded, &[]).map_err(|e| Failure::new(Exit::Usage, e))?;
-    let machines = Machines::of(&base, &turns);
+    let machines = Machines::of(measure::files(&base, &turns), args.fps);
     for (number, why) in measure::without_base(&turns, &machines) {
         turns.retain(|t| t.number != number);
         let text = assumptions()[&number].text.clone();
         fixed.push(Fixed { number: format!("A{number}"), text, why });
     }
-    let mut means = Vec::new();
-    for source in sources {
-        if context.is_cancelled() {
-            break;
-        }
-        means.extend(measure::measure(source, &machines, context)?);
-    }
-    if means.is_empty() {
-        return Ok(None);
-    }
+    let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
     let found = Sensitivity {
         machine: loaded.machine.name.clone(),
         traces: measure::traced(&means),
         rows: measure::rows(&turns, &machines, &means),
         fixed,
     };
-    Ok(Some(found.sorted()))
-}
-
-fn write(folder: &RunFolder, found: &Sensitivity, csv: &[u8]) -> Result<(), Failure> {
-    folder.write("sensitivity.csv", csv)?;
-    let charts = sensitivity::charts(found).or_exit(Exit::Internal, "charts")?;
-    folder.write("summary.md", sensitivity::markdown(found, &charts).as_bytes())?;
-    for chart in charts {
-        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
-    }
-    Ok(())
-}
-
-/// `run.toml`: versions, inputs, configuration.
-fn record(loaded: &LoadedMachine, sources: &[TraceSource]) -> Result<String, Failure> {
-    let mut inputs = Vec::new();
-    for (role, file) in [
-        ("machine", &loaded.machine_file),
-        ("energy", &loaded.energy_file),
-        ("dram", &loaded.device_file),
-    ] {
-        inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
-    }
-    inputs.extend(sources.iter().map(|s| s.inputs[0].clone()));
-    let input = |i: &crate::report::Input| {
-        let mut table = toml::Table::new();
-        table.insert("role".into(), i.role.into());
-        table.insert("name".into(), i.name.clone().into());
-        table.insert("bytes".into(), (i.bytes as i64).into());
-        table.insert("xxh3".into(), format!("{:032x}", i.xxh3).into());
-        toml::Value::Table(table)
-    };
-    let mut table = toml::Table::new();
-    table.insert("tool-version".into(), TOOL_VERSION.into());
-    table.insert("model-version".into(), i64::from(MODEL_VERSION).into());
-    table.insert("inputs".into(), inputs.iter().map(input).collect::<Vec<_>>().into());
-    let machine: toml::Table =
-        loaded.resolved_toml.parse().or_exit(Exit::Internal, &loaded.machine_file.origin)?;
-    table.insert("machine".into(), machine.into());
-    Ok(table.to_string())
+    Ok(Some(Found::Assumptions(found.sorted())))
 }

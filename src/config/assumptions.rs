@@ -57,6 +57,9 @@ pub enum KnobFile {
 }
 
 impl KnobFile {
+    /// All, a machine's own first.
+    pub const ALL: [KnobFile; 3] = [KnobFile::Machine, KnobFile::Energy, KnobFile::Dram];
+
     /// The name in every output.
     pub const fn name(self) -> &'static str {
         match self {

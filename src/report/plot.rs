@@ -56,6 +56,8 @@ pub mod palette {
     pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
     /// Reddish purple.
     pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
+    /// Indigo (Tol), the darkest.
+    pub const INDIGO: RGBColor = RGBColor(51, 34, 136);
     /// Light grey, for what is not there.
     pub const PALE: RGBColor = RGBColor(221, 221, 221);
     /// Middle grey.

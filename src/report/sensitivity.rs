@@ -1,80 +1,20 @@
 //! What every assumption moves: the frame rate, the energy of a frame and the area of the chip,
-//! with its knob turned down and up.
+//! with its knob turned down and up. What every key moves is in [`keys`], and how keys act together
+//! in [`interactions`].
 
 mod chart;
+pub mod interactions;
+pub mod keys;
+mod outcome;
 mod text;
 
 pub use chart::charts;
+pub use outcome::{Change, Measure, Outcome, Traced, incomplete_note, traces_json};
 pub use text::{markdown, terminal};
 
 use serde_json::{Value, json};
 
 use super::ReportError;
-
-/// What the frames of one trace cost on one machine, means over the frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Outcome {
-    /// Time of a frame, milliseconds.
-    pub frame_time_ms: f64,
-    /// Energy of a frame, picojoules.
-    pub energy_pj: f64,
-    /// Area of the chip, mm²; `None` where the energy table has none.
-    pub area_mm2: Option<f64>,
-}
-
-impl Outcome {
-    /// Frames per second; 0 without a time.
-    pub fn fps(&self) -> f64 {
-        if self.frame_time_ms > 0.0 { 1e3 / self.frame_time_ms } else { 0.0 }
-    }
-
-    /// Millijoules per frame.
-    pub fn energy_mj(&self) -> f64 {
-        self.energy_pj * 1e-9
-    }
-
-    /// Relative changes from `base` to this, each 0.1 for ten percent more.
-    pub fn change(&self, base: &Outcome) -> Change {
-        let of = |new: f64, old: f64| if old == 0.0 { 0.0 } else { new / old - 1.0 };
-        let area = self.area_mm2.zip(base.area_mm2).map(|(new, old)| of(new, old));
-        Change {
-            fps: of(self.fps(), base.fps()),
-            energy: of(self.energy_pj, base.energy_pj),
-            area: area.unwrap_or(0.0),
-        }
-    }
-}
-
-/// Relative changes.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Change {
-    /// Of the frame rate.
-    pub fps: f64,
-    /// Of the energy of a frame.
-    pub energy: f64,
-    /// Of the area.
-    pub area: f64,
-}
-
-impl Change {
-    /// The largest of them, without sign.
-    pub fn largest(&self) -> f64 {
-        self.fps.abs().max(self.energy.abs()).max(self.area.abs())
-    }
-}
-
-/// A trace that was simulated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Traced {
-    /// Name of the trace.
-    pub name: String,
-    /// Frames that were simulated.
-    pub frames: usize,
-    /// Frames that were asked for.
-    pub asked: usize,
-    /// The machine as it is.
-    pub base: Outcome,
-}
 
 /// A knob turned one way.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,8 +111,7 @@ impl Sensitivity {
 
     /// What is missing because it was interrupted, if so.
     pub fn incomplete_note(&self) -> Option<String> {
-        let trace = self.traces.iter().find(|t| t.frames < t.asked)?;
-        Some(format!("INCOMPLETE: {} of {} frames of {}", trace.frames, trace.asked, trace.name))
+        incomplete_note(&self.traces)
     }
 }
 
@@ -242,14 +181,7 @@ fn sides(row: &Row) -> Vec<(&'static str, Side)> {
 
 /// The experiment as JSON.
 pub fn json(all: &Sensitivity) -> Value {
-    let outcome = |o: &Outcome| {
-        json!({
-            "frame_time_ms": o.frame_time_ms,
-            "fps": o.fps(),
-            "energy_pj": o.energy_pj,
-            "area_mm2": o.area_mm2,
-        })
-    };
+    let outcome = Outcome::json;
     let side = |side: &Side| match &side.outcomes {
         Ok(outcomes) => {
             let outcomes: Vec<Value> = outcomes.iter().map(outcome).collect();
@@ -272,19 +204,11 @@ pub fn json(all: &Sensitivity) -> Value {
             "high": row.high.as_ref().map(side),
         })
     };
-    let trace = |t: &Traced| {
-        json!({
-            "name": t.name,
-            "frames": t.frames,
-            "frames_asked_for": t.asked,
-            "base": outcome(&t.base),
-        })
-    };
     let fixed = |f: &Fixed| json!({ "assumption": f.number, "text": f.text, "why": f.why });
     json!({
         "machine": all.machine,
         "incomplete": all.incomplete_note().is_some(),
-        "traces": all.traces.iter().map(trace).collect::<Vec<_>>(),
+        "traces": traces_json(&all.traces),
         "rows": all.rows.iter().map(row).collect::<Vec<_>>(),
         "without_knob": all.fixed.iter().map(fixed).collect::<Vec<_>>(),
     })

@@ -28,11 +28,11 @@ use crate::accel::design::Design;
 use crate::accel::layout::Layout;
 use crate::accel::memory::Arrival;
 use crate::accel::qsu::Qsu;
-use crate::accel::timeline::{Observer, State};
+use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
 use crate::accel::vru::Vru;
 use crate::accel::{Histogram, Stall};
-use crate::action::{ActionCounts, Stage};
+use crate::action::{ActionCounts, Buffer, Stage};
 
 /// A chunk in the feature buffer, or a tile without chunks.
 #[derive(Debug, Clone, Copy)]
@@ -237,7 +237,18 @@ impl Core {
         self.wake(now, shared)
     }
 
-    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
+    pub fn account<O: Observer>(&mut self, now: u64, observer: &mut O) {
+        if O::WANTS_LEVELS && now > self.since {
+            let rooms = [
+                (Buffer::Sorting, &self.front.keys),
+                (Buffer::Feature, &self.features),
+                (Buffer::PixelOut, &self.pixels),
+            ];
+            let (instance, from) = (self.vru.instance(), self.since);
+            for (buffer, room) in rooms {
+                observer.level(Level { buffer, instance, from, bytes: room.used() });
+            }
+        }
         let [qsu, bsu, vru] = self.states;
         self.qsu.book(qsu, self.since, now, observer);
         self.bsu.book(bsu, self.since.max(self.sorter_free), now, observer);

@@ -19,6 +19,11 @@ impl Ledger {
         Self { unit, instance, busy: 0, stalls: [0; Stall::ALL.len()], idle: 0 }
     }
 
+    /// Which CCU, or which core.
+    pub fn instance(&self) -> u32 {
+        self.instance
+    }
+
     /// Books the cycles from `from` up to `to`.
     pub fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
         if from >= to {

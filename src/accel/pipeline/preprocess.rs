@@ -12,9 +12,9 @@ use crate::accel::design::Design;
 use crate::accel::layout::{Layout, Span};
 use crate::accel::machine::Fetch;
 use crate::accel::memory::Arrival;
-use crate::accel::timeline::{Observer, State};
+use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use crate::action::Stage;
+use crate::action::{Buffer, Stage};
 
 /// A batch, from its claim until its results have left.
 #[derive(Debug)]
@@ -259,7 +259,14 @@ impl Converter {
     }
 
     /// Books what it did up to now.
-    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
+    pub fn account<O: Observer>(&mut self, now: u64, observer: &mut O) {
+        if O::WANTS_LEVELS && now > self.since {
+            let rooms = [(Buffer::GaussianIn, &self.input), (Buffer::TileList, &self.output)];
+            let (instance, from) = (self.ledger.instance(), self.since);
+            for (buffer, room) in rooms {
+                observer.level(Level { buffer, instance, from, bytes: room.used() });
+            }
+        }
         self.ledger.book(self.state, self.since, now, observer);
         self.since = now;
     }

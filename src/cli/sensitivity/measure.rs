@@ -1,12 +1,13 @@
 //! Takes the frames of traces through all machines of the experiment: each distinct machine once,
 //! each frame binned once for every geometry.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::turned::{Files, Turn, Way};
+use super::files::Files;
+use super::turned::{Turn, Way};
 use crate::cli::trace_source::{TraceFrame, TraceSource};
 use crate::cli::what_if::{Variant, cost};
 use crate::cli::{Context, Exit, Failure, OrExit, progress::Progress};
@@ -14,40 +15,61 @@ use crate::report::sensitivity::{Outcome, Row, Side, Traced};
 use crate::sim::{Lists, Measured, simulate_measured};
 use crate::workload::{FrameWorkload, Geometry, bin};
 
-/// The distinct machines of an experiment.
-#[derive(Debug, Default)]
+/// The distinct machines of an experiment, the one that others are compared with first.
+#[derive(Debug)]
 pub struct Machines {
-    files: Vec<Files>,
+    places: HashMap<Files, usize>,
     variants: Vec<Result<Variant, String>>,
+    display_fps: f64,
 }
 
 impl Machines {
-    /// The place of a machine in the list.
-    pub fn add(&mut self, files: &Files) -> usize {
-        if let Some(known) = self.files.iter().position(|f| f == files) {
-            return known;
+    /// The machines of files, each once; powers are at this display rate.
+    pub fn of<'a>(all: impl IntoIterator<Item = &'a Files>, display_fps: f64) -> Machines {
+        let (mut places, mut distinct) = (HashMap::new(), Vec::new());
+        for files in all {
+            places.entry(files.clone()).or_insert_with(|| {
+                distinct.push(files);
+                distinct.len() - 1
+            });
         }
-        self.files.push(files.clone());
-        self.variants.push(files.variant());
-        self.files.len() - 1
+        let variants = distinct.par_iter().map(|files| files.variant()).collect();
+        Machines { places, variants, display_fps }
     }
 
-    /// The machines of all turns.
-    pub fn of(base: &Files, turns: &[Turn]) -> Machines {
-        let mut machines = Machines::default();
-        machines.add(base);
-        for turn in turns {
-            machines.add(&turn.base);
-            for way in [&turn.low, &turn.high].into_iter().flatten() {
-                machines.add(&way.files);
-            }
-        }
-        machines
+    /// Machines that are known to be distinct.
+    pub fn known(variants: Vec<Variant>, display_fps: f64) -> Machines {
+        let variants = variants.into_iter().map(Ok).collect();
+        Machines { places: HashMap::new(), variants, display_fps }
     }
 
     fn place(&self, files: &Files) -> usize {
-        self.files.iter().position(|f| f == files).expect("every machine was added")
+        *self.places.get(files).expect("every machine was added")
     }
+
+    /// What files cost, by trace.
+    ///
+    /// # Errors
+    /// Why they are no machine.
+    pub fn outcomes(&self, files: &Files, means: &[Means]) -> Result<Vec<Outcome>, String> {
+        let place = self.place(files);
+        self.variants[place].as_ref().map_err(Clone::clone)?;
+        Ok(outcomes(means, place))
+    }
+}
+
+/// What the machine at a place of the list costs, by trace.
+pub fn outcomes(means: &[Means], place: usize) -> Vec<Outcome> {
+    means.iter().map(|m| m.outcomes[place]).collect()
+}
+
+/// The files of all turns of assumptions.
+pub fn files<'a>(base: &'a Files, turns: &'a [Turn]) -> impl Iterator<Item = &'a Files> {
+    let of = |turn: &'a Turn| {
+        let ways = [&turn.low, &turn.high].into_iter().flatten().map(|way| &way.files);
+        std::iter::once(&turn.base).chain(ways)
+    };
+    std::iter::once(base).chain(turns.iter().flat_map(of))
 }
 
 /// What came out of one trace: a mean for every machine that is one.
@@ -65,7 +87,28 @@ struct Running<'a> {
     /// Place in the list of machines.
     index: usize,
     lists: Lists,
+    /// Of the frame that is being worked on.
+    frame: Outcome,
     sum: Outcome,
+}
+
+/// Takes all traces through all machines; `None` if not even one frame was done.
+///
+/// # Errors
+/// As [`measure`].
+pub fn all(
+    sources: &mut [TraceSource],
+    machines: &Machines,
+    context: &Context,
+) -> Result<Option<Vec<Means>>, Failure> {
+    let mut means = Vec::new();
+    for source in sources {
+        if context.is_cancelled() {
+            break;
+        }
+        means.extend(measure(source, machines, context)?);
+    }
+    Ok((!means.is_empty()).then_some(means))
 }
 
 /// Takes a trace through all machines; `None` if not even one frame was done.
@@ -81,18 +124,27 @@ pub fn measure(
     let mut running: Vec<Running> = alive
         .filter_map(|(index, v)| {
             let variant = v.as_ref().ok()?;
-            Some(Running { variant, index, lists: Lists::default(), sum: Outcome::default() })
+            let (frame, sum) = (Outcome::default(), Outcome::default());
+            Some(Running { variant, index, lists: Lists::default(), frame, sum })
         })
         .collect();
     let (name, asked) = (source.facts.name.clone(), source.facts.frames);
-    let progress = Progress::new(context, asked as u64, "frames");
+    let total = asked as u64 * running.len() as u64;
+    let progress = Progress::new(context, total, "frames on machines");
     let mut frames = 0;
     source.in_sequence(
-        |frame| one_frame(&mut running, &frame),
-        |()| {
+        |frame| {
+            one_frame(&mut running, &frame, machines.display_fps, &progress, context)?;
+            if context.is_cancelled() {
+                return Ok(());
+            }
+            running.iter_mut().for_each(Running::add);
             frames += 1;
-            progress.advance(1);
-            if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            Ok(())
+        },
+        |()| match context.is_cancelled() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         },
     )?;
     if frames == 0 {
@@ -103,22 +155,48 @@ pub fn measure(
         outcomes[r.index] = Outcome {
             frame_time_ms: r.sum.frame_time_ms / frames as f64,
             energy_pj: r.sum.energy_pj / frames as f64,
+            power_w: r.sum.power_w / frames as f64,
             area_mm2: r.variant.prices.area.map(|a| a.total().0),
         };
     }
     Ok(Some(Means { name, frames, asked, outcomes }))
 }
 
-fn one_frame(running: &mut [Running], frame: &TraceFrame) -> Result<(), Failure> {
+impl Running<'_> {
+    /// Adds the frame.
+    fn add(&mut self) {
+        self.sum.frame_time_ms += self.frame.frame_time_ms;
+        self.sum.energy_pj += self.frame.energy_pj;
+        self.sum.power_w += self.frame.power_w;
+    }
+}
+
+/// All machines on one frame; when it was cancelled, only some of them.
+fn one_frame(
+    running: &mut [Running],
+    frame: &TraceFrame,
+    display_fps: f64,
+    progress: &Progress,
+    context: &Context,
+) -> Result<(), Failure> {
     let mut geometries: Vec<Geometry> =
         running.iter().map(|r| r.variant.machine.geometry).collect();
     geometries.sort();
     geometries.dedup();
     for geometry in geometries {
+        if context.is_cancelled() {
+            break;
+        }
         let workload = bin(&frame.frame, geometry);
         let mut on_it: Vec<&mut Running> =
             running.iter_mut().filter(|r| r.variant.machine.geometry == geometry).collect();
-        on_it.par_iter_mut().try_for_each(|r| one_machine(r, frame, &workload))?;
+        on_it.par_iter_mut().try_for_each(|r| {
+            if context.is_cancelled() {
+                return Ok(());
+            }
+            progress.advance(1);
+            one_machine(r, frame, &workload, display_fps)
+        })?;
     }
     Ok(())
 }
@@ -127,6 +205,7 @@ fn one_machine(
     running: &mut Running,
     frame: &TraceFrame,
     workload: &FrameWorkload,
+    display_fps: f64,
 ) -> Result<(), Failure> {
     let Variant { machine, prices } = running.variant;
     let measured = match machine.gsu.reuse_period {
@@ -138,8 +217,12 @@ fn one_machine(
     let report = simulate_measured(label, workload, &measured, machine, prices)
         .or_exit(Exit::Internal, place)?;
     let cost = cost(&report);
-    running.sum.frame_time_ms += cost.frame_time_ms;
-    running.sum.energy_pj += cost.energy_pj;
+    running.frame = Outcome {
+        frame_time_ms: cost.frame_time_ms,
+        energy_pj: cost.energy_pj,
+        power_w: report.power_display_rate_w(display_fps),
+        area_mm2: None,
+    };
     Ok(())
 }
 
@@ -156,11 +239,7 @@ pub fn traced(means: &[Means]) -> Vec<Traced> {
 
 /// The rows of the report.
 pub fn rows(turns: &[Turn], machines: &Machines, means: &[Means]) -> Vec<Row> {
-    let outcomes = |files: &Files| -> Result<Vec<Outcome>, String> {
-        let place = machines.place(files);
-        machines.variants[place].as_ref().map_err(Clone::clone)?;
-        Ok(means.iter().map(|m| m.outcomes[place]).collect())
-    };
+    let outcomes = |files: &Files| machines.outcomes(files, means);
     let side = |way: &Way| Side { value: way.value.clone(), outcomes: outcomes(&way.files) };
     let row = |turn: &Turn| Row {
         number: format!("A{}", turn.number),

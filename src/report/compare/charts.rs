@@ -86,7 +86,7 @@ fn energy(comparison: &Comparison) -> Result<Drawing, ReportError> {
 fn stage_colour(stage: Stage) -> RGBColor {
     match stage {
         Stage::Preprocessing => palette::GREEN,
-        Stage::Sorting => palette::YELLOW,
+        Stage::Sorting => palette::INDIGO,
         Stage::Rendering => palette::VERMILION,
         Stage::Standby => palette::PALE,
     }

@@ -1,26 +1,6 @@
 //! The list of keys that move nothing under a condition.
 
-use std::collections::BTreeMap;
-
-use serde::Deserialize;
-
-/// A condition, and what takes it away.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub struct Inert {
-    pub when: String,
-    #[serde(default)]
-    pub lift: Vec<String>,
-    pub lift_file: Option<String>,
-}
-
-/// Keys by kind of file.
-pub type List = BTreeMap<String, BTreeMap<String, Inert>>;
-
-pub fn list() -> List {
-    toml::from_str(include_str!("../../../arch-configs/inert.toml"))
-        .expect("arch-configs/inert.toml")
-}
+pub use powergs_sim::config::inert::{Inert, inert as list};
 
 /// What stands in the README: a row for every key of the list.
 #[test]

@@ -1,4 +1,4 @@
-//! The command `sensitivity`: its table, its folder, its effects.
+//! The command `sensitivity --assumptions`: its table, its folder, its effects.
 
 use assert_cmd::Command;
 use serde_json::Value;
@@ -15,7 +15,14 @@ fn turned_knobs_move_what_they_should() {
     let out = root.path().join("s");
     let csv = root.path().join("table.csv");
     let run = program()
-        .args(["sensitivity", "gscore", "traces/demo.bin", "traces/demo.bin", "--json"])
+        .args([
+            "sensitivity",
+            "gscore",
+            "traces/demo.bin",
+            "traces/demo.bin",
+            "--json",
+            "--assumptions",
+        ])
         .args(["--only", "A4,A9,A14,a27,A50", "--frames", "..1"])
         .args(["--out".as_ref(), out.as_os_str(), "--csv".as_ref(), csv.as_os_str()])
         .assert()
@@ -54,7 +61,7 @@ fn the_table_fits_a_terminal_and_unknown_numbers_are_refused() {
     let root = tempfile::tempdir().expect("a folder");
     let run = program()
         .args(["sensitivity", "edge", "traces/demo.bin", "traces/demo.bin", "--frames", "..1"])
-        .args(["--only", "A4,A5,A26,A37,A1,A13"])
+        .args(["--assumptions", "--only", "A4,A5,A26,A37,A1,A13"])
         .args(["--out".as_ref(), root.path().join("s").as_os_str()])
         .assert()
         .success();
@@ -63,8 +70,9 @@ fn the_table_fits_a_terminal_and_unknown_numbers_are_refused() {
     let wide: Vec<&str> = rows.filter(|l| l.chars().count() > 80).collect();
     assert!(wide.is_empty(), "{wide:#?}");
     assert!(text.contains("dram.efficiency") && text.contains("FPS"), "{text}");
-    let refused =
-        program().args(["sensitivity", "edge", "traces/demo.bin", "--only", "A99"]).assert();
+    let refused = program()
+        .args(["sensitivity", "edge", "traces/demo.bin", "--assumptions", "--only", "A99"])
+        .assert();
     let refused = refused.failure().code(2);
     let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
     assert!(said.contains("A81"), "{said}");

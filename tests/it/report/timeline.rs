@@ -1,10 +1,19 @@
 //! Timelines: the picture and the trace events.
 
-use powergs_sim::accel::Stall;
-use powergs_sim::accel::timeline::{Observer, Span, State};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+
+use powergs_sim::accel::timeline::{Level, Observer, Span, State};
+use powergs_sim::accel::{Machine, Stall};
+use powergs_sim::action::Buffer;
+use powergs_sim::config::embedded::{MACHINES, find};
 use powergs_sim::report::charts;
 use powergs_sim::report::perfetto::TraceWriter;
 use powergs_sim::report::timeline::{COLUMNS, IDLE, Picture, Window};
+use powergs_sim::sim::observed;
+use powergs_sim::trace::Reader;
+use powergs_sim::workload::bin;
 use serde_json::Value;
 
 fn span(unit: &'static str, instance: u32, state: State, from: u64, to: u64) -> Span {
@@ -83,6 +92,33 @@ fn trace_events_follow_the_format() {
     assert_eq!(threads, ["ccu0", "vru0", "vru1"]);
 }
 
+/// A counter event for each change of what a buffer holds, and none where nothing changes.
+#[test]
+fn buffers_are_counters() {
+    let mut bytes = Vec::new();
+    let mut writer = TraceWriter::new(&mut bytes, 2e9, "x").expect("written");
+    let level = |instance, from, bytes| Level { buffer: Buffer::Feature, instance, from, bytes };
+    for l in [level(0, 0, 0), level(1, 0, 7), level(0, 10, 0), level(0, 20, 64), level(1, 30, 0)] {
+        writer.level(l);
+    }
+    writer.finish().expect("written");
+    let trace: Value = serde_json::from_slice(&bytes).expect("JSON");
+    let events = trace["traceEvents"].as_array().expect("events").iter();
+    let counters: Vec<(&Value, f64, &Value)> = events
+        .filter(|e| e["ph"] == "C")
+        .map(|e| (&e["name"], e["ts"].as_f64().expect("a time"), &e["args"]["bytes"]))
+        .collect();
+    let expected = [("feature0", 0.0, 0), ("feature1", 0.0, 7), ("feature0", 0.01, 64)];
+    let expected = expected.into_iter().chain([("feature1", 0.015, 0)]);
+    let expected: Vec<(Value, f64, Value)> =
+        expected.map(|(name, ts, bytes)| (name.into(), ts, bytes.into())).collect();
+    let same = |(a, b): (&(&Value, f64, &Value), &(Value, f64, Value))| {
+        *a.0 == b.0 && a.1 == b.1 && *a.2 == b.2
+    };
+    assert_eq!(counters.len(), expected.len(), "{counters:?}");
+    assert!(counters.iter().zip(&expected).all(same), "{counters:?}");
+}
+
 #[test]
 fn events_of_a_unit_never_overlap_whatever_the_clock() {
     // 3.3 GHz: cycles are no whole nanoseconds.
@@ -114,4 +150,45 @@ fn a_full_disk_is_an_error() {
     let mut writer = TraceWriter::new(Full(1200), 1e9, "x").expect("the head fits");
     spans().into_iter().for_each(|s| writer.span(s));
     assert!(writer.finish().is_err());
+}
+
+/// Byte-cycles and largest levels of each buffer.
+#[derive(Default)]
+struct Levels {
+    now: BTreeMap<(Buffer, u32), (u64, u64)>,
+    sums: BTreeMap<Buffer, u128>,
+}
+
+impl Observer for Levels {
+    const WANTS_LEVELS: bool = true;
+
+    fn span(&mut self, _: Span) {}
+
+    fn level(&mut self, level: Level) {
+        let held = self.now.entry((level.buffer, level.instance)).or_default();
+        let cycles = level.from - held.1;
+        *self.sums.entry(level.buffer).or_default() += u128::from(held.0) * u128::from(cycles);
+        *held = (level.bytes, level.from);
+    }
+}
+
+/// What the counters show is what the statistics add up.
+#[test]
+fn levels_add_up_to_the_statistics() {
+    let machine = Machine::parse(find(MACHINES, "gscore").expect("a machine")).expect("checked");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+    let file = BufReader::new(File::open(path).expect("the demo trace"));
+    let mut reader = Reader::open(file).expect("a trace");
+    let frame = reader.read_block(0).expect("a block").decode().expect("a frame");
+    let workload = bin(&frame, machine.geometry);
+    let mut levels = Levels::default();
+    let timing = observed(&workload, &machine, &mut levels).timing;
+    let end: Vec<Level> = (levels.now.iter())
+        .map(|(&(buffer, instance), _)| Level { buffer, instance, from: timing.frame, bytes: 0 })
+        .collect();
+    end.into_iter().for_each(|level| levels.level(level));
+    assert_eq!(levels.sums.len(), 5, "every buffer but the cache");
+    for used in timing.buffers.iter().filter(|b| b.buffer != Buffer::Cache) {
+        assert_eq!(levels.sums[&used.buffer], used.byte_cycles, "{:?}", used.buffer);
+    }
 }

@@ -38,7 +38,11 @@ fn sobol(f: impl Fn(&[f64]) -> f64, factors: usize, n: usize, seed: u64) -> Vec<
     let design = indices::Design::new(factors, n, seed, |_| true);
     let values: Vec<f64> = design.points().map(|p| f(&p)).collect();
     assert_eq!(values.len(), n * (factors + 2));
-    design.indices(&values, seed + 1)
+    let found = design.indices(&values, seed + 1);
+    let sum: f64 = found.each.iter().map(|i| i.first.value).sum();
+    assert!((found.alone.value - sum).abs() < 1e-12, "{found:?}");
+    assert!(found.alone.low <= sum && sum <= found.alone.high, "{found:?}");
+    found.each
 }
 
 /// Within 0.03, five times the error that is usual for this many rows.
@@ -80,7 +84,7 @@ fn a_sum_has_no_interactions_and_a_constant_no_variance() {
     assert_eq!(found[2].total.value, 0.0);
     assert_eq!(sobol(|_| 7.25, 2, 16, 6), vec![indices::Index::default(); 2]);
     let none = indices::Design::new(2, 0, 7, |_| true);
-    assert_eq!(none.indices(&[], 7), vec![indices::Index::default(); 2]);
+    assert_eq!(none.indices(&[], 7).each, vec![indices::Index::default(); 2]);
 }
 
 #[test]

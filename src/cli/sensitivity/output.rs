@@ -1,0 +1,146 @@
+//! The report folder of an experiment, and what is printed.
+
+use serde_json::Value;
+
+use super::{Args, Found};
+use crate::cli::machine_file::LoadedMachine;
+use crate::cli::run_folder::RunFolder;
+use crate::cli::trace_source::{TraceSource, hashed};
+use crate::cli::{Exit, Failure, OrExit};
+use crate::report::charts::Chart;
+use crate::report::sensitivity::{self, interactions, keys};
+use crate::report::{Input, MODEL_VERSION, TOOL_VERSION};
+
+/// Writes tables, charts and summary; returns the main table.
+///
+/// # Errors
+/// Exit code 2 for a folder that cannot be written, 4 for a mistake of ours.
+pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
+    const INTERNAL: Exit = Exit::Internal;
+    match found {
+        Found::Assumptions(all) => {
+            let table = sensitivity::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
+            folder.write("sensitivity.csv", &table)?;
+            let charts = sensitivity::charts(all).or_exit(INTERNAL, "charts")?;
+            folder.write("summary.md", sensitivity::markdown(all, &charts).as_bytes())?;
+            write_charts(folder, &charts)?;
+            Ok(table)
+        }
+        Found::Keys(all, together) => {
+            let every = keys::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
+            folder.write("sensitivity.csv", &every)?;
+            let mut table = keys::elasticities_csv(all).or_exit(INTERNAL, "elasticity.csv")?;
+            folder.write("elasticity.csv", &table)?;
+            let mut charts = keys::charts(all).or_exit(INTERNAL, "charts")?;
+            let mut summary = keys::markdown(all, &charts);
+            if let Some(together) = together {
+                table = interactions::csv(together).or_exit(INTERNAL, "interactions.csv")?;
+                folder.write("interactions.csv", &table)?;
+                let designs =
+                    interactions::designs_csv(together).or_exit(INTERNAL, "designs.csv")?;
+                folder.write("designs.csv", &designs)?;
+                let more = interactions::charts(together).or_exit(INTERNAL, "charts")?;
+                summary.push('\n');
+                summary.push_str(&interactions::markdown(together, &more));
+                charts.extend(more);
+            }
+            folder.write("summary.md", summary.as_bytes())?;
+            write_charts(folder, &charts)?;
+            Ok(table)
+        }
+    }
+}
+
+fn write_charts(folder: &RunFolder, charts: &[Chart]) -> Result<(), Failure> {
+    for chart in charts {
+        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        folder.write(&format!("{}.png", chart.name), &png)?;
+        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// What is printed for programs.
+pub fn json(found: &Found) -> Value {
+    match found {
+        Found::Assumptions(all) => sensitivity::json(all),
+        Found::Keys(all, together) => {
+            let mut value = keys::json(all);
+            value["interactions"] = together.as_ref().map_or(Value::Null, interactions::json);
+            value
+        }
+    }
+}
+
+/// What is printed for people.
+pub fn terminal(found: &Found, folder: &str) -> String {
+    match found {
+        Found::Assumptions(all) => sensitivity::terminal(all, Some(folder)),
+        Found::Keys(all, None) => keys::terminal(all, Some(folder)),
+        Found::Keys(all, Some(together)) => {
+            let single = keys::terminal(all, None);
+            format!("{single}\n{}", interactions::terminal(together, Some(folder)))
+        }
+    }
+}
+
+/// `run.toml`: versions, inputs, what was asked for, configuration.
+///
+/// # Errors
+/// Exit code 4: a mistake of ours.
+pub fn record(
+    args: &Args,
+    loaded: &LoadedMachine,
+    sources: &[TraceSource],
+) -> Result<String, Failure> {
+    let mut inputs = Vec::new();
+    for (role, file) in [
+        ("machine", &loaded.machine_file),
+        ("energy", &loaded.energy_file),
+        ("dram", &loaded.device_file),
+    ] {
+        inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
+    }
+    inputs.extend(sources.iter().map(|s| s.inputs[0].clone()));
+    let input = |i: &Input| {
+        let mut table = toml::Table::new();
+        table.insert("role".into(), i.role.into());
+        table.insert("name".into(), i.name.clone().into());
+        table.insert("bytes".into(), (i.bytes as i64).into());
+        table.insert("xxh3".into(), format!("{:032x}", i.xxh3).into());
+        toml::Value::Table(table)
+    };
+    let mut table = toml::Table::new();
+    table.insert("tool-version".into(), TOOL_VERSION.into());
+    table.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    table.insert("inputs".into(), inputs.iter().map(input).collect::<Vec<_>>().into());
+    table.insert("experiment".into(), experiment(args).into());
+    let machine: toml::Table =
+        loaded.resolved_toml.parse().or_exit(Exit::Internal, &loaded.machine_file.origin)?;
+    table.insert("machine".into(), machine.into());
+    Ok(table.to_string())
+}
+
+/// What decides the numbers besides the inputs.
+fn experiment(args: &Args) -> toml::Table {
+    let mut table = toml::Table::new();
+    table.insert("display-fps".into(), args.fps.into());
+    if args.assumptions {
+        table.insert("turned".into(), "assumptions".into());
+        return table;
+    }
+    table.insert("turned".into(), "keys".into());
+    table.insert("step".into(), args.step.into());
+    let keys: Vec<String> = args.keys.iter().map(|w| w.text.clone()).collect();
+    table.insert("keys".into(), keys.into());
+    if let Some(method) = args.interactions {
+        table.insert("interactions".into(), format!("{method:?}").to_lowercase().into());
+        if let Some(n) = args.samples {
+            table.insert("samples".into(), i64::from(n).into());
+        }
+        // TOML has no larger integers.
+        table.insert("seed".into(), args.seed.to_string().into());
+    }
+    table
+}
