@@ -22,6 +22,7 @@ mod range;
 pub mod sample;
 pub mod search;
 pub mod space;
+pub mod slurm;
 pub mod table;
 
 pub use design::{Design, Rejected};

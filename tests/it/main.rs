@@ -20,6 +20,7 @@ mod report;
 mod scene;
 mod sweep_command;
 mod sweep_results;
+mod slurm;
 mod sweep_space;
 mod sensitivity;
 mod synth;
