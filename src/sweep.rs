@@ -21,8 +21,8 @@ pub mod parquet;
 mod range;
 pub mod sample;
 pub mod search;
-pub mod space;
 pub mod slurm;
+pub mod space;
 pub mod table;
 
 pub use design::{Design, Rejected};

@@ -15,6 +15,7 @@ mod records;
 mod run;
 mod running;
 mod search;
+mod slurm;
 mod state;
 mod store;
 mod summary;

@@ -21,6 +21,7 @@ mod scene;
 mod sweep_command;
 mod sweep_results;
 mod slurm;
+mod sweep_results;
 mod sweep_space;
 mod sensitivity;
 mod synth;

@@ -1,5 +1,8 @@
 //! Sweeps on Slurm: settings, script, what Slurm answers. `tests/slurm.sh` runs on a real one.
 
+#[cfg(unix)]
+mod follow;
+
 use std::process::Command;
 
 use powergs_sim::sweep::slurm::Settings;
@@ -149,10 +152,8 @@ fn the_script_runs_a_part_and_notes_its_exit_code() {
         (output.status.code(), note, String::from_utf8(output.stdout).unwrap())
     };
     let good = text.replace("module load gcc", "true");
-    let printed = format!(
-        "--jobs 2 sweep my sweep.toml --set a='b' --out {} --shard 3/12\n",
-        out.display()
-    );
+    let printed =
+        format!("--jobs 2 sweep my sweep.toml --set a='b' --out {} --shard 3/12\n", out.display());
     assert_eq!(run(&good), (Some(0), Some("0\n".into()), printed));
     let (code, note, _) = run(&good.replace("ulimit -c 0", "false"));
     assert_eq!((code, note), (Some(125), Some("125\n".into())), "a line of setup failed");
@@ -169,7 +170,8 @@ fn the_number_of_a_job_is_read() {
     };
     assert_eq!(submitted("123\n"), job("123", None));
     assert_eq!(submitted("Welcome!\n123;east\n"), job("123", Some("east")));
-    for text in ["", "Submitted batch job 12", "12;", "12;a b\u{7}", "-3", "9999999999999999999999"] {
+    for text in ["", "Submitted batch job 12", "12;", "12;a b\u{7}", "-3", "9999999999999999999999"]
+    {
         assert_eq!(submitted(text), None, "{text}");
     }
 }

@@ -93,7 +93,7 @@ pub struct SweepArgs {
     #[arg(long, value_name = "SIZE", default_value = "768 MiB", value_parser = memory)]
     pub memory: usize,
     /// Submit the sweep to Slurm as an array job, follow it and merge
-    #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "dry_run"])]
+    #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "dry_run", "force"])]
     pub slurm: Option<PathBuf>,
     /// With --slurm: only print the script
     #[arg(long, requires = "slurm")]

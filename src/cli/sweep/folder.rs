@@ -62,7 +62,8 @@ pub struct SweepFolder {
 pub const RECORDS: &str = "records";
 
 impl SweepFolder {
-    /// Makes a folder, or opens one for what `existing` says.
+    /// Makes a folder, or opens one for what `existing` says. `None` is the whole sweep, alone in
+    /// its folder; parts work beside each other and always continue.
     ///
     /// # Errors
     /// Exit code 2: a folder of something else, of a sweep that was begun with other files, or one
@@ -71,31 +72,40 @@ impl SweepFolder {
         path: &Path,
         now: &State,
         existing: Existing,
-        shard: Shard,
+        part: Option<Shard>,
     ) -> Result<SweepFolder, Failure> {
         refuse_foreign(path)?;
         fs::create_dir_all(path).or_exit(Exit::Usage, path.display())?;
-        let lock = lock(path, shard != Shard::WHOLE)?;
-        match State::read(path)? {
-            None => now.write(path)?,
-            Some(_) if existing == Existing::Replace => {
-                fs::remove_dir_all(path.join(RECORDS))
-                    .or_else(absent_is_fine)
-                    .or_exit(Exit::Usage, path.display())?;
-                now.write(path)?;
-            }
-            // The tasks of an array job find the folder made by the first of them.
-            Some(then) if existing == Existing::Resume || shard != Shard::WHOLE => {
-                same(path, &then, now)?;
-            }
-            Some(_) => {
-                let what = "holds a sweep; finish it with --resume, replace it with --force, or \
-                            use another folder";
-                return Err(Failure::new(Exit::Usage, format!("{}: {what}", path.display())));
-            }
-        }
-        let records = Records::open(&path.join(RECORDS), Some(&shard.journal()))?;
+        let lock = lock(path, part.is_some())?;
+        // The tasks of an array job find the folder made by the first of them.
+        begin(path, now, if part.is_some() { Existing::Resume } else { existing })?;
+        let journal = part.unwrap_or(Shard::WHOLE).journal();
+        let records = Records::open(&path.join(RECORDS), Some(&journal))?;
         Ok(SweepFolder { path: path.to_owned(), records, _lock: lock })
+    }
+}
+
+/// Notes in a folder what is about to begin in it, or sees to it that it may be continued.
+///
+/// # Errors
+/// Exit code 2: a folder of something else, or of a sweep that was begun with other files.
+pub fn begin(path: &Path, now: &State, existing: Existing) -> Result<(), Failure> {
+    refuse_foreign(path)?;
+    fs::create_dir_all(path).or_exit(Exit::Usage, path.display())?;
+    match (State::read(path)?, existing) {
+        (None, _) => now.write(path),
+        (Some(_), Existing::Replace) => {
+            fs::remove_dir_all(path.join(RECORDS))
+                .or_else(absent_is_fine)
+                .or_exit(Exit::Usage, path.display())?;
+            now.write(path)
+        }
+        (Some(then), Existing::Resume) => same(path, &then, now),
+        (Some(_), Existing::Refuse) => {
+            let what = "holds a sweep; finish it with --resume, replace it with --force, or use \
+                        another folder";
+            Err(Failure::new(Exit::Usage, format!("{}: {what}", path.display())))
+        }
     }
 }
 
@@ -124,8 +134,9 @@ fn refuse_foreign(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     let mut entries = fs::read_dir(path).or_exit(Exit::Usage, path.display())?;
-    // A lock is there when two tasks begin at the same time.
-    let ours = |name: &std::ffi::OsStr| name == "lock" || name == RECORDS || name == state::FILE;
+    // A lock is there when two tasks begin at the same time, `slurm` before the first of them.
+    let names = ["lock", "slurm", RECORDS, state::FILE];
+    let ours = |name: &std::ffi::OsStr| names.iter().any(|ours| name == *ours);
     let foreign = entries.find_map(|e| {
         Some(e.ok()?.file_name())
             .filter(|n| !ours(n) && !n.to_string_lossy().starts_with(".powergs-sim-"))

@@ -202,8 +202,7 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     let path = &args.folder;
     let mut opened = reopened(path)?;
-    let mut folder =
-        SweepFolder::open(path, &opened.state, folder::Existing::Resume, Shard::WHOLE)?;
+    let mut folder = SweepFolder::open(path, &opened.state, folder::Existing::Resume, None)?;
     for from in &args.from {
         let Some(then) = State::read(from)? else {
             return Err(usage(format_args!("{}: holds no sweep", from.display())));

@@ -24,13 +24,16 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let path = folder(args.out.as_deref(), &opened.name);
     let shard = args.shard.map_or(Shard::WHOLE, |s| s.0);
-    if shard != Shard::WHOLE && opened.is_adaptive() {
+    if (args.shard.is_some() || args.slurm.is_some()) && opened.is_adaptive() {
         let what = "--shard: an adaptive search (sampling.method = \"nsga2\") runs in one process: \
                     every generation needs all results of the one before; leave --shard out, or \
                     take another method";
         return Err(Failure::new(Exit::Usage, what));
     }
-    if args.resume && shard == Shard::WHOLE && !path.join(super::state::FILE).exists() {
+    if let Some(file) = &args.slurm {
+        return super::slurm::run(file, args, &opened, &path, context);
+    }
+    if args.resume && args.shard.is_none() && !path.join(super::state::FILE).exists() {
         let what = format!("{}: no sweep to resume; leave --resume out", path.display());
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -39,7 +42,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         (_, true) => Existing::Replace,
         _ => Existing::Refuse,
     };
-    let mut folder = SweepFolder::open(&path, &opened.state, existing, shard)?;
+    let mut folder = SweepFolder::open(&path, &opened.state, existing, args.shard.map(|s| s.0))?;
     if let Some(finished) = Finished::read(&path, &opened.state) {
         return finish::say(&finished, &path, context);
     }
@@ -60,7 +63,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         done.then_some(plan)
     };
     let Some(plan) = plan else { return Ok(interrupted(&path, args)) };
-    if shard != Shard::WHOLE {
+    if args.shard.is_some() {
         if !context.global.quiet {
             let Shard { number, of } = shard;
             let what = format!("part {number} of {of} is done; when all are: sweep merge");

@@ -1,0 +1,108 @@
+//! `sweep --slurm`: submits a sweep as an array job, follows it, submits lost parts again, merges.
+//!
+//! What must outlive this program is in `DIR/slurm`: the script, the number of the job, and the
+//! logs and exit codes of the tasks. Ctrl-C leaves the job running; the same command follows it
+//! again.
+
+mod arguments;
+mod follow;
+mod job;
+mod tools;
+
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::args::{MergeArgs, SweepArgs};
+use super::folder::{self, Existing};
+use super::opened::Opened;
+use super::parts;
+use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
+use crate::config::document::TEXT_MAX;
+use crate::sweep::slurm::Settings;
+use crate::sweep::slurm::script::{self, Call};
+use follow::{End, Follower};
+use job::Job;
+
+/// What is submitted.
+#[derive(Debug, Clone, Copy)]
+struct Request<'a> {
+    /// What each task is called with after `sweep`, without `--out` and `--shard`.
+    arguments: &'a [OsString],
+    /// The output folder.
+    out: &'a Path,
+}
+
+/// Submits a sweep as `file` (`sbatch.toml`) says, follows it and merges its parts; with `--print`
+/// only writes the script to standard output.
+///
+/// # Errors
+/// Settings that are wrong, no Slurm, a folder that belongs to another sweep, parts that failed or
+/// were lost too often.
+pub fn run(
+    file: &Path,
+    args: &SweepArgs,
+    opened: &Opened,
+    folder: &Path,
+    context: &Context,
+) -> Result<Exit, Failure> {
+    let settings = settings(file)?;
+    let folder = std::path::absolute(folder).or_exit(Exit::Usage, folder.display())?;
+    let arguments = arguments::of(args);
+    let request = Request { arguments: &arguments, out: &folder };
+    let text = script_of(&request, &settings)?;
+    if args.print {
+        out::write(|w| w.write_all(&text))?;
+        return Ok(Exit::Done);
+    }
+    let existing = if args.resume { Existing::Resume } else { Existing::Refuse };
+    folder::begin(&folder, &opened.state, existing)?;
+    let mut job = Job::open(&request, &settings)?;
+    aside::write_aside(&job.script(), |w| w.write_all(&text))?;
+    match Follower::new(&mut job, &settings, context).run()? {
+        End::Complete => parts::merge(&MergeArgs { folder, from: Vec::new() }, context),
+        End::Left => {
+            leave(&job);
+            Ok(Exit::Interrupted)
+        }
+        End::Incomplete(failure) => Err(failure),
+    }
+}
+
+fn settings(path: &Path) -> Result<Settings, Failure> {
+    let file = File::open(path).or_exit(Exit::Usage, path.display())?;
+    let mut text = String::new();
+    let mut limited = file.take(TEXT_MAX as u64 + 1);
+    limited.read_to_string(&mut text).or_exit(Exit::Usage, path.display())?;
+    Settings::parse(&text).or_exit(Exit::Usage, path.display())
+}
+
+fn script_of(request: &Request<'_>, settings: &Settings) -> Result<Vec<u8>, Failure> {
+    let program = std::env::current_exe().or_exit(Exit::Usage, "the path of this program")?;
+    let folder = std::env::current_dir().or_exit(Exit::Usage, "the working folder")?;
+    let call = Call {
+        program: program.as_os_str().as_encoded_bytes(),
+        arguments: request.arguments.iter().map(|a| a.as_encoded_bytes()).collect(),
+        out: request.out.as_os_str().as_encoded_bytes(),
+        folder: folder.as_os_str().as_encoded_bytes(),
+    };
+    script::script(settings, &call).or_exit(Exit::Usage, "--out")
+}
+
+/// Says how to come back, and how to cancel.
+fn leave(job: &Job) {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    if !words.iter().any(|word| word == "--resume") {
+        words.push("--resume".into());
+    }
+    let line: Vec<String> = words
+        .iter()
+        .map(|w| String::from_utf8_lossy(&script::quoted(w.as_encoded_bytes())).into_owned())
+        .collect();
+    let numbers = job.live().collect::<Vec<_>>().join(" ");
+    out::complain(format_args!(
+        "the job keeps running\n  to follow it again: {}\n  to cancel it:       scancel {numbers}",
+        line.join(" ")
+    ));
+}
