@@ -3,6 +3,7 @@
 //! DRAM speed (the cost model of `docs/performance.md`).
 
 use std::hint::black_box;
+use std::sync::LazyLock;
 use std::time::Instant;
 
 use fearless_simd::prelude::*;
@@ -13,6 +14,15 @@ use powergs_sim::scene::Gaussians;
 use powergs_sim::splat::{Ellipse, TileGrid};
 use powergs_sim::trace::NEVER;
 use rayon::prelude::*;
+
+/// Reads a clock, seconds.
+pub type Now = fn() -> f64;
+
+/// The clock on the wall.
+pub fn wall() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
+}
 
 /// What cannot be avoided.
 #[derive(Debug, Clone, Copy)]
@@ -37,49 +47,49 @@ pub struct Peaks {
 }
 
 impl Peaks {
-    /// Measures clock and memory; best of several rounds.
-    pub fn measure() -> Peaks {
+    /// Measures clock and memory by `now`; best of several rounds.
+    pub fn measure(now: Now) -> Peaks {
         let threads = rayon::current_num_threads();
-        let clock = (0..5).map(|_| clock_ghz()).fold(0.0, f64::max);
+        let clock = (0..5).map(|_| clock_ghz(now)).fold(0.0, f64::max);
         let data = vec![1u64; 32 << 20];
-        let read = (0..5).map(|_| read_gb_s(&data)).fold(0.0, f64::max);
+        let read = (0..5).map(|_| read_gb_s(&data, now)).fold(0.0, f64::max);
         Peaks { clock_ghz: clock, read_gb_s: read, lanes: lanes(), threads: threads as f64 }
     }
 }
 
 /// A chain of dependent fused multiply-adds on the widest vectors, four cycles each on current x86
 /// and Arm processors, on all threads at once: the clock under SIMD load.
-fn clock_ghz() -> f64 {
+fn clock_ghz(now: Now) -> f64 {
     let level = Level::new();
     (0..rayon::current_num_threads())
         .into_par_iter()
-        .map(|_| dispatch!(level, simd => fma_chain_ghz(simd)))
+        .map(|_| dispatch!(level, simd => fma_chain_ghz(simd, now)))
         .reduce(|| f64::INFINITY, f64::min)
 }
 
 #[simd]
-fn fma_chain_ghz<S: Simd>(simd: S) -> f64 {
+fn fma_chain_ghz<S: Simd>(simd: S, now: Now) -> f64 {
     const LINKS: u32 = 20_000_000;
     const LATENCY: f64 = 4.0;
     let scale = f32x16::splat(simd, black_box(0.5));
     let step = f32x16::splat(simd, black_box(0.5));
-    let start = Instant::now();
+    let start = now();
     let mut x = f32x16::splat(simd, black_box(0.3));
     for _ in 0..LINKS {
         x = x.mul_add(scale, step);
     }
     black_box::<[f32; 16]>(x.into());
-    LATENCY * f64::from(LINKS) / start.elapsed().as_secs_f64() / 1e9
+    LATENCY * f64::from(LINKS) / (now() - start) / 1e9
 }
 
-fn read_gb_s(data: &[u64]) -> f64 {
-    let start = Instant::now();
+fn read_gb_s(data: &[u64], now: Now) -> f64 {
+    let start = now();
     let sum: u64 = data
         .par_chunks(1 << 18)
         .map(|part| part.iter().fold(0u64, |a, &b| a.wrapping_add(b)))
         .reduce(|| 0, u64::wrapping_add);
     black_box(sum);
-    size_of_val(data) as f64 / start.elapsed().as_secs_f64() / 1e9
+    size_of_val(data) as f64 / (now() - start) / 1e9
 }
 
 #[cfg(target_arch = "x86_64")]

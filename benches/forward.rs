@@ -15,7 +15,7 @@ use powergs_sim::raster::{Detail, Options, render};
 use powergs_sim::scene::camera::edit;
 use powergs_sim::scene::{OneFile, read};
 
-use floor::{Cost, Peaks, floor};
+use floor::{Cost, Peaks, floor, wall};
 use scenes::{Case, synthetic};
 
 /// Evaluating and blending a row; parameters are read and the image is written.
@@ -94,7 +94,7 @@ fn report(name: &str, case: &Case) {
             || drop(render(scene, &case.camera, &image)),
             || drop(render(scene, &case.camera, &counted).into_frame(&case.camera, [0.0; 3])),
         );
-        (Peaks::measure(), run(counted), paired)
+        (Peaks::measure(wall), run(counted), paired)
     });
     let one = on_threads(1, || run(counted));
     let dominance = on_threads(2, || run(Options::reference(Detail::Dominance)));

@@ -24,7 +24,7 @@ use crate::picture::Picture;
 use crate::scene::{Camera, Gaussians};
 use crate::splat::gradient::{COLOUR, GradientPart, HIDDEN, PixelSums, unproject_block};
 use crate::splat::project::{LANES, View};
-use crate::splat::runs::{Reach, Runs};
+use crate::splat::runs::{Reach, Run, Runs};
 use crate::splat::{Intersection, Splat, TileGrid};
 
 /// Gaussians whose gradients one task finds; a multiple of [`LANES`].
@@ -136,6 +136,21 @@ impl Tape {
         self.frame.as_ref().map_or(&[], |frame| &frame.splats)
     }
 
+    /// Bytes that the tape holds.
+    pub fn bytes(&self) -> u64 {
+        let rows: usize = self.rows.iter().map(Row::bytes).sum();
+        let frame = self.frame.as_ref().map_or(0, |frame| {
+            let runs = frame.runs.parts().iter().flatten().map(Vec::len).sum::<usize>();
+            size_of_val(&frame.splats[..])
+                + size_of_val(&frame.paints[..])
+                + size_of_val(&frame.runs.touches[..])
+                + runs * size_of::<Run>()
+        });
+        let pixels = size_of_val(&self.picture.pixels[..]);
+        let sums = self.sums.capacity() * size_of::<PixelSums>() + 4 * self.ranks.capacity();
+        (rows + frame + pixels + sums) as u64
+    }
+
     /// Writes to `out` the gradient of a loss by the parameters of `scene`, given `by_pixel`, its
     /// gradient by the channels of the picture, row-major. Gaussians that are not seen get zero.
     ///
@@ -158,7 +173,7 @@ impl Tape {
             .zip(by_pixel.par_chunks(lines))
             .enumerate()
             .for_each(|(ty, ((row, pixels), by_pixel))| {
-                let tiles = row::Lines { grid: frame.runs.grid, ty: ty as u32, pixels, by_pixel };
+                let tiles = row::RowPixels { grid: frame.runs.grid, ty: ty as u32, pixels, by_pixel };
                 match which {
                     Which::All => {
                         row.backward(&frame.paints, &tiles, &frame.options, Everything);

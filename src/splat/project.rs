@@ -122,7 +122,7 @@ pub fn project_block<S: Simd>(
     }
     if seen != 0 {
         let basis = sh_basis(simd, scene.sh_degree, &direction(simd, view.centre, &world));
-        touch(scene, &out[start..]);
+        touch(scene, first, u32::from(seen));
         for item in &mut out[start..] {
             let i = item.splat.index as usize;
             item.colour = colour(scene.sh_of(i), scene.sh_coefficients(), &basis, i - first);
@@ -352,14 +352,17 @@ pub(super) fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f3
 /// The constant basis function.
 pub const SH_C0: f32 = 0.282_094_8;
 
-/// Reads a word of every cache line of the coefficients that come next. Without arithmetic between
-/// the reads their cache misses overlap, which the evaluation itself is too long for.
+/// Reads a word of every cache line of the coefficients that come next: those of the Gaussians
+/// `lanes` (one bit each) from `first`. Without arithmetic between the reads their cache misses
+/// overlap, which the evaluation itself is too long for.
 #[inline(always)]
-fn touch(scene: &Gaussians, visible: &[Visible]) {
+pub(super) fn touch(scene: &Gaussians, first: usize, mut lanes: u32) {
     const LINE: usize = 16;
     let mut sum = 0.0;
-    for item in visible {
-        for line in scene.sh_of(item.splat.index as usize).chunks(LINE) {
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize;
+        lanes &= lanes - 1;
+        for line in scene.sh_of(first + lane).chunks(LINE) {
             sum += line[0];
         }
     }

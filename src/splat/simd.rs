@@ -30,3 +30,20 @@ pub fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     let y = x * std::f32::consts::LOG2_E;
     exp2(simd, y.max(f32x16::splat(simd, -126.0)).min(f32x16::splat(simd, 127.0)))
 }
+
+/// 1/x for x in [2⁻¹⁰⁰, 2¹⁰⁰], within an ulp or two. A first guess from the bits and two cubic steps:
+/// half the time of a division where the divider is what everything waits for, and the same bits on
+/// every processor with fused multiply-add.
+#[inline(always)]
+pub fn reciprocal<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+    /// Makes the largest relative error of the guess 12 %.
+    const GUESS: i32 = 0x7EF3_11C7;
+    let one = f32x16::splat(simd, 1.0);
+    let bits = i32x16::splat(simd, GUESS) - x.bitcast::<i32x16<S>>();
+    let mut r = bits.bitcast::<f32x16<S>>();
+    for _ in 0..2 {
+        let e = (-x).mul_add(r, one);
+        r = r.mul_add(e.mul_add(e, e), r);
+    }
+    r
+}

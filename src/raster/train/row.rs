@@ -22,7 +22,7 @@ pub struct Row {
 }
 
 /// The pixels of a row of tiles.
-pub struct Lines<'a> {
+pub struct RowPixels<'a> {
     /// The grid.
     pub grid: TileGrid,
     /// Row of tiles.
@@ -96,7 +96,7 @@ impl Row {
     pub fn backward<K: Kind>(
         &mut self,
         paints: &[Paint],
-        lines: &Lines<'_>,
+        lines: &RowPixels<'_>,
         options: &Options,
         kind: K,
     ) {
@@ -121,6 +121,14 @@ impl Row {
             let sums = &mut self.sums;
             dispatch!(options.level, simd => unblend(simd, kind, &mut block, hits, paints, sums));
         }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.entries.capacity() * size_of::<Entry>()
+            + self.hits.capacity() * size_of::<Hit>()
+            + self.starts.capacity() * size_of::<usize>()
+            + self.sums.capacity() * size_of::<PixelSums>()
     }
 
     /// The sums of each run of the row.

@@ -15,7 +15,7 @@ use fearless_simd_macros::simd;
 
 use crate::raster::blend::{BLOCK, Hit, LOG2_ALPHA_MIN, Lines, Paint, Rows};
 use crate::splat::gradient::PixelSums;
-use crate::splat::simd::exp2;
+use crate::splat::simd::{exp2, reciprocal};
 use crate::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
 
 /// Hits whose paints are brought together first, so that cache misses overlap.
@@ -202,7 +202,7 @@ fn unblend_row<S: Simd>(
     let gc = b.mul_add(cb, g.mul_add(cg, r * cr)) * weight;
     let behind = f32x16::from_slice(simd, &block.behind[y]) - gc;
     behind.store_slice(&mut block.behind[y]);
-    let s = gc - behind * (alpha / (-alpha + 1.0));
+    let s = gc - behind * (alpha * reciprocal(simd, -alpha + 1.0));
     let flows = exact.simd_le(f32x16::splat(simd, block.alpha_limit));
     UnblendRow { weight, s: flows.select(s, zero), gradient: [r, g, b] }
 }

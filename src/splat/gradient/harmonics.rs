@@ -4,7 +4,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
 use crate::scene::Gaussians;
-use crate::splat::project::{LANES, View, dot3};
+use crate::splat::project::{LANES, View, dot3, touch};
 
 /// Writes the gradients by the SH coefficients of the Gaussians `seen` (one bit each) of a block
 /// that begins with `first`; returns the gradient by the unit viewing direction.
@@ -68,6 +68,7 @@ impl<S: Simd> Block<'_, S> {
     fn spread<const N: usize>(&self, simd: S, out: &mut [f32]) -> [f32x16<S>; 16] {
         let zero = f32x16::splat(simd, 0.0);
         let mut by_basis = [zero; 16];
+        touch(self.scene, self.first, self.seen);
         let mut seen = self.seen;
         while seen != 0 {
             let lane = seen.trailing_zeros() as usize & (LANES - 1);

@@ -1,10 +1,12 @@
 //! Gradients against frozen references and against themselves.
 
-use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f32x16};
 use powergs_sim::raster::train::{Clamp, Gradients, Options, Tape, Which};
 use powergs_sim::raster::{self, Detail, render};
 use powergs_sim::scene::{Camera, Gaussians};
 use powergs_sim::splat::Intersection;
+use powergs_sim::splat::simd::reciprocal;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde_json::Value;
@@ -145,8 +147,8 @@ fn check_against_twin(seed: u64, degree: u8, size: (u32, u32), options: &Options
     for (kind, [difference, size, dot, a, b]) in sums.into_iter().enumerate().take(kinds) {
         eprintln!("kind {kind}: {:e} {:e}", difference / size, 1.0 - dot / (a * b).sqrt());
         assert!(size > 0.1, "kind {kind} is tested");
-        // Single precision, and a pixel or two that decide otherwise at a threshold.
-        assert!(difference <= 1e-3 * size, "kind {kind}: {difference} of {size}");
+        // Single precision, with room for a pixel that decides otherwise at a threshold.
+        assert!(difference <= 1e-4 * size, "kind {kind}: {difference} of {size}");
         assert!(dot >= 0.9999 * (a * b).sqrt(), "kind {kind}: direction");
     }
 }
@@ -386,4 +388,19 @@ fn the_clamp_of_alpha_has_two_gradients() {
     let want = 0.99 * (1.0 - opacity) * colour;
     assert!((pass.0 - want).abs() < 1e-3 * want, "{} {want}", pass.0);
     assert_eq!(exact.1, pass.1);
+}
+
+#[test]
+fn reciprocals_are_as_good_as_divisions() {
+    for level in [Level::new(), Level::baseline()] {
+        for i in 1..4000 {
+            let x: [f32; 16] = std::array::from_fn(|k| (i * 16 + k) as f32 * 1.7e-5 + 1e-4);
+            let got: [f32; 16] = dispatch!(level, simd =>
+                reciprocal(simd, f32x16::simd_from(simd, x)).into());
+            for (x, got) in x.iter().zip(got) {
+                // Two ulps.
+                assert!((f64::from(got) * f64::from(*x) - 1.0).abs() < 2.4e-7, "1/{x}: {got}");
+            }
+        }
+    }
 }
