@@ -234,21 +234,26 @@ impl Core {
         self.send(now, shared);
         self.front.fetch(now, shared);
         self.states = self.states(now, shared);
+        if O::WANTS_LEVELS {
+            self.tell(now, shared.observer);
+        }
         self.wake(now, shared)
     }
 
-    pub fn account<O: Observer>(&mut self, now: u64, observer: &mut O) {
-        if O::WANTS_LEVELS && now > self.since {
-            let rooms = [
-                (Buffer::Sorting, &self.front.keys),
-                (Buffer::Feature, &self.features),
-                (Buffer::PixelOut, &self.pixels),
-            ];
-            let (instance, from) = (self.vru.instance(), self.since);
-            for (buffer, room) in rooms {
-                observer.level(Level { buffer, instance, from, bytes: room.used() });
-            }
+    /// Says what its buffers hold.
+    fn tell(&self, from: u64, observer: &mut impl Observer) {
+        let rooms = [
+            (Buffer::Sorting, &self.front.keys),
+            (Buffer::Feature, &self.features),
+            (Buffer::PixelOut, &self.pixels),
+        ];
+        let instance = self.vru.instance();
+        for (buffer, room) in rooms {
+            observer.level(Level { buffer, instance, from, bytes: room.used() });
         }
+    }
+
+    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
         let [qsu, bsu, vru] = self.states;
         self.qsu.book(qsu, self.since, now, observer);
         self.bsu.book(bsu, self.since.max(self.sorter_free), now, observer);

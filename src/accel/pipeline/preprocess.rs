@@ -255,18 +255,23 @@ impl Converter {
             self.account(now, shared.observer);
             self.state = state;
         }
+        if O::WANTS_LEVELS {
+            self.tell(now, shared.observer);
+        }
         self.wake(now, shared, claims_more)
     }
 
-    /// Books what it did up to now.
-    pub fn account<O: Observer>(&mut self, now: u64, observer: &mut O) {
-        if O::WANTS_LEVELS && now > self.since {
-            let rooms = [(Buffer::GaussianIn, &self.input), (Buffer::TileList, &self.output)];
-            let (instance, from) = (self.ledger.instance(), self.since);
-            for (buffer, room) in rooms {
-                observer.level(Level { buffer, instance, from, bytes: room.used() });
-            }
+    /// Says what its buffers hold.
+    fn tell(&self, from: u64, observer: &mut impl Observer) {
+        let instance = self.ledger.instance();
+        for (buffer, room) in [(Buffer::GaussianIn, &self.input), (Buffer::TileList, &self.output)]
+        {
+            observer.level(Level { buffer, instance, from, bytes: room.used() });
         }
+    }
+
+    /// Books what it did up to now.
+    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
         self.ledger.book(self.state, self.since, now, observer);
         self.since = now;
     }
