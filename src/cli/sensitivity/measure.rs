@@ -8,11 +8,13 @@ use rayon::prelude::*;
 
 use super::files::Files;
 use super::turned::{Turn, Way};
+use crate::accel::Machine;
 use crate::cli::trace_source::{TraceFrame, TraceSource};
 use crate::cli::what_if::{Variant, cost};
 use crate::cli::{Context, Exit, Failure, OrExit, progress::Progress};
+use crate::energy::Prices;
 use crate::report::sensitivity::{Outcome, Row, Side, Traced};
-use crate::sim::{Lists, Measured, simulate_measured};
+use crate::sim::{Lists, Measured, priced, time};
 use crate::workload::{FrameWorkload, Geometry, bin};
 
 /// The distinct machines of an experiment, the one that others are compared with first.
@@ -81,12 +83,18 @@ pub struct Means {
     outcomes: Vec<Outcome>,
 }
 
-/// One machine on its way through a trace.
+/// Machines that differ in prices only, on their way through a trace: they share one timing.
 struct Running<'a> {
-    variant: &'a Variant,
+    machine: &'a Machine,
+    lists: Lists,
+    priced: Vec<Priced<'a>>,
+}
+
+/// One machine with its prices.
+struct Priced<'a> {
+    prices: &'a Prices,
     /// Place in the list of machines.
     index: usize,
-    lists: Lists,
     /// Of the frame that is being worked on.
     frame: Outcome,
     sum: Outcome,
@@ -120,16 +128,10 @@ pub fn measure(
     machines: &Machines,
     context: &Context,
 ) -> Result<Option<Means>, Failure> {
-    let alive = machines.variants.iter().enumerate();
-    let mut running: Vec<Running> = alive
-        .filter_map(|(index, v)| {
-            let variant = v.as_ref().ok()?;
-            let (frame, sum) = (Outcome::default(), Outcome::default());
-            Some(Running { variant, index, lists: Lists::default(), frame, sum })
-        })
-        .collect();
+    let mut running = running(machines);
     let (name, asked) = (source.facts.name.clone(), source.facts.frames);
-    let total = asked as u64 * running.len() as u64;
+    let machines_on_it: usize = running.iter().map(|r| r.priced.len()).sum();
+    let total = asked as u64 * machines_on_it as u64;
     let progress = Progress::new(context, total, "frames on machines");
     let mut frames = 0;
     source.in_sequence(
@@ -138,7 +140,7 @@ pub fn measure(
             if context.is_cancelled() {
                 return Ok(());
             }
-            running.iter_mut().for_each(Running::add);
+            running.iter_mut().flat_map(|r| &mut r.priced).for_each(Priced::add);
             frames += 1;
             Ok(())
         },
@@ -151,18 +153,43 @@ pub fn measure(
         return Ok(None);
     }
     let mut outcomes = vec![Outcome::default(); machines.variants.len()];
-    for r in running {
-        outcomes[r.index] = Outcome {
-            frame_time_ms: r.sum.frame_time_ms / frames as f64,
-            energy_pj: r.sum.energy_pj / frames as f64,
-            power_w: r.sum.power_w / frames as f64,
-            area_mm2: r.variant.prices.area.map(|a| a.total().0),
+    for p in running.into_iter().flat_map(|r| r.priced) {
+        outcomes[p.index] = Outcome {
+            frame_time_ms: p.sum.frame_time_ms / frames as f64,
+            energy_pj: p.sum.energy_pj / frames as f64,
+            power_w: p.sum.power_w / frames as f64,
+            area_mm2: p.prices.area.map(|a| a.total().0),
         };
     }
     Ok(Some(Means { name, frames, asked, outcomes }))
 }
 
-impl Running<'_> {
+/// The machines, those together that differ in prices only.
+fn running(machines: &Machines) -> Vec<Running<'_>> {
+    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut running: Vec<Running> = Vec::new();
+    for (index, variant) in machines.variants.iter().enumerate() {
+        let Ok(Variant { machine, prices }) = variant else { continue };
+        let place = *places.entry(format!("{:?}", timed(machine))).or_insert(running.len());
+        if place == running.len() {
+            running.push(Running { machine, lists: Lists::default(), priced: Vec::new() });
+        }
+        let (frame, sum) = (Outcome::default(), Outcome::default());
+        running[place].priced.push(Priced { prices, index, frame, sum });
+    }
+    running
+}
+
+/// What of a machine decides its timing, and some more: all but its names.
+fn timed(machine: &Machine) -> Machine {
+    let mut machine = machine.clone();
+    machine.energy.clear();
+    machine.name.clear();
+    machine.description.clear();
+    machine
+}
+
+impl Priced<'_> {
     /// Adds the frame.
     fn add(&mut self) {
         self.sum.frame_time_ms += self.frame.frame_time_ms;
@@ -179,8 +206,7 @@ fn one_frame(
     progress: &Progress,
     context: &Context,
 ) -> Result<(), Failure> {
-    let mut geometries: Vec<Geometry> =
-        running.iter().map(|r| r.variant.machine.geometry).collect();
+    let mut geometries: Vec<Geometry> = running.iter().map(|r| r.machine.geometry).collect();
     geometries.sort();
     geometries.dedup();
     for geometry in geometries {
@@ -189,12 +215,12 @@ fn one_frame(
         }
         let workload = bin(&frame.frame, geometry);
         let mut on_it: Vec<&mut Running> =
-            running.iter_mut().filter(|r| r.variant.machine.geometry == geometry).collect();
+            running.iter_mut().filter(|r| r.machine.geometry == geometry).collect();
         on_it.par_iter_mut().try_for_each(|r| {
             if context.is_cancelled() {
                 return Ok(());
             }
-            progress.advance(1);
+            progress.advance(r.priced.len() as u64);
             one_machine(r, frame, &workload, display_fps)
         })?;
     }
@@ -207,22 +233,25 @@ fn one_machine(
     workload: &FrameWorkload,
     display_fps: f64,
 ) -> Result<(), Failure> {
-    let Variant { machine, prices } = running.variant;
+    let machine = running.machine;
     let measured = match machine.gsu.reuse_period {
         1 => Measured::needed(workload, machine),
         _ => Measured::of(workload, machine, &mut running.lists),
     };
-    let label = frame.label.clone();
-    let place = format!("internal error in frame {}", label.name);
-    let report = simulate_measured(label, workload, &measured, machine, prices)
-        .or_exit(Exit::Internal, place)?;
-    let cost = cost(&report);
-    running.frame = Outcome {
-        frame_time_ms: cost.frame_time_ms,
-        energy_pj: cost.energy_pj,
-        power_w: report.power_display_rate_w(display_fps),
-        area_mm2: None,
-    };
+    let place = || format!("internal error in frame {}", frame.label.name);
+    let timed = time(frame.label.frame, workload, &measured, machine);
+    let timed = timed.or_exit(Exit::Internal, place())?;
+    for p in &mut running.priced {
+        let report = priced(frame.label.clone(), &timed, p.prices);
+        let report = report.or_exit(Exit::Internal, place())?;
+        let cost = cost(&report);
+        p.frame = Outcome {
+            frame_time_ms: cost.frame_time_ms,
+            energy_pj: cost.energy_pj,
+            power_w: report.power_display_rate_w(display_fps),
+            area_mm2: None,
+        };
+    }
     Ok(())
 }
 
