@@ -61,7 +61,8 @@ fn designs(c: &mut Criterion) {
 
 fn records(c: &mut Criterion) {
     const RECORDS: u128 = 10_000;
-    let outcome = Outcome { samples: vec![[1.0 / 3.0; 3]; 10], means: vec![Some(0.1); means().len()] };
+    let outcome =
+        Outcome { samples: vec![[1.0 / 3.0; 3]; 10], means: vec![Some(0.1); means().len()] };
     let mut text = Vec::new();
     for key in 0..RECORDS {
         append(&mut text, key, &Record::Ok(outcome.clone())).expect("memory");

@@ -101,8 +101,8 @@ impl<W: Write> TraceWriter<W> {
         let (ts, name) = (Self::microseconds(self.nanoseconds(from)), buffer.name());
         write!(
             self.out,
-            ",\n{{\"name\":\"{name}{instance}\",\"ph\":\"C\",\"ts\":{ts},\"pid\":{BUFFERS},\"tid\":0,\
-             \"args\":{{\"bytes\":{bytes}}}}}"
+            ",\n{{\"name\":\"{name}{instance}\",\"ph\":\"C\",\"ts\":{ts},\
+             \"pid\":{BUFFERS},\"tid\":0,\"args\":{{\"bytes\":{bytes}}}}}"
         )
     }
 

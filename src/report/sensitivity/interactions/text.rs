@@ -143,8 +143,10 @@ pub fn markdown(all: &Interactions, charts: &[Chart]) -> String {
     text
 }
 
-const DRAWN_AGAIN: &str = "Keys are independent only as far as machines exist: samples with a point that is none were \
-     drawn again.\n";
+const DRAWN_AGAIN: &str = "\
+Keys are independent only as far as machines exist: samples with a point that is none were
+drawn again.
+";
 
 fn table<const N: usize>(
     text: &mut String,
