@@ -49,7 +49,7 @@ fn it_finds_the_front_of_zdt1() {
     const LEN: u32 = 32;
     let lattice = lattice(&[LEN; 6]);
     let mut search = Search::new(&lattice, &sampling(40, 40, None));
-    let asked = run(&mut search, &Some, |i| Some(zdt1(&lattice.digits(i), LEN)));
+    let asked = run(&mut search, &Some::<u64>, |i| Some(zdt1(&lattice.digits(i), LEN)));
     let once: BTreeSet<u64> = asked.iter().copied().collect();
     assert_eq!((asked.len(), once.len()), (1600, 1600), "no point is asked for twice");
     // 1600 of 2^30 points. The front has 32; random sampling finds none of them.
@@ -63,7 +63,7 @@ fn it_is_the_same_every_time_and_stays_in_its_budget() {
     let lattice = lattice(&[9, 9, 9, 9]);
     let go = || {
         let mut search = Search::new(&lattice, &sampling(16, 10, Some(100)));
-        let asked = run(&mut search, &Some, |i| Some(zdt1(&lattice.digits(i), 9)));
+        let asked = run(&mut search, &Some::<u64>, |i| Some(zdt1(&lattice.digits(i), 9)));
         (asked, search.front())
     };
     let (asked, front) = go();
@@ -88,11 +88,15 @@ fn what_is_left_out_costs_nothing_and_what_fails_is_no_parent() {
 fn hopeless_answers_end_it() {
     let lattice = lattice(&[3, 3]);
     let mut search = Search::new(&lattice, &sampling(8, 50, None));
-    assert_eq!(run(&mut search, &Some, |_| None).len(), 9, "a small space is asked for whole");
+    assert_eq!(
+        run(&mut search, &Some::<u64>, |_| None).len(),
+        9,
+        "a small space is asked for whole"
+    );
     let mut search = Search::new(&lattice, &sampling(8, 50, None));
     assert!(run(&mut search, &|_| None, |_| None).is_empty());
     let mut search = Search::new(&lattice, &sampling(8, 3, None));
-    let asked = run(&mut search, &Some, |_| Some(vec![f64::NAN, 1.0]));
+    let asked = run(&mut search, &Some::<u64>, |_| Some(vec![f64::NAN, 1.0]));
     assert!(asked.len() == 9 && search.front().is_empty(), "NaN is a failure");
 }
 
