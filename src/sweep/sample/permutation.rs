@@ -1,7 +1,7 @@
 //! A random order of the numbers below `n`, each number computed on its own.
 //!
-//! A Feistel network over an even number of bits is a permutation of a power of four that is at most
-//! four times `n`; numbers at or above `n` are sent through it again until they are below.
+//! A Feistel network over an even number of bits is a permutation of a power of four, which is at
+//! most four times `n`; numbers at or above `n` are sent through it again until they are below.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;

@@ -52,7 +52,8 @@ fn mistakes_in_the_form_have_a_line() {
         &["did you mean \"sobol\"?", "line 5", "at least 1"],
     );
     wrong("question = \" \"\nbase = \"gscore\"", &["line 1", "`question` is empty"]);
-    let twice = "question = \"?\"\nbase = \"gscore\"\n[[energy]]\nlabel = \"a\"\ntable = \"paper\"\n\
+    let twice = "question = \"?\"\nbase = \"gscore\"\n\
+                 [[energy]]\nlabel = \"a\"\ntable = \"paper\"\n\
                  [[energy]]\nlabel = \"a\"\ntable = \"paper\"";
     wrong(twice, &["line 7", "a second table with the label `a`"]);
     wrong(&format!("{axis}zip = {{ vru.cores = 3 }}"), &["must be a list or a range"]);

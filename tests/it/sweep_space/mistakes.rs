@@ -150,7 +150,8 @@ fn other_files_must_be_there() {
     );
     wrong("display = \"oled\"", &["no display preset `oled`"]);
     wrong(&axis("display:scale", "[1, 2]"), &["there is no display"]);
-    let changed = "[[energy]]\nlabel = \"a\"\ntable = \"gscore-28nm\"\nset = { actions.alpha.energy = \"0 pJ\" }";
+    let changed = "[[energy]]\nlabel = \"a\"\ntable = \"gscore-28nm\"\n\
+                   set = { actions.alpha.energy = \"0 pJ\" }";
     wrong(changed, &["as changed", "`actions.alpha.energy` is zero"]);
     let text = "question = \"?\"\nbase = \"gscoree\"";
     let file = SweepFile::parse(text).expect("a sweep");

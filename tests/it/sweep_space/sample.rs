@@ -52,8 +52,8 @@ fn the_first_sobol_points_are_the_published_ones() {
     }
 }
 
-/// Every first part of 2^k points puts one point in each of 2^k cells of every axis, and one in each
-/// cell of 2^a x 2^b, a + b = k, of the first two: a (0, k, 2)-net. A shift keeps both.
+/// Every first part of 2^k points puts one point in each of 2^k cells of every axis, and one in
+/// each cell of 2^a x 2^b, a + b = k, of the first two: a (0, k, 2)-net. A shift keeps both.
 #[test]
 fn sobol_points_lie_evenly() {
     for mut sobol in [Sobol::plain(DIMENSIONS_MAX), Sobol::new(DIMENSIONS_MAX, 7)] {
