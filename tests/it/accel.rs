@@ -4,6 +4,7 @@ use powergs_sim::accel::bank::Banks;
 use powergs_sim::accel::batch::{Batch, Batches};
 use powergs_sim::accel::bsu::Sort;
 use powergs_sim::accel::buffer::{Room, usage};
+use powergs_sim::accel::divide::Divisor;
 use powergs_sim::accel::dram::{Channel, Dram, TICKS};
 use powergs_sim::accel::machine::{BufferSpec, DramModel, DramSpec, Fetch, Ports};
 use powergs_sim::accel::qsu::Keys;
@@ -67,6 +68,17 @@ fn ccu_holds_the_entry_for_records_and_for_tests() {
     check(1, 4, batch(32, 8, 41), 24 + 11);
     check(2, 4, batch(32, 8, 41), 48 + 16);
     check(1, 1, batch(0, 0, 0), 1);
+}
+
+#[test]
+fn divisors_divide() {
+    for by in [1, 2, 3, 7, 8, 1000, 1 << 40, u64::MAX] {
+        let divisor = Divisor::new(by);
+        assert_eq!(divisor.get(), by);
+        for n in [0, 1, 2, 3, 6, 7, 8, 9, 999, 1000, 1001, (1 << 40) + 1, u64::MAX - 1, u64::MAX] {
+            assert_eq!(divisor.div_ceil(n), n.div_ceil(by), "{n} / {by}");
+        }
+    }
 }
 
 #[test]
