@@ -71,8 +71,8 @@ fn front(text: &mut String, analysis: &Analysis) {
     let _ = write!(text, "{:<NAME$}", "design");
     for objective in &objectives[..shown] {
         let goal = match objective.goal {
-            Goal::Minimize => "v",
-            Goal::Maximize => "^",
+            Goal::Minimize => "↓",
+            Goal::Maximize => "↑",
         };
         let words = Measure::of(&objective.name).words;
         let words = shortened(words.strip_suffix(" per frame").unwrap_or(&words), VALUE - 2);
