@@ -173,8 +173,7 @@ impl Tape {
             .zip(by_pixel.par_chunks(lines))
             .enumerate()
             .for_each(|(ty, ((row, pixels), by_pixel))| {
-                let tiles =
-                    row::RowPixels { grid: frame.runs.grid, ty: ty as u32, pixels, by_pixel };
+                let tiles = row::Lines { grid: frame.runs.grid, ty: ty as u32, pixels, by_pixel };
                 match which {
                     Which::All => {
                         row.backward(&frame.paints, &tiles, &frame.options, Everything);

@@ -22,7 +22,7 @@ pub struct Row {
 }
 
 /// The pixels of a row of tiles.
-pub struct RowPixels<'a> {
+pub struct Lines<'a> {
     /// The grid.
     pub grid: TileGrid,
     /// Row of tiles.
@@ -96,7 +96,7 @@ impl Row {
     pub fn backward<K: Kind>(
         &mut self,
         paints: &[Paint],
-        lines: &RowPixels<'_>,
+        lines: &Lines<'_>,
         options: &Options,
         kind: K,
     ) {
