@@ -133,9 +133,9 @@ pub fn unproject_block<S: Simd>(
     let mut by_camera = shape.slopes(simd, view, &footprint, &camera);
     through_mean(simd, view, &camera, &by_mean2, &mut by_camera);
     let mut by_world = [zero; 3];
-    for k in 0..3 {
-        for axis in 0..3 {
-            by_world[k] = by_camera[axis].mul_add(view.rotation[axis][k], by_world[k]);
+    for (k, by_world) in by_world.iter_mut().enumerate() {
+        for (by, row) in by_camera.into_iter().zip(view.rotation) {
+            *by_world = by.mul_add(row[k], *by_world);
         }
     }
     let toward = direction(simd, view.centre, &lanes.world);
@@ -291,8 +291,8 @@ impl<S: Simd> ByShape<S> {
         for axis in 0..2 {
             let by_jw = &self.jw[axis];
             let mut depth_row = zero;
-            for j in 0..3 {
-                depth_row = by_jw[j].mul_add(view.rotation[2][j], depth_row);
+            for (by, own) in by_jw.iter().zip(view.rotation[2]) {
+                depth_row = by.mul_add(own, depth_row);
             }
             // J W is (f/z) (row − slope · depth row).
             let by_slope = -(depth_row * iz * view.focal[axis]);

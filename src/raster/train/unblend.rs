@@ -141,8 +141,8 @@ fn unblend_splat<S: Simd, K: Kind>(
         let y = hit_rows.trailing_zeros() as usize & (BLOCK - 1);
         hit_rows &= hit_rows - 1;
         let UnblendRow { weight, s, gradient } = unblend_row(simd, block, y, paint, &lines, dx);
-        for c in 0..3 {
-            sums.colour[c] = weight.mul_add(gradient[c], sums.colour[c]);
+        for (sum, g) in sums.colour.iter_mut().zip(gradient) {
+            *sum = weight.mul_add(g, *sum);
         }
         sums.alpha[0] += s;
         if K::GEOMETRY {
