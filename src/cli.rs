@@ -17,6 +17,7 @@ pub mod engine;
 pub mod explain;
 pub mod extract;
 pub mod failure;
+pub mod filter;
 pub mod fit;
 pub mod invocation;
 pub mod machine_file;
@@ -106,10 +107,13 @@ pub enum Command {
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
+    /// Give a frame cheaper colours where nobody looks: the filter D22
+    #[command(after_help = filter::EXAMPLES)]
+    Filter(filter::Args),
     /// Fit power curves to samples of equal quality; find the fewest watts
     #[command(after_help = fit::EXAMPLES)]
     Fit(fit::Args),
-    /// Compare two pictures: PSNR, SSIM, FLIP
+    /// Compare two pictures: PSNR, SSIM, FLIP, HVSQ
     #[command(after_help = quality::EXAMPLES)]
     Quality(quality::Args),
     /// Turn every modelling assumption and see what moves
@@ -169,6 +173,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Display(args) => display::run(args, context),
         Command::Dram(args) => dram::run(args, context),
         Command::Explain(args) => explain::run(args, context),
+        Command::Filter(args) => filter::run(args, context),
         Command::Fit(args) => fit::run(args, context),
         Command::Quality(args) => quality::run(args, context),
         Command::Pareto(args) => pareto::run(args, context),

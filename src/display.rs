@@ -4,6 +4,8 @@
 //! the linearised sRGB channels. Values above 1 count (renders are not clamped); values below 0
 //! count as 0. Source: `powergs`, `d22`.
 
+pub mod d22;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

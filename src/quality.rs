@@ -2,8 +2,11 @@
 //! metrics for reports. Definitions, formulas and sources: `docs/metrics.md`.
 
 pub mod flip;
+pub mod hvsq;
 pub mod loss;
 pub mod metrics;
+pub mod sight;
 
+pub use hvsq::{Hvsq, HvsqError};
 pub use loss::{Loss, Parts};
 pub use metrics::{Likeness, likeness};

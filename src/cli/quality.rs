@@ -5,14 +5,17 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::background::Background;
-use super::{Context, Exit, Failure, out, picture_file};
-use crate::quality::{flip, likeness};
+use super::{Context, Exit, Failure, OrExit, out, picture_file};
+use crate::picture::Picture;
+use crate::quality::sight::{POOLINGS, Sight};
+use crate::quality::{Hvsq, flip, likeness};
 
 /// Shown under `quality --help`.
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim quality render.png photo.png
-  powergs-sim quality render.png photo.png --json
+  powergs-sim quality render.png photo.png --hvsq 1,3,7,12 --json
+  powergs-sim quality render.png photo.png --gaze 0.5,0.5 --fov 90
 
 docs/metrics.md defines every number.";
 
@@ -23,6 +26,16 @@ pub struct Args {
     pub picture: PathBuf,
     /// What it should look like, of the same size
     pub reference: PathBuf,
+    /// Also HVSQ, the difference in the periphery, at these pooling sizes in pixels
+    #[arg(long, value_name = "P,P,...", value_delimiter = ',', num_args = 1)]
+    pub hvsq: Vec<f64>,
+    /// Also HVSQ of the regions R1 to R4 around a gaze: shares of width and height, from the upper
+    /// left corner
+    #[arg(long, value_name = "X,Y", value_parser = super::filter::pair, allow_hyphen_values = true)]
+    pub gaze: Option<(f64, f64)>,
+    /// Horizontal field of view for --gaze, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]
+    pub fov: f64,
     /// Pixels per degree of sight for FLIP: 67.02 is a 0.7 m wide 3840-pixel display at 0.7 m
     #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE, value_parser = density)]
     pub pixels_per_degree: f64,
@@ -47,14 +60,47 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let flip = flip::flip(&reference, &picture, args.pixels_per_degree);
     let psnr = like.psnr_db.is_finite().then_some(like.psnr_db);
     let shown = psnr.map_or("infinite: equal pictures".into(), |db| format!("{db:.4} dB"));
-    let rows: Vec<Row> = vec![
+    let mut rows: Vec<Row> = vec![
         ("psnr_db".into(), json!(psnr), format!("PSNR  {shown}")),
         ("ssim".into(), json!(like.ssim), format!("SSIM  {:.6}", like.ssim)),
         ("flip".into(), json!(flip), format!("FLIP  {flip:.6}")),
         ("l1".into(), json!(like.l1), format!("L1    {:.6}", like.l1)),
         ("mse".into(), json!(like.mse), format!("MSE   {:.4e}", like.mse)),
     ];
+    rows.extend(hvsq(args, &picture, &reference)?);
+    rows.extend(regional(args, &picture, &reference)?);
     print(args, context, (picture.width, picture.height), rows)
+}
+
+fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
+    if args.hvsq.is_empty() {
+        return Ok(Vec::new());
+    }
+    let hvsq = Hvsq::new(picture.width, picture.height, &args.hvsq);
+    let mut hvsq = hvsq.or_exit(Exit::Usage, "--hvsq")?;
+    let reference = hvsq.reference(reference);
+    let values = hvsq.values(picture, &reference);
+    let row = |(p, value): (&f64, f64)| {
+        (format!("hvsq_p{p}"), json!(value), format!("HVSQ  {value:.4e} at pooling {p}"))
+    };
+    Ok(args.hvsq.iter().zip(values).map(row).collect())
+}
+
+/// HVSQ of the regions around a gaze, each at its pooling size.
+fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
+    let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
+    let size = [picture.width, picture.height];
+    let sight = Sight::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
+    let hvsq = Hvsq::new(size[0], size[1], &POOLINGS);
+    let mut hvsq = hvsq.or_exit(Exit::BadInput, args.picture.display())?;
+    let reference = hvsq.reference(reference);
+    let values = hvsq.regional(picture, &reference, &sight.regions());
+    let row = |(i, value): (usize, Option<f64>)| {
+        let shown = value.map_or("no pixels".into(), |v| format!("{v:.4e}"));
+        let line = format!("HVSQ  {shown} in R{}, pooling {}", i + 1, POOLINGS[i]);
+        (format!("hvsq_r{}", i + 1), json!(value), line)
+    };
+    Ok(values.into_iter().enumerate().map(row).collect())
 }
 
 fn print(

@@ -1,5 +1,8 @@
 //! Losses and metrics: the published vectors, naive twins, finite differences, hostile pictures.
 
+mod d22;
 mod flip;
+mod hvsq;
 mod loss;
 mod pictures;
+mod sight;

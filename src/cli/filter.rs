@@ -1,0 +1,85 @@
+//! `filter`: cheaper colours in the periphery of sight.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::background::Background;
+use super::render::write_png;
+use super::{Context, Exit, Failure, OrExit, machine_file, out, picture_file};
+use crate::display::d22::{Filter, Gaze};
+
+/// Shown under `filter --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim filter frame.png --gaze 0.5,0.5 --fov 90 -o filtered.png
+  powergs-sim filter frame.png --gaze 0.2,0.7 --fov 110 --preset oled-d22 -o filtered.png
+
+This is the colour filter of Duinkharjav et al. 2022; docs/metrics.md has it.";
+
+/// The arguments of `filter`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The picture: PNG, JPEG or WebP
+    pub image: PathBuf,
+    /// Where somebody looks: shares of width and height, from the upper left corner
+    #[arg(long, value_name = "X,Y", default_value = "0.5,0.5", value_parser = pair, allow_hyphen_values = true)]
+    pub gaze: (f64, f64),
+    /// Horizontal field of view, degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]
+    pub fov: f64,
+    /// The panel: a name of `arch list`, or a TOML file
+    #[arg(
+        long,
+        visible_alias = "display",
+        value_name = "NAME|FILE",
+        default_value = "oled-powergs"
+    )]
+    pub preset: String,
+    /// What transparent pixels show: black, white, or r,g,b from 0 to 1
+    #[arg(long, default_value = "black")]
+    pub background: Background,
+    /// The PNG file to write
+    #[arg(long, short, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+/// Reads `x,y`.
+pub fn pair(text: &str) -> Result<(f64, f64), String> {
+    let parts = text.split_once(',').map(|(x, y)| (x.trim().parse(), y.trim().parse()));
+    match parts {
+        Some((Ok(x), Ok(y))) => Ok((x, y)),
+        _ => Err("write two numbers from 0 to 1: 0.5,0.5".into()),
+    }
+}
+
+/// Runs `filter`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
+    let display = machine_file::load_display(&args.preset)?;
+    let picture = picture_file::read(&args.image, args.background)?;
+    let filtered = Filter::new(&display).apply(&picture, &gaze);
+    write_png(&args.output, &filtered)?;
+    let [before, after] = [&picture, &filtered].map(|p| display.power(p.mean_linear_rgb()).0);
+    let saving = if before > 0.0 { 1.0 - after / before } else { 0.0 };
+    if context.global.json {
+        out::json(&json!({
+            "image": args.image.display().to_string(),
+            "file": args.output.display().to_string(),
+            "preset": display.name,
+            "gaze": [args.gaze.0, args.gaze.1],
+            "fov_deg": args.fov,
+            "power_before_w": before,
+            "power_after_w": after,
+            "saving": saving,
+        }))?;
+    } else if !context.global.quiet {
+        out::text(&format!(
+            "{}: {before:.4} W before, {after:.4} W after on {} ({:.1} % saved)\n",
+            args.output.display(),
+            display.name,
+            100.0 * saving
+        ))?;
+    }
+    Ok(Exit::Done)
+}

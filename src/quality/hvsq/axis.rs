@@ -1,0 +1,106 @@
+//! One axis of a map: what pooling does to it, and what resizing does.
+
+/// Interpolation between two neighbours: full place i lies between `first[i]` and the one after,
+/// the share `weight[i]` of the way.
+#[derive(Debug, Clone)]
+pub struct Taps {
+    /// The lower neighbour; never falls.
+    pub first: Vec<u32>,
+    /// The share of the upper neighbour; 0 where there is none.
+    pub weight: Vec<f32>,
+    /// First full place whose lower neighbour is at least j, for j up to the coarse size.
+    pub start: Vec<u32>,
+}
+
+impl Taps {
+    /// Bilinear interpolation from `coarse` to `full` places; ends of places, not their middles,
+    /// are aligned.
+    pub fn new(coarse: usize, full: usize) -> Taps {
+        let scale = coarse as f64 / full as f64;
+        let mut taps = Taps { first: Vec::new(), weight: Vec::new(), start: Vec::new() };
+        for i in 0..full {
+            let at = ((i as f64 + 0.5) * scale - 0.5).max(0.0);
+            let first = (at.floor() as usize).min(coarse - 1);
+            let weight = if first + 1 < coarse { at - first as f64 } else { 0.0 };
+            taps.first.push(first as u32);
+            taps.weight.push(weight as f32);
+        }
+        taps.start = (0..=coarse)
+            .map(|j| taps.first.partition_point(|&first| (first as usize) < j) as u32)
+            .collect();
+        taps
+    }
+
+    /// `coarse` interpolated to all full places.
+    pub fn widen(&self, coarse: &[f32], full: &mut [f32]) {
+        let last = coarse.len() - 1;
+        for ((out, &first), &weight) in full.iter_mut().zip(&self.first).zip(&self.weight) {
+            let (a, b) = (coarse[first as usize], coarse[(first as usize + 1).min(last)]);
+            *out = a + weight * (b - a);
+        }
+    }
+
+    /// The adjoint of [`Taps::widen`], times `scale`. `upper` is work space.
+    pub fn narrow(&self, full: &[f32], scale: f32, upper: &mut Vec<f32>, coarse: &mut [f32]) {
+        upper.clear();
+        upper.extend(self.weight.iter().zip(full).map(|(w, v)| w * v));
+        let range = |j: usize| self.start[j] as usize..self.start[j + 1] as usize;
+        for (j, out) in coarse.iter_mut().enumerate() {
+            let own = range(j);
+            let mut sum = 0.0;
+            for (v, u) in full[own.clone()].iter().zip(&upper[own]) {
+                sum += v - u;
+            }
+            if j > 0 {
+                for u in &upper[range(j - 1)] {
+                    sum += u;
+                }
+            }
+            *out = sum * scale;
+        }
+    }
+}
+
+/// Pooling of one axis: means over cells, and interpolation back.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// First place and end of every cell; neighbours may share places.
+    pub cells: Vec<(u32, u32)>,
+    /// The way back.
+    pub taps: Taps,
+    /// Whether there and back changes nothing.
+    pub is_identity: bool,
+}
+
+impl Axis {
+    /// Pooling over `pooling` places of `n`; below 1 there are more cells than places.
+    pub fn pooled(n: usize, pooling: f64) -> Axis {
+        // As published: a float product, rounded down. A picture smaller than the pooling of a
+        // coarse level has one cell there.
+        let count = ((n as f64 * (1.0 / pooling)).floor() as usize).max(1);
+        let cells = (0..count)
+            .map(|i| ((i * n / count) as u32, ((i + 1) * n).div_ceil(count) as u32))
+            .collect();
+        // With k cells per place all cells of a place are equal, and interpolation stays inside.
+        Axis { cells, taps: Taps::new(count, n), is_identity: count.is_multiple_of(n) }
+    }
+
+    /// Sums over cells, times `scale`.
+    pub fn sums(&self, full: &[f32], scale: f32, out: &mut [f32]) {
+        for (out, &(first, end)) in out.iter_mut().zip(&self.cells) {
+            let sum: f32 = full[first as usize..end as usize].iter().sum();
+            *out = sum * scale / (end - first) as f32;
+        }
+    }
+
+    /// The adjoint of [`Axis::sums`].
+    pub fn spread(&self, coarse: &[f32], scale: f32, full: &mut [f32]) {
+        full.fill(0.0);
+        for (value, &(first, end)) in coarse.iter().zip(&self.cells) {
+            let share = value * scale / (end - first) as f32;
+            for v in &mut full[first as usize..end as usize] {
+                *v += share;
+            }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! What is kept of the picture that others are compared with.
+
+use rayon::prelude::*;
+
+use super::axis::Axis;
+use super::plane::Plane;
+use super::pool::{Grid, Scratch, pooled};
+use super::pyramid::Pyramid;
+use super::{LEVELS, MAPS};
+
+/// The statistics of a picture at the poolings of a measure.
+#[derive(Debug)]
+pub struct Reference {
+    maps: Vec<MapReference>,
+    lowest: [Plane; 3],
+    poolings: usize,
+}
+
+/// The statistics of one map.
+#[derive(Debug)]
+pub struct MapReference {
+    /// The map, where some pooling changes nothing.
+    map: Option<Plane>,
+    /// Per pooling; `None` where it changes nothing.
+    grids: Vec<Option<Grid>>,
+}
+
+impl MapReference {
+    /// The statistics at a pooling, `None` where it changes nothing.
+    pub fn pooled(&self, pooling: usize) -> Option<&Grid> {
+        self.grids[pooling].as_ref()
+    }
+
+    /// The map.
+    pub fn map(&self) -> &Plane {
+        self.map.as_ref().expect("kept where a pooling changes nothing")
+    }
+}
+
+impl Reference {
+    pub(super) fn of(pyramid: &Pyramid, axes: &[[[Axis; 2]; LEVELS]]) -> Reference {
+        let maps = (0..3 * MAPS)
+            .into_par_iter()
+            .map_init(Scratch::default, |scratch, i| {
+                let (level, map) = pyramid.map(i);
+                let grids: Vec<_> = axes
+                    .iter()
+                    .map(|a| &a[level])
+                    .map(|a| {
+                        let same = a.iter().all(|axis| axis.is_identity);
+                        (!same).then(|| pooled(map, a, scratch))
+                    })
+                    .collect();
+                let map = grids.iter().any(Option::is_none).then(|| map.clone());
+                MapReference { map, grids }
+            })
+            .collect();
+        let lowest = std::array::from_fn(|c| pyramid.lowest(c).clone());
+        Reference { maps, lowest, poolings: axes.len() }
+    }
+
+    pub(super) fn map(&self, i: usize) -> &MapReference {
+        &self.maps[i]
+    }
+
+    pub(super) fn lowest(&self, channel: usize) -> &Plane {
+        &self.lowest[channel]
+    }
+
+    /// Number of poolings.
+    pub(super) fn poolings(&self) -> usize {
+        self.poolings
+    }
+}
