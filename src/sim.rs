@@ -17,7 +17,7 @@ use crate::workload::FrameWorkload;
 
 pub use check::Breach;
 pub use measured::{Lists, Measured, observed};
-pub use timed::{Timed, priced, time};
+pub use timed::{Timed, priced, time, time_again};
 
 /// Which model produced a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

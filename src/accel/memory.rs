@@ -216,6 +216,20 @@ impl<'a> Memory<'a> {
         Some((*done, *owner))
     }
 
+    /// The channel of the `bandwidth` model, and the bytes asked for; `None` with the others.
+    pub fn flat(&self) -> Option<(&Channel, Traffic)> {
+        match &self.timer {
+            Timer::Flat(channel) => Some((channel, self.traffic)),
+            Timer::Window(..) | Timer::Banked(..) => None,
+        }
+    }
+
+    /// Goes on where a channel of the same rate was.
+    pub fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
+        self.timer = Timer::Flat(channel);
+        self.traffic = traffic;
+    }
+
     /// Bytes asked for, by stage.
     pub fn traffic(&self) -> Traffic {
         self.traffic

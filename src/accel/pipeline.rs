@@ -28,6 +28,7 @@ mod binned;
 mod core;
 mod front;
 mod ledger;
+pub mod memo;
 mod middle;
 mod preprocess;
 mod turns;
@@ -37,6 +38,7 @@ use std::ops::Range;
 use self::binned::Binned;
 use self::core::Core;
 use self::ledger::Ledger;
+use self::memo::Memo;
 use self::preprocess::Converter;
 use self::turns::Turns;
 use super::batch::Batches;
@@ -199,13 +201,15 @@ pub struct Outcome {
     pub speculation: ActionCounts,
 }
 
-/// Takes a frame through the pipeline.
+/// Takes a frame through the pipeline. `memo` is of this frame, and never given together with an
+/// observer who wants to see preprocessing.
 pub fn run<O: Observer>(
     workload: &FrameWorkload,
     machine: &Machine,
     design: &Design,
     plan: &Plan,
     given: Given,
+    memo: Option<&Memo>,
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.schedule.overlap;
@@ -227,7 +231,8 @@ pub fn run<O: Observer>(
     let (units, all) = (agents.converters.len(), agents.converters.len() + agents.cores.len());
     let preprocessing_end = match overlap {
         Overlap::None => {
-            agents.drive(0..units, 0, &mut shared);
+            let memo = memo.filter(|_| memo::is_apart(machine, &shared));
+            memo::preprocess(&mut agents, &mut shared, memo);
             let end = agents.converters.iter().map(|c| c.end).max().unwrap_or(0);
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
             agents.drive(units..all, end, &mut shared);

@@ -4,7 +4,7 @@ use super::{
     Breach, CacheSummary, FrameReport, Label, Measured, OrderSummary, ReuseSummary, StageBytes,
     check,
 };
-use crate::accel::{self, DramCommands, FrameTiming, Machine, UnitCycles};
+use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
 use crate::action::{Action, ActionCounts, Stage};
 use crate::energy::{Activity, Area, DramWork, Prices, StageWork};
 use crate::quantity::{Cycles, Hertz};
@@ -51,6 +51,32 @@ pub fn time(
 ) -> Result<Timed, Breach> {
     check::geometry(workload, machine)?;
     let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
+    timed(frame, workload, measured, machine, replay)
+}
+
+/// As [`time`], for many machines on one frame; `memo` is of this frame alone.
+///
+/// # Errors
+/// As [`time`].
+pub fn time_again(
+    frame: usize,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+    memo: &Memo,
+) -> Result<Timed, Breach> {
+    check::geometry(workload, machine)?;
+    let replay = accel::replay_again(workload, machine, measured.given(), memo);
+    timed(frame, workload, measured, machine, replay)
+}
+
+fn timed(
+    frame: usize,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+    replay: Replay,
+) -> Result<Timed, Breach> {
     check::traffic(frame, &replay)?;
     check::timing(frame, &replay.timing, machine)?;
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));

@@ -1,6 +1,7 @@
 //! Does the pipeline keep its rules?
 
 mod laws;
+mod memo;
 mod oracle;
 pub mod support;
 mod timelines;

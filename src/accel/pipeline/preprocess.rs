@@ -17,7 +17,7 @@ use crate::accel::unit::Unit;
 use crate::action::{Buffer, Stage};
 
 /// A batch, from its claim until its results have left.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Held {
     index: u32,
     /// Before it enters, whether the read that is under way is the last one; behind the pipeline,
@@ -41,7 +41,7 @@ struct Entering {
 }
 
 /// One CCU.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Converter {
     owner: u32,
     pub ledger: Ledger,

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::window::{Binned, Window};
-use crate::sim::{Label, Lists, Measured, priced, time};
+use crate::sim::{Label, Lists, Measured, priced, time_again};
 use crate::sweep::design::Design;
 use crate::sweep::journal::Record;
 use crate::sweep::outcome::Accumulator;
@@ -48,7 +48,7 @@ impl Running {
             1 => Measured::needed(workload, machine),
             _ => Measured::of(workload, machine, &mut self.lists),
         };
-        let timed = time(frame.label.frame, workload, &measured, machine)?;
+        let timed = time_again(frame.label.frame, workload, &measured, machine, &frame.memo)?;
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
             let display = design.display.as_ref().zip(frame.mean_linear_rgb);
             let display_w = display.map(|(display, mean)| display.value.power(mean).0);

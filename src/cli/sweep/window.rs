@@ -1,5 +1,6 @@
 //! Binned frames in memory: as many of a trace as fit, the next ones when those are done.
 
+use crate::accel::Memo;
 use crate::cli::Failure;
 use crate::cli::trace_source::TraceSource;
 use crate::sim::Label;
@@ -13,6 +14,8 @@ pub struct Binned {
     pub mean_linear_rgb: Option<[f64; 3]>,
     /// The frame.
     pub workload: FrameWorkload,
+    /// Its preprocessing on machines that were met before.
+    pub memo: Memo,
 }
 
 /// Some frames of a trace in a row, under one geometry.
@@ -45,7 +48,8 @@ impl Window {
             let workload = bin(&frame.frame, geometry);
             bytes += workload.bytes();
             let mean_linear_rgb = frame.frame.facts.mean_linear_rgb;
-            frames.push(Binned { label: frame.label, mean_linear_rgb, workload });
+            let memo = Memo::default();
+            frames.push(Binned { label: frame.label, mean_linear_rgb, workload, memo });
             end += 1;
         }
         let is_whole = start == range.start && end == range.end;
