@@ -4,8 +4,9 @@
 //! [`Tape::forward`] renders as [`render`](super::render) does, at the reference tiling, and keeps
 //! which entries blended in which rows; [`Tape::backward`] visits only those, front to back. The
 //! rules are those of the forward pass: same lists, same thresholds (taken as constants), no cut at
-//! 3 sigma. Gradients are the same bytes for any number of threads: a row of tiles sums in the order
-//! of its lists, and a splat sums its rows from top to bottom. `docs/gradients.md` has the formulas.
+//! 3 sigma. Gradients are the same bytes for any number of threads: a row of tiles sums in the
+//! order of its lists, and a splat sums its rows from top to bottom. `docs/gradients.md` has the
+//! formulas.
 
 mod gradients;
 mod row;

@@ -1,11 +1,11 @@
 //! The backward pass of the projection: from what a loss wants of a splat to the gradient by the
 //! raw parameters of its Gaussian.
 //!
-//! With δ the offset of a pixel from the splat's centre and K the conic, ln α = ln o − ½ δᵀ K δ. The
-//! gradient by the centre is K Σ s δ, by the covariance ½ K (Σ s δ δᵀ) K, by the logit opacity
-//! (1 − o) Σ s. From there the chain rule runs back through Σ2D = A Aᵀ with A = J W R S. The clamp
-//! of x/z and y/z inside J has its true derivative: none where it holds. Sixteen Gaussians at a
-//! time; a Gaussian that is not seen gets zero.
+//! With δ the offset of a pixel from the splat's centre and K the conic, ln α = ln o − ½ δᵀ K δ.
+//! The gradient by the centre is K Σ s δ, by the covariance ½ K (Σ s δ δᵀ) K, by the logit
+//! opacity (1 − o) Σ s. From there the chain rule runs back through Σ2D = A Aᵀ with A = J W R S.
+//! The clamp of x/z and y/z inside J has its true derivative: none where it holds. Sixteen
+//! Gaussians at a time; a Gaussian that is not seen gets zero.
 
 mod harmonics;
 
@@ -19,9 +19,9 @@ use super::project::{
 use super::simd::exp;
 use crate::scene::Gaussians;
 
-/// Sums over the pixels that a splat blends in, with s the gradient of the loss by ln α and (δx, δy)
-/// pixel minus centre: Σ s, Σ s δx, Σ s δy, Σ s δx², Σ s δx δy, Σ s δy², then the gradient by the
-/// colour, from [`COLOUR`].
+/// Sums over the pixels that a splat blends in, with s the gradient of the loss by ln α and
+/// (δx, δy) pixel minus centre: Σ s, Σ s δx, Σ s δy, Σ s δx², Σ s δx δy, Σ s δy². Then the
+/// gradient by the colour, from [`COLOUR`].
 pub type PixelSums = [f32; 9];
 
 /// Where the gradient by the colour begins in [`PixelSums`].
