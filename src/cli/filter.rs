@@ -23,7 +23,8 @@ pub struct Args {
     /// The picture: PNG, JPEG or WebP
     pub image: PathBuf,
     /// Where somebody looks: shares of width and height, from the upper left corner
-    #[arg(long, value_name = "X,Y", default_value = "0.5,0.5", value_parser = pair, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y", default_value = "0.5,0.5", value_parser = pair)]
+    #[arg(allow_hyphen_values = true)]
     pub gaze: (f64, f64),
     /// Horizontal field of view, degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]

@@ -37,7 +37,8 @@ pub struct Args {
     #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]
     pub fov: f64,
     /// Pixels per degree of sight for FLIP: 67.02 is a 0.7 m wide 3840-pixel display at 0.7 m
-    #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE, value_parser = density)]
+    #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE)]
+    #[arg(value_parser = density)]
     pub pixels_per_degree: f64,
     /// What transparent pixels show: black, white, or r,g,b from 0 to 1
     #[arg(long, default_value = "black")]
