@@ -200,7 +200,8 @@ pub enum AnalysisError {
     },
     /// A design that is not there.
     #[error(
-        "no design `{0}` in the results: name a point (`12`), the first digits of its id, or `baseline`"
+        "no design `{0}` in the results: name a point (`12`), the first digits of its id, or \
+         `baseline`"
     )]
     Design(String),
     /// A hash that several designs begin with.

@@ -51,7 +51,8 @@ pub struct Args {
     #[arg(long, value_name = "DESIGN", default_value = "baseline")]
     pub design: String,
     /// How many designs are listed and ranked
-    #[arg(long, value_name = "N", default_value = "10", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value = "10")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub top: u16,
     /// Folder for the report [default: DIR/analysis]; a report there is replaced
     #[arg(long, short, value_name = "DIR")]

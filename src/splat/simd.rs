@@ -31,7 +31,7 @@ pub fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     exp2(simd, y.max(f32x16::splat(simd, -126.0)).min(f32x16::splat(simd, 127.0)))
 }
 
-/// 1/x for x in [2⁻¹⁰⁰, 2¹⁰⁰], within an ulp or two. A first guess from the bits and two cubic steps:
+/// 1/x for x in [2⁻¹⁰⁰, 2¹⁰⁰], within an ulp or two. A guess from the bits and two cubic steps:
 /// half the time of a division where the divider is what everything waits for, and the same bits on
 /// every processor with fused multiply-add.
 #[inline(always)]

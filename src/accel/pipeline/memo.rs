@@ -1,9 +1,9 @@
 //! What preprocessing leaves behind, kept for machines that preprocess alike.
 //!
-//! With `schedule.overlap = "none"` cores begin when all CCUs have ended (A28). With the `bandwidth`
-//! model nothing about the memory depends on addresses. So on one frame everything up to that cycle
-//! follows from the CCUs, their buffers, the records and the rate of the memory: machines that
-//! differ elsewhere share it.
+//! With `schedule.overlap = "none"` cores begin when all CCUs have ended (A28). With the
+//! `bandwidth` model nothing about the memory depends on addresses. So on one frame everything up
+//! to that cycle follows from the CCUs, their buffers, the records and the rate of the memory:
+//! machines that differ elsewhere share it.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -32,7 +32,7 @@ impl Store {
             others.sort();
             if !others.is_empty() {
                 out::complain(format_args!(
-                    "note: {}: written by other versions ({}); they are kept and not used by {ours}",
+                    "note: {}: written by other versions ({}); they are kept, {ours} is used",
                     folder.display(),
                     others.join(", ")
                 ));

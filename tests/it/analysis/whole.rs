@@ -189,7 +189,8 @@ fn an_unmet_condition_says_which_part() {
 
 #[test]
 fn rows_without_a_value_are_left_out() {
-    let text = "point,is_baseline,id,status,reason,energy_table,trace,scope,a,frames,fps.mean,area_mm2\n\
+    let text = "point,is_baseline,id,status,reason,energy_table,trace,scope,a,frames,\
+                fps.mean,area_mm2\n\
                 0,false,a,ok,,t,,mean,1,4,NaN,1\n\
                 1,false,b,ok,,t,,mean,2,4,60,2\n\
                 2,false,c,ok,,t,,mean,3,4,inf,1\n";

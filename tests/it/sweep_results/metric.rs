@@ -69,10 +69,9 @@ proptest! {
     fn quantiles_are_nearest_ranks(
         traces in proptest::collection::vec(proptest::collection::vec(1u32..50, 1..30), 1..4),
     ) {
-        let outcomes: Vec<_> = traces
-            .iter()
-            .map(|t| (t.len() as f64, outcome(&t.iter().map(|&x| f64::from(x)).collect::<Vec<_>>())))
-            .collect();
+        let times = |t: &[u32]| t.iter().map(|&x| f64::from(x)).collect::<Vec<_>>();
+        let outcomes: Vec<_> =
+            traces.iter().map(|t| (t.len() as f64, outcome(&times(t)))).collect();
         let weighted: Vec<_> = outcomes.iter().map(|(w, o)| (*w, o)).collect();
         let row = values(&weighted);
         let mut all: Vec<u32> = traces.concat();

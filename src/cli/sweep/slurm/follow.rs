@@ -188,8 +188,8 @@ impl<'a> Follower<'a> {
         if since.elapsed() > PATIENCE {
             let minutes = PATIENCE.as_secs() / 60;
             let text = format!(
-                "{message}\n  Slurm has not answered for {minutes} minutes. The job is not touched; \
-                 the same command with --resume follows it again"
+                "{message}\n  Slurm has not answered for {minutes} minutes. The job is not \
+                 touched; the same command with --resume follows it again"
             );
             return Err(Failure::new(Exit::Usage, text));
         }

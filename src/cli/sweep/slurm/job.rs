@@ -65,8 +65,8 @@ impl Job {
             return Err(Failure::new(
                 Exit::Usage,
                 format!(
-                    "{name}: the job has {old} parts, the settings say `shards = {new}`: set it back \
-                 to {old}, or use another --out"
+                    "{name}: the job has {old} parts, the settings say `shards = {new}`: set it \
+                     back to {old}, or use another --out"
                 ),
             ));
         }
@@ -74,8 +74,8 @@ impl Job {
             return Err(Failure::new(
                 Exit::Usage,
                 format!(
-                    "{name}: the job was submitted with another sweep file or other arguments: repeat \
-                 those, or use another --out"
+                    "{name}: the job was submitted with another sweep file or other arguments: \
+                     repeat those, or use another --out"
                 ),
             ));
         }
