@@ -89,6 +89,11 @@ impl Building {
                 continue;
             }
             if i < first_metric {
+                // The same as the column before it, in SI units: no axis of its own.
+                let stem = name.strip_suffix(".si");
+                if stem.is_some_and(|stem| i > 0 && &head[i - 1] == stem) {
+                    continue;
+                }
                 building.axes.push((i, name.to_owned(), Builder::default()));
                 continue;
             }

@@ -48,7 +48,8 @@ pub enum Command {
 /// What a sweep is made of.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Definition {
-    /// Sweep file, or the name of one that comes with the program (see `arch list`)
+    /// Sweep file, or one that comes with the program: gscore-units, sram-bandwidth,
+    /// tiles, node-energy
     #[arg(value_name = "SWEEP", required = true)]
     pub file: Option<String>,
     /// Traces: files or patterns; in place of those in the sweep file
