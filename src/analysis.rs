@@ -81,6 +81,13 @@ pub struct Analysis<'t> {
     pub axes: Vec<Axis>,
 }
 
+/// The rows of `all` whose points are none of those of `rows`, which are in the order of points.
+fn without(table: &Table, all: &[u32], rows: &[u32]) -> Vec<u32> {
+    let point = |row: &u32| table.points[*row as usize];
+    let is_other = |row: &u32| rows.binary_search_by_key(&point(row), point).is_err();
+    all.iter().copied().filter(is_other).collect()
+}
+
 impl<'t> Analysis<'t> {
     /// Answers `question` from `table`.
     ///
@@ -108,16 +115,7 @@ impl<'t> Analysis<'t> {
                 designs::with_costs(table, &question.objectives, &rows)
             }
         };
-        let unmet: Vec<u32> = simulated
-            .iter()
-            .copied()
-            .filter(|row| {
-                rows.binary_search_by_key(&table.points[*row as usize], |r| {
-                    table.points[*r as usize]
-                })
-                .is_err()
-            })
-            .collect();
+        let unmet = without(table, &simulated, &rows);
         let mut members = front::front(&costs);
         members.sort_by(|&a, &b| {
             let by_first = costs.of(a)[0].total_cmp(&costs.of(b)[0]);

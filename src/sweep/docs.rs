@@ -24,9 +24,9 @@ const HEAD: &str = "
 ## Tables of sweeps
 
 `powergs-sim sweep` writes one table, as `results.csv` and as `results.parquet`: a row for every \
-design, energy table and trace, and two aggregates over the traces. Designs are in the order of \
-the space, the baseline first; designs that a constraint leaves out have no row. A design that failed \
-has rows without numbers and is part of no aggregate.
+design, energy table and trace, and two aggregates over the traces. Designs are in the order \
+of the space, the baseline first; designs that a constraint leaves out have no row. A design that \
+failed has rows without numbers and is part of no aggregate.
 
 | column | definition |
 |---|---|
@@ -34,9 +34,9 @@ has rows without numbers and is part of no aggregate.
 
 const BETWEEN: &str = "
 Then comes a column for every axis and derived key of the sweep, named by its key (`vru.cores`) \
-and written as in a file; behind a measure (`64 KiB`) a column with the ending `.si` has the same in \
-bytes, hertz, seconds, joules or watts. Then the metrics. In `trace` rows they are over the frames \
-of the trace; in `mean` rows means are weighted by the traces' weights, and quantiles are over all \
+and written as in a file; behind a measure (`64 KiB`) a column with the ending `.si` has the \
+same in bytes, hertz, seconds, joules or watts. Then the metrics. In `trace` rows they are over \
+the frames of the trace; in `mean` rows means are weighted by the traces' weights, and quantiles are over all \
 frames of all traces, every frame with its share of the weight of its trace.
 
 | column | unit | definition |

@@ -65,7 +65,8 @@ impl Sweep {
     pub fn csv(&self) -> String {
         let mut text = String::from(
             "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,\
-             buffers.feature.capacity,geometry.test,frames,frame_time_ms.mean,frame_time_ms.p99,fps.mean,energy_pj.mean,\
+             buffers.feature.capacity,geometry.test,frames,frame_time_ms.mean,\
+             frame_time_ms.p99,fps.mean,energy_pj.mean,\
              energy_pj.dram,energy_pj.sram,energy_pj.flop,energy_pj.leakage,energy_pj.background,\
              energy_pj.refresh,power_w.mean,area_mm2,dram_bytes.mean,bottleneck\n",
         );
