@@ -93,16 +93,16 @@ pub fn finish(
         failed: tally.failed,
         excluded: plan.excluded.values().sum(),
     };
+    let answer = match pareto::analyse(&path, context) {
+        Ok(Some(answer)) => answer.terminal,
+        Ok(None) => return Ok(Exit::Interrupted),
+        // The table is whole all the same: a question can be asked anew.
+        Err(failure) => format!("No analysis: {failure}\n"),
+    };
+    write_aside(&path.join(ANSWER), |w| w.write_all(answer.as_bytes()))?;
+    // Last: a run that is killed before it is continued, and makes everything above anew.
     let text = toml::to_string(&finished).or_exit(Exit::Internal, FILE)?;
     write_aside(&path.join(FILE), |w| w.write_all(text.as_bytes()))?;
-    let answer = match pareto::analyse(&path, context) {
-        Ok(answer) => answer.map(|a| a.terminal),
-        // The table is whole all the same: a question can be asked anew.
-        Err(failure) => Some(format!("No analysis: {failure}\n")),
-    };
-    if let Some(answer) = answer {
-        write_aside(&path.join(ANSWER), |w| w.write_all(answer.as_bytes()))?;
-    }
     say(&finished, &path, context)
 }
 
