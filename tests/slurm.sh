@@ -43,19 +43,36 @@ port=$((20000 + RANDOM % 20000))
 follower=
 
 stop() {
-    local pid file
-    # The processes of this run and no others: each was started with a file of this folder.
-    [ -z "$follower" ] || kill -9 "$follower" 2> /dev/null || true
+    # The processes of this run and no others: their ids are in files of this folder, their
+    # arguments name it, or they work in it.
+    local pids=() pid file
+    [ -z "$follower" ] || pids+=("$follower")
     scancel --user="$user" 2> /dev/null || true
-    for file in "$work"/slurmd-*.pid "$work/slurmctld.pid" "$work/munge/pid"; do
-        pid=$(cat "$file" 2> /dev/null) && kill "$pid" 2> /dev/null || true
-    done
     for _ in $(seq 50); do
-        pgrep -f "$work" > /dev/null || break
+        [ -n "$(squeue -h 2> /dev/null)" ] || break
         sleep 0.1
     done
-    for pid in $(pgrep -f "$work"); do kill -9 "$pid" 2> /dev/null || true; done
+    for file in "$work"/slurmd-*.pid "$work/slurmctld.pid" "$work/munge/pid"; do
+        pid=$(cat "$file" 2> /dev/null) && pids+=("$pid")
+    done
+    for pid in $(pgrep -f -- "$work/"); do pids+=("$pid"); done
+    for pid in $(pgrep slurmstepd); do
+        case $(readlink "/proc/$pid/cwd") in "$work"*) pids+=("$pid") ;; esac
+    done
+    for pid in "${pids[@]}"; do kill "$pid" 2> /dev/null || true; done
+    for _ in $(seq 100); do
+        gone "${pids[@]}" && break
+        sleep 0.1
+    done
+    for pid in "${pids[@]}"; do kill -9 "$pid" 2> /dev/null || true; done
     rm -rf "$work"
+}
+# Whether no process of a list is left; one that only waits to be reaped is gone.
+gone() {
+    local pid
+    for pid; do
+        [ ! -e "/proc/$pid/stat" ] || grep -q ') Z ' "/proc/$pid/stat" 2> /dev/null || return 1
+    done
 }
 trap stop EXIT
 trap 'exit 130' INT TERM
@@ -113,10 +130,10 @@ question = "Does Slurm get the same results?"
 base = "gscore"
 [[axes]]
 key = "vru.cores"
-range = { from = 1, to = 32, step = 1 }
+range = { from = 1, to = 12, step = 1 }
 [[axes]]
 key = "dram.bandwidth"
-range = { from = "10 GB/s", to = "100 GB/s", step = "10 GB/s" }
+range = { from = "0.5 GB/s", to = "250 GB/s", step = "0.5 GB/s" }
 END
 cp traces/demo.bin "$work/demo.bin"
 arguments=("$sweep" --traces "$work/demo.bin")
@@ -162,14 +179,19 @@ kill_part() {
     say "killed part $1"
 }
 lose_node() {
-    local job node
+    local job node pid script
     job=$(sed -n 's/^id = "\(.*\)"/\1/p' "$out/slurm/job.toml" | head -n 1)
+    pid=$(pgrep -f -- "--out $out --shard $1/6") || die "part $1 ended before its node was lost"
+    script=$(ps -o ppid= -p "$pid" | tr -d ' ')
+    # A node that is gone says nothing about its tasks.
+    kill -STOP "$script" "$pid"
     node=$(squeue -h -t running -o %N -j "${job}_$1")
-    [ -n "$node" ] || die "part $1 ended before its node was lost"
     scontrol update nodename="$node" state=down reason=test
+    kill -9 "$script" "$pid"
     say "lost node $node with part $1"
     sleep 1
-    scontrol update nodename="$node" state=resume
+    # It may have come back by itself.
+    scontrol update nodename="$node" state=resume 2> /dev/null || true
 }
 interrupt() {
     kill -INT "$follower"
@@ -191,14 +213,11 @@ grep -q "lost part.* 3.*: its node failed" "$log" || { cat "$log"; die "the node
 
 # --- the same result ------------------------------------------------------------------------------
 n=0
-for file in "$work"/local/*; do
-    name=$(basename "$file")
-    case $name in
-    *.csv | *.parquet | *.md | *.svg | *.png | *.html)
-        cmp "$file" "$out/$name" || die "$name differs"
-        n=$((n + 1))
-        ;;
-    esac
-done
+while read -r file; do
+    cmp "$work/local/$file" "$out/$file" || die "$file differs"
+    n=$((n + 1))
+done < <(cd "$work/local" && find . -type f ! -path './records/*' \
+    \( -name '*.csv' -o -name '*.parquet' -o -name '*.md' -o -name '*.svg' -o -name '*.png' \
+    -o -name '*.html' \) | sort)
 [ "$n" -ge 4 ] || die "only $n files were compared"
 say "passed: $n files are byte for byte those of one process"
