@@ -22,7 +22,6 @@ mod sensitivity;
 mod slurm;
 mod sweep_command;
 mod sweep_results;
-mod sweep_results;
 mod sweep_space;
 mod synth;
 mod tidy;
