@@ -36,8 +36,8 @@ const BETWEEN: &str = "
 Then comes a column for every axis and derived key of the sweep, named by its key (`vru.cores`) \
 and written as in a file; behind a measure (`64 KiB`) a column with the ending `.si` has the \
 same in bytes, hertz, seconds, joules or watts. Then the metrics. In `trace` rows they are over \
-the frames of the trace; in `mean` rows means are weighted by the traces' weights, and quantiles are over all \
-frames of all traces, every frame with its share of the weight of its trace.
+the frames of the trace; in `mean` rows means are weighted by the traces' weights, and quantiles \
+are over all frames of all traces, every frame with its share of the weight of its trace.
 
 | column | unit | definition |
 |---|---|---|
