@@ -208,10 +208,10 @@ fn check(table: &Table, question: &Question) -> Result<(), AnalysisError> {
             false => AnalysisError::column(&objective.name, names),
         });
     }
-    if let Some(colour) = &question.colour {
-        if !designs::names(table).any(|name| name == colour) {
-            return Err(AnalysisError::column(colour, designs::names(table)));
-        }
+    if let Some(colour) = &question.colour
+        && !designs::names(table).any(|name| name == colour)
+    {
+        return Err(AnalysisError::column(colour, designs::names(table)));
     }
     if let Scope::Trace(label) = &question.scope {
         let labels = table.traces.distinct();

@@ -35,6 +35,8 @@ pub fn chart(fit: &Fit, name: &str) -> Result<Drawing, ReportError> {
 }
 
 type Of<T> = fn(&T, f64) -> f64;
+/// A curve, what the samples have of it, and its colour.
+type Series = (Of<Fit>, fn(&Sample) -> f64, RGBColor);
 
 fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     let panel = Panel { left: 130.0, top: 150.0, right: 1240.0, bottom: 630.0 };
@@ -50,7 +52,7 @@ fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     let note = "dots: samples, lines: fits";
     canvas.text(note, (panel.right, 118.0), Align::Right, super::plot::GREY)?;
     mark(canvas, fit, panel, (&x, &y))?;
-    let series: [(Of<Fit>, fn(&Sample) -> f64, RGBColor); 3] = [
+    let series: [Series; 3] = [
         (Fit::display_w, |s| s.display_w, DISPLAY),
         (Fit::render_w, |s| s.render_w, RENDER),
         (Fit::total_w, Sample::total_w, TOTAL),

@@ -262,8 +262,8 @@ fn by_shape<S: Simd>(
 ) -> ByShape<S> {
     let zero = f32x16::splat(simd, 0.0);
     let mut out = ByShape { log_scale: [zero; 3], rotation: [[zero; 3]; 3], jw: [[zero; 3]; 2] };
-    for k in 0..3 {
-        let [u, v] = [by_axes[0][k], by_axes[1][k]];
+    let [by_first, by_second] = by_axes;
+    for (k, (&u, &v)) in by_first.iter().zip(by_second).enumerate() {
         out.log_scale[k] = u.mul_add(footprint.axes[0][k], v * footprint.axes[1][k]);
         let (u, v) = (u * lanes.scale[k], v * lanes.scale[k]);
         for j in 0..3 {

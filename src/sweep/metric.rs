@@ -20,6 +20,9 @@ pub struct Metric {
     make: Make,
 }
 
+/// A function of the columns before.
+type OfOthers = fn(&dyn Fn(&str) -> Option<f64>) -> Option<f64>;
+
 /// How a column is made.
 enum Make {
     /// Frames that were simulated.
@@ -29,7 +32,7 @@ enum Make {
     /// Quantile over the frames of all traces, percent: place in `SAMPLED`.
     Quantile(usize, f64),
     /// A function of columns before it.
-    Of(fn(&dyn Fn(&str) -> Option<f64>) -> Option<f64>),
+    Of(OfOthers),
 }
 
 impl std::fmt::Debug for Metric {
@@ -146,12 +149,7 @@ fn quantiles(list: &mut Vec<Metric>, sample: usize) {
     }
 }
 
-fn of(
-    name: &str,
-    unit: &'static str,
-    definition: &str,
-    function: fn(&dyn Fn(&str) -> Option<f64>) -> Option<f64>,
-) -> Metric {
+fn of(name: &str, unit: &'static str, definition: &str, function: OfOthers) -> Metric {
     Metric { name: name.into(), unit, definition: definition.into(), make: Make::Of(function) }
 }
 

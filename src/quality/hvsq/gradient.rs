@@ -102,8 +102,10 @@ impl Gradients {
                 }
                 out.fill([0.0; 3]);
                 let last = out.len() - 1;
-                for x in 0..full[0] {
-                    let rgb = opponent_adjoint([sums[0][x], sums[1][x], sums[2][x]]);
+                let [first_sum, second_sum, third_sum] = &*sums;
+                let pixels = first_sum.iter().zip(second_sum).zip(third_sum).take(full[0]);
+                for (x, ((&l, &s), &y)) in pixels.enumerate() {
+                    let rgb = opponent_adjoint([l, s, y]);
                     let (first, weight) = (columns.first[x] as usize, columns.weight[x]);
                     for c in 0..3 {
                         out[first][c] += (1.0 - weight) * rgb[c];

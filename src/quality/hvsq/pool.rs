@@ -299,9 +299,9 @@ fn between<S: Simd>(
             // d(σ − σ')² / dE[m²] = (σ − σ') / σ.
             let slope = open.select(apart * inverse, zero);
             let slope_mean = (off - m * slope) * 2.0;
-            by_mean = by_mean + slope_mean;
+            by_mean += slope_mean;
             by_mean_below = slope_mean.mul_add(w, by_mean_below);
-            by_square = by_square + slope;
+            by_square += slope;
             by_square_below = slope.mul_add(w, by_square_below);
         }
         for (row, sum) in [

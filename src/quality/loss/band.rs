@@ -191,14 +191,14 @@ fn read_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, sums: Option
         let (shown_x, shown_y) = (x.max(zero).min(one), y.max(zero).min(one));
         if job.clamped {
             // Clamping loses NaN and infinity: they go into the sum as NaN.
-            l1 = l1 + (x - y) * 0.0;
+            l1 += (x - y) * 0.0;
             (x, y) = (shown_x, shown_y);
         }
         let (s, d) = (x + y, x - y);
         for (row, value) in work.source.iter_mut().zip([s, d, s * s, d * d]) {
             value.store_slice(&mut row[PAD + i..PAD + i + LANES]);
         }
-        l1 = l1 + d.abs();
+        l1 += d.abs();
         let error = shown_x - shown_y;
         square = error.mul_add(error, square);
     }
@@ -238,7 +238,7 @@ fn compare_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, slopes: b
         let local = Local::of(means);
         let unlike = f32x16::splat(simd, 1.0) - local.ssim;
         let live = n - i;
-        loss = loss + if live < LANES { only(simd, live, unlike) } else { unlike };
+        loss += if live < LANES { only(simd, live, unlike) } else { unlike };
         if slopes {
             for (row, value) in work.slopes.iter_mut().zip(local.slopes(means)) {
                 let value = if live < LANES { only(simd, live, value) } else { value };

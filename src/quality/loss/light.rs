@@ -31,7 +31,7 @@ fn inverse_fifth_root<S: Simd>(simd: S, t: f32x16<S>) -> f32x16<S> {
     for _ in 0..3 {
         let z2 = z * z;
         let tz5 = (z2 * z2) * (z * t);
-        z = z * tz5.mul_add(f32x16::splat(simd, -0.2), f32x16::splat(simd, 1.2));
+        z *= tz5.mul_add(f32x16::splat(simd, -0.2), f32x16::splat(simd, 1.2));
     }
     z
 }

@@ -40,7 +40,7 @@ pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
 fn place(i: usize, n: usize) -> Panel {
     let wide = n == 1;
     let high = n <= 2;
-    let left = if i % 2 == 0 { 120.0 } else { 760.0 };
+    let left = if i.is_multiple_of(2) { 120.0 } else { 760.0 };
     let right = if wide { 1240.0 } else { left + 480.0 };
     let top = if i < 2 { 145.0 } else { 455.0 };
     Panel { left, top, right, bottom: if high { 630.0 } else { top + 175.0 } }

@@ -45,7 +45,7 @@ pub enum Row {
     /// As they are.
     List(Vec<Value>),
     /// A row of numbers.
-    Range(RangeSpec),
+    Range(Box<RangeSpec>),
 }
 
 /// Puts the leaves of `table` behind `found`, with their dotted keys.
@@ -89,9 +89,10 @@ impl<'de> Deserialize<'de> for Zip {
         let row = |(key, value): (String, Value)| {
             let row = match value {
                 Value::Array(values) => Row::List(values),
-                table @ Value::Table(_) => Row::Range(
-                    table.try_into().map_err(|e| format!("`{key}`: {}", first_line(&e)))?,
-                ),
+                table @ Value::Table(_) => {
+                    let range = table.try_into();
+                    Row::Range(range.map_err(|e| format!("`{key}`: {}", first_line(&e)))?)
+                }
                 _ => return Err(format!("`{key}` must be a list or a range")),
             };
             Ok((key, row))

@@ -184,7 +184,7 @@ impl<'a> Follower<'a> {
     /// Slurm did not answer; gives up after a while.
     fn away(&mut self, trouble: Trouble) -> Result<(), Failure> {
         let Trouble::Failed(message) = trouble else { return Err(trouble.failure()) };
-        let since = *self.away_since.get_or_insert_with(|| Instant::now());
+        let since = *self.away_since.get_or_insert_with(Instant::now);
         if since.elapsed() > PATIENCE {
             let minutes = PATIENCE.as_secs() / 60;
             let text = format!(
