@@ -1,6 +1,6 @@
 //! Sweeps: one file states a question, a base machine and axes; what comes of it are designs.
 //!
-//! [`file`] is the file as it is written, [`space`] what it spans: points, found by number and
+//! [`mod@file`] is the file as it is written, [`space`] what it spans: points, found by number and
 //! never held all at once, each of which is a [`design`] or is left out for a reason. [`sample`]
 //! chooses points beforehand, [`search`] as results come in. [`expr`] is the language of derived
 //! keys, constraints, conditions and filters.

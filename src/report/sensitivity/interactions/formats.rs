@@ -72,7 +72,7 @@ pub fn csv(all: &Interactions) -> Result<Vec<u8>, ReportError> {
 /// One line a distinct machine: the value of every key, and what it costs.
 ///
 /// # Errors
-/// As [`csv`].
+/// As [`csv()`].
 pub fn designs_csv(all: &Interactions) -> Result<Vec<u8>, ReportError> {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     let mut head: Vec<&str> = all.factors.iter().map(|f| f.key.as_str()).collect();

@@ -75,7 +75,7 @@ pub fn csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
 /// One line a key: its elasticities, what half and double do, its status.
 ///
 /// # Errors
-/// As [`csv`].
+/// As [`csv()`].
 pub fn elasticities_csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     let mut head: Vec<String> = ["file", "key", "value", "status"].map(str::to_owned).to_vec();
