@@ -66,7 +66,7 @@ fn sobol_shares_the_variance_of_a_sum() {
 /// Eight cores with long chunks need more sorting buffer than there is.
 #[test]
 fn what_is_no_machine_is_drawn_again_and_said() {
-    let keys = "vru.cores=4|8,geometry.chunk=256|1024,buffers.sorting.capacity=16 KiB|64 KiB";
+    let keys = "vru.cores=4|8,geometry.chunk=256|512,buffers.sorting.capacity=16 KiB|64 KiB";
     let root = tempfile::tempdir().expect("a folder");
     let args = ["--interactions", "morris", "--samples", "3", "--keys", keys];
     let run = sensitivity("gscore", &args, &root.path().join("s")).assert().success();
