@@ -133,7 +133,7 @@ pub(super) fn axis(spec: &AxisSpec, number: usize, found: &mut Found<'_>) -> Opt
     if let Some(when) = &spec.when {
         axis.when = Some(found.ok(&format!("{at}.when"), Expr::parse(when))?);
     }
-    if axis.steps.is_empty() {
+    if axis.steps.is_empty() && found.problems.len() == before {
         found.wrong(&at, "an axis without a value: the space is empty");
     }
     if axis.steps.len() > VALUES_MAX {

@@ -268,13 +268,17 @@ impl std::str::FromStr for Expr {
     }
 }
 
-/// Calls `each` on every part.
-fn visit<'a>(node: &'a Node, each: &mut impl FnMut(&'a Node)) {
-    each(node);
-    match &node.what {
-        What::Value(_) | What::Measured(..) | What::Name(_) => {}
-        What::Not(inner) | What::Minus(inner) => visit(inner, each),
-        What::Two(_, sides) => sides.iter().for_each(|side| visit(side, each)),
-        What::Call(_, arguments) => arguments.iter().for_each(|a| visit(a, each)),
+/// Calls `each` on every part, in the order of the text but for operators, which come before their
+/// sides.
+fn visit<'a>(root: &'a Node, each: &mut impl FnMut(&'a Node)) {
+    let mut open = vec![root];
+    while let Some(node) = open.pop() {
+        each(node);
+        match &node.what {
+            What::Value(_) | What::Measured(..) | What::Name(_) => {}
+            What::Not(inner) | What::Minus(inner) => open.push(inner),
+            What::Two(_, sides) => open.extend(sides.iter().rev()),
+            What::Call(_, arguments) => open.extend(arguments.iter().rev()),
+        }
     }
 }

@@ -30,7 +30,8 @@ pub fn count(n: usize, what: &str) -> String {
 /// `3.4 %`, `120 %`.
 fn share(change: f64) -> String {
     let percent = change.abs() * 100.0;
-    if percent < 9.95 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
+    // Half a per cent is rounded up, as people do, not to the even number.
+    if percent < 9.95 { format!("{percent:.1} %") } else { format!("{} %", percent.round()) }
 }
 
 /// `area 0.5 mm², frame rate 54.2 FPS`.

@@ -36,7 +36,7 @@ impl Context<'_> {
             },
             What::Not(inner) => Ok(Value::Truth(!self.truth(inner)?)),
             What::Minus(inner) => Ok(Value::Number(-self.number(inner)?)),
-            What::Two(two, sides) => self.two(node, *two, &sides[0], &sides[1]),
+            What::Two(..) => self.chain(node),
             What::Call(Function::If, arguments) => {
                 let branch = if self.truth(&arguments[0])? { 1 } else { 2 };
                 self.value(&arguments[branch])
@@ -57,14 +57,22 @@ impl Context<'_> {
     }
 
     fn number(&self, node: &Node) -> Result<f64, ExprError> {
-        match self.value(node)? {
+        self.as_number(node, self.value(node)?)
+    }
+
+    fn as_number(&self, node: &Node, value: Value) -> Result<f64, ExprError> {
+        match value {
             Value::Number(number) => Ok(number),
             other => Err(self.fail(node, format!("{} where a number is wanted", other.kind()))),
         }
     }
 
     fn truth(&self, node: &Node) -> Result<bool, ExprError> {
-        match self.value(node)? {
+        self.as_truth(node, self.value(node)?)
+    }
+
+    fn as_truth(&self, node: &Node, value: Value) -> Result<bool, ExprError> {
+        match value {
             Value::Truth(truth) => Ok(truth),
             other => {
                 Err(self.fail(node, format!("{} where true or false is wanted", other.kind())))
@@ -72,28 +80,55 @@ impl Context<'_> {
         }
     }
 
-    fn two(&self, node: &Node, two: Two, a: &Node, b: &Node) -> Result<Value, ExprError> {
+    /// An operator. Those to its left, which may be thousands (`1+1+1+...`), are worked off from
+    /// the first one; what is to the right of one is at most as deep as parentheses go.
+    fn chain(&self, node: &Node) -> Result<Value, ExprError> {
+        let mut operators = Vec::new();
+        let mut first = node;
+        while let What::Two(two, sides) = &first.what {
+            operators.push((first, *two, sides));
+            first = &sides[0];
+        }
+        let mut left = self.value(first)?;
+        for (node, two, sides) in operators.into_iter().rev() {
+            left = self.two(node, two, (&sides[0], left), &sides[1])?;
+        }
+        Ok(left)
+    }
+
+    fn two(
+        &self,
+        node: &Node,
+        two: Two,
+        (a, left): (&Node, Value),
+        b: &Node,
+    ) -> Result<Value, ExprError> {
         let truth = |truth: bool| Ok(Value::Truth(truth));
         match two {
-            Two::Or => truth(self.truth(a)? || self.truth(b)?),
-            Two::And => truth(self.truth(a)? && self.truth(b)?),
-            Two::Equal => truth(self.equal(node, a, b)?),
-            Two::NotEqual => truth(!self.equal(node, a, b)?),
-            Two::Less => truth(self.number(a)? < self.number(b)?),
-            Two::AtMost => truth(self.number(a)? <= self.number(b)?),
-            Two::More => truth(self.number(a)? > self.number(b)?),
-            Two::AtLeast => truth(self.number(a)? >= self.number(b)?),
-            Two::Plus => self.finite(node, self.number(a)? + self.number(b)?),
-            Two::Minus => self.finite(node, self.number(a)? - self.number(b)?),
-            Two::Times => self.finite(node, self.number(a)? * self.number(b)?),
-            Two::Over => self.finite(node, self.number(a)? / self.number(b)?),
-            Two::Remainder => self.finite(node, self.number(a)? % self.number(b)?),
-            Two::Power => self.finite(node, self.number(a)?.powf(self.number(b)?)),
+            Two::Or => return truth(self.as_truth(a, left)? || self.truth(b)?),
+            Two::And => return truth(self.as_truth(a, left)? && self.truth(b)?),
+            Two::Equal => return truth(self.equal(node, left, b)?),
+            Two::NotEqual => return truth(!self.equal(node, left, b)?),
+            _ => {}
+        }
+        let (x, y) = (self.as_number(a, left)?, self.number(b)?);
+        match two {
+            Two::Less => truth(x < y),
+            Two::AtMost => truth(x <= y),
+            Two::More => truth(x > y),
+            Two::AtLeast => truth(x >= y),
+            Two::Plus => self.finite(node, x + y),
+            Two::Minus => self.finite(node, x - y),
+            Two::Times => self.finite(node, x * y),
+            Two::Over => self.finite(node, x / y),
+            Two::Remainder => self.finite(node, x % y),
+            Two::Power => self.finite(node, x.powf(y)),
+            Two::Or | Two::And | Two::Equal | Two::NotEqual => unreachable!("returned above"),
         }
     }
 
-    fn equal(&self, node: &Node, a: &Node, b: &Node) -> Result<bool, ExprError> {
-        match (self.value(a)?, self.value(b)?) {
+    fn equal(&self, node: &Node, left: Value, b: &Node) -> Result<bool, ExprError> {
+        match (left, self.value(b)?) {
             (Value::Number(a), Value::Number(b)) => Ok(a == b),
             (Value::Text(a), Value::Text(b)) => Ok(a == b),
             (Value::Truth(a), Value::Truth(b)) => Ok(a == b),

@@ -9,19 +9,15 @@ use crate::config::suggest::nearest;
 /// How deep parentheses, signs and functions may nest.
 const DEPTH_MAX: usize = 64;
 
-/// How many operators an expression may have: a chain of them is as deep as it is long.
-const OPERATORS_MAX: usize = 256;
-
 struct Parser<'a> {
     text: &'a str,
     tokens: &'a [Token],
     at: usize,
     depth: usize,
-    operators: usize,
 }
 
 pub(super) fn parse(text: &str, tokens: &[Token]) -> Result<Node, ExprError> {
-    let mut parser = Parser { text, tokens, at: 0, depth: 0, operators: 0 };
+    let mut parser = Parser { text, tokens, at: 0, depth: 0 };
     let node = parser.operators(0)?;
     match parser.peek() {
         None => Ok(node),
@@ -78,10 +74,6 @@ impl Parser<'_> {
                 if !self.is_closed() {
                     return Err(self.fail(hint));
                 }
-            }
-            self.operators += 1;
-            if self.operators > OPERATORS_MAX {
-                return Err(self.fail(format!("more than {OPERATORS_MAX} operators")));
             }
             self.at += 1;
             let right = self.operators(if two == Two::Power { SIGN } else { own + 1 })?;

@@ -3,7 +3,7 @@
 //! `energy_pj.mean <= 2 mJ` compares picojoules with joules unless somebody looks: the literal is
 //! brought to the unit of the name, and what cannot be brought there is an error.
 
-use super::{ExprError, Node, Two, What, visit};
+use super::{ExprError, Node, What, visit};
 use crate::sweep::measure::Measure;
 
 /// Endings of statistics: the measure, and how many of that unit are in one of [`Measure`].
@@ -38,25 +38,27 @@ fn of_name(name: &str) -> Option<(Measure, f64)> {
     name.split('.').find_map(ending)
 }
 
-/// Brings numbers with units to the units of the names beside them.
-pub(super) fn fit(text: &str, node: &mut Node) -> Result<(), ExprError> {
-    match &mut node.what {
-        What::Value(_) | What::Measured(..) | What::Name(_) => Ok(()),
-        What::Not(inner) | What::Minus(inner) => fit(text, inner),
-        What::Call(_, arguments) => arguments.iter_mut().try_for_each(|a| fit(text, a)),
-        What::Two(Two::And | Two::Or, sides) => {
-            sides.iter_mut().try_for_each(|side| fit(text, side))
-        }
-        What::Two(two, sides) => {
-            if two.compares() {
-                let [left, right] = sides.as_mut();
-                convert(text, left, right)?;
-                convert(text, right, left)?;
-                mixed(text, left, right)?;
+/// Brings numbers with units to the units of the names beside them. A chain of operators is as deep
+/// as it is long, so nothing here calls itself.
+pub(super) fn fit(text: &str, root: &mut Node) -> Result<(), ExprError> {
+    let mut open = vec![root];
+    while let Some(node) = open.pop() {
+        match &mut node.what {
+            What::Value(_) | What::Measured(..) | What::Name(_) => {}
+            What::Not(inner) | What::Minus(inner) => open.push(inner),
+            What::Call(_, arguments) => open.extend(arguments.iter_mut().rev()),
+            What::Two(two, sides) => {
+                if two.compares() {
+                    let [left, right] = sides.as_mut();
+                    convert(text, left, right)?;
+                    convert(text, right, left)?;
+                    mixed(text, left, right)?;
+                }
+                open.extend(sides.iter_mut().rev());
             }
-            sides.iter_mut().try_for_each(|side| fit(text, side))
         }
     }
+    Ok(())
 }
 
 fn convert(text: &str, name: &Node, literal: &mut Node) -> Result<(), ExprError> {

@@ -105,8 +105,8 @@ impl Sweep {
             let first = format!("{number},{}", number.is_empty());
             for (trace, scope, o) in traced.chain([("", "mean", &mean), ("", "worst", worst)]) {
                 let energy: f64 = o.parts.iter().sum();
-                let _ =
-                    write!(text, "{first},{:032x},ok,,{},{trace},{scope},", hash(point), table.0);
+                let (table, trace) = (quoted(table.0), quoted(trace));
+                let _ = write!(text, "{first},{:032x},ok,,{table},{trace},{scope},", hash(point));
                 let _ =
                     write!(text, "{cores},{kib} KiB,{test},4,{},{},", o.time_ms, o.time_ms * 1.2);
                 let _ = write!(text, "{},{energy}", 1e3 / o.time_ms);
@@ -121,6 +121,11 @@ impl Sweep {
     pub fn table(&self) -> Table {
         Table::read(self.csv().as_bytes(), |_| true).expect("a table")
     }
+}
+
+/// A cell of any text.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 /// A hash that spreads.

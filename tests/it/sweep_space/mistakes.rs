@@ -36,7 +36,7 @@ fn unknown_keys_have_a_suggestion() {
 fn all_mistakes_come_at_once() {
     let lines =
         axis("vru.core", "[1]") + &axis("clock", "[800]") + "[derived]\nvru.latency = \"(\"";
-    let parts = ["problems", "line 4", "line 8", "line 10", "missing at the end"];
+    let parts = ["3 problems", "line 4", "line 8", "line 10", "missing at the end"];
     wrong(&lines, &parts);
 }
 
