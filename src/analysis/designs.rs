@@ -116,7 +116,7 @@ pub fn check_names(table: &Table, expr: &Expr) -> Result<(), AnalysisError> {
 
 /// All names that a condition may use.
 pub fn names(table: &Table) -> impl Iterator<Item = &str> {
-    let axes = table.axes.iter().map(|(name, _)| name.as_str());
+    let axes = table.axes.iter().chain(&table.followers).map(|(name, _)| name.as_str());
     table.metric_names.iter().map(String::as_str).chain(axes)
 }
 

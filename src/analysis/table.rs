@@ -2,13 +2,17 @@
 //!
 //! A row is one (point, energy table, trace) or an aggregate over the traces. The fixed columns
 //! come first, then one column per axis, then `frames` and the metrics. Axis columns hold values as
-//! they were written; a metric column holds numbers if its first value is one, words otherwise.
+//! they were written; behind a column `KEY` of measures stands `KEY.si` with the same as a number,
+//! which counts as a metric. A metric column holds numbers if its first value is one, words
+//! otherwise.
 //! Only rows with the status `ok` are kept; the others are counted.
 
 mod read;
 mod words;
 
 pub use words::Words;
+
+use std::collections::BTreeSet;
 
 /// The `point` of the base machine, which is no point of the space.
 pub const BASELINE: u64 = u64::MAX;
@@ -113,6 +117,8 @@ pub struct Table {
     pub records: Vec<u32>,
     /// One column per axis.
     pub axes: Vec<(String, Words)>,
+    /// Columns that stand among the axes and follow from them: see [`Table::follow`].
+    pub followers: Vec<(String, Words)>,
     /// The metrics that were wanted.
     pub metrics: Vec<Column>,
     /// Names of all metrics in the file, for suggestions.
@@ -142,9 +148,23 @@ impl Table {
         }
     }
 
-    /// The values of the axis `name`.
+    /// The values of the axis or follower `name`.
     pub fn axis(&self, name: &str) -> Option<&Words> {
-        self.axes.iter().find(|(axis, _)| axis == name).map(|(_, words)| words)
+        let mut all = self.axes.iter().chain(&self.followers);
+        all.find(|(axis, _)| axis == name).map(|(_, words)| words)
+    }
+
+    /// Takes the columns of these names from the axes: derived keys, and all keys but one of those
+    /// that are varied together. They can be asked for, but they are nothing that one would choose.
+    pub fn follow(&mut self, names: &BTreeSet<String>) {
+        let axes = std::mem::take(&mut self.axes);
+        for column in axes {
+            let list = match names.contains(&column.0) {
+                true => &mut self.followers,
+                false => &mut self.axes,
+            };
+            list.push(column);
+        }
     }
 
     /// The number in a row, if it is there and finite.

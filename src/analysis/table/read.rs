@@ -88,12 +88,7 @@ impl Building {
             if FIXED.contains(&name) {
                 continue;
             }
-            if i < first_metric {
-                // The same as the column before it, in SI units: no axis of its own.
-                let stem = name.strip_suffix(".si");
-                if stem.is_some_and(|stem| i > 0 && &head[i - 1] == stem) {
-                    continue;
-                }
+            if i < first_metric && !building.accompanies(name) {
                 building.axes.push((i, name.to_owned(), Builder::default()));
                 continue;
             }
@@ -103,6 +98,12 @@ impl Building {
             }
         }
         Ok(building)
+    }
+
+    /// Whether a column is the last axis once more, in SI units.
+    fn accompanies(&self, name: &str) -> bool {
+        let key = name.strip_suffix(".si");
+        key.is_some_and(|key| self.axes.last().is_some_and(|(_, axis, _)| axis == key))
     }
 
     fn row(&mut self, record: &StringRecord, n: u32) -> Result<(), TableError> {
@@ -172,6 +173,7 @@ impl Building {
             traces: self.traces.finish(),
             records: self.records,
             axes: self.axes.into_iter().map(|(_, name, words)| (name, words.finish())).collect(),
+            followers: Vec::new(),
             metrics: self
                 .metrics
                 .into_iter()

@@ -14,6 +14,16 @@ pub struct Words {
 }
 
 impl Words {
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.codes.len()
+    }
+
+    /// Whether there is no row.
+    pub fn is_empty(&self) -> bool {
+        self.codes.is_empty()
+    }
+
     /// The number of the word of a row; equal words have equal numbers.
     pub fn code(&self, row: u32) -> u32 {
         self.codes[row as usize]

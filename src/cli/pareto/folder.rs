@@ -1,5 +1,6 @@
 //! The folder of a sweep, and the folder of its analysis.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,8 @@ pub(super) struct SweepFolder {
     pub minimize: Vec<String>,
     /// Objectives of the sweep file.
     pub maximize: Vec<String>,
+    /// Columns of keys that follow from others.
+    followers: BTreeSet<String>,
 }
 
 impl SweepFolder {
@@ -33,6 +36,7 @@ impl SweepFolder {
             question: String::new(),
             minimize: Vec::new(),
             maximize: Vec::new(),
+            followers: BTreeSet::new(),
         };
         sweep.results()?;
         let file = path.join("sweep.toml");
@@ -53,6 +57,7 @@ impl SweepFolder {
             list.iter().filter_map(toml::Value::as_str).map(str::to_owned).collect()
         };
         (sweep.minimize, sweep.maximize) = (names("minimize"), names("maximize"));
+        sweep.followers = followers(&root);
         Ok(sweep)
     }
 
@@ -71,7 +76,9 @@ impl SweepFolder {
     /// The results as columns, those that the question needs.
     pub(super) fn table(&self, question: &Question) -> Result<Table, Failure> {
         let read = Table::read(self.results()?, |column| question.needs(column));
-        read.or_exit(Exit::BadInput, self.results_path().display())
+        let mut table = read.or_exit(Exit::BadInput, self.results_path().display())?;
+        table.follow(&self.followers);
+        Ok(table)
     }
 
     /// Where a report comes from: the sweep by the names of its files, and what was typed for this
@@ -101,6 +108,39 @@ impl SweepFolder {
             typed => commands.push(line(typed.iter().cloned())),
         }
         Provenance { title: format!("Sweep {title}").trim().to_owned(), commands }
+    }
+}
+
+/// Derived keys, and of keys that are varied together all but the first.
+fn followers(sweep: &toml::Table) -> BTreeSet<String> {
+    let mut all = Vec::new();
+    if let Some(derived) = sweep.get("derived").and_then(toml::Value::as_table) {
+        keys("", derived, DEPTH_MAX, &mut all);
+    }
+    let axes = sweep.get("axes").and_then(toml::Value::as_array);
+    for axis in axes.into_iter().flatten() {
+        if let Some(zip) = axis.get("zip").and_then(toml::Value::as_table) {
+            let mut together = Vec::new();
+            keys("", zip, DEPTH_MAX, &mut together);
+            all.extend(together.into_iter().skip(1));
+        }
+    }
+    all.into_iter().collect()
+}
+
+/// Parts of a key; files have fewer.
+const DEPTH_MAX: usize = 16;
+
+/// The dotted keys of a table; a table with `from` is a range and no further part of the key.
+fn keys(prefix: &str, table: &toml::Table, depth: usize, found: &mut Vec<String>) {
+    for (key, value) in table {
+        let key = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            toml::Value::Table(inner) if depth > 0 && !inner.contains_key("from") => {
+                keys(&key, inner, depth - 1, found);
+            }
+            _ => found.push(key),
+        }
     }
 }
 

@@ -29,9 +29,20 @@ impl Panel {
         (self.left, self.right)
     }
 
-    /// Grid lines and labels of a vertical scale at the left, its name above the labels.
+    /// Grid lines and labels of a vertical scale at the left, its name beside the labels.
     pub fn vertical_axis(&self, canvas: &Canvas, scale: &Scale, name: &str) -> Drawn {
-        let ticks = scale.ticks(6);
+        self.vertical_ticks(canvas, scale, 6, name)
+    }
+
+    /// As [`Panel::vertical_axis`] with about `count` labels, for low panels.
+    pub fn vertical_ticks(
+        &self,
+        canvas: &Canvas,
+        scale: &Scale,
+        count: usize,
+        name: &str,
+    ) -> Drawn {
+        let ticks = scale.ticks(count);
         for &tick in &ticks {
             let y = scale.at(tick);
             canvas.line(&[(self.left, y), (self.right, y)], GRID, 1)?;

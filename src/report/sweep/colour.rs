@@ -44,6 +44,29 @@ pub fn at(share: f64) -> RGBColor {
     RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
+/// Above this ratio of the largest to the smallest value colours are logarithmic.
+const FACTORS: f64 = 5.0;
+
+fn is_logarithmic(low: f64, high: f64) -> bool {
+    low > 0.0 && high > FACTORS * low
+}
+
+/// Where `x` is on the scale from `low` to `high`.
+fn share(x: f64, low: f64, high: f64) -> f64 {
+    if high <= low {
+        0.5
+    } else if is_logarithmic(low, high) {
+        (x.max(low) / low).ln() / (high / low).ln()
+    } else {
+        (x - low) / (high - low)
+    }
+}
+
+/// The value in the middle of the scale.
+fn centre(low: f64, high: f64) -> f64 {
+    if is_logarithmic(low, high) { (low * high).sqrt() } else { (low + high) / 2.0 }
+}
+
 /// How points are coloured.
 #[derive(Debug)]
 pub enum Key<'t> {
@@ -62,32 +85,32 @@ impl<'t> Key<'t> {
         let third = objectives.clone().find(|name| !shown.contains(name));
         let axis = analysis.axes.first().map(|a| a.name.as_str());
         let name = analysis.question.colour.as_deref().or(third).or(axis);
-        name.map_or(Key::None, |name| Key::named(analysis, name))
+        name.map_or(Key::None, |name| Key::named(analysis, name, &analysis.rows))
     }
 
-    /// By the column `name`.
-    pub fn named(analysis: &Analysis<'t>, name: &str) -> Key<'t> {
+    /// By the column `name`, for the designs `rows`.
+    pub fn named(analysis: &Analysis<'t>, name: &str, rows: &[u32]) -> Key<'t> {
         let table = analysis.table;
         if let Some(words) = table.axis(name) {
-            return Key::words(analysis, name, words);
+            return Key::words(rows, name, words);
         }
         match table.metrics.iter().find(|c| c.name == name).map(|c| &c.values) {
-            Some(Values::Words(words)) => Key::words(analysis, name, words),
-            Some(Values::Numbers(numbers)) => Key::scale(analysis, name, numbers.clone()),
+            Some(Values::Words(words)) => Key::words(rows, name, words),
+            Some(Values::Numbers(numbers)) => Key::scale(rows, name, numbers.clone()),
             None => Key::None,
         }
     }
 
-    fn words(analysis: &Analysis, name: &str, words: &'t Words) -> Key<'t> {
+    fn words(rows: &[u32], name: &str, words: &'t Words) -> Key<'t> {
         let mut seen = vec![false; words.distinct().len()];
-        analysis.rows.iter().for_each(|&row| seen[words.code(row) as usize] = true);
+        rows.iter().for_each(|&row| seen[words.code(row) as usize] = true);
         let order: Vec<u32> =
             words.ordered().into_iter().filter(|code| seen[*code as usize]).collect();
         let numeric = words.is_numeric();
         if numeric && order.len() > LISTED {
-            let rows = 0..analysis.table.len() as u32;
-            let numbers = rows.map(|row| words.number(row).unwrap_or(f64::NAN)).collect();
-            return Key::scale(analysis, name, numbers);
+            let all = 0..words.len() as u32;
+            let numbers = all.map(|row| words.number(row).unwrap_or(f64::NAN)).collect();
+            return Key::scale(rows, name, numbers);
         }
         let mut colours = vec![None; words.distinct().len()];
         for (i, &code) in order.iter().take(LISTED).enumerate() {
@@ -97,8 +120,8 @@ impl<'t> Key<'t> {
         Key::List { name: name.to_owned(), words, colours, order }
     }
 
-    fn scale(analysis: &Analysis, name: &str, numbers: Vec<f64>) -> Key<'t> {
-        let shown = analysis.rows.iter().map(|row| numbers[*row as usize]);
+    fn scale(rows: &[u32], name: &str, numbers: Vec<f64>) -> Key<'t> {
+        let shown = rows.iter().map(|row| numbers[*row as usize]);
         let ends = shown
             .filter(|x| x.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |e, x| (e.0.min(x), e.1.max(x)));
@@ -112,13 +135,7 @@ impl<'t> Key<'t> {
             Key::None => palette::BLUE,
             Key::Scale { numbers, low, high, .. } => {
                 let x = numbers[row as usize];
-                if x.is_nan() {
-                    palette::PALE
-                } else if high > low {
-                    at((x - low) / (high - low))
-                } else {
-                    at(0.5)
-                }
+                if x.is_nan() { palette::PALE } else { at(share(x, *low, *high)) }
             }
             Key::List { words, colours, .. } => {
                 colours[words.code(row) as usize].unwrap_or(palette::PALE)
@@ -134,15 +151,16 @@ impl<'t> Key<'t> {
                 canvas.bold(&shortened(name, width), (left, top), Align::Left, INK)?;
                 const STEPS: i32 = 40;
                 let (first, height) = (top + 24.0, 5.0);
-                for i in 0..STEPS {
+                let bottom = first + f64::from(STEPS) * height;
+                for i in (0..STEPS).rev() {
                     let y = first + f64::from(STEPS - 1 - i) * height;
                     let colour = at((f64::from(i) + 0.5) / f64::from(STEPS));
-                    canvas.fill((left, y), (left + 22.0, y + height), colour)?;
+                    // Down to the end, so that no seam shows between the steps.
+                    canvas.fill((left, y), (left + 22.0, bottom), colour)?;
                 }
-                let bottom = first + f64::from(STEPS) * height;
                 let middle = (first + bottom) / 2.0;
                 for (x, y) in
-                    [(*high, first + 8.0), ((low + high) / 2.0, middle), (*low, bottom - 8.0)]
+                    [(*high, first + 8.0), (centre(*low, *high), middle), (*low, bottom - 8.0)]
                 {
                     canvas.text(&measure.text(x), (left + 32.0, y), Align::Left, GREY)?;
                 }

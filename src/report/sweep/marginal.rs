@@ -1,13 +1,16 @@
 //! What the next square millimetre and the next milliwatt buy, step by step along the front.
 
+use plotters::style::RGBColor;
+
 use super::axis::Axis;
-use super::labels::{self, Label};
 use super::measure::Measure;
-use crate::analysis::marginal::Marginal;
+use crate::analysis::marginal::{Marginal, Step};
 use crate::analysis::{Analysis, Goal};
 use crate::report::ReportError;
 use crate::report::charts::Chart;
-use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, fitted, palette};
+use crate::report::plot::{
+    Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, fitted, palette, text_width,
+};
 
 const NAME: &str = "marginal";
 const TITLE: &str = "What the next mm² and the next mW buy";
@@ -66,34 +69,71 @@ fn panel(canvas: &Canvas, analysis: &Analysis, marginal: &Marginal, panel: Panel
     canvas.bold(&title, (panel.left, panel.top - 24.0), Align::Left, INK)?;
     let (_, name) = y.name.split_once(", ").unwrap_or(("", "per unit"));
     let name = name.replacen(" (logarithmic)", "", 1);
-    panel.vertical_axis(canvas, &y.scale, &format!("{name} per {unit}"))?;
+    let labels = if panel.bottom - panel.top < 250.0 { 3 } else { 6 };
+    panel.vertical_ticks(canvas, &y.scale, labels, &format!("{name} per {unit}"))?;
     let words = Measure::of(marginal.price.column()).words;
     panel.horizontal_axis(canvas, &x, &x.ticks(6), &format!("{words}, {unit}"))?;
-    let mut ends = Vec::new();
     for step in &marginal.steps {
         let (x0, x1) = (x.at(price(step.from)), x.at(price(step.to)));
         let top = y.at(step.value());
         canvas.fill((x0, top), (x1, panel.bottom), palette::SKY)?;
         canvas.line(&[(x0, panel.bottom), (x0, top), (x1, top), (x1, panel.bottom)], INK, 1)?;
-        let text = format!("{} → {}", table.label(step.from), table.label(step.to));
-        ends.push(Label { text, at: ((x0 + x1) / 2.0, top) });
     }
     let knee = price(analysis.knee);
     if knee >= x.low() && knee <= x.high() {
-        let at = x.at(knee);
-        let mut y = panel.top;
-        while y < panel.bottom {
-            canvas.line(&[(at, y), (at, (y + 7.0).min(panel.bottom))], palette::VERMILION, 2)?;
-            y += 13.0;
-        }
+        dashed(canvas, panel, x.at(knee))?;
     }
-    let frame = [panel.left + 4.0, panel.top - 8.0, panel.right + 20.0, panel.bottom];
-    let corners: Vec<(f64, f64)> = ends.iter().map(|l| l.at).collect();
-    for label in labels::place(&ends, &corners, frame) {
-        let (x, y) = label.start;
-        if (x - label.at.0).abs() < 150.0 && (y - label.at.1).abs() < 30.0 {
-            canvas.text(&label.text, (x, y), Align::Left, GREY)?;
-        }
+    let bar = |step: &Step| Bar {
+        text: format!("{} → {}", table.label(step.from), table.label(step.to)),
+        left: x.at(price(step.from)),
+        right: x.at(price(step.to)),
+        top: y.at(step.value()),
+    };
+    let bars: Vec<Bar> = marginal.steps.iter().map(bar).collect();
+    names(canvas, panel, &bars)
+}
+
+fn dashed(canvas: &Canvas, panel: Panel, x: f64) -> Drawn {
+    let mut y = panel.top;
+    while y < panel.bottom {
+        canvas.line(&[(x, y), (x, (y + 7.0).min(panel.bottom))], palette::VERMILION, 2)?;
+        y += 13.0;
     }
     Ok(())
 }
+
+/// A step as it is drawn.
+struct Bar {
+    text: String,
+    left: f64,
+    right: f64,
+    top: f64,
+}
+
+/// Names above wide bars, and right of narrow ones where the next bar leaves room; others have
+/// none.
+fn names(canvas: &Canvas, panel: Panel, bars: &[Bar]) -> Drawn {
+    let mut lowest = f64::NEG_INFINITY;
+    for (i, bar) in bars.iter().enumerate() {
+        let width = text_width(&bar.text);
+        let next = bars.get(i + 1).map_or(panel.bottom, |b| b.top);
+        let wide = bar.right - bar.left > width + 8.0 && bar.top - 22.0 > lowest;
+        let beside = bar.right + 8.0 + width < panel.right
+            && bar.top + 11.0 < next
+            && bar.top - 11.0 > lowest;
+        let (left, middle) = if wide {
+            ((bar.left + bar.right - width) / 2.0, bar.top - 12.0)
+        } else if beside {
+            (bar.right + 8.0, bar.top)
+        } else {
+            continue;
+        };
+        canvas.fill((left - 2.0, middle - 9.0), (left + width + 2.0, middle + 9.0), PAPER)?;
+        canvas.text(&bar.text, (left, middle), Align::Left, GREY)?;
+        lowest = middle + 10.0;
+    }
+    Ok(())
+}
+
+/// The page, behind names.
+const PAPER: RGBColor = RGBColor(255, 255, 255);

@@ -55,6 +55,9 @@ pub fn settings(analysis: &Analysis, row: u32) -> String {
     parts.join(", ")
 }
 
+/// Gains of at least this share are told as multiples.
+const TIMES: f64 = 2.0;
+
 /// Changes from one design to another: what is worse, what is better.
 fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>) {
     let (mut worse, mut better) = (Vec::new(), Vec::new());
@@ -65,12 +68,17 @@ fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>
             continue;
         }
         let measure = Measure::of(&objective.name);
-        let amount = match analysis.change(j, from, to) {
-            Some(change) => share(change),
-            None => measure.text((new - old).abs()),
-        };
+        let change = analysis.change(j, from, to);
         let direction = if new > old { "more" } else { "less" };
-        let text = format!("{amount} {direction} {}", measure.words);
+        let text = match change {
+            Some(change) if gain > 0.0 && old > 0.0 && change >= TIMES => {
+                format!("{} times the {}", significant(change + 1.0), measure.words)
+            }
+            Some(change) => format!("{} {direction} {}", share(change), measure.words),
+            None => {
+                format!("{} {direction} {}", measure.text((new - old).abs()), measure.words)
+            }
+        };
         if gain > 0.0 { better.push(text) } else { worse.push(text) }
     }
     (worse, better)

@@ -145,7 +145,7 @@ fn the_reason_of_the_knee_is_arithmetic() {
     let text = sweep::terminal(&analysis, None).replace('\n', " ");
     for sentence in [
         "Knee: #1 (a=2): area 1.50 mm², frame rate 90.0 FPS.",
-        "50 % more area than #0, the best in area, buys 800 % more frame rate.",
+        "50 % more area than #0, the best in area, buys 9.00 times the frame rate.",
         "10 % less frame rate than #2, the best in frame rate, buys 63 % less area.",
         "Frame rate: from #0 to #1 each mm² buys 160 FPS; from #1 to #2 only 4.00 FPS, 40.0 times",
     ] {

@@ -28,6 +28,22 @@ fn columns_and_counts() {
     assert_eq!(table.reasons[1], ("buffer, too small".to_owned(), 1));
 }
 
+/// A size in SI units and a derived key are columns to ask for, but nothing that is varied.
+#[test]
+fn what_follows_from_axes_is_no_axis() {
+    let text = "point,is_baseline,id,status,reason,energy_table,trace,scope,a,buffer,buffer.si,\
+                b,frames,fps.mean\n\
+                0,false,a,ok,,t,,mean,1,1 KiB,1024,2,4,60\n\
+                1,false,b,ok,,t,,mean,2,2 KiB,2048,4,4,70\n";
+    let mut table = read(text).expect("a table");
+    table.follow(&["b".to_owned()].into());
+    let names: Vec<&str> = table.axes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["a", "buffer"]);
+    assert_eq!(table.axis("b").map(|b| b.number(1)), Some(Some(4.0)));
+    assert_eq!(table.number("buffer.si", 0), Some(1024.0));
+    assert_eq!(table.settings(1), [("a", "2"), ("buffer", "2 KiB")]);
+}
+
 #[test]
 fn only_wanted_metrics_are_kept() {
     let text = Sweep::default().csv();

@@ -38,7 +38,7 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Result<Chart, Report
         let results = axes.iter().enumerate().map(|(j, axis)| axis.at(analysis.value(j, row)));
         settings.chain(results).enumerate().map(|(i, y)| (x(i), y)).collect()
     };
-    let key = Key::named(analysis, &objectives[0].name);
+    let key = Key::named(analysis, &objectives[0].name, &analysis.front);
     let drawing = page(analysis, TITLE).draw(|canvas| {
         let step = analysis.rows.len().div_ceil(LINES).max(1);
         for &row in analysis.rows.iter().step_by(step) {

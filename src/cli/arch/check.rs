@@ -1,0 +1,195 @@
+//! `arch check`: everything that is wrong with files.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::Kind;
+use super::cost::Cost;
+use crate::accel::Machine;
+use crate::cli::machine_file::{Text, energy_table, is_yaml, read};
+use crate::cli::sweep::{DiskFiles, find_base};
+use crate::cli::{Context, Exit, Failure, out};
+use crate::config::embedded::{DRAM, ENERGY};
+use crate::config::error::Place;
+use crate::config::{ConfigError, Embedded, Problem};
+use crate::display::Display;
+use crate::dram::Device;
+use crate::energy::EnergyTable;
+use crate::quantity::Hertz;
+use crate::sim;
+use crate::sweep::file::SweepFile;
+use crate::sweep::space::Space;
+
+/// What `check` found in one file.
+struct Checked {
+    file: Text,
+    kind: Kind,
+    result: Result<Good, Vec<Problem>>,
+}
+
+/// A file that is right.
+struct Good {
+    summary: String,
+    /// Of a machine.
+    cost: Option<Cost>,
+}
+
+impl From<String> for Good {
+    fn from(summary: String) -> Good {
+        Good { summary, cost: None }
+    }
+}
+
+/// Runs `arch check`.
+pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit, Failure> {
+    let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
+    let mut checked = Vec::new();
+    let mut unread = false;
+    for name in files {
+        match read("configuration file", name, &all, None) {
+            Ok(file) => checked.push(check_one(file, sets)),
+            Err(failure) => {
+                unread = true;
+                out::complain(format_args!("error: {failure}"));
+            }
+        }
+    }
+    if context.global.json {
+        out::json(&checked.iter().map(checked_json).collect::<Vec<_>>())?;
+    }
+    for one in &checked {
+        let origin = &one.file.origin;
+        match &one.result {
+            Ok(good) if !context.global.json && !context.global.quiet => {
+                let cost = good.cost.as_ref().map_or(String::new(), Cost::text);
+                out::text(&format!("{origin}: ok ({})\n{cost}", good.summary))?;
+            }
+            Ok(_) => {}
+            Err(problems) => {
+                let error = ConfigError { problems: problems.clone() };
+                out::complain(format_args!("error: {origin}: {error}"));
+            }
+        }
+    }
+    let good = !unread && checked.iter().all(|c| c.result.is_ok());
+    Ok(if good { Exit::Done } else { Exit::Usage })
+}
+
+fn check_one(file: Text, sets: &[String]) -> Checked {
+    let kind = if is_yaml(&file.origin) { Kind::Energy } else { kind_of(&file.text) };
+    let result = match kind {
+        Kind::Machine => check_machine(&file, sets),
+        Kind::Energy if is_yaml(&file.origin) => check_reference_table(&file),
+        Kind::Energy => EnergyTable::parse(&file.text)
+            .map(|t| format!("energy table {}", t.name).into())
+            .map_err(|e| e.problems),
+        Kind::Display => Display::parse(&file.text)
+            .map(|d| format!("display preset {}", d.name).into())
+            .map_err(|e| e.problems),
+        Kind::Dram => Device::parse_with(&file.text, sets)
+            .map(|d| format!("DRAM device {}", d.name).into())
+            .map_err(|e| e.problems),
+        Kind::Sweep => check_sweep(&file).map_err(|e| e.problems),
+    };
+    Checked { file, kind, result }
+}
+
+/// A machine is right when its energy table can be found and has a price for its buffers, too.
+fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
+    let mut machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
+    let at_key = |key: &str, path: &str, message: String| {
+        let set = sets.iter().find(|s| s.starts_with(&format!("{path}="))).cloned();
+        let at = file.text.lines().scan(0, |at, line| {
+            let start = *at;
+            *at += line.len() + 1;
+            Some((start, line))
+        });
+        let (start, width) = at
+            .filter(|(_, l)| l.trim_start().starts_with(key))
+            .map(|(start, l)| (start, l.trim_end().len()))
+            .next()
+            .unwrap_or((0, 1));
+        let in_file = Place::of(&file.text, start..start + width);
+        vec![Problem { place: set.map_or(in_file, Place::Set), key: path.into(), message }]
+    };
+    let energy = |message: String| at_key("energy", "energy", message);
+    link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
+    let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
+        .map_err(|e| energy(e.to_string()))?;
+    let (parsed, _) = energy_table(&table, machine.clock)
+        .map_err(|e| energy(format!("the energy table is wrong: {e}")))?;
+    let prices = sim::cost::prices(&parsed, &machine);
+    let prices = prices.map_err(|e| energy(e.to_string()))?;
+    let node = parsed.node.map_or(String::new(), |n| format!(", {n}"));
+    let summary = format!("machine {}, energy table {}{node}", machine.name, parsed.name);
+    Ok(Good { summary, cost: Some(Cost::new(&machine, &prices)) })
+}
+
+/// A sweep is right when it spans a space. Its traces are not opened.
+fn check_sweep(file: &Text) -> Result<Good, ConfigError> {
+    let mut sweep = SweepFile::parse(&file.text)?;
+    find_base(&mut sweep, file.folder.as_deref());
+    let space = Space::new(&sweep, Arc::new(DiskFiles::default()))?;
+    let points = space.lattice().points();
+    Ok(format!("sweep of {}, a space of {points} points", sweep.base).into())
+}
+
+/// Reads a DRAM device that does not come with the program.
+fn link_device(machine: &mut Machine, file: &Text) -> Result<(), String> {
+    if machine.device.is_some() {
+        return Ok(());
+    }
+    let text = read("DRAM device", &machine.dram.device, DRAM, file.folder.as_deref())
+        .map_err(|e| e.to_string())?;
+    let device = Device::parse(&text.text).map_err(|e| format!("{}: {e}", text.origin))?;
+    machine.link(&device).map_err(|(_, message)| message)
+}
+
+/// A reference table of Accelergy: the clock matters for its leakage only.
+fn check_reference_table(file: &Text) -> Result<Good, Vec<Problem>> {
+    let place = Place::of(&file.text, 0..0);
+    let problem = |message| vec![Problem { place, key: String::new(), message }];
+    let (table, _) = energy_table(file, Hertz(1e9)).map_err(|e| {
+        let message = e.to_string();
+        let origin = format!("{}: ", file.origin);
+        problem(message.strip_prefix(&origin).unwrap_or(&message).to_owned())
+    })?;
+    Ok(format!("energy reference table {}", table.name).into())
+}
+
+/// What a file is, by the tables that only one kind has.
+pub fn kind_of(text: &str) -> Kind {
+    let has = |start: &str| text.lines().any(|l| l.trim_start().starts_with(start));
+    if ["[[axes]]", "[sampling]", "question"].iter().any(|t| has(t)) {
+        return Kind::Sweep;
+    }
+    let machine = ["[geometry]", "[ccu]", "[gsu]", "[vru]", "[buffers"].iter().any(|t| has(t));
+    let energy = ["[actions]", "[sram", "[leakage]", "[flop]"].iter().any(|t| has(t));
+    if has("[organisation]") {
+        return Kind::Dram;
+    }
+    match (machine, energy) {
+        (false, true) => Kind::Energy,
+        (false, false) if has("red") || has("scale") || has("static") => Kind::Display,
+        _ => Kind::Machine,
+    }
+}
+
+fn checked_json(checked: &Checked) -> Value {
+    let problem = |p: &Problem| {
+        let (line, column, set) = match &p.place {
+            Place::File { line, column, .. } => (Some(line), Some(column), None),
+            Place::Set(set) => (None, None, Some(set)),
+        };
+        json!({ "key": p.key, "line": line, "column": column, "set": set, "message": p.message })
+    };
+    let problems = checked.result.as_ref().err().map_or(&[][..], Vec::as_slice);
+    json!({
+        "file": checked.file.origin,
+        "kind": checked.kind.name(),
+        "ok": problems.is_empty(),
+        "problems": problems.iter().map(problem).collect::<Vec<_>>(),
+        "cost": checked.result.as_ref().ok().and_then(|good| good.cost.as_ref()).map(Cost::json),
+    })
+}
