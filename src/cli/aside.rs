@@ -1,7 +1,8 @@
 //! Files that appear whole or not at all: written under a temporary name beside their place, then
 //! renamed.
 
-use std::fs::{OpenOptions, Permissions};
+use std::ffi::OsStr;
+use std::fs::{self, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -23,7 +24,28 @@ pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
     if let Some(permissions) = permissions {
         builder.permissions(permissions);
     }
-    builder.prefix(".powergs-sim-").tempfile_in(folder)
+    builder.prefix(PREFIX).tempfile_in(folder)
+}
+
+const PREFIX: &str = ".powergs-sim-";
+
+/// Whether a file of this name is one of [`temporary`].
+pub fn is_temporary(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(PREFIX.as_bytes())
+}
+
+/// Removes what a killed process left in a folder in which nobody else writes now.
+///
+/// # Errors
+/// Those of the folder.
+pub fn sweep_away(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if is_temporary(&entry.file_name()) && entry.file_type()?.is_file() {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
 }
 
 /// Whether something is there that is neither a file nor a folder.
@@ -77,6 +99,20 @@ mod tests {
         let device = std::path::Path::new("/dev/null");
         write_aside(device, |w| w.write_all(b"text")).unwrap();
         assert!(!device.is_file() && !device.is_dir());
+    }
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [".powergs-sim-Abc123", "results.csv", ".powergs"] {
+            std::fs::write(folder.path().join(name), "text").unwrap();
+        }
+        std::fs::create_dir(folder.path().join(".powergs-sim-folder")).unwrap();
+        super::sweep_away(folder.path()).unwrap();
+        let left = std::fs::read_dir(folder.path()).unwrap();
+        let mut left: Vec<_> = left.map(|e| e.unwrap().file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".powergs", ".powergs-sim-folder", "results.csv"]);
     }
 
     #[test]

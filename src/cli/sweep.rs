@@ -24,6 +24,8 @@ mod window;
 mod work;
 
 pub use args::{Args, EXAMPLES};
+pub use files::DiskFiles;
+pub use opened::find_base;
 
 use args::Command;
 

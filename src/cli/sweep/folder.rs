@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::records::{Records, taken};
 use super::state::{self, State};
-use crate::cli::{Exit, Failure, OrExit};
+use crate::cli::{Exit, Failure, OrExit, aside};
 
 /// Which part of a sweep a process does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,6 +77,9 @@ impl SweepFolder {
         refuse_foreign(path)?;
         fs::create_dir_all(path).or_exit(Exit::Usage, path.display())?;
         let lock = lock(path, part.is_some())?;
+        if part.is_none() {
+            aside::sweep_away(path).or_exit(Exit::Usage, path.display())?;
+        }
         // The tasks of an array job find the folder made by the first of them.
         begin(path, now, if part.is_some() { Existing::Resume } else { existing })?;
         let journal = part.unwrap_or(Shard::WHOLE).journal();
@@ -137,10 +140,8 @@ fn refuse_foreign(path: &Path) -> Result<(), Failure> {
     // A lock is there when two tasks begin at the same time, `slurm` before the first of them.
     let names = ["lock", "slurm", RECORDS, state::FILE];
     let ours = |name: &std::ffi::OsStr| names.iter().any(|ours| name == *ours);
-    let foreign = entries.find_map(|e| {
-        Some(e.ok()?.file_name())
-            .filter(|n| !ours(n) && !n.to_string_lossy().starts_with(".powergs-sim-"))
-    });
+    let foreign = entries
+        .find_map(|e| Some(e.ok()?.file_name()).filter(|n| !ours(n) && !aside::is_temporary(n)));
     let Some(name) = foreign else { return Ok(()) };
     let what = format!("holds `{}`, which is not of a sweep; use another folder", name.display());
     Err(Failure::new(Exit::Usage, format!("{}: {what}", path.display())))

@@ -139,12 +139,16 @@ fn change(file: &mut SweepFile, definition: &Definition, text: &Text) -> Result<
     if let Some(points) = definition.points {
         file.sampling.points = Some(points);
     }
-    // A machine file beside the sweep file is found from anywhere.
-    let beside = text.folder.as_ref().map(|f| f.join(&file.base)).filter(|p| p.is_file());
+    find_base(file, text.folder.as_deref());
+    Ok(())
+}
+
+/// A machine file beside the sweep file is found from anywhere.
+pub fn find_base(file: &mut SweepFile, folder: Option<&Path>) {
+    let beside = folder.map(|f| f.join(&file.base)).filter(|p| p.is_file());
     if let Some(path) = beside {
         file.base = path.display().to_string();
     }
-    Ok(())
 }
 
 /// The base machine as a design: the sweep without its axes.

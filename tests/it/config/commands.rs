@@ -17,7 +17,9 @@ fn program(args: &[&str]) -> Command {
 fn list_fits_a_terminal() {
     let output = program(&["arch", "list"]).assert().code(0).get_output().stdout.clone();
     let text = String::from_utf8(output).expect("text");
-    for name in ["gscore ", "gscore-16core", "edge", "gscore-28nm", "paper", "oled-d22"] {
+    for name in
+        ["gscore ", "gscore-16core", "edge", "gscore-28nm", "paper", "oled-d22", "sram-bandwidth"]
+    {
         assert!(text.contains(name), "{text}");
     }
     assert!(text.lines().all(|l| l.chars().count() <= 80), "{text}");
@@ -52,6 +54,24 @@ fn check_reports_everything_with_exit_code_2() {
     assert_eq!(report[0]["problems"][0]["line"], 8);
     std::fs::write(&path, [0xff, 0xfe, 0x00]).expect("a file");
     program(&["arch", "check", file]).assert().code(2).stderr(contains("not UTF-8"));
+}
+
+#[test]
+fn sweeps_are_listed_shown_and_checked() {
+    program(&["arch", "show", "tiles"]).assert().code(0).stdout(contains("question = "));
+    program(&["arch", "schema", "sweep"]).assert().code(0).stdout(contains("\"constraints\""));
+    let resolved = program(&["arch", "show", "tiles", "--resolved"]).assert().code(2);
+    resolved.stderr(contains("sweep show"));
+    for name in ["gscore-units", "node-energy", "sram-bandwidth", "tiles"] {
+        let good = program(&["arch", "check", name]).assert().code(0);
+        good.stdout(contains(": ok (sweep of gscore, a space of "));
+    }
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("mine.toml");
+    let bad = "question = \"?\"\nbase = \"gscore\"\n[[axes]]\nkey = \"vru.core\"\nvalues = [1]\n";
+    std::fs::write(&path, bad).expect("a file");
+    let failed = program(&["arch", "check", path.to_str().expect("a path")]).assert().code(2);
+    failed.stderr(contains("mine.toml: ").and(contains("vru.cores")));
 }
 
 #[test]
