@@ -116,9 +116,12 @@ fn the_gradient_is_the_derivative() {
             let h = 1e-5;
             let expected = (moved(h) - moved(-h)) / (2.0 * h);
             let flat = gradient.as_flattened().iter().zip(direction.pixels.as_flattened());
-            let got: f64 = flat.map(|(g, d)| f64::from(*g) * f64::from(*d)).sum();
-            // The gradient is single precision, and its parts partly cancel.
-            assert_relative_eq!(got, expected, max_relative = 2e-4);
+            let parts: Vec<f64> = flat.map(|(g, d)| f64::from(*g) * f64::from(*d)).collect();
+            let got: f64 = parts.iter().sum();
+            // Rounding of single precision, of which 1e-6 was seen. It is measured by the sum of
+            // the sizes: in some directions the parts cancel almost to nothing.
+            let size: f64 = parts.iter().map(|p| p.abs()).sum();
+            assert!((got - expected).abs() < 2e-6 * size, "{width} {seed}: {got} {expected}");
         }
     }
 }
