@@ -70,15 +70,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&answer.json)?;
     } else if !context.global.quiet {
-        out::text(&answer.terminal)?;
+        out::text(&format!("{}\nreport  {}\n", answer.terminal, answer.report.display()))?;
     }
     Ok(Exit::Done)
 }
+
+/// Where the report of a finished sweep is in its folder.
+pub const REPORT: &str = "analysis/report.html";
 
 /// What a sweep comes to.
 pub struct Answer {
     /// For a terminal.
     pub terminal: String,
+    /// The report.
+    pub report: PathBuf,
     /// For programs.
     pub json: serde_json::Value,
 }
@@ -124,9 +129,9 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     let provenance = sweep.provenance(typed);
     let written = folder::write(args, &sweep, &analysis, &pareto, &provenance, context)?;
     let Some(written) = written else { return Ok(None) };
-    let path = written.join("report.html").display().to_string();
+    let report = written.join("report.html");
     let json = serde_json::to_value(sweep::json(&analysis)).or_exit(Exit::Internal, "json")?;
-    Ok(Some(Answer { terminal: sweep::terminal(&analysis, Some(&path)), json }))
+    Ok(Some(Answer { terminal: sweep::terminal(&analysis), report, json }))
 }
 
 /// A condition that nobody meets is a goal that was missed; an empty table is a bad input.

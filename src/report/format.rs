@@ -70,6 +70,17 @@ pub fn shortened(text: &str, width: usize) -> String {
     format!("{kept}…")
 }
 
+/// A quantity as it was written, to three digits if it has more: `60.9 GB/s` for
+/// `60.8874042881 GB/s`. What is no number with a unit, or has no fraction, stays.
+pub fn rounded(text: &str) -> String {
+    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+    let long = number.contains('.') && number.len() > 5;
+    match number.parse::<f64>() {
+        Ok(x) if long && x.abs() >= 0.1 => format!("{} {unit}", significant(x)).trim_end().into(),
+        _ => text.to_owned(),
+    }
+}
+
 /// Breaks `text` at spaces into lines of at most `width` characters; a longer word stays whole.
 pub fn wrapped(text: &str, width: usize) -> String {
     let mut out = String::new();

@@ -10,13 +10,15 @@ use super::running::Running;
 use super::window::Window;
 use crate::cli::progress::Progress;
 use crate::cli::{Context, Exit, Failure, out};
-use crate::report::format::{engineering, significant};
+use crate::report::format::{engineering, significant, wrapped};
 
 /// Points that are looked at; of larger spaces this many are taken to stand for all.
 const LOOKED_AT: u64 = 20_000;
 
 /// Machines that are timed on a frame.
 const TIMED: usize = 8;
+/// What a further line of the list begins with.
+const INDENT: &str = "\n            ";
 
 /// Looks, times and says.
 ///
@@ -113,12 +115,14 @@ fn text_of(opened: &Opened, plan: &Plan, seen: &Seen) -> String {
     if let Some((point, reason)) = plan.invalid.first() {
         let count = (plan.invalid.len() as f64 * scale).round();
         let what = format!("are no machine, e.g. point {point}: {reason}");
-        text += &format!("            {about}{count} {what}\n");
+        let what = wrapped(&format!("{about}{count} {what}"), 68).replace('\n', INDENT);
+        text += &format!("            {what}\n");
     }
     text += &format!("Geometries  {}\n", plan.geometries.len());
     let frames = cost.frames;
     text += &format!("Traces      {} with {frames} frames\n", opened.traces.len());
-    text += &format!("Tables      {} energy tables\n", plan.tables);
+    let s = if plan.tables == 1 { "" } else { "s" };
+    text += &format!("Tables      {} energy table{s}\n", plan.tables);
     let one = engineering(cost.machine_s / frames.max(1) as f64, "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
     text += &format!("Time        about {} {what}\n", time(*seconds));

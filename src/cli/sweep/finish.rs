@@ -117,7 +117,10 @@ pub fn say(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, 
         let text = fs::read_to_string(path.join(summary::TERMINAL)).unwrap_or_default();
         out::text(&text)?;
         let answer = fs::read_to_string(path.join(ANSWER)).unwrap_or_default();
-        out::text(&format!("Table: {}\n\n{answer}", path.join(CSV).display()))?;
+        let (table, report) = (path.join(CSV), path.join(pareto::REPORT));
+        let report = Some(report).filter(|r| r.exists());
+        let report = report.map_or(String::new(), |r| format!("\nreport  {}\n", r.display()));
+        out::text(&format!("Table: {}\n\n{answer}{report}", table.display()))?;
     }
     Ok(Exit::Done)
 }

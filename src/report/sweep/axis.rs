@@ -13,7 +13,7 @@ pub struct Axis {
     pub scale: Scale,
     /// From the unit of the column to the shown one.
     factor: f64,
-    /// `area, mm²`; says if it is logarithmic.
+    /// `area, mm²`; says if it is logarithmic, `(log)`.
     pub name: String,
 }
 
@@ -27,7 +27,7 @@ impl Axis {
         let (factor, name) = Measure::of(name).axis(low.abs().max(high.abs()));
         let (low, high) = (low * factor, high * factor);
         if low > 0.0 && high > DECADES * low {
-            let name = format!("{name} (logarithmic)");
+            let name = format!("{name} (log)");
             return Axis { scale: Scale::logarithmic(low, high, page), factor, name };
         }
         let scale = if low >= 0.0 && low < 0.4 * high {

@@ -5,7 +5,7 @@ use plotters::style::RGBColor;
 use super::measure::Measure;
 use crate::analysis::Analysis;
 use crate::analysis::table::{Values, Words};
-use crate::report::format::shortened;
+use crate::report::format::{rounded, shortened};
 use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, palette};
 
 /// Names that get a colour of their own, and numbers that are listed one by one.
@@ -148,7 +148,8 @@ impl<'t> Key<'t> {
         match self {
             Key::None => Ok(()),
             Key::Scale { name, measure, low, high, .. } => {
-                canvas.bold(&shortened(name, width), (left, top), Align::Left, INK)?;
+                let words = if measure.words.len() < name.len() { &measure.words } else { name };
+                canvas.bold(&shortened(words, width), (left, top), Align::Left, INK)?;
                 const STEPS: i32 = 40;
                 let (first, height) = (top + 24.0, 5.0);
                 let bottom = first + f64::from(STEPS) * height;
@@ -172,7 +173,7 @@ impl<'t> Key<'t> {
                 for &code in order.iter().take(LISTED) {
                     let colour = colours[code as usize].unwrap_or(palette::PALE);
                     canvas.dot((left + 8.0, y), 7, colour)?;
-                    let word = shortened(&words.distinct()[code as usize], width - 3);
+                    let word = shortened(&rounded(&words.distinct()[code as usize]), width - 3);
                     canvas.text(&word, (left + 26.0, y), Align::Left, INK)?;
                     y += 26.0;
                 }

@@ -75,8 +75,8 @@ impl Plane<'_, '_> {
         Ok(())
     }
 
-    /// The staircase that bounds what is reachable in these two objectives.
-    fn staircase(&self, canvas: &Canvas) -> Drawn {
+    /// Corners of the staircase that bounds what is reachable in these two objectives.
+    fn staircase(&self) -> Vec<(f64, f64)> {
         let objectives = &self.analysis.question.objectives;
         let (x, y) = (self.x.0, self.y.0);
         let cost = |j: usize, row: u32| objectives[j].goal.cost(self.analysis.value(j, row));
@@ -93,7 +93,7 @@ impl Plane<'_, '_> {
             }
             points.push(at);
         }
-        if points.len() > 1 { canvas.line(&points, GREY, 2) } else { Ok(()) }
+        points
     }
 }
 
@@ -130,19 +130,22 @@ fn chart(
         PANEL.horizontal_axis(canvas, &x.scale, &x.scale.ticks(8), &x.name)?;
         plane.dots(canvas, &analysis.unmet, |_| palette::PALE)?;
         plane.dots(canvas, &analysis.rows, |row| key.colour(row))?;
-        plane.staircase(canvas)?;
+        let stairs = plane.staircase();
+        if stairs.len() > 1 {
+            canvas.line(&stairs, GREY, 2)?;
+        }
         for &row in &analysis.front {
             canvas.dot(plane.at(row), 8, INK)?;
             canvas.dot(plane.at(row), 6, key.colour(row))?;
         }
-        marks(canvas, &plane, &key)?;
+        marks(canvas, &plane, &key, &stairs)?;
         legend(canvas, &plane, &key)
     })?;
     Ok(Chart { name, title: TITLE, drawing })
 }
 
 /// The knee, the named design and the ends, with their names.
-fn marks(canvas: &Canvas, plane: &Plane, key: &Key) -> Drawn {
+fn marks(canvas: &Canvas, plane: &Plane, key: &Key, stairs: &[(f64, f64)]) -> Drawn {
     let analysis = plane.analysis;
     let label = |row: u32| analysis.table.label(row);
     let knee = plane.at(analysis.knee);
@@ -161,9 +164,23 @@ fn marks(canvas: &Canvas, plane: &Plane, key: &Key) -> Drawn {
     ends.dedup();
     let others = ends.into_iter().filter(|row| *row != analysis.knee);
     all.extend(others.map(|row| Label { text: label(row), at: plane.at(row) }));
-    let points: Vec<(f64, f64)> = analysis.front.iter().map(|&row| plane.at(row)).collect();
+    let mut points: Vec<(f64, f64)> = analysis.front.iter().map(|&row| plane.at(row)).collect();
+    points.extend(along(stairs));
     let frame = [PANEL.left, PANEL.top - 10.0, PANEL.right + 20.0, PANEL.bottom];
     labels::draw(canvas, &labels::place(&all, &points, frame))
+}
+
+/// Points of a line, near enough to each other that no label lies between two of them.
+fn along(line: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> {
+    const STEP: f64 = 12.0;
+    line.windows(2).flat_map(|ends| {
+        let ((x, y), (to_x, to_y)) = (ends[0], ends[1]);
+        let steps = ((to_x - x).hypot(to_y - y) / STEP).ceil();
+        (0..steps as usize).map(move |i| {
+            let share = i as f64 / steps;
+            (x + share * (to_x - x), y + share * (to_y - y))
+        })
+    })
 }
 
 fn legend(canvas: &Canvas, plane: &Plane, key: &Key) -> Drawn {

@@ -68,7 +68,7 @@ fn panel(canvas: &Canvas, analysis: &Analysis, marginal: &Marginal, panel: Panel
     let title = fitted(&title, panel.right - panel.left);
     canvas.bold(&title, (panel.left, panel.top - 24.0), Align::Left, INK)?;
     let (_, name) = y.name.split_once(", ").unwrap_or(("", "per unit"));
-    let name = name.replacen(" (logarithmic)", "", 1);
+    let name = name.replacen(" (log)", "", 1);
     let labels = if panel.bottom - panel.top < 250.0 { 3 } else { 6 };
     panel.vertical_ticks(canvas, &y.scale, labels, &format!("{name} per {unit}"))?;
     let words = Measure::of(marginal.price.column()).words;

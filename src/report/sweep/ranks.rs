@@ -2,7 +2,6 @@
 
 use plotters::style::RGBColor;
 
-use super::labels::{self, Label};
 use super::words;
 use crate::analysis::Analysis;
 use crate::report::ReportError;
@@ -16,7 +15,7 @@ const TITLE: &str = "Do the top designs stay on top?";
 const MOST: usize = 8;
 /// Lines in one chart.
 const LINES: usize = 10;
-const PANEL: Panel = Panel { left: 110.0, top: 150.0, right: 1030.0, bottom: 600.0 };
+const PANEL: Panel = Panel { left: 190.0, top: 150.0, right: 1030.0, bottom: 600.0 };
 
 /// Colours of the lines, the first the boldest.
 const COLOURS: [RGBColor; LINES] = [
@@ -41,12 +40,10 @@ pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
     if stability.alternatives.is_empty() || stability.top.len() < 2 {
         return Ok(None);
     }
-    let page = Page {
-        name: NAME,
-        title: TITLE.into(),
-        subtitle: words::stability(analysis),
-        underlay: None,
-    };
+    // What fits under a title; the page has it whole.
+    let words = words::stability(analysis);
+    let subtitle = words.split("; ").take(2).collect::<Vec<_>>().join("; ");
+    let page = Page { name: NAME, title: TITLE.into(), subtitle, underlay: None };
     let drawing = page.draw(|canvas| drawing(canvas, analysis))?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }
@@ -66,19 +63,26 @@ fn drawing(canvas: &Canvas, analysis: &Analysis) -> Drawn {
         canvas.line(&[(PANEL.left, y(rank)), (PANEL.right, y(rank))], GRID, 1)?;
         let below = format!("> {}", top.len());
         let text = if rank == lanes { below } else { rank.to_string() };
-        canvas.text(&text, (PANEL.left - 24.0, y(rank)), Align::Right, GREY)?;
+        canvas.text(&text, (PANEL.left - 100.0, y(rank)), Align::Right, GREY)?;
     }
     canvas.text("rank by merit", (40.0, (PANEL.top + PANEL.bottom) / 2.0), Align::Upwards, INK)?;
     let head = |i: usize, name: &str, below: &str| {
         canvas.bold(&fitted(name, width / 1.125), (x(i), PANEL.top - 18.0), Align::Centre, INK)?;
-        canvas.text(below, (x(i), PANEL.bottom + 24.0), Align::Centre, GREY)
+        canvas.text(below, (x(i), PANEL.bottom + 30.0), Align::Centre, GREY)
     };
     head(0, &analysis.energy_table, "reference")?;
     for (i, alternative) in alternatives.iter().enumerate() {
         let tau = alternative.kendall.map_or("-".into(), significant);
         head(i + 1, &alternative.label, &format!("τ {tau}"))?;
     }
-    let mut fallen = Vec::new();
+    for (i, alternative) in alternatives.iter().enumerate() {
+        let fallen = alternative.ranks.iter().take(top.len()).flatten();
+        let fallen = fallen.filter(|r| **r > top.len()).count();
+        if fallen > 0 {
+            let place = (x(i + 1), y(lanes) + 22.0);
+            canvas.text(&format!("{fallen} fell out"), place, Align::Centre, GREY)?;
+        }
+    }
     for (line, &row) in top.iter().enumerate().rev() {
         let ranks = alternatives.iter().map(|a| a.ranks[line]);
         let ranks: Vec<Option<usize>> = std::iter::once(Some(line + 1)).chain(ranks).collect();
@@ -90,21 +94,15 @@ fn drawing(canvas: &Canvas, analysis: &Analysis) -> Drawn {
                 canvas.line(&[*a, *b], colour, if line == 0 { 5 } else { 3 })?;
             }
         }
-        for (point, rank) in points.iter().zip(&ranks) {
-            let Some(point) = point else { continue };
+        for point in points.iter().flatten() {
             canvas.dot(*point, if line == 0 { 9 } else { 7 }, colour)?;
-            if let Some(rank) = rank.filter(|r| *r > top.len()) {
-                fallen.push(Label { text: rank.to_string(), at: *point });
-            }
         }
         let label = analysis.table.label(row);
         let last = points.last().copied().flatten();
         if let Some(last) = last.filter(|p| p.1 < y(lanes)) {
             canvas.bold(&label, (last.0 + 18.0, last.1), Align::Left, colour)?;
         }
-        canvas.bold(&label, (x(0) + 14.0, y(line + 1) - 13.0), Align::Left, colour)?;
+        canvas.bold(&label, (x(0) - 18.0, y(line + 1)), Align::Right, colour)?;
     }
-    fallen.dedup();
-    let frame = [PANEL.left, PANEL.top, PANEL.right + 60.0, PANEL.bottom + 12.0];
-    labels::draw(canvas, &labels::place(&fallen, &[], frame))
+    Ok(())
 }

@@ -21,8 +21,8 @@ const COLUMNS: usize = 3;
 const STEPS: usize = 8;
 
 /// What is printed: the front, the knee with its reason, the named design, marginal values, the
-/// stability of the ranking. `folder` is where the rest went.
-pub fn terminal(analysis: &Analysis, folder: Option<&str>) -> String {
+/// stability of the ranking.
+pub fn terminal(analysis: &Analysis) -> String {
     let mut text = String::new();
     let paragraph = |text: &mut String, words: &str| {
         let _ = writeln!(text, "{}", wrapped(words, WIDTH));
@@ -57,9 +57,6 @@ pub fn terminal(analysis: &Analysis, folder: Option<&str>) -> String {
     let axes = words::axes(analysis);
     if !axes.is_empty() {
         let _ = writeln!(text, "\n{}", wrapped(&axes.join(" "), WIDTH));
-    }
-    if let Some(folder) = folder {
-        let _ = writeln!(text, "\nreport  {folder}");
     }
     text
 }

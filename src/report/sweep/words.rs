@@ -57,6 +57,8 @@ pub fn settings(analysis: &Analysis, row: u32) -> String {
 
 /// Gains of at least this share are told as multiples.
 const TIMES: f64 = 2.0;
+/// Changes below this share are not told: 0.0 % with one decimal.
+const ALIKE: f64 = 0.0005;
 
 /// Changes from one design to another: what is worse, what is better.
 fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>) {
@@ -64,11 +66,11 @@ fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>
     for (j, objective) in analysis.question.objectives.iter().enumerate() {
         let (old, new) = (analysis.value(j, from), analysis.value(j, to));
         let gain = objective.goal.gain(old, new);
-        if gain == 0.0 || gain.is_nan() {
+        let change = analysis.change(j, from, to);
+        if gain == 0.0 || gain.is_nan() || change.is_some_and(|c| c.abs() < ALIKE) {
             continue;
         }
         let measure = Measure::of(&objective.name);
-        let change = analysis.change(j, from, to);
         let direction = if new > old { "more" } else { "less" };
         let text = match change {
             Some(change) if gain > 0.0 && old > 0.0 && change >= TIMES => {
@@ -132,11 +134,15 @@ pub fn knee(analysis: &Analysis) -> Vec<String> {
         }
         let (worse, better) = changes(analysis, end, knee);
         let other = table.label(end);
-        all.push(format!(
-            "{} than {other}, the best in {what}, buys {}.",
-            capital(&listed(&worse)),
-            listed(&better)
-        ));
+        let (costs, buys) = (capital(&listed(&worse)), listed(&better));
+        all.push(match (worse.is_empty(), better.is_empty()) {
+            (false, false) => format!("{costs} than {other}, the best in {what}, buys {buys}."),
+            (false, true) => format!("{costs} than {other}, the best in {what}."),
+            (true, false) => {
+                format!("It has {buys} than {other}, the best in {what} by less than 0.05 %.")
+            }
+            (true, true) => format!("Within 0.05 % it is {other}, the best in {what}."),
+        });
     }
     all.push(match objectives.len() {
         2 => "Of the front it is farthest from the straight line between the two ends.".into(),
@@ -176,7 +182,7 @@ pub fn named(analysis: &Analysis) -> Option<Vec<String>> {
         "{} ({}) beats it: {} (distance {distance} of the ranges of the front).",
         table.label(row),
         settings(analysis, row),
-        listed(&better)
+        if better.is_empty() { "by less than 0.05 %".into() } else { listed(&better) }
     ));
     let mut most = Vec::new();
     for (j, best) in named.distance.best.iter().enumerate() {

@@ -43,7 +43,7 @@ fn draw(name: &str, table: &Table, question: &Question) -> Vec<(&'static str, St
     fs::write(folder.join("report.html"), &html).expect("written");
     let page = sweep::markdown(&analysis, &charts, &provenance);
     fs::write(folder.join("summary.md"), page).expect("written");
-    fs::write(folder.join("terminal.txt"), sweep::terminal(&analysis, None)).expect("written");
+    fs::write(folder.join("terminal.txt"), sweep::terminal(&analysis)).expect("written");
     drawn
 }
 
@@ -92,7 +92,7 @@ fn a_single_design() {
     let one = Question::of(vec![Objective::maximize("fps.mean")]);
     assert_eq!(names(&draw("single_one", &table, &one)), ["energy_front"]);
     let analysis = Analysis::of(&table, &one).expect("an answer");
-    let text = sweep::terminal(&analysis, None);
+    let text = sweep::terminal(&analysis);
     assert!(text.contains("It is the best in every objective"), "{text}");
     assert!(text.contains("One energy table and one trace"), "{text}");
 }
@@ -120,7 +120,7 @@ fn a_large_sweep_stays_drawable() {
 #[test]
 fn the_terminal_keeps_to_80_columns() {
     let table = Sweep::default().table();
-    let text = sweep::terminal(&Analysis::of(&table, &question()).expect("an answer"), Some("x"));
+    let text = sweep::terminal(&Analysis::of(&table, &question()).expect("an answer"));
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
@@ -142,7 +142,7 @@ fn the_reason_of_the_knee_is_arithmetic() {
     let table = Table::read(text.as_bytes(), |_| true).expect("a table");
     let pair = Question::of(vec![Objective::minimize("area_mm2"), Objective::maximize("fps.mean")]);
     let analysis = Analysis::of(&table, &pair).expect("an answer");
-    let text = sweep::terminal(&analysis, None).replace('\n', " ");
+    let text = sweep::terminal(&analysis).replace('\n', " ");
     for sentence in [
         "Knee: #1 (a=2): area 1.50 mm², frame rate 90.0 FPS.",
         "50 % more area than #0, the best in area, buys 9.00 times the frame rate.",

@@ -4,7 +4,7 @@ use super::{Lane, NAME, page};
 use crate::analysis::Analysis;
 use crate::report::ReportError;
 use crate::report::charts::Chart;
-use crate::report::format::shortened;
+use crate::report::format::{rounded, shortened};
 use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, fitted, palette, text_width};
 use crate::report::sweep::axis::Axis;
 use crate::report::sweep::colour::Key;
@@ -52,7 +52,7 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Result<Chart, Report
             rule(canvas, x(i), lane.name, i, n)?;
             let every = (lane.order.len() as f64 * 24.0 / (BOTTOM - TOP)).ceil() as usize;
             for place in (0..lane.order.len()).step_by(every.max(1)) {
-                tick(canvas, (x(i), at(lane, place)), &shortened(lane.word(place), 12))?;
+                tick(canvas, (x(i), at(lane, place)), &shortened(&rounded(lane.word(place)), 12))?;
             }
         }
         for (j, axis) in axes.iter().enumerate() {
