@@ -3,6 +3,7 @@
 pub mod args;
 mod columns;
 mod dry_run;
+mod estimate;
 mod files;
 mod finish;
 mod folder;

@@ -13,7 +13,7 @@ use crate::accel::Machine;
 use crate::accel::bank::Banks;
 use crate::accel::design::Design;
 use crate::accel::dram::{Channel, Dram};
-use crate::accel::machine::{CcuSpec, Overlap, RecordSpec};
+use crate::accel::machine::{CcuSpec, DramModel, Overlap, RecordSpec};
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
 
@@ -44,6 +44,15 @@ struct Left {
 }
 
 impl Memo {
+    /// What machines have in common that share their preprocessing on a frame; `None` for one that
+    /// always preprocesses for itself.
+    pub fn shared_by(machine: &Machine) -> Option<String> {
+        let is_apart = machine.schedule.overlap == Overlap::None
+            && machine.dram.model == DramModel::Bandwidth
+            && machine.gsu.reuse_period == 1;
+        is_apart.then(|| format!("{:?}", Key::of(&Design::new(machine))))
+    }
+
     fn find(&self, key: &Key) -> Option<Arc<Left>> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(k, _)| k == key).map(|(_, left)| Arc::clone(left))

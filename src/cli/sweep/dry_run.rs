@@ -1,13 +1,10 @@
 //! `sweep --dry-run`: what a sweep would take, from a few machines on a frame of every trace.
 
-use std::time::Instant;
-
 use serde_json::{Value, json};
 
+use super::estimate::{Cost, cost};
 use super::opened::Opened;
 use super::plan::Plan;
-use super::running::Running;
-use super::window::Window;
 use crate::cli::progress::Progress;
 use crate::cli::{Context, Exit, Failure, out};
 use crate::report::format::{engineering, significant, wrapped};
@@ -15,8 +12,6 @@ use crate::report::format::{engineering, significant, wrapped};
 /// Points that are looked at; of larger spaces this many are taken to stand for all.
 const LOOKED_AT: u64 = 20_000;
 
-/// Machines that are timed on a frame.
-const TIMED: usize = 8;
 /// What a further line of the list begins with.
 const INDENT: &str = "\n            ";
 
@@ -32,10 +27,11 @@ pub fn run(opened: &mut Opened, memory: usize, context: &Context) -> Result<Exit
         + plan.invalid.len() as u64;
     let scale = points as f64 / looked_at.max(1) as f64;
     let machines = plan.machines(super::folder::Shard::WHOLE).len() as f64 * scale;
-    let cost = cost(opened, &plan, memory)?;
+    let cost = cost(opened, &plan, scale, memory)?;
     let threads = rayon::current_num_threads() as f64;
-    let seconds = cost.bin_s * plan.geometries.len() as f64 + cost.machine_s * machines / threads;
-    let seen = Seen { points, scale, machines, seconds, threads, cost };
+    let mut seen = Seen { points, scale, machines, seconds: 0.0, threads, cost };
+    let bins = seen.cost.bin_s * plan.geometries.len() as f64;
+    seen.seconds = bins + timed(&seen) / threads;
     if context.global.json {
         out::json(&json_of(opened, &plan, &seen))?;
     } else {
@@ -53,6 +49,12 @@ struct Seen {
     seconds: f64,
     threads: f64,
     cost: Cost,
+}
+
+/// Seconds of all machines on all frames, on one thread.
+fn timed(seen: &Seen) -> f64 {
+    let cost = &seen.cost;
+    cost.machine_s * seen.machines + cost.preprocessing_s * cost.preprocessings
 }
 
 /// How many points the sweep takes, at most.
@@ -123,52 +125,10 @@ fn text_of(opened: &Opened, plan: &Plan, seen: &Seen) -> String {
     text += &format!("Traces      {} with {frames} frames\n", opened.traces.len());
     let s = if plan.tables == 1 { "" } else { "s" };
     text += &format!("Tables      {} energy table{s}\n", plan.tables);
-    let one = engineering(cost.machine_s / frames.max(1) as f64, "s");
+    let one = engineering(timed(seen) / frames.max(1) as f64 / machines.max(1.0), "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
     text += &format!("Time        about {} {what}\n", time(*seconds));
     text + &format!("Memory      about {} MiB\n", significant(cost.bytes as f64 / 1048576.0))
-}
-
-/// What was timed.
-struct Cost {
-    /// Frames of all traces.
-    frames: usize,
-    /// Seconds to bin all frames under one geometry.
-    bin_s: f64,
-    /// Seconds of one machine on all frames.
-    machine_s: f64,
-    /// Bytes of binned frames in memory at a time, with the plan.
-    bytes: usize,
-}
-
-/// Bins a frame of every trace under the base machine's geometry, and times a few machines of that
-/// geometry on it.
-fn cost(opened: &mut Opened, plan: &Plan, memory: usize) -> Result<Cost, Failure> {
-    let mut cost = Cost { frames: 0, bin_s: 0.0, machine_s: 0.0, bytes: 0 };
-    let geometry = plan.geometries[plan.designs[0].geometry as usize];
-    let same: Vec<_> =
-        plan.designs.iter().filter(|d| d.geometry == plan.designs[0].geometry).collect();
-    let step = (same.len() / TIMED).max(1);
-    let designs: Vec<_> =
-        same.iter().step_by(step).filter_map(|d| opened.design(d.point).ok()).collect();
-    for trace in &mut opened.traces {
-        let range = trace.source.range();
-        let started = Instant::now();
-        let middle = range.start + range.len() / 2;
-        let window = Window::bin(&mut trace.source, geometry, middle, 1)?;
-        cost.bin_s += started.elapsed().as_secs_f64() * range.len() as f64;
-        let started = Instant::now();
-        for design in &designs {
-            Running::new(vec![design.clone()]).frames(&window, opened.display_fps);
-        }
-        let each = started.elapsed().as_secs_f64() / designs.len() as f64;
-        cost.machine_s += each * range.len() as f64;
-        let bytes = window.frames[0].workload.bytes();
-        cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
-        cost.frames += range.len();
-    }
-    cost.bytes += plan.designs.len() * size_of::<super::plan::Planned>();
-    Ok(cost)
 }
 
 /// A time for people.
