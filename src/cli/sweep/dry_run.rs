@@ -122,8 +122,10 @@ fn text_of(opened: &Opened, plan: &Plan, seen: &Seen) -> String {
     }
     text += &format!("Geometries  {}\n", plan.geometries.len());
     let frames = cost.frames;
-    text += &format!("Traces      {} with {frames} frames\n", opened.traces.len());
-    let s = if plan.tables == 1 { "" } else { "s" };
+    let s = |n: usize| if n == 1 { "" } else { "s" };
+    let some = s(frames);
+    text += &format!("Traces      {} with {frames} frame{some}\n", opened.traces.len());
+    let s = s(plan.tables);
     text += &format!("Tables      {} energy table{s}\n", plan.tables);
     let one = engineering(timed(seen) / frames.max(1) as f64 / machines.max(1.0), "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
