@@ -1,0 +1,400 @@
+//! What a run does: a list of jobs, each of which follows from the outcomes of those before. The
+//! next job is a function of settings and outcomes alone, so a run can be continued anywhere.
+
+use std::num::NonZeroU32;
+
+use super::lambda::Control;
+use super::oracle::Watts;
+use super::prune::Score;
+use super::schedule::{Done, Plan};
+use super::search::{self, Conclusion};
+use super::setup::{Seen, Settings};
+use super::target::{Quality, Target};
+use super::tune::{Check, DisplayTerm, Keep, Model, Orders, Pruning};
+
+/// Pruning steps of the final model.
+const FINAL_STEPS: u32 = 5;
+/// The share of the final fine-tune in which it is pruned and the display term is off.
+const FINAL_PRUNING: f64 = 0.4;
+/// The share of all Gaussians that `render-only` prunes at a time.
+const RENDER_ONLY_SHARE: f64 = 0.05;
+
+/// What else is made for comparison, with the budget of the final model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Baseline {
+    /// Pruned while the quality passes; colours are left alone.
+    RenderOnly,
+    /// Not pruned; the display term takes all the slack.
+    DisplayOnly,
+    /// The share of Gaussians that LightGaussian's score prunes at once, then fine-tuned.
+    LightGaussian(f64),
+    /// `render-only`, then its colours with the display term.
+    TwoStage,
+}
+
+impl Baseline {
+    /// All of them, in the order in which they are made.
+    pub const ALL: [Baseline; 6] = [
+        Baseline::DisplayOnly,
+        Baseline::RenderOnly,
+        Baseline::TwoStage,
+        Baseline::LightGaussian(0.66),
+        Baseline::LightGaussian(0.76),
+        Baseline::LightGaussian(0.86),
+    ];
+
+    /// The name in every output.
+    pub fn name(self) -> String {
+        match self {
+            Baseline::RenderOnly => "render-only".into(),
+            Baseline::DisplayOnly => "display-only".into(),
+            Baseline::LightGaussian(share) => format!("lightgs-{:.0}", share * 100.0),
+            Baseline::TwoStage => "two-stage".into(),
+        }
+    }
+}
+
+/// What a job is for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// The model that the user brought.
+    Dense,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that we train.
+    Baseline(Baseline),
+    /// Another model of the user, measured only; position in their list.
+    External(usize),
+    /// A fixed λ without pruning, 1/W.
+    Sweep(f64),
+}
+
+/// One model to make or to measure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Unique in the run; also the name of its files.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// The share of the dense model that it prunes; of what it is to become.
+    pub rho: f64,
+    /// The job whose model it starts from; `None`: the dense (or the user's other) model.
+    pub from: Option<String>,
+    /// How it is trained; `None`: it is measured only.
+    pub orders: Option<Orders>,
+}
+
+impl Job {
+    /// Whether a later job may start from its model, or a report shows it.
+    pub fn is_kept(&self) -> bool {
+        match self.role {
+            Role::Sample | Role::Final => true,
+            Role::Baseline(b) => b == Baseline::RenderOnly,
+            Role::Dense | Role::External(_) | Role::Sweep(_) => false,
+        }
+    }
+}
+
+/// What became of a job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Its name.
+    pub name: String,
+    /// What it was for.
+    pub role: Role,
+    /// The share of the dense model that is gone.
+    pub rho: f64,
+    /// Gaussians left.
+    pub points: usize,
+    /// Iterations done.
+    pub iterations: u32,
+    /// The iteration whose model was kept, counted from 0; `None` without training.
+    pub kept_at: Option<u32>,
+    /// λ of the kept model, 1/W; `None` without a display term.
+    pub lambda: Option<f64>,
+    /// The last λ that passed, 1/W: where the next sample begins.
+    pub passing_lambda: Option<f64>,
+    /// Quality and display power over the gate views.
+    pub gate: Seen,
+    /// Whether the gate was passed.
+    pub passed: bool,
+    /// Quality and display power over the test views.
+    pub test: Seen,
+    /// Power over the power views.
+    pub watts: Watts,
+}
+
+/// How the target follows from the dense model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TargetRule {
+    /// This share of its quality.
+    Share(f64),
+    /// These numbers.
+    Absolute(Quality),
+}
+
+impl TargetRule {
+    /// The target, given the dense model's quality over the gate views.
+    pub fn target(self, dense: Quality) -> Target {
+        match self {
+            TargetRule::Share(share) => Target::share_of(dense, share),
+            TargetRule::Absolute(quality) => Target(quality),
+        }
+    }
+}
+
+/// Everything that a run is to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Campaign {
+    /// The samples.
+    pub schedule: Plan,
+    /// Comparisons, in order.
+    pub baselines: Vec<Baseline>,
+    /// Names of the user's other models.
+    pub externals: Vec<String>,
+    /// Values of λ for the sweep, 1/W.
+    pub sweep: Vec<f64>,
+    /// What is to be reached.
+    pub rule: TargetRule,
+}
+
+impl Campaign {
+    /// The most jobs that the run can have.
+    pub fn most_jobs(&self) -> usize {
+        let extra = self.baselines.len() + self.externals.len() + self.sweep.len();
+        2 + self.schedule.count() + extra
+    }
+
+    /// The most iterations that the run can have.
+    pub fn most_iterations(&self, settings: &Settings) -> u64 {
+        let budget = u64::from(settings.iterations);
+        let final_budget = u64::from(settings.final_iterations);
+        let samples = self.schedule.count() as u64;
+        let first = (settings.first_effort * budget as f64) as u64;
+        let others = self.baselines.len() + self.sweep.len() + 1;
+        samples.saturating_sub(1) * budget + first + others as u64 * final_budget
+    }
+
+    /// The target, once the dense model is measured.
+    pub fn target(&self, done: &[Outcome]) -> Option<Target> {
+        let dense = done.iter().find(|o| o.role == Role::Dense)?;
+        Some(self.rule.target(dense.gate.quality))
+    }
+
+    /// What the samples say.
+    pub fn conclusion(&self, done: &[Outcome]) -> Conclusion {
+        search::conclude(done, self.target(done))
+    }
+
+    /// The next job; `None` at the end. `points` is the size of the dense model.
+    pub fn next(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
+        let is_new = |job: &Job| done.iter().all(|o| o.name != job.name);
+        let measured = |name: &str, role| Job {
+            name: name.into(),
+            role,
+            rho: 0.0,
+            from: None,
+            orders: None,
+        };
+        let dense = measured("dense", Role::Dense);
+        if is_new(&dense) {
+            return Some(dense);
+        }
+        if let Some(job) = self.next_sample(settings, points, done) {
+            return Some(job);
+        }
+        if let Some(rho) = self.conclusion(done).optimum() {
+            let job = final_job(settings, points, rho, done);
+            if is_new(&job) {
+                return Some(job);
+            }
+        }
+        let baselines = self.baselines.iter().map(|b| baseline_job(settings, points, *b));
+        let externals = self.externals.iter().enumerate();
+        let externals = externals.map(|(i, name)| measured(name, Role::External(i)));
+        let sweep = self.sweep.iter().map(|lambda| sweep_job(settings, *lambda));
+        baselines.chain(externals).chain(sweep).find(is_new)
+    }
+
+    fn next_sample(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
+        let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
+        let facts: Vec<Done> = samples
+            .iter()
+            .map(|o| Done { rho: o.rho, total_w: o.watts.total_w(), passed: o.passed })
+            .collect();
+        let sample = self.schedule.next(&facts, settings.first_effort)?;
+        let from = sample.from.map(|i| samples[i]);
+        let start = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
+        let iterations = budget(settings.iterations, sample.effort);
+        let pruning = steps(points, sample.rho, 1, 0);
+        let control = control(settings, start, iterations);
+        Some(Job {
+            name: format!("sample-{:02}", samples.len() + 1),
+            role: Role::Sample,
+            rho: sample.rho,
+            from: from.map(|o| o.name.clone()),
+            orders: Some(Orders {
+                iterations,
+                pruning,
+                display: DisplayTerm::Controlled { from: 0, control },
+                colours_only: false,
+                keep: Keep::Dimmest,
+            }),
+        })
+    }
+}
+
+fn budget(iterations: u32, effort: f64) -> u32 {
+    ((f64::from(iterations) * effort).round() as u32).max(1)
+}
+
+fn control(settings: &Settings, start: Option<f64>, iterations: u32) -> Control {
+    Control {
+        start: start.unwrap_or(settings.lambda),
+        interval: settings.interval,
+        adjust: budget(iterations, settings.adjust_share),
+        epsilon_db: settings.epsilon_db,
+    }
+}
+
+fn goal(points: usize, rho: f64) -> usize {
+    points - ((points as f64 * rho) as usize).min(points.saturating_sub(1))
+}
+
+fn steps(points: usize, rho: f64, steps: u32, every: u32) -> Pruning {
+    if rho <= 0.0 {
+        return Pruning::Never;
+    }
+    let steps = NonZeroU32::new(steps).unwrap_or(NonZeroU32::MIN);
+    Pruning::Steps { score: Score::Dominance, goal: goal(points, rho), steps, every }
+}
+
+/// The dense model, pruned in steps to `rho`, then tuned with the display term.
+fn final_job(settings: &Settings, points: usize, rho: f64, done: &[Outcome]) -> Job {
+    let iterations = settings.final_iterations.max(1);
+    let pruned_by = budget(iterations, FINAL_PRUNING).min(iterations - 1);
+    let near = |o: &&Outcome| o.role == Role::Sample && o.passed;
+    let nearest = done.iter().filter(near).min_by(|a, b| {
+        (a.rho - rho).abs().total_cmp(&(b.rho - rho).abs())
+    });
+    let pruned_by = if rho > 0.0 { pruned_by } else { 0 };
+    let start = nearest.and_then(|o| o.passing_lambda);
+    let control = control(settings, start, iterations - pruned_by);
+    Job {
+        name: "final".into(),
+        role: Role::Final,
+        rho,
+        from: None,
+        orders: Some(Orders {
+            iterations,
+            pruning: steps(points, rho, FINAL_STEPS.min(pruned_by.max(1)), pruned_by / FINAL_STEPS),
+            display: DisplayTerm::Controlled { from: pruned_by, control },
+            colours_only: false,
+            keep: Keep::Dimmest,
+        }),
+    }
+}
+
+fn baseline_job(settings: &Settings, points: usize, baseline: Baseline) -> Job {
+    let iterations = settings.final_iterations.max(1);
+    let controlled =
+        DisplayTerm::Controlled { from: 0, control: control(settings, None, iterations) };
+    let plain = Orders {
+        iterations,
+        pruning: Pruning::Never,
+        display: DisplayTerm::Off,
+        colours_only: false,
+        keep: Keep::Last,
+    };
+    let count = ((points as f64 * RENDER_ONLY_SHARE) as usize).max(1);
+    let (rho, from, orders) = match baseline {
+        Baseline::RenderOnly => {
+            let pruning = Pruning::WhilePassing { count };
+            (0.0, None, Orders { pruning, keep: Keep::LastPassing, ..plain })
+        }
+        Baseline::DisplayOnly => {
+            (0.0, None, Orders { display: controlled, keep: Keep::Dimmest, ..plain })
+        }
+        Baseline::LightGaussian(share) => {
+            let pruning = Pruning::Steps {
+                score: Score::LightGaussian,
+                goal: goal(points, share),
+                steps: NonZeroU32::MIN,
+                every: 0,
+            };
+            (share, None, Orders { pruning, ..plain })
+        }
+        Baseline::TwoStage => {
+            let from = Some(Baseline::RenderOnly.name());
+            let keep = Keep::Dimmest;
+            (0.0, from, Orders { display: controlled, colours_only: true, keep, ..plain })
+        }
+    };
+    Job { name: baseline.name(), role: Role::Baseline(baseline), rho, from, orders: Some(orders) }
+}
+
+fn sweep_job(settings: &Settings, lambda: f64) -> Job {
+    Job {
+        name: format!("lambda-{lambda}"),
+        role: Role::Sweep(lambda),
+        rho: 0.0,
+        from: None,
+        orders: Some(Orders {
+            iterations: settings.final_iterations.max(1),
+            pruning: Pruning::Never,
+            display: DisplayTerm::Fixed(lambda),
+            colours_only: false,
+            keep: Keep::Last,
+        }),
+    }
+}
+
+/// What is known of a job when its training has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ended {
+    /// Iterations done.
+    pub iterations: u32,
+    /// The check of the kept model.
+    pub check: Option<Check>,
+    /// The last λ that passed.
+    pub passing_lambda: Option<f64>,
+}
+
+impl Outcome {
+    /// The outcome of `job`: `model` measured in every respect. `points` is the size of the dense
+    /// model; the dense model itself passes whatever target it defines.
+    ///
+    /// # Errors
+    /// A [`Breach`](crate::sim::Breach) is a defect of the simulator.
+    pub fn measured(
+        setup: &super::setup::Setup<'_>,
+        job: &Job,
+        model: &Model,
+        ended: Option<Ended>,
+        rule: TargetRule,
+        dense: Option<Quality>,
+    ) -> Result<Outcome, crate::sim::Breach> {
+        let scene = &model.scene;
+        let gate = setup.see(scene, setup.gate_views());
+        let test = setup.see(scene, &setup.split.test);
+        let target = rule.target(dense.unwrap_or(gate.quality));
+        let check = ended.and_then(|e| e.check);
+        let has_term = job.orders.is_some_and(|o| o.display != DisplayTerm::Off);
+        Ok(Outcome {
+            name: job.name.clone(),
+            role: job.role,
+            rho: 1.0 - scene.len() as f64 / setup.dense.len().max(1) as f64,
+            points: scene.len(),
+            iterations: ended.map_or(0, |e| e.iterations),
+            kept_at: check.map(|c| c.iteration),
+            lambda: check.filter(|_| has_term).map(|c| c.lambda),
+            passing_lambda: ended.and_then(|e| e.passing_lambda),
+            gate,
+            passed: target.passes(gate.quality),
+            test,
+            watts: setup.watts(scene)?,
+        })
+    }
+}
