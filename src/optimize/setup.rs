@@ -30,6 +30,11 @@ impl Reference {
         Reference { width: picture.width, height: picture.height, codes }
     }
 
+    /// The codes, for hashing.
+    pub fn as_bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.codes)
+    }
+
     /// The picture.
     pub fn picture(&self) -> Picture {
         let mut picture = Picture::default();
