@@ -1,9 +1,10 @@
 //! `optimize`: the fewest watts at a given quality.
 
+mod finish;
 mod folder;
 mod inputs;
 mod photos;
-mod pictures;
+mod record;
 mod settings;
 mod work;
 

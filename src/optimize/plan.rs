@@ -191,13 +191,8 @@ impl Campaign {
     /// The next job; `None` at the end. `points` is the size of the dense model.
     pub fn next(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
         let is_new = |job: &Job| done.iter().all(|o| o.name != job.name);
-        let measured = |name: &str, role| Job {
-            name: name.into(),
-            role,
-            rho: 0.0,
-            from: None,
-            orders: None,
-        };
+        let measured =
+            |name: &str, role| Job { name: name.into(), role, rho: 0.0, from: None, orders: None };
         let dense = measured("dense", Role::Dense);
         if is_new(&dense) {
             return Some(dense);
@@ -276,9 +271,8 @@ fn final_job(settings: &Settings, points: usize, rho: f64, done: &[Outcome]) -> 
     let iterations = settings.final_iterations.max(1);
     let pruned_by = budget(iterations, FINAL_PRUNING).min(iterations - 1);
     let near = |o: &&Outcome| o.role == Role::Sample && o.passed;
-    let nearest = done.iter().filter(near).min_by(|a, b| {
-        (a.rho - rho).abs().total_cmp(&(b.rho - rho).abs())
-    });
+    let nearest =
+        done.iter().filter(near).min_by(|a, b| (a.rho - rho).abs().total_cmp(&(b.rho - rho).abs()));
     let pruned_by = if rho > 0.0 { pruned_by } else { 0 };
     let start = nearest.and_then(|o| o.passing_lambda);
     let control = control(settings, start, iterations - pruned_by);

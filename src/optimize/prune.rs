@@ -105,9 +105,8 @@ fn folded(
 pub fn survivors(score: &[f64], count: usize) -> Vec<u32> {
     let count = count.min(score.len().saturating_sub(1));
     let mut order: Vec<u32> = (0..score.len() as u32).collect();
-    order.sort_unstable_by(|&a, &b| {
-        score[a as usize].total_cmp(&score[b as usize]).then(a.cmp(&b))
-    });
+    order
+        .sort_unstable_by(|&a, &b| score[a as usize].total_cmp(&score[b as usize]).then(a.cmp(&b)));
     let mut kept = order.split_off(count);
     kept.sort_unstable();
     kept

@@ -176,8 +176,7 @@ pub fn smoothed(totals: &[f64], passed: &[bool]) -> Vec<f64> {
         }
         let weights = [(i - 1, 0.25), (i, 0.5), (i + 1, 0.25)];
         let used = weights.into_iter().filter(|(j, _)| usable(*j));
-        let (sum, weight) =
-            used.fold((0.0, 0.0), |(s, w), (j, k)| (s + k * totals[j], w + k));
+        let (sum, weight) = used.fold((0.0, 0.0), |(s, w), (j, k)| (s + k * totals[j], w + k));
         sum / weight
     };
     (0..totals.len()).map(smooth).collect()

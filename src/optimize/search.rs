@@ -41,11 +41,7 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let missed = samples
         .iter()
         .filter(|o| !o.passed)
-        .map(|o| Missed {
-            name: o.name.clone(),
-            rho: o.rho,
-            by: target.shortfall(o.gate.quality),
-        })
+        .map(|o| Missed { name: o.name.clone(), rho: o.rho, by: target.shortfall(o.gate.quality) })
         .collect();
     let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Final) && o.passed;
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());

@@ -137,8 +137,7 @@ impl Setup<'_> {
 
     /// Quality and display power of `scene` over `views`; a mean in the order of views.
     pub fn see(&self, scene: &Gaussians, views: &[usize]) -> Seen {
-        let options =
-            Options { background: self.background, ..Options::reference(Detail::Image) };
+        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let seen: Vec<(f64, f64, f64)> = views
             .par_iter()
             .map(|&view| {

@@ -72,8 +72,8 @@ impl Target {
     /// PSNR, or the same share of SSIM as that is of the PSNR target.
     pub fn is_settled(&self, quality: Quality, epsilon_db: f64) -> bool {
         let ssim = epsilon_db / self.0.psnr_db.max(1e-9) * self.0.ssim;
-        let near = quality.psnr_db - self.0.psnr_db <= epsilon_db
-            || quality.ssim - self.0.ssim <= ssim;
+        let near =
+            quality.psnr_db - self.0.psnr_db <= epsilon_db || quality.ssim - self.0.ssim <= ssim;
         self.passes(quality) && near
     }
 

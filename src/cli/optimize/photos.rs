@@ -40,8 +40,12 @@ pub fn load(
     mut each: impl FnMut(),
 ) -> Result<Vec<Reference>, Failure> {
     let files: Vec<Option<PathBuf>> = full.iter().map(|c| file_of(folder, &c.name)).collect();
-    let missing: Vec<&str> =
-        full.iter().zip(&files).filter(|(_, f)| f.is_none()).map(|(c, _)| c.name.as_str()).collect();
+    let missing: Vec<&str> = full
+        .iter()
+        .zip(&files)
+        .filter(|(_, f)| f.is_none())
+        .map(|(c, _)| c.name.as_str())
+        .collect();
     if !missing.is_empty() {
         let names = missing[..missing.len().min(NAMED)].join(", ");
         let more = if missing.len() > NAMED { ", …" } else { "" };

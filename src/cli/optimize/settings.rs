@@ -89,7 +89,8 @@ pub fn campaign(args: &Args, is_self: bool) -> Result<Campaign, Failure> {
             return Err(usage(format!("--baseline {name}=…: the name is taken; use another")));
         }
     }
-    let sweep = if args.compare.study.contains(&StudyArg::Lambda) { SWEEP.to_vec() } else { vec![] };
+    let sweep =
+        if args.compare.study.contains(&StudyArg::Lambda) { SWEEP.to_vec() } else { vec![] };
     let (schedule, rule) = (schedule(args)?, rule(args, is_self)?);
     Ok(Campaign { schedule, baselines, externals, sweep, rule })
 }
