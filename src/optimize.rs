@@ -24,6 +24,7 @@ pub mod prune;
 pub mod schedule;
 pub mod search;
 pub mod setup;
+pub mod study;
 pub mod target;
 pub mod tune;
 pub mod views;

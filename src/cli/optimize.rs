@@ -177,6 +177,9 @@ pub struct PowerArgs {
     /// Display preset: a name or a TOML file
     #[arg(long, value_name = "PRESET", default_value = "oled-powergs")]
     pub display: String,
+    /// Scale the panel so that the dense model's display power is R times its rendering power
+    #[arg(long, value_name = "R")]
+    pub display_ratio: Option<f64>,
     /// Frames shown per second: power is that at this rate, never at the rate that is possible
     #[arg(long, value_name = "RATE", default_value = "60",
         value_parser = super::replay::display_rate)]
@@ -195,7 +198,7 @@ pub struct SearchArgs {
     #[arg(long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
     /// Iterations of a sample
-    #[arg(long, value_name = "N", default_value_t = 200)]
+    #[arg(long, value_name = "N", default_value_t = 400)]
     pub iterations: u32,
     /// Iterations of the first sample, relative to the others
     #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]
@@ -209,9 +212,13 @@ pub struct SearchArgs {
     /// The share of a fine-tune in which lambda is adjusted; then it rests
     #[arg(long, value_name = "SHARE", default_value_t = 0.75)]
     pub adjust_share: f64,
-    /// First lambda, the weight of a watt of display power in the loss
-    #[arg(long, value_name = "LAMBDA", default_value_t = 0.01)]
+    /// First lambda times the display power of the dense model: what the display term of the loss
+    /// begins with
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.01)]
     pub lambda: f64,
+    /// How lambda follows the quality
+    #[arg(long, value_enum, default_value = "damped")]
+    pub rule: RuleArg,
     /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
     #[arg(long, value_name = "ALPHA", default_value_t = 1.0)]
     pub opacity_cap: f32,
@@ -227,6 +234,15 @@ pub struct SearchArgs {
     /// Iterations between checkpoints
     #[arg(long, value_name = "N", default_value_t = 250)]
     pub checkpoint_every: u32,
+}
+
+/// How lambda follows the quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum RuleArg {
+    /// Smaller steps near the target, with an eye on the trend
+    Damped,
+    /// Full steps, as the published code
+    Published,
 }
 
 /// How samples are chosen.

@@ -10,6 +10,7 @@ use codec::{In, Out};
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::adam::Adam;
+use super::lambda::Memory;
 use super::oracle::{Parts, Watts};
 use super::plan::{Baseline, Outcome, Role};
 use super::setup::Seen;
@@ -194,10 +195,11 @@ fn write_state(out: &mut Out, state: &State) {
     write_model(out, &state.model);
     out.u32(state.iteration);
     out.u32(state.pruned);
-    out.option(state.control.as_ref(), |out, (lambda, passing, calm)| {
-        out.f64(*lambda);
-        out.option(passing.as_ref(), |out, p| out.f64(*p));
-        out.u32(*calm);
+    out.option(state.control.as_ref(), |out, memory| {
+        out.f64(memory.lambda);
+        out.option(memory.passing.as_ref(), |out, p| out.f64(*p));
+        out.option(memory.margin_db.as_ref(), |out, m| out.f64(*m));
+        out.u32(memory.calm);
     });
     out.option(state.best.as_ref(), |out, (model, check)| {
         write_model(out, model);
@@ -212,7 +214,14 @@ fn read_state(input: &mut In<'_>) -> Result<State, CheckpointError> {
         model: read_model(input)?,
         iteration: input.u32()?,
         pruned: input.u32()?,
-        control: input.option(|i| Ok((i.f64()?, i.option(In::f64)?, i.u32()?)))?,
+        control: input.option(|i| {
+            Ok(Memory {
+                lambda: i.f64()?,
+                passing: i.option(In::f64)?,
+                margin_db: i.option(In::f64)?,
+                calm: i.u32()?,
+            })
+        })?,
         best: input.option(|i| Ok((read_model(i)?, read_check(i)?)))?,
         last: input.option(read_check)?,
         settled: input.flag()?,

@@ -67,7 +67,7 @@ pub enum Role {
     Baseline(Baseline),
     /// Another model of the user, measured only; position in their list.
     External(usize),
-    /// A fixed λ without pruning, 1/W.
+    /// A fixed λ without pruning; in units of one over the dense model's display power.
     Sweep(f64),
 }
 
@@ -154,7 +154,7 @@ pub struct Campaign {
     pub baselines: Vec<Baseline>,
     /// Names of the user's other models.
     pub externals: Vec<String>,
-    /// Values of λ for the sweep, 1/W.
+    /// Values of λ for the sweep, in units of one over the dense model's display power.
     pub sweep: Vec<f64>,
     /// What is to be reached.
     pub rule: TargetRule,
@@ -197,23 +197,25 @@ impl Campaign {
         if is_new(&dense) {
             return Some(dense);
         }
-        if let Some(job) = self.next_sample(settings, points, done) {
+        let scale = Scale::of(settings, points, done);
+        if let Some(job) = self.next_sample(&scale, done) {
             return Some(job);
         }
         if let Some(rho) = self.conclusion(done).optimum() {
-            let job = final_job(settings, points, rho, done);
+            let job = final_job(&scale, rho, done);
             if is_new(&job) {
                 return Some(job);
             }
         }
-        let baselines = self.baselines.iter().map(|b| baseline_job(settings, points, *b));
+        let baselines = self.baselines.iter().map(|b| baseline_job(&scale, *b));
         let externals = self.externals.iter().enumerate();
         let externals = externals.map(|(i, name)| measured(name, Role::External(i)));
-        let sweep = self.sweep.iter().map(|lambda| sweep_job(settings, *lambda));
+        let sweep = self.sweep.iter().map(|lambda| sweep_job(&scale, *lambda));
         baselines.chain(externals).chain(sweep).find(is_new)
     }
 
-    fn next_sample(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
+    fn next_sample(&self, scale: &Scale<'_>, done: &[Outcome]) -> Option<Job> {
+        let (settings, points) = (scale.settings, scale.points);
         let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
         let facts: Vec<Done> = samples
             .iter()
@@ -224,7 +226,7 @@ impl Campaign {
         let start = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
         let iterations = budget(settings.iterations, sample.effort);
         let pruning = steps(points, sample.rho, 1, 0);
-        let control = control(settings, start, iterations);
+        let control = scale.control(start, iterations);
         Some(Job {
             name: format!("sample-{:02}", samples.len() + 1),
             role: Role::Sample,
@@ -245,12 +247,30 @@ fn budget(iterations: u32, effort: f64) -> u32 {
     ((f64::from(iterations) * effort).round() as u32).max(1)
 }
 
-fn control(settings: &Settings, start: Option<f64>, iterations: u32) -> Control {
-    Control {
-        start: start.unwrap_or(settings.lambda),
-        interval: settings.interval,
-        adjust: budget(iterations, settings.adjust_share),
-        epsilon_db: settings.epsilon_db,
+/// What budgets and weights are in proportion to.
+struct Scale<'a> {
+    settings: &'a Settings,
+    /// Gaussians of the dense model.
+    points: usize,
+    /// One over the display power of the dense model, 1/W: the unit of λ.
+    unit: f64,
+}
+
+impl<'a> Scale<'a> {
+    fn of(settings: &'a Settings, points: usize, done: &[Outcome]) -> Scale<'a> {
+        let dense = done.iter().find(|o| o.role == Role::Dense);
+        let watts = dense.map_or(1.0, |o| o.gate.display_w);
+        Scale { settings, points, unit: if watts > 0.0 { watts.recip() } else { 1.0 } }
+    }
+
+    fn control(&self, start: Option<f64>, iterations: u32) -> Control {
+        Control {
+            rule: self.settings.rule,
+            start: start.unwrap_or(self.settings.lambda * self.unit),
+            interval: self.settings.interval,
+            adjust: budget(iterations, self.settings.adjust_share),
+            epsilon_db: self.settings.epsilon_db,
+        }
     }
 }
 
@@ -267,15 +287,15 @@ fn steps(points: usize, rho: f64, steps: u32, every: u32) -> Pruning {
 }
 
 /// The dense model, pruned in steps to `rho`, then tuned with the display term.
-fn final_job(settings: &Settings, points: usize, rho: f64, done: &[Outcome]) -> Job {
-    let iterations = settings.final_iterations.max(1);
+fn final_job(scale: &Scale<'_>, rho: f64, done: &[Outcome]) -> Job {
+    let (points, iterations) = (scale.points, scale.settings.final_iterations.max(1));
     let pruned_by = budget(iterations, FINAL_PRUNING).min(iterations - 1);
     let near = |o: &&Outcome| o.role == Role::Sample && o.passed;
     let nearest =
         done.iter().filter(near).min_by(|a, b| (a.rho - rho).abs().total_cmp(&(b.rho - rho).abs()));
     let pruned_by = if rho > 0.0 { pruned_by } else { 0 };
     let start = nearest.and_then(|o| o.passing_lambda);
-    let control = control(settings, start, iterations - pruned_by);
+    let control = scale.control(start, iterations - pruned_by);
     Job {
         name: "final".into(),
         role: Role::Final,
@@ -291,10 +311,9 @@ fn final_job(settings: &Settings, points: usize, rho: f64, done: &[Outcome]) -> 
     }
 }
 
-fn baseline_job(settings: &Settings, points: usize, baseline: Baseline) -> Job {
-    let iterations = settings.final_iterations.max(1);
-    let controlled =
-        DisplayTerm::Controlled { from: 0, control: control(settings, None, iterations) };
+fn baseline_job(scale: &Scale<'_>, baseline: Baseline) -> Job {
+    let (points, iterations) = (scale.points, scale.settings.final_iterations.max(1));
+    let controlled = DisplayTerm::Controlled { from: 0, control: scale.control(None, iterations) };
     let plain = Orders {
         iterations,
         pruning: Pruning::Never,
@@ -329,16 +348,16 @@ fn baseline_job(settings: &Settings, points: usize, baseline: Baseline) -> Job {
     Job { name: baseline.name(), role: Role::Baseline(baseline), rho, from, orders: Some(orders) }
 }
 
-fn sweep_job(settings: &Settings, lambda: f64) -> Job {
+fn sweep_job(scale: &Scale<'_>, lambda: f64) -> Job {
     Job {
         name: format!("lambda-{lambda}"),
         role: Role::Sweep(lambda),
         rho: 0.0,
         from: None,
         orders: Some(Orders {
-            iterations: settings.final_iterations.max(1),
+            iterations: scale.settings.final_iterations.max(1),
             pruning: Pruning::Never,
-            display: DisplayTerm::Fixed(lambda),
+            display: DisplayTerm::Fixed(lambda * scale.unit),
             colours_only: false,
             keep: Keep::Last,
         }),

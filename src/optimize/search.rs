@@ -1,7 +1,12 @@
-//! What the samples of an iso-quality curve say: fits, the optimum, which model is the best.
+//! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and what
+//! was promised against what came true.
 
+use super::fit::{Fit, FitError, Optimum, Sample, fit, optimum};
 use super::plan::{Outcome, Role};
 use super::target::{Quality, Target};
+
+/// A sample within this share of the target still says where the curves run (`powergs`, 5.1).
+const NEAR_TARGET: f64 = 0.99;
 
 /// A sample that missed the target.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,17 +19,67 @@ pub struct Missed {
     pub by: Quality,
 }
 
+/// Power that the fit promises at the ratio that was realised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// The ratio.
+    pub rho: f64,
+    /// Display power, watts.
+    pub display_w: f64,
+    /// Rendering power, watts.
+    pub render_w: f64,
+}
+
+impl Predicted {
+    /// Display and rendering power, watts.
+    pub fn total_w(&self) -> f64 {
+        self.display_w + self.render_w
+    }
+}
+
 /// What the samples say.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Conclusion {
     /// Samples that ended on the target.
     pub passed: usize,
     /// Those that did not.
     pub missed: Vec<Missed>,
-    /// The ratio to realise.
+    /// The curves, or why there are none.
+    pub fit: Result<Fit, FitError>,
+    /// Their minimum.
+    pub optimum: Option<Optimum>,
+    /// The ratio to realise; `None` if no sample passed.
     pub rho: Option<f64>,
     /// The job with the least total power of the samples and the final model that pass.
     pub best: Option<String>,
+}
+
+/// Draws the conclusion. Without a target there are no samples.
+pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
+    let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
+    let by = |o: &Outcome| {
+        target.map_or(Quality { psnr_db: 0.0, ssim: 0.0 }, |t| t.shortfall(o.gate.quality))
+    };
+    let missed: Vec<Missed> = samples
+        .iter()
+        .filter(|o| !o.passed)
+        .map(|o| Missed { name: o.name.clone(), rho: o.rho, by: by(o) })
+        .collect();
+    let fit = fit(&fitted_samples(&samples, target));
+    let optimum = fit.as_ref().ok().map(optimum);
+    let passing = || samples.iter().copied().filter(|o| o.passed);
+    let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
+    let best_sample = passing().min_by(least).map(|o| o.rho);
+    // The highest ratio that is known to pass, plus half the way to the next that did not: beyond
+    // it a fit that used near misses promises what cannot be had.
+    let reach = passing().map(|o| o.rho).reduce(f64::max);
+    let rho = best_sample.map(|best| {
+        let chosen = optimum.map_or(best, |o| o.chosen_rho());
+        chosen.min(reach.unwrap_or(chosen))
+    });
+    let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Final) && o.passed;
+    let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());
+    Conclusion { passed: samples.len() - missed.len(), missed, fit, optimum, rho, best }
 }
 
 impl Conclusion {
@@ -32,21 +87,28 @@ impl Conclusion {
     pub fn optimum(&self) -> Option<f64> {
         self.rho
     }
+
+    /// What the fit promises at the ratio that is realised.
+    pub fn predicted(&self) -> Option<Predicted> {
+        let (rho, fit) = (self.rho?, self.fit.as_ref().ok()?);
+        let (display_w, render_w) = (fit.display_w(rho), fit.render_w(rho));
+        Some(Predicted { rho, display_w, render_w })
+    }
 }
 
-/// Draws the conclusion.
-pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
-    let Some(target) = target else { return Conclusion::default() };
-    let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
-    let missed = samples
-        .iter()
-        .filter(|o| !o.passed)
-        .map(|o| Missed { name: o.name.clone(), rho: o.rho, by: target.shortfall(o.gate.quality) })
-        .collect();
-    let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Final) && o.passed;
-    let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
-    let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());
-    let passing = samples.iter().copied().filter(|o| o.passed);
-    let rho = passing.clone().min_by(|a, b| least(a, b)).map(|o| o.rho);
-    Conclusion { passed: passing.count(), missed, rho, best }
+/// The samples that passed, and those that missed the target by less than 1 %.
+fn fitted_samples(samples: &[&Outcome], target: Option<Target>) -> Vec<Sample> {
+    let near = |o: &Outcome| {
+        let Some(Target(t)) = target else { return false };
+        let q = o.gate.quality;
+        q.psnr_db >= NEAR_TARGET * t.psnr_db && q.ssim >= NEAR_TARGET * t.ssim
+    };
+    let usable = samples.iter().filter(|o| o.passed || near(o));
+    let sample = |o: &&&Outcome| Sample {
+        rho: o.rho,
+        display_w: o.watts.display_w,
+        render_w: o.watts.render_w,
+    };
+    let usable: Vec<&&Outcome> = usable.collect();
+    usable.iter().map(sample).collect()
 }

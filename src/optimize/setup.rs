@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::adam::Rates;
+use super::lambda::Rule;
 use super::oracle::{PowerOracle, Watts};
 use super::target::Quality;
 use super::views::ViewSplit;
@@ -74,8 +75,11 @@ pub struct Settings {
     pub interval: u32,
     /// The share of a fine-tune in which λ is adjusted; then it rests.
     pub adjust_share: f64,
-    /// λ of the first sample, 1/W: the weight of a watt of display power in the loss.
+    /// The display term of the loss at the first λ, had the image the power of the dense model's:
+    /// λ itself is this over the dense model's display power.
     pub lambda: f64,
+    /// How λ is controlled.
+    pub rule: Rule,
     /// The quality has settled when it is less than this above the target, decibels.
     pub epsilon_db: f64,
     /// Opacities are limited to this when Gaussians are pruned; 1 for no limit.

@@ -68,13 +68,18 @@ impl Target {
         quality.psnr_db >= self.0.psnr_db && quality.ssim >= self.0.ssim
     }
 
-    /// Whether the quality passes, and its nearer limit is no further away than `epsilon_db` of
-    /// PSNR, or the same share of SSIM as that is of the PSNR target.
+    /// Distance from the target, decibels: that of the PSNR or that of 1 - SSIM as a ratio,
+    /// whichever is less. Negative where one of them misses.
+    pub fn margin_db(&self, quality: Quality) -> f64 {
+        let psnr = quality.psnr_db - self.0.psnr_db;
+        let error = |ssim: f64| (1.0 - ssim).max(1e-12);
+        let ssim = 10.0 * (error(self.0.ssim) / error(quality.ssim)).log10();
+        psnr.min(ssim)
+    }
+
+    /// Whether the quality passes, but by no more than `epsilon_db`.
     pub fn is_settled(&self, quality: Quality, epsilon_db: f64) -> bool {
-        let ssim = epsilon_db / self.0.psnr_db.max(1e-9) * self.0.ssim;
-        let near =
-            quality.psnr_db - self.0.psnr_db <= epsilon_db || quality.ssim - self.0.ssim <= ssim;
-        self.passes(quality) && near
+        self.passes(quality) && self.margin_db(quality) <= epsilon_db
     }
 
     /// By how much a quality misses the target: decibels and SSIM, 0 where that one is reached.

@@ -5,7 +5,7 @@
 use std::num::NonZeroU32;
 
 use super::adam::{Adam, BadGradient, bad_gradient};
-use super::lambda::{Control, Controller, Verdict};
+use super::lambda::{Control, Controller, Memory, Verdict};
 use super::prune::{Score, keep, survivors};
 use super::setup::{Seen, Setup};
 use super::target::Target;
@@ -120,7 +120,7 @@ pub struct State {
     /// Pruning steps done.
     pub pruned: u32,
     /// The controller's state.
-    pub control: Option<(f64, Option<f64>, u32)>,
+    pub control: Option<Memory>,
     /// The model to keep so far, with its check.
     pub best: Option<(Model, Check)>,
     /// The last check.
@@ -245,7 +245,7 @@ impl<'a> Tuner<'a> {
 
     /// The state now.
     pub fn state(&mut self) -> &State {
-        self.state.control = self.controller.as_ref().map(Controller::state);
+        self.state.control = self.controller.as_ref().map(Controller::memory);
         &self.state
     }
 

@@ -78,6 +78,12 @@ impl Inputs {
             out::complain(format!("note: {note}"));
         }
         let power_views = power_views(&args.views, &cameras, &split)?;
+        let display = match args.power.display_ratio {
+            Some(ratio) => {
+                scaled(display, ratio, &dense, &power_views, background, oracle.as_ref())?
+            }
+            None => display,
+        };
         let is_self = args.views.images.is_none();
         Ok(Inputs {
             name,
@@ -236,6 +242,30 @@ fn check_sight(
         out::complain(format!("warning: {} views see nothing of the model: {names}", blind.len()));
     }
     Ok(())
+}
+
+/// The panel at which the dense model's display power is `ratio` times its rendering power.
+fn scaled(
+    display: Display,
+    ratio: f64,
+    dense: &Gaussians,
+    views: &[Camera],
+    background: [f32; 3],
+    oracle: &dyn PowerOracle,
+) -> Result<Display, Failure> {
+    if !(0.001..=1000.0).contains(&ratio) {
+        let what = format!("--display-ratio {ratio}: must be 0.001 to 1000");
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let watts = oracle.watts(dense, views, background, &display);
+    let watts = watts.or_exit(Exit::Internal, "internal error in the dense model")?;
+    if watts.display_w <= 0.0 {
+        let what = "--display-ratio: the dense model's images cost no display power";
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let factor = ratio * watts.render_w / watts.display_w;
+    let standing = crate::quantity::Watts(display.standing.0 * factor);
+    Ok(Display { scale: display.scale * factor, standing, ..display })
 }
 
 fn own_renders(

@@ -74,6 +74,7 @@ fn power(args: &Args, inputs: &Inputs) -> Value {
     table([
         ("oracle", inputs.oracle.name().into()),
         ("display", inputs.display.name.clone().into()),
+        ("display-scale", inputs.display.scale.into()),
         ("display-fps", args.power.fps.into()),
     ])
 }
@@ -115,6 +116,7 @@ fn search(campaign: &Campaign, settings: &Settings) -> Value {
         ("interval", i64::from(settings.interval).into()),
         ("adjust-share", settings.adjust_share.into()),
         ("lambda", settings.lambda.into()),
+        ("rule", format!("{:?}", settings.rule).to_lowercase().into()),
         ("opacity-cap", f64::from(settings.opacity_cap).into()),
         ("rate-scale", settings.rate_scale.into()),
         ("rate-end", settings.rate_end.into()),

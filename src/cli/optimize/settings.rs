@@ -1,8 +1,8 @@
 //! From flags to settings, with every number checked.
 
 use super::super::{Exit, Failure};
-use super::{Args, GateArg, LevelArg, ScheduleArg, StudyArg};
-use crate::optimize::lambda::CEILING;
+use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
+use crate::optimize::lambda::{CEILING, Rule};
 use crate::optimize::plan::{Baseline, Campaign, TargetRule};
 use crate::optimize::schedule::Plan;
 use crate::optimize::setup::{Gate, Settings};
@@ -12,8 +12,8 @@ use crate::optimize::target::{Level, Quality};
 const MOST_ITERATIONS: u32 = 10_000_000;
 /// Samples of the default schedule, and the highest ratio.
 const FIVE: (usize, f64) = (5, 0.8);
-/// The λ of the sweep, 1/W.
-const SWEEP: [f64; 6] = [0.0, 0.01, 0.03, 0.1, 0.3, 1.0];
+/// The λ of the sweep, over the dense model's display power.
+const SWEEP: [f64; 7] = [0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
 
 fn usage(what: impl Into<String>) -> Failure {
     Failure::new(Exit::Usage, what.into())
@@ -53,6 +53,10 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         interval: s.interval,
         adjust_share: s.adjust_share,
         lambda: s.lambda,
+        rule: match s.rule {
+            RuleArg::Damped => Rule::Damped,
+            RuleArg::Published => Rule::Published,
+        },
         epsilon_db: args.quality.epsilon_db,
         opacity_cap: s.opacity_cap,
         rate_scale: s.rate_scale,
