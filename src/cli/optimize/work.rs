@@ -7,7 +7,7 @@ use super::super::progress::Progress as Bar;
 use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::inputs::Inputs;
-use super::{Args, finish, settings};
+use super::{Args, StudyArg, finish, settings};
 use crate::optimize::checkpoint::Progress;
 use crate::optimize::plan::{Campaign, Ended, Job, Outcome, Role};
 use crate::optimize::setup::{Settings, Setup};
@@ -43,17 +43,28 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     folder.write("run.toml", record.as_bytes())?;
     let setup = setup(&inputs, &settings, args);
     let every = args.search.checkpoint_every;
-    let mut work = Work { setup: &setup, campaign: &campaign, inputs: &inputs, every, context };
+    let work = Work { setup: &setup, campaign: &campaign, inputs: &inputs, every, context };
     let stop = work.jobs(&mut folder, &mut progress)?;
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
-    if stop == Stop::Interrupted {
-        if !context.global.quiet {
-            let again = "the same command with --resume goes on";
-            out::complain(format!("interrupted, {}: {again}", path.display()));
+    let stopped = match stop {
+        Stop::Done => None,
+        Stop::Interrupted => {
+            if !context.global.quiet {
+                let again = "the same command with --resume goes on";
+                out::complain(format!("interrupted, {}: {again}", path.display()));
+            }
+            return Ok(Exit::Interrupted);
         }
-        return Ok(Exit::Interrupted);
-    }
-    finish::finish(&work.finished(), &inputs, &mut folder, &progress, context)
+        Stop::Hopeless => Some(
+            "the target is out of reach: the dense model itself is far below it; lower \
+             the target",
+        ),
+    };
+    let wants_ratios = args.compare.study.contains(&StudyArg::Ratio);
+    let fps = args.power.fps;
+    let run =
+        finish::Finished { setup: &setup, campaign: &campaign, fps, wants_ratios, stopped };
+    finish::finish(&run, &inputs, &mut folder, &progress, context)
 }
 
 fn setup<'a>(inputs: &'a Inputs, settings: &'a Settings, args: &Args) -> Setup<'a> {
@@ -81,13 +92,9 @@ pub struct Work<'a> {
     context: &'a Context,
 }
 
-impl<'a> Work<'a> {
-    fn finished(&self) -> finish::Finished<'a> {
-        finish::Finished { setup: self.setup, campaign: self.campaign }
-    }
-
+impl Work<'_> {
     /// Does the jobs that are left.
-    fn jobs(&mut self, folder: &mut Folder, progress: &mut Progress) -> Result<Stop, Failure> {
+    fn jobs(&self, folder: &mut Folder, progress: &mut Progress) -> Result<Stop, Failure> {
         let settings = self.setup.settings;
         let points = self.setup.dense.len();
         let total = self.campaign.most_iterations(settings);
