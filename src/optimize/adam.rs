@@ -225,12 +225,16 @@ impl Adam {
 /// [`Group::ALL`], of a model like `scene`.
 pub fn bad_gradient(scene: &Gaussians, gradients: [&[f32]; 5]) -> Option<BadGradient> {
     Group::ALL.into_iter().zip(gradients).find_map(|(group, values)| {
-        let bad = |part: &[f32]| part.iter().any(|g| !(g.abs() <= LARGEST));
+        let bad = |part: &[f32]| part.iter().any(|g| is_bad(*g));
         let part = values.par_chunks(PART).position_first(bad)?;
-        let within = values[part * PART..].iter().position(|g| !(g.abs() <= LARGEST))?;
+        let within = values[part * PART..].iter().position(|g| is_bad(*g))?;
         let (at, width) = (part * PART + within, group.width(scene));
         Some(BadGradient { group, gaussian: at / width, position: at % width })
     })
+}
+
+fn is_bad(gradient: f32) -> bool {
+    gradient.is_nan() || gradient.abs() > LARGEST
 }
 
 /// A part of one kind of parameter. `steps` repeats along it: rate over the correction of the

@@ -6,6 +6,8 @@
 
 mod codec;
 
+use std::io::{self, Write};
+
 use codec::{In, Out};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -68,20 +70,30 @@ pub struct Progress {
     pub current: Option<(String, State)>,
 }
 
-impl Progress {
-    /// As bytes.
-    pub fn to_bytes(&self, fingerprint: u128) -> Vec<u8> {
-        let mut out = begin(Kind::Progress, fingerprint);
-        out.u64(self.history_bytes);
-        out.u64(self.outcomes.len() as u64);
-        self.outcomes.iter().for_each(|o| write_outcome(&mut out, o));
-        out.option(self.current.as_ref(), |out, (name, state)| {
-            out.text(name);
-            write_state(out, state);
-        });
-        end(out)
-    }
+/// Writes where a run is: its outcomes, the length of its history, the job in flight. Streams: a
+/// model is never in memory a second time.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_progress(
+    to: &mut dyn Write,
+    fingerprint: u128,
+    outcomes: &[Outcome],
+    history_bytes: u64,
+    current: Option<(&str, &State)>,
+) -> io::Result<()> {
+    let mut out = begin(to, Kind::Progress, fingerprint);
+    out.u64(history_bytes);
+    out.u64(outcomes.len() as u64);
+    outcomes.iter().for_each(|o| write_outcome(&mut out, o));
+    out.option(current.as_ref(), |out, (name, state)| {
+        out.text(name);
+        write_state(out, state);
+    });
+    out.finish()
+}
 
+impl Progress {
     /// From bytes.
     ///
     /// # Errors
@@ -99,11 +111,14 @@ impl Progress {
     }
 }
 
-/// A model with its moments, as bytes.
-pub fn model_to_bytes(model: &Model, fingerprint: u128) -> Vec<u8> {
-    let mut out = begin(Kind::Model, fingerprint);
+/// Writes a model with its moments.
+///
+/// # Errors
+/// Those of `to`.
+pub fn write_whole_model(to: &mut dyn Write, fingerprint: u128, model: &Model) -> io::Result<()> {
+    let mut out = begin(to, Kind::Model, fingerprint);
     write_model(&mut out, model);
-    end(out)
+    out.finish()
 }
 
 /// A model with its moments, from bytes.
@@ -117,20 +132,14 @@ pub fn model_from_bytes(bytes: &[u8], fingerprint: u128) -> Result<Model, Checkp
     Ok(model)
 }
 
-fn begin(kind: Kind, fingerprint: u128) -> Out {
-    let mut out = Out::default();
+fn begin(to: &mut dyn Write, kind: Kind, fingerprint: u128) -> Out<'_> {
+    let mut out = Out::new(to);
     out.raw(MAGIC);
     out.u32(VERSION);
     out.u32(kind as u32);
     out.u64(fingerprint as u64);
     out.u64((fingerprint >> 64) as u64);
     out
-}
-
-fn end(mut out: Out) -> Vec<u8> {
-    let sum = xxh3_64(out.bytes());
-    out.u64(sum);
-    out.into_bytes()
 }
 
 fn open(bytes: &[u8], kind: Kind, fingerprint: u128) -> Result<In<'_>, CheckpointError> {
@@ -155,7 +164,7 @@ fn open(bytes: &[u8], kind: Kind, fingerprint: u128) -> Result<In<'_>, Checkpoin
     if found == fingerprint { Ok(input) } else { Err(CheckpointError::OtherRun) }
 }
 
-fn write_model(out: &mut Out, model: &Model) {
+fn write_model(out: &mut Out<'_>, model: &Model) {
     let scene = &model.scene;
     out.u32(u32::from(scene.sh_degree));
     out.u64(scene.len() as u64);
@@ -191,7 +200,7 @@ fn read_model(input: &mut In<'_>) -> Result<Model, CheckpointError> {
     Ok(Model { scene, adam: Adam { first, second, steps } })
 }
 
-fn write_state(out: &mut Out, state: &State) {
+fn write_state(out: &mut Out<'_>, state: &State) {
     write_model(out, &state.model);
     out.u32(state.iteration);
     out.u32(state.pruned);
@@ -228,7 +237,7 @@ fn read_state(input: &mut In<'_>) -> Result<State, CheckpointError> {
     })
 }
 
-fn write_seen(out: &mut Out, seen: &Seen) {
+fn write_seen(out: &mut Out<'_>, seen: &Seen) {
     out.f64(seen.quality.psnr_db);
     out.f64(seen.quality.ssim);
     out.f64(seen.display_w);
@@ -239,7 +248,7 @@ fn read_seen(input: &mut In<'_>) -> Result<Seen, CheckpointError> {
     Ok(Seen { quality, display_w: input.f64()? })
 }
 
-fn write_check(out: &mut Out, check: &Check) {
+fn write_check(out: &mut Out<'_>, check: &Check) {
     out.u32(check.iteration);
     write_seen(out, &check.seen);
     out.flag(check.passed);
@@ -255,7 +264,7 @@ fn read_check(input: &mut In<'_>) -> Result<Check, CheckpointError> {
     })
 }
 
-fn write_outcome(out: &mut Out, outcome: &Outcome) {
+fn write_outcome(out: &mut Out<'_>, outcome: &Outcome) {
     out.text(&outcome.name);
     write_role(out, outcome.role);
     out.f64(outcome.rho);
@@ -298,7 +307,7 @@ fn read_watts(input: &mut In<'_>) -> Result<Watts, CheckpointError> {
     Ok(Watts { render_w, display_w, parts })
 }
 
-fn write_role(out: &mut Out, role: Role) {
+fn write_role(out: &mut Out<'_>, role: Role) {
     let (tag, number) = match role {
         Role::Dense => (0, 0.0),
         Role::Sample => (1, 0.0),

@@ -23,7 +23,10 @@ const STEP: f64 = 2.0;
 /// Checks in a row that must be settled.
 const CALM: u32 = 3;
 /// The damped rule takes a full step from this distance on, decibels.
-const FULL_STEP_DB: f64 = 2.0;
+const FULL_STEP_DB: f64 = 4.0;
+/// The damped rule aims so far above the target, as a share of epsilon: a λ that came to the target
+/// itself from below would never have passed.
+const AIM: f64 = 0.5;
 /// How many checks the damped rule looks ahead.
 const AHEAD: f64 = 2.0;
 
@@ -138,7 +141,8 @@ impl Controller {
             Rule::Published => -1.0,
             Rule::Damped => {
                 let trend = memory.margin_db.map_or(0.0, |last| margin - last);
-                let ahead = margin + AHEAD * trend;
+                let aim = AIM * self.control.epsilon_db;
+                let ahead = margin - aim + AHEAD * trend;
                 if ahead.is_nan() { 1.0 } else { (ahead / FULL_STEP_DB).clamp(-1.0, 1.0) }
             }
         };

@@ -10,6 +10,10 @@ pub const COARSE: usize = 7;
 pub const FINE: usize = 5;
 /// Ratio between two coarse samples.
 pub const COARSE_STEP: f64 = 0.15;
+/// The published budget of a sample that prunes everything.
+const BUDGET: u32 = 10_000;
+/// The published iterations that the budget of a sample stands for.
+const UNIT: f64 = 1500.0;
 /// The range that fine samples cover.
 const FINE_RANGE: f64 = 0.30;
 
@@ -61,6 +65,22 @@ impl Plan {
         }
     }
 
+    /// The most iterations that all samples take, relative to the budget of a sample. `first` is
+    /// the effort of the very first.
+    pub fn most_effort(&self, first: f64) -> f64 {
+        match self {
+            Plan::Adaptive { .. } | Plan::Listed(_) => {
+                self.count().saturating_sub(1) as f64 + first
+            }
+            Plan::Published => {
+                let coarse = (0..COARSE).map(|i| coarse_iterations(i, BUDGET)).sum::<u32>();
+                // The longest fine-tune of a fine sample prunes 0.15 where 0.9 is gone.
+                let fine = FINE as u32 * fine_tune(BUDGET, COARSE_STEP, 0.9);
+                f64::from(coarse + fine) / UNIT
+            }
+        }
+    }
+
     /// The next sample, or `None` at the end. `first` is the effort of the very first.
     pub fn next(&self, done: &[Done], first: f64) -> Option<Sample> {
         let next = done.len();
@@ -68,7 +88,7 @@ impl Plan {
             return None;
         }
         match self {
-            Plan::Adaptive { count, highest } => Some(adaptive(done, *count, *highest, first)),
+            Plan::Adaptive { count, highest } => adaptive(done, *count, *highest, first),
             Plan::Listed(rhos) => {
                 let effort = if next == 0 { first } else { 1.0 };
                 Some(Sample { rho: rhos[next], from: next.checked_sub(1), effort })
@@ -79,20 +99,22 @@ impl Plan {
 }
 
 /// Ratios rise evenly until one fails. Then what is left of the budget divides the gap between the
-/// last that passed and the first that failed.
-fn adaptive(done: &[Done], count: usize, highest: f64, first: f64) -> Sample {
+/// last that passed and the first that failed. Where not even the unpruned model reaches the
+/// target there is no gap, and no further sample.
+fn adaptive(done: &[Done], count: usize, highest: f64, first: f64) -> Option<Sample> {
     let next = done.len();
     let Some(failed) = done.iter().filter(|d| !d.passed).map(|d| d.rho).reduce(f64::min) else {
         let rho = highest * next as f64 / (count - 1).max(1) as f64;
         let effort = if next == 0 { first } else { 1.0 };
-        return Sample { rho, from: next.checked_sub(1), effort };
+        return Some(Sample { rho, from: next.checked_sub(1), effort });
     };
     let below = |d: &&(usize, &Done)| d.1.passed && d.1.rho < failed;
     let sorted: Vec<(usize, &Done)> = done.iter().enumerate().collect();
     let base = sorted.iter().filter(below).max_by(|a, b| a.1.rho.total_cmp(&b.1.rho));
     let (from, rho) = base.map_or((None, 0.0), |(i, d)| (Some(*i), d.rho));
     let left = (count - next) as f64;
-    Sample { rho: rho + (failed - rho) / (left + 1.0), from, effort: 1.0 }
+    let sample = Sample { rho: rho + (failed - rho) / (left + 1.0), from, effort: 1.0 };
+    (sample.rho > rho).then_some(sample)
 }
 
 /// The budgets of the published schedule: iterations of coarse sample `i` where a sample has
@@ -111,8 +133,7 @@ pub fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
 }
 
 fn published(done: &[Done], next: usize) -> Sample {
-    const BUDGET: u32 = 10_000;
-    let effort = |iterations: u32| f64::from(iterations) / 1500.0;
+    let effort = |iterations: u32| f64::from(iterations) / UNIT;
     if next < COARSE {
         let rho = COARSE_STEP * next as f64;
         let iterations = coarse_iterations(next, BUDGET);

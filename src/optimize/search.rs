@@ -70,8 +70,8 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let passing = || samples.iter().copied().filter(|o| o.passed);
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
     let best_sample = passing().min_by(least).map(|o| o.rho);
-    // The highest ratio that is known to pass, plus half the way to the next that did not: beyond
-    // it a fit that used near misses promises what cannot be had.
+    // Beyond the highest ratio that passed a fit that used near misses promises what cannot be
+    // had.
     let reach = passing().map(|o| o.rho).reduce(f64::max);
     let rho = best_sample.map(|best| {
         let chosen = optimum.map_or(best, |o| o.chosen_rho());

@@ -91,3 +91,22 @@ impl Target {
         }
     }
 }
+
+/// How the target follows from the dense model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TargetRule {
+    /// This share of its quality.
+    Share(f64),
+    /// These numbers.
+    Absolute(Quality),
+}
+
+impl TargetRule {
+    /// The target, given the dense model's quality over the gate views.
+    pub fn target(self, dense: Quality) -> Target {
+        match self {
+            TargetRule::Share(share) => Target::share_of(dense, share),
+            TargetRule::Absolute(quality) => Target(quality),
+        }
+    }
+}

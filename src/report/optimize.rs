@@ -146,10 +146,8 @@ fn labels(
     (left, right): (f64, f64),
 ) -> Drawn {
     const HEIGHT: f64 = 20.0;
-    let mut taken: Vec<[f64; 4]> = points
-        .iter()
-        .map(|((x, y), _, _)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0])
-        .collect();
+    let mut taken: Vec<[f64; 4]> =
+        points.iter().map(|((x, y), _, _)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0]).collect();
     for ((x, y), text, colour) in points {
         let width = text_width(text);
         let places = [
@@ -164,14 +162,12 @@ fn labels(
             (x - width / 2.0, y - 40.0),
             (x - width / 2.0, y + 40.0),
         ];
-        let box_of = |(x, y): (f64, f64)| {
-            [x - 2.0, y - HEIGHT / 2.0, x + width + 2.0, y + HEIGHT / 2.0]
-        };
+        let box_of =
+            |(x, y): (f64, f64)| [x - 2.0, y - HEIGHT / 2.0, x + width + 2.0, y + HEIGHT / 2.0];
         let free = |place: &&(f64, f64)| {
             let b = box_of(**place);
             let inside = b[0] >= left && b[2] <= right;
-            let apart =
-                |t: &[f64; 4]| b[0] >= t[2] || b[2] <= t[0] || b[1] >= t[3] || b[3] <= t[1];
+            let apart = |t: &[f64; 4]| b[0] >= t[2] || b[2] <= t[0] || b[1] >= t[3] || b[3] <= t[1];
             inside && taken.iter().all(apart)
         };
         let Some(place) = places.iter().find(free) else { continue };
@@ -182,12 +178,7 @@ fn labels(
 }
 
 /// A dashed line between two points.
-fn dashed(
-    canvas: &Canvas,
-    (x0, y0): (f64, f64),
-    (x1, y1): (f64, f64),
-    colour: RGBColor,
-) -> Drawn {
+fn dashed(canvas: &Canvas, (x0, y0): (f64, f64), (x1, y1): (f64, f64), colour: RGBColor) -> Drawn {
     let length = (x1 - x0).hypot(y1 - y0);
     let mut at = 0.0;
     while at < length {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::super::{Context, Exit, Failure, OrExit, out};
-use super::folder::{Folder, HISTORY};
+use super::folder::Folder;
 use super::inputs::Inputs;
 use crate::optimize::checkpoint::Progress;
 use crate::optimize::plan::{Campaign, Outcome, Role};
@@ -113,8 +113,7 @@ fn write_model(
         scene: format!("{}-optimised", inputs.name),
         points: model.scene.len() as u64,
     };
-    let options =
-        Options { background: setup.background, ..Options::reference(Detail::Counters) };
+    let options = Options { background: setup.background, ..Options::reference(Detail::Counters) };
     let mut writer = Writer::new(Vec::new(), &header).or_exit(Exit::Internal, "final.bin")?;
     for camera in setup.power_views {
         let frame = render(&model.scene, camera, &options).into_frame(camera, setup.background);
@@ -150,7 +149,6 @@ fn pictures(setup: &Setup<'_>, model: &Model, best: &str) -> Strip {
 
 /// The checks in `history.csv`, which this program wrote.
 fn course(history: &str) -> Vec<Moment> {
-    debug_assert!(HISTORY.ends_with(".csv"));
     let moment = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         let cell = |i: usize| cells.get(i).copied().filter(|c| !c.is_empty());

@@ -7,15 +7,15 @@ use std::path::{Path, PathBuf};
 
 use super::super::aside::write_aside;
 use super::super::{Exit, Failure, OrExit};
-use crate::optimize::checkpoint::{Progress, model_from_bytes, model_to_bytes};
-use crate::optimize::plan::Job;
+use crate::optimize::checkpoint::{Progress, model_from_bytes, write_progress, write_whole_model};
+use crate::optimize::plan::{Job, Outcome};
 use crate::optimize::setup::Setup;
-use crate::optimize::tune::{Model, Row};
+use crate::optimize::tune::{Model, Row, State};
 
 /// The checkpoint of the run as a whole.
 const PROGRESS: &str = "checkpoints/progress.ckpt";
 /// The history of all iterations.
-pub const HISTORY: &str = "history.csv";
+const HISTORY: &str = "history.csv";
 /// The columns of the history.
 const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,display_w,\
                        gate_psnr_db,gate_ssim,gate_display_w,gate_passed\n";
@@ -100,19 +100,23 @@ impl Folder {
         self.history.write_all(line.as_bytes()).or_exit(Exit::Usage, self.place(HISTORY))
     }
 
-    /// Writes where the run is.
-    pub fn save(&mut self, progress: &mut Progress) -> Result<(), Failure> {
+    /// Writes where the run is: what is done, and the job in flight.
+    pub fn save(
+        &mut self,
+        outcomes: &[Outcome],
+        current: Option<(&str, &State)>,
+    ) -> Result<(), Failure> {
         let place = self.place(HISTORY);
         self.history.flush().or_exit(Exit::Usage, place)?;
-        progress.history_bytes = self.bytes;
-        let bytes = progress.to_bytes(self.fingerprint);
-        write_aside(&self.path.join(PROGRESS), |w| w.write_all(&bytes))
+        let (print, bytes) = (self.fingerprint, self.bytes);
+        write_aside(&self.path.join(PROGRESS), |mut w| {
+            write_progress(&mut w, print, outcomes, bytes, current)
+        })
     }
 
     /// Writes the model of a finished job.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), Failure> {
-        let bytes = model_to_bytes(model, self.fingerprint);
-        write_aside(&self.model(job), |w| w.write_all(&bytes))
+        write_aside(&self.model(job), |mut w| write_whole_model(&mut w, self.fingerprint, model))
     }
 
     /// Reads the model of a finished job.

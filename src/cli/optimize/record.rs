@@ -5,9 +5,10 @@ use toml::{Table, Value};
 use super::super::{Exit, Failure, OrExit};
 use super::Args;
 use super::inputs::Inputs;
-use crate::optimize::plan::{Campaign, TargetRule};
+use crate::optimize::plan::Campaign;
 use crate::optimize::schedule::Plan;
 use crate::optimize::setup::{Gate, Settings};
+use crate::optimize::target::TargetRule;
 use crate::report::{MODEL_VERSION, TOOL_VERSION};
 
 /// The file.

@@ -3,10 +3,10 @@
 use super::super::{Exit, Failure};
 use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
 use crate::optimize::lambda::{CEILING, Rule};
-use crate::optimize::plan::{Baseline, Campaign, TargetRule};
+use crate::optimize::plan::{Baseline, Campaign};
 use crate::optimize::schedule::Plan;
 use crate::optimize::setup::{Gate, Settings};
-use crate::optimize::target::{Level, Quality};
+use crate::optimize::target::{Level, Quality, TargetRule};
 
 /// Most iterations of one fine-tune.
 const MOST_ITERATIONS: u32 = 10_000_000;

@@ -62,8 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     let wants_ratios = args.compare.study.contains(&StudyArg::Ratio);
     let fps = args.power.fps;
-    let run =
-        finish::Finished { setup: &setup, campaign: &campaign, fps, wants_ratios, stopped };
+    let run = finish::Finished { setup: &setup, campaign: &campaign, fps, wants_ratios, stopped };
     finish::finish(&run, &inputs, &mut folder, &progress, context)
 }
 
@@ -105,7 +104,8 @@ impl Work<'_> {
                 return Ok(Stop::Hopeless);
             }
             if self.context.is_cancelled() {
-                folder.save(progress)?;
+                let current = progress.current.as_ref();
+                folder.save(&progress.outcomes, current.map(|(name, s)| (name.as_str(), s)))?;
                 return Ok(Stop::Interrupted);
             }
             let done = match job.orders {
@@ -123,8 +123,7 @@ impl Work<'_> {
             }
             self.say(&outcome);
             progress.outcomes.push(outcome);
-            progress.current = None;
-            folder.save(progress)?;
+            folder.save(&progress.outcomes, None)?;
         }
         Ok(Stop::Done)
     }
@@ -166,8 +165,7 @@ impl Work<'_> {
             bar.advance(1);
             let cancelled = self.context.is_cancelled();
             if cancelled || (row.iteration + 1).is_multiple_of(self.every) {
-                progress.current = Some((job.name.clone(), tuner.state().clone()));
-                folder.save(progress)?;
+                folder.save(&progress.outcomes, Some((&job.name, tuner.state())))?;
             }
             if cancelled {
                 return Ok(None);

@@ -1,25 +1,42 @@
 //! Little-endian numbers, in and out.
 
+use std::io::{self, Write};
+
+use xxhash_rust::xxh3::Xxh3;
+
 use super::CheckpointError;
 
 /// Longest text: names of jobs.
 const TEXT_MAX: usize = 4096;
 
-/// Bytes being written.
-#[derive(Debug, Default)]
-pub(super) struct Out(Vec<u8>);
+/// Floats that are encoded before they are written.
+const BLOCK: usize = 4096;
 
-impl Out {
+/// A stream being written, and the hash of what went into it. The first failure is kept, and what
+/// follows it is not written.
+pub(super) struct Out<'a> {
+    to: &'a mut dyn Write,
+    hash: Xxh3,
+    failed: io::Result<()>,
+}
+
+impl<'a> Out<'a> {
+    pub fn new(to: &'a mut dyn Write) -> Out<'a> {
+        Out { to, hash: Xxh3::new(), failed: Ok(()) }
+    }
+
     pub fn raw(&mut self, bytes: &[u8]) {
-        self.0.extend_from_slice(bytes);
+        if self.failed.is_ok() {
+            self.hash.update(bytes);
+            self.failed = self.to.write_all(bytes);
+        }
     }
 
-    pub fn bytes(&self) -> &[u8] {
-        &self.0
-    }
-
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.0
+    /// Writes the hash of everything so far, and says whether all went well.
+    pub fn finish(mut self) -> io::Result<()> {
+        let sum = self.hash.digest();
+        self.u64(sum);
+        self.failed
     }
 
     pub fn u32(&mut self, v: u32) {
@@ -43,7 +60,7 @@ impl Out {
         self.raw(text.as_bytes());
     }
 
-    pub fn option<T>(&mut self, value: Option<&T>, write: impl FnOnce(&mut Out, &T)) {
+    pub fn option<T: ?Sized>(&mut self, value: Option<&T>, write: impl FnOnce(&mut Self, &T)) {
         self.flag(value.is_some());
         if let Some(value) = value {
             write(self, value);
@@ -51,8 +68,12 @@ impl Out {
     }
 
     pub fn floats(&mut self, values: &[f32]) {
-        self.0.reserve(4 * values.len());
-        values.iter().for_each(|v| self.0.extend_from_slice(&v.to_le_bytes()));
+        let mut bytes = Vec::with_capacity(4 * BLOCK.min(values.len()));
+        for block in values.chunks(BLOCK) {
+            bytes.clear();
+            block.iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+            self.raw(&bytes);
+        }
     }
 }
 

@@ -96,13 +96,7 @@ fn draw(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> 
 }
 
 /// Names of the jobs above their stretch, where there is room.
-fn names(
-    canvas: &Canvas,
-    story: &Story<'_>,
-    shown: &[Stretch<'_>],
-    x: &Scale,
-    end: f64,
-) -> Drawn {
+fn names(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], x: &Scale, end: f64) -> Drawn {
     for (i, stretch) in shown.iter().enumerate() {
         let next = shown.get(i + 1).map_or(end, |s| s.begin);
         let rho = story.done.iter().find(|o| o.name == stretch.job).map(|o| o.rho);

@@ -6,9 +6,7 @@ use crate::optimize::plan::{Outcome, Role};
 use crate::report::ReportError;
 use crate::report::charts::Chart;
 use crate::report::format::significant;
-use crate::report::plot::{
-    Align, Canvas, Drawn, GREY, GRID, INK, Panel, Scale, legend, palette,
-};
+use crate::report::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Panel, Scale, legend, palette};
 
 const NAME: &str = "plane";
 const TITLE: &str = "Display against rendering power";
@@ -26,9 +24,9 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     if story.samples().next().is_none() {
         return Ok(None);
     }
-    let target = story.target.map_or(String::new(), |t| {
-        format!("target {:.2} dB, SSIM {:.4}", t.0.psnr_db, t.0.ssim)
-    });
+    let target = story
+        .target
+        .map_or(String::new(), |t| format!("target {:.2} dB, SSIM {:.4}", t.0.psnr_db, t.0.ssim));
     let drawing = story.page(NAME, TITLE, &target).draw(|canvas| draw(canvas, story, &shown))?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }

@@ -87,9 +87,8 @@ fn sheet(strip: &Strip) -> RgbImage {
         let d = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         [code(GAIN * d); 3]
     };
-    let change = |a: [f32; 3], b: [f32; 3]| {
-        std::array::from_fn(|c| code(128.0 + GAIN * (b[c] - a[c])))
-    };
+    let change =
+        |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|c| code(128.0 + GAIN * (b[c] - a[c])));
     let whole = |a: [f32; 3]| a.map(code);
     type Look<'a> = Box<dyn Fn([f32; 3], [f32; 3]) -> [u8; 3] + 'a>;
     let looks: [Look<'_>; 4] = [

@@ -188,7 +188,8 @@ fn checked(story: &Story<'_>) -> Vec<Claim> {
         let change = |of: fn(&Outcome) -> f64| of(high) / of(low) - 1.0;
         let display = change(|o| o.watts.display_w);
         let render = change(|o| o.watts.render_w);
-        let shown = |c: f64| format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * c, low.rho, high.rho);
+        let shown =
+            |c: f64| format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * c, low.rho, high.rho);
         let (a, b) = (shown(display), shown(render));
         claims.push(claim("display power rises with ρ", "rises", a, display > 0.0));
         claims.push(claim("rendering power falls with ρ", "falls, nearly linear", b, render < 0.0));
