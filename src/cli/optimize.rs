@@ -1,5 +1,6 @@
 //! `optimize`: the fewest watts at a given quality.
 
+mod demo;
 mod finish;
 mod folder;
 mod inputs;
@@ -171,13 +172,15 @@ pub struct PowerArgs {
     /// Energy table in place of the machine's
     #[arg(long, value_name = "TABLE")]
     pub energy: Option<String>,
-    /// What counts: the simulated machine, or the published closed form
-    #[arg(long, value_enum, default_value = "cycle")]
-    pub oracle: super::replay::ModelArg,
+    /// What counts: the simulated machine, or the published closed form [default: cycle, with
+    /// --demo paper]
+    #[arg(long, value_enum)]
+    pub oracle: Option<super::replay::ModelArg>,
     /// Display preset: a name or a TOML file
     #[arg(long, value_name = "PRESET", default_value = "oled-powergs")]
     pub display: String,
     /// Scale the panel so that the dense model's display power is R times its rendering power
+    /// [default: the panel as it is, with --demo 2]
     #[arg(long, value_name = "R")]
     pub display_ratio: Option<f64>,
     /// Frames shown per second: power is that at this rate, never at the rate that is possible

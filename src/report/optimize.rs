@@ -55,6 +55,7 @@ impl Story<'_> {
     fn page(&self, name: &'static str, title: &str, what: &str) -> Page {
         let scene = shortened(&self.name, 24);
         let oracle = shortened(&self.oracle, 20);
+        let oracle = if oracle == "paper" { "the paper model".into() } else { oracle };
         let fps = super::format::rate(self.fps);
         let subtitle = format!("{scene} on {oracle} at {fps} FPS, {what}");
         Page { name, title: title.into(), subtitle, underlay: None }
@@ -138,16 +139,19 @@ fn around(values: impl Iterator<Item = f64>, room: f64, page: (f64, f64)) -> Sca
     Scale::exact(if low >= 0.0 { below.max(0.0) } else { below }, high + room * width, page)
 }
 
-/// Places labels beside points so that no two overlap: each goes to the first free place around
-/// its point.
+/// A rectangle of the page: left, top, right, bottom.
+type Area = [f64; 4];
+
+/// Places labels beside points so that no two overlap, nor what is `taken`: each goes to the first
+/// free place around its point.
 fn labels(
     canvas: &Canvas,
     points: &[((f64, f64), String, RGBColor)],
     (left, right): (f64, f64),
+    mut taken: Vec<Area>,
 ) -> Drawn {
     const HEIGHT: f64 = 20.0;
-    let mut taken: Vec<[f64; 4]> =
-        points.iter().map(|((x, y), _, _)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0]).collect();
+    taken.extend(points.iter().map(|((x, y), _, _)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0]));
     for ((x, y), text, colour) in points {
         let width = text_width(text);
         let places = [
@@ -167,7 +171,7 @@ fn labels(
         let free = |place: &&(f64, f64)| {
             let b = box_of(**place);
             let inside = b[0] >= left && b[2] <= right;
-            let apart = |t: &[f64; 4]| b[0] >= t[2] || b[2] <= t[0] || b[1] >= t[3] || b[3] <= t[1];
+            let apart = |t: &Area| b[0] >= t[2] || b[2] <= t[0] || b[1] >= t[3] || b[3] <= t[1];
             inside && taken.iter().all(apart)
         };
         let Some(place) = places.iter().find(free) else { continue };

@@ -9,7 +9,7 @@ use super::super::machine_file::{load_display, load_machine_with, read};
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, out, scene_file};
-use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, photos};
+use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, photos};
 use crate::config::embedded::ENERGY;
 use crate::display::Display;
 use crate::energy::EnergyTable;
@@ -20,14 +20,9 @@ use crate::optimize::views::{ViewSplit, split};
 use crate::raster::{Detail, Options, render};
 use crate::scene::camera::orbit::SceneBounds;
 use crate::scene::camera::{edit, path};
-use crate::scene::synth::{Preset, cameras, generate};
 use crate::scene::{Camera, Gaussians};
 use crate::sim::paper::UnitPrices;
 
-/// The preset, size and seed of the demonstration.
-const DEMO: (&str, usize, u64) = ("demo", 6_000, 1);
-/// Image size of the demonstration, pixels.
-const DEMO_SIZE: (u32, u32) = (240, 180);
 
 /// What a run reads.
 pub struct Inputs {
@@ -60,7 +55,7 @@ impl Inputs {
     pub fn load(args: &Args, context: &Context) -> Result<Inputs, Failure> {
         let (name, dense) = dense(args, context)?;
         let display = load_display(&args.power.display)?;
-        let (oracle, oracle_toml) = oracle(&args.power)?;
+        let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args))?;
         let externals = externals(args, context)?;
         let (full, cameras) = views(args, context, &dense)?;
         let background = args.views.background.0;
@@ -78,7 +73,7 @@ impl Inputs {
             out::complain(format!("note: {note}"));
         }
         let power_views = power_views(&args.views, &cameras, &split)?;
-        let display = match args.power.display_ratio {
+        let display = match demo::display_ratio(args) {
             Some(ratio) => {
                 scaled(display, ratio, &dense, &power_views, background, oracle.as_ref())?
             }
@@ -120,8 +115,7 @@ impl Inputs {
 
 fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
     let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
-        let (preset, points, seed) = demo()?;
-        return Ok(("demo".into(), generate(preset, points, seed)));
+        return Ok(("demo".into(), demo::model()?));
     };
     let scene = scene_file::load(path, args.lod)?;
     scene.warn(context);
@@ -134,13 +128,6 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
     let own = stem(&scene.path).filter(|s| s != "meta" && s != "lod-meta");
     let name = own.or(folder).unwrap_or_else(|| "model".into());
     Ok((name, scene.gaussians))
-}
-
-fn demo() -> Result<(&'static Preset, usize, u64), Failure> {
-    let (name, points, seed) = DEMO;
-    let preset = Preset::named(name)
-        .ok_or_else(|| Failure::new(Exit::Internal, "the demonstration scene is gone"))?;
-    Ok((preset, points, seed))
 }
 
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
@@ -160,10 +147,8 @@ fn views(
     dense: &Gaussians,
 ) -> Result<(Vec<Camera>, Vec<Camera>), Failure> {
     if args.demo {
-        let size = args.views.size.unwrap_or(DEMO_SIZE);
-        let all = cameras(demo()?.0);
-        let used = all.iter().map(|c| edit::resized(c, size.0, size.1)).collect();
-        return Ok((all, used));
+        let views = demo::views(args.views.size)?;
+        return Ok((views.clone(), views));
     }
     let images = args.views.images.as_deref();
     let file = args.views.cameras.clone().or_else(|| images.and_then(photos::camera_file));
@@ -299,8 +284,11 @@ fn power_views(
     })
 }
 
-fn oracle(args: &PowerArgs) -> Result<(Box<dyn PowerOracle>, String), Failure> {
-    if args.oracle == ModelArg::Paper {
+fn oracle(
+    args: &PowerArgs,
+    model: ModelArg,
+) -> Result<(Box<dyn PowerOracle>, String), Failure> {
+    if model == ModelArg::Paper {
         if !args.sets.is_empty() || args.energy.is_some() {
             let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
             return Err(Failure::new(Exit::Usage, what));

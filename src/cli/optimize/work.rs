@@ -35,6 +35,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     let settings = settings::settings(args)?;
     let campaign = settings::campaign(args, args.views.images.is_none())?;
+    if args.demo && !context.global.quiet {
+        out::complain(super::demo::NOTE);
+    }
     let inputs = Inputs::load(args, context)?;
     let record = super::record::run_toml(args, &inputs, &settings, &campaign)?;
     let fingerprint = inputs.fingerprint(&record);

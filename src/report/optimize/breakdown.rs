@@ -7,7 +7,7 @@ use crate::action::Stage;
 use crate::optimize::plan::{Outcome, Role};
 use crate::report::ReportError;
 use crate::report::charts::Chart;
-use crate::report::format::engineering;
+use crate::report::format::{engineering, watt_unit};
 use crate::report::plot::{Align, Canvas, Drawn, GRID, INK, Panel, Scale, legend, palette};
 
 const NAME: &str = "breakdown";
@@ -40,14 +40,15 @@ fn stage_colour(stage: Stage) -> RGBColor {
 fn draw(canvas: &Canvas, shown: &[&Outcome]) -> Drawn {
     let panel = Panel { left: 210.0, top: 150.0, right: 1100.0, bottom: 630.0 };
     let highest = shown.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max);
-    let x = Scale::from_zero(highest, panel.horizontal());
+    let (per_watt, unit) = watt_unit(highest);
+    let x = Scale::from_zero(per_watt * highest, panel.horizontal());
     let stages = Stage::ALL.map(|s| (s.name(), stage_colour(s)));
     let entries: Vec<_> = stages.into_iter().chain([("display", palette::SKY)]).collect();
     legend(canvas, 40.0, 112.0, &entries)?;
     for tick in x.ticks(8) {
         canvas.line(&[(x.at(tick), panel.top), (x.at(tick), panel.bottom)], GRID, 1)?;
     }
-    panel.horizontal_axis(canvas, &x, &x.ticks(8), "power, W")?;
+    panel.horizontal_axis(canvas, &x, &x.ticks(8), &format!("power, {unit}"))?;
     let slot = (panel.bottom - panel.top) / shown.len() as f64;
     let half = (0.32 * slot).min(36.0);
     for (i, outcome) in shown.iter().enumerate() {
@@ -57,14 +58,14 @@ fn draw(canvas: &Canvas, shown: &[&Outcome]) -> Drawn {
         let parts = Stage::ALL.map(|s| (outcome.watts.parts.stage_w(s), stage_colour(s)));
         let mut from = 0.0;
         for (watts, ink) in parts.into_iter().chain([(outcome.watts.display_w, palette::SKY)]) {
-            let (a, b) = (x.at(from), x.at(from + watts));
+            let (a, b) = (x.at(per_watt * from), x.at(per_watt * (from + watts)));
             if b - a >= 0.5 {
                 canvas.fill((a, middle - half), (b, middle + half), ink)?;
             }
             from += watts;
         }
         let total = engineering(from, "W");
-        canvas.text(&total, (x.at(from) + 10.0, middle), Align::Left, INK)?;
+        canvas.text(&total, (x.at(per_watt * from) + 10.0, middle), Align::Left, INK)?;
     }
     Ok(())
 }

@@ -9,6 +9,9 @@ use crate::report::plot::{Align, Canvas, Drawn, GREY, GRID, Panel, Scale, palett
 const NAME: &str = "course";
 const TITLE: &str = "λ and PSNR while tuning";
 
+/// λ below this share of the largest is drawn there: the floor of λ would flatten the rest.
+const SHOWN: f64 = 1e-4;
+
 /// A check of the quality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
@@ -35,8 +38,9 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     let Some(end) = last.moments.last().map(|m| last.begin + f64::from(m.iteration)) else {
         return Ok(None);
     };
-    let what = "gate views; the samples one after the other, then the final model";
-    let drawing = story.page(NAME, TITLE, what).draw(|c| draw(c, story, &shown, end))?;
+    let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.0.psnr_db));
+    let what = format!("gate views; samples in order, then the final model{target}");
+    let drawing = story.page(NAME, TITLE, &what).draw(|c| draw(c, story, &shown, end))?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }
 
@@ -70,8 +74,8 @@ fn draw(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> 
     let y = around(psnr.chain(target), 0.08, upper.vertical());
     upper.vertical_axis(canvas, &y, "PSNR, dB")?;
     let positive = || all().map(|m| m.lambda).filter(|l| *l > 0.0);
-    let low = positive().fold(f64::INFINITY, f64::min);
     let high = positive().fold(0.0, f64::max);
+    let low = positive().fold(f64::INFINITY, f64::min).max(SHOWN * high);
     let weight = if low <= high {
         Scale::logarithmic(low, high, lower.vertical())
     } else {
@@ -90,9 +94,7 @@ fn draw(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> 
     names(canvas, story, shown, &x, end)?;
     let Some(target) = target else { return Ok(()) };
     let height = y.at(target);
-    dashed(canvas, (upper.left, height), (upper.right, height), palette::VERMILION)?;
-    let text = format!("target {target:.2} dB");
-    canvas.text(&text, (upper.right - 6.0, height + 14.0), Align::Right, palette::VERMILION)
+    dashed(canvas, (upper.left, height), (upper.right, height), palette::VERMILION)
 }
 
 /// Names of the jobs above their stretch, where there is room.

@@ -6,17 +6,23 @@ use image::{Rgb, RgbImage};
 use super::Story;
 use crate::report::ReportError;
 use crate::report::charts::Chart;
-use crate::report::plot::{Align, Canvas, Drawn, GREY, INK, Page, Underlay, ZOOM, palette};
+use crate::report::plot::{
+    Align, Canvas, Drawn, GREY, INK, Page, Underlay, ZOOM, palette, text_width,
+};
 
 const NAME: &str = "strip";
 const TITLE: &str = "Before and after";
 /// Differences are shown this many times as large.
 const GAIN: f32 = 8.0;
-/// Room for the images, SVG units: two above two.
+/// Upper left corner of the images, SVG units.
 const LEFT: i32 = 40;
-const TOP: i32 = 120;
-const CELL: (u32, u32) = (590, 262);
-const GAP: (i32, i32) = (20, 46);
+const TOP: i32 = 122;
+/// Room for them.
+const ROOM: (f64, f64) = (1200.0, 550.0);
+/// Between them; captions stand in the lower gap.
+const GAP: (f64, f64) = (20.0, 44.0);
+/// Room for a caption.
+const CAPTION: f64 = 250.0;
 
 /// Pictures of one view, sRGB codes, row-major.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,23 +71,55 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }
 
-fn zoomed(length: u32) -> u32 {
-    length * ZOOM.0 / ZOOM.1
+/// Where the images go, SVG units.
+struct Layout {
+    columns: u32,
+    /// Size of an image.
+    image: (f64, f64),
+    /// From one image to the next.
+    step: (f64, f64),
 }
 
-/// Size of one image on the sheet, PNG pixels.
-fn image_size(strip: &Strip) -> (u32, u32) {
-    let (wide, high) = (zoomed(CELL.0), zoomed(CELL.1));
-    let by_width = (wide, (wide * strip.height).div_ceil(strip.width.max(1)));
-    let by_height = ((high * strip.width).div_ceil(strip.height.max(1)), high);
-    if by_width.1 <= high { by_width } else { by_height }
+impl Layout {
+    /// Two above two, or four in a row: whichever shows them larger.
+    fn of(strip: &Strip) -> Layout {
+        let aspect = f64::from(strip.width.max(1)) / f64::from(strip.height.max(1));
+        let with = |columns: u32| {
+            let (across, down) = (f64::from(columns), f64::from(4 / columns));
+            let wide = (ROOM.0 - (across - 1.0) * GAP.0) / across;
+            let high = (ROOM.1 - (down - 1.0) * GAP.1) / down;
+            let width = wide.min(high * aspect);
+            let image = (width, width / aspect);
+            let step = (width.max(CAPTION) + GAP.0, image.1 + GAP.1);
+            Layout { columns, image, step }
+        };
+        let (square, row) = (with(2), with(4));
+        if row.image.0 > square.image.0 { row } else { square }
+    }
+
+    /// Upper left corner of an image, from that of the first.
+    fn at(&self, i: usize) -> (f64, f64) {
+        let (column, line) = (i as u32 % self.columns, i as u32 / self.columns);
+        (f64::from(column) * self.step.0, f64::from(line) * self.step.1)
+    }
+
+    /// Size of everything.
+    fn size(&self) -> (f64, f64) {
+        let last = self.at(3);
+        (last.0 + self.image.0, last.1 + self.image.1)
+    }
+}
+
+/// SVG units as PNG pixels.
+fn zoomed(length: f64) -> u32 {
+    (length * f64::from(ZOOM.0) / f64::from(ZOOM.1)).round() as u32
 }
 
 /// All four images on white.
 fn sheet(strip: &Strip) -> RgbImage {
-    let (wide, high) = (zoomed(CELL.0), zoomed(CELL.1));
-    let step = (wide + zoomed(GAP.0 as u32), high + zoomed(GAP.1 as u32));
-    let mut sheet = RgbImage::from_pixel(wide + step.0, high + step.1, Rgb([255; 3]));
+    let layout = Layout::of(strip);
+    let size = layout.size();
+    let mut sheet = RgbImage::from_pixel(zoomed(size.0) + 1, zoomed(size.1) + 1, Rgb([255; 3]));
     let code = |v: f32| v.clamp(0.0, 255.0).round() as u8;
     let distance = |a: [f32; 3], b: [f32; 3]| {
         let d = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
@@ -97,48 +135,42 @@ fn sheet(strip: &Strip) -> RgbImage {
         Box::new(distance),
         Box::new(change),
     ];
-    let (w, h) = image_size(strip);
+    let (w, h) = (zoomed(layout.image.0).max(1), zoomed(layout.image.1).max(1));
     for (i, look) in looks.iter().enumerate() {
         let pixels: Vec<u8> = strip.pixels().flat_map(|(a, b)| look(a, b)).collect();
         let Some(image) = RgbImage::from_raw(strip.width, strip.height, pixels) else { continue };
         let filter = image::imageops::FilterType::Triangle;
         let image = image::imageops::resize(&image, w, h, filter);
-        let (column, line) = (i as u32 % 2, i as u32 / 2);
-        let at = (i64::from(column * step.0), i64::from(line * step.1));
+        let at = layout.at(i);
+        let at = (i64::from(zoomed(at.0)), i64::from(zoomed(at.1)));
         image::imageops::replace(&mut sheet, &image, at.0, at.1);
     }
     sheet
 }
 
 fn captions(canvas: &Canvas, strip: &Strip) -> Drawn {
-    let change = strip.mean_change();
+    let layout = Layout::of(strip);
     let captions = [
         "dense".to_owned(),
         strip.name.clone(),
-        format!("difference, largest channel, x{GAIN}"),
-        format!("change per channel, grey is none, x{GAIN}"),
+        format!("largest difference, x{GAIN}"),
+        format!("change per channel, x{GAIN}"),
     ];
-    let (across, down) = (CELL.0 as i32 + GAP.0, CELL.1 as i32 + GAP.1);
+    let (left, top) = (f64::from(LEFT), f64::from(TOP));
     for (i, caption) in captions.iter().enumerate() {
-        let (column, line) = (i as i32 % 2, i as i32 / 2);
-        let at = (f64::from(LEFT + column * across), f64::from(TOP - 14 + line * down));
-        canvas.text(caption, at, Align::Left, INK)?;
+        let (x, y) = layout.at(i);
+        canvas.text(caption, (left + x, top + y - 16.0), Align::Left, INK)?;
     }
-    let shown = ["red", "green", "blue"].into_iter().zip(change);
+    let y = top + layout.size().1 + 24.0;
+    let mut x = left;
+    let about = "mean change, of 255 (grey above is none):".to_owned();
+    let mut parts = vec![(about, GREY)];
     let colours = [palette::VERMILION, palette::GREEN, palette::BLUE];
-    let (w, _) = image_size(strip);
-    let image_w = f64::from(w * ZOOM.1 / ZOOM.0);
-    let mut x = f64::from(LEFT + across) + image_w + 20.0;
-    let mut y = f64::from(TOP + down) + 20.0;
-    if x > 1100.0 {
-        (x, y) = (f64::from(LEFT + across), f64::from(TOP + 2 * down) - 18.0);
-    }
-    canvas.text("mean change, of 255", (x, y), Align::Left, GREY)?;
-    let stacked = x + 300.0 < 1280.0 && y < 500.0;
-    for (i, ((name, value), colour)) in shown.zip(colours).enumerate() {
-        let step = 26.0 * (i + 1) as f64;
-        let at = if stacked { (x, y + step) } else { (x + 80.0 + 130.0 * (i + 1) as f64, y) };
-        canvas.text(&format!("{name} {value:+.2}"), at, Align::Left, colour)?;
+    let names = ["red", "green", "blue"].into_iter().zip(strip.mean_change());
+    parts.extend(names.zip(colours).map(|((name, v), colour)| (format!("{name} {v:+.2}"), colour)));
+    for (text, colour) in parts {
+        canvas.text(&text, (x, y), Align::Left, colour)?;
+        x += text_width(&text) + 24.0;
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::{Story, around};
 use crate::optimize::plan::{Outcome, Role};
 use crate::report::ReportError;
 use crate::report::charts::Chart;
+use crate::report::format::watt_unit;
 use crate::report::plot::{Canvas, Drawn, GRID, Panel, Scale, palette};
 
 const NAME: &str = "sweep";
@@ -28,7 +29,11 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
         let right = Panel { left: 760.0, right: 1240.0, ..left };
         let psnr = |o: &Outcome| o.test.quality.psnr_db;
         panel(canvas, left, &rows, "PSNR, dB", psnr, palette::BLUE)?;
-        panel(canvas, right, &rows, "display power, W", |o| o.test.display_w, palette::ORANGE)
+        let most = rows.iter().map(|(_, o)| o.test.display_w).fold(0.0, f64::max);
+        let (per_watt, unit) = watt_unit(most);
+        let name = format!("display power, {unit}");
+        let power = |o: &Outcome| per_watt * o.test.display_w;
+        panel(canvas, right, &rows, &name, power, palette::ORANGE)
     })?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }
