@@ -201,7 +201,7 @@ pub struct SearchArgs {
     #[arg(long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
     /// Iterations of a sample
-    #[arg(long, value_name = "N", default_value_t = 400)]
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     pub iterations: u32,
     /// Iterations of the first sample, relative to the others
     #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]

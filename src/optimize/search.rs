@@ -1,7 +1,7 @@
 //! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and what
 //! was promised against what came true.
 
-use super::fit::{Fit, FitError, Optimum, Sample, fit, optimum};
+use super::fit::{Fit, FitError, Optimum, Place, Sample, fit, optimum};
 use super::plan::{Outcome, Role};
 use super::target::{Quality, Target};
 
@@ -70,12 +70,13 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let passing = || samples.iter().copied().filter(|o| o.passed);
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
     let best_sample = passing().min_by(least).map(|o| o.rho);
-    // Beyond the highest ratio that passed a fit that used near misses promises what cannot be
-    // had.
+    // A fit that used near misses may end beyond the highest ratio that passed; its minimum is
+    // tried there only if it lies between samples.
     let reach = passing().map(|o| o.rho).reduce(f64::max);
     let rho = best_sample.map(|best| {
         let chosen = optimum.map_or(best, |o| o.chosen_rho());
-        chosen.min(reach.unwrap_or(chosen))
+        let is_inside = optimum.is_some_and(|o| o.place == Place::Interior);
+        if is_inside { chosen } else { chosen.min(reach.unwrap_or(chosen)) }
     });
     let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Final) && o.passed;
     let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());

@@ -176,9 +176,15 @@ fn labels(
         };
         let Some(place) = places.iter().find(free) else { continue };
         taken.push(box_of(*place));
+        clear(canvas, box_of(*place))?;
         canvas.text(text, *place, Align::Left, *colour)?;
     }
     Ok(())
+}
+
+/// White where text goes over lines.
+fn clear(canvas: &Canvas, [left, top, right, bottom]: Area) -> Drawn {
+    canvas.fill((left, top), (right, bottom), RGBColor(255, 255, 255))
 }
 
 /// A dashed line between two points.

@@ -23,7 +23,6 @@ use crate::scene::camera::{edit, path};
 use crate::scene::{Camera, Gaussians};
 use crate::sim::paper::UnitPrices;
 
-
 /// What a run reads.
 pub struct Inputs {
     /// Name for people and for the folder.
@@ -284,10 +283,7 @@ fn power_views(
     })
 }
 
-fn oracle(
-    args: &PowerArgs,
-    model: ModelArg,
-) -> Result<(Box<dyn PowerOracle>, String), Failure> {
+fn oracle(args: &PowerArgs, model: ModelArg) -> Result<(Box<dyn PowerOracle>, String), Failure> {
     if model == ModelArg::Paper {
         if !args.sets.is_empty() || args.energy.is_some() {
             let what = "--set, --energy: the paper model has no machine; use --oracle cycle";

@@ -13,7 +13,7 @@ const MOST_ITERATIONS: u32 = 10_000_000;
 /// Samples of the default schedule, and the highest ratio.
 const FIVE: (usize, f64) = (5, 0.8);
 /// The λ of the sweep, over the dense model's display power.
-const SWEEP: [f64; 7] = [0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
+const SWEEP: [f64; 8] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3];
 
 fn usage(what: impl Into<String>) -> Failure {
     Failure::new(Exit::Usage, what.into())

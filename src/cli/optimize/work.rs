@@ -13,6 +13,7 @@ use crate::optimize::plan::{Campaign, Ended, Job, Outcome, Role};
 use crate::optimize::setup::{Settings, Setup};
 use crate::optimize::target::Target;
 use crate::optimize::tune::{Model, Orders, State, Tuner};
+use crate::report::format::engineering;
 
 /// A target this far above the dense model is not tried, decibels.
 const HOPELESS_DB: f64 = 1.0;
@@ -202,17 +203,17 @@ impl Work<'_> {
         let q = &outcome.gate.quality;
         let w = &outcome.watts;
         out::complain(format!(
-            "{:14} {:8} Gaussians ({:4.1} % pruned)  {:5.2} dB  SSIM {:.4}  {}  {:.4} W = {:.4} \
-             rendering + {:.4} display",
+            "{:14} {:8} Gaussians ({:4.1} % pruned)  {:5.2} dB  SSIM {:.4}  {}  {} = {} \
+             rendering + {} display",
             outcome.name,
             outcome.points,
             100.0 * outcome.rho,
             q.psnr_db,
             q.ssim,
             if outcome.passed { "on target" } else { "missed   " },
-            w.total_w(),
-            w.render_w,
-            w.display_w
+            engineering(w.total_w(), "W"),
+            engineering(w.render_w, "W"),
+            engineering(w.display_w, "W")
         ));
     }
 }

@@ -1,7 +1,7 @@
 //! The display-render plane: models of equal quality, the curve through them, lines of equal total
 //! power.
 
-use super::{Area, Story, around, colour, dashed, label, labels};
+use super::{Area, Story, around, clear, colour, dashed, label, labels};
 use crate::optimize::plan::{Outcome, Role};
 use crate::report::ReportError;
 use crate::report::charts::Chart;
@@ -97,8 +97,10 @@ fn iso_power(
         dashed(canvas, from, to, palette::PALE)?;
         let text = format!("{} {unit}", significant(total));
         let at = (to.0 - 8.0, (to.1 - 12.0).min(panel.bottom - 12.0));
+        let area = [at.0 - text_width(&text), at.1 - 10.0, at.0, at.1 + 10.0];
+        clear(canvas, area)?;
         canvas.text(&text, at, Align::Right, GREY)?;
-        taken.push([at.0 - text_width(&text), at.1 - 10.0, at.0, at.1 + 10.0]);
+        taken.push(area);
     }
     Ok(taken)
 }

@@ -6,7 +6,7 @@ use super::Story;
 use crate::optimize::fit::Place;
 use crate::optimize::plan::{Baseline, Outcome, Role};
 use crate::report::charts::Chart;
-use crate::report::format::engineering;
+use crate::report::format::{engineering, watt_unit};
 
 /// A result as a list of names and values, for `--json` and the terminal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,7 +83,7 @@ pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
     let mut text = format!("# {}: the fewest watts at a given quality\n\n", story.name);
     let _ = writeln!(text, "```\n{}```\n", story.headline());
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
-    let _ = writeln!(text, "Power on {oracle} at {fps} FPS with the display {display}. ");
+    let _ = writeln!(text, "Power: {oracle} at {fps} FPS, display {display}.");
     if let Some(target) = story.target {
         let (db, ssim) = (target.0.psnr_db, target.0.ssim);
         let _ = writeln!(text, "Target over the gate views: {db:.3} dB and SSIM {ssim:.4}.\n");
@@ -105,16 +105,18 @@ pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
 }
 
 fn models(text: &mut String, done: &[Outcome]) {
-    text.push_str(
+    let (per_watt, unit) = watt_unit(done.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max));
+    let _ = write!(
+        text,
         "## Models\n\n| model | pruned, % | Gaussians | gate PSNR, dB | gate SSIM | passed | test \
-         PSNR, dB | test SSIM | display, W | rendering, W | total, W |\n\
+         PSNR, dB | test SSIM | display, {unit} | rendering, {unit} | total, {unit} |\n\
          |---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for o in done {
         let (gate, test) = (o.gate.quality, o.test.quality);
         let _ = writeln!(
             text,
-            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.4} | {:.4} | {:.4} |",
+            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.2} | {:.2} | {:.2} |",
             o.name,
             100.0 * o.rho,
             o.points,
@@ -123,9 +125,9 @@ fn models(text: &mut String, done: &[Outcome]) {
             if o.passed { "yes" } else { "no" },
             test.psnr_db,
             test.ssim,
-            o.watts.display_w,
-            o.watts.render_w,
-            o.watts.total_w()
+            per_watt * o.watts.display_w,
+            per_watt * o.watts.render_w,
+            per_watt * o.watts.total_w()
         );
     }
     text.push('\n');
@@ -215,8 +217,8 @@ fn checked(story: &Story<'_>) -> Vec<Claim> {
     for (role, what, published) in compared {
         if let Some(other) = story.of(role) {
             let saved = 1.0 - ours.watts.total_w() / other.watts.total_w();
-            let loss = other.test.quality.psnr_db - ours.test.quality.psnr_db;
-            let here = format!("{:.1} % less, {loss:.2} dB lost", 100.0 * saved);
+            let (a, b) = (ours.test.quality.psnr_db, other.test.quality.psnr_db);
+            let here = format!("{:.1} % less, at {a:.2} dB against {b:.2} dB", 100.0 * saved);
             claims.push(claim(what, published, here, saved > 0.0));
         }
     }
