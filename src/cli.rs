@@ -21,6 +21,7 @@ pub mod filter;
 pub mod fit;
 pub mod invocation;
 pub mod machine_file;
+pub mod optimize;
 pub mod out;
 pub mod pareto;
 pub mod picture_file;
@@ -116,6 +117,9 @@ pub enum Command {
     /// Compare two pictures: PSNR, SSIM, FLIP, HVSQ
     #[command(after_help = quality::EXAMPLES)]
     Quality(quality::Args),
+    /// Find the fewest watts at a given quality: prune and fine-tune a trained model
+    #[command(after_help = optimize::EXAMPLES)]
+    Optimize(optimize::Args),
     /// Turn every modelling assumption and see what moves
     /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
@@ -177,6 +181,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Fit(args) => fit::run(args, context),
         Command::Quality(args) => quality::run(args, context),
         Command::Pareto(args) => pareto::run(args, context),
+        Command::Optimize(args) => optimize::run(args, context),
         Command::Scene(args) => scene::run(args, context),
         Command::Sensitivity(args) => sensitivity::run(args, context),
         Command::Sweep(args) => sweep::run(args, context),

@@ -1,3 +1,31 @@
 //! The PowerGS optimiser: the fewest watts at a given quality.
+//!
+//! A dense model is pruned to several ratios ρ; each pruned model is fine-tuned with a display
+//! term whose weight λ a controller moves until the quality sits just above the target. Display
+//! and rendering power of these iso-quality models are fitted as functions of ρ, the sum has one
+//! minimum, and the dense model is pruned and fine-tuned to that ρ (`powergs`, sections 4 and 5).
+//!
+//! ```text
+//! dense model --prune(rho)--> tune: forward, loss, backward, Adam --> model on the target
+//!                               '-- lambda::Controller <-- quality on the gate views
+//! samples (rho, D, R) --fit--> rho* --realise--> final model;   oracle: watts of any candidate
+//! ```
+//!
+//! Nothing here knows a path or a clock. A run is a list of jobs ([`plan`]), each of which can be
+//! stopped after any iteration and continued from a [`checkpoint`] bit for bit.
 
+pub mod adam;
+pub mod checkpoint;
 pub mod fit;
+pub mod job;
+pub mod lambda;
+pub mod oracle;
+pub mod plan;
+pub mod prune;
+pub mod schedule;
+pub mod search;
+pub mod setup;
+pub mod study;
+pub mod target;
+pub mod tune;
+pub mod views;

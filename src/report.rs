@@ -14,6 +14,7 @@ pub mod format;
 pub mod json;
 pub mod limits;
 pub mod means;
+pub mod optimize;
 pub mod perfetto;
 pub mod plot;
 pub mod record;

@@ -3,7 +3,7 @@
 use plotters::style::RGBColor;
 
 use super::ReportError;
-use super::format::shortened;
+use super::format::{engineering, shortened, watt_unit};
 use super::plot::{
     Align, Canvas, Drawing, Drawn, INK, Page, Panel, Scale, legend, palette, text_width,
 };
@@ -43,15 +43,18 @@ fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     let (low, high) = (fit.rho_min(), fit.rho_max());
     let most = fit.samples.iter().map(Sample::total_w).fold(fit.total_w(low), f64::max);
     let x = Scale::exact(low - 0.03 * (high - low), high + 0.03 * (high - low), panel.horizontal());
-    let y = Scale::from_zero(most.max(fit.total_w(high)), panel.vertical());
-    panel.vertical_axis(canvas, &y, "power, W")?;
+    let most = most.max(fit.total_w(high));
+    let (per_watt, unit) = watt_unit(most);
+    let y = Scale::from_zero(per_watt * most, panel.vertical());
+    panel.vertical_axis(canvas, &y, &format!("power, {unit}"))?;
     let ticks: Vec<f64> = x.ticks(10).into_iter().filter(|t| *t >= -1e-9).collect();
     panel.horizontal_axis(canvas, &x, &ticks, "pruned share of Gaussians, ρ")?;
     let entries = [("display", DISPLAY), ("rendering", RENDER), ("total", TOTAL)];
     legend(canvas, panel.left, 118.0, &entries)?;
     let note = "dots: samples, lines: fits";
     canvas.text(note, (panel.right, 118.0), Align::Right, super::plot::GREY)?;
-    mark(canvas, fit, panel, (&x, &y))?;
+    let height = |watts: f64| y.at(per_watt * watts);
+    mark(canvas, fit, panel, (&x, &height))?;
     let series: [Series; 3] = [
         (Fit::display_w, |s| s.display_w, DISPLAY),
         (Fit::render_w, |s| s.render_w, RENDER),
@@ -60,30 +63,40 @@ fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     for (curve, of, colour) in series {
         let points: Vec<(f64, f64)> = (0..=STEPS)
             .map(|i| low + (high - low) * f64::from(i) / f64::from(STEPS))
-            .map(|rho| (x.at(rho), y.at(curve(fit, rho))))
+            .map(|rho| (x.at(rho), height(curve(fit, rho))))
             .collect();
         canvas.line(&points, colour, 3)?;
         for sample in &fit.samples {
-            canvas.dot((x.at(sample.rho), y.at(of(sample))), 7, colour)?;
+            canvas.dot((x.at(sample.rho), height(of(sample))), 7, colour)?;
         }
     }
     let best = optimum(fit);
-    canvas.dot((x.at(best.rho), y.at(best.total_w())), 10, palette::VERMILION)
+    canvas.dot((x.at(best.rho), height(best.total_w())), 10, palette::VERMILION)
 }
 
-/// The line of the optimum and its numbers.
-fn mark(canvas: &Canvas, fit: &Fit, panel: Panel, (x, y): (&Scale, &Scale)) -> Drawn {
+/// The line of the optimum and its numbers, above everything that is drawn below them.
+fn mark(
+    canvas: &Canvas,
+    fit: &Fit,
+    panel: Panel,
+    (x, height): (&Scale, &dyn Fn(f64) -> f64),
+) -> Drawn {
     let best = optimum(fit);
     let at = x.at(best.rho);
-    canvas.line(&[(at, panel.bottom), (at, y.at(best.total_w()))], palette::VERMILION, 2)?;
+    canvas.line(&[(at, panel.bottom), (at, height(best.total_w()))], palette::VERMILION, 2)?;
     let trust = if best.is_trusted() { "" } else { ", not trusted" };
-    let text =
-        format!("optimum: ρ = {:.3}, {:.4} W ({}{trust})", best.rho, best.total_w(), words(fit));
-    // Beside its dot, above the total: the room over the minimum of a convex curve is free.
+    let watts = engineering(best.total_w(), "W");
+    let text = format!("optimum: ρ = {:.3}, {watts} ({}{trust})", best.rho, words(fit));
     let half = text_width(&text) / 2.0;
     let middle = at.clamp(panel.left + half + 8.0, panel.right - half);
-    let above = y.at(best.total_w()) - 40.0;
-    canvas.text(&text, (middle, above.max(panel.top + 12.0)), Align::Centre, palette::VERMILION)
+    let is_under = |rho: &f64| (x.at(*rho) - middle).abs() < half + 16.0;
+    let step = (fit.rho_max() - fit.rho_min()) / f64::from(STEPS);
+    let places = (0..=STEPS).map(|i| fit.rho_min() + step * f64::from(i));
+    let curve = places.filter(is_under).map(|rho| height(fit.total_w(rho)));
+    let dots = fit.samples.iter().filter(|s| is_under(&s.rho)).map(|s| height(s.total_w()));
+    let top = curve.chain(dots).fold(height(best.total_w()), f64::min);
+    let above = (top - 28.0).max(panel.top + 12.0);
+    canvas.text(&text, (middle, above), Align::Centre, palette::VERMILION)
 }
 
 fn words(fit: &Fit) -> String {

@@ -60,6 +60,12 @@ pub fn percent(share: f64) -> String {
     if p > 0.0 && p < 0.5 { "<1".into() } else { format!("{p:.0}") }
 }
 
+/// A unit of power that suits `most` watts: how many of it a watt is, and its name.
+pub fn watt_unit(most: f64) -> (f64, String) {
+    let (scale, prefix) = prefix_of(most);
+    (scale.recip(), format!("{prefix}W"))
+}
+
 /// At most `width` characters; the end of what is too long becomes `…`.
 pub fn shortened(text: &str, width: usize) -> String {
     let clean: String = text.chars().map(|c| if c.is_control() { '?' } else { c }).collect();

@@ -11,6 +11,7 @@ mod energy;
 mod fit;
 mod geometry;
 mod knobs;
+mod optimize;
 mod paper;
 mod photos;
 mod pipeline;

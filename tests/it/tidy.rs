@@ -42,7 +42,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ),
     // Makes scenes, frames and workloads, and puts machines on them.
     ("validate", &["scene", "raster", "trace", "workload", "accel", "action", "energy", "sim"]),
-    ("optimize", &[]),
+    // A trainer with a price tag: it renders, measures quality and asks `sim` for watts.
+    (
+        "optimize",
+        &[
+            "scene", "raster", "workload", "accel", "action", "energy", "display", "picture",
+            "quality", "sim",
+        ],
+    ),
     // Reads tables of results; knows no machine.
     ("analysis", &["config", "sweep"]),
     ("lib", &[]),

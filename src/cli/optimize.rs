@@ -1,0 +1,297 @@
+//! `optimize`: the fewest watts at a given quality.
+
+mod demo;
+mod finish;
+mod folder;
+mod inputs;
+mod photos;
+mod record;
+mod settings;
+mod work;
+
+use std::path::PathBuf;
+
+use super::background::Background;
+use super::{Context, Exit, Failure};
+
+/// Shown under `optimize --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim optimize --demo
+  powergs-sim optimize model.ply --images photos/ --quality 0.99 --out runs/snow
+  powergs-sim optimize model.ply --cameras cameras.json --reference self --quality-db 35 \\
+      --size 400x300 --out runs/bot
+  powergs-sim optimize model.ply --images photos/ --baselines --study ratio --out runs/all
+  powergs-sim optimize ...the same arguments... --resume
+
+Then: powergs-sim render runs/snow/final.ply, powergs-sim replay runs/snow/final.bin";
+
+/// The arguments of `optimize`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    #[arg(required_unless_present = "demo")]
+    pub model: Option<PathBuf>,
+    /// A generated scene, end to end in a few minutes
+    #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "lod"])]
+    pub demo: bool,
+    /// Level of detail of a streamed scene (lod-meta.json)
+    #[arg(long, value_name = "N")]
+    pub lod: Option<u32>,
+    /// The run folder [default: runs/NAME]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the run in the folder; repeat its other arguments
+    #[arg(long)]
+    pub resume: bool,
+    /// Which views there are, and what they should look like.
+    #[command(flatten)]
+    pub views: ViewArgs,
+    /// How good the result must be.
+    #[command(flatten)]
+    pub quality: QualityArgs,
+    /// What power is.
+    #[command(flatten)]
+    pub power: PowerArgs,
+    /// How it is searched.
+    #[command(flatten)]
+    pub search: SearchArgs,
+    /// What is made for comparison.
+    #[command(flatten)]
+    pub compare: CompareArgs,
+}
+
+/// Which views there are, and what they should look like.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Views")]
+pub struct ViewArgs {
+    /// Photos; their poses are in --cameras, or in a cameras.json or transforms.json beside them
+    #[arg(long, value_name = "DIR", conflicts_with = "reference")]
+    pub images: Option<PathBuf>,
+    /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
+    #[arg(long, value_name = "PATH")]
+    pub cameras: Option<PathBuf>,
+    /// Instead of a file: N views on a circle around the scene
+    #[arg(long, value_name = "N", conflicts_with = "cameras")]
+    pub orbit: Option<usize>,
+    /// What the model is compared with [default: self without --images]
+    #[arg(long, value_enum)]
+    pub reference: Option<ReferenceArg>,
+    /// Only every K-th view, starting with the first
+    #[arg(long, value_name = "K")]
+    pub every: Option<std::num::NonZeroUsize>,
+    /// Image size, pixels; photos are averaged down to it, and must have its aspect
+    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
+    pub size: Option<(u32, u32)>,
+    /// Background: black, white, or r,g,b from 0 to 1
+    #[arg(long, default_value = "black")]
+    pub background: Background,
+    /// Of the training views, every K-th validates [default: as many as there are test views]
+    #[arg(long, value_name = "K")]
+    pub validation: Option<std::num::NonZeroUsize>,
+    /// Views that decide whether a model passes; `test` as the published code does
+    #[arg(long, value_enum, default_value = "validation")]
+    pub gate: GateArg,
+    /// Views that power is a mean over
+    #[arg(long, value_enum, default_value = "all")]
+    pub power_views: PowerViewsArg,
+    /// Mean power over a smooth path of N frames through the views instead
+    #[arg(long, value_name = "N", conflicts_with = "power_views")]
+    pub path_frames: Option<usize>,
+}
+
+/// What the model is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ReferenceArg {
+    /// The dense model's own renders
+    #[value(name = "self")]
+    Own,
+}
+
+/// Views that decide.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum GateArg {
+    /// Views taken from the training views for this
+    Validation,
+    /// The test views: what is reported was also selected on
+    Test,
+}
+
+/// Views that power is a mean over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum PowerViewsArg {
+    /// All views
+    All,
+    /// The test views, as the published code
+    Test,
+}
+
+/// How good the result must be.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Quality")]
+pub struct QualityArgs {
+    /// H, M or L: 99, 98 or 97 % of the dense model with photos; 40, 37 or 34 dB (and an SSIM of
+    /// 0.98, 0.965 or 0.945) against its own renders [default: H, with --reference self M]
+    #[arg(long, value_enum, ignore_case = true, group = "goal")]
+    pub level: Option<LevelArg>,
+    /// Share of the PSNR and SSIM of the dense model, 0 to 1
+    #[arg(long, value_name = "SHARE", group = "goal")]
+    pub quality: Option<f64>,
+    /// PSNR, decibels
+    #[arg(long, value_name = "DB", group = "goal")]
+    pub quality_db: Option<f64>,
+    /// SSIM beside --quality-db [default: none]
+    #[arg(long, value_name = "SSIM", requires = "quality_db")]
+    pub quality_ssim: Option<f64>,
+    /// The quality has settled when it is less than this above the target, decibels
+    #[arg(long, value_name = "DB", default_value_t = 0.05)]
+    pub epsilon_db: f64,
+}
+
+/// A named step of quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum LevelArg {
+    /// High
+    H,
+    /// Medium
+    M,
+    /// Low
+    L,
+}
+
+/// What power is.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Power")]
+pub struct PowerArgs {
+    /// Machine: a name or a TOML file
+    #[arg(long, value_name = "MACHINE", default_value = "gscore")]
+    pub arch: String,
+    /// Change a key of the machine: vru.cores=8
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub sets: Vec<String>,
+    /// Energy table in place of the machine's
+    #[arg(long, value_name = "TABLE")]
+    pub energy: Option<String>,
+    /// What counts: the simulated machine, or the published closed form [default: cycle, with
+    /// --demo paper]
+    #[arg(long, value_enum)]
+    pub oracle: Option<super::replay::ModelArg>,
+    /// Display preset: a name or a TOML file
+    #[arg(long, value_name = "PRESET", default_value = "oled-powergs")]
+    pub display: String,
+    /// Scale the panel so that the dense model's display power is R times its rendering power
+    /// [default: the panel as it is, with --demo 2]
+    #[arg(long, value_name = "R")]
+    pub display_ratio: Option<f64>,
+    /// Frames shown per second: power is that at this rate, never at the rate that is possible
+    #[arg(long, value_name = "RATE", default_value = "60",
+        value_parser = super::replay::display_rate)]
+    pub fps: f64,
+}
+
+/// How it is searched.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Search")]
+pub struct SearchArgs {
+    /// Ratios of pruned Gaussians to sample, ascending: 0,0.2,0.4 [default: five, up to 0.8, moved
+    /// below the first that misses the target]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "schedule")]
+    pub rhos: Vec<f64>,
+    /// How samples are chosen
+    #[arg(long, value_enum, default_value = "five")]
+    pub schedule: ScheduleArg,
+    /// Iterations of a sample
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    pub iterations: u32,
+    /// Iterations of the first sample, relative to the others
+    #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]
+    pub first_effort: f64,
+    /// Iterations of the final model and of each baseline [default: twice those of a sample]
+    #[arg(long, value_name = "N")]
+    pub final_iterations: Option<u32>,
+    /// Iterations between checks of the quality
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub interval: u32,
+    /// The share of a fine-tune in which lambda is adjusted; then it rests
+    #[arg(long, value_name = "SHARE", default_value_t = 0.75)]
+    pub adjust_share: f64,
+    /// First lambda times the display power of the dense model: what the display term of the loss
+    /// begins with
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.01)]
+    pub lambda: f64,
+    /// How lambda follows the quality
+    #[arg(long, value_enum, default_value = "damped")]
+    pub rule: RuleArg,
+    /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
+    #[arg(long, value_name = "ALPHA", default_value_t = 1.0)]
+    pub opacity_cap: f32,
+    /// Factor on all learning rates
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub rate_scale: f64,
+    /// Learning rates at the end of a fine-tune, relative to its beginning; 1 as the published code
+    #[arg(long, value_name = "FACTOR", default_value_t = 0.1)]
+    pub rate_end: f64,
+    /// Seed of the order of training views
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Iterations between checkpoints
+    #[arg(long, value_name = "N", default_value_t = 250)]
+    pub checkpoint_every: u32,
+}
+
+/// How lambda follows the quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum RuleArg {
+    /// Smaller steps near the target, with an eye on the trend
+    Damped,
+    /// Full steps, as the published code
+    Published,
+}
+
+/// How samples are chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ScheduleArg {
+    /// Five, moved below the first that misses the target
+    Five,
+    /// Seven coarse and five fine ones, as the published code; --iterations is what it gives 1500
+    Published,
+}
+
+/// What is made for comparison.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Comparison")]
+pub struct CompareArgs {
+    /// Render-only, display-only, two-stage, LightGaussian-style at 66, 76 and 86 %
+    #[arg(long)]
+    pub baselines: bool,
+    /// A further trained model of the same scene: NAME=FILE
+    #[arg(long = "baseline", value_name = "NAME=FILE", value_parser = named_file)]
+    pub others: Vec<(String, PathBuf)>,
+    /// Studies: ratio (display against rendering power), lambda (a sweep without pruning)
+    #[arg(long, value_enum, value_delimiter = ',')]
+    pub study: Vec<StudyArg>,
+}
+
+/// A study.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum StudyArg {
+    /// Display-to-render ratios from 0.38 to 2.66
+    Ratio,
+    /// Fixed values of lambda without pruning
+    Lambda,
+}
+
+fn named_file(text: &str) -> Result<(String, PathBuf), String> {
+    let plain = |name: &str| {
+        !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
+    };
+    match text.split_once('=') {
+        Some((name, file)) if plain(name) && !file.is_empty() => Ok((name.into(), file.into())),
+        _ => Err("write it as NAME=FILE; the name has letters, digits, - _ .".into()),
+    }
+}
+
+/// Runs `optimize`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    work::run(args, context)
+}

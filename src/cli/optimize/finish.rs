@@ -1,0 +1,240 @@
+//! What a finished run leaves: tables, the final model, its trace, charts, a summary.
+
+use serde_json::{Value, json};
+
+use super::super::{Context, Exit, Failure, OrExit, out};
+use super::folder::Folder;
+use super::inputs::Inputs;
+use crate::optimize::checkpoint::Progress;
+use crate::optimize::plan::{Campaign, Outcome, Role};
+use crate::optimize::setup::{Seen, Setup};
+use crate::optimize::study::ratios;
+use crate::optimize::tune::Model;
+use crate::raster::{Detail, Options, render};
+use crate::report::optimize::{
+    Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
+};
+use crate::scene::write_ply;
+use crate::trace::{EncodedFrame, TraceHeader, Writer};
+
+/// Longer side of the images of the strip, pixels.
+const STRIP_SIDE: u32 = 800;
+
+/// What a run was about.
+pub struct Finished<'a> {
+    /// Inputs and numbers.
+    pub setup: &'a Setup<'a>,
+    /// What was to be done.
+    pub campaign: &'a Campaign,
+    /// Frames shown per second.
+    pub fps: f64,
+    /// Whether the study of ratios was asked for.
+    pub wants_ratios: bool,
+    /// Why it ended before its jobs were done.
+    pub stopped: Option<&'static str>,
+}
+
+/// Writes everything that follows from the outcomes.
+pub fn finish(
+    run: &Finished<'_>,
+    inputs: &Inputs,
+    folder: &mut Folder,
+    progress: &Progress,
+    context: &Context,
+) -> Result<Exit, Failure> {
+    let done = &progress.outcomes;
+    let conclusion = run.campaign.conclusion(done);
+    folder.write("samples.csv", samples_csv(done).as_bytes())?;
+    folder.write("models.csv", models_csv(done).as_bytes())?;
+    let rows = if run.wants_ratios { ratios(done) } else { Vec::new() };
+    if !rows.is_empty() {
+        folder.write("ratios.csv", ratios_csv(&rows).as_bytes())?;
+    }
+    let mut strip = None;
+    if let Some(best) = &conclusion.best {
+        let model = folder.load_model(best)?;
+        write_model(run.setup, inputs, folder, &model)?;
+        strip = Some(pictures(run.setup, &model, best));
+    }
+    let story = Story {
+        name: inputs.name.clone(),
+        oracle: inputs.oracle.name(),
+        display: inputs.display.name.clone(),
+        fps: run.fps,
+        done,
+        target: run.campaign.target(done),
+        conclusion: &conclusion,
+        course: course(&folder.history()?),
+        ratios: rows,
+        strip,
+    };
+    let drawn = charts(&story).or_exit(Exit::Internal, "charts")?;
+    for chart in &drawn {
+        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        folder.write(&format!("{}.png", chart.name), &png)?;
+        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
+    }
+    folder.write("summary.md", markdown(&story, &drawn).as_bytes())?;
+    tell(run, &story, folder, context)?;
+    Ok(if conclusion.best.is_some() { Exit::Done } else { Exit::GoalMissed })
+}
+
+fn tell(
+    run: &Finished<'_>,
+    story: &Story<'_>,
+    folder: &Folder,
+    context: &Context,
+) -> Result<(), Failure> {
+    if context.global.json {
+        return out::json(&object(run, story));
+    }
+    if let Some(why) = run.stopped {
+        out::complain(why);
+    }
+    if context.global.quiet {
+        return Ok(());
+    }
+    out::text(&format!("{}{}\n", story.headline(), folder.path().join("summary.md").display()))
+}
+
+/// The final model as INRIA PLY, and its trace over the power views.
+fn write_model(
+    setup: &Setup<'_>,
+    inputs: &Inputs,
+    folder: &Folder,
+    model: &Model,
+) -> Result<(), Failure> {
+    let mut bytes = Vec::new();
+    write_ply(&model.scene, &mut bytes).or_exit(Exit::Internal, "final.ply")?;
+    folder.write("final.ply", &bytes)?;
+    let header = TraceHeader {
+        generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
+        scene: format!("{}-optimised", inputs.name),
+        points: model.scene.len() as u64,
+    };
+    let options = Options { background: setup.background, ..Options::reference(Detail::Counters) };
+    let mut writer = Writer::new(Vec::new(), &header).or_exit(Exit::Internal, "final.bin")?;
+    for camera in setup.power_views {
+        let frame = render(&model.scene, camera, &options).into_frame(camera, setup.background);
+        let encoded = EncodedFrame::encode(&frame).or_exit(Exit::Internal, "final.bin")?;
+        writer.write_encoded(encoded).or_exit(Exit::Internal, "final.bin")?;
+    }
+    let trace = writer.finish().or_exit(Exit::Internal, "final.bin")?;
+    folder.write("final.bin", &trace)
+}
+
+/// The first test view, before and after.
+fn pictures(setup: &Setup<'_>, model: &Model, best: &str) -> Strip {
+    let camera = &setup.cameras[setup.split.test[0]];
+    let options = Options { background: setup.background, ..Options::reference(Detail::Image) };
+    let shown = |scene| {
+        let picture = render(scene, camera, &options).picture;
+        if picture.width.max(picture.height) > STRIP_SIDE {
+            picture.shrunk(STRIP_SIDE)
+        } else {
+            picture
+        }
+    };
+    let (dense, ours) = (shown(setup.dense), shown(&model.scene));
+    Strip {
+        view: camera.name.clone(),
+        width: dense.width,
+        height: dense.height,
+        dense: dense.to_rgb8(),
+        ours: ours.to_rgb8(),
+        name: if best == "final" { "optimised".into() } else { format!("optimised ({best})") },
+    }
+}
+
+/// The checks in `history.csv`, which this program wrote.
+fn course(history: &str) -> Vec<Moment> {
+    let moment = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let cell = |i: usize| cells.get(i).copied().filter(|c| !c.is_empty());
+        Some(Moment {
+            job: cell(0)?.to_owned(),
+            iteration: cell(1)?.parse().ok()?,
+            lambda: cell(8)?.parse().ok()?,
+            psnr_db: cell(10)?.parse().ok()?,
+        })
+    };
+    history.lines().skip(1).filter_map(moment).collect()
+}
+
+/// A number as JSON; what is not finite becomes null.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+fn seen(seen: &Seen) -> Value {
+    json!({
+        "psnr_db": number(seen.quality.psnr_db),
+        "ssim": number(seen.quality.ssim),
+        "display_w": number(seen.display_w),
+    })
+}
+
+fn model(outcome: &Outcome) -> Value {
+    let role = match outcome.role {
+        Role::Dense => "dense",
+        Role::Sample => "sample",
+        Role::Final => "final",
+        Role::Baseline(_) => "baseline",
+        Role::External(_) => "external",
+        Role::Sweep(_) => "sweep",
+    };
+    json!({
+        "name": outcome.name,
+        "role": role,
+        "rho": outcome.rho,
+        "gaussians": outcome.points,
+        "iterations": outcome.iterations,
+        "lambda_per_w": outcome.lambda,
+        "passed": outcome.passed,
+        "gate": seen(&outcome.gate),
+        "test": seen(&outcome.test),
+        "display_w": outcome.watts.display_w,
+        "render_w": outcome.watts.render_w,
+        "total_w": outcome.watts.total_w(),
+    })
+}
+
+fn object(run: &Finished<'_>, story: &Story<'_>) -> Value {
+    let conclusion = story.conclusion;
+    let missed: Vec<Value> = conclusion
+        .missed
+        .iter()
+        .map(|m| {
+            json!({
+                "name": m.name,
+                "rho": m.rho,
+                "missed_by_db": number(m.by.psnr_db),
+                "missed_by_ssim": number(m.by.ssim),
+            })
+        })
+        .collect();
+    let fit = conclusion.fit.as_ref().ok();
+    let target = story.target.map(|t| t.0);
+    let facts = story.facts();
+    json!({
+        "reached": conclusion.best.is_some(),
+        "stopped": run.stopped,
+        "best": conclusion.best,
+        "target_psnr_db": target.map(|t| number(t.psnr_db)),
+        "target_ssim": target.map(|t| number(t.ssim)),
+        "dense_w": facts.map(|f| f.dense_w),
+        "ours_w": facts.map(|f| f.ours_w),
+        "saved_frac": facts.map(|f| f.saved),
+        "optimum_rho": conclusion.optimum.map(|o| o.rho),
+        "chosen_rho": conclusion.rho,
+        "predicted_w": facts.and_then(|f| f.predicted_w),
+        "realised_w": facts.and_then(|f| f.realised_w),
+        "r2_display": fit.and_then(|f| f.display.r2),
+        "r2_render": fit.and_then(|f| f.render.r2),
+        "mre_display": fit.and_then(|f| f.display.mre),
+        "mre_render": fit.and_then(|f| f.render.mre),
+        "missed": missed,
+        "models": story.done.iter().map(model).collect::<Vec<Value>>(),
+    })
+}

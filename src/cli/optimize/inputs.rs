@@ -1,0 +1,304 @@
+//! Everything that a run reads, opened and checked.
+
+use std::path::Path;
+
+use xxhash_rust::xxh3::Xxh3;
+
+use super::super::camera_file::{CameraArgs, Views};
+use super::super::machine_file::{load_display, load_machine_with, read};
+use super::super::progress::Progress;
+use super::super::replay::ModelArg;
+use super::super::{Context, Exit, Failure, OrExit, out, scene_file};
+use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, photos};
+use crate::config::embedded::ENERGY;
+use crate::display::Display;
+use crate::energy::EnergyTable;
+use crate::optimize::adam::Group;
+use crate::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
+use crate::optimize::setup::Reference;
+use crate::optimize::views::{ViewSplit, split};
+use crate::raster::{Detail, Options, render};
+use crate::scene::camera::orbit::SceneBounds;
+use crate::scene::camera::{edit, path};
+use crate::scene::{Camera, Gaussians};
+use crate::sim::paper::UnitPrices;
+
+/// What a run reads.
+pub struct Inputs {
+    /// Name for people and for the folder.
+    pub name: String,
+    /// The dense model.
+    pub dense: Gaussians,
+    /// Further models.
+    pub externals: Vec<(String, Gaussians)>,
+    /// All views.
+    pub cameras: Vec<Camera>,
+    /// Their references.
+    pub references: Vec<Reference>,
+    /// Whether those are renders of the dense model.
+    pub is_self: bool,
+    /// Which view does what.
+    pub split: ViewSplit,
+    /// Views that power is a mean over.
+    pub power_views: Vec<Camera>,
+    /// The panel.
+    pub display: Display,
+    /// What rendering costs.
+    pub oracle: Box<dyn PowerOracle>,
+    /// The machine or price table, as resolved.
+    pub oracle_toml: String,
+}
+
+impl Inputs {
+    /// Opens and checks everything.
+    pub fn load(args: &Args, context: &Context) -> Result<Inputs, Failure> {
+        let (name, dense) = dense(args, context)?;
+        let display = load_display(&args.power.display)?;
+        let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args))?;
+        let externals = externals(args, context)?;
+        let (full, cameras) = views(args, context, &dense)?;
+        let background = args.views.background.0;
+        check_sight(&dense, &cameras, background, context)?;
+        let progress = Progress::new(context, cameras.len() as u64, "reference images");
+        let references = match &args.views.images {
+            Some(folder) => {
+                photos::load(folder, &full, &cameras, background, || progress.advance(1))?
+            }
+            None => own_renders(&dense, &cameras, background, &progress),
+        };
+        drop(progress);
+        let split = split(&cameras, args.views.validation.map_or(0, |k| k.get()));
+        for note in split.notes.iter().filter(|_| !context.global.quiet) {
+            out::complain(format!("note: {note}"));
+        }
+        let power_views = power_views(&args.views, &cameras, &split)?;
+        let display = match demo::display_ratio(args) {
+            Some(ratio) => {
+                scaled(display, ratio, &dense, &power_views, background, oracle.as_ref())?
+            }
+            None => display,
+        };
+        let is_self = args.views.images.is_none();
+        Ok(Inputs {
+            name,
+            dense,
+            externals,
+            cameras,
+            references,
+            is_self,
+            split,
+            power_views,
+            display,
+            oracle,
+            oracle_toml,
+        })
+    }
+
+    /// A hash of everything here that numbers depend on, and of `settings`.
+    pub fn fingerprint(&self, settings: &str) -> u128 {
+        let mut hash = Xxh3::new();
+        hash.update(settings.as_bytes());
+        hash.update(self.oracle_toml.as_bytes());
+        hash.update(format!("{:?}{:?}", self.display, self.cameras).as_bytes());
+        hash.update(format!("{:?}{:?}", self.split, self.power_views).as_bytes());
+        for scene in std::iter::once(&self.dense).chain(self.externals.iter().map(|e| &e.1)) {
+            hash.update(&[scene.sh_degree]);
+            for group in Group::ALL {
+                hash.update(bytemuck::cast_slice(group.of(scene)));
+            }
+        }
+        self.references.iter().for_each(|r| hash.update(r.as_bytes()));
+        hash.digest128()
+    }
+}
+
+fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
+    let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
+        return Ok(("demo".into(), demo::model()?));
+    };
+    let scene = scene_file::load(path, args.lod)?;
+    scene.warn(context);
+    if scene.gaussians.is_empty() {
+        let what = format!("{}: the model has no Gaussians", path.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let stem = |path: &Path| path.file_stem().map(|s| s.to_string_lossy().into_owned());
+    let folder = scene.path.parent().and_then(stem);
+    let own = stem(&scene.path).filter(|s| s != "meta" && s != "lod-meta");
+    let name = own.or(folder).unwrap_or_else(|| "model".into());
+    Ok((name, scene.gaussians))
+}
+
+fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
+    let mut externals = Vec::new();
+    for (name, path) in &args.compare.others {
+        let scene = scene_file::load(path, None)?;
+        scene.warn(context);
+        externals.push((name.clone(), scene.gaussians));
+    }
+    Ok(externals)
+}
+
+/// The views as their file has them, and as they are used.
+fn views(
+    args: &Args,
+    context: &Context,
+    dense: &Gaussians,
+) -> Result<(Vec<Camera>, Vec<Camera>), Failure> {
+    if args.demo {
+        let views = demo::views(args.views.size)?;
+        return Ok((views.clone(), views));
+    }
+    let images = args.views.images.as_deref();
+    let file = args.views.cameras.clone().or_else(|| images.and_then(photos::camera_file));
+    if file.is_none() && args.views.orbit.is_none() {
+        let what = match images {
+            Some(folder) => format!(
+                "{}: no cameras.json or transforms.json there or beside it; give --cameras",
+                folder.display()
+            ),
+            None => "no views: give --cameras FILE, --orbit N, or --images DIR".into(),
+        };
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    if images.is_some() && args.views.orbit.is_some() {
+        let what = "--orbit: photos have poses of their own; give --cameras, or no --images";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let source = CameraArgs {
+        cameras: file,
+        orbit: args.views.orbit,
+        orbit_elevation: None,
+        orbit_radius: None,
+        orbit_fov: None,
+        orbit_up: None,
+        split: None,
+        every: args.views.every,
+        path_frames: None,
+        frames: None,
+        size: if images.is_some() { None } else { args.views.size },
+        stereo: None,
+    };
+    let views: Views = source.cameras(|| SceneBounds::of(dense))?;
+    views.warn(context);
+    let full = views.cameras;
+    let used = match args.views.size.filter(|_| images.is_some()) {
+        Some(size) => full.iter().map(|c| smaller(c, size)).collect::<Result<Vec<_>, _>>()?,
+        None => full.clone(),
+    };
+    Ok((full, used))
+}
+
+/// A view of a photo that is averaged down.
+fn smaller(camera: &Camera, (width, height): (u32, u32)) -> Result<Camera, Failure> {
+    let fitting = f64::from(camera.width) * f64::from(height) / f64::from(camera.height);
+    let enlarges = width > camera.width || height > camera.height;
+    if enlarges || (fitting - f64::from(width)).abs() > 1.0 {
+        let what = format!(
+            "--size {width}x{height}: the photo of {} is {}x{}; give a smaller size of its aspect, \
+             for this height {fitting:.0}x{height}",
+            camera.name, camera.width, camera.height
+        );
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    Ok(edit::resized(camera, width, height))
+}
+
+/// Views that see nothing cannot train: all of them is an error, some are a warning.
+fn check_sight(
+    dense: &Gaussians,
+    cameras: &[Camera],
+    background: [f32; 3],
+    context: &Context,
+) -> Result<(), Failure> {
+    let options = Options { background, ..Options::reference(Detail::Image) };
+    let blind: Vec<&str> = cameras
+        .iter()
+        .filter(|c| render(dense, c, &options).picture.pixels.iter().all(|p| *p == background))
+        .map(|c| c.name.as_str())
+        .collect();
+    if blind.len() == cameras.len() {
+        let what = "no view sees anything of the model: are these the cameras of this scene?";
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    if !blind.is_empty() && !context.global.quiet {
+        let names = blind.join(", ");
+        out::complain(format!("warning: {} views see nothing of the model: {names}", blind.len()));
+    }
+    Ok(())
+}
+
+/// The panel at which the dense model's display power is `ratio` times its rendering power.
+fn scaled(
+    display: Display,
+    ratio: f64,
+    dense: &Gaussians,
+    views: &[Camera],
+    background: [f32; 3],
+    oracle: &dyn PowerOracle,
+) -> Result<Display, Failure> {
+    if !(0.001..=1000.0).contains(&ratio) {
+        let what = format!("--display-ratio {ratio}: must be 0.001 to 1000");
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let watts = oracle.watts(dense, views, background, &display);
+    let watts = watts.or_exit(Exit::Internal, "internal error in the dense model")?;
+    if watts.display_w <= 0.0 {
+        let what = "--display-ratio: the dense model's images cost no display power";
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let factor = ratio * watts.render_w / watts.display_w;
+    let standing = crate::quantity::Watts(display.standing.0 * factor);
+    Ok(Display { scale: display.scale * factor, standing, ..display })
+}
+
+fn own_renders(
+    dense: &Gaussians,
+    cameras: &[Camera],
+    background: [f32; 3],
+    progress: &Progress,
+) -> Vec<Reference> {
+    let options = Options { background, ..Options::reference(Detail::Image) };
+    let reference = |camera: &Camera| {
+        progress.advance(1);
+        Reference::new(&render(dense, camera, &options).picture)
+    };
+    cameras.iter().map(reference).collect()
+}
+
+fn power_views(
+    args: &ViewArgs,
+    cameras: &[Camera],
+    split: &ViewSplit,
+) -> Result<Vec<Camera>, Failure> {
+    if let Some(frames) = args.path_frames {
+        let what = "--path-frames: a path needs 1 to 100000 frames and at least two views";
+        let refused = || Failure::new(Exit::Usage, what);
+        let path = path::Path::through(cameras).filter(|_| (1..=100_000).contains(&frames));
+        return Ok(path.ok_or_else(refused)?.frames(frames));
+    }
+    Ok(match args.power_views {
+        PowerViewsArg::All => cameras.to_vec(),
+        PowerViewsArg::Test => split.test.iter().map(|&v| cameras[v].clone()).collect(),
+    })
+}
+
+fn oracle(args: &PowerArgs, model: ModelArg) -> Result<(Box<dyn PowerOracle>, String), Failure> {
+    if model == ModelArg::Paper {
+        if !args.sets.is_empty() || args.energy.is_some() {
+            let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        let table = read("energy table", "paper", ENERGY, None)?;
+        let flat = EnergyTable::parse(&table.text).or_exit(Exit::Internal, &table.origin)?;
+        let [flop_pj, sram_pj_per_byte, dram_pj_per_byte] = flat
+            .flat_pj()
+            .ok_or_else(|| Failure::new(Exit::Internal, "the table `paper` has no flat prices"))?;
+        let prices = UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte };
+        return Ok((Box::new(PaperOracle { prices, fps: args.fps }), table.text));
+    }
+    let loaded = load_machine_with(&args.arch, &args.sets, args.energy.as_deref())?;
+    let text = format!("{}\n{}", loaded.resolved_toml, loaded.energy_toml);
+    let oracle = CycleOracle { machine: loaded.machine, prices: loaded.prices, fps: args.fps };
+    Ok((Box::new(oracle), text))
+}

@@ -1,0 +1,166 @@
+//! Photos as references: found by the names of views, checked, composited, averaged down.
+
+use std::path::{Path, PathBuf};
+
+use image::{DynamicImage, ImageReader, Limits};
+
+use super::super::{Exit, Failure, OrExit};
+use crate::optimize::setup::Reference;
+use crate::picture::Picture;
+use crate::scene::Camera;
+
+/// Endings that are tried where the name of a view has none.
+const ENDINGS: [&str; 5] = ["", ".png", ".jpg", ".jpeg", ".webp"];
+/// Most bytes that decoding an image may take.
+const MOST_BYTES: u64 = 1 << 30;
+/// How many missing photos an error names.
+const NAMED: usize = 5;
+
+/// The camera file that belongs to a folder of photos.
+pub fn camera_file(folder: &Path) -> Option<PathBuf> {
+    let names = ["cameras.json", "transforms.json"];
+    let folders = [Some(folder), folder.parent()];
+    folders
+        .into_iter()
+        .flatten()
+        .flat_map(|f| names.map(|name| f.join(name)))
+        .find(|path| path.is_file())
+}
+
+/// The photo of every view, in the size of `cameras`. `full` are the same views as the camera file
+/// has them: photos must have that size.
+///
+/// # Errors
+/// Exit code 3: photos that are missing, unreadable, or of another size than the camera says.
+pub fn load(
+    folder: &Path,
+    full: &[Camera],
+    cameras: &[Camera],
+    background: [f32; 3],
+    mut each: impl FnMut(),
+) -> Result<Vec<Reference>, Failure> {
+    let files: Vec<Option<PathBuf>> = full.iter().map(|c| file_of(folder, &c.name)).collect();
+    let missing: Vec<&str> = full
+        .iter()
+        .zip(&files)
+        .filter(|(_, f)| f.is_none())
+        .map(|(c, _)| c.name.as_str())
+        .collect();
+    if !missing.is_empty() {
+        let names = missing[..missing.len().min(NAMED)].join(", ");
+        let more = if missing.len() > NAMED { ", …" } else { "" };
+        let what = format!(
+            "{}: {} of {} photos are missing: {names}{more}; views and photos go by their names",
+            folder.display(),
+            missing.len(),
+            full.len()
+        );
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let mut references = Vec::with_capacity(full.len());
+    for ((file, camera), wanted) in files.iter().flatten().zip(full).zip(cameras) {
+        references.push(Reference::new(&photo(file, camera, wanted, background)?));
+        each();
+    }
+    Ok(references)
+}
+
+fn file_of(folder: &Path, name: &str) -> Option<PathBuf> {
+    let name = Path::new(name).file_name()?.to_string_lossy().into_owned();
+    let folders = [folder.to_path_buf(), folder.join("images")];
+    folders
+        .iter()
+        .flat_map(|folder| ENDINGS.iter().map(move |end| (folder, end)))
+        .map(|(folder, end)| folder.join(format!("{name}{end}")))
+        .find(|path| path.is_file())
+}
+
+fn photo(
+    file: &Path,
+    camera: &Camera,
+    wanted: &Camera,
+    background: [f32; 3],
+) -> Result<Picture, Failure> {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    let decoded = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+    let mut reader = decoded.or_exit(Exit::BadInput, file.display())?;
+    reader.limits(limits);
+    let image = reader.decode().or_exit(Exit::BadInput, file.display())?;
+    let size = (image.width(), image.height());
+    if size != (camera.width, camera.height) {
+        let what = format!(
+            "{}: is {}x{}, the camera says {}x{}; give the photos that the poses were made for",
+            file.display(),
+            size.0,
+            size.1,
+            camera.width,
+            camera.height
+        );
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let picture = composited(&image, background);
+    Ok(if size == (wanted.width, wanted.height) {
+        picture
+    } else {
+        averaged(&picture, wanted.width, wanted.height)
+    })
+}
+
+/// The image over the background.
+fn composited(image: &DynamicImage, background: [f32; 3]) -> Picture {
+    let (width, height) = (image.width(), image.height());
+    let over = |p: [f32; 4]| {
+        let mut out = [0.0; 3];
+        for (c, value) in out.iter_mut().enumerate() {
+            *value = p[c] * p[3] + background[c] * (1.0 - p[3]);
+        }
+        out
+    };
+    let pixels = image.to_rgba32f().pixels().map(|p| over(p.0)).collect();
+    Picture { width, height, pixels }
+}
+
+/// A smaller picture: every pixel is the mean over the area that it covers.
+pub fn averaged(picture: &Picture, width: u32, height: u32) -> Picture {
+    let columns = weights(picture.width, width);
+    let rows = weights(picture.height, height);
+    let stride = picture.width as usize;
+    let mut narrow = Vec::with_capacity(width as usize * picture.height as usize);
+    for line in picture.pixels.chunks_exact(stride.max(1)) {
+        narrow.extend(columns.iter().map(|(first, w)| mean(w, |i| line[first + i])));
+    }
+    let mut pixels = Vec::with_capacity(width as usize * height as usize);
+    for (first, w) in &rows {
+        for x in 0..width as usize {
+            pixels.push(mean(w, |i| narrow[(first + i) * width as usize + x]));
+        }
+    }
+    Picture { width, height, pixels }
+}
+
+fn mean(weights: &[f32], at: impl Fn(usize) -> [f32; 3]) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    for (i, weight) in weights.iter().enumerate() {
+        for (s, v) in sum.iter_mut().zip(at(i)) {
+            *s += weight * v;
+        }
+    }
+    sum
+}
+
+/// For each new sample the first old one that it covers, and the share of each.
+fn weights(old: u32, new: u32) -> Vec<(usize, Vec<f32>)> {
+    let step = f64::from(old) / f64::from(new);
+    (0..new)
+        .map(|i| {
+            let (from, to) = (f64::from(i) * step, f64::from(i + 1) * step);
+            let first = from.floor() as u32;
+            let last = (to.ceil() as u32).min(old).max(first + 1);
+            let covered = |k: u32| (to.min(f64::from(k + 1)) - from.max(f64::from(k))).max(0.0);
+            let shares: Vec<f64> = (first..last).map(covered).collect();
+            let total: f64 = shares.iter().sum();
+            (first as usize, shares.iter().map(|s| (s / total) as f32).collect())
+        })
+        .collect()
+}

@@ -1,0 +1,162 @@
+//! A job of a run, and what became of it.
+
+use super::oracle::Watts;
+use super::setup::{Seen, Setup};
+use super::target::{Quality, TargetRule};
+use super::tune::{Check, DisplayTerm, Model, Orders};
+use crate::sim::Breach;
+
+/// What else is made for comparison, with the budget of the final model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Baseline {
+    /// Pruned while the quality passes; colours are left alone.
+    RenderOnly,
+    /// Not pruned; the display term takes all the slack.
+    DisplayOnly,
+    /// The share of Gaussians that LightGaussian's score prunes at once, then fine-tuned.
+    LightGaussian(f64),
+    /// `render-only`, then its colours with the display term.
+    TwoStage,
+}
+
+impl Baseline {
+    /// All of them, in the order in which they are made.
+    pub const ALL: [Baseline; 6] = [
+        Baseline::DisplayOnly,
+        Baseline::RenderOnly,
+        Baseline::TwoStage,
+        Baseline::LightGaussian(0.66),
+        Baseline::LightGaussian(0.76),
+        Baseline::LightGaussian(0.86),
+    ];
+
+    /// The name in every output.
+    pub fn name(self) -> String {
+        match self {
+            Baseline::RenderOnly => "render-only".into(),
+            Baseline::DisplayOnly => "display-only".into(),
+            Baseline::LightGaussian(share) => format!("lightgs-{:.0}", share * 100.0),
+            Baseline::TwoStage => "two-stage".into(),
+        }
+    }
+}
+
+/// What a job is for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// The model that the user brought.
+    Dense,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that we train.
+    Baseline(Baseline),
+    /// Another model of the user, measured only; position in their list.
+    External(usize),
+    /// A fixed λ without pruning; in units of one over the dense model's display power.
+    Sweep(f64),
+}
+
+/// One model to make or to measure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Job {
+    /// Unique in the run; also the name of its files.
+    pub name: String,
+    /// What it is for.
+    pub role: Role,
+    /// The share of the dense model that it prunes; of what it is to become.
+    pub rho: f64,
+    /// The job whose model it starts from; `None`: the dense (or the user's other) model.
+    pub from: Option<String>,
+    /// How it is trained; `None`: it is measured only.
+    pub orders: Option<Orders>,
+}
+
+impl Job {
+    /// Whether a later job may start from its model, or a report shows it.
+    pub fn is_kept(&self) -> bool {
+        match self.role {
+            Role::Sample | Role::Final => true,
+            Role::Baseline(b) => b == Baseline::RenderOnly,
+            Role::Dense | Role::External(_) | Role::Sweep(_) => false,
+        }
+    }
+}
+
+/// What became of a job.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Its name.
+    pub name: String,
+    /// What it was for.
+    pub role: Role,
+    /// The share of the dense model that is gone.
+    pub rho: f64,
+    /// Gaussians left.
+    pub points: usize,
+    /// Iterations done.
+    pub iterations: u32,
+    /// The iteration whose model was kept, counted from 0; `None` without training.
+    pub kept_at: Option<u32>,
+    /// λ of the kept model, 1/W; `None` without a display term.
+    pub lambda: Option<f64>,
+    /// The last λ that passed, 1/W: where the next sample begins.
+    pub passing_lambda: Option<f64>,
+    /// Quality and display power over the gate views.
+    pub gate: Seen,
+    /// Whether the gate was passed.
+    pub passed: bool,
+    /// Quality and display power over the test views.
+    pub test: Seen,
+    /// Power over the power views.
+    pub watts: Watts,
+}
+
+/// What is known of a job when its training has ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ended {
+    /// Iterations done.
+    pub iterations: u32,
+    /// The check of the kept model.
+    pub check: Option<Check>,
+    /// The last λ that passed.
+    pub passing_lambda: Option<f64>,
+}
+
+impl Outcome {
+    /// The outcome of `job`: `model` measured in every respect. `points` is the size of the dense
+    /// model; the dense model itself passes whatever target it defines.
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    pub fn measured(
+        setup: &Setup<'_>,
+        job: &Job,
+        model: &Model,
+        ended: Option<Ended>,
+        rule: TargetRule,
+        dense: Option<Quality>,
+    ) -> Result<Outcome, Breach> {
+        let scene = &model.scene;
+        let gate = setup.see(scene, setup.gate_views());
+        let test = setup.see(scene, &setup.split.test);
+        let target = rule.target(dense.unwrap_or(gate.quality));
+        let check = ended.and_then(|e| e.check);
+        let has_term = job.orders.is_some_and(|o| o.display != DisplayTerm::Off);
+        Ok(Outcome {
+            name: job.name.clone(),
+            role: job.role,
+            rho: 1.0 - scene.len() as f64 / setup.dense.len().max(1) as f64,
+            points: scene.len(),
+            iterations: ended.map_or(0, |e| e.iterations),
+            kept_at: check.map(|c| c.iteration),
+            lambda: check.filter(|_| has_term).map(|c| c.lambda),
+            passing_lambda: ended.and_then(|e| e.passing_lambda),
+            gate,
+            passed: target.passes(gate.quality),
+            test,
+            watts: setup.watts(scene)?,
+        })
+    }
+}

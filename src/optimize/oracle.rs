@@ -1,0 +1,183 @@
+//! What a candidate costs: a trait, and behind it the closed-form `paper` model and the simulated
+//! machine.
+//!
+//! Power is that at the display rate: the work of so many frames a second plus what is paid for
+//! time, never the power of a machine that runs as fast as it can. Every frame is simulated as if
+//! it were the first of its trace.
+
+use rayon::prelude::*;
+
+use crate::accel::Machine;
+use crate::action::Stage;
+use crate::display::Display;
+use crate::energy::{Component, Prices};
+use crate::raster::{Detail, Options, Rendered, render};
+use crate::scene::{Camera, Gaussians};
+use crate::sim::paper::{UnitPrices, breakdown};
+use crate::sim::{Breach, FrameReport, Label, simulate};
+use crate::workload::bin;
+use crate::workload::paper::{TileLoad, count};
+
+/// Watts by stage and component, orders of [`Stage::ALL`] and [`Component::ALL`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Parts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
+
+impl Parts {
+    /// Everything, watts.
+    pub fn total_w(&self) -> f64 {
+        self.0.iter().flatten().sum()
+    }
+
+    /// One stage, watts.
+    pub fn stage_w(&self, stage: Stage) -> f64 {
+        self.0[stage as usize].iter().sum()
+    }
+
+    fn add(&mut self, other: &Parts, weight: f64) {
+        for (mine, theirs) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            *mine += weight * theirs;
+        }
+    }
+}
+
+/// The power of a model, mean over views.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Watts {
+    /// Rendering, at the display rate.
+    pub render_w: f64,
+    /// The display that shows the images.
+    pub display_w: f64,
+    /// Rendering by stage and component.
+    pub parts: Parts,
+}
+
+impl Watts {
+    /// Rendering and display.
+    pub fn total_w(&self) -> f64 {
+        self.render_w + self.display_w
+    }
+}
+
+/// Says what it costs to render a frame.
+pub trait PowerOracle: Sync {
+    /// The name in every output.
+    fn name(&self) -> String;
+
+    /// Watts of showing this frame again and again at the display rate. The frame was rendered
+    /// with the reference tiling and [`Detail::Counters`].
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    fn frame(
+        &self,
+        rendered: Rendered,
+        camera: &Camera,
+        background: [f32; 3],
+    ) -> Result<Parts, Breach>;
+
+    /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
+    /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
+    ///
+    /// # Errors
+    /// As [`PowerOracle::frame`].
+    fn watts(
+        &self,
+        scene: &Gaussians,
+        views: &[Camera],
+        background: [f32; 3],
+        display: &Display,
+    ) -> Result<Watts, Breach> {
+        assert!(!views.is_empty(), "power is a mean over at least one view");
+        let options = Options { background, ..Options::reference(Detail::Counters) };
+        let frames: Vec<Result<(Parts, f64), Breach>> = views
+            .par_iter()
+            .map(|camera| {
+                let rendered = render(scene, camera, &options);
+                let display_w = display.power(rendered.picture.mean_linear_rgb()).0;
+                Ok((self.frame(rendered, camera, background)?, display_w))
+            })
+            .collect();
+        let (mut watts, weight) = (Watts::default(), 1.0 / views.len() as f64);
+        for frame in frames {
+            let (parts, display_w) = frame?;
+            watts.parts.add(&parts, weight);
+            watts.display_w += weight * display_w;
+        }
+        watts.render_w = watts.parts.total_w();
+        Ok(watts)
+    }
+}
+
+/// The published closed-form model: counts times three unit prices, no time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperOracle {
+    /// Unit prices.
+    pub prices: UnitPrices,
+    /// Frames shown per second.
+    pub fps: f64,
+}
+
+impl PowerOracle for PaperOracle {
+    fn name(&self) -> String {
+        "paper".into()
+    }
+
+    fn frame(&self, rendered: Rendered, _: &Camera, _: [f32; 3]) -> Result<Parts, Breach> {
+        let load = |entries: u32, loaded: u32| TileLoad {
+            entries: f64::from(entries),
+            loaded: f64::from(loaded),
+        };
+        let tiles: Vec<TileLoad> =
+            rendered.tiles.iter().map(|t| load(t.entries, t.loaded)).collect();
+        let pixels = rendered.picture.pixels.len() as u64;
+        let energy = breakdown(&count(&rendered.counters, &tiles, pixels), &self.prices);
+        let watts = self.fps * 1e-12;
+        Ok(Parts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
+    }
+}
+
+/// The simulated machine.
+#[derive(Debug, Clone)]
+pub struct CycleOracle {
+    /// The machine.
+    pub machine: Machine,
+    /// Its energy table, applied to it.
+    pub prices: Prices,
+    /// Frames shown per second.
+    pub fps: f64,
+}
+
+impl PowerOracle for CycleOracle {
+    fn name(&self) -> String {
+        self.machine.name.clone()
+    }
+
+    fn frame(
+        &self,
+        rendered: Rendered,
+        camera: &Camera,
+        background: [f32; 3],
+    ) -> Result<Parts, Breach> {
+        let frame = rendered.into_frame(camera, background);
+        let workload = bin(&frame, self.machine.geometry);
+        drop(frame);
+        let report = simulate(Label::default(), &workload, &self.machine, &self.prices)?;
+        Ok(at_rate(&report, self.fps))
+    }
+}
+
+/// Watts of a report at a display rate: what the stages work, and what is paid for time.
+fn at_rate(report: &FrameReport, fps: f64) -> Parts {
+    let mut parts = Parts::default();
+    for stage in Stage::WORK {
+        for component in Component::ALL {
+            parts.0[stage as usize][component as usize] =
+                report.energy.part(stage, component).0 * fps * 1e-12;
+        }
+    }
+    let paid_for_time = [Component::Leakage, Component::Background, Component::Refresh];
+    for (component, watts) in paid_for_time.into_iter().zip(report.standby_w(fps)) {
+        parts.0[Stage::Standby as usize][component as usize] = watts;
+    }
+    parts
+}

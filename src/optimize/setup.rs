@@ -1,0 +1,179 @@
+//! What a run works on, and its settings: everything that does not change while it runs.
+
+use rayon::prelude::*;
+
+use super::adam::Rates;
+use super::lambda::Rule;
+use super::oracle::{PowerOracle, Watts};
+use super::target::Quality;
+use super::views::ViewSplit;
+use crate::display::Display;
+use crate::picture::Picture;
+use crate::quality::likeness;
+use crate::raster::{Detail, Options, render};
+use crate::scene::{Camera, Gaussians};
+use crate::sim::Breach;
+
+/// A reference image in 16 bits a channel: half the room of floats, exact for 8-bit photos, and 96
+/// dB away from any other image in 0..1.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reference {
+    width: u32,
+    height: u32,
+    codes: Vec<[u16; 3]>,
+}
+
+impl Reference {
+    /// Stores a picture; values are clamped to 0..1.
+    pub fn new(picture: &Picture) -> Reference {
+        let code = |v: f32| (f64::from(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
+        let codes = picture.pixels.par_iter().map(|p| p.map(code)).collect();
+        Reference { width: picture.width, height: picture.height, codes }
+    }
+
+    /// The codes, for hashing.
+    pub fn as_bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.codes)
+    }
+
+    /// The picture.
+    pub fn picture(&self) -> Picture {
+        let mut picture = Picture::default();
+        self.write_to(&mut picture);
+        picture
+    }
+
+    /// Writes the picture over another.
+    pub fn write_to(&self, picture: &mut Picture) {
+        (picture.width, picture.height) = (self.width, self.height);
+        self.codes
+            .par_iter()
+            .map(|c| c.map(|v| f32::from(v) / 65535.0))
+            .collect_into_vec(&mut picture.pixels);
+    }
+}
+
+/// Which views decide whether a model passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gate {
+    /// Views held out of training for this.
+    Validation,
+    /// The test views, as the published code does: what it reports it has also selected on.
+    Test,
+}
+
+/// The numbers of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Iterations of a sample, at least 1.
+    pub iterations: u32,
+    /// Iterations of the first sample, relative to the others: its λ comes from far away.
+    pub first_effort: f64,
+    /// Iterations of the final model and of each baseline.
+    pub final_iterations: u32,
+    /// Iterations between checks of the quality.
+    pub interval: u32,
+    /// The share of a fine-tune in which λ is adjusted; then it rests.
+    pub adjust_share: f64,
+    /// The display term of the loss at the first λ, had the image the power of the dense model's:
+    /// λ itself is this over the dense model's display power.
+    pub lambda: f64,
+    /// How λ is controlled.
+    pub rule: Rule,
+    /// The quality has settled when it is less than this above the target, decibels.
+    pub epsilon_db: f64,
+    /// Opacities are limited to this when Gaussians are pruned; 1 for no limit.
+    pub opacity_cap: f32,
+    /// Factor on all learning rates.
+    pub rate_scale: f64,
+    /// The learning rates at the end of a fine-tune, relative to its beginning; a cosine between.
+    pub rate_end: f64,
+    /// Seed of the order of views.
+    pub seed: u64,
+    /// Which views decide.
+    pub gate: Gate,
+}
+
+/// A run's inputs.
+pub struct Setup<'a> {
+    /// The model to optimise.
+    pub dense: &'a Gaussians,
+    /// All views.
+    pub cameras: &'a [Camera],
+    /// The reference image of each view.
+    pub references: &'a [Reference],
+    /// Which view does what.
+    pub split: &'a ViewSplit,
+    /// The views that power is a mean over.
+    pub power_views: &'a [Camera],
+    /// Behind everything, sRGB.
+    pub background: [f32; 3],
+    /// The panel.
+    pub display: &'a Display,
+    /// What rendering costs.
+    pub oracle: &'a dyn PowerOracle,
+    /// Numbers.
+    pub settings: &'a Settings,
+}
+
+/// Quality and display power over some views.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Mean quality.
+    pub quality: Quality,
+    /// Mean display power of the displayed images, watts.
+    pub display_w: f64,
+}
+
+impl Setup<'_> {
+    /// The views that gate.
+    pub fn gate_views(&self) -> &[usize] {
+        match self.settings.gate {
+            Gate::Validation => &self.split.validation,
+            Gate::Test => &self.split.test,
+        }
+    }
+
+    /// The training cameras.
+    pub fn train_cameras(&self) -> Vec<Camera> {
+        self.split.train.iter().map(|&v| self.cameras[v].clone()).collect()
+    }
+
+    /// Quality and display power of `scene` over `views`; a mean in the order of views.
+    pub fn see(&self, scene: &Gaussians, views: &[usize]) -> Seen {
+        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
+        let seen: Vec<(f64, f64, f64)> = views
+            .par_iter()
+            .map(|&view| {
+                let picture = render(scene, &self.cameras[view], &options).picture;
+                let watts = self.display.power(picture.mean_linear_rgb()).0;
+                let like = likeness(&picture, &self.references[view].picture());
+                (like.psnr_db, like.ssim, watts)
+            })
+            .collect();
+        let mean = |value: fn(&(f64, f64, f64)) -> f64| {
+            seen.iter().map(value).sum::<f64>() / seen.len().max(1) as f64
+        };
+        let quality = Quality { psnr_db: mean(|s| s.0), ssim: mean(|s| s.1) };
+        Seen { quality, display_w: mean(|s| s.2) }
+    }
+
+    /// Power of `scene`, mean over the power views.
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    pub fn watts(&self, scene: &Gaussians) -> Result<Watts, Breach> {
+        self.oracle.watts(scene, self.power_views, self.background, self.display)
+    }
+
+    /// The learning rates of this run, before decay.
+    pub fn rates(&self) -> Rates {
+        let cameras = self.split.train.iter().map(|&v| self.cameras[v].centre);
+        let n = self.split.train.len().max(1) as f64;
+        let mean = cameras.clone().sum::<glam::DVec3>() / n;
+        let farthest = cameras.map(|c| c.distance(mean)).fold(0.0, f64::max);
+        // One camera has no extent: its distance from the scene's centre would be the next guess.
+        let extent = if farthest > 0.0 { 1.1 * farthest } else { 1.0 };
+        Rates::published(extent).scaled(self.settings.rate_scale)
+    }
+}

@@ -1,0 +1,72 @@
+//! What a fine-tune is to do.
+
+use std::num::NonZeroU32;
+
+use super::super::lambda::Control;
+use super::super::prune::Score;
+
+/// What is pruned, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pruning {
+    /// Nothing.
+    Never,
+    /// In equal steps, the first before iteration 0, until `goal` Gaussians are left.
+    Steps {
+        /// What goes first.
+        score: Score,
+        /// Gaussians that are left.
+        goal: usize,
+        /// Number of steps.
+        steps: NonZeroU32,
+        /// Iterations between steps.
+        every: u32,
+    },
+    /// `count` Gaussians whenever a check passes.
+    WhilePassing {
+        /// How many.
+        count: usize,
+    },
+}
+
+/// The display term of the loss.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DisplayTerm {
+    /// None.
+    Off,
+    /// With this λ, 1/W.
+    Fixed(f64),
+    /// With a controlled λ, from this iteration on; none before.
+    Controlled {
+        /// First iteration with the term.
+        from: u32,
+        /// The controller's settings, with iterations counted from `from`.
+        control: Control,
+    },
+}
+
+/// Which model a fine-tune ends with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Keep {
+    /// The last.
+    Last,
+    /// Of the checked ones that pass with all pruning done: the least display power. The last
+    /// where none passes.
+    Dimmest,
+    /// The last that passed, else the last.
+    LastPassing,
+}
+
+/// Orders for a fine-tune.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Orders {
+    /// Iterations, at least 1.
+    pub iterations: u32,
+    /// What is pruned.
+    pub pruning: Pruning,
+    /// The display term.
+    pub display: DisplayTerm,
+    /// Whether only colours train.
+    pub colours_only: bool,
+    /// Which model it ends with.
+    pub keep: Keep,
+}

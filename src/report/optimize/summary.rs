@@ -1,0 +1,235 @@
+//! `summary.md`: the result first, then what it rests on.
+
+use std::fmt::Write as _;
+
+use super::Story;
+use crate::optimize::fit::Place;
+use crate::optimize::plan::{Baseline, Outcome, Role};
+use crate::report::charts::Chart;
+use crate::report::format::{engineering, watt_unit};
+
+/// A result as a list of names and values, for `--json` and the terminal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facts {
+    /// Power of the dense model, watts.
+    pub dense_w: f64,
+    /// Power of the model that the run ends with, watts.
+    pub ours_w: f64,
+    /// The share saved.
+    pub saved: f64,
+    /// The share of Gaussians that it lost.
+    pub rho: f64,
+    /// What the fit promised at its ratio, watts.
+    pub predicted_w: Option<f64>,
+    /// What the realised model takes, watts.
+    pub realised_w: Option<f64>,
+}
+
+impl Story<'_> {
+    /// The result; `None` if no model reached the target.
+    pub fn facts(&self) -> Option<Facts> {
+        let (dense, ours) = (self.of(Role::Dense)?, self.best()?);
+        let (dense_w, ours_w) = (dense.watts.total_w(), ours.watts.total_w());
+        Some(Facts {
+            dense_w,
+            ours_w,
+            saved: 1.0 - ours_w / dense_w,
+            rho: ours.rho,
+            predicted_w: self.conclusion.predicted().map(|p| p.total_w()),
+            realised_w: self.of(Role::Final).map(|o| o.watts.total_w()),
+        })
+    }
+
+    /// What a user should read first: a few lines of at most 80 columns.
+    pub fn headline(&self) -> String {
+        let mut text = String::new();
+        match (self.facts(), self.best()) {
+            (Some(f), Some(ours)) => {
+                let (from, to) = (engineering(f.dense_w, "W"), engineering(f.ours_w, "W"));
+                let (saved, rho) = (100.0 * f.saved, 100.0 * f.rho);
+                let _ = writeln!(
+                    text,
+                    "{from} -> {to}: {saved:.1} % saved, {rho:.0} % of the Gaussians pruned"
+                );
+                let q = ours.test.quality;
+                let (db, ssim) = (q.psnr_db, q.ssim);
+                let _ = writeln!(text, "{}: test views {db:.2} dB, SSIM {ssim:.4}", ours.name);
+            }
+            _ => {
+                let _ = writeln!(text, "no model reached the target");
+            }
+        }
+        for missed in &self.conclusion.missed {
+            let (db, ssim) = (missed.by.psnr_db, missed.by.ssim);
+            let (name, rho) = (&missed.name, missed.rho);
+            let _ = writeln!(text, "{name} (rho {rho:.3}) missed by {db:.2} dB, SSIM {ssim:.4}");
+        }
+        if let (Some(p), Some(o)) = (self.conclusion.predicted(), self.of(Role::Final)) {
+            let (promised, measured) = (p.total_w(), o.watts.total_w());
+            let off = 100.0 * (measured / promised - 1.0);
+            let (a, b) = (engineering(promised, "W"), engineering(measured, "W"));
+            let rho = p.rho;
+            let _ = writeln!(
+                text,
+                "at rho {rho:.3} the fit predicts {a}; realised and measured {b} ({off:+.1} %)"
+            );
+        }
+        text
+    }
+}
+
+/// The file.
+pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
+    let mut text = format!("# {}: the fewest watts at a given quality\n\n", story.name);
+    let _ = writeln!(text, "```\n{}```\n", story.headline());
+    let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
+    let _ = writeln!(text, "Power: {oracle} at {fps} FPS, display {display}.");
+    if let Some(target) = story.target {
+        let (db, ssim) = (target.0.psnr_db, target.0.ssim);
+        let _ = writeln!(text, "Target over the gate views: {db:.3} dB and SSIM {ssim:.4}.\n");
+    }
+    if let Some(best) = story.best().filter(|o| o.role == Role::Sample) {
+        let name = &best.name;
+        let _ = writeln!(
+            text,
+            "The realised optimum is not better than {name}: that sample is the final model.\n"
+        );
+    }
+    models(&mut text, story.done);
+    fits(&mut text, story);
+    claims(&mut text, story);
+    for chart in charts {
+        let _ = writeln!(text, "## {0}\n\n![{0}]({1}.png)\n", chart.title, chart.name);
+    }
+    text
+}
+
+fn models(text: &mut String, done: &[Outcome]) {
+    let (per_watt, unit) = watt_unit(done.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max));
+    let _ = write!(
+        text,
+        "## Models\n\n| model | pruned, % | Gaussians | gate PSNR, dB | gate SSIM | passed | test \
+         PSNR, dB | test SSIM | display, {unit} | rendering, {unit} | total, {unit} |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for o in done {
+        let (gate, test) = (o.gate.quality, o.test.quality);
+        let _ = writeln!(
+            text,
+            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.2} | {:.2} | {:.2} |",
+            o.name,
+            100.0 * o.rho,
+            o.points,
+            gate.psnr_db,
+            gate.ssim,
+            if o.passed { "yes" } else { "no" },
+            test.psnr_db,
+            test.ssim,
+            per_watt * o.watts.display_w,
+            per_watt * o.watts.render_w,
+            per_watt * o.watts.total_w()
+        );
+    }
+    text.push('\n');
+}
+
+fn fits(text: &mut String, story: &Story<'_>) {
+    text.push_str("## Fit\n\n");
+    match &story.conclusion.fit {
+        Err(error) => {
+            let _ = writeln!(text, "No curve: {error}.\n");
+        }
+        Ok(fit) => {
+            let shown = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.4}"));
+            for (name, curve) in [("Display", &fit.display), ("Rendering", &fit.render)] {
+                let (r2, mre) = (shown(curve.r2), shown(curve.mre));
+                let _ = writeln!(text, "- {name} power: R² {r2}, mean relative error {mre}.");
+            }
+            for note in fit.notes() {
+                let _ = writeln!(text, "- Note: {note}.");
+            }
+            text.push('\n');
+        }
+    }
+}
+
+/// One published claim and what this run says about it.
+struct Claim {
+    what: &'static str,
+    published: &'static str,
+    here: String,
+    holds: bool,
+}
+
+fn claims(text: &mut String, story: &Story<'_>) {
+    let claims = checked(story);
+    if claims.is_empty() {
+        return;
+    }
+    text.push_str(
+        "## Published claims, checked here\n\nSign and order are what a small scene and a short \
+         run can show; the published numbers are for full-size scenes and 150,000 iterations.\n\n\
+         | claim | published | here | holds |\n|---|---|---|---|\n",
+    );
+    for claim in claims {
+        let holds = if claim.holds { "yes" } else { "no" };
+        let Claim { what, published, here, .. } = claim;
+        let _ = writeln!(text, "| {what} | {published} | {here} | {holds} |");
+    }
+    text.push('\n');
+}
+
+fn checked(story: &Story<'_>) -> Vec<Claim> {
+    let mut claims = Vec::new();
+    let passed: Vec<&Outcome> = story.samples().filter(|o| o.passed).collect();
+    let low = passed.iter().min_by(|a, b| a.rho.total_cmp(&b.rho));
+    let high = passed.iter().max_by(|a, b| a.rho.total_cmp(&b.rho));
+    if let (Some(low), Some(high)) = (low, high)
+        && high.rho > low.rho
+    {
+        let change = |of: fn(&Outcome) -> f64| of(high) / of(low) - 1.0;
+        let display = change(|o| o.watts.display_w);
+        let render = change(|o| o.watts.render_w);
+        let shown =
+            |c: f64| format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * c, low.rho, high.rho);
+        let (a, b) = (shown(display), shown(render));
+        claims.push(claim("display power rises with ρ", "rises", a, display > 0.0));
+        claims.push(claim("rendering power falls with ρ", "falls, nearly linear", b, render < 0.0));
+    }
+    if let (Ok(fit), Some(optimum)) = (&story.conclusion.fit, story.conclusion.optimum) {
+        let here = format!("{} at ρ {:.3}", optimum.place.name().replace('_', " "), optimum.rho);
+        let inside = optimum.place == Place::Interior;
+        claims.push(claim("the total is U-shaped", "interior minimum", here, inside));
+        let errors = (fit.display.mre, fit.render.mre);
+        if let (Some(d), Some(r)) = errors {
+            let here = format!("{d:.4} and {r:.4}");
+            let what = "mean relative error of the display and rendering fits";
+            claims.push(claim(what, "0.003 and 0.008", here, d < 0.05 && r < 0.05));
+        }
+    }
+    let Some(ours) = story.best() else { return claims };
+    let compared = [
+        (Role::Baseline(Baseline::RenderOnly), "below render-only", "4 % (not foveated)"),
+        (Role::Baseline(Baseline::DisplayOnly), "below display-only", "49 % (not foveated)"),
+        (Role::Baseline(Baseline::TwoStage), "below two-stage", "lower"),
+        (Role::Dense, "below the dense model", "over 40 %"),
+    ];
+    for (role, what, published) in compared {
+        if let Some(other) = story.of(role) {
+            let saved = 1.0 - ours.watts.total_w() / other.watts.total_w();
+            let (a, b) = (ours.test.quality.psnr_db, other.test.quality.psnr_db);
+            let here = format!("{:.1} % less, at {a:.2} dB against {b:.2} dB", 100.0 * saved);
+            claims.push(claim(what, published, here, saved > 0.0));
+        }
+    }
+    if let Some(strip) = &story.strip {
+        let [r, g, b] = strip.mean_change();
+        let here = format!("mean change {r:+.2}, {g:+.2}, {b:+.2} of 255 (red, green, blue)");
+        claims.push(claim("blue loses most", "yellow-green tint", here, b < r && b < g));
+    }
+    claims
+}
+
+fn claim(what: &'static str, published: &'static str, here: String, holds: bool) -> Claim {
+    Claim { what, published, here, holds }
+}

@@ -1,0 +1,13 @@
+//! The optimiser: rules, numbers, runs.
+
+mod adam;
+mod checkpoint;
+mod command;
+mod lambda;
+mod oracle;
+mod prune;
+mod scenes;
+mod schedule;
+mod search;
+mod tune;
+mod views;

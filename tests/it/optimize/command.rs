@@ -1,0 +1,271 @@
+//! The command, end to end on a tiny scene: run folder, resume after a kill, bad input.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Parser;
+use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::scene::camera::inria;
+use powergs_sim::scene::{OneFile, read, write_ply};
+
+use super::scenes::{Tiny, tiny};
+
+/// Writes a scene and its views; returns it.
+fn stage(folder: &Path, points: usize) -> Tiny {
+    let tiny = tiny(points, 3, (48, 36));
+    let mut bytes = Vec::new();
+    write_ply(&tiny.dense, &mut bytes).unwrap();
+    fs::write(folder.join("tiny.ply"), bytes).unwrap();
+    fs::write(folder.join("cameras.json"), inria::write(&tiny.cameras)).unwrap();
+    tiny
+}
+
+/// The arguments of a short run in `folder`, more of them in `more`.
+fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
+    let path = |name: &str| folder.join(name).display().to_string();
+    let mut words: Vec<String> = ["powergs-sim", "--quiet", "optimize"].map(String::from).into();
+    words.extend([path("tiny.ply"), "--out".into(), path("run")]);
+    for (flag, value) in [
+        ("--iterations", "8"),
+        ("--final-iterations", "12"),
+        ("--interval", "2"),
+        ("--oracle", "paper"),
+        ("--display-ratio", "0.5"),
+    ] {
+        if !more.contains(&flag) {
+            words.extend([flag.into(), value.into()]);
+        }
+    }
+    words.extend(more.iter().map(|w| w.replace("@", &folder.display().to_string())));
+    words
+}
+
+fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
+    let cli = Cli::try_parse_from(arguments(folder, more)).unwrap();
+    let cancelled = Arc::new(AtomicBool::new(false));
+    cli::run(&cli, &Context { global: cli.global.clone(), cancelled })
+}
+
+const VIEWS: [&str; 2] = ["--cameras", "@/cameras.json"];
+
+/// `VIEWS` and these.
+fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    VIEWS.iter().copied().chain(more.iter().copied()).collect()
+}
+
+#[track_caller]
+fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
+    let failure = run(folder, more).unwrap_err();
+    let message = failure.to_string();
+    assert_eq!(failure.exit, exit, "{message}");
+    assert!(message.contains(text), "{message}");
+}
+
+#[test]
+fn a_run_leaves_a_model_tables_charts_and_a_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let tiny = stage(folder.path(), 400);
+    let more = with(&["--quality-db", "20", "--baselines", "--study", "ratio"]);
+    assert_eq!(run(folder.path(), &more).unwrap(), Exit::Done);
+    let path = folder.path().join("run");
+    let text = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    let bytes = fs::read(path.join("final.ply")).unwrap();
+    let model = read(&OneFile(&bytes), "final.ply", None).unwrap();
+    assert!(model.warnings.is_empty() && model.gaussians.len() <= tiny.dense.len());
+    for name in ["curves", "plane", "quality", "breakdown", "course", "strip", "ratio"] {
+        assert!(path.join(format!("{name}.png")).is_file(), "{name}.png");
+        assert!(path.join(format!("{name}.svg")).is_file(), "{name}.svg");
+    }
+    assert_eq!(text("samples.csv").lines().count(), 6);
+    let models = text("models.csv");
+    for name in ["dense", "final", "render-only", "display-only", "two-stage", "lightgs-86"] {
+        assert!(models.lines().any(|l| l.starts_with(&format!("{name},"))), "{name}: {models}");
+    }
+    let history = text("history.csv");
+    // First sample twice as long; 4 more; final; 6 baselines. None may settle earlier.
+    let most = 1 + 16 + 4 * 8 + 12 + 6 * 12;
+    assert!((most - 30..=most).contains(&history.lines().count()), "{}", history.lines().count());
+    assert!(!history.contains("NaN"));
+    let summary = text("summary.md");
+    for word in ["saved", "the fit predicts", "| render-only |", "U-shaped", "(plane.png)"] {
+        assert!(summary.contains(word), "{word}: {summary}");
+    }
+    assert!(fs::metadata(path.join("final.bin")).unwrap().len() > 1000);
+    let run: toml::Table = text("run.toml").parse().unwrap();
+    assert_eq!(run["search"]["iterations"].as_integer(), Some(8));
+    assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place in run.toml");
+}
+
+/// Everything in a run folder that must not depend on how often the run was broken off.
+fn contents(run: &Path) -> Vec<(String, Vec<u8>)> {
+    let names = ["final.ply", "final.bin", "history.csv", "samples.csv", "models.csv", "run.toml"];
+    names.map(|n| (n.to_owned(), fs::read(run.join(n)).unwrap())).into()
+}
+
+#[test]
+fn a_killed_run_goes_on_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 300);
+    let more = with(&["--quality-db", "20", "--checkpoint-every", "1"]);
+    assert_eq!(run(folder.path(), &more).unwrap(), Exit::Done);
+    let run_folder = folder.path().join("run");
+    let whole = contents(&run_folder);
+    fs::remove_dir_all(&run_folder).unwrap();
+    let arguments = arguments(folder.path(), &more);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+        .args(&arguments[1..])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    // Killed as soon as some iterations are on record, wherever that is.
+    let history = run_folder.join("history.csv");
+    while fs::metadata(&history).map_or(0, |m| m.len()) < 2_000 {
+        assert!(child.try_wait().unwrap().is_none_or(|s| s.success()), "it failed by itself");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // With another number of threads: results do not depend on it.
+    let resumed: Vec<&str> = more.iter().copied().chain(["--resume", "--jobs", "1"]).collect();
+    assert_eq!(run(folder.path(), &resumed).unwrap(), Exit::Done);
+    for (now, before) in contents(&run_folder).iter().zip(&whole) {
+        assert_eq!(now.0, before.0);
+        assert!(now.1 == before.1, "{} differs", now.0);
+    }
+}
+
+#[test]
+fn a_target_that_cannot_be_reached_exits_1_and_keeps_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 300);
+    let more = with(&["--quality-db", "75", "--rhos", "0.5,0.6"]);
+    assert_eq!(run(folder.path(), &more).unwrap(), Exit::GoalMissed);
+    let path = folder.path().join("run");
+    let summary = fs::read_to_string(path.join("summary.md")).unwrap();
+    assert!(summary.contains("no model reached the target"), "{summary}");
+    assert!(summary.contains("sample-01") && summary.contains("missed by"), "{summary}");
+    assert!(!path.join("final.ply").exists());
+    assert!(path.join("samples.csv").is_file() && path.join("history.csv").is_file());
+    // Beyond what 16-bit references can say: the dense model itself is below.
+    fs::remove_dir_all(&path).unwrap();
+    assert_eq!(run(folder.path(), &with(&["--quality-db", "119"])).unwrap(), Exit::GoalMissed);
+    assert_eq!(fs::read_to_string(path.join("samples.csv")).unwrap().lines().count(), 1);
+}
+
+#[test]
+fn flags_that_make_no_sense_are_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 100);
+    let usage = |more: &[&str], text| fails(folder.path(), &with(more), Exit::Usage, text);
+    usage(&["--reference", "self", "--quality", "0.99"], "the dense model is perfect");
+    usage(&["--quality", "0.99"], "the dense model is perfect");
+    usage(&["--quality-db", "500"], "1 to 120");
+    usage(&["--rhos", "0.5,0.2"], "ascending");
+    usage(&["--rhos", "0,1"], "ascending");
+    usage(&["--rhos", "NaN"], "ascending");
+    usage(&["--iterations", "0"], "--iterations 0");
+    usage(&["--rate-scale", "NaN"], "--rate-scale NaN");
+    usage(&["--lambda=-1"], "--lambda -1");
+    usage(&["--display-ratio", "0"], "--display-ratio");
+    usage(&["--baseline", "dense=@/tiny.ply"], "the name is taken");
+    usage(&["--set", "vru.cores=2"], "no machine");
+    usage(&["--resume"], "no run to go on with");
+    usage(&["--path-frames", "0"], "--path-frames");
+    fails(folder.path(), &[], Exit::Usage, "no views");
+    assert!(!folder.path().join("run").exists());
+}
+
+#[test]
+fn folders_of_others_are_left_alone_and_other_runs_are_not_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 100);
+    let path = folder.path().join("run");
+    fs::create_dir(&path).unwrap();
+    fs::write(path.join("thesis.tex"), "mine").unwrap();
+    let short = ["--quality-db", "20", "--rhos", "0.3", "--iterations", "2"];
+    fails(folder.path(), &with(&short), Exit::Usage, "not empty");
+    assert_eq!(fs::read_dir(&path).unwrap().count(), 1);
+    fs::remove_dir_all(&path).unwrap();
+    run(folder.path(), &with(&short)).unwrap();
+    fails(folder.path(), &with(&short), Exit::Usage, "--resume");
+    let other = ["--quality-db", "21", "--rhos", "0.3", "--iterations", "2", "--resume"];
+    fails(folder.path(), &with(&other), Exit::BadInput, "other inputs or settings");
+    let checkpoint = path.join("checkpoints/progress.ckpt");
+    let bytes = fs::read(&checkpoint).unwrap();
+    fs::write(&checkpoint, &bytes[..bytes.len() / 2]).unwrap();
+    let again: Vec<&str> = short.iter().copied().chain(["--resume"]).collect();
+    fails(folder.path(), &with(&again), Exit::BadInput, "damaged");
+    // A finished run that is continued says the same again.
+    fs::write(&checkpoint, &bytes).unwrap();
+    let before = contents(&path);
+    run(folder.path(), &with(&again)).unwrap();
+    assert!(contents(&path) == before);
+}
+
+#[test]
+fn photos_are_checked_and_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let tiny = stage(folder.path(), 300);
+    let photos = folder.path().join("photos");
+    fs::create_dir(&photos).unwrap();
+    let images = ["--images", "@/photos", "--cameras", "@/cameras.json"];
+    fails(folder.path(), &images, Exit::BadInput, "8 of 8 photos are missing");
+    for (camera, reference) in tiny.cameras.iter().zip(&tiny.references) {
+        let picture = reference.picture();
+        let image =
+            image::RgbImage::from_raw(picture.width, picture.height, picture.to_rgb8()).unwrap();
+        image.save(photos.join(format!("{}.png", camera.name))).unwrap();
+    }
+    fs::copy(folder.path().join("cameras.json"), photos.join("cameras.json")).unwrap();
+    let short = ["--images", "@/photos", "--quality", "0.4", "--rhos", "0,0.2,0.4"];
+    assert_eq!(run(folder.path(), &short).unwrap(), Exit::Done);
+    let path = folder.path().join("run");
+    let record: toml::Table = fs::read_to_string(path.join("run.toml")).unwrap().parse().unwrap();
+    assert_eq!(record["views"]["reference"].as_str(), Some("images"));
+    assert_eq!(record["target"]["share-of-dense"].as_float(), Some(0.4));
+    fs::remove_dir_all(&path).unwrap();
+    let sized = |size| [short[0], short[1], "--size", size];
+    fails(folder.path(), &sized("24x30"), Exit::Usage, "aspect");
+    fails(folder.path(), &sized("96x72"), Exit::Usage, "smaller size");
+    let first = photos.join(format!("{}.png", tiny.cameras[0].name));
+    image::RgbImage::new(20, 20).save(&first).unwrap();
+    fails(folder.path(), &short, Exit::BadInput, "is 20x20, the camera says 48x36");
+    fs::write(&first, b"\x89PNG\r\n\x1a\nbroken").unwrap();
+    fails(folder.path(), &short, Exit::BadInput, &tiny.cameras[0].name);
+    fs::remove_file(&first).unwrap();
+    fails(folder.path(), &short, Exit::BadInput, "1 of 8 photos are missing");
+}
+
+#[test]
+fn cameras_that_see_nothing_and_empty_models_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut tiny = stage(folder.path(), 100);
+    for camera in &mut tiny.cameras {
+        camera.centre += 1000.0 * camera.forward();
+    }
+    fs::write(folder.path().join("cameras.json"), inria::write(&tiny.cameras)).unwrap();
+    fails(folder.path(), &with(&[]), Exit::BadInput, "no view sees anything");
+    let mut bytes = Vec::new();
+    let none = powergs_sim::scene::Gaussians::with_capacity(0, 3);
+    write_ply(&none, &mut bytes).unwrap();
+    fs::write(folder.path().join("tiny.ply"), bytes).unwrap();
+    let failure = run(folder.path(), &with(&[])).unwrap_err();
+    assert_eq!(failure.exit, Exit::BadInput, "{failure}");
+}
+
+#[test]
+fn an_interrupted_run_says_so_and_can_be_continued() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 100);
+    let more = with(&["--quality-db", "20", "--rhos", "0.3"]);
+    let cli = Cli::try_parse_from(arguments(folder.path(), &more)).unwrap();
+    let cancelled = Arc::new(AtomicBool::new(true));
+    let context = Context { global: cli.global.clone(), cancelled };
+    assert_eq!(cli::run(&cli, &context).unwrap(), Exit::Interrupted);
+    let again: Vec<&str> = more.iter().copied().chain(["--resume"]).collect();
+    assert_eq!(run(folder.path(), &again).unwrap(), Exit::Done);
+}
