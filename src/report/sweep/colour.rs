@@ -71,7 +71,7 @@ fn centre(low: f64, high: f64) -> f64 {
 #[derive(Debug)]
 pub enum Key<'t> {
     /// By a number, dark to light.
-    Scale { name: String, measure: Measure, numbers: Vec<f64>, low: f64, high: f64 },
+    Scale { measure: Measure, numbers: Vec<f64>, low: f64, high: f64 },
     /// By a word; what has no colour of its own is grey.
     List { name: String, words: &'t Words, colours: Vec<Option<RGBColor>>, order: Vec<u32> },
     /// All alike.
@@ -126,7 +126,7 @@ impl<'t> Key<'t> {
             .filter(|x| x.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |e, x| (e.0.min(x), e.1.max(x)));
         let measure = Measure::of(name);
-        Key::Scale { name: name.to_owned(), measure, numbers, low: ends.0, high: ends.1 }
+        Key::Scale { measure, numbers, low: ends.0, high: ends.1 }
     }
 
     /// The colour of a row.
@@ -147,8 +147,8 @@ impl<'t> Key<'t> {
     pub fn legend(&self, canvas: &Canvas, (left, top): (f64, f64), width: usize) -> Drawn {
         match self {
             Key::None => Ok(()),
-            Key::Scale { name, measure, low, high, .. } => {
-                let words = if measure.words.len() < name.len() { &measure.words } else { name };
+            Key::Scale { measure, low, high, .. } => {
+                let words = measure.words.as_str();
                 canvas.bold(&shortened(words, width), (left, top), Align::Left, INK)?;
                 const STEPS: i32 = 40;
                 let (first, height) = (top + 24.0, 5.0);
