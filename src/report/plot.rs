@@ -26,6 +26,10 @@ pub const HEIGHT: i32 = 720;
 /// PNG pixels per SVG unit, as a ratio: 1920 x 1080.
 pub const ZOOM: (u32, u32) = (3, 2);
 
+/// The drawing library knows whole numbers only, so it draws on a page this many times larger:
+/// otherwise flat curves are stairs.
+const FINE: i32 = 10;
+
 /// Size of normal text: readable on a slide.
 pub const TEXT: f64 = 18.0;
 /// Size of the title.
@@ -92,18 +96,22 @@ impl Canvas<'_> {
         self.area.draw(&Rectangle::new(corners, colour.filled())).map_err(|e| e.to_string())
     }
 
-    /// A line through `points`.
+    /// A line through `points`; one that is level or upright lies on whole units, so that it is
+    /// sharp.
     pub fn line(&self, points: &[(f64, f64)], colour: RGBColor, width: u32) -> Drawn {
-        let points: Vec<_> = points.iter().copied().map(point).collect();
-        self.area
-            .draw(&PathElement::new(points, colour.stroke_width(width)))
-            .map_err(|e| e.to_string())
+        let place = match points {
+            [a, b] if a.0 == b.0 || a.1 == b.1 => point,
+            _ => fine_point,
+        };
+        let points: Vec<_> = points.iter().copied().map(place).collect();
+        let style = colour.stroke_width(width * FINE as u32);
+        self.area.draw(&PathElement::new(points, style)).map_err(|e| e.to_string())
     }
 
     /// A dot.
     pub fn dot(&self, centre: (f64, f64), radius: u32, colour: RGBColor) -> Drawn {
         self.area
-            .draw(&Circle::new(point(centre), radius, colour.filled()))
+            .draw(&Circle::new(fine_point(centre), radius * FINE as u32, colour.filled()))
             .map_err(|e| e.to_string())
     }
 
@@ -127,7 +135,7 @@ impl Canvas<'_> {
         weight: FontStyle,
     ) -> Drawn {
         // The SVG backend divides font sizes by 1.24.
-        let mut font = FontDesc::new(FontFamily::SansSerif, size * 1.24, weight);
+        let mut font = FontDesc::new(FontFamily::SansSerif, size * f64::from(FINE) * 1.24, weight);
         if align == Align::Upwards {
             font = font.transform(FontTransform::Rotate270);
         }
@@ -142,8 +150,14 @@ impl Canvas<'_> {
     }
 }
 
+/// On whole units.
 fn point((x, y): (f64, f64)) -> (i32, i32) {
-    (x.round() as i32, y.round() as i32)
+    (x.round() as i32 * FINE, y.round() as i32 * FINE)
+}
+
+fn fine_point((x, y): (f64, f64)) -> (i32, i32) {
+    let fine = |v: f64| (v * f64::from(FINE)).round() as i32;
+    (fine(x), fine(y))
 }
 
 /// Width of `text` of normal size, SVG units.
@@ -200,11 +214,13 @@ impl Page {
         self.draw_into(&mut svg, drawing).map_err(failed)?;
         // Viewers that do not have a font called sans-serif in mind get one of the same widths.
         let svg = svg.replace("\"sans-serif\"", "\"DejaVu Sans, Verdana, Geneva, sans-serif\"");
+        let svg = scaled(&svg).ok_or_else(|| failed("no SVG".into()))?;
         Ok(Drawing { name: self.name, svg, underlay: self.underlay })
     }
 
     fn draw_into(&self, svg: &mut String, drawing: impl FnOnce(&Canvas) -> Drawn) -> Drawn {
-        let area = SVGBackend::with_string(svg, (WIDTH as u32, HEIGHT as u32)).into_drawing_area();
+        let size = ((WIDTH * FINE) as u32, (HEIGHT * FINE) as u32);
+        let area = SVGBackend::with_string(svg, size).into_drawing_area();
         let canvas = Canvas { area };
         let room = f64::from(WIDTH) - 80.0;
         let title = fitted(&self.title, room * TEXT / TITLE * 0.95);
@@ -213,6 +229,18 @@ impl Page {
         drawing(&canvas)?;
         canvas.area.present().map_err(|e| e.to_string())
     }
+}
+
+/// The large page, shrunk to its size.
+fn scaled(svg: &str) -> Option<String> {
+    let (_, rest) = svg.split_once(">\n")?;
+    let body = rest.trim_end().strip_suffix("</svg>")?;
+    let shrink = 1.0 / f64::from(FINE);
+    Some(format!(
+        "<svg width=\"{WIDTH}\" height=\"{HEIGHT}\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
+         xmlns=\"http://www.w3.org/2000/svg\">\n<g transform=\"scale({shrink})\">\n\
+         {body}</g>\n</svg>\n"
+    ))
 }
 
 /// A finished drawing.

@@ -34,7 +34,8 @@ pub struct Cost {
 }
 
 /// Bins a frame of every trace under the base machine's geometry, and times a few machines of that
-/// geometry on it, twice; `scale` is how many designs each of the plan stands for. The finest geometry tells how much memory binned frames take.
+/// geometry on it, twice; `scale` is how many designs each of the plan stands for. The finest
+/// geometry tells how much memory binned frames take.
 ///
 /// # Errors
 /// Exit code 3: a trace that cannot be read.
