@@ -119,8 +119,7 @@ pub enum Command {
     Quality(quality::Args),
     /// Find the fewest watts at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
-    Optimize(optimize::Args),
-    /// Turn every modelling assumption and see what moves
+    Optimize(Box<optimize::Args>),
     /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),

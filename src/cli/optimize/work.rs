@@ -13,7 +13,7 @@ use crate::optimize::plan::{Campaign, Ended, Job, Outcome, Role};
 use crate::optimize::setup::{Settings, Setup};
 use crate::optimize::target::Target;
 use crate::optimize::tune::{Model, Orders, State, Tuner};
-use crate::report::format::engineering;
+use crate::report::format::{engineering, shortened, wrapped};
 
 /// A target this far above the dense model is not tried, decibels.
 const HOPELESS_DB: f64 = 1.0;
@@ -37,7 +37,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let settings = settings::settings(args)?;
     let campaign = settings::campaign(args, args.views.images.is_none())?;
     if args.demo && !context.global.quiet {
-        out::complain(super::demo::NOTE);
+        out::complain(wrapped(super::demo::NOTE, 80));
     }
     let inputs = Inputs::load(args, context)?;
     let record = super::record::run_toml(args, &inputs, &settings, &campaign)?;
@@ -200,17 +200,22 @@ impl Work<'_> {
         if self.context.global.quiet {
             return;
         }
+        if outcome.role == Role::Dense {
+            let power = "total = rendering + display";
+            out::complain(format!(
+                "{:14} {:>9} {:>8} {:6} {:6} {power}",
+                "model", "Gaussians", "PSNR, dB", "SSIM", "target"
+            ));
+        }
         let q = &outcome.gate.quality;
         let w = &outcome.watts;
         out::complain(format!(
-            "{:14} {:8} Gaussians ({:4.1} % pruned)  {:5.2} dB  SSIM {:.4}  {}  {} = {} \
-             rendering + {} display",
-            outcome.name,
+            "{:14} {:>9} {:>8.2} {:.4} {:6} {} = {} + {}",
+            shortened(&outcome.name, 14),
             outcome.points,
-            100.0 * outcome.rho,
             q.psnr_db,
             q.ssim,
-            if outcome.passed { "on target" } else { "missed   " },
+            if outcome.passed { "ok" } else { "missed" },
             engineering(w.total_w(), "W"),
             engineering(w.render_w, "W"),
             engineering(w.display_w, "W")
