@@ -27,8 +27,8 @@ pub fn camera_file(folder: &Path) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// The photo of every view, in the size of `cameras`. `full` are the same views as the camera file
-/// has them: photos must have that size.
+/// Gives `each` the photo of every view in turn, in the size of `cameras`. `full` are the same
+/// views as the camera file has them: photos must have that size.
 ///
 /// # Errors
 /// Exit code 3: photos that are missing, unreadable, or of another size than the camera says.
@@ -37,8 +37,8 @@ pub fn load(
     full: &[Camera],
     cameras: &[Camera],
     background: [f32; 3],
-    mut each: impl FnMut(),
-) -> Result<Vec<Reference>, Failure> {
+    mut each: impl FnMut(Reference) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let files: Vec<Option<PathBuf>> = full.iter().map(|c| file_of(folder, &c.name)).collect();
     let missing: Vec<&str> = full
         .iter()
@@ -57,12 +57,10 @@ pub fn load(
         );
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let mut references = Vec::with_capacity(full.len());
     for ((file, camera), wanted) in files.iter().flatten().zip(full).zip(cameras) {
-        references.push(Reference::new(&photo(file, camera, wanted, background)?));
-        each();
+        each(Reference::new(&photo(file, camera, wanted, background)?))?;
     }
-    Ok(references)
+    Ok(())
 }
 
 fn file_of(folder: &Path, name: &str) -> Option<PathBuf> {

@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::picture::Picture;
 use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
 
@@ -215,7 +216,8 @@ fn photos_are_checked_and_used() {
     let images = ["--images", "@/photos", "--cameras", "@/cameras.json"];
     fails(folder.path(), &images, Exit::BadInput, "8 of 8 photos are missing");
     for (camera, reference) in tiny.cameras.iter().zip(&tiny.references) {
-        let picture = reference.picture();
+        let mut picture = Picture::default();
+        reference.write_to(&mut picture);
         let image =
             image::RgbImage::from_raw(picture.width, picture.height, picture.to_rgb8()).unwrap();
         image.save(photos.join(format!("{}.png", camera.name))).unwrap();
