@@ -1,5 +1,7 @@
 //! Photos as references: found by the names of views, checked, composited, averaged down.
 
+use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageReader, Limits};
@@ -81,7 +83,12 @@ fn photo(
 ) -> Result<Picture, Failure> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
-    let decoded = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+    let bytes = fs::read(file).or_exit(Exit::BadInput, file.display())?;
+    if is_cut_jpeg(&bytes) {
+        let what = format!("{}: the JPEG ends too early; copy it anew", file.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let decoded = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut reader = decoded.or_exit(Exit::BadInput, file.display())?;
     reader.limits(limits);
     let image = reader.decode().or_exit(Exit::BadInput, file.display())?;
@@ -103,6 +110,13 @@ fn photo(
     } else {
         averaged(&picture, wanted.width, wanted.height)
     })
+}
+
+/// Whether a JPEG has no end: the decoder takes it all the same, and makes the rest grey. Some
+/// cameras write a little after the end.
+fn is_cut_jpeg(bytes: &[u8]) -> bool {
+    let tail = &bytes[bytes.len().saturating_sub(4096)..];
+    bytes.starts_with(&[0xff, 0xd8]) && !tail.windows(2).any(|w| w == [0xff, 0xd9])
 }
 
 /// The image over the background.

@@ -223,6 +223,13 @@ fn photos_are_checked_and_used() {
         image.save(photos.join(format!("{}.png", camera.name))).unwrap();
     }
     fs::copy(folder.path().join("cameras.json"), photos.join("cameras.json")).unwrap();
+    let first = photos.join(format!("{}.png", tiny.cameras[0].name));
+    let whole = fs::read(&first).unwrap();
+    for (bytes, says) in [(&b"no image"[..], "format"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")] {
+        fs::write(&first, bytes).unwrap();
+        fails(folder.path(), &images, Exit::BadInput, says);
+    }
+    fs::write(&first, whole).unwrap();
     let short = ["--images", "@/photos", "--quality", "0.4", "--rhos", "0,0.2,0.4"];
     assert_eq!(run(folder.path(), &short).unwrap(), Exit::Done);
     let path = folder.path().join("run");
