@@ -59,7 +59,7 @@ fn settings() -> Settings {
 fn iteration(case: &Case) -> (f64, f64, f64) {
     let views: Vec<Camera> = vec![case.camera.clone()];
     let picture = render(&case.scene, &case.camera, &Options::reference(Detail::Image)).picture;
-    let references = [Reference::new(&picture)];
+    let references = vec![Reference::new(&picture)];
     let display = load_display("oled-powergs").expect("a display");
     let oracle = PaperOracle { prices: UnitPrices::PUBLISHED, fps: 60.0 };
     let (split, settings) = (split(&views, 0), settings());

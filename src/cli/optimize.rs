@@ -7,6 +7,7 @@ mod inputs;
 mod photos;
 mod record;
 mod settings;
+mod shelf;
 mod work;
 
 use std::path::PathBuf;
@@ -89,6 +90,10 @@ pub struct ViewArgs {
     /// Of the training views, every K-th validates [default: as many as there are test views]
     #[arg(long, value_name = "K")]
     pub validation: Option<std::num::NonZeroUsize>,
+    /// With photos: validation views do not train. A model that was trained on them loses a
+    /// decibel there by that alone; without photos they never train
+    #[arg(long, requires = "images")]
+    pub hold_out: bool,
     /// Views that decide whether a model passes; `test` as the published code does
     #[arg(long, value_enum, default_value = "validation")]
     pub gate: GateArg,

@@ -31,16 +31,24 @@ impl Reference {
         Reference { width: picture.width, height: picture.height, codes }
     }
 
-    /// The codes, for hashing.
+    /// A reference of `width` x `height` pixels, all black.
+    pub fn black(width: u32, height: u32) -> Reference {
+        Reference { width, height, codes: vec![[0; 3]; width as usize * height as usize] }
+    }
+
+    /// Width and height, pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// The codes: three numbers of 16 bits a pixel, in the order of this processor.
     pub fn as_bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.codes)
     }
 
-    /// The picture.
-    pub fn picture(&self) -> Picture {
-        let mut picture = Picture::default();
-        self.write_to(&mut picture);
-        picture
+    /// The same, to be written.
+    pub fn as_bytes_mut(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(&mut self.codes)
     }
 
     /// Writes the picture over another.
@@ -50,6 +58,18 @@ impl Reference {
             .par_iter()
             .map(|c| c.map(|v| f32::from(v) / 65535.0))
             .collect_into_vec(&mut picture.pixels);
+    }
+}
+
+/// Where the reference images of a run are: in memory, or somewhere that memory is not spent on.
+pub trait References: Sync {
+    /// Writes the reference of a view over `picture`.
+    fn write_to(&self, view: usize, picture: &mut Picture);
+}
+
+impl References for Vec<Reference> {
+    fn write_to(&self, view: usize, picture: &mut Picture) {
+        self[view].write_to(picture);
     }
 }
 
@@ -101,7 +121,7 @@ pub struct Setup<'a> {
     /// All views.
     pub cameras: &'a [Camera],
     /// The reference image of each view.
-    pub references: &'a [Reference],
+    pub references: &'a dyn References,
     /// Which view does what.
     pub split: &'a ViewSplit,
     /// The views that power is a mean over.
@@ -147,7 +167,9 @@ impl Setup<'_> {
             .map(|&view| {
                 let picture = render(scene, &self.cameras[view], &options).picture;
                 let watts = self.display.power(picture.mean_linear_rgb()).0;
-                let like = likeness(&picture, &self.references[view].picture());
+                let mut reference = Picture::default();
+                self.references.write_to(view, &mut reference);
+                let like = likeness(&picture, &reference);
                 (like.psnr_db, like.ssim, watts)
             })
             .collect();

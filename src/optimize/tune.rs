@@ -229,7 +229,7 @@ impl<'a> Tuner<'a> {
         let scene = &self.state.model.scene;
         let options = Options { background: setup.background, ..Options::reference() };
         let picture = self.tape.forward(scene, camera, &options);
-        setup.references[view].write_to(&mut self.reference);
+        setup.references.write_to(view, &mut self.reference);
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
         let size = (picture.width, picture.height);
         let at = self.losses.iter().position(|(s, _)| *s == size).unwrap_or_else(|| {
@@ -338,6 +338,8 @@ impl<'a> Tuner<'a> {
             (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,
         };
         if better {
+            // Not two of them at a time.
+            self.state.best = None;
             self.state.best = Some((self.state.model.clone(), check));
         }
     }

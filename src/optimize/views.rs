@@ -72,6 +72,17 @@ pub fn split(cameras: &[Camera], every: usize) -> ViewSplit {
     ViewSplit { train, validation, test, notes }
 }
 
+impl ViewSplit {
+    /// The validation views train too. For a model that was trained on them: without them its own
+    /// quality there could not be kept, whatever the power.
+    pub fn validation_trains(mut self) -> ViewSplit {
+        self.train.extend(&self.validation);
+        self.train.sort_unstable();
+        self.train.dedup();
+        self
+    }
+}
+
 /// The training view of an iteration: every epoch is another permutation of all views. The result
 /// depends on nothing but the arguments, so a run can be continued anywhere.
 #[derive(Debug, Clone)]

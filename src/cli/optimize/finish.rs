@@ -93,6 +93,9 @@ fn tell(
         out::complain(why);
     }
     if context.global.quiet {
+        if story.conclusion.best.is_none() {
+            out::complain(story.headline().trim_end());
+        }
         return Ok(());
     }
     out::text(&format!("{}{}\n", story.headline(), folder.path().join("summary.md").display()))

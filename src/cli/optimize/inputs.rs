@@ -9,6 +9,7 @@ use super::super::machine_file::{load_display, load_machine_with, read};
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, out, scene_file};
+use super::shelf::Shelf;
 use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, photos};
 use crate::config::embedded::ENERGY;
 use crate::display::Display;
@@ -34,7 +35,7 @@ pub struct Inputs {
     /// All views.
     pub cameras: Vec<Camera>,
     /// Their references.
-    pub references: Vec<Reference>,
+    pub references: Shelf,
     /// Whether those are renders of the dense model.
     pub is_self: bool,
     /// Which view does what.
@@ -62,12 +63,19 @@ impl Inputs {
         let progress = Progress::new(context, cameras.len() as u64, "reference images");
         let references = match &args.views.images {
             Some(folder) => {
-                photos::load(folder, &full, &cameras, background, || progress.advance(1))?
+                let mut shelf = Shelf::new()?;
+                photos::load(folder, &full, &cameras, background, |reference| {
+                    progress.advance(1);
+                    shelf.push(&reference)
+                })?;
+                shelf
             }
-            None => own_renders(&dense, &cameras, background, &progress),
+            None => own_renders(&dense, &cameras, background, &progress)?,
         };
         drop(progress);
         let split = split(&cameras, args.views.validation.map_or(0, |k| k.get()));
+        let has_seen_them = args.views.images.is_some() && !args.views.hold_out;
+        let split = if has_seen_them { split.validation_trains() } else { split };
         for note in split.notes.iter().filter(|_| !context.global.quiet) {
             out::complain(format!("note: {note}"));
         }
@@ -107,7 +115,7 @@ impl Inputs {
                 hash.update(bytemuck::cast_slice(group.of(scene)));
             }
         }
-        self.references.iter().for_each(|r| hash.update(r.as_bytes()));
+        hash.update(&self.references.digest().to_le_bytes());
         hash.digest128()
     }
 }
@@ -257,13 +265,14 @@ fn own_renders(
     cameras: &[Camera],
     background: [f32; 3],
     progress: &Progress,
-) -> Vec<Reference> {
+) -> Result<Shelf, Failure> {
     let options = Options { background, ..Options::reference(Detail::Image) };
-    let reference = |camera: &Camera| {
+    let mut shelf = Shelf::new()?;
+    for camera in cameras {
+        shelf.push(&Reference::new(&render(dense, camera, &options).picture))?;
         progress.advance(1);
-        Reference::new(&render(dense, camera, &options).picture)
-    };
-    cameras.iter().map(reference).collect()
+    }
+    Ok(shelf)
 }
 
 fn power_views(

@@ -1,5 +1,7 @@
 //! Photos as references: found by the names of views, checked, composited, averaged down.
 
+use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageReader, Limits};
@@ -27,8 +29,8 @@ pub fn camera_file(folder: &Path) -> Option<PathBuf> {
         .find(|path| path.is_file())
 }
 
-/// The photo of every view, in the size of `cameras`. `full` are the same views as the camera file
-/// has them: photos must have that size.
+/// Gives `each` the photo of every view in turn, in the size of `cameras`. `full` are the same
+/// views as the camera file has them: photos must have that size.
 ///
 /// # Errors
 /// Exit code 3: photos that are missing, unreadable, or of another size than the camera says.
@@ -37,8 +39,8 @@ pub fn load(
     full: &[Camera],
     cameras: &[Camera],
     background: [f32; 3],
-    mut each: impl FnMut(),
-) -> Result<Vec<Reference>, Failure> {
+    mut each: impl FnMut(Reference) -> Result<(), Failure>,
+) -> Result<(), Failure> {
     let files: Vec<Option<PathBuf>> = full.iter().map(|c| file_of(folder, &c.name)).collect();
     let missing: Vec<&str> = full
         .iter()
@@ -57,12 +59,10 @@ pub fn load(
         );
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let mut references = Vec::with_capacity(full.len());
     for ((file, camera), wanted) in files.iter().flatten().zip(full).zip(cameras) {
-        references.push(Reference::new(&photo(file, camera, wanted, background)?));
-        each();
+        each(Reference::new(&photo(file, camera, wanted, background)?))?;
     }
-    Ok(references)
+    Ok(())
 }
 
 fn file_of(folder: &Path, name: &str) -> Option<PathBuf> {
@@ -83,7 +83,12 @@ fn photo(
 ) -> Result<Picture, Failure> {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
-    let decoded = ImageReader::open(file).and_then(ImageReader::with_guessed_format);
+    let bytes = fs::read(file).or_exit(Exit::BadInput, file.display())?;
+    if is_cut_jpeg(&bytes) {
+        let what = format!("{}: the JPEG ends too early; copy it anew", file.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let decoded = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut reader = decoded.or_exit(Exit::BadInput, file.display())?;
     reader.limits(limits);
     let image = reader.decode().or_exit(Exit::BadInput, file.display())?;
@@ -105,6 +110,13 @@ fn photo(
     } else {
         averaged(&picture, wanted.width, wanted.height)
     })
+}
+
+/// Whether a JPEG has no end: the decoder takes it all the same, and makes the rest grey. Some
+/// cameras write a little after the end.
+fn is_cut_jpeg(bytes: &[u8]) -> bool {
+    let tail = &bytes[bytes.len().saturating_sub(4096)..];
+    bytes.starts_with(&[0xff, 0xd8]) && !tail.windows(2).any(|w| w == [0xff, 0xd9])
 }
 
 /// The image over the background.

@@ -45,6 +45,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&inputs.name));
     let (mut folder, mut progress) = Folder::open(&path, fingerprint, args.resume)?;
     folder.write("run.toml", record.as_bytes())?;
+    if !args.resume {
+        // Killed before its first checkpoint, a run can be resumed all the same.
+        folder.save(&[], None)?;
+    }
     let setup = setup(&inputs, &settings, args);
     let every = args.search.checkpoint_every;
     let work = Work { setup: &setup, campaign: &campaign, inputs: &inputs, every, context };
@@ -122,6 +126,7 @@ impl Work<'_> {
             let rule = self.campaign.rule;
             let outcome = Outcome::measured(self.setup, &job, &model, ended, rule, dense)
                 .or_exit(Exit::Internal, format_args!("internal error in job {}", job.name))?;
+            self.inputs.references.check()?;
             if job.is_kept() {
                 folder.save_model(&job.name, &model)?;
             }
@@ -165,6 +170,7 @@ impl Work<'_> {
         let mut tuner = Tuner::new(self.setup, orders, target, stream, state);
         while !tuner.is_done() {
             let row = tuner.step().or_exit(Exit::BadInput, format_args!("job {}", job.name))?;
+            self.inputs.references.check()?;
             folder.record(self.setup, job, &row)?;
             bar.advance(1);
             let cancelled = self.context.is_cancelled();

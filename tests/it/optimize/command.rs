@@ -8,6 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::picture::Picture;
 use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
 
@@ -215,12 +216,20 @@ fn photos_are_checked_and_used() {
     let images = ["--images", "@/photos", "--cameras", "@/cameras.json"];
     fails(folder.path(), &images, Exit::BadInput, "8 of 8 photos are missing");
     for (camera, reference) in tiny.cameras.iter().zip(&tiny.references) {
-        let picture = reference.picture();
+        let mut picture = Picture::default();
+        reference.write_to(&mut picture);
         let image =
             image::RgbImage::from_raw(picture.width, picture.height, picture.to_rgb8()).unwrap();
         image.save(photos.join(format!("{}.png", camera.name))).unwrap();
     }
     fs::copy(folder.path().join("cameras.json"), photos.join("cameras.json")).unwrap();
+    let first = photos.join(format!("{}.png", tiny.cameras[0].name));
+    let whole = fs::read(&first).unwrap();
+    for (bytes, says) in [(&b"no image"[..], "format"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")] {
+        fs::write(&first, bytes).unwrap();
+        fails(folder.path(), &images, Exit::BadInput, says);
+    }
+    fs::write(&first, whole).unwrap();
     let short = ["--images", "@/photos", "--quality", "0.4", "--rhos", "0,0.2,0.4"];
     assert_eq!(run(folder.path(), &short).unwrap(), Exit::Done);
     let path = folder.path().join("run");

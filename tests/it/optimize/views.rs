@@ -67,3 +67,12 @@ fn an_epoch_is_a_permutation_and_the_next_is_another() {
     assert_eq!(first, epoch(&mut other, 0));
     assert_ne!(first, epoch(&mut Order::new(8, 13), 0));
 }
+
+#[test]
+fn validation_views_may_train_too() {
+    let split = split(&cameras(24), 0);
+    let seen = split.clone().validation_trains();
+    assert_eq!(seen.train.len(), split.train.len() + split.validation.len());
+    assert!(seen.train.is_sorted() && seen.validation == split.validation);
+    assert!(seen.train.iter().all(|v| !seen.test.contains(v)), "test views never train");
+}
