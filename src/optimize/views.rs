@@ -34,7 +34,11 @@ pub fn split(cameras: &[Camera], every: usize) -> ViewSplit {
     let mut order: Vec<usize> = (0..cameras.len()).collect();
     order.sort_by(|&a, &b| cameras[a].name.cmp(&cameras[b].name).then(a.cmp(&b)));
     let is_test = |position: usize, view: usize| {
-        if named { cameras[view].split == Some(Split::Test) } else { position % HELD_OUT == 0 }
+        if named {
+            cameras[view].split == Some(Split::Test)
+        } else {
+            position.is_multiple_of(HELD_OUT)
+        }
     };
     let (mut test, mut rest) = (Vec::new(), Vec::new());
     for (position, &view) in order.iter().enumerate() {
