@@ -120,6 +120,7 @@ pub enum Command {
     /// Find the fewest watts at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
     Optimize(Box<optimize::Args>),
+    /// Turn every modelling assumption and see what moves
     /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),
