@@ -340,6 +340,8 @@ impl<'a> Tuner<'a> {
         if better {
             // Not two of them at a time.
             self.state.best = None;
+            // The old one goes first: two of them are never in memory.
+            self.state.best = None;
             self.state.best = Some((self.state.model.clone(), check));
         }
     }
