@@ -4,6 +4,6 @@ mod d22;
 mod flip;
 mod hvsq;
 mod loss;
-mod lpips;
+pub mod lpips;
 mod pictures;
 mod sight;

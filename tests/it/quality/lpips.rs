@@ -1,6 +1,6 @@
 //! LPIPS with made-up weights: against a naive twin in double precision, and bad files.
 
-mod made;
+pub mod made;
 mod twin;
 
 use std::path::Path;
