@@ -72,6 +72,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         background: [0.0; 3],
         display: &display,
         oracle: &oracle,
+        lpips: None,
         settings: &settings,
     };
     let orders = Orders {

@@ -20,6 +20,7 @@ pub mod failure;
 pub mod filter;
 pub mod fit;
 pub mod invocation;
+pub mod lpips_file;
 pub mod machine_file;
 pub mod optimize;
 pub mod out;

@@ -4,9 +4,11 @@
 pub mod flip;
 pub mod hvsq;
 pub mod loss;
+pub mod lpips;
 pub mod metrics;
 pub mod sight;
 
 pub use hvsq::{Hvsq, HvsqError};
 pub use loss::{Loss, Parts};
+pub use lpips::{Lpips, LpipsError};
 pub use metrics::{Likeness, likeness};

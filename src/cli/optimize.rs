@@ -57,6 +57,10 @@ pub struct Args {
     /// How it is searched.
     #[command(flatten)]
     pub search: SearchArgs,
+    /// Also LPIPS of every model, mean over the test views, with the weights in this safetensors
+    /// file; docs/metrics.md says how to make it
+    #[arg(long, value_name = "FILE")]
+    pub lpips_weights: Option<PathBuf>,
     /// What is made for comparison.
     #[command(flatten)]
     pub compare: CompareArgs,

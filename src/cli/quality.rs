@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Map, Value, json};
 
 use super::background::Background;
-use super::{Context, Exit, Failure, OrExit, out, picture_file};
+use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
 use crate::picture::Picture;
 use crate::quality::sight::{POOLINGS, Sight};
 use crate::quality::{Hvsq, flip, likeness};
@@ -16,6 +16,7 @@ Examples:
   powergs-sim quality render.png photo.png
   powergs-sim quality render.png photo.png --hvsq 1,3,7,12 --json
   powergs-sim quality render.png photo.png --gaze 0.5,0.5 --fov 90
+  powergs-sim quality render.png photo.png --lpips-weights alex.safetensors
 
 docs/metrics.md defines every number.";
 
@@ -40,6 +41,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE)]
     #[arg(value_parser = density)]
     pub pixels_per_degree: f64,
+    /// Also LPIPS, with the weights in this safetensors file; docs/metrics.md says how to make it
+    #[arg(long, value_name = "FILE")]
+    pub lpips_weights: Option<PathBuf>,
     /// What transparent pixels show: black, white, or r,g,b from 0 to 1
     #[arg(long, default_value = "black")]
     pub background: Background,
@@ -68,9 +72,20 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         ("l1".into(), json!(like.l1), format!("L1    {:.6}", like.l1)),
         ("mse".into(), json!(like.mse), format!("MSE   {:.4e}", like.mse)),
     ];
+    rows.extend(lpips(args, &picture, &reference)?);
     rows.extend(hvsq(args, &picture, &reference)?);
     rows.extend(regional(args, &picture, &reference)?);
     print(args, context, (picture.width, picture.height), rows)
+}
+
+/// LPIPS, if there are weights for it.
+fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<Row>, Failure> {
+    let Some(path) = &args.lpips_weights else { return Ok(None) };
+    let (lpips, _) = lpips_file::read(path)?;
+    let value = lpips.distance(picture, reference);
+    let value = value.or_exit(Exit::BadInput, args.picture.display())?;
+    let line = format!("LPIPS {value:.6} ({})", lpips.network());
+    Ok(Some(("lpips".into(), json!(value), line)))
 }
 
 fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {

@@ -21,7 +21,7 @@ use super::tune::{Check, Model, State};
 use crate::scene::Gaussians;
 
 /// Raised whenever the layout changes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 
 /// What a file holds.
@@ -276,6 +276,7 @@ fn write_outcome(out: &mut Out<'_>, outcome: &Outcome) {
     write_seen(out, &outcome.gate);
     out.flag(outcome.passed);
     write_seen(out, &outcome.test);
+    out.option(outcome.lpips_test.as_ref(), |out, v| out.f64(*v));
     out.f64(outcome.watts.render_w);
     out.f64(outcome.watts.display_w);
     outcome.watts.parts.0.iter().flatten().for_each(|w| out.f64(*w));
@@ -294,6 +295,7 @@ fn read_outcome(input: &mut In<'_>) -> Result<Outcome, CheckpointError> {
         gate: read_seen(input)?,
         passed: input.flag()?,
         test: read_seen(input)?,
+        lpips_test: input.option(In::f64)?,
         watts: read_watts(input)?,
     })
 }

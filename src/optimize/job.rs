@@ -109,6 +109,8 @@ pub struct Outcome {
     pub passed: bool,
     /// Quality and display power over the test views.
     pub test: Seen,
+    /// LPIPS, mean over the test views; `None` without weights.
+    pub lpips_test: Option<f64>,
     /// Power over the power views.
     pub watts: Watts,
 }
@@ -156,6 +158,7 @@ impl Outcome {
             gate,
             passed: target.passes(gate.quality),
             test,
+            lpips_test: setup.lpips_test(scene),
             watts: setup.watts(scene)?,
         })
     }

@@ -9,7 +9,7 @@ use super::target::Quality;
 use super::views::ViewSplit;
 use crate::display::Display;
 use crate::picture::Picture;
-use crate::quality::likeness;
+use crate::quality::{Lpips, likeness};
 use crate::raster::{Detail, Options, render};
 use crate::scene::{Camera, Gaussians};
 use crate::sim::Breach;
@@ -132,6 +132,8 @@ pub struct Setup<'a> {
     pub display: &'a Display,
     /// What rendering costs.
     pub oracle: &'a dyn PowerOracle,
+    /// What LPIPS of the test views is measured with; `None`: it is not measured.
+    pub lpips: Option<&'a Lpips>,
     /// Numbers.
     pub settings: &'a Settings,
 }
@@ -178,6 +180,20 @@ impl Setup<'_> {
         };
         let quality = Quality { psnr_db: mean(|s| s.0), ssim: mean(|s| s.1) };
         Seen { quality, display_w: mean(|s| s.2) }
+    }
+
+    /// LPIPS of `scene`, mean over the test views; `None` without weights, or if a view is too small
+    /// or too large for them. One view at a time: features take much memory.
+    pub fn lpips_test(&self, scene: &Gaussians) -> Option<f64> {
+        let lpips = self.lpips?;
+        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
+        let (mut sum, mut reference) = (0.0, Picture::default());
+        for &view in &self.split.test {
+            let picture = render(scene, &self.cameras[view], &options).picture;
+            self.references.write_to(view, &mut reference);
+            sum += lpips.distance(&picture, &reference).ok()?;
+        }
+        Some(sum / self.split.test.len().max(1) as f64)
     }
 
     /// Power of `scene`, mean over the power views.

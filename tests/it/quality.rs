@@ -4,5 +4,6 @@ mod d22;
 mod flip;
 mod hvsq;
 mod loss;
+pub mod lpips;
 mod pictures;
 mod sight;

@@ -187,7 +187,7 @@ fn model(outcome: &Outcome) -> Value {
         Role::External(_) => "external",
         Role::Sweep(_) => "sweep",
     };
-    json!({
+    let mut value = json!({
         "name": outcome.name,
         "role": role,
         "rho": outcome.rho,
@@ -200,7 +200,11 @@ fn model(outcome: &Outcome) -> Value {
         "display_w": outcome.watts.display_w,
         "render_w": outcome.watts.render_w,
         "total_w": outcome.watts.total_w(),
-    })
+    });
+    if let Some(lpips) = outcome.lpips_test {
+        value["lpips_test"] = number(lpips);
+    }
+    value
 }
 
 fn object(run: &Finished<'_>, story: &Story<'_>) -> Value {

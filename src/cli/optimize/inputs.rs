@@ -8,7 +8,7 @@ use super::super::camera_file::{CameraArgs, Views};
 use super::super::machine_file::{load_display, load_machine_with, read};
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, OrExit, out, scene_file};
+use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
 use super::shelf::Shelf;
 use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, photos};
 use crate::config::embedded::ENERGY;
@@ -18,6 +18,7 @@ use crate::optimize::adam::Group;
 use crate::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use crate::optimize::setup::Reference;
 use crate::optimize::views::{ViewSplit, split};
+use crate::quality::Lpips;
 use crate::raster::{Detail, Options, render};
 use crate::scene::camera::orbit::SceneBounds;
 use crate::scene::camera::{edit, path};
@@ -48,11 +49,14 @@ pub struct Inputs {
     pub oracle: Box<dyn PowerOracle>,
     /// The machine or price table, as resolved.
     pub oracle_toml: String,
+    /// What LPIPS is measured with, and the hash of its file.
+    pub lpips: Option<(Lpips, u128)>,
 }
 
 impl Inputs {
     /// Opens and checks everything.
     pub fn load(args: &Args, context: &Context) -> Result<Inputs, Failure> {
+        let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
         let (name, dense) = dense(args, context)?;
         let display = load_display(&args.power.display)?;
         let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args))?;
@@ -79,6 +83,11 @@ impl Inputs {
         for note in split.notes.iter().filter(|_| !context.global.quiet) {
             out::complain(format!("note: {note}"));
         }
+        for &view in lpips.iter().flat_map(|_| &split.test) {
+            let Camera { name, width, height, .. } = &cameras[view];
+            let checked = lpips.as_ref().map_or(Ok(()), |l| l.0.check_size(*width, *height));
+            checked.or_exit(Exit::BadInput, format_args!("--lpips-weights: test view {name}"))?;
+        }
         let power_views = power_views(&args.views, &cameras, &split)?;
         let display = match demo::display_ratio(args) {
             Some(ratio) => {
@@ -99,6 +108,7 @@ impl Inputs {
             display,
             oracle,
             oracle_toml,
+            lpips,
         })
     }
 

@@ -29,6 +29,11 @@ pub fn run_toml(
     root.insert("power".into(), power(args, inputs));
     root.insert("target".into(), target(campaign, settings));
     root.insert("search".into(), search(campaign, settings));
+    if let Some((lpips, hash)) = &inputs.lpips {
+        let hash = format!("{hash:032x}").into();
+        let rows = [("network", lpips.network().into()), ("weights-xxh3", hash)];
+        root.insert("lpips".into(), table(rows));
+    }
     let head = "# What this run is made from. The command that was typed: invocation.toml.\n";
     let text = toml::to_string_pretty(&root).or_exit(Exit::Internal, "run.toml")?;
     Ok(format!("{head}{text}"))

@@ -84,6 +84,7 @@ fn setup<'a>(inputs: &'a Inputs, settings: &'a Settings, args: &Args) -> Setup<'
         background: args.views.background.0,
         display: &inputs.display,
         oracle: inputs.oracle.as_ref(),
+        lpips: inputs.lpips.as_ref().map(|l| &l.0),
         settings,
     }
 }

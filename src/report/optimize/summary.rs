@@ -106,17 +106,25 @@ pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
 
 fn models(text: &mut String, done: &[Outcome]) {
     let (per_watt, unit) = watt_unit(done.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max));
+    // A column only if it was measured.
+    let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
+    let (lpips, line) = if has_lpips { (" test LPIPS |", "---|") } else { ("", "") };
     let _ = write!(
         text,
         "## Models\n\n| model | pruned, % | Gaussians | gate PSNR, dB | gate SSIM | passed | test \
-         PSNR, dB | test SSIM | display, {unit} | rendering, {unit} | total, {unit} |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+         PSNR, dB | test SSIM |{lpips} display, {unit} | rendering, {unit} | total, {unit} |\n\
+         |---|---|---|---|---|---|---|---|{line}---|---|---|\n",
     );
     for o in done {
         let (gate, test) = (o.gate.quality, o.test.quality);
+        let lpips = match o.lpips_test {
+            Some(v) => format!(" {v:.4} |"),
+            None if has_lpips => " |".into(),
+            None => String::new(),
+        };
         let _ = writeln!(
             text,
-            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.2} | {:.2} | {:.2} |",
+            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} |{lpips} {:.2} | {:.2} | {:.2} |",
             o.name,
             100.0 * o.rho,
             o.points,

@@ -32,14 +32,17 @@ pub fn samples_csv(done: &[Outcome]) -> String {
     text
 }
 
-/// `models.csv`: every model of the run, with its quality on both splits and its power.
+/// `models.csv`: every model of the run, with its quality on both splits and its power. LPIPS has a
+/// column if it was measured.
 pub fn models_csv(done: &[Outcome]) -> String {
     let mut text = "model,rho,gaussians,iterations,lambda_per_w,gate_psnr_db,gate_ssim,passed,\
-                    test_psnr_db,test_ssim,display_w,render_w,total_w\n"
+                    test_psnr_db,test_ssim,display_w,render_w,total_w"
         .to_owned();
+    let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
+    text += if has_lpips { ",lpips_test\n" } else { "\n" };
     for o in done {
         text += &format!(
-            "{},{:.6},{},{},{},{:.4},{:.6},{},{:.4},{:.6},{:.8},{:.8},{:.8}\n",
+            "{},{:.6},{},{},{},{:.4},{:.6},{},{:.4},{:.6},{:.8},{:.8},{:.8}",
             o.name,
             o.rho,
             o.points,
@@ -54,6 +57,10 @@ pub fn models_csv(done: &[Outcome]) -> String {
             o.watts.render_w,
             o.watts.total_w(),
         );
+        if has_lpips {
+            text += &o.lpips_test.map_or(",".into(), |v| format!(",{v:.6}"));
+        }
+        text.push('\n');
     }
     text
 }

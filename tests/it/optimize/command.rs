@@ -13,6 +13,7 @@ use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
 
 use super::scenes::{Tiny, tiny};
+use crate::quality::lpips::made::{Kind, Made};
 
 /// Writes a scene and its views; returns it.
 fn stage(folder: &Path, points: usize) -> Tiny {
@@ -277,4 +278,51 @@ fn an_interrupted_run_says_so_and_can_be_continued() {
     assert_eq!(cli::run(&cli, &context).unwrap(), Exit::Interrupted);
     let again: Vec<&str> = more.iter().copied().chain(["--resume"]).collect();
     assert_eq!(run(folder.path(), &again).unwrap(), Exit::Done);
+}
+
+#[test]
+fn lpips_has_a_column_with_weights_only_and_belongs_to_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 100);
+    for (name, seed) in [("one", 1), ("two", 2)] {
+        fs::write(folder.path().join(name), Made::alex(seed).bytes(Kind::F16)).unwrap();
+    }
+    let path = folder.path().join("run");
+    let text = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    let short = with(&["--quality-db", "20", "--rhos", "0.3", "--iterations", "2"]);
+    let and = |more: &[&'static str]| -> Vec<&str> {
+        short.iter().copied().chain(more.iter().copied()).collect()
+    };
+    run(folder.path(), &short).unwrap();
+    for name in ["models.csv", "summary.md", "run.toml"] {
+        assert!(!text(name).to_lowercase().contains("lpips"), "{name}");
+    }
+    let weights = ["--lpips-weights", "@/one", "--resume"];
+    fails(folder.path(), &and(&weights), Exit::BadInput, "other inputs or settings");
+    fs::remove_dir_all(&path).unwrap();
+    run(folder.path(), &and(&weights[..2])).unwrap();
+    let models = text("models.csv");
+    let mut lines = models.lines();
+    assert!(lines.next().unwrap().ends_with(",total_w,lpips_test"));
+    for line in lines {
+        let value: f64 = line.rsplit(',').next().unwrap().parse().unwrap();
+        // The dense model is its own reference, but for 16 bits; the others have lost Gaussians.
+        let expected = if line.starts_with("dense,") { 0.0..1e-4 } else { 1e-3..1.0 };
+        assert!(expected.contains(&value), "{line}");
+    }
+    assert!(text("summary.md").contains("| test SSIM | test LPIPS | display,"));
+    let record: toml::Table = text("run.toml").parse().unwrap();
+    assert_eq!(record["lpips"]["network"].as_str(), Some("alex"));
+    let other = ["--lpips-weights", "@/two", "--resume"];
+    fails(folder.path(), &and(&other), Exit::BadInput, "other inputs or settings");
+    let before = contents(&path);
+    run(folder.path(), &and(&weights)).unwrap();
+    assert!(contents(&path) == before);
+    let missing = ["--lpips-weights", "@/none", "--resume"];
+    fails(folder.path(), &and(&missing), Exit::Usage, "none");
+    // Too small for the pools: known before anything runs.
+    fs::remove_dir_all(&path).unwrap();
+    let small = ["--lpips-weights", "@/one", "--size", "40x30"];
+    fails(folder.path(), &and(&small), Exit::BadInput, "sides of 31");
+    assert!(!path.exists());
 }

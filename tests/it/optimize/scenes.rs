@@ -68,6 +68,7 @@ impl Tiny {
             background: [0.0; 3],
             display: &self.display,
             oracle: &self.oracle,
+            lpips: None,
             settings: &self.settings,
         }
     }
