@@ -276,6 +276,7 @@ fn write_outcome(out: &mut Out<'_>, outcome: &Outcome) {
     write_seen(out, &outcome.gate);
     out.flag(outcome.passed);
     write_seen(out, &outcome.test);
+    out.f64(outcome.flip_test);
     out.option(outcome.lpips_test.as_ref(), |out, v| out.f64(*v));
     out.f64(outcome.watts.render_w);
     out.f64(outcome.watts.display_w);
@@ -295,6 +296,7 @@ fn read_outcome(input: &mut In<'_>) -> Result<Outcome, CheckpointError> {
         gate: read_seen(input)?,
         passed: input.flag()?,
         test: read_seen(input)?,
+        flip_test: input.f64()?,
         lpips_test: input.option(In::f64)?,
         watts: read_watts(input)?,
     })

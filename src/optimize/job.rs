@@ -109,6 +109,8 @@ pub struct Outcome {
     pub passed: bool,
     /// Quality and display power over the test views.
     pub test: Seen,
+    /// FLIP, mean over the test views, at the viewing distance of its authors.
+    pub flip_test: f64,
     /// LPIPS, mean over the test views; `None` without weights.
     pub lpips_test: Option<f64>,
     /// Power over the power views.
@@ -158,6 +160,7 @@ impl Outcome {
             gate,
             passed: target.passes(gate.quality),
             test,
+            flip_test: setup.flip_test(scene),
             lpips_test: setup.lpips_test(scene),
             watts: setup.watts(scene)?,
         })

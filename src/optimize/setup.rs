@@ -9,6 +9,7 @@ use super::target::Quality;
 use super::views::ViewSplit;
 use crate::display::Display;
 use crate::picture::Picture;
+use crate::quality::flip::{PIXELS_PER_DEGREE, flip};
 use crate::quality::{Lpips, likeness};
 use crate::raster::{Detail, Options, render};
 use crate::scene::{Camera, Gaussians};
@@ -182,16 +183,32 @@ impl Setup<'_> {
         Seen { quality, display_w: mean(|s| s.2) }
     }
 
+    /// FLIP of `scene`, mean over the test views.
+    pub fn flip_test(&self, scene: &Gaussians) -> f64 {
+        self.mean_over_test(scene, |picture, reference| {
+            Some(flip(reference, picture, PIXELS_PER_DEGREE))
+        })
+        .unwrap_or(f64::NAN)
+    }
+
     /// LPIPS of `scene`, mean over the test views; `None` without weights, or if a view is too small
     /// or too large for them. One view at a time: features take much memory.
     pub fn lpips_test(&self, scene: &Gaussians) -> Option<f64> {
         let lpips = self.lpips?;
+        self.mean_over_test(scene, |picture, reference| lpips.distance(picture, reference).ok())
+    }
+
+    fn mean_over_test(
+        &self,
+        scene: &Gaussians,
+        measure: impl Fn(&Picture, &Picture) -> Option<f64>,
+    ) -> Option<f64> {
         let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let (mut sum, mut reference) = (0.0, Picture::default());
         for &view in &self.split.test {
             let picture = render(scene, &self.cameras[view], &options).picture;
             self.references.write_to(view, &mut reference);
-            sum += lpips.distance(&picture, &reference).ok()?;
+            sum += measure(&picture, &reference)?;
         }
         Some(sum / self.split.test.len().max(1) as f64)
     }

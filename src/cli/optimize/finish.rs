@@ -200,6 +200,7 @@ fn model(outcome: &Outcome) -> Value {
         "display_w": outcome.watts.display_w,
         "render_w": outcome.watts.render_w,
         "total_w": outcome.watts.total_w(),
+        "flip_test": number(outcome.flip_test),
     });
     if let Some(lpips) = outcome.lpips_test {
         value["lpips_test"] = number(lpips);

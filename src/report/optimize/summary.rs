@@ -112,8 +112,9 @@ fn models(text: &mut String, done: &[Outcome]) {
     let _ = write!(
         text,
         "## Models\n\n| model | pruned, % | Gaussians | gate PSNR, dB | gate SSIM | passed | test \
-         PSNR, dB | test SSIM |{lpips} display, {unit} | rendering, {unit} | total, {unit} |\n\
-         |---|---|---|---|---|---|---|---|{line}---|---|---|\n",
+         PSNR, dB | test SSIM | test FLIP |{lpips} display, {unit} | rendering, {unit} | \
+         total, {unit} |\n\
+         |---|---|---|---|---|---|---|---|---|{line}---|---|---|\n",
     );
     for o in done {
         let (gate, test) = (o.gate.quality, o.test.quality);
@@ -124,7 +125,8 @@ fn models(text: &mut String, done: &[Outcome]) {
         };
         let _ = writeln!(
             text,
-            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} |{lpips} {:.2} | {:.2} | {:.2} |",
+            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.4} |{lpips} \
+             {:.2} | {:.2} | {:.2} |",
             o.name,
             100.0 * o.rho,
             o.points,
@@ -133,6 +135,7 @@ fn models(text: &mut String, done: &[Outcome]) {
             if o.passed { "yes" } else { "no" },
             test.psnr_db,
             test.ssim,
+            o.flip_test,
             per_watt * o.watts.display_w,
             per_watt * o.watts.render_w,
             per_watt * o.watts.total_w()

@@ -36,13 +36,13 @@ pub fn samples_csv(done: &[Outcome]) -> String {
 /// column if it was measured.
 pub fn models_csv(done: &[Outcome]) -> String {
     let mut text = "model,rho,gaussians,iterations,lambda_per_w,gate_psnr_db,gate_ssim,passed,\
-                    test_psnr_db,test_ssim,display_w,render_w,total_w"
+                    test_psnr_db,test_ssim,display_w,render_w,total_w,flip_test"
         .to_owned();
     let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
     text += if has_lpips { ",lpips_test\n" } else { "\n" };
     for o in done {
         text += &format!(
-            "{},{:.6},{},{},{},{:.4},{:.6},{},{:.4},{:.6},{:.8},{:.8},{:.8}",
+            "{},{:.6},{},{},{},{:.4},{:.6},{},{:.4},{:.6},{:.8},{:.8},{:.8},{:.6}",
             o.name,
             o.rho,
             o.points,
@@ -56,6 +56,7 @@ pub fn models_csv(done: &[Outcome]) -> String {
             o.watts.display_w,
             o.watts.render_w,
             o.watts.total_w(),
+            o.flip_test,
         );
         if has_lpips {
             text += &o.lpips_test.map_or(",".into(), |v| format!(",{v:.6}"));

@@ -56,6 +56,7 @@ fn everything_comes_back_exactly() {
     progress.outcomes[0].gate.quality.psnr_db = f64::INFINITY;
     progress.outcomes[0].watts.render_w = 0.1 + 0.2;
     progress.outcomes[0].lpips_test = Some(0.125);
+    progress.outcomes[0].flip_test = 0.0625;
     let bytes = bytes_of(&progress);
     assert_eq!(Progress::from_bytes(&bytes, PRINT).unwrap(), progress);
     let (_, state) = progress.current.unwrap();

@@ -27,6 +27,7 @@ fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) 
         gate: seen,
         passed: true,
         test: seen,
+        flip_test: 0.0,
         lpips_test: None,
         watts: Watts { render_w, display_w, ..Watts::default() },
     }
