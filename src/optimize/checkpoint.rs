@@ -6,10 +6,9 @@
 
 mod codec;
 
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 
 use codec::{In, Out};
-use xxhash_rust::xxh3::xxh3_64;
 
 use super::adam::Adam;
 use super::lambda::Memory;
@@ -49,6 +48,9 @@ pub enum CheckpointError {
          that run with --resume, or give another --out"
     )]
     OtherRun,
+    /// The file cannot be read.
+    #[error("{0}")]
+    Read(String),
     /// Damaged or cut short.
     #[error("byte {at}: {what}; the file is damaged, begin the run anew")]
     Damaged {
@@ -57,6 +59,12 @@ pub enum CheckpointError {
         /// What is wrong.
         what: &'static str,
     },
+}
+
+impl From<io::Error> for CheckpointError {
+    fn from(error: io::Error) -> Self {
+        Self::Read(error.to_string())
+    }
 }
 
 /// Where a run is.
@@ -94,12 +102,15 @@ pub fn write_progress(
 }
 
 impl Progress {
-    /// From bytes.
+    /// From a stream, which is read twice: no number is believed before the checksum is.
     ///
     /// # Errors
     /// [`CheckpointError`].
-    pub fn from_bytes(bytes: &[u8], fingerprint: u128) -> Result<Progress, CheckpointError> {
-        let mut input = open(bytes, Kind::Progress, fingerprint)?;
+    pub fn read(
+        from: &mut (impl Read + Seek),
+        fingerprint: u128,
+    ) -> Result<Progress, CheckpointError> {
+        let mut input = open(from, Kind::Progress, fingerprint)?;
         let history_bytes = input.u64()?;
         // An outcome takes more than 100 bytes.
         let count = input.count(100)?;
@@ -121,12 +132,15 @@ pub fn write_whole_model(to: &mut dyn Write, fingerprint: u128, model: &Model) -
     out.finish()
 }
 
-/// A model with its moments, from bytes.
+/// A model with its moments, from a stream; see [`Progress::read`].
 ///
 /// # Errors
 /// [`CheckpointError`].
-pub fn model_from_bytes(bytes: &[u8], fingerprint: u128) -> Result<Model, CheckpointError> {
-    let mut input = open(bytes, Kind::Model, fingerprint)?;
+pub fn read_whole_model(
+    from: &mut (impl Read + Seek),
+    fingerprint: u128,
+) -> Result<Model, CheckpointError> {
+    let mut input = open(from, Kind::Model, fingerprint)?;
     let model = read_model(&mut input)?;
     input.finish()?;
     Ok(model)
@@ -142,21 +156,36 @@ fn begin(to: &mut dyn Write, kind: Kind, fingerprint: u128) -> Out<'_> {
     out
 }
 
-fn open(bytes: &[u8], kind: Kind, fingerprint: u128) -> Result<In<'_>, CheckpointError> {
-    if !bytes.starts_with(MAGIC) {
+fn open<R: Read + Seek>(
+    from: &mut R,
+    kind: Kind,
+    fingerprint: u128,
+) -> Result<In<'_>, CheckpointError> {
+    let len = from.seek(SeekFrom::End(0))? as usize;
+    from.rewind()?;
+    let damaged = |what| CheckpointError::Damaged { at: len, what };
+    let mut magic = [0; MAGIC.len()];
+    if len < magic.len() {
         return Err(CheckpointError::Foreign);
     }
-    let damaged = |what| CheckpointError::Damaged { at: bytes.len(), what };
-    let (body, sum) =
-        bytes.split_last_chunk::<8>().ok_or_else(|| damaged("it ends within its head"))?;
-    let mut input = In::new(body, MAGIC.len());
-    let version = input.u32()?;
+    from.read_exact(&mut magic)?;
+    if magic != *MAGIC {
+        return Err(CheckpointError::Foreign);
+    }
+    let body = len.checked_sub(MAGIC.len() + 4 + 8);
+    let body = body.ok_or_else(|| damaged("it ends within its head"))? + MAGIC.len() + 4;
+    let version = In::new(from, 4).u32()?;
     if version != VERSION {
         return Err(CheckpointError::Version { found: version });
     }
-    if xxh3_64(body) != u64::from_le_bytes(*sum) {
+    from.rewind()?;
+    let hash = codec::hash(from, body)?;
+    if hash != In::new(from, 8).u64()? {
         return Err(damaged("the checksum is wrong"));
     }
+    from.rewind()?;
+    let mut input = In::new(from, body);
+    input.skip(MAGIC.len() + 4)?;
     if input.u32()? != kind as u32 {
         return Err(damaged("it holds something else"));
     }

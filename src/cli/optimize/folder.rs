@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::aside::write_aside;
 use super::super::{Exit, Failure, OrExit};
-use crate::optimize::checkpoint::{Progress, model_from_bytes, write_progress, write_whole_model};
+use crate::optimize::checkpoint::{Progress, read_whole_model, write_progress, write_whole_model};
 use crate::optimize::plan::{Job, Outcome};
 use crate::optimize::setup::Setup;
 use crate::optimize::tune::{Model, Row, State};
@@ -56,8 +56,8 @@ impl Folder {
             }
         }
         let progress = if resume {
-            let bytes = fs::read(&file).or_exit(Exit::BadInput, file.display())?;
-            let read = Progress::from_bytes(&bytes, fingerprint);
+            let mut from = File::open(&file).or_exit(Exit::BadInput, file.display())?;
+            let read = Progress::read(&mut from, fingerprint);
             read.or_exit(Exit::BadInput, file.display())?
         } else {
             Progress::default()
@@ -125,8 +125,8 @@ impl Folder {
     /// Exit code 3: it is missing or damaged.
     pub fn load_model(&self, job: &str) -> Result<Model, Failure> {
         let path = self.model(job);
-        let bytes = fs::read(&path).or_exit(Exit::BadInput, path.display())?;
-        model_from_bytes(&bytes, self.fingerprint).or_exit(Exit::BadInput, path.display())
+        let mut from = File::open(&path).or_exit(Exit::BadInput, path.display())?;
+        read_whole_model(&mut from, self.fingerprint).or_exit(Exit::BadInput, path.display())
     }
 
     /// Writes a file of the folder.

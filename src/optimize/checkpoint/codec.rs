@@ -1,6 +1,6 @@
 //! Little-endian numbers, in and out.
 
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 
 use xxhash_rust::xxh3::Xxh3;
 
@@ -9,7 +9,7 @@ use super::CheckpointError;
 /// Longest text: names of jobs.
 const TEXT_MAX: usize = 4096;
 
-/// Floats that are encoded before they are written.
+/// Floats that are written or read at a time.
 const BLOCK: usize = 4096;
 
 /// A stream being written, and the hash of what went into it. The first failure is kept, and what
@@ -77,16 +77,16 @@ impl<'a> Out<'a> {
     }
 }
 
-/// Bytes being read.
-#[derive(Debug)]
+/// A stream being read, of which `left` bytes are still to come.
 pub(super) struct In<'a> {
-    bytes: &'a [u8],
+    from: &'a mut dyn Read,
     at: usize,
+    left: usize,
 }
 
 impl<'a> In<'a> {
-    pub fn new(bytes: &'a [u8], at: usize) -> In<'a> {
-        In { bytes, at }
+    pub fn new(from: &'a mut dyn Read, len: usize) -> In<'a> {
+        In { from, at: 0, left: len }
     }
 
     /// An error at the current place.
@@ -94,17 +94,23 @@ impl<'a> In<'a> {
         CheckpointError::Damaged { at: self.at, what }
     }
 
-    fn take(&mut self, count: usize) -> Result<&'a [u8], CheckpointError> {
-        let end = self.at.checked_add(count).filter(|end| *end <= self.bytes.len());
-        let end = end.ok_or_else(|| self.wrong("it ends too early"))?;
-        let taken = &self.bytes[self.at..end];
-        self.at = end;
-        Ok(taken)
+    fn take(&mut self, bytes: &mut [u8]) -> Result<(), CheckpointError> {
+        let left = self.left.checked_sub(bytes.len());
+        let left = left.ok_or_else(|| self.wrong("it ends too early"))?;
+        self.from.read_exact(bytes)?;
+        self.at += bytes.len();
+        self.left = left;
+        Ok(())
+    }
+
+    /// Passes over bytes.
+    pub fn skip(&mut self, count: usize) -> Result<(), CheckpointError> {
+        (0..count).try_for_each(|_| self.take(&mut [0]))
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], CheckpointError> {
         let mut array = [0; N];
-        array.copy_from_slice(self.take(N)?);
+        self.take(&mut array)?;
         Ok(array)
     }
 
@@ -131,9 +137,8 @@ impl<'a> In<'a> {
     /// A number of things of at least `bytes` bytes each, which must still be there.
     pub fn count(&mut self, bytes: usize) -> Result<usize, CheckpointError> {
         let count = self.u64()?;
-        let left = (self.bytes.len() - self.at) as u64;
         match count.checked_mul(bytes as u64) {
-            Some(needed) if needed <= left => Ok(count as usize),
+            Some(needed) if needed <= self.left as u64 => Ok(count as usize),
             _ => Err(self.wrong("it promises more than it holds")),
         }
     }
@@ -143,7 +148,8 @@ impl<'a> In<'a> {
         if len > TEXT_MAX {
             return Err(self.wrong("a name is too long"));
         }
-        let bytes = self.take(len)?.to_vec();
+        let mut bytes = vec![0; len];
+        self.take(&mut bytes)?;
         String::from_utf8(bytes).map_err(|_| self.wrong("a name is not UTF-8"))
     }
 
@@ -155,12 +161,33 @@ impl<'a> In<'a> {
     }
 
     pub fn floats(&mut self, count: usize) -> Result<Vec<f32>, CheckpointError> {
-        let bytes = count.checked_mul(4).ok_or_else(|| self.wrong("too many numbers"))?;
-        let bytes = self.take(bytes)?;
-        Ok(bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect())
+        if count.checked_mul(4).is_none_or(|bytes| bytes > self.left) {
+            return Err(self.wrong("it ends too early"));
+        }
+        let mut values = Vec::with_capacity(count);
+        let mut bytes = [0; 4 * BLOCK];
+        while values.len() < count {
+            let block = &mut bytes[..4 * BLOCK.min(count - values.len())];
+            self.take(block)?;
+            values.extend(block.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+        }
+        Ok(values)
     }
 
     pub fn finish(&self) -> Result<(), CheckpointError> {
-        if self.at == self.bytes.len() { Ok(()) } else { Err(self.wrong("bytes are left over")) }
+        if self.left == 0 { Ok(()) } else { Err(self.wrong("bytes are left over")) }
     }
+}
+
+/// Hashes `len` bytes.
+pub(super) fn hash(from: &mut dyn Read, mut len: usize) -> io::Result<u64> {
+    let mut hash = Xxh3::new();
+    let mut bytes = [0; 4 * BLOCK];
+    while len > 0 {
+        let block = &mut bytes[..len.min(4 * BLOCK)];
+        from.read_exact(block)?;
+        hash.update(block);
+        len -= block.len();
+    }
+    Ok(hash.digest())
 }

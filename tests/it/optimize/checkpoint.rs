@@ -1,7 +1,9 @@
 //! Checkpoints: exact, and hostile bytes are refused.
 
+use std::io::Cursor;
+
 use powergs_sim::optimize::checkpoint::{
-    CheckpointError, Progress, model_from_bytes, write_progress, write_whole_model,
+    CheckpointError, Progress, read_whole_model, write_progress, write_whole_model,
 };
 use powergs_sim::optimize::lambda::Memory;
 use powergs_sim::optimize::plan::{Campaign, Outcome};
@@ -12,6 +14,10 @@ use powergs_sim::optimize::tune::{Check, Model, State};
 use super::scenes::tiny;
 
 const PRINT: u128 = 0x0123_4567_89ab_cdef_0011_2233_4455_6677;
+
+fn read(bytes: &[u8], print: u128) -> Result<Progress, CheckpointError> {
+    Progress::read(&mut Cursor::new(bytes), print)
+}
 
 fn progress() -> Progress {
     let tiny = tiny(20, 24, (16, 12));
@@ -58,36 +64,36 @@ fn everything_comes_back_exactly() {
     progress.outcomes[0].lpips_test = Some(0.125);
     progress.outcomes[0].flip_test = 0.0625;
     let bytes = bytes_of(&progress);
-    assert_eq!(Progress::from_bytes(&bytes, PRINT).unwrap(), progress);
+    assert_eq!(read(&bytes, PRINT).unwrap(), progress);
     let (_, state) = progress.current.unwrap();
     let mut bytes = Vec::new();
     write_whole_model(&mut bytes, PRINT, &state.model).unwrap();
-    assert_eq!(model_from_bytes(&bytes, PRINT).unwrap(), state.model);
+    assert_eq!(read_whole_model(&mut Cursor::new(&bytes), PRINT).unwrap(), state.model);
 }
 
 #[test]
 fn every_cut_and_every_flipped_byte_is_refused() {
     let bytes = bytes_of(&progress());
     for len in (0..bytes.len()).step_by(97).chain([bytes.len() - 1]) {
-        assert!(Progress::from_bytes(&bytes[..len], PRINT).is_err(), "cut at {len}");
+        assert!(read(&bytes[..len], PRINT).is_err(), "cut at {len}");
     }
     for at in (0..bytes.len()).step_by(101) {
         let mut bad = bytes.clone();
         bad[at] ^= 0x40;
-        assert!(Progress::from_bytes(&bad, PRINT).is_err(), "flipped at {at}");
+        assert!(read(&bad, PRINT).is_err(), "flipped at {at}");
     }
 }
 
 #[test]
 fn other_files_other_versions_and_other_runs_are_told_apart() {
     let bytes = bytes_of(&progress());
-    let error = |bytes: &[u8], print| Progress::from_bytes(bytes, print).unwrap_err();
+    let error = |bytes: &[u8], print| read(bytes, print).unwrap_err();
     assert_eq!(error(b"ply\nformat", PRINT), CheckpointError::Foreign);
     assert_eq!(error(&bytes, PRINT + 1), CheckpointError::OtherRun);
     let mut newer = bytes.clone();
     newer[6] = 9;
     assert_eq!(error(&newer, PRINT), CheckpointError::Version { found: 9 });
-    let wrong = model_from_bytes(&bytes, PRINT).unwrap_err();
+    let wrong = read_whole_model(&mut Cursor::new(&bytes), PRINT).unwrap_err();
     assert!(wrong.to_string().contains("something else"), "{wrong}");
 }
 
@@ -101,6 +107,6 @@ fn a_count_of_terabytes_allocates_nothing() {
     bytes[at..at + 8].copy_from_slice(&(u64::MAX / 7).to_le_bytes());
     let sum = xxhash_rust::xxh3::xxh3_64(&bytes);
     bytes.extend(sum.to_le_bytes());
-    let error = Progress::from_bytes(&bytes, PRINT).unwrap_err();
+    let error = read(&bytes, PRINT).unwrap_err();
     assert!(error.to_string().contains("promises more"), "{error}");
 }
