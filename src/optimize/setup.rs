@@ -191,8 +191,8 @@ impl Setup<'_> {
         .unwrap_or(f64::NAN)
     }
 
-    /// LPIPS of `scene`, mean over the test views; `None` without weights, or if a view is too small
-    /// or too large for them. One view at a time: features take much memory.
+    /// LPIPS of `scene`, mean over the test views; `None` without weights, or if a view is too
+    /// small or too large for them. One view at a time: features take much memory.
     pub fn lpips_test(&self, scene: &Gaussians) -> Option<f64> {
         let lpips = self.lpips?;
         self.mean_over_test(scene, |picture, reference| lpips.distance(picture, reference).ok())

@@ -112,7 +112,7 @@ fn convolve_row<S: Simd>(
                 for (j, lanes) in weights.iter().enumerate() {
                     let lanes = f32x16::simd_from(simd, *lanes);
                     for p in 0..PLACES {
-                        sums[p] = sums[p] + f32x16::splat(simd, inputs[p][j]) * lanes;
+                        sums[p] += f32x16::splat(simd, inputs[p][j]) * lanes;
                     }
                 }
             }

@@ -310,7 +310,7 @@ fn lpips_has_a_column_with_weights_only_and_belongs_to_the_run() {
         let expected = if line.starts_with("dense,") { 0.0..1e-4 } else { 1e-3..1.0 };
         assert!(expected.contains(&value), "{line}");
     }
-    assert!(text("summary.md").contains("| test SSIM | test LPIPS | display,"));
+    assert!(text("summary.md").contains("| test SSIM | test FLIP | test LPIPS | display,"));
     let record: toml::Table = text("run.toml").parse().unwrap();
     assert_eq!(record["lpips"]["network"].as_str(), Some("alex"));
     let other = ["--lpips-weights", "@/two", "--resume"];
