@@ -1,5 +1,7 @@
 //! What a finished run leaves: tables, the final model, its trace, charts, a summary.
 
+use std::io;
+
 use serde_json::{Value, json};
 
 use super::super::{Context, Exit, Failure, OrExit, out};
@@ -108,23 +110,22 @@ fn write_model(
     folder: &Folder,
     model: &Model,
 ) -> Result<(), Failure> {
-    let mut bytes = Vec::new();
-    write_ply(&model.scene, &mut bytes).or_exit(Exit::Internal, "final.ply")?;
-    folder.write("final.ply", &bytes)?;
+    folder.stream("final.ply", |mut w| write_ply(&model.scene, &mut w))?;
     let header = TraceHeader {
         generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
         scene: format!("{}-optimised", inputs.name),
         points: model.scene.len() as u64,
     };
     let options = Options { background: setup.background, ..Options::reference(Detail::Counters) };
-    let mut writer = Writer::new(Vec::new(), &header).or_exit(Exit::Internal, "final.bin")?;
-    for camera in setup.power_views {
-        let frame = render(&model.scene, camera, &options).into_frame(camera, setup.background);
-        let encoded = EncodedFrame::encode(&frame).or_exit(Exit::Internal, "final.bin")?;
-        writer.write_encoded(encoded).or_exit(Exit::Internal, "final.bin")?;
-    }
-    let trace = writer.finish().or_exit(Exit::Internal, "final.bin")?;
-    folder.write("final.bin", &trace)
+    folder.stream("final.bin", |w| {
+        let mut writer = Writer::new(w, &header).map_err(io::Error::other)?;
+        for camera in setup.power_views {
+            let frame = render(&model.scene, camera, &options).into_frame(camera, setup.background);
+            let encoded = EncodedFrame::encode(&frame).map_err(io::Error::other)?;
+            writer.write_encoded(encoded).map_err(io::Error::other)?;
+        }
+        writer.finish().map(drop).map_err(io::Error::other)
+    })
 }
 
 /// The first test view, before and after.

@@ -2,7 +2,7 @@
 //! appended. What is in it after a kill is a run that `--resume` continues.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::super::aside::write_aside;
@@ -127,6 +127,15 @@ impl Folder {
         let path = self.model(job);
         let mut from = File::open(&path).or_exit(Exit::BadInput, path.display())?;
         read_whole_model(&mut from, self.fingerprint).or_exit(Exit::BadInput, path.display())
+    }
+
+    /// Writes a file of the folder, part by part.
+    pub fn stream(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        write_aside(&self.path.join(name), write)
     }
 
     /// Writes a file of the folder.
