@@ -1,11 +1,12 @@
 //! Opening scenes: a file, a folder with `meta.json` or `lod-meta.json`, or such an index itself.
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::{Exit, Failure, OrExit};
-use crate::scene::{self, Folder, Gaussians, Input, SceneError, Warning};
+use crate::scene::foveated::MAGIC;
+use crate::scene::{self, Folder, Foveated, Gaussians, Input, SceneError, Warning};
 
 /// Names of index files in a folder, in the order in which they are looked for.
 const INDICES: [&str; 2] = ["lod-meta.json", "meta.json"];
@@ -55,6 +56,20 @@ pub fn load(path: &Path, lod: Option<u32>) -> Result<LoadedScene, Failure> {
     };
     let format = model.format.name();
     Ok(LoadedScene { gaussians: model.gaussians, format, warnings: model.warnings, path })
+}
+
+/// Reads the foveated model at `path`.
+pub fn load_foveated(path: &Path) -> Result<Foveated, Failure> {
+    let shown = path.display();
+    let input = open(path).or_exit(Exit::BadInput, &shown)?;
+    Foveated::read(input).or_exit(Exit::BadInput, &shown)
+}
+
+/// Whether the file at `path` says that it is a foveated model.
+pub fn is_foveated(path: &Path) -> bool {
+    let mut head = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == MAGIC
 }
 
 fn index_of(folder: &Path) -> Result<PathBuf, Failure> {

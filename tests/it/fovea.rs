@@ -1,0 +1,7 @@
+//! Foveation: levels, models, pictures, frames, machines.
+
+mod levels;
+mod model;
+mod picture;
+mod stream;
+pub mod support;
