@@ -100,7 +100,10 @@ fn screen_of(bytes: &[u8]) -> Option<Screen> {
 }
 
 /// The frame of decoded columns, by [`Id`]. The caller has checked which columns are there.
-pub(super) fn assemble(head: &FrameHead, contents: Vec<Option<Content>>) -> Option<Frame> {
+pub(super) fn assemble(
+    head: &FrameHead,
+    contents: Vec<Option<Content>>,
+) -> Result<Frame, &'static str> {
     let mut contents = Contents(contents);
     let splats = contents.splats();
     let pixels = PixelColumns {
@@ -108,7 +111,7 @@ pub(super) fn assemble(head: &FrameHead, contents: Vec<Option<Content>>) -> Opti
         blended: contents.words(Id::Blended),
     };
     let screen = match contents.bytes(Id::Screen) {
-        Some(bytes) => screen_of(&bytes)?,
+        Some(bytes) => screen_of(&bytes).ok_or("the screen is not 16 bytes long")?,
         None => Screen::PUBLISHED,
     };
     let fovea = head.gaze.map(|gaze| Fovea {
@@ -121,10 +124,13 @@ pub(super) fn assemble(head: &FrameHead, contents: Vec<Option<Content>>) -> Opti
     });
     let survivor_bits = contents.bytes(Id::SurvivorBits);
     let preview = match contents.bytes(Id::Preview) {
-        Some(bytes) => Some(preview_of(&bytes)?),
+        Some(bytes) => {
+            let short = "the preview is shorter than its own header";
+            Some(preview_of(&bytes).ok_or(short)?)
+        }
         None => None,
     };
-    Some(Frame { facts: head.facts.clone(), splats, survivor_bits, pixels, fovea, preview })
+    Ok(Frame { facts: head.facts.clone(), splats, survivor_bits, pixels, fovea, preview })
 }
 
 /// Decoded columns by [`Id`]; taken once each.

@@ -144,9 +144,8 @@ impl EncodedFrame {
             .zip(&found)
             .map(|(&id, block)| self.column(id, block.as_ref()))
             .collect();
-        let frame = assemble(&self.head, contents?).ok_or_else(|| {
-            TraceError::damaged(self.offset, "the preview or the screen is shorter than it must be")
-        })?;
+        let frame = assemble(&self.head, contents?)
+            .map_err(|what| TraceError::damaged(self.offset, what))?;
         frame.check().map_err(|fault| self.frame_error(fault))?;
         Ok(frame)
     }

@@ -1,5 +1,6 @@
 //! Foveation: levels, models, pictures, frames, machines.
 
+mod frames;
 mod levels;
 mod model;
 mod picture;

@@ -33,11 +33,11 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "sim",
         &[
             "quantity", "action", "workload", "accel", "energy", "display", "config", "splat",
-            "dram",
+            "dram", "fovea",
         ],
     ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
-    ("report", &["sim", "accel", "action", "energy", "workload", "optimize", "analysis"]),
+    ("report", &["sim", "accel", "action", "energy", "workload", "optimize", "analysis", "fovea"]),
     (
         "sweep",
         &["quantity", "action", "workload", "accel", "energy", "display", "config", "dram", "sim"],

@@ -8,11 +8,13 @@ use powergs_sim::accel::machine::*;
 use powergs_sim::config::embedded::DRAM;
 use powergs_sim::dram::Device;
 use powergs_sim::dram::device::Order;
+use powergs_sim::fovea::{Looking, Screen};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
-use powergs_sim::splat::Counters;
+use powergs_sim::splat::{Counters, FoveaCounters};
 use powergs_sim::workload::reuse::ListReuse;
 use powergs_sim::workload::{
-    ChunkWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix, TileWork,
+    ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
+    StoragePrefix, TileWork,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -91,6 +93,7 @@ fn unlinked() -> Machine {
             speculation: 0,
             tile_overlap: false,
         },
+        fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
         buffers: BufferSpecs {
             gaussian_in: buffer(8),
             tile_list: buffer(32),
@@ -150,7 +153,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
             pixels: tile.pixels,
             alpha_evaluations: u64::from(loaded * tile.pixels),
             blends: u64::from(loaded),
-            complete_after: 0,
+            ..TileWork::default()
         });
         w.counters.tile_pairs += u64::from(loaded + tile.unfetched);
         w.counters.tile_loads += u64::from(loaded);
@@ -258,6 +261,12 @@ impl Dice {
             speculation: self.roll(0, 3),
             tile_overlap: self.roll(0, 1) == 1,
         };
+        machine.fovea = FoveaSpec {
+            accumulators: self.roll(1, 2),
+            level_tests: self.roll(1, 4),
+            record: bytes(self, 19),
+            feature: bytes(self, 8),
+        };
         let buffer = |dice: &mut Self, most| BufferSpec {
             capacity: bytes(dice, most),
             word: Bytes(dice.pick(&[1, 4, 16, 64])),
@@ -330,6 +339,9 @@ impl Dice {
         c.obb_tests = c.obb_prepared * u64::from(self.roll(1, 6));
         c.intersecting_points = c.survivors.min(c.tile_pairs);
         self.group(&mut w);
+        if self.roll(0, 2) == 0 {
+            self.foveate(&mut w);
+        }
         self.store(&mut w);
         self.place(&mut w);
         w
@@ -387,6 +399,39 @@ impl Dice {
         }
     }
 
+    /// Makes a foveated frame of it: some tiles have two levels.
+    fn foveate(&mut self, w: &mut FrameWorkload) {
+        let mut fovea = FoveaWork {
+            looking: Looking { gaze: [0.5; 2], screen: Screen::PUBLISHED },
+            regions: w.tiles.iter().map(|_| self.roll(0, 3) as u8).collect(),
+            blending_tiles: 0,
+            counters: FoveaCounters::default(),
+        };
+        let lookups = w.counters.obb_tests + u64::from(self.roll(0, 40));
+        fovea.counters.lookups = lookups * u64::from(w.counters.points > 0);
+        for tile in &mut w.tiles {
+            let blends = self.roll(0, 1) == 1;
+            let chunks = &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize];
+            for chunk in chunks {
+                chunk.level_loads = self.roll(0, 3 * chunk.first_loads);
+                if blends {
+                    chunk.seconds = self.roll(0, chunk.entries);
+                    for work in [&mut chunk.skipping, &mut chunk.unskipped] {
+                        work.both_pairs = self.roll(0, work.subtile_pairs);
+                    }
+                }
+            }
+            if blends {
+                tile.mixed = tile.pixels;
+                tile.blends_2 = u64::from(self.roll(0, tile.loaded));
+                tile.extra_alpha = tile.blends_2;
+                fovea.blending_tiles += 1;
+            }
+            fovea.counters.blends_2 += tile.blends_2;
+        }
+        w.fovea = Some(fovea);
+    }
+
     /// Counters in storage order: of some frames only.
     fn store(&mut self, w: &mut FrameWorkload) {
         if self.roll(0, 2) == 0 || w.counters.points == 0 {
@@ -394,15 +439,16 @@ impl Dice {
         }
         let n = w.counters.points.div_ceil(STORAGE_BLOCK);
         let c = w.counters;
-        let totals =
-            [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, c.tile_pairs];
-        let mut at = [0; 5];
+        let lookups = w.fovea.as_ref().map_or(0, |fovea| fovea.counters.lookups);
+        let (splats, pairs) = (c.intersecting_points, c.tile_pairs);
+        let totals = [c.survivors, c.obb_prepared, c.obb_tests, splats, pairs, lookups];
+        let mut at = [0; 6];
         for block in 1..=n {
             for (x, total) in at.iter_mut().zip(totals) {
                 *x = if block == n { total as u32 } else { self.roll(*x, total as u32) };
             }
-            let [survivors, prepared, tests, splats, pairs] = at;
-            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs });
+            let [survivors, prepared, tests, splats, pairs, lookups] = at;
+            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs, lookups });
         }
         for tile in &mut w.tiles {
             tile.complete_after = self.roll(0, c.intersecting_points as u32);

@@ -81,7 +81,7 @@ pub fn frame(seed: u64, shape: Shape) -> Frame {
     let mut counts = |n: usize| (0..n).map(|_| rng.random_range(0..=shape.splats)).collect();
     let fovea = shape.foveated.then(|| Fovea {
         gaze: [0.25, 0.75],
-        screen: if seed % 2 == 0 {
+        screen: if seed < 1000 {
             Screen::PUBLISHED
         } else {
             Screen { fov_deg: 99.5, pooling_rate: 0.125 }
