@@ -1,5 +1,6 @@
 //! Foveation: levels, models, pictures, frames, machines.
 
+mod command;
 mod frames;
 mod levels;
 mod model;

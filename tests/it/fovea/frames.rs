@@ -30,7 +30,7 @@ fn rendered(seed: u64, points: usize) -> (FoveatedFrame, Frame) {
 }
 
 fn machine(sets: &[&str]) -> Machine {
-    let text = find(MACHINES, "gscore").expect("it comes with the program").text;
+    let text = find(MACHINES, "gscore").expect("it comes with the program");
     let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
     Machine::parse_with(text, &sets).expect("a machine")
 }
@@ -170,7 +170,7 @@ fn regions_add_up() {
 #[test]
 fn accumulators_take_time_or_area() {
     let (_, frame) = rendered(4, 8000);
-    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("a table").text);
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("a table"));
     let table = table.expect("a table");
     let on = |sets: &[&str]| {
         let mut sets = sets.to_vec();
@@ -222,7 +222,7 @@ fn traces_keep_gaze_and_screen() {
     let header =
         TraceHeader { generator: "test".into(), scene: "s".into(), points: frame.facts.points };
     let mut writer = Writer::new(Cursor::new(Vec::new()), &header).expect("memory");
-    writer.write(&frame).expect("a frame");
+    writer.write_frame(&frame).expect("a frame");
     let bytes = writer.finish().expect("memory").into_inner();
     let mut reader = Reader::open(Cursor::new(bytes)).expect("a trace");
     let again = reader.read_block(0).expect("a block").decode().expect("a frame");

@@ -24,7 +24,6 @@ fn options() -> Options {
 struct Case {
     parts: [Gaussians; 4],
     camera: Camera,
-    looking: Looking,
     frame: FoveatedFrame,
     /// Every level, rendered whole.
     whole: Vec<Rendered>,
@@ -40,7 +39,7 @@ fn case(seed: u64, size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case 
     let whole = parts.iter().map(|part| render(part, &camera, options)).collect();
     let sight = looking.sight([size.0, size.1]).expect("a gaze");
     let tiles = TileLevels::new(&sight, TileGrid::new(size.0, size.1, options.tile));
-    Case { parts, camera, looking, frame, whole, tiles }
+    Case { parts, camera, frame, whole, tiles }
 }
 
 impl Case {
