@@ -4,8 +4,9 @@
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
 //! "everything"`), projected splats in the order of the CCUs, tile lists back to back, features in
 //! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
-//! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the colours of
-//! levels 2 to 4, three records a Gaussian, and the features of second levels in storage order.
+//! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
+//! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
+//! order.
 
 use super::design::Design;
 use super::machine::Fetch;

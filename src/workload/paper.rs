@@ -11,17 +11,18 @@
 //! | sorting | 4 Ti | 0 | 8 passes Ti + 1024 ceil(Tl / 256) | 0 |
 //! | rendering | 19 Tl + 103 U | 3 pixels | 38 Tl | 133 U + 13 B + 11 K + 6 pixels |
 //!
-//! A foveated frame with L look-ups of tile levels, n tiles, V1 to V4 loaded splats that need one to
-//! four levels, E entries while both levels are open and K2 entries blended for the second one
+//! A foveated frame with L look-ups of tile levels, n tiles, V1 to V4 loaded splats that need one
+//! to four levels, E entries while both levels are open and K2 entries blended for the second one
 //! (§2.2) has instead
 //!
 //! | stage | DRAM read | DRAM write | SRAM | FLOP |
 //! |---|---|---|---|---|
 //! | preprocessing | 6 P + 13 S | 4 N + 10 I | 2 L + 2 n | 47 P + 208 S + 38 O + 48 T + 94 n |
-//! | rendering | 19 Tl + 103 V1 + 128 V2 + 147 V3 + 166 V4 | 3 pixels | 54 Tl | 133 V1 + 139 V2 + 142 V3 + 145 V4 + 13 B + E + 11 (K + K2) + 31 pixels |
+//! | rendering | 19 Tl + V | 3 pixels | 54 Tl | W + 13 B + E + 11 (K + K2) + 31 pixels |
 //!
-//! where O counts splats with more than one box test. The published code takes V1 to V4 from the
-//! look-ups instead of the loads (§10 B4); this does not.
+//! where V = 103 V1 + 128 V2 + 147 V3 + 166 V4, W = 133 V1 + 139 V2 + 142 V3 + 145 V4 and O counts
+//! splats with more than one box test. The published code takes V1 to V4 from the look-ups instead
+//! of the loads (§10 B4); this does not.
 //!
 //! passes = ceil(log2(Ti / 256) / 3) for Ti ≥ 256, else 0. The published code does not split reads
 //! from writes; the split is ours and changes no sum.

@@ -84,7 +84,7 @@ fn from_four_files_to_a_report_with_regions() {
     assert!(refused.contains("fovea.accumulators = 1"), "{refused}");
     let paper = json(&mut run(&["--json", "replay", "fr.bin", "--model", "paper", "--out", "p"]));
     assert!(paper["frames"][0]["fovea"]["level_lookups"].as_u64().expect("a count") > 0);
-    let both = ["compare", "fr.bin", "--arch", "gscore", "--arch", "edge", "--out", "both"];
+    let both = ["compare", "gscore", "edge", "fr.bin", "--out", "both"];
     run(&both).assert().success();
 }
 

@@ -106,7 +106,7 @@ fn small_pictures_lack_regions() {
         sight.missing_regions()
     };
     assert_eq!(missing(64, Screen::PUBLISHED), [1, 2, 3]);
-    assert_eq!(missing(480, Screen::PUBLISHED), [3]);
+    assert_eq!(missing(256, Screen::PUBLISHED), [3]);
     assert_eq!(missing(800, Screen::PUBLISHED), [0u8; 0]);
     let wider = Screen { fov_deg: 110.0, ..Screen::PUBLISHED };
     let eager = Screen { pooling_rate: 0.4, ..Screen::PUBLISHED };

@@ -261,12 +261,6 @@ impl Dice {
             speculation: self.roll(0, 3),
             tile_overlap: self.roll(0, 1) == 1,
         };
-        machine.fovea = FoveaSpec {
-            accumulators: self.roll(1, 2),
-            level_tests: self.roll(1, 4),
-            record: bytes(self, 19),
-            feature: bytes(self, 8),
-        };
         let buffer = |dice: &mut Self, most| BufferSpec {
             capacity: bytes(dice, most),
             word: Bytes(dice.pick(&[1, 4, 16, 64])),
@@ -339,9 +333,6 @@ impl Dice {
         c.obb_tests = c.obb_prepared * u64::from(self.roll(1, 6));
         c.intersecting_points = c.survivors.min(c.tile_pairs);
         self.group(&mut w);
-        if self.roll(0, 2) == 0 {
-            self.foveate(&mut w);
-        }
         self.store(&mut w);
         self.place(&mut w);
         w
@@ -399,26 +390,42 @@ impl Dice {
         }
     }
 
-    /// Makes a foveated frame of it: some tiles have two levels.
-    fn foveate(&mut self, w: &mut FrameWorkload) {
+    /// Makes a foveated frame of every second one: some tiles have two levels, and the machine one
+    /// or two accumulators.
+    pub fn foveate(&mut self, w: &mut FrameWorkload, machine: &mut Machine) {
+        if self.roll(0, 1) == 0 {
+            return;
+        }
+        machine.fovea = FoveaSpec {
+            accumulators: self.roll(1, 2),
+            level_tests: self.roll(1, 4),
+            record: Bytes(u64::from(self.roll(0, 19))),
+            feature: Bytes(u64::from(self.roll(0, 8))),
+        };
         let mut fovea = FoveaWork {
             looking: Looking { gaze: [0.5; 2], screen: Screen::PUBLISHED },
             regions: w.tiles.iter().map(|_| self.roll(0, 3) as u8).collect(),
             blending_tiles: 0,
             counters: FoveaCounters::default(),
         };
-        let lookups = w.counters.obb_tests + u64::from(self.roll(0, 40));
-        fovea.counters.lookups = lookups * u64::from(w.counters.points > 0);
+        let lookups = w.counters.obb_tests as u32 + self.roll(0, 40);
+        fovea.counters.lookups = u64::from(lookups) * u64::from(w.counters.points > 0);
+        let (mut at, blocks) = (0, w.storage.len());
+        for (i, block) in w.storage.iter_mut().enumerate() {
+            at = if i + 1 == blocks { lookups } else { self.roll(at, lookups) };
+            block.lookups = at;
+        }
         for tile in &mut w.tiles {
             let blends = self.roll(0, 1) == 1;
-            let chunks = &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize];
-            for chunk in chunks {
+            for chunk in &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
                 chunk.level_loads = self.roll(0, 3 * chunk.first_loads);
                 if blends {
                     chunk.seconds = self.roll(0, chunk.entries);
-                    for work in [&mut chunk.skipping, &mut chunk.unskipped] {
-                        work.both_pairs = self.roll(0, work.subtile_pairs);
-                    }
+                    // Skipping executes a part of what is executed without.
+                    chunk.skipping.both_pairs = self.roll(0, chunk.skipping.subtile_pairs);
+                    let least = chunk.skipping.both_pairs;
+                    let most = chunk.unskipped.subtile_pairs.max(least);
+                    chunk.unskipped.both_pairs = self.roll(least, most);
                 }
             }
             if blends {
@@ -439,15 +446,15 @@ impl Dice {
         }
         let n = w.counters.points.div_ceil(STORAGE_BLOCK);
         let c = w.counters;
-        let lookups = w.fovea.as_ref().map_or(0, |fovea| fovea.counters.lookups);
-        let (splats, pairs) = (c.intersecting_points, c.tile_pairs);
-        let totals = [c.survivors, c.obb_prepared, c.obb_tests, splats, pairs, lookups];
-        let mut at = [0; 6];
+        let totals =
+            [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, c.tile_pairs];
+        let mut at = [0; 5];
         for block in 1..=n {
             for (x, total) in at.iter_mut().zip(totals) {
                 *x = if block == n { total as u32 } else { self.roll(*x, total as u32) };
             }
-            let [survivors, prepared, tests, splats, pairs, lookups] = at;
+            let [survivors, prepared, tests, splats, pairs] = at;
+            let lookups = 0;
             w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs, lookups });
         }
         for tile in &mut w.tiles {
