@@ -12,8 +12,8 @@
 //! the depth test is made on the fly and costs no time of its own (A22).
 //!
 //! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
-//! where colour is not fetched lazily, the records of the three further levels come with it. Before its
-//! box tests a splat is tested against the level of every tile under its bounding square,
+//! where colour is not fetched lazily, the records of the three further levels come with it. Before
+//! its box tests a splat is tested against the level of every tile under its bounding square,
 //! `fovea.level-tests` a cycle and beside the box tests; the levels are in a table of two bytes a
 //! tile that is written once a frame, in no time (A16).
 //!

@@ -4,7 +4,7 @@ use crate::fovea::{GazeError, Looking, TileLevels};
 use crate::picture::Picture;
 use crate::splat::TileGrid;
 
-/// Tints of R1 to R4, sRGB: none, then of equal strength and apart for all kinds of sight.
+/// Tints of R1 (not used) to R4, sRGB: apart for all kinds of sight.
 const TINTS: [[f32; 3]; 4] =
     [[0.5, 0.5, 0.5], [0.0, 0.45, 0.70], [0.90, 0.62, 0.0], [0.80, 0.25, 0.55]];
 /// How strong they are.
@@ -35,8 +35,11 @@ pub fn draw(picture: &Picture, looking: &Looking) -> Result<Picture, GazeError> 
         let (dx, dy) = ((x as f32 - gaze_x).abs(), (y as f32 - gaze_y).abs());
         let is_cross = (dx < 1.0 && dy < reach) || (dy < 1.0 && dx < reach);
         for (c, value) in pixel.iter_mut().enumerate() {
-            let tint = (1.0 - share) * TINTS[first][c] + share * second[c];
-            let strength = if first == 0 && share == 0.0 { 0.0 } else { STRENGTH };
+            // R1 is shown as it is.
+            let (tint, strength) = match first {
+                0 => (second[c], STRENGTH * share),
+                _ => ((1.0 - share) * TINTS[first][c] + share * second[c], STRENGTH),
+            };
             *value = (1.0 - strength) * *value + strength * tint;
             if is_line || is_cross {
                 *value = 1.0;

@@ -70,14 +70,15 @@ fn from_four_files_to_a_report_with_regions() {
 
     for (arch, sets) in [("gscore", "fovea.accumulators=2"), ("gbu", "fovea.accumulators=1")] {
         let mut replay = run(&["--json", "replay", "fr.bin", "--arch", arch, "--set", sets]);
-        let report = json(replay.args(["--out", arch]));
+        let out = format!("report-{arch}");
+        let report = json(replay.args(["--out", &out]));
         let frame = &report["frames"][0];
         for region in ["r1", "r2", "r3", "r4"] {
             let own = &frame["regions"][region];
             assert!(own["tiles"].as_u64().is_some() && own["energy_pj"].as_f64().is_some());
         }
         assert_eq!(frame["fovea"]["gaze_y"], 0.25);
-        let summary = std::fs::read_to_string(at.join(arch).join("summary.md")).expect("it");
+        let summary = std::fs::read_to_string(at.join(&out).join("summary.md")).expect("it");
         assert!(summary.contains("| R4 |"), "{summary}");
     }
     let refused = error(&mut run(&["replay", "fr.bin", "--arch", "neo", "--out", "no"]), 2);

@@ -37,8 +37,8 @@ pub fn batches(frame: &Frame) -> usize {
     c.points.div_ceil(u64::from(frame.design.ccu.batch)) as usize + usize::from(orphans)
 }
 
-/// Counters of the first `end` records: survivors, prepared, tests, splats, pairs, lookups. Whole blocks are
-/// known; in a block each counter X of n records grows as `floor(X e / n)`.
+/// Counters of the first `end` records: survivors, prepared, tests, splats, pairs, lookups. Whole
+/// blocks are known; in a block each counter X of n records grows as `floor(X e / n)`.
 fn until(frame: &Frame, end: u64) -> [u64; 6] {
     let (w, c) = (frame.workload, &frame.workload.counters);
     let pairs = pairs_written(w, &frame.given);
