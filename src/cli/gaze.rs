@@ -103,7 +103,8 @@ impl GazeArgs {
             () if camera.name.ends_with("_right") => Some(Eye::Right),
             () => None,
         };
-        let is_stereo = cameras.len() % 2 == 0 && cameras.iter().all(|c| of_pair(c).is_some());
+        let is_stereo =
+            cameras.len().is_multiple_of(2) && cameras.iter().all(|c| of_pair(c).is_some());
         let own = match self.eye {
             EyeArg::Left => Eye::Left,
             EyeArg::Right => Eye::Right,
