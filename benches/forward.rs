@@ -11,9 +11,11 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use powergs_sim::cli::camera_file;
-use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::fovea::{Looking, Screen};
+use powergs_sim::raster::{Detail, Options, render, render_foveated};
 use powergs_sim::scene::camera::edit;
-use powergs_sim::scene::{OneFile, read};
+use powergs_sim::scene::foveated::LevelPaint;
+use powergs_sim::scene::{Foveated, Gaussians, OneFile, read};
 
 use floor::{Cost, Peaks, floor, wall};
 use scenes::{Case, synthetic};
@@ -119,11 +121,55 @@ fn report(name: &str, case: &Case) {
     );
 }
 
+/// A model whose levels each keep a share of the one before, by a fixed dice.
+fn model(scene: &Gaussians, kept_of_ten: usize) -> Foveated {
+    let highest = |i: usize| {
+        let mut dice = i.wrapping_mul(0x9e37_79b9) >> 4;
+        let stays = |_: &u8| {
+            dice = dice.wrapping_mul(0x5851_f42d) >> 3 ^ dice;
+            dice % 10 < kept_of_ten
+        };
+        (1..4).take_while(stays).count() as u8
+    };
+    let n = scene.sh_coefficients();
+    let paint = |i: usize| {
+        let sh = scene.sh_of(i);
+        let dc = [sh[0], sh[n], sh[2 * n]];
+        LevelPaint { dc, logit_opacity: scene.logit_opacities[i] }
+    };
+    Foveated {
+        base: scene.clone(),
+        highest: (0..scene.len()).map(highest).collect(),
+        paints: (0..scene.len()).map(|i| [paint(i); 3]).collect(),
+    }
+}
+
+/// Foveated over plain, on two threads: with whole levels, and with levels of half the one before.
+fn report_foveated(name: &str, case: &Case) {
+    let looking = Looking { gaze: [0.5, 0.5], screen: Screen::PUBLISHED };
+    for (kept, what) in [(10, "whole levels"), (5, "levels of half")] {
+        let model = model(&case.scene, kept);
+        for detail in [Detail::Image, Detail::Counters] {
+            let options = Options::reference(detail);
+            let foveated = || {
+                drop(render_foveated(&model, &case.camera, &looking, &options).expect("a gaze"));
+            };
+            let plain = || drop(render(&case.scene, &case.camera, &options));
+            let (plain, own, ratio) = on_threads(2, || paired_ms(plain, foveated));
+            println!(
+                "  {name}, {what}, {detail:?}: plain {plain:.1} ms, foveated {own:.1} ms = \
+                 {ratio:.2}x"
+            );
+        }
+    }
+}
+
 fn forward(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forward");
     group.sample_size(10);
     for (name, case) in cases() {
         report(name, &case);
+        report_foveated(name, &case);
         let options = Options::reference(Detail::Counters);
         group.bench_function(name, |b| {
             b.iter(|| render(&case.scene, &case.camera, &options));

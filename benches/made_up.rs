@@ -48,6 +48,7 @@ pub fn frame(points: u64, geometry: Geometry) -> FrameWorkload {
             alpha_evaluations: u64::from(loaded) * 150,
             blends: u64::from(loaded) * 20,
             complete_after: 0,
+            ..TileWork::default()
         });
         w.counters.tile_pairs += u64::from(entries);
     }

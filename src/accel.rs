@@ -15,6 +15,7 @@ pub mod machine;
 pub mod memory;
 pub mod pipeline;
 pub mod qsu;
+pub mod regions;
 pub mod schedule;
 pub mod timeline;
 pub mod traffic;
@@ -22,6 +23,7 @@ pub mod unit;
 pub mod vru;
 
 use crate::action::{ActionCounts, Buffer};
+use crate::fovea::LEVELS;
 use crate::workload::FrameWorkload;
 use crate::workload::reuse::ListReuse;
 
@@ -31,6 +33,7 @@ pub use pipeline::memo::Memo;
 pub use traffic::Traffic;
 pub use unit::Unit;
 
+use regions::RegionWork;
 use schedule::Plan;
 use timeline::Observer;
 
@@ -246,6 +249,8 @@ pub struct Replay {
     pub speculation: ActionCounts,
     /// What the DRAM served.
     pub served: Traffic,
+    /// The regions of a foveated frame.
+    pub regions: Option<[RegionWork; LEVELS]>,
 }
 
 /// Takes `workload` through `machine`.
@@ -286,11 +291,12 @@ fn through(
     observer: &mut impl Observer,
 ) -> Replay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
-    let design = Design::new(machine);
+    let design = Design::for_frame(machine, workload);
     let plan = Plan::new(workload, machine, &design, &given);
     let outcome = pipeline::run(workload, machine, &design, &plan, given, memo, observer);
     let mut actions = traffic::actions(workload, &design, &plan, &given);
     actions.add(&outcome.speculation);
     let (timing, served) = (outcome.timing, outcome.traffic);
-    Replay { timing, actions, speculation: outcome.speculation, served }
+    let regions = regions::regions(workload, machine, &design, &plan, &given);
+    Replay { timing, actions, speculation: outcome.speculation, served, regions }
 }

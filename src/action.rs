@@ -97,6 +97,8 @@ pub struct Inventory {
     pub memories: [Memory; Buffer::ALL.len()],
     /// CCUs, QSUs, BSUs and rendering units.
     pub units: [u32; 4],
+    /// Size of one of each, percent of the one that prices are for.
+    pub unit_percent: [u32; 4],
 }
 
 /// Something that a unit does and that costs energy.

@@ -20,6 +20,7 @@ pub mod config;
 pub mod display;
 pub mod dram;
 pub mod energy;
+pub mod fovea;
 pub mod optimize;
 pub mod picture;
 pub mod quality;

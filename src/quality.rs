@@ -6,8 +6,8 @@ pub mod hvsq;
 pub mod loss;
 pub mod lpips;
 pub mod metrics;
-pub mod sight;
 
+pub use crate::fovea::sight;
 pub use hvsq::{Hvsq, HvsqError};
 pub use loss::{Loss, Parts};
 pub use lpips::{Lpips, LpipsError};

@@ -10,7 +10,9 @@
 
 pub mod blend;
 pub mod forward;
+pub mod foveated;
 pub mod row;
 pub mod train;
 
 pub use forward::{Detail, Options, Rendered, render};
+pub use foveated::{FoveatedFrame, render_foveated};

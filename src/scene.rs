@@ -8,6 +8,7 @@ pub mod camera;
 mod check;
 pub mod convert;
 mod error;
+pub mod foveated;
 mod input;
 mod ply;
 mod read;
@@ -20,6 +21,7 @@ mod warning;
 
 pub use camera::{Camera, Split};
 pub use error::SceneError;
+pub use foveated::Foveated;
 pub use input::{Folder, Input, OneFile};
 pub use ply::write as write_ply;
 pub use read::{Format, Model, read};

@@ -6,17 +6,20 @@ pub mod cost;
 pub mod frames;
 pub mod measured;
 pub mod paper;
+pub mod regions;
 pub mod statistics;
 pub mod timed;
 
 use crate::accel::{FrameTiming, Machine};
 use crate::action::ActionCounts;
 use crate::energy::{Area, EnergyBreakdown, Prices, Standby};
-use crate::splat::Counters;
+use crate::fovea::LEVELS;
+use crate::splat::{Counters, FoveaCounters};
 use crate::workload::FrameWorkload;
 
 pub use check::Breach;
 pub use measured::{Lists, Measured, observed};
+pub use regions::RegionReport;
 pub use timed::{Timed, priced, time, time_again};
 
 /// Which model produced a report.
@@ -86,6 +89,32 @@ pub struct ReuseSummary {
     pub out_of_order: u64,
 }
 
+/// What only foveated frames have.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FoveaSummary {
+    /// Gaze, shares of width and height.
+    pub gaze: [f32; 2],
+    /// Tiles.
+    pub tiles: u64,
+    /// Tiles that blend two levels.
+    pub blending_tiles: u64,
+    /// Further counters.
+    pub counters: FoveaCounters,
+}
+
+impl FoveaSummary {
+    /// Of a binned frame; `None` for plain ones.
+    pub fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
+        let fovea = workload.fovea.as_ref()?;
+        Some(FoveaSummary {
+            gaze: fovea.looking.gaze,
+            tiles: workload.tiles.len() as u64,
+            blending_tiles: fovea.blending_tiles,
+            counters: fovea.counters,
+        })
+    }
+}
+
 /// One frame, simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
@@ -119,6 +148,10 @@ pub struct FrameReport {
     pub cache: Option<CacheSummary>,
     /// Sort reuse, where the machine does it.
     pub reuse: Option<ReuseSummary>,
+    /// What only foveated frames have.
+    pub fovea: Option<FoveaSummary>,
+    /// R1 to R4 of a foveated frame; `cycle` only.
+    pub regions: Option<[RegionReport; LEVELS]>,
     /// Display power of the frame's image, watts, where the trace carries the image means.
     pub display_w: Option<f64>,
 }
@@ -179,7 +212,7 @@ pub fn simulate(
     machine: &Machine,
     prices: &Prices,
 ) -> Result<FrameReport, Breach> {
-    check::geometry(workload, machine)?;
+    check::fits(workload, machine)?;
     simulate_measured(label, workload, &Measured::needed(workload, machine), machine, prices)
 }
 

@@ -8,12 +8,13 @@ pub mod counters;
 pub mod cover;
 pub mod ellipse;
 pub mod gradient;
+pub mod levels;
 pub mod obb;
 pub mod project;
 pub mod runs;
 pub mod simd;
 
-pub use counters::Counters;
+pub use counters::{Counters, FoveaCounters};
 pub use cover::{Cover, TileGrid};
 pub use ellipse::Ellipse;
 

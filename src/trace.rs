@@ -33,6 +33,7 @@ pub use transform::Transform;
 pub use verify::{Damage, VerifyReport, verify, visit_intact};
 pub use writer::Writer;
 
+use crate::fovea::{Looking, Screen};
 use crate::scene::Camera;
 use crate::splat::Splat;
 
@@ -79,14 +80,25 @@ pub struct PixelColumns {
 pub struct Fovea {
     /// Gaze, fraction of width and height.
     pub gaze: [f32; 2],
-    /// Highest level of every splat (0 = all levels use only the foveal colour), by rank.
+    /// The virtual screen that the gaze is on.
+    pub screen: Screen,
+    /// Highest level of every splat, by rank: 0 for those of level 1 alone.
     pub highest_level: Vec<u8>,
-    /// Stop rank of the second blended level of every pixel, or [`NEVER`].
+    /// Stop rank of the second blended level of every pixel, or [`NEVER`]. Rank 0, at which nothing
+    /// can stop, says here and in [`PixelColumns::stop_rank`] that the pixel does not show that
+    /// level.
     pub stop_rank_2: Vec<u32>,
     /// Entries while both blended levels are unfinished, per pixel (`T_extra_alpha`).
     pub extra_alpha: Vec<u32>,
     /// Entries blended for the second level, per pixel (`T_used2`).
     pub blended_2: Vec<u32>,
+}
+
+impl Fovea {
+    /// Where somebody looks.
+    pub fn looking(&self) -> Looking {
+        Looking { gaze: self.gaze, screen: self.screen }
+    }
 }
 
 /// A small picture of the frame, for reports.

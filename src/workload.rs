@@ -3,6 +3,7 @@
 pub mod bin;
 pub mod cache;
 mod chunk;
+mod fovea;
 mod group;
 pub mod order;
 pub mod paper;
@@ -10,7 +11,8 @@ pub mod reuse;
 mod storage;
 mod tile;
 
-use crate::splat::{Counters, Intersection};
+use crate::fovea::Looking;
+use crate::splat::{Counters, FoveaCounters, Intersection};
 
 pub use bin::bin;
 
@@ -88,6 +90,11 @@ pub struct ChunkWork {
     pub group_end: u32,
     /// Entries of this chunk loaded here for the first time in the frame (tiles in raster order).
     pub first_loads: u32,
+    /// Colours of further levels that those entries need; 0 in plain frames.
+    pub level_loads: u32,
+    /// Entries that the second level of the tile has too; 0 where nothing is blended between
+    /// levels.
+    pub seconds: u32,
 }
 
 /// What is executed of the (entry, sub-tile) pairs of a chunk. The five counts are five answers to
@@ -106,6 +113,9 @@ pub struct PairWork {
     /// Sum over the pairs of the largest number of live pixels in any 2x2 quad: the slots of units
     /// that rotate through the live pixels of a quad only.
     pub pixel_slots: u32,
+    /// Pairs of entries of both levels up to the last pixel of a sub-tile that blends both: what a
+    /// second accumulator does at the same time.
+    pub both_pairs: u32,
 }
 
 /// One tile.
@@ -127,6 +137,12 @@ pub struct TileWork {
     pub alpha_evaluations: u64,
     /// Entries blended by the pixels of this tile (`T_used`).
     pub blends: u64,
+    /// Of a foveated frame: entries blended for the second level (`T_used2`).
+    pub blends_2: u64,
+    /// Entries iterated while both levels of a pixel are open (`T_extra_alpha`).
+    pub extra_alpha: u64,
+    /// Pixels that are mixed from two levels: all of a tile that blends, else none.
+    pub mixed: u32,
     /// Largest index in storage order ([`FrameWorkload::slot`]) of its list, plus one: after how
     /// many projected splats the list is complete.
     pub complete_after: u32,
@@ -155,6 +171,21 @@ pub struct StoragePrefix {
     pub splats: u32,
     /// (splat, tile) pairs.
     pub pairs: u32,
+    /// Look-ups of tile levels; 0 in plain frames.
+    pub lookups: u32,
+}
+
+/// What only foveated frames have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoveaWork {
+    /// Where somebody looks.
+    pub looking: Looking,
+    /// The region of every tile, 0 for R1 to 3 for R4, row-major.
+    pub regions: Vec<u8>,
+    /// Tiles that blend two levels.
+    pub blending_tiles: u64,
+    /// Frame totals.
+    pub counters: FoveaCounters,
 }
 
 /// Records of a block of [`FrameWorkload::storage`].
@@ -200,6 +231,8 @@ pub struct FrameWorkload {
     /// Counters of the first `(i + 1) STORAGE_BLOCK` records of the scene, the last entry for all.
     /// Empty for scenes beyond [`STORAGE_RECORDS_MAX`].
     pub storage: Vec<StoragePrefix>,
+    /// What only foveated frames have.
+    pub fovea: Option<FoveaWork>,
 }
 
 impl FrameWorkload {
@@ -244,6 +277,7 @@ impl FrameWorkload {
             + of(&self.depth)
             + of(&self.slot)
             + of(&self.storage)
+            + self.fovea.as_ref().map_or(0, |fovea| of(&fovea.regions))
     }
 
     /// A frame of no tiles.
@@ -265,6 +299,7 @@ impl FrameWorkload {
             depth: Vec::new(),
             slot: Vec::new(),
             storage: Vec::new(),
+            fovea: None,
         }
     }
 }

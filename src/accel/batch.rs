@@ -24,6 +24,8 @@ pub struct Batch {
     pub splats: u64,
     /// (splat, tile) pairs that are written to lists.
     pub pairs: u64,
+    /// Look-ups of tile levels; 0 in plain frames.
+    pub lookups: u64,
     /// Splats of earlier batches.
     pub first_splat: u64,
     /// Pairs of earlier batches.
@@ -42,13 +44,14 @@ impl Batch {
             tests: counters.obb_tests,
             splats: counters.intersecting_points,
             pairs,
+            lookups: workload.fovea.as_ref().map_or(0, |fovea| fovea.counters.lookups),
             ..Batch::default()
         }
     }
 }
 
 /// Counters of the first records of a scene.
-type Counts = [u64; 5];
+type Counts = [u64; 6];
 
 /// The batches of a frame, in order.
 #[derive(Debug, Clone)]
@@ -74,7 +77,7 @@ impl<'a> Batches<'a> {
             pairs: workload.counters.tile_pairs,
             batch: u64::from(batch),
             at: 0,
-            before: [0; 5],
+            before: [0; 6],
             is_done: total == Batch::default(),
         }
     }
@@ -89,7 +92,7 @@ impl<'a> Batches<'a> {
     fn until(&self, end: u64) -> Counts {
         let t = &self.total;
         if self.storage.is_empty() {
-            let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs];
+            let all = [t.survivors, t.prepared, t.tests, t.splats, t.pairs, t.lookups];
             return all.map(|x| part_of(x, end, t.records));
         }
         let (block, part) = ((end / STORAGE_BLOCK) as usize, end % STORAGE_BLOCK);
@@ -98,7 +101,7 @@ impl<'a> Batches<'a> {
         let left = t.records - block as u64 * STORAGE_BLOCK;
         let mut at = low;
         for (x, high) in at.iter_mut().zip(high) {
-            // Nearly all blocks are whole: a shift instead of five divisions a batch.
+            // Nearly all blocks are whole: a shift instead of six divisions a batch.
             let growth = (high - *x) * part;
             *x += if left < STORAGE_BLOCK { growth / left } else { growth / STORAGE_BLOCK };
         }
@@ -111,7 +114,7 @@ impl<'a> Batches<'a> {
 
 #[inline]
 fn counts(p: &StoragePrefix) -> Counts {
-    [p.survivors, p.prepared, p.tests, p.splats, p.pairs].map(u64::from)
+    [p.survivors, p.prepared, p.tests, p.splats, p.pairs, p.lookups].map(u64::from)
 }
 
 /// `all * part / whole`, with a product of any size: the result is not above `all`.
@@ -136,11 +139,11 @@ impl Iterator for Batches<'_> {
         let until = if end < t.records {
             self.until(end)
         } else {
-            [t.survivors, t.prepared, t.tests, t.splats, t.pairs]
+            [t.survivors, t.prepared, t.tests, t.splats, t.pairs, t.lookups]
         };
-        let [survivors, prepared, tests, splats, pairs] =
+        let [survivors, prepared, tests, splats, pairs, lookups] =
             std::array::from_fn(|i| until[i] - self.before[i]);
-        let [.., first_splat, first_pair] = self.before;
+        let [.., first_splat, first_pair, _] = self.before;
         (self.at, self.before, self.is_done) = (end, until, end >= self.total.records);
         Some(Batch {
             first,
@@ -150,6 +153,7 @@ impl Iterator for Batches<'_> {
             tests,
             splats,
             pairs,
+            lookups,
             first_splat,
             first_pair,
         })

@@ -11,13 +11,19 @@
 //! other two its positions are read first, and the rest of the survivors when they have arrived:
 //! the depth test is made on the fly and costs no time of its own (A22).
 //!
+//! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
+//! where colour is not fetched lazily, the records of the three further levels come with it. Before
+//! its box tests a splat is tested against the level of every tile under its bounding square,
+//! `fovea.level-tests` a cycle and beside the box tests; the levels are in a table of two bytes a
+//! tile that is written once a frame, in no time (A16).
+//!
 //! Source: `gscore` as re-modelled by `nerarch-sim` (four units, 128 cycles); the interval and the
 //! number of test units are not published.
 
 use super::bank::Banks;
 use super::batch::Batch;
 use super::divide::Divisor;
-use super::machine::{CcuSpec, Fetch, RecordSpec};
+use super::machine::{CcuSpec, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 
@@ -36,27 +42,43 @@ pub struct Ccu {
     pub output: Banks,
     /// Bytes that the first read takes of every record, and the second of every survivor.
     reads: (u64, u64),
+    /// Bytes of levels in the record of a foveated frame; 0 in plain frames.
+    pub level_bytes: u64,
     /// Box tests a cycle.
     tests: Divisor,
+    /// Look-ups of tile levels a cycle.
+    lookups: Divisor,
 }
+
+/// Bytes of a tile in the table of levels.
+const LEVEL_ENTRY: u64 = 2;
+/// Box tests that take as many operations as the level of a tile: 94 over 48 (A16).
+const LEVEL_AS_TESTS: u64 = 2;
 
 impl Ccu {
     /// A unit with `share` bytes of the input buffer: two batches fit, so that one is read while
     /// the other is converted.
     pub fn new(
-        spec: CcuSpec,
-        record: RecordSpec,
+        (spec, record): (CcuSpec, RecordSpec),
+        fovea: Option<FoveaSpec>,
         share: u64,
         (input, output): (Banks, Banks),
     ) -> Self {
-        let (position, rest) = (record.position.0, record.geometry.0 + record.colour.0);
+        let level_bytes = fovea.as_ref().map_or(0, |fovea| match spec.fetch {
+            Fetch::Everything | Fetch::GeometryFirst => 1 + 3 * fovea.record.0,
+            Fetch::LazyColour => 1,
+        });
+        let geometry = record.geometry.0 + level_bytes;
+        let (position, rest) = (record.position.0, geometry + record.colour.0);
         let reads = match spec.fetch {
             Fetch::Everything => (position + rest, 0),
             Fetch::GeometryFirst => (position, rest),
-            Fetch::LazyColour => (position, record.geometry.0),
+            Fetch::LazyColour => (position, geometry),
         };
         let tests = Divisor::new(u64::from(spec.intersection_units));
-        let mut ccu = Self { spec, record, batch: 1, input, output, reads, tests };
+        let lookups = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
+        let mut ccu =
+            Self { spec, record, batch: 1, input, output, reads, level_bytes, tests, lookups };
         let most = (share / 2) / ccu.reserved().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
         ccu
@@ -95,6 +117,14 @@ impl Ccu {
         u64::from(self.batch) * (self.reads.0 + self.reads.1)
     }
 
+    /// Charges the table of levels of `tiles` tiles, once a frame.
+    pub fn charge_levels(&self, tiles: u64, actions: &mut ActionCounts) {
+        let stage = Stage::Preprocessing;
+        let bytes = self.output.words(tiles * LEVEL_ENTRY) * self.output.word();
+        actions.charge(stage, Action::ObbTest, LEVEL_AS_TESTS * tiles);
+        actions.charge(stage, Action::SramWrite(Buffer::TileList), bytes);
+    }
+
     /// [`Unit::cycles`] and [`Unit::bank_stalls`] of a batch. Records stream through both buffers
     /// while the next ones arrive.
     #[inline]
@@ -114,7 +144,7 @@ impl Unit for Ccu {
     fn cycles(&self, batch: &Batch) -> u64 {
         let interval = u64::from(self.spec.initiation_interval);
         let tested = batch.prepared.min(batch.records);
-        let tests = self.tests.div_ceil(batch.tests);
+        let tests = self.tests.div_ceil(batch.tests).max(self.lookups.div_ceil(batch.lookups));
         ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
     }
 
@@ -130,6 +160,13 @@ impl Unit for Ccu {
         actions.charge(stage, Action::ObbTest, batch.tests);
         if self.spec.fetch != Fetch::LazyColour {
             actions.charge(stage, Action::ShColour, batch.survivors);
+        }
+        if self.level_bytes > 1 {
+            actions.charge(stage, Action::PixelFinish, 3 * batch.survivors);
+        }
+        if batch.lookups > 0 {
+            let looked = self.output.words(batch.lookups * LEVEL_ENTRY) * self.output.word();
+            actions.charge(stage, Action::SramRead(Buffer::TileList), looked);
         }
         let read = self.input_words(batch) * self.input.word();
         actions.charge(stage, Action::SramWrite(Buffer::GaussianIn), read);

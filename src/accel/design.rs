@@ -7,6 +7,7 @@ use super::dram::Dram;
 use super::machine::{BufferSpec, Machine};
 use super::qsu::Qsu;
 use super::vru::Vru;
+use crate::workload::FrameWorkload;
 
 /// Bytes of each buffer that one unit or core has to itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +49,21 @@ impl Design {
     /// # Panics
     /// When a count, width or interval is zero: checks of machine files refuse that.
     pub fn new(machine: &Machine) -> Self {
+        Self::of(machine, false)
+    }
+
+    /// The same for a frame: foveated ones have further records.
+    ///
+    /// # Panics
+    /// As [`Design::new`]; when the machine cannot show a foveated frame.
+    pub fn for_frame(machine: &Machine, workload: &FrameWorkload) -> Self {
+        let is_foveated = workload.fovea.is_some();
+        let can = !is_foveated || machine.fovea.accumulators > 0;
+        assert!(can, "a machine without accumulators for levels got a foveated frame");
+        Self::of(machine, is_foveated)
+    }
+
+    fn of(machine: &Machine, is_foveated: bool) -> Self {
         let (ccu, gsu, vru) = (&machine.ccu, &machine.gsu, &machine.vru);
         for (key, value) in [
             ("geometry.chunk", machine.geometry.chunk),
@@ -65,6 +81,7 @@ impl Design {
             ("vru.cores", vru.cores),
             ("vru.units-per-core", vru.units_per_core),
             ("vru.pixels-per-unit", vru.pixels_per_unit),
+            ("fovea.level-tests", machine.fovea.level_tests),
         ] {
             assert!(value > 0, "a machine with {key} = 0 passed its check");
         }
@@ -81,7 +98,12 @@ impl Design {
         let (key, chunk) = (machine.record.list_entry.0, u64::from(machine.geometry.chunk));
         let banks = (Banks::new(&buffers.gaussian_in), Banks::new(&buffers.tile_list));
         Self {
-            ccu: Ccu::new(ccu.clone(), machine.record.clone(), shares.gaussian_in, banks),
+            ccu: Ccu::new(
+                (ccu.clone(), machine.record.clone()),
+                is_foveated.then(|| machine.fovea.clone()),
+                shares.gaussian_in,
+                banks,
+            ),
             qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
             bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
             vru: Vru {
@@ -90,6 +112,7 @@ impl Design {
                 feature: machine.record.feature.0,
                 pixel: machine.record.pixel.0,
                 fetch: ccu.fetch,
+                fovea: machine.fovea.clone(),
                 features: Banks::new(&buffers.feature),
                 pixels: Banks::new(&buffers.pixel_out),
             },

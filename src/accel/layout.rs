@@ -4,7 +4,9 @@
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
 //! "everything"`), projected splats in the order of the CCUs, tile lists back to back, features in
 //! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
-//! core), and the image, tile by tile.
+//! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
+//! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
+//! order.
 
 use super::design::Design;
 use super::machine::Fetch;
@@ -60,6 +62,8 @@ pub struct Layout {
     projected: (u64, u64),
     lists: (u64, u64),
     features: (u64, u64, u64),
+    /// Colours of further levels and features of second ones, in foveated frames.
+    levels: [(u64, u64); 2],
     spill: u64,
     pixels: (u64, u64),
 }
@@ -74,14 +78,14 @@ impl Layout {
             end = (start + bytes).next_multiple_of(REGION);
             start
         };
-        let all = r.position.0 + r.geometry.0 + r.colour.0;
+        let fovea = &design.vru.fovea;
+        let geometry = r.geometry.0 + design.ccu.level_bytes;
+        let all = r.position.0 + geometry + r.colour.0;
         let sizes = match design.ccu.spec.fetch {
             Fetch::Everything => [(all, all), (0, 0), (0, 0)],
-            Fetch::GeometryFirst | Fetch::LazyColour => [
-                (r.position.0, r.position.0),
-                (r.geometry.0, r.geometry.0),
-                (r.colour.0, r.colour_pitch.0),
-            ],
+            Fetch::GeometryFirst | Fetch::LazyColour => {
+                [(r.position.0, r.position.0), (geometry, geometry), (r.colour.0, r.colour_pitch.0)]
+            }
         };
         let scene =
             sizes.map(|(bytes, pitch)| (region(c.points.saturating_mul(pitch)), bytes, pitch));
@@ -94,6 +98,14 @@ impl Layout {
             features: {
                 let start = region(c.intersecting_points * r.feature_pitch.0);
                 (start, r.feature.0, r.feature_pitch.0)
+            },
+            // Plain frames have none, and nothing moves.
+            levels: match &workload.fovea {
+                None => [(0, 0); 2],
+                Some(_) => [
+                    (region(3 * c.points.saturating_mul(fovea.record.0)), fovea.record.0),
+                    (region(c.intersecting_points * fovea.feature.0), fovea.feature.0),
+                ],
             },
             spill: region(u64::from(design.vru.spec.cores) * REGION),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
@@ -178,12 +190,26 @@ impl Layout {
             return Some(Piece { address: base + slot * pitch, bytes });
         }
         let step = step - load.features;
-        if step >= load.colours {
+        if step < load.colours {
+            let (base, bytes, pitch) = self.scene[2];
+            let index = u64::from(workload.index[rank(step, load.colours)]);
+            return Some(Piece { address: base + index * pitch, bytes });
+        }
+        let step = step - load.colours;
+        if step < load.levels {
+            // The three further levels of a Gaussian lie together.
+            let (base, bytes) = self.levels[0];
+            let (nth, level) = (step * entries / load.levels, step % 3);
+            let index = u64::from(workload.index[rank(nth, entries)]);
+            return Some(Piece { address: base + (3 * index + level) * bytes, bytes });
+        }
+        let step = step - load.levels;
+        if step >= load.seconds {
             return None;
         }
-        let (base, bytes, pitch) = self.scene[2];
-        let index = u64::from(workload.index[rank(step, load.colours)]);
-        Some(Piece { address: base + index * pitch, bytes })
+        let (base, bytes) = self.levels[1];
+        let slot = u64::from(workload.slot[rank(step, load.seconds)]);
+        Some(Piece { address: base + slot * bytes, bytes })
     }
 }
 

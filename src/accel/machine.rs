@@ -19,8 +19,8 @@ mod spec;
 
 pub use spec::{
     Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel, DramSpec, Fetch,
-    GatingSpec, GsuSpec, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, Spill, Termination,
-    TileOrder, VruSpec,
+    FoveaSpec, GatingSpec, GsuSpec, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, Spill,
+    Termination, TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -45,6 +45,8 @@ pub struct Machine {
     pub gsu: GsuSpec,
     /// Volume rendering units.
     pub vru: VruSpec,
+    /// What it has for foveated frames.
+    pub fovea: FoveaSpec,
     /// On-chip buffers.
     pub buffers: BufferSpecs,
     /// Cache of feature records between the feature buffers and the DRAM.
@@ -157,6 +159,10 @@ fn embedded_device(name: &str) -> Option<&'static Device> {
     DEVICES.get(name)
 }
 
+/// What a second accumulator adds to the area and the leakage of a rendering unit, percent: the
+/// blend is 11 of the 24 operations of a pixel (A98).
+const SECOND_ACCUMULATOR_PERCENT: u32 = 46;
+
 impl Machine {
     /// What has to be built: memories and units. Each CCU or core has its own share of a buffer,
     /// cut into `banks` banks (A13); the feature cache is shared.
@@ -181,6 +187,8 @@ impl Machine {
                 two_ports: false,
             },
         });
-        Inventory { memories, units: self.unit_counts() }
+        let second = if self.fovea.accumulators == 2 { SECOND_ACCUMULATOR_PERCENT } else { 0 };
+        let unit_percent = [100, 100, 100, 100 + second];
+        Inventory { memories, units: self.unit_counts(), unit_percent }
     }
 }

@@ -47,6 +47,10 @@ pub struct Load {
     pub hits: u64,
     /// Colour records from DRAM.
     pub colours: u64,
+    /// Records of further levels' colours from DRAM.
+    pub levels: u64,
+    /// Features of second levels from DRAM.
+    pub seconds: u64,
 }
 
 impl Load {
@@ -54,17 +58,24 @@ impl Load {
     pub fn new(workload: &FrameWorkload, chunk: usize, design: &Design, given: &Given) -> Load {
         let work = &workload.chunks[chunk];
         let hits = given.hits.map_or(0, |hits| u64::from(hits[chunk]));
-        let colours = match design.ccu.spec.fetch {
-            Fetch::LazyColour => u64::from(work.first_loads),
-            Fetch::Everything | Fetch::GeometryFirst => 0,
+        let (colours, levels) = match design.ccu.spec.fetch {
+            Fetch::LazyColour => (u64::from(work.first_loads), u64::from(work.level_loads)),
+            Fetch::Everything | Fetch::GeometryFirst => (0, 0),
         };
-        Load { features: u64::from(work.entries) - hits, hits, colours }
+        let features = u64::from(work.entries) - hits;
+        // The cache keeps both levels of a record together.
+        let seconds = u64::from(work.seconds) * features / u64::from(work.entries.max(1));
+        Load { features, hits, colours, levels, seconds }
     }
 
     /// Bytes from DRAM.
     pub fn bytes(&self, design: &Design) -> u64 {
         let record = &design.ccu.record;
-        self.features * record.feature.0 + self.colours * record.colour.0
+        let fovea = &design.vru.fovea;
+        self.features * record.feature.0
+            + self.colours * record.colour.0
+            + self.levels * fovea.record.0
+            + self.seconds * fovea.feature.0
     }
 }
 
@@ -125,6 +136,9 @@ pub fn actions(
 ) -> ActionCounts {
     let mut actions = ActionCounts::default();
     design.ccu.charge(&Batch::whole(workload, pairs_written(workload, given)), &mut actions);
+    if workload.fovea.is_some() {
+        design.ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
+    }
     for job in &plan.jobs {
         design.qsu.charge(&job.keys, &mut actions);
         for_each_chunk(workload, plan, job, |tile, index, sort| {

@@ -12,10 +12,15 @@
 //! one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
 //! finishes its pixels.
 //!
+//! **Two levels.** In a foveated frame some tiles blend two levels. Their chunks bring colour and
+//! opacity of the second one along, for the entries that it has. With `fovea.accumulators` = 2 both
+//! levels are blended in the same slot; with 1 a pair that both levels need holds the units twice.
+//! α differs between the levels by the opacity alone: one more of the 13 operations (A16).
+//!
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
 use super::bank::Banks;
-use super::machine::{Fetch, Termination, VruSpec};
+use super::machine::{Fetch, FoveaSpec, Termination, VruSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::workload::{ChunkWork, PairWork, TileWork};
@@ -44,13 +49,26 @@ pub struct Vru {
     pub pixel: u64,
     /// When colour is fetched.
     pub fetch: Fetch,
+    /// The `[fovea]` table.
+    pub fovea: FoveaSpec,
     /// Banks of the core's share of the feature buffer.
     pub features: Banks,
     /// Banks of the core's share of the pixel buffer.
     pub pixels: Banks,
 }
 
+/// Operations of an α; that of a second level takes one more.
+const ALPHA_OPERATIONS: u64 = 13;
+/// Finished pixels that take as many operations as mixing two levels: 25 over 6 (A16).
+const MIX_AS_PIXELS: u64 = 4;
+
 impl Vru {
+    /// Bytes of a chunk in the feature buffer.
+    pub fn chunk_bytes(&self, chunk: &ChunkWork) -> u64 {
+        let second = u64::from(chunk.seconds) * self.fovea.feature.0;
+        u64::from(chunk.entries) * self.feature + second
+    }
+
     fn subtile_pixels(&self) -> u64 {
         u64::from(self.subtile).pow(2)
     }
@@ -93,7 +111,11 @@ impl Vru {
                 pairs * self.pair_cycles()
             }
         };
-        slots.max(u64::from(chunk.entries))
+        let again = match self.fovea.accumulators {
+            2 => 0,
+            _ => u64::from(self.executed(chunk).both_pairs) * self.pair_cycles(),
+        };
+        (slots + again).max(u64::from(chunk.entries))
     }
 
     /// α evaluations that a chunk executes.
@@ -111,7 +133,15 @@ impl Vru {
     }
 
     fn feature_words(&self, chunk: &ChunkWork) -> u64 {
+        let second = self.fovea.feature.0;
         self.features.words_of_records(u64::from(chunk.entries), self.feature)
+            + self.features.words_of_records(u64::from(chunk.seconds), second)
+    }
+
+    /// α evaluations of second levels, as those of first ones.
+    fn second_alphas(&self, chunk: &ChunkWork) -> u64 {
+        let pairs = u64::from(self.executed(chunk).both_pairs);
+        (pairs * self.subtile_pixels()).div_ceil(ALPHA_OPERATIONS)
     }
 
     /// Charges the features of a chunk that nobody renders.
@@ -129,7 +159,11 @@ impl Unit for Vru {
     fn cycles(&self, work: &Render) -> u64 {
         let units = u64::from(self.spec.units_per_core);
         let finish = work.last.map_or(0, |tile| {
-            let stall = tile.blends * u64::from(self.spec.blend_stall);
+            let blends = match self.fovea.accumulators {
+                2 => tile.blends.max(tile.blends_2),
+                _ => tile.blends + tile.blends_2,
+            };
+            let stall = blends * u64::from(self.spec.blend_stall);
             stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
         });
         let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
@@ -150,16 +184,21 @@ impl Unit for Vru {
 
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
         let stage = Stage::Rendering;
-        actions.charge(stage, Action::Alpha, self.alphas(&work.chunk));
+        let alphas = self.alphas(&work.chunk) + self.second_alphas(&work.chunk);
+        actions.charge(stage, Action::Alpha, alphas);
         if self.fetch == Fetch::LazyColour {
+            // Three multiplications and additions, as for a background.
+            let levels = u64::from(work.chunk.level_loads);
+            actions.charge(stage, Action::PixelFinish, levels);
             actions.charge(stage, Action::ShColour, u64::from(work.chunk.first_loads));
         }
         let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
         actions.charge(stage, Action::SramRead(Buffer::Feature), features);
         if let Some(tile) = &work.last {
-            actions.charge(stage, Action::Blend, tile.blends);
-            actions.charge(stage, Action::PixelFinish, u64::from(tile.pixels));
+            actions.charge(stage, Action::Blend, tile.blends + tile.blends_2);
+            let finished = u64::from(tile.pixels) + MIX_AS_PIXELS * u64::from(tile.mixed);
+            actions.charge(stage, Action::PixelFinish, finished);
             let pixels = self.pixels.words(self.pixel_bytes(tile)) * self.pixels.word();
             actions.charge(stage, Action::SramWrite(Buffer::PixelOut), pixels);
             actions.charge(stage, Action::SramRead(Buffer::PixelOut), pixels);

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
-use super::engine::machine_facts;
+use super::engine::{machine_facts, refused};
 use super::invocation::Started;
 use super::machine_file::{LoadedMachine, load_machine};
 use super::progress::Progress;
@@ -212,9 +212,9 @@ fn on_each(machines: &[LoadedMachine], frame: &TraceFrame) -> Result<Vec<FrameRe
         for (report, loaded) in reports.iter_mut().zip(machines) {
             if loaded.machine.geometry == geometry {
                 let label = frame.label.clone();
-                let place = format!("internal error in frame {}", label.name);
+                let name = label.name.clone();
                 let simulated = simulate(label, &workload, &loaded.machine, &loaded.prices);
-                *report = Some(simulated.or_exit(Exit::Internal, place)?);
+                *report = Some(simulated.map_err(|breach| refused(breach, &name))?);
             }
         }
     }

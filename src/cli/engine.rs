@@ -19,8 +19,9 @@ use crate::report::roofline::Roofline;
 use crate::report::tile_load::Picture;
 use crate::report::what_if::Cost;
 use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
+use crate::sim::check::fits;
 use crate::sim::paper::UnitPrices;
-use crate::sim::{FrameReport, Label, Lists, Measured, observed, paper, simulate_measured};
+use crate::sim::{Breach, FrameReport, Label, Lists, Measured, observed, paper, simulate_measured};
 use crate::workload::paper::Padding;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
@@ -82,7 +83,7 @@ impl Simulator {
             Simulator::Cycle(loaded) => {
                 let name = label.name.clone();
                 simulate_measured(label, workload, measured, &loaded.machine, &loaded.prices)
-                    .or_exit(Exit::Internal, format_args!("internal error in frame {name}"))
+                    .map_err(|breach| refused(breach, &name))
             }
             Simulator::Paper { prices, padding, .. } => {
                 Ok(paper::simulate(label, workload, *padding, prices))
@@ -129,6 +130,14 @@ impl Simulator {
             ],
             Simulator::Paper { table, .. } => vec![("energy", table, table.text.as_str())],
         }
+    }
+}
+
+/// The failure of a frame: a machine that cannot run it, or a defect.
+pub fn refused(breach: Breach, frame: &str) -> Failure {
+    match breach.is_refusal() {
+        true => Failure::new(Exit::Usage, format!("frame {frame}: {breach}")),
+        false => Failure::new(Exit::Internal, format!("internal error in frame {frame}: {breach}")),
     }
 }
 
@@ -234,7 +243,12 @@ impl TraceEngine {
     /// # Errors
     /// Exit code 3 for a frame that cannot be read.
     pub fn workload(&mut self, number: usize) -> Result<FrameWorkload, Failure> {
-        Ok(bin(&self.source.frame(number)?.frame, self.simulator.geometry()))
+        let TraceFrame { label, frame } = self.source.frame(number)?;
+        let workload = bin(&frame, self.simulator.geometry());
+        if let Some(loaded) = self.machine() {
+            fits(&workload, &loaded.machine).map_err(|breach| refused(breach, &label.name))?;
+        }
+        Ok(workload)
     }
 }
 
@@ -353,7 +367,7 @@ fn one_frame(
     let on = |variant: &Variant| {
         let (machine, prices) = (&variant.machine, &variant.prices);
         simulate_measured(label.clone(), &workload, &measured, machine, prices)
-            .or_exit(Exit::Internal, format_args!("internal error in frame {}", label.name))
+            .map_err(|breach| refused(breach, &label.name))
     };
     let doubled = if experiment.wants(number) {
         let costs = experiment.doubled.iter().map(|d| on(&d.variant).map(|r| cost(&r)));

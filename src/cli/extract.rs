@@ -12,9 +12,13 @@ use tempfile::NamedTempFile;
 use super::aside::temporary;
 use super::background::Background;
 use super::camera_file::CameraArgs;
+use super::gaze::{GazeArgs, note_missing};
 use super::progress::Progress;
-use super::{Context, Exit, Failure, OrExit, out, scene_file};
-use crate::raster::{Detail, Options, render};
+use super::scene_file::Shown;
+use super::{Context, Exit, Failure, OrExit, out};
+use crate::fovea::Looking;
+use crate::raster::{Detail, Options, render, render_foveated};
+use crate::scene::Camera;
 use crate::scene::camera::orbit::SceneBounds;
 use crate::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
 
@@ -25,13 +29,14 @@ Examples:
   powergs-sim extract scene.ply --cameras cameras.json --size 1920x1080 --every 8 -o hd.bin
   powergs-sim extract scene.spz --orbit 90 --size 800x800 -o orbit.bin
   powergs-sim extract scene.ply --cameras cameras.json --path-frames 1350 -o path.bin
+  powergs-sim extract model.fov --cameras cameras.json --gaze-cycle 9 -o fr.bin
 
 Then: powergs-sim replay scene.bin";
 
 /// The arguments of `extract`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
     pub scene: PathBuf,
     /// Level of detail of a streamed scene (lod-meta.json)
     #[arg(long, value_name = "N")]
@@ -42,6 +47,9 @@ pub struct Args {
     /// Background: black, white, or r,g,b from 0 to 1
     #[arg(long, default_value = "black")]
     pub background: Background,
+    /// Where somebody looks.
+    #[command(flatten)]
+    pub gaze: GazeArgs,
     /// The trace file
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
@@ -49,30 +57,51 @@ pub struct Args {
 
 /// Runs `extract`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let scene = scene_file::load(&args.scene, args.lod)?;
-    scene.warn(context);
-    let views = args.cameras.cameras(|| SceneBounds::of(&scene.gaussians))?;
+    let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
+    let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
+    let looking = args.gaze.looking(&views.cameras)?;
+    if matches!(scene, Shown::Foveated(_)) {
+        note_missing(context, &views.cameras, &looking);
+    }
     let name = stem(&args.scene);
-    let mut job = Job::new(args, &name, scene.gaussians.len() as u64)?;
+    let mut job = Job::new(args, &name, scene.base().len() as u64)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Counters) };
     let progress = Progress::new(context, views.cameras.len() as u64, "frames");
     let mut pending: Option<Frame> = None;
-    for camera in &views.cameras {
+    for (camera, looking) in views.cameras.iter().zip(&looking) {
         if context.is_cancelled() {
             break;
         }
         let (encoded, frame) = rayon::join(
             || pending.as_ref().map(EncodedFrame::encode),
-            || render(&scene.gaussians, camera, &options).into_frame(camera, options.background),
+            || frame_of(&scene, camera, looking, &options),
         );
         job.write(encoded)?;
-        pending = Some(frame);
+        pending = Some(frame?);
         progress.advance(1);
     }
     job.write(pending.as_ref().map(EncodedFrame::encode))?;
     drop((progress, pending));
     job.finish(args, context, views.cameras.len())
+}
+
+fn frame_of(
+    scene: &Shown,
+    camera: &Camera,
+    looking: &Looking,
+    options: &Options,
+) -> Result<Frame, Failure> {
+    match scene {
+        Shown::Plain(scene) => {
+            let rendered = render(&scene.gaussians, camera, options);
+            Ok(rendered.into_frame(camera, options.background))
+        }
+        Shown::Foveated(model) => {
+            let frame = render_foveated(model, camera, looking, options);
+            Ok(frame.or_exit(Exit::Usage, "--gaze")?.into_frame(camera, options.background))
+        }
+    }
 }
 
 /// The name of a scene: its file or folder without extension.

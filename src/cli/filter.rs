@@ -27,7 +27,8 @@ pub struct Args {
     #[arg(allow_hyphen_values = true)]
     pub gaze: (f64, f64),
     /// Horizontal field of view, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES|NAME", default_value_t = 90.0, allow_hyphen_values = true)]
+    #[arg(value_parser = super::gaze::field_of_view)]
     pub fov: f64,
     /// The panel: a name of `arch list`, or a TOML file
     #[arg(

@@ -35,7 +35,8 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", value_parser = super::filter::pair, allow_hyphen_values = true)]
     pub gaze: Option<(f64, f64)>,
     /// Horizontal field of view for --gaze, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 90.0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES|NAME", default_value_t = 90.0, allow_hyphen_values = true)]
+    #[arg(value_parser = super::gaze::field_of_view)]
     pub fov: f64,
     /// Pixels per degree of sight for FLIP: 67.02 is a 0.7 m wide 3840-pixel display at 0.7 m
     #[arg(long, value_name = "N", default_value_t = flip::PIXELS_PER_DEGREE)]

@@ -7,10 +7,13 @@ use serde_json::json;
 use super::aside::write_aside;
 use super::background::Background;
 use super::camera_file::CameraArgs;
+use super::gaze::{GazeArgs, note_missing};
 use super::progress::Progress;
-use super::{Context, Exit, Failure, OrExit, out, scene_file};
+use super::scene_file::Shown;
+use super::{Context, Exit, Failure, OrExit, out, regions_picture};
+use crate::fovea::Looking;
 use crate::picture::Picture;
-use crate::raster::{Detail, Options, render};
+use crate::raster::{Detail, Options, render, render_foveated};
 use crate::scene::Camera;
 use crate::scene::camera::orbit::SceneBounds;
 
@@ -19,12 +22,14 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim render scene.ply --cameras cameras.json --frame 3 -o frame3.png
   powergs-sim render scene.spz --orbit 8 --size 800x600 -o views/
-  powergs-sim render city/lod-meta.json --lod 1 --cameras cameras.json -o views/";
+  powergs-sim render city/lod-meta.json --lod 1 --cameras cameras.json -o views/
+  powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
+  powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 --levels -o map/";
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
     pub scene: PathBuf,
     /// Level of detail of a streamed scene (lod-meta.json)
     #[arg(long, value_name = "N")]
@@ -38,6 +43,12 @@ pub struct Args {
     /// Background: black, white, or r,g,b from 0 to 1
     #[arg(long, default_value = "black")]
     pub background: Background,
+    /// Where somebody looks.
+    #[command(flatten)]
+    pub gaze: GazeArgs,
+    /// Draw the regions R1 to R4 over the image, and a cross at the gaze
+    #[arg(long)]
+    pub levels: bool,
     /// A PNG file, or a folder that gets one PNG per view
     #[arg(long, short, value_name = "PATH")]
     pub output: PathBuf,
@@ -45,33 +56,54 @@ pub struct Args {
 
 /// Runs `render`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let scene = scene_file::load(&args.scene, args.lod)?;
-    scene.warn(context);
-    let views = args.cameras.cameras(|| SceneBounds::of(&scene.gaussians))?;
+    if args.levels && !args.gaze.is_given() {
+        let what = "--levels: say where somebody looks, with --gaze, --gaze-cycle or --gaze-stream";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
+    let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
-    let cameras = chosen(args, views.cameras)?;
+    let (cameras, looking) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
     let progress = Progress::new(context, cameras.len() as u64, "views");
-    for (camera, target) in cameras.iter().zip(&targets) {
+    if matches!(scene, Shown::Foveated(_)) {
+        note_missing(context, &cameras, &looking);
+    }
+    for ((camera, looking), target) in cameras.iter().zip(&looking).zip(&targets) {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
-        let rendered = render(&scene.gaussians, camera, &options);
-        write_png(target, &rendered.picture)?;
+        let picture = match &scene {
+            Shown::Plain(scene) => render(&scene.gaussians, camera, &options).picture,
+            Shown::Foveated(model) => {
+                let frame = render_foveated(model, camera, looking, &options);
+                let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
+                match args.levels {
+                    true => {
+                        regions_picture::draw(&picture, looking).or_exit(Exit::Usage, "--gaze")?
+                    }
+                    false => picture,
+                }
+            }
+        };
+        write_png(target, &picture)?;
         progress.advance(1);
     }
     drop(progress);
     report(context, &cameras, &targets)
 }
 
-fn chosen(args: &Args, mut cameras: Vec<Camera>) -> Result<Vec<Camera>, Failure> {
-    let Some(frame) = args.frame else { return Ok(cameras) };
+/// The views, and where somebody looks in each: the place in the sequence counts, also where only
+/// one of them is rendered.
+fn chosen(args: &Args, mut cameras: Vec<Camera>) -> Result<(Vec<Camera>, Vec<Looking>), Failure> {
+    let mut looking = args.gaze.looking(&cameras)?;
+    let Some(frame) = args.frame else { return Ok((cameras, looking)) };
     if frame >= cameras.len() {
         let what = format!("--frame {frame}: there are only {} views, from 0", cameras.len());
         return Err(Failure::new(Exit::Usage, what));
     }
-    Ok(vec![cameras.swap_remove(frame)])
+    Ok((vec![cameras.swap_remove(frame)], vec![looking.swap_remove(frame)]))
 }
 
 /// The files to write: `output` itself for one view, else one per view in the folder `output`.

@@ -1,14 +1,15 @@
-//! `scene info` and `scene convert`: what a trained model holds, and any format as INRIA PLY.
+//! `scene`: what a trained model holds, any format as INRIA PLY, and four models as the levels of
+//! a foveated one and back.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 use super::scene_file::{self, LoadedScene};
-use super::{Context, Exit, Failure, aside, out};
+use super::{Context, Exit, Failure, OrExit, aside, out};
 use crate::scene::stats::Percentiles;
-use crate::scene::{SceneStats, Warning, write_ply};
+use crate::scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
 /// Examples at the end of the help.
 pub const EXAMPLES: &str = "\
@@ -17,9 +18,12 @@ Examples:
   powergs-sim scene info scene.spz --json
   powergs-sim scene info playbot/lod-meta.json --lod 2
   powergs-sim scene convert scene.sog scene.ply
+  powergs-sim scene compose L1.ply L2.ply L3.ply L4.ply -o model.fov
+  powergs-sim scene level model.fov --level 2 -o L2.ply
 
 Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
-.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG.";
+.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated .fov
+(level 1, or with --lod 1 to 3 the others).";
 
 /// Look at trained models, convert them
 #[derive(Debug, clap::Args)]
@@ -48,6 +52,27 @@ enum SceneCommand {
         #[arg(long, value_name = "N")]
         lod: Option<u32>,
     },
+    /// Make one foveated model of its four levels
+    Compose {
+        /// Levels 1 to 4, any format: each a part of the one before that differs from it in
+        /// opacity and DC colour only
+        #[arg(num_args = 4, required = true, value_names = ["L1", "L2", "L3", "L4"])]
+        levels: Vec<PathBuf>,
+        /// The foveated model to write (.fov)
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
+    /// Write a level of a foveated model as INRIA PLY
+    Level {
+        /// The foveated model (.fov)
+        file: PathBuf,
+        /// Which, 1 to 4
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=4))]
+        level: u8,
+        /// The PLY file to write
+        #[arg(long, short, value_name = "FILE")]
+        output: PathBuf,
+    },
 }
 
 /// Runs the command.
@@ -72,8 +97,37 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 out::json(&json!({ "points": points, "sh_degree": scene.gaussians.sh_degree }))?;
             }
         }
+        SceneCommand::Compose { levels, output } => compose(levels, output, context)?,
+        SceneCommand::Level { file, level, output } => {
+            let scene = scene_file::load_foveated(file)?.level(usize::from(level - 1));
+            aside::write_aside(output, |mut w| write_ply(&scene, &mut w))?;
+            if context.global.json {
+                out::json(&json!({ "points": scene.len(), "sh_degree": scene.sh_degree }))?;
+            }
+        }
     }
     Ok(Exit::Done)
+}
+
+fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Failure> {
+    let mut levels = Vec::with_capacity(Foveated::LEVELS);
+    for file in files {
+        let scene = scene_file::load(file, None)?;
+        scene.warn(context);
+        levels.push(scene.gaussians);
+    }
+    let levels: [Gaussians; 4] = levels.try_into().expect("clap counts the files");
+    let model = Foveated::compose(&levels).or_exit(Exit::BadInput, "scene compose")?;
+    aside::write_aside(output, |mut w| model.write(&mut w))?;
+    let counts = model.counts();
+    if context.global.json {
+        out::json(&json!({ "file": output.display().to_string(), "points": counts }))?;
+    } else if !context.global.quiet {
+        let [a, b, c, d] = counts;
+        let name = output.display();
+        out::text(&format!("{name}: {a}, {b}, {c} and {d} Gaussians in levels 1 to 4\n"))?;
+    }
+    Ok(())
 }
 
 /// The facts as JSON.

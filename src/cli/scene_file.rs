@@ -1,11 +1,13 @@
 //! Opening scenes: a file, a folder with `meta.json` or `lod-meta.json`, or such an index itself.
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use super::gaze::{GazeArgs, refuse_plain};
 use super::{Exit, Failure, OrExit};
-use crate::scene::{self, Folder, Gaussians, Input, SceneError, Warning};
+use crate::scene::foveated::MAGIC;
+use crate::scene::{self, Folder, Foveated, Gaussians, Input, SceneError, Warning};
 
 /// Names of index files in a folder, in the order in which they are looked for.
 const INDICES: [&str; 2] = ["lod-meta.json", "meta.json"];
@@ -55,6 +57,67 @@ pub fn load(path: &Path, lod: Option<u32>) -> Result<LoadedScene, Failure> {
     };
     let format = model.format.name();
     Ok(LoadedScene { gaussians: model.gaussians, format, warnings: model.warnings, path })
+}
+
+/// Reads the foveated model at `path`.
+pub fn load_foveated(path: &Path) -> Result<Foveated, Failure> {
+    let shown = path.display();
+    let input = open(path).or_exit(Exit::BadInput, &shown)?;
+    Foveated::read(input).or_exit(Exit::BadInput, &shown)
+}
+
+/// What a command shows: a plain model, or all levels of a foveated one.
+#[derive(Debug)]
+pub enum Shown {
+    /// A plain model.
+    Plain(LoadedScene),
+    /// A foveated model.
+    Foveated(Box<Foveated>),
+}
+
+impl Shown {
+    /// Opens what a command with gaze flags shows: with a gaze a foveated model is needed, without
+    /// one such a model gives its level 1, or another with `lod`.
+    ///
+    /// # Errors
+    /// As [`load`]; exit code 2 for a gaze with a plain model, or with `lod`.
+    pub fn open(
+        path: &Path,
+        lod: Option<u32>,
+        gaze: &GazeArgs,
+        context: &super::Context,
+    ) -> Result<Shown, Failure> {
+        if !gaze.is_given() {
+            let scene = load(path, lod)?;
+            scene.warn(context);
+            return Ok(Shown::Plain(scene));
+        }
+        if !is_foveated(path) {
+            // A file that is not there is said to be that.
+            load(path, lod)?;
+            refuse_plain(path.display())?;
+        }
+        if lod.is_some() {
+            let what = "--lod chooses one level and a gaze shows all: leave one of them out";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+        Ok(Shown::Foveated(Box::new(load_foveated(path)?)))
+    }
+
+    /// Level 1, or the only one.
+    pub fn base(&self) -> &Gaussians {
+        match self {
+            Shown::Plain(scene) => &scene.gaussians,
+            Shown::Foveated(model) => &model.base,
+        }
+    }
+}
+
+/// Whether the file at `path` says that it is a foveated model.
+pub fn is_foveated(path: &Path) -> bool {
+    let mut head = [0; MAGIC.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == MAGIC
 }
 
 fn index_of(folder: &Path) -> Result<PathBuf, Failure> {

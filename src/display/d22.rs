@@ -9,6 +9,7 @@
 use rayon::prelude::*;
 
 use super::Display;
+pub use crate::fovea::GazeError;
 use crate::picture::{Picture, linear};
 
 /// Linear sRGB to the opponent space: L − M, S − (L + M), L + M.
@@ -44,25 +45,6 @@ const OFFSETS: [f64; 2] = [0.0355586, 4.137568];
 const FOVEA: f64 = 8.5;
 /// Degrees from there to where the filter has its full strength.
 const RAMP: f64 = 3.0;
-
-/// A gaze or a field of view that cannot be.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum GazeError {
-    /// The gaze is not on the picture.
-    #[error("gaze {x},{y}: give two numbers from 0 to 1, from the left and from the top")]
-    Gaze {
-        /// From the left.
-        x: f64,
-        /// From the top.
-        y: f64,
-    },
-    /// The field of view is no angle of a flat screen.
-    #[error("field of view {degrees}: give the horizontal one, above 0 and below 180 degrees")]
-    FieldOfView {
-        /// The angle.
-        degrees: f64,
-    },
-}
 
 /// Where somebody looks on a picture on a flat screen.
 #[derive(Debug, Clone, Copy, PartialEq)]

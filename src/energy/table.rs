@@ -149,7 +149,8 @@ impl EnergyTable {
         let leakage = &self.leakage;
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
         let unit_leakage_w = std::array::from_fn(|i| {
-            per_unit[i].power.0 * f64::from(built.inventory.units[i]) * factors.leakage
+            let scale = f64::from(built.inventory.unit_percent[i]) / 100.0;
+            per_unit[i].power.0 * f64::from(built.inventory.units[i]) * scale * factors.leakage
         });
         let memories = &built.inventory.memories;
         let sram_leakage_w =
@@ -192,8 +193,10 @@ impl EnergyTable {
     fn area_of(&self, built: &Inventory, banks: &[Bank], factors: &Factors) -> Option<Area> {
         let area = self.area.as_ref()?;
         let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];
-        let units: [f64; 4] =
-            std::array::from_fn(|i| per_unit[i].area.0 * f64::from(built.units[i]) * factors.area);
+        let units: [f64; 4] = std::array::from_fn(|i| {
+            let scale = f64::from(built.unit_percent[i]) / 100.0;
+            per_unit[i].area.0 * f64::from(built.units[i]) * scale * factors.area
+        });
         let buffers: [f64; Buffer::ALL.len()] = std::array::from_fn(|i| {
             banks[i].area_mm2 * f64::from(built.memories[i].banks) * area.sram_overhead.factor
         });

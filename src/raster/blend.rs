@@ -54,6 +54,13 @@ impl Paint {
     }
 }
 
+impl Paint {
+    /// The same splat with another opacity and colour.
+    pub fn repainted(&self, opacity: f32, colour: [f32; 3]) -> Paint {
+        Paint { log_opacity: opacity.log2(), colour, ..*self }
+    }
+}
+
 /// An entry of a tile's list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry {
@@ -140,6 +147,24 @@ impl Block {
             self.heaviest = [[0.0; BLOCK]; BLOCK];
             self.heaviest_rank = [[OPEN; BLOCK]; BLOCK];
         }
+    }
+
+    /// Takes pixels of row `y` out, one bit each, before anything is blended: they stay black and
+    /// see no background.
+    pub fn leave_out(&mut self, y: usize, lanes: u32) {
+        for (x, t) in self.transmittance[y].iter_mut().enumerate() {
+            if lanes >> x & 1 == 1 {
+                *t = 0.0;
+            }
+        }
+        if self.transmittance[y].iter().all(|&t| t == 0.0) {
+            self.alive &= !(1 << y);
+        }
+    }
+
+    /// Whether any pixel takes part and has not stopped.
+    pub fn is_open(&self) -> bool {
+        self.alive != 0
     }
 
     /// Writes row `y` of the image over `background` to `out`.

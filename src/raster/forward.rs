@@ -143,7 +143,15 @@ pub(super) fn project(
     camera: &Camera,
     level: Level,
 ) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    let view = View::new(camera);
+    project_with(scene, &View::new(camera), level)
+}
+
+/// As [`project`], of a view.
+pub(super) fn project_with(
+    scene: &Gaussians,
+    view: &View,
+    level: Level,
+) -> (Vec<Vec<Visible>>, Vec<u8>) {
     let (parts, bits): (Vec<Vec<Visible>>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
         .map(|part| {
@@ -153,7 +161,7 @@ pub(super) fn project(
             for i in (first..end).step_by(LANES) {
                 let stop = (i + LANES).min(end);
                 let mask = dispatch!(level, simd =>
-                    project_block(simd, scene, &view, i, stop, &mut visible));
+                    project_block(simd, scene, view, i, stop, &mut visible));
                 bits.extend_from_slice(&mask.to_le_bytes());
             }
             bits.truncate((end - first).div_ceil(8));
@@ -165,6 +173,14 @@ pub(super) fn project(
 
 /// Splats, and their form for blending, in ascending depth, ties by index in the scene.
 pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
+    in_depth_order_by(parts, |v| (v.splat, Paint::new(&v.splat, v.colour)))
+}
+
+/// What `make` makes of every visible splat, in the order of [`in_depth_order`].
+pub(super) fn in_depth_order_by<T: Send>(
+    parts: &[Vec<Visible>],
+    make: impl Fn(&Visible) -> (Splat, T) + Sync,
+) -> (Vec<Splat>, Vec<T>) {
     // Depth, part, position in the part: positive floats order like their bits.
     let mut keys: Vec<u64> = parts
         .par_iter()
@@ -176,15 +192,14 @@ pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>)
         })
         .collect();
     keys.par_sort_unstable();
-    let (mut splats, mut paints) = (Vec::new(), Vec::new());
+    let (mut splats, mut made) = (Vec::new(), Vec::new());
     keys.par_iter()
         .map(|&key| {
             let place = key as u32 as usize;
-            let visible = &parts[place / PART][place % PART];
-            (visible.splat, Paint::new(&visible.splat, visible.colour))
+            make(&parts[place / PART][place % PART])
         })
-        .unzip_into_vecs(&mut splats, &mut paints);
-    (splats, paints)
+        .unzip_into_vecs(&mut splats, &mut made);
+    (splats, made)
 }
 
 /// The lines of each row of tiles. Columns that are not recorded stay empty.
@@ -220,10 +235,7 @@ fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
         ..Counters::default()
     };
     for touch in &rendered.touches {
-        counters.tile_pairs += u64::from(touch.tiles);
-        counters.intersecting_points += u64::from(touch.tiles > 0);
-        counters.obb_tests += u64::from(touch.tests);
-        counters.obb_prepared += u64::from(touch.tests > 0);
+        counters.touch(touch);
     }
     for tile in &rendered.tiles {
         counters.tile_loads += u64::from(tile.loaded);
@@ -262,7 +274,6 @@ impl Rendered {
     /// counters.
     pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
         assert!(!self.pixels.stop_rank.is_empty(), "a trace frame needs Detail::Counters");
-        let small = self.picture.shrunk(PREVIEW_SIDE);
         Frame {
             facts: FrameFacts {
                 camera: camera.clone(),
@@ -275,11 +286,13 @@ impl Rendered {
             survivor_bits: Some(self.survivor_bits),
             pixels: self.pixels,
             fovea: None,
-            preview: Some(Preview {
-                width: small.width,
-                height: small.height,
-                rgb: small.to_rgb8(),
-            }),
+            preview: Some(preview(&self.picture)),
         }
     }
+}
+
+/// The picture that a trace carries.
+pub(super) fn preview(picture: &Picture) -> Preview {
+    let small = picture.shrunk(PREVIEW_SIDE);
+    Preview { width: small.width, height: small.height, rgb: small.to_rgb8() }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use fearless_simd::{Level, dispatch};
 
 use super::blend::{BLOCK, Block, Entry, Paint, Record, blend};
-use crate::splat::runs::Runs;
+use crate::splat::runs::{Run, Runs};
 use crate::trace::NEVER;
 
 /// Counts of one tile.
@@ -54,12 +54,34 @@ pub struct Shared<'a> {
     pub level: Level,
 }
 
-struct Lists {
+/// The lists of a row of tiles.
+pub(super) struct Lists {
     /// First entry of each tile, and the end.
-    starts: Vec<usize>,
-    entries: Vec<Entry>,
+    pub starts: Vec<usize>,
+    /// Entries that can reach α = 1/255.
+    pub entries: Vec<Entry>,
     /// Accepted splats of each tile.
-    accepted: Vec<u32>,
+    pub accepted: Vec<u32>,
+}
+
+/// Which splats a tile of a row keeps of those that touch it.
+pub(super) trait Keep {
+    /// All of them: nothing is asked.
+    const ALL: bool;
+
+    /// Whether tile `x` keeps the splat of `run`.
+    fn keeps(&self, run: &Run, x: usize) -> bool;
+}
+
+/// Keeps all.
+struct Everything;
+
+impl Keep for Everything {
+    const ALL: bool = true;
+
+    fn keeps(&self, _: &Run, _: usize) -> bool {
+        true
+    }
 }
 
 /// Renders row `ty` into `out`; returns the counts of its tiles, left to right.
@@ -69,7 +91,7 @@ pub fn render_row<R: Record>(
     record: R,
     out: &mut RowTarget<'_>,
 ) -> Vec<TileCount> {
-    let lists = build_lists(shared.runs, ty);
+    let lists = build_lists(shared.runs, ty, &Everything);
     let mut block = Block::new();
     let mut tiles = Vec::with_capacity(shared.runs.grid.nx as usize);
     for tx in 0..shared.runs.grid.nx {
@@ -78,17 +100,19 @@ pub fn render_row<R: Record>(
         tiles.push(tile.render(shared, record, &mut block, out));
     }
     if R::COUNT {
-        count_fetches(shared, ty, &tiles);
+        count_fetches(shared.runs, shared.fetches, ty, &tiles, &Everything);
     }
     tiles
 }
 
-fn build_lists(runs: &Runs, ty: u32) -> Lists {
+/// The lists of row `ty`.
+pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
     let nx = runs.grid.nx as usize;
     let mut counts = vec![0usize; nx];
     for run in runs.row(ty) {
-        for n in &mut counts[run.tight0 as usize..run.tight1 as usize] {
-            *n += 1;
+        let columns = run.tight0 as usize..run.tight1 as usize;
+        for (x, n) in columns.clone().zip(&mut counts[columns]) {
+            *n += usize::from(K::ALL || keep.keeps(run, x));
         }
     }
     let mut starts = Vec::with_capacity(nx + 1);
@@ -103,11 +127,14 @@ fn build_lists(runs: &Runs, ty: u32) -> Lists {
     let mut entries = vec![Entry { rank: 0, ordinal: 0 }; total];
     for run in runs.row(ty) {
         for x in run.tight0 as usize..run.tight1 as usize {
-            entries[next[x]] = Entry { rank: run.rank, ordinal: accepted[x] };
-            next[x] += 1;
+            if K::ALL || keep.keeps(run, x) {
+                entries[next[x]] = Entry { rank: run.rank, ordinal: accepted[x] };
+                next[x] += 1;
+            }
         }
-        for n in &mut accepted[run.x0 as usize..run.x1 as usize] {
-            *n += 1;
+        let columns = run.x0 as usize..run.x1 as usize;
+        for (x, n) in columns.clone().zip(&mut accepted[columns]) {
+            *n += u32::from(K::ALL || keep.keeps(run, x));
         }
     }
     Lists { starts, entries, accepted }
@@ -115,21 +142,27 @@ fn build_lists(runs: &Runs, ty: u32) -> Lists {
 
 /// Adds one to the fetches of every splat whose position in a tile's list is below what the tile
 /// loaded.
-fn count_fetches(shared: &Shared<'_>, ty: u32, tiles: &[TileCount]) {
+pub(super) fn count_fetches<K: Keep>(
+    runs: &Runs,
+    fetches: &[AtomicU32],
+    ty: u32,
+    tiles: &[TileCount],
+    keep: &K,
+) {
     let add = |rank: u32, n: u32| {
-        shared.fetches[rank as usize].fetch_add(n, Ordering::Relaxed);
+        fetches[rank as usize].fetch_add(n, Ordering::Relaxed);
     };
-    if tiles.iter().all(|tile| tile.loaded == tile.entries) {
-        shared.runs.row(ty).for_each(|run| add(run.rank, u32::from(run.x1 - run.x0)));
+    if K::ALL && tiles.iter().all(|tile| tile.loaded == tile.entries) {
+        runs.row(ty).for_each(|run| add(run.rank, u32::from(run.x1 - run.x0)));
         return;
     }
     let mut seen = vec![0u32; tiles.len()];
-    for run in shared.runs.row(ty) {
+    for run in runs.row(ty) {
         let mut fetched = 0;
         let columns = run.x0 as usize..run.x1 as usize;
-        for (seen, tile) in seen[columns.clone()].iter_mut().zip(&tiles[columns]) {
-            fetched += u32::from(*seen < tile.loaded);
-            *seen += 1;
+        for x in columns.filter(|&x| K::ALL || keep.keeps(run, x)) {
+            fetched += u32::from(seen[x] < tiles[x].loaded);
+            seen[x] += 1;
         }
         if fetched > 0 {
             add(run.rank, fetched);

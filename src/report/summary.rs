@@ -9,6 +9,7 @@ use super::terminal::applies;
 use super::what_if::signed_percent;
 use super::{MODEL_VERSION, Means, Run, TOOL_VERSION, Table, bottleneck, limits};
 use crate::energy::Component;
+use crate::fovea::REGIONS;
 
 /// The summary, with links to `charts` in the same folder.
 pub fn markdown(run: &Run, table: &Table, charts: &[Chart]) -> String {
@@ -25,6 +26,7 @@ pub fn markdown(run: &Run, table: &Table, charts: &[Chart]) -> String {
     key_numbers(&mut text, run, table);
     power(&mut text, run, &means);
     cycles(&mut text, run, &means);
+    regions(&mut text, table);
     what_if(&mut text, run);
     buffers(&mut text, &means);
     frames(&mut text, table);
@@ -98,6 +100,35 @@ fn key_numbers(text: &mut String, run: &Run, table: &Table) {
         watts(table.mean("rendering_plus_display_w")),
     );
     text.push('\n');
+}
+
+/// R1 to R4, where frames are foveated and have a time.
+fn regions(text: &mut String, table: &Table) {
+    let mean =
+        |region: &str, name: &str| table.mean(&format!("regions.{}.{name}", region.to_lowercase()));
+    if mean(REGIONS[0], "tiles").is_none() {
+        return;
+    }
+    let _ = writeln!(text, "## Regions around the gaze, a frame\n");
+    let _ = writeln!(text, "| region | tiles | splats loaded | VRU cycles | energy |");
+    let _ = writeln!(text, "|---|--:|--:|--:|--:|");
+    for region in REGIONS {
+        let number = |name: &str| mean(region, name).map_or("-".into(), significant);
+        let energy = mean(region, "energy_pj").map(|pj| engineering(pj * 1e-12, "J"));
+        let _ = writeln!(
+            text,
+            "| {region} | {} | {} | {} | {} |",
+            number("tiles"),
+            number("entries"),
+            number("cycles"),
+            energy.unwrap_or("-".into())
+        );
+    }
+    let _ = writeln!(
+        text,
+        "\nSorting and rendering of the tiles of each region; preprocessing and what is paid for \
+         time belong to none.\n"
+    );
 }
 
 fn power(text: &mut String, run: &Run, means: &Means) {

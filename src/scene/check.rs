@@ -19,7 +19,7 @@ pub(super) fn check(
     let mut kept = 0;
     let mut first_dropped = None;
     for i in 0..count {
-        if !usable(&scene, i) {
+        if !is_usable(&scene, i) {
             first_dropped.get_or_insert(i as u64);
             continue;
         }
@@ -39,7 +39,8 @@ pub(super) fn check(
     Ok(scene)
 }
 
-fn usable(scene: &Gaussians, i: usize) -> bool {
+/// Whether the parameters of Gaussian `i` are finite and can be squared.
+pub(super) fn is_usable(scene: &Gaussians, i: usize) -> bool {
     // NaN compares as false, so that each test refuses it too.
     let sane = |v: &f32| v.abs() <= LARGEST;
     scene.means[i].iter().all(sane)

@@ -4,7 +4,7 @@ use std::io::{BufRead, Cursor, Read};
 
 use super::error::SceneError;
 use super::input::{Folder, Input, open};
-use super::{Gaussians, Warning, check, ply, sog, splat_rows, spz};
+use super::{Foveated, Gaussians, Warning, check, foveated, ply, sog, splat_rows, spz};
 
 /// The formats that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -21,6 +21,8 @@ pub enum Format {
     Sog(u8),
     /// PlayCanvas streamed SOG: levels of detail.
     StreamedSog,
+    /// A foveated model: four levels.
+    Foveated,
 }
 
 impl Format {
@@ -37,6 +39,7 @@ impl Format {
             Self::Sog(1) => "sog v1",
             Self::Sog(_) => "sog v2",
             Self::StreamedSog => "streamed sog",
+            Self::Foveated => "foveated model",
         }
     }
 }
@@ -82,6 +85,7 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
         Kind::Zip => sog::read_bundle(input)?,
         Kind::Json => return sog::read_index(folder, name, input, lod),
         Kind::Splat => splat_rows::read(input)?,
+        Kind::Foveated => return read_level(input, lod),
     };
     match lod {
         None => Ok(model),
@@ -95,12 +99,29 @@ enum Kind {
     Zip,
     Json,
     Splat,
+    Foveated,
+}
+
+/// A level of a foveated model, 0 for level 1.
+fn read_level(input: Input<'_>, lod: Option<u32>) -> Result<Model, SceneError> {
+    let model = Foveated::read(input)?;
+    let (lod, last) = (lod.unwrap_or(0), Foveated::LEVELS as u32 - 1);
+    if lod > last {
+        return Err(SceneError::NoSuchLevel { lod, last });
+    }
+    let gaussians = model.level(lod as usize);
+    if gaussians.is_empty() {
+        return Err(SceneError::NothingLeft { count: 0 });
+    }
+    Ok(Model { gaussians, format: Format::Foveated, warnings: Vec::new() })
 }
 
 fn recognise(head: &[u8], len: u64) -> Result<Kind, SceneError> {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     let first = text.iter().find(|b| !b.is_ascii_whitespace());
-    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
+    if head.starts_with(&foveated::MAGIC) {
+        Ok(Kind::Foveated)
+    } else if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
         Ok(Kind::Ply)
     } else if head.starts_with(b"NGSP") || head.starts_with(&[0x1f, 0x8b]) {
         Ok(Kind::Spz)

@@ -26,6 +26,16 @@ pub enum Breach {
         /// Of the machine.
         machine: Geometry,
     },
+    /// A foveated frame on a machine that cannot show it.
+    #[error(
+        "the frame is foveated, and machine `{machine}` has no accumulators for levels: set \
+         `fovea.accumulators = 1` (two levels one after the other) or 2, take another machine \
+         (`gscore`), or extract the trace without a gaze"
+    )]
+    Foveated {
+        /// Name of the machine.
+        machine: String,
+    },
     /// Cycles of a unit do not add up.
     #[error(
         "internal error: frame {frame}: the {unit} accounts for {accounted} cycles of {expected}; \
@@ -99,8 +109,18 @@ pub enum Breach {
     },
 }
 
-/// A machine runs only workloads of its geometry.
-pub fn geometry(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
+impl Breach {
+    /// Whether the machine cannot run the workload, and nothing is wrong with the simulator.
+    pub fn is_refusal(&self) -> bool {
+        matches!(self, Breach::Foveated { .. } | Breach::Geometry { .. })
+    }
+}
+
+/// A machine runs only workloads of its geometry, and foveated ones only if it can show two levels.
+pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
+    if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
+        return Err(Breach::Foveated { machine: machine.name.clone() });
+    }
     if workload.geometry == machine.geometry {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! The `paper` model: closed-form counts x three unit prices. It has no time.
 
-use super::{FrameReport, Label, StageBytes};
+use super::{FoveaSummary, FrameReport, Label, StageBytes};
 use crate::action::{ActionCounts, Stage};
 use crate::energy::{Component, EnergyBreakdown, Standby};
 use crate::quantity::Picojoules;
@@ -48,6 +48,8 @@ pub fn simulate(
         order: None,
         cache: None,
         reuse: None,
+        fovea: FoveaSummary::of(workload),
+        regions: None,
         display_w: label.display_w,
     }
 }

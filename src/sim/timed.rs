@@ -1,12 +1,14 @@
 //! A frame on a machine before prices: one timing can be priced by several energy tables.
 
 use super::{
-    Breach, CacheSummary, FrameReport, Label, Measured, OrderSummary, ReuseSummary, StageBytes,
-    check,
+    Breach, CacheSummary, FoveaSummary, FrameReport, Label, Measured, OrderSummary, ReuseSummary,
+    StageBytes, check, regions,
 };
+use crate::accel::regions::RegionWork;
 use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
 use crate::action::{Action, ActionCounts, Stage};
 use crate::energy::{Activity, Area, DramWork, Prices, StageWork};
+use crate::fovea::LEVELS;
 use crate::quantity::{Cycles, Hertz};
 use crate::splat::Counters;
 use crate::workload::FrameWorkload;
@@ -30,6 +32,10 @@ pub struct Timed {
     pub cache: Option<CacheSummary>,
     /// Sort reuse, where the machine does it.
     pub reuse: Option<ReuseSummary>,
+    /// What only foveated frames have.
+    pub fovea: Option<FoveaSummary>,
+    /// The regions of a foveated frame.
+    pub regions: Option<[RegionWork; LEVELS]>,
 }
 
 impl Timed {
@@ -49,7 +55,7 @@ pub fn time(
     measured: &Measured,
     machine: &Machine,
 ) -> Result<Timed, Breach> {
-    check::geometry(workload, machine)?;
+    check::fits(workload, machine)?;
     let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
     timed(frame, workload, measured, machine, replay)
 }
@@ -65,7 +71,7 @@ pub fn time_again(
     machine: &Machine,
     memo: &Memo,
 ) -> Result<Timed, Breach> {
-    check::geometry(workload, machine)?;
+    check::fits(workload, machine)?;
     let replay = accel::replay_again(workload, machine, measured.given(), memo);
     timed(frame, workload, measured, machine, replay)
 }
@@ -89,6 +95,8 @@ fn timed(
         order: measured.order,
         cache: measured.cache_summary(),
         reuse: measured.reuse_summary(),
+        fovea: FoveaSummary::of(workload),
+        regions: replay.regions,
     })
 }
 
@@ -119,6 +127,8 @@ pub fn priced(label: Label, timed: &Timed, prices: &Prices) -> Result<FrameRepor
         order: timed.order,
         cache: timed.cache,
         reuse: timed.reuse,
+        fovea: timed.fovea,
+        regions: regions::priced(timed, prices),
         display_w: label.display_w,
     };
     check::energy(&report, prices)?;

@@ -1,5 +1,7 @@
 //! The workload counters of one frame, with the names that every output uses.
 
+use super::runs::Touch;
+
 /// Counts of one frame (`spec` names in brackets: the published PowerGS statistics).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Counters {
@@ -24,4 +26,42 @@ pub struct Counters {
     pub alpha_evaluations: u64,
     /// Entries that reach α ≥ 1/255, the terminating one included (`T_used`).
     pub blends: u64,
+}
+
+impl Counters {
+    /// Counts what is known of the intersections of a splat.
+    pub fn touch(&mut self, touch: &Touch) {
+        self.tile_pairs += u64::from(touch.tiles);
+        self.intersecting_points += u64::from(touch.tiles > 0);
+        self.obb_tests += u64::from(touch.tests);
+        self.obb_prepared += u64::from(touch.tests > 0);
+    }
+}
+
+/// What only foveated frames count (`powergs.md` §1.4).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FoveaCounters {
+    /// Look-ups of tile levels (`P_tile_ecc_accesses`).
+    pub lookups: u64,
+    /// Splats with more than one box test: those that the published model prepares.
+    pub prepared_published: u64,
+    /// Fetched splats that need one, two, three and four levels' colours (`P_used` by `P_levels`).
+    pub points_by_levels: [u64; 4],
+    /// Entries iterated while both levels of a pixel are open (`T_extra_alpha`).
+    pub extra_alpha: u64,
+    /// Entries blended for the second level, without terminating ones (`T_used2`).
+    pub blends_2: u64,
+}
+
+impl FoveaCounters {
+    /// Counts what is known of the intersections of a splat.
+    pub fn touch(&mut self, touch: &Touch) {
+        self.lookups += u64::from(touch.lookups);
+        self.prepared_published += u64::from(touch.tests > 1);
+    }
+
+    /// Counts a splat that was fetched.
+    pub fn fetch(&mut self, touch: &Touch) {
+        self.points_by_levels[usize::from(touch.levels.clamp(1, 4) - 1)] += 1;
+    }
 }

@@ -28,6 +28,8 @@ pub struct View {
     pub(super) limits: [f32; 4],
     /// The grid of the largest tiles: what a trace keeps.
     grid: TileGrid,
+    /// Colours are at least this: black, or nothing.
+    floor: f32,
 }
 
 impl View {
@@ -52,8 +54,22 @@ impl View {
                 ((h - camera.cy) / camera.fy + margin[1]) as f32,
             ],
             grid: TileGrid::new(camera.width, camera.height, TILE_MAX),
+            floor: 0.0,
         }
     }
+
+    /// The view of `camera`, with colours that may be below black: those of another level are these
+    /// and a difference.
+    pub fn unclamped(camera: &Camera) -> View {
+        View { floor: f32::NEG_INFINITY, ..View::new(camera) }
+    }
+}
+
+/// Opacities of raw ones, with the bits of [`project_block`].
+#[simd]
+pub fn opacities<S: Simd>(simd: S, logits: [f32; LANES]) -> [f32; LANES] {
+    let one = f32x16::splat(simd, 1.0);
+    (one / (one + exp(simd, -f32x16::simd_from(simd, logits)))).into()
 }
 
 /// A visible splat and its colour.
@@ -125,7 +141,8 @@ pub fn project_block<S: Simd>(
         touch(scene, first, u32::from(seen));
         for item in &mut out[start..] {
             let i = item.splat.index as usize;
-            item.colour = colour(scene.sh_of(i), scene.sh_coefficients(), &basis, i - first);
+            let sh = scene.sh_of(i);
+            item.colour = colour(sh, scene.sh_coefficients(), &basis, i - first, view.floor);
         }
     }
     survivors
@@ -303,7 +320,7 @@ pub fn colours(scene: &Gaussians, eye: [f32; 3], level: Level) -> Vec<[f32; 3]> 
         });
         out.extend(
             (first..end)
-                .map(|i| colour(scene.sh_of(i), scene.sh_coefficients(), &basis, i - first)),
+                .map(|i| colour(scene.sh_of(i), scene.sh_coefficients(), &basis, i - first, 0.0)),
         );
     }
     out
@@ -369,20 +386,25 @@ pub(super) fn touch(scene: &Gaussians, first: usize, mut lanes: u32) {
     std::hint::black_box(sum);
 }
 
-/// max(0, SH + ½) per channel; no clamp from above.
+/// max(floor, SH + ½) per channel, floor 0 but for [`View::unclamped`]; no clamp from above.
 #[inline(always)]
-fn colour(sh: &[f32], n: usize, basis: &[[f32; LANES]; 16], lane: usize) -> [f32; 3] {
+fn colour(sh: &[f32], n: usize, basis: &[[f32; LANES]; 16], lane: usize, floor: f32) -> [f32; 3] {
     match n {
-        1 => colour_of::<1>(sh, basis, lane),
-        4 => colour_of::<4>(sh, basis, lane),
-        9 => colour_of::<9>(sh, basis, lane),
-        _ => colour_of::<16>(sh, basis, lane),
+        1 => colour_of::<1>(sh, basis, lane, floor),
+        4 => colour_of::<4>(sh, basis, lane, floor),
+        9 => colour_of::<9>(sh, basis, lane, floor),
+        _ => colour_of::<16>(sh, basis, lane, floor),
     }
 }
 
 /// [`colour`] for `N` coefficients a channel: unrolled, in registers.
 #[inline(always)]
-fn colour_of<const N: usize>(sh: &[f32], basis: &[[f32; LANES]; 16], lane: usize) -> [f32; 3] {
+fn colour_of<const N: usize>(
+    sh: &[f32],
+    basis: &[[f32; LANES]; 16],
+    lane: usize,
+    floor: f32,
+) -> [f32; 3] {
     let mut out = [0.0f32; 3];
     let (channels, _) = sh.as_chunks::<N>();
     for (value, sh) in out.iter_mut().zip(channels) {
@@ -391,7 +413,7 @@ fn colour_of<const N: usize>(sh: &[f32], basis: &[[f32; LANES]; 16], lane: usize
             partial[k & 3] += sh[k] * basis[k][lane];
         }
         let sum = (partial[0] + partial[1]) + (partial[2] + partial[3]);
-        *value = (sum + 0.5).max(0.0);
+        *value = (sum + 0.5).max(floor);
     }
     out
 }

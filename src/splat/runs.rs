@@ -5,7 +5,8 @@
 
 use rayon::prelude::*;
 
-use super::cover::ellipse_tiles;
+use super::cover::{TileRow, ellipse_tiles};
+use super::levels::LevelFilter;
 use super::{Cover, Ellipse, Intersection, Splat, TileGrid};
 
 /// Tiles of one row that one splat touches.
@@ -42,6 +43,20 @@ pub struct Touch {
     pub tests: u32,
     /// Tiles accepted (`N_inter`).
     pub tiles: u32,
+    /// Tiles whose level is looked up (`P_tile_ecc_accesses`): all candidates in foveated frames, 0
+    /// in others.
+    pub lookups: u32,
+    /// Levels whose colours it needs (`P_levels` + 1); 0 without a tile and in other frames.
+    pub levels: u8,
+}
+
+/// What decides which splats of a foveated frame take part in which tiles.
+#[derive(Debug, Clone, Copy)]
+pub struct Levels<'a> {
+    /// The levels of the tiles.
+    pub filter: &'a LevelFilter,
+    /// The highest level of every splat, by rank.
+    pub highest: &'a [u8],
 }
 
 /// All runs of a frame.
@@ -60,11 +75,34 @@ pub struct Runs {
 impl Runs {
     /// Tests all `splats` (in depth order) against the tiles of `grid`.
     pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection, reach: Reach) -> Runs {
+        Runs::of(splats, grid, test, reach, None)
+    }
+
+    /// As [`Runs::new`], with the level test before the others. The tiles of a run are still those
+    /// that the intersection test accepts: the filter says which of them keep the splat. Touches
+    /// count only those.
+    pub fn foveated(
+        splats: &[Splat],
+        grid: TileGrid,
+        test: Intersection,
+        reach: Reach,
+        levels: Levels<'_>,
+    ) -> Runs {
+        Runs::of(splats, grid, test, reach, Some(levels))
+    }
+
+    fn of(
+        splats: &[Splat],
+        grid: TileGrid,
+        test: Intersection,
+        reach: Reach,
+        levels: Option<Levels<'_>>,
+    ) -> Runs {
         let part = splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096);
         let done: Vec<(Vec<Touch>, Vec<Vec<Run>>)> = splats
             .par_chunks(part)
             .enumerate()
-            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test, reach))
+            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test, reach, levels))
             .collect();
         let mut touches = Vec::with_capacity(splats.len());
         let mut parts = Vec::with_capacity(done.len());
@@ -98,6 +136,7 @@ fn runs_of(
     grid: TileGrid,
     test: Intersection,
     reach: Reach,
+    levels: Option<Levels<'_>>,
 ) -> (Vec<Touch>, Vec<Vec<Run>>) {
     let mut touches = Vec::with_capacity(splats.len());
     let mut rows = vec![Vec::new(); grid.ny as usize];
@@ -109,9 +148,13 @@ fn runs_of(
             Reach::Alpha if wide => conic.and_then(|conic| Ellipse::new(splat, conic)),
             Reach::Alpha | Reach::Unknown => None,
         };
-        let mut tiles = 0;
+        let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
+        let mut needed = Needed::new(levels, rank, &cover, &mut touch);
         for row in cover.rows() {
-            tiles += row.x1 - row.x0;
+            match &mut needed {
+                None => touch.tiles += row.x1 - row.x0,
+                Some(needed) => needed.row(&row, &mut touch),
+            }
             let (t0, t1) = match reach {
                 Reach::Alpha if !wide => (row.x0, row.x1),
                 Reach::Alpha => tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1),
@@ -126,9 +169,47 @@ fn runs_of(
             };
             rows[row.y as usize].push(run);
         }
-        touches.push(Touch { tests: cover.tests() as u32, tiles });
+        touches.push(touch);
     }
     (touches, rows)
+}
+
+/// The level test of one splat.
+struct Needed<'a> {
+    filter: &'a LevelFilter,
+    highest: u8,
+    /// First and last level that it needs so far.
+    span: (u8, u8),
+}
+
+impl<'a> Needed<'a> {
+    /// Looks the levels of all candidates up; box tests are made where they say so.
+    fn new(
+        levels: Option<Levels<'a>>,
+        rank: u32,
+        cover: &Cover,
+        touch: &mut Touch,
+    ) -> Option<Self> {
+        let Levels { filter, highest } = levels?;
+        let highest = highest[rank as usize];
+        touch.lookups = cover.rect.area() as u32;
+        if touch.tests > 0 {
+            touch.tests = filter.count(&cover.rect, highest) as u32;
+        }
+        Some(Needed { filter, highest, span: (u8::MAX, 0) })
+    }
+
+    fn row(&mut self, row: &TileRow, touch: &mut Touch) {
+        let start = self.filter.grid.index(0, row.y);
+        for tile in start + row.x0 as usize..start + row.x1 as usize {
+            if self.filter.keeps(tile, self.highest) {
+                let (first, last) = self.filter.needed(tile, self.highest);
+                self.span = (self.span.0.min(first), self.span.1.max(last));
+                touch.tiles += 1;
+                touch.levels = self.span.1 - self.span.0 + 1;
+            }
+        }
+    }
 }
 
 fn tight(e: Option<&Ellipse>, grid: &TileGrid, y: u32, x0: u32, x1: u32) -> (u32, u32) {

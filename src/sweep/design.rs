@@ -165,6 +165,7 @@ pub(super) fn timing_id(machine: &Machine, device: u128) -> u128 {
         ccu,
         gsu,
         vru,
+        fovea,
         buffers,
         cache,
         schedule,
@@ -176,6 +177,7 @@ pub(super) fn timing_id(machine: &Machine, device: u128) -> u128 {
         bytes.push(b'\n');
     };
     add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
+    add(serde_json::to_vec(fovea));
     if cache.capacity.0 > 0 {
         add(serde_json::to_vec(cache));
     }

@@ -123,6 +123,9 @@ impl Fovea {
         if !self.gaze.iter().all(|g| (0.0..=1.0).contains(g)) {
             return facts("the gaze is not within the image");
         }
+        if self.screen.check().is_err() {
+            return facts("the virtual screen has a field of view or pooling rate that cannot be");
+        }
         same_length(Id::HighestLevel, self.highest_level.len(), u64::from(ranks))?;
         same_length(Id::StopRank2, self.stop_rank_2.len(), pixels)?;
         same_length(Id::ExtraAlpha, self.extra_alpha.len(), pixels)?;

@@ -52,6 +52,8 @@ pub enum Presence {
     Always,
     /// In foveated frames, and only there.
     Foveated,
+    /// Only in foveated frames, as the writer likes.
+    OptionalFoveated,
     /// As the writer likes.
     Optional,
 }
@@ -94,6 +96,7 @@ columns! {
     StopRank2    b"FST2" "stop_rank_2"   Pixel PixelWord Plain             Foveated;
     ExtraAlpha   b"FEXA" "extra_alpha"   Pixel PixelWord FoldedDeltaPlanes Foveated;
     Blended2     b"FBL2" "blended_2"     Pixel PixelWord FoldedDeltaPlanes Foveated;
+    Screen       b"FSCR" "screen"        Other Content   Plain             OptionalFoveated;
     SurvivorBits b"surv" "survivor_bits" Other PointBit  Plain             Optional;
     Preview      b"prev" "preview"       Other Content   RgbDelta             Optional;
 }

@@ -8,6 +8,7 @@ use super::column::{Column, Id};
 use super::head::FrameHead;
 use super::transform::Transform;
 use super::{Fovea, Frame, PixelColumns, Preview};
+use crate::fovea::Screen;
 use crate::splat::Splat;
 
 /// The content of a column.
@@ -37,6 +38,10 @@ pub(super) fn content(frame: &Frame, id: Id) -> Option<Content> {
         Id::StopRank2 => fovea.and_then(|f| words(&f.stop_rank_2)),
         Id::ExtraAlpha => fovea.and_then(|f| words(&f.extra_alpha)),
         Id::Blended2 => fovea.and_then(|f| words(&f.blended_2)),
+        Id::Screen => fovea.map(|f| f.screen).filter(|s| *s != Screen::PUBLISHED).map(|s| {
+            let numbers = [s.fov_deg, s.pooling_rate].map(f64::to_le_bytes);
+            Content::Bytes(numbers.concat())
+        }),
         Id::SurvivorBits => frame.survivor_bits.clone().map(Content::Bytes),
         Id::Preview => frame.preview.as_ref().map(|p| {
             let sizes = [p.width.to_le_bytes(), p.height.to_le_bytes()];
@@ -87,16 +92,31 @@ fn preview_of(bytes: &[u8]) -> Option<Preview> {
     Some(Preview { width, height, rgb: rgb.to_vec() })
 }
 
+fn screen_of(bytes: &[u8]) -> Option<Screen> {
+    let (fov, rest) = bytes.split_first_chunk()?;
+    let (rate, rest) = rest.split_first_chunk()?;
+    let (fov_deg, pooling_rate) = (f64::from_le_bytes(*fov), f64::from_le_bytes(*rate));
+    rest.is_empty().then_some(Screen { fov_deg, pooling_rate })
+}
+
 /// The frame of decoded columns, by [`Id`]. The caller has checked which columns are there.
-pub(super) fn assemble(head: &FrameHead, contents: Vec<Option<Content>>) -> Option<Frame> {
+pub(super) fn assemble(
+    head: &FrameHead,
+    contents: Vec<Option<Content>>,
+) -> Result<Frame, &'static str> {
     let mut contents = Contents(contents);
     let splats = contents.splats();
     let pixels = PixelColumns {
         stop_rank: contents.words(Id::StopRank),
         blended: contents.words(Id::Blended),
     };
+    let screen = match contents.bytes(Id::Screen) {
+        Some(bytes) => screen_of(&bytes).ok_or("the screen is not 16 bytes long")?,
+        None => Screen::PUBLISHED,
+    };
     let fovea = head.gaze.map(|gaze| Fovea {
         gaze,
+        screen,
         highest_level: contents.bytes(Id::HighestLevel).unwrap_or_default(),
         stop_rank_2: contents.words(Id::StopRank2),
         extra_alpha: contents.words(Id::ExtraAlpha),
@@ -104,10 +124,13 @@ pub(super) fn assemble(head: &FrameHead, contents: Vec<Option<Content>>) -> Opti
     });
     let survivor_bits = contents.bytes(Id::SurvivorBits);
     let preview = match contents.bytes(Id::Preview) {
-        Some(bytes) => Some(preview_of(&bytes)?),
+        Some(bytes) => {
+            let short = "the preview is shorter than its own header";
+            Some(preview_of(&bytes).ok_or(short)?)
+        }
         None => None,
     };
-    Some(Frame { facts: head.facts.clone(), splats, survivor_bits, pixels, fovea, preview })
+    Ok(Frame { facts: head.facts.clone(), splats, survivor_bits, pixels, fovea, preview })
 }
 
 /// Decoded columns by [`Id`]; taken once each.

@@ -144,9 +144,8 @@ impl EncodedFrame {
             .zip(&found)
             .map(|(&id, block)| self.column(id, block.as_ref()))
             .collect();
-        let frame = assemble(&self.head, contents?).ok_or_else(|| {
-            TraceError::damaged(self.offset, "the preview is shorter than its own header")
-        })?;
+        let frame = assemble(&self.head, contents?)
+            .map_err(|what| TraceError::damaged(self.offset, what))?;
         frame.check().map_err(|fault| self.frame_error(fault))?;
         Ok(frame)
     }
@@ -190,6 +189,8 @@ impl EncodedFrame {
         let due = match column.presence {
             Presence::Always => Some(true),
             Presence::Foveated => Some(self.head.gaze.is_some()),
+            Presence::OptionalFoveated if self.head.gaze.is_some() => None,
+            Presence::OptionalFoveated => Some(false),
             Presence::Optional => None,
         };
         if due.is_some_and(|due| due != block.is_some()) {

@@ -7,16 +7,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
+use super::fovea::TileFovea;
 use super::group::count_groups;
 use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
 use super::{ChunkWork, FrameWorkload, Geometry};
-use crate::splat::runs::{Reach, Runs};
+use crate::splat::runs::{Reach, Runs, Touch};
 use crate::splat::{Counters, TileGrid};
 use crate::trace::Frame;
 
 /// Nobody loaded it.
-const NOBODY: u32 = u32::MAX;
+pub(super) const NOBODY: u32 = u32::MAX;
 
 /// Bins `frame` under `geometry`. At the reference geometry every counter equals the rasteriser's;
 /// at another one the stop ranks are still those of the reference tiling, and the difference is
@@ -24,13 +25,20 @@ const NOBODY: u32 = u32::MAX;
 pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     let camera = &frame.facts.camera;
     let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
-    let runs = Runs::new(&frame.splats, grid, geometry.test, Reach::Unknown);
+    let fovea = frame.fovea.as_ref().map(|fovea| TileFovea::new(fovea, grid));
+    let runs = match &fovea {
+        None => Runs::new(&frame.splats, grid, geometry.test, Reach::Unknown),
+        Some(fovea) => {
+            let levels = fovea.levels();
+            Runs::foveated(&frame.splats, grid, geometry.test, Reach::Unknown, levels)
+        }
+    };
     let first_tile: Vec<AtomicU32> =
         (0..frame.splats.len()).map(|_| AtomicU32::new(NOBODY)).collect();
     let mut parts: Vec<RowPart> = (0..grid.ny)
         .into_par_iter()
         .map(|ty| {
-            let part = bin_row(frame, &runs, geometry, ty);
+            let part = bin_row(frame, &runs, fovea.as_ref(), geometry, ty);
             for (i, tile) in part.tiles.iter().enumerate() {
                 let index = ty * grid.nx + i as u32;
                 for &rank in &part.list[tile.list_start as usize..][..tile.loaded as usize] {
@@ -44,13 +52,18 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     let storage = Storage::new(frame, &runs.touches);
     parts.par_iter_mut().enumerate().for_each(|(ty, part)| {
         count_first_loads(part, ty as u32 * grid.nx, &first_tile, geometry.chunk);
+        if fovea.is_some() {
+            count_level_loads(part, ty as u32 * grid.nx, &first_tile, &runs.touches);
+        }
         find_completion(part, &storage.slot);
     });
-    let groups = count_groups(&runs, geometry, &mut parts);
+    let groups = count_groups(&runs, fovea.as_ref(), geometry, &mut parts);
     let mut counters = assemble_counters(frame, &runs, &parts);
     counters.fetched_points = first_tile.iter().filter(|&&tile| tile != NOBODY).count() as u64;
+    let fovea = fovea.map(|fovea| fovea.work(&runs.touches, &first_tile, &parts));
     FrameWorkload {
         counters,
+        fovea,
         groups,
         index: frame.splats.par_iter().map(|s| s.index).collect(),
         depth: frame.splats.par_iter().map(|s| s.depth).collect(),
@@ -78,6 +91,20 @@ fn count_first_loads(part: &mut RowPart, first_index: u32, first_tile: &[u32], c
     }
 }
 
+/// Further levels of the entries that are loaded first in their chunk.
+fn count_level_loads(part: &mut RowPart, first_index: u32, first_tile: &[u32], touches: &[Touch]) {
+    for (index, tile) in (first_index..).zip(&part.tiles) {
+        let mut start = tile.list_start as usize;
+        for work in &mut part.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
+            let entries = &part.list[start..][..work.entries as usize];
+            let mine = entries.iter().filter(|&&rank| first_tile[rank as usize] == index);
+            let further = |&rank: &u32| u32::from(touches[rank as usize].levels.max(1) - 1);
+            work.level_loads = mine.map(further).sum();
+            start += work.entries as usize;
+        }
+    }
+}
+
 fn assemble_counters(frame: &Frame, runs: &Runs, parts: &[RowPart]) -> Counters {
     let mut counters = Counters {
         points: frame.facts.points,
@@ -85,10 +112,7 @@ fn assemble_counters(frame: &Frame, runs: &Runs, parts: &[RowPart]) -> Counters 
         ..Counters::default()
     };
     for touch in &runs.touches {
-        counters.tile_pairs += u64::from(touch.tiles);
-        counters.intersecting_points += u64::from(touch.tiles > 0);
-        counters.obb_tests += u64::from(touch.tests);
-        counters.obb_prepared += u64::from(touch.tests > 0);
+        counters.touch(touch);
     }
     for tile in parts.iter().flat_map(|part| &part.tiles) {
         counters.tile_loads += u64::from(tile.loaded);

@@ -15,6 +15,10 @@ pub struct TilePixels<'a> {
     pub width: u32,
     /// Entries that each pixel iterates.
     pub iterated: &'a [u32],
+    /// Those that it iterates while both of its levels are open; empty where a tile has one level.
+    pub both: &'a [u32],
+    /// Whether the second level has the entry, by position in the list; empty as `both`.
+    pub seconds: &'a [bool],
 }
 
 /// Memory that is used again for each tile.
@@ -50,6 +54,13 @@ pub fn push_chunks(
         let entries = chunk.min(tile.loaded - first);
         out.push(ChunkWork { entries, group_end: first + entries, ..ChunkWork::default() });
     }
+    if !pixels.seconds.is_empty() {
+        let mut entries = pixels.seconds.iter();
+        for work in &mut out[start..] {
+            let own = entries.by_ref().take(work.entries as usize);
+            work.seconds = own.filter(|second| **second).count() as u32;
+        }
+    }
     let end = pixels.iterated.iter().copied().max().unwrap_or(0);
     let bytes = geometry.bitmap_bytes();
     let side = geometry.subtiles_per_side();
@@ -59,6 +70,10 @@ pub fn push_chunks(
             continue;
         }
         count_bits(bitmaps, bytes, index as usize, end, &mut scratch.before);
+        if !pixels.both.is_empty() {
+            let both = last_of_both(pixels, corner, geometry.subtile);
+            count_both(bitmaps, bytes, index as usize, both, pixels.seconds, &mut out[start..]);
+        }
         let mut first = 0;
         for work in &mut out[start..] {
             let span = (first, (first + work.entries).min(end));
@@ -67,6 +82,33 @@ pub fn push_chunks(
             }
             scratch.subtile.add(span, &scratch.before, work);
             first += work.entries;
+        }
+    }
+}
+
+/// How long any pixel of a sub-tile blends both levels.
+fn last_of_both(tile: TilePixels, (x0, y0): (u32, u32), side: u32) -> u32 {
+    let height = tile.both.len() as u32 / tile.width.max(1);
+    let (x1, y1) = ((x0 + side).min(tile.width), (y0 + side).min(height));
+    let rows = (y0..y1).map(|y| &tile.both[(y * tile.width + x0) as usize..][..(x1 - x0) as usize]);
+    rows.flatten().copied().max().unwrap_or(0)
+}
+
+/// Counts the entries of both levels before position `end`, with the bit of `subtile` and without
+/// asking for it.
+fn count_both(
+    bitmaps: &[u8],
+    bytes: usize,
+    subtile: usize,
+    end: u32,
+    seconds: &[bool],
+    chunks: &mut [ChunkWork],
+) {
+    let mut entries = bitmaps.chunks_exact(bytes).zip(seconds).take(end as usize);
+    for work in chunks {
+        for (bitmap, _) in entries.by_ref().take(work.entries as usize).filter(|e| *e.1) {
+            work.unskipped.both_pairs += 1;
+            work.skipping.both_pairs += u32::from(bitmap[subtile / 8] >> (subtile % 8) & 1);
         }
     }
 }

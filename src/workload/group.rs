@@ -6,13 +6,19 @@
 
 use rayon::prelude::*;
 
+use super::fovea::TileFovea;
 use super::tile::RowPart;
 use super::{FrameWorkload, Geometry, GroupWork};
 use crate::splat::runs::Runs;
 
 /// Counts the groups of a frame, row-major, and sets the `group_end` of the chunks of `parts` (rows
 /// of tiles). Without groups there is nothing to do.
-pub fn count_groups(runs: &Runs, geometry: Geometry, parts: &mut [RowPart]) -> Vec<GroupWork> {
+pub fn count_groups(
+    runs: &Runs,
+    fovea: Option<&TileFovea<'_>>,
+    geometry: Geometry,
+    parts: &mut [RowPart],
+) -> Vec<GroupWork> {
     let side = geometry.tiles_per_group_side();
     if side == 1 {
         return Vec::new();
@@ -21,7 +27,7 @@ pub fn count_groups(runs: &Runs, geometry: Geometry, parts: &mut [RowPart]) -> V
     let groups: Vec<Vec<GroupWork>> = rows
         .map(|(gy, parts)| {
             let first = gy as u32 * side;
-            let lists = union_lists(runs, side, first..first + parts.len() as u32);
+            let lists = union_lists(runs, fovea, side, first..first + parts.len() as u32);
             count_row(geometry, &lists, parts)
         })
         .collect();
@@ -29,9 +35,21 @@ pub fn count_groups(runs: &Runs, geometry: Geometry, parts: &mut [RowPart]) -> V
 }
 
 /// The lists of a row of groups: ranks, ascending.
-fn union_lists(runs: &Runs, side: u32, rows: std::ops::Range<u32>) -> Vec<Vec<u32>> {
+fn union_lists(
+    runs: &Runs,
+    fovea: Option<&TileFovea<'_>>,
+    side: u32,
+    rows: std::ops::Range<u32>,
+) -> Vec<Vec<u32>> {
     let mut lists = vec![Vec::new(); runs.grid.nx.div_ceil(side) as usize];
-    for run in rows.flat_map(|ty| runs.row(ty)) {
+    for (ty, run) in rows.flat_map(|ty| runs.row(ty).map(move |run| (ty, run))) {
+        if let Some(fovea) = fovea {
+            let kept = |x: &u32| fovea.keeps(runs.grid.index(*x, ty), run.rank);
+            for x in (u32::from(run.x0)..u32::from(run.x1)).filter(kept) {
+                lists[(x / side) as usize].push(run.rank);
+            }
+            continue;
+        }
         let (first, last) = (u32::from(run.x0) / side, u32::from(run.x1 - 1) / side);
         for list in &mut lists[first as usize..=last as usize] {
             list.push(run.rank);

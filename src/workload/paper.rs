@@ -11,11 +11,24 @@
 //! | sorting | 4 Ti | 0 | 8 passes Ti + 1024 ceil(Tl / 256) | 0 |
 //! | rendering | 19 Tl + 103 U | 3 pixels | 38 Tl | 133 U + 13 B + 11 K + 6 pixels |
 //!
+//! A foveated frame with L look-ups of tile levels, n tiles, V1 to V4 loaded splats that need one
+//! to four levels, E entries while both levels are open and K2 entries blended for the second one
+//! (§2.2) has instead
+//!
+//! | stage | DRAM read | DRAM write | SRAM | FLOP |
+//! |---|---|---|---|---|
+//! | preprocessing | 6 P + 13 S | 4 N + 10 I | 2 L + 2 n | 47 P + 208 S + 38 O + 48 T + 94 n |
+//! | rendering | 19 Tl + V | 3 pixels | 54 Tl | W + 13 B + E + 11 (K + K2) + 31 pixels |
+//!
+//! where V = 103 V1 + 128 V2 + 147 V3 + 166 V4, W = 133 V1 + 139 V2 + 142 V3 + 145 V4 and O counts
+//! splats with more than one box test. The published code takes V1 to V4 from the look-ups instead
+//! of the loads (§10 B4); this does not.
+//!
 //! passes = ceil(log2(Ti / 256) / 3) for Ti ≥ 256, else 0. The published code does not split reads
 //! from writes; the split is ours and changes no sum.
 
 use super::FrameWorkload;
-use crate::splat::Counters;
+use crate::splat::{Counters, FoveaCounters};
 
 /// Side of a tile, pixels: the formulas know no other.
 pub const TILE: u32 = 16;
@@ -64,7 +77,38 @@ pub fn count_frame(workload: &FrameWorkload, padding: Padding) -> [StageCounts; 
         Padding::TrueTiles => tiles,
         Padding::Reference => pad(&tiles, width, height),
     };
-    count(&workload.counters, &tiles, u64::from(width) * u64::from(height))
+    let pixels = u64::from(width) * u64::from(height);
+    match &workload.fovea {
+        None => count(&workload.counters, &tiles, pixels),
+        Some(fovea) => count_foveated(&workload.counters, &fovea.counters, &tiles, pixels),
+    }
+}
+
+/// As [`count`], of a foveated frame.
+pub fn count_foveated(
+    counters: &Counters,
+    fovea: &FoveaCounters,
+    tiles: &[TileLoad],
+    pixels: u64,
+) -> [StageCounts; 3] {
+    let plain = Counters { obb_prepared: fovea.prepared_published, ..*counters };
+    let [mut preprocessing, sorting, mut rendering] = count(&plain, tiles, pixels);
+    let loaded: f64 = tiles.iter().map(|t| t.loaded).sum();
+    let n = tiles.len() as f64;
+    preprocessing.dram_read += counters.survivors as f64;
+    preprocessing.sram += 2.0 * fovea.lookups as f64 + 2.0 * n;
+    preprocessing.flops += 94.0 * n;
+    let weighted = |prices: [f64; 4]| -> f64 {
+        prices.iter().zip(fovea.points_by_levels).map(|(price, n)| price * n as f64).sum()
+    };
+    let used = counters.fetched_points as f64;
+    rendering.dram_read += weighted([103.0, 128.0, 147.0, 166.0]) - 103.0 * used;
+    rendering.sram += 16.0 * loaded;
+    rendering.flops += weighted([133.0, 139.0, 142.0, 145.0]) - 133.0 * used
+        + fovea.extra_alpha as f64
+        + 11.0 * fovea.blends_2 as f64
+        + 25.0 * pixels as f64;
+    [preprocessing, sorting, rendering]
 }
 
 /// Counts from counters, tile values and the number of pixels.

@@ -39,6 +39,7 @@ impl Storage {
             own.prepared += u32::from(touch.tests > 0);
             own.tests = own.tests.saturating_add(touch.tests);
             own.pairs += touch.tiles;
+            own.lookups = own.lookups.saturating_add(touch.lookups);
             with_tile[block] |= Word::from(touch.tiles > 0) << bit;
         }
         for (own, bits) in prefix.iter_mut().zip(&with_tile) {
@@ -107,6 +108,7 @@ fn accumulate(blocks: &mut [StoragePrefix]) {
         sum.tests = sum.tests.saturating_add(own.tests);
         sum.splats += own.splats;
         sum.pairs += own.pairs;
+        sum.lookups = sum.lookups.saturating_add(own.lookups);
         *own = sum;
     }
 }

@@ -9,6 +9,7 @@ mod display;
 mod dram;
 mod energy;
 mod fit;
+mod fovea;
 mod geometry;
 mod knobs;
 mod optimize;

@@ -5,8 +5,10 @@ use powergs_sim::energy::Component;
 use powergs_sim::raster::render;
 use powergs_sim::sim::paper::{UnitPrices, breakdown, simulate};
 use powergs_sim::sim::{Label, Model};
-use powergs_sim::splat::Counters;
-use powergs_sim::workload::paper::{Padding, StageCounts, TileLoad, count, count_frame, pad};
+use powergs_sim::splat::{Counters, FoveaCounters};
+use powergs_sim::workload::paper::{
+    Padding, StageCounts, TileLoad, count, count_foveated, count_frame, pad,
+};
 use powergs_sim::workload::{Geometry, bin};
 use serde_json::Value;
 
@@ -156,5 +158,37 @@ fn tiny_images_are_padded_without_panic() {
             // All tiles are equal, so every mean is the same value, up to rounding of the weights.
             assert!((tile.entries - 300.0).abs() < 1e-9 && (tile.loaded - 256.0).abs() < 1e-9);
         }
+    }
+}
+
+#[test]
+fn published_foveated_results_are_reproduced_with_the_right_row() {
+    let file = load("power_model_foveated.json");
+    for case in file["cases"].as_array().unwrap() {
+        let n = |key: &str| case[key].as_u64().unwrap();
+        let counters = Counters {
+            points: n("points"),
+            survivors: n("survivors"),
+            tile_pairs: n("tile_pairs"),
+            intersecting_points: n("intersecting_points"),
+            fetched_points: n("fetched_points"),
+            obb_tests: n("obb_tests"),
+            obb_prepared: 0,
+            tile_loads: 0,
+            alpha_evaluations: n("alpha_evaluations"),
+            blends: n("blends"),
+        };
+        let levels = floats(&case["points_by_levels"]);
+        let fovea = FoveaCounters {
+            lookups: n("lookups"),
+            prepared_published: n("prepared_published"),
+            points_by_levels: std::array::from_fn(|k| levels[k] as u64),
+            extra_alpha: n("extra_alpha"),
+            blends_2: n("blends_2"),
+        };
+        let tiles = tile_loads(&case["tile_entries"], &case["tile_loaded"]);
+        let pixels = n("width") * n("height");
+        let counts = count_foveated(&counters, &fovea, &tiles, pixels);
+        check(&counts, &case["output_true_tiles"]);
     }
 }

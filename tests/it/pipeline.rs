@@ -47,10 +47,12 @@ fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
 
 fn compare(seed: u64) -> States {
     let mut dice = Dice::new(seed);
-    let machine = dice.machine();
-    let workload = dice.workload(machine.geometry);
+    let mut machine = dice.machine();
+    let mut workload = dice.workload(machine.geometry);
     let mut timeline = Timeline::default();
     let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
+    // After everything else, so that plain frames are those that they were.
+    dice.foveate(&mut workload, &mut machine);
     let given = Given { hits: hits.as_deref(), reuse: reuse.as_deref() };
     let replay = replay_with(&workload, &machine, given, &mut timeline);
     let seen = oracle::run(&workload, &machine, given);

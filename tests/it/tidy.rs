@@ -17,25 +17,27 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("config", &["quantity"]),
     ("scene", &["quantity"]),
     ("splat", &["quantity", "scene"]),
-    ("trace", &["quantity", "scene", "splat"]),
-    ("raster", &["scene", "splat", "trace", "picture"]),
-    ("workload", &["quantity", "splat", "trace"]),
-    ("accel", &["quantity", "action", "workload", "config", "splat", "dram"]),
+    // Where somebody looks; knows no picture and no model.
+    ("fovea", &["splat"]),
+    ("trace", &["quantity", "scene", "splat", "fovea"]),
+    ("raster", &["scene", "splat", "fovea", "trace", "picture"]),
+    ("workload", &["quantity", "splat", "fovea", "trace"]),
+    ("accel", &["quantity", "action", "workload", "config", "splat", "dram", "fovea"]),
     ("energy", &["quantity", "action", "config"]),
-    ("display", &["quantity", "config", "picture"]),
+    ("display", &["quantity", "config", "picture", "fovea"]),
     ("dram", &["quantity", "config"]),
     // A display is a term of the training loss.
-    ("quality", &["picture", "display"]),
+    ("quality", &["picture", "display", "fovea"]),
     // `dram`: what the commands of a device cost becomes prices.
     (
         "sim",
         &[
             "quantity", "action", "workload", "accel", "energy", "display", "config", "splat",
-            "dram",
+            "dram", "fovea",
         ],
     ),
     // It takes the values that `sim` returns apart; it never calls anything that counts.
-    ("report", &["sim", "accel", "action", "energy", "workload", "optimize", "analysis"]),
+    ("report", &["sim", "accel", "action", "energy", "workload", "optimize", "analysis", "fovea"]),
     (
         "sweep",
         &["quantity", "action", "workload", "accel", "energy", "display", "config", "dram", "sim"],

@@ -6,5 +6,5 @@ mod counts;
 mod naive;
 mod reuse;
 mod sorting;
-mod support;
+pub mod support;
 mod tiles;

@@ -96,6 +96,8 @@ fn records(m: &Machine, found: &mut Found) {
         ("record.list-entry", r.list_entry, 1),
         ("record.feature", r.feature, 1),
         ("record.pixel", r.pixel, 1),
+        ("fovea.record", m.fovea.record, 0),
+        ("fovea.feature", m.fovea.feature, 0),
     ];
     for (key, size, least) in all {
         if size < Bytes(least) {

@@ -146,6 +146,24 @@ pub struct VruSpec {
     pub tile_overlap: bool,
 }
 
+/// The `[fovea]` table: what a machine has for foveated frames. Of no effect on others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FoveaSpec {
+    /// Levels that a rendering unit blends at the same time in tiles that show two: 0 for a machine
+    /// that cannot show foveated frames, 1 for one that blends the two one after the other, 2 for
+    /// one with a second accumulator.
+    #[schemars(range(min = 0, max = 2), extend("x-unit" = "levels"))]
+    pub accumulators: u32,
+    /// Look-ups of the level of a tile, and comparisons with it, of one CCU a cycle.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "tests per cycle"))]
+    pub level_tests: u32,
+    /// Record of DC colour and opacity in one further level, in DRAM.
+    pub record: Bytes,
+    /// Colour and opacity of the second level, added to a feature record in tiles that show two.
+    pub feature: Bytes,
+}
+
 /// The `[buffers.*]` tables.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

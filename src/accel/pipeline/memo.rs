@@ -13,7 +13,7 @@ use crate::accel::Machine;
 use crate::accel::bank::Banks;
 use crate::accel::design::Design;
 use crate::accel::dram::{Channel, Dram};
-use crate::accel::machine::{CcuSpec, DramModel, Overlap, RecordSpec};
+use crate::accel::machine::{CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
 
@@ -29,6 +29,8 @@ pub struct Memo(Mutex<Vec<(Key, Arc<Left>)>>);
 struct Key {
     ccu: CcuSpec,
     record: RecordSpec,
+    /// Further bytes of records and look-ups a cycle in foveated frames.
+    fovea: FoveaSpec,
     batch: u32,
     banks: [Banks; 2],
     shares: [u64; 2],
@@ -71,6 +73,7 @@ impl Key {
         Key {
             ccu: design.ccu.spec.clone(),
             record: design.ccu.record.clone(),
+            fovea: design.vru.fovea.clone(),
             batch: design.ccu.batch,
             banks: [design.ccu.input, design.ccu.output],
             shares: [design.shares.gaussian_in, design.shares.tile_list],

@@ -118,8 +118,8 @@ impl Core {
         let tile = &shared.workload.tiles[index as usize];
         while middle.next_chunk < tile.chunks {
             let chunk = tile.chunk_start + middle.next_chunk;
-            let entries = u64::from(shared.workload.chunks[chunk as usize].entries);
-            if !self.features.admits(entries * shared.design.vru.feature) {
+            let bytes = shared.design.vru.chunk_bytes(&shared.workload.chunks[chunk as usize]);
+            if !self.features.admits(bytes) {
                 return false;
             }
             let sort = middle.sorted.next(shared.workload, job, tile, middle.next_chunk);
@@ -151,7 +151,7 @@ impl Core {
         let render = Render { chunk, last, drains: drains && last.is_some() };
         let start = u64::from(tile.list_start + position * workload.geometry.chunk);
         let span = Span::Chunk { start, entries: u64::from(chunk.entries), load };
-        let bytes = u64::from(chunk.entries) * design.vru.feature;
+        let bytes = design.vru.chunk_bytes(&chunk);
         let item = Item {
             tile: index,
             cycles: design.vru.cycles(&render),
@@ -208,7 +208,8 @@ impl Core {
             if !self.features.admits(bytes) {
                 return false;
             }
-            let load = Load { features: u64::from(entries), hits: 0, colours: 0 };
+            // Of one level: that of the second follows when an entry is needed.
+            let load = Load { features: u64::from(entries), ..Load::default() };
             let start = u64::from(tile.list_start + sent);
             let span = Span::Chunk { start, entries: u64::from(entries), load };
             // The keys of a group may be sorted already, or for another tile.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use super::open;
 use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
+use crate::fovea::Screen;
 use crate::trace::{Frame, NEVER};
 
 /// The arguments of `trace dump`.
@@ -135,5 +136,10 @@ fn facts(frame: &Frame, out: &mut dyn Write) -> io::Result<()> {
     let gaze = |i: usize| frame.fovea.as_ref().map_or(String::new(), |f| f.gaze[i].to_string());
     row("gaze_x", &gaze(0))?;
     row("gaze_y", &gaze(1))?;
+    let screen = |get: fn(&Screen) -> f64| {
+        frame.fovea.as_ref().map_or(String::new(), |f| get(&f.screen).to_string())
+    };
+    row("screen_fov_deg", &screen(|s| s.fov_deg))?;
+    row("screen_pooling_rate", &screen(|s| s.pooling_rate))?;
     table.flush()
 }

@@ -54,7 +54,7 @@ struct Sizes {
     pixels: u64,
     splats: u64,
     survivors: u64,
-    foveated: bool,
+    gaze: Option<[f32; 2]>,
     columns: Vec<(&'static str, u64, u64)>,
     bytes: u64,
     splat_bytes: u64,
@@ -75,7 +75,7 @@ impl Sizes {
             pixels: facts.pixels(),
             splats: info.head.splats.into(),
             survivors: facts.survivors,
-            foveated: info.head.gaze.is_some(),
+            gaze: info.head.gaze,
             columns: info.columns.iter().map(known).collect(),
             bytes: info.bytes,
             splat_bytes: info.stored_bytes(ColumnGroup::Splat),
@@ -161,7 +161,7 @@ impl Trace {
     }
 
     fn text(&self, all: bool) -> String {
-        let foveated = self.frames.iter().filter(|f| f.foveated).count();
+        let foveated = self.frames.iter().filter(|f| f.gaze.is_some()).count();
         let mut sizes: Vec<_> = self.frames.iter().map(|f| (f.width, f.height)).collect();
         sizes.sort_unstable();
         sizes.dedup();
@@ -222,7 +222,8 @@ impl Trace {
             object.insert("view".into(), json!(f.view));
             object.insert("width_px".into(), json!(f.width));
             object.insert("height_px".into(), json!(f.height));
-            object.insert("foveated".into(), json!(f.foveated));
+            object.insert("foveated".into(), json!(f.gaze.is_some()));
+            object.insert("gaze".into(), json!(f.gaze));
             object.extend(f.json(1));
             object.insert("columns".into(), Value::Object(columns));
             Value::Object(object)

@@ -2,6 +2,7 @@
 
 mod checks;
 mod cost;
+mod fovea;
 mod machine;
 mod memory;
 
@@ -25,6 +26,7 @@ pub(super) fn all() -> Vec<Statistic> {
     checks::order(&mut list);
     checks::cache(&mut list);
     checks::reuse(&mut list);
+    fovea::fovea(&mut list);
     machine::actions(&mut list);
     list
 }

@@ -41,7 +41,7 @@ fn dram(prices: &Prices) -> [f64; 3] {
 /// One bank of this size in every buffer, one unit of every kind.
 fn inventory(bytes: u64) -> Inventory {
     let memory = Memory { bank: Bytes(bytes), banks: 1, word: Bytes(32), two_ports: false };
-    Inventory { memories: [memory; Buffer::ALL.len()], units: [1; 4] }
+    Inventory { memories: [memory; Buffer::ALL.len()], units: [1; 4], unit_percent: [100; 4] }
 }
 
 fn pj(prices: &Prices, action: Action) -> f64 {

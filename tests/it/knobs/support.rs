@@ -6,7 +6,10 @@ use std::sync::{Arc, LazyLock, Mutex};
 
 use powergs_sim::accel::Machine;
 use powergs_sim::energy::{EnergyTable, Prices};
-use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::fovea::{Looking, Screen};
+use powergs_sim::raster::{Detail, Options, render, render_foveated};
+use powergs_sim::scene::foveated::LevelPaint;
+use powergs_sim::scene::{Foveated, Gaussians};
 use powergs_sim::sim::{self, FrameReport, Label, Lists, Measured, simulate_measured};
 use powergs_sim::trace::Frame;
 use powergs_sim::workload::{FrameWorkload, Geometry, bin};
@@ -31,9 +34,27 @@ fn frames() -> &'static [Frame] {
             let rendered = render(&scene, &camera, &Options::reference(Detail::Counters));
             rendered.into_frame(&camera, [0.0; 3])
         };
-        (0..FRAMES).map(one).collect()
+        (0..FRAMES).map(one).chain([foveated(&scene)]).collect()
     });
     &ALL
+}
+
+/// The same scene with four levels, seen by an eye whose levels all fit a small image.
+fn foveated(scene: &Gaussians) -> Frame {
+    let paint = |i: usize| LevelPaint {
+        dc: [scene.sh[3 * i], scene.sh[3 * i + 1] + 0.1, scene.sh[3 * i + 2]],
+        logit_opacity: scene.logit_opacities[i] + 0.2,
+    };
+    let model = Foveated {
+        base: scene.clone(),
+        highest: (0..scene.len()).map(|i| (i * 7 % 4) as u8).collect(),
+        paints: (0..scene.len()).map(|i| [paint(i); 3]).collect(),
+    };
+    let screen = Screen { pooling_rate: 0.4, ..Screen::PUBLISHED };
+    let looking = Looking { gaze: [0.4, 0.5], screen };
+    let (camera, options) = (front_camera(136, 96), Options::reference(Detail::Counters));
+    let rendered = render_foveated(&model, &camera, &looking, &options).expect("a gaze");
+    rendered.into_frame(&camera, [0.0; 3])
 }
 
 type Shared<K, V> = LazyLock<Mutex<HashMap<K, Arc<V>>>>;
@@ -97,7 +118,10 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
     let one = |(w, m): (&FrameWorkload, &Measured)| {
         simulate_measured(Label::default(), w, m, machine, &prices).expect("accounts close")
     };
-    let frames = workloads.iter().zip(measured.iter()).map(one).collect();
+    // Machines without accumulators for levels see plain frames only.
+    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.fovea.accumulators > 0;
+    let all = workloads.iter().zip(measured.iter());
+    let frames = all.filter(|(w, _)| can(w)).map(one).collect();
     let peak_w = sim::cost::peak_w(machine, &prices);
     Ok(Outcome { frames, prices, peak_w })
 }

@@ -66,7 +66,7 @@ impl Frame<'_> {
 
 /// Steps through a frame.
 pub fn run(workload: &FrameWorkload, machine: &Machine, given: Given) -> Seen {
-    let design = Design::new(machine);
+    let design = Design::for_frame(machine, workload);
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
     let written = BTreeMap::new();

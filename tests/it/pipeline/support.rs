@@ -8,11 +8,13 @@ use powergs_sim::accel::machine::*;
 use powergs_sim::config::embedded::DRAM;
 use powergs_sim::dram::Device;
 use powergs_sim::dram::device::Order;
+use powergs_sim::fovea::{Looking, Screen};
 use powergs_sim::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
-use powergs_sim::splat::Counters;
+use powergs_sim::splat::{Counters, FoveaCounters};
 use powergs_sim::workload::reuse::ListReuse;
 use powergs_sim::workload::{
-    ChunkWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK, StoragePrefix, TileWork,
+    ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
+    StoragePrefix, TileWork,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -91,6 +93,7 @@ fn unlinked() -> Machine {
             speculation: 0,
             tile_overlap: false,
         },
+        fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
         buffers: BufferSpecs {
             gaussian_in: buffer(8),
             tile_list: buffer(32),
@@ -150,7 +153,7 @@ pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWork
             pixels: tile.pixels,
             alpha_evaluations: u64::from(loaded * tile.pixels),
             blends: u64::from(loaded),
-            complete_after: 0,
+            ..TileWork::default()
         });
         w.counters.tile_pairs += u64::from(loaded + tile.unfetched);
         w.counters.tile_loads += u64::from(loaded);
@@ -387,6 +390,55 @@ impl Dice {
         }
     }
 
+    /// Makes a foveated frame of every second one: some tiles have two levels, and the machine one
+    /// or two accumulators.
+    pub fn foveate(&mut self, w: &mut FrameWorkload, machine: &mut Machine) {
+        if self.roll(0, 1) == 0 {
+            return;
+        }
+        machine.fovea = FoveaSpec {
+            accumulators: self.roll(1, 2),
+            level_tests: self.roll(1, 4),
+            record: Bytes(u64::from(self.roll(0, 19))),
+            feature: Bytes(u64::from(self.roll(0, 8))),
+        };
+        let mut fovea = FoveaWork {
+            looking: Looking { gaze: [0.5; 2], screen: Screen::PUBLISHED },
+            regions: w.tiles.iter().map(|_| self.roll(0, 3) as u8).collect(),
+            blending_tiles: 0,
+            counters: FoveaCounters::default(),
+        };
+        let lookups = w.counters.obb_tests as u32 + self.roll(0, 40);
+        fovea.counters.lookups = u64::from(lookups) * u64::from(w.counters.points > 0);
+        let (mut at, blocks) = (0, w.storage.len());
+        for (i, block) in w.storage.iter_mut().enumerate() {
+            at = if i + 1 == blocks { lookups } else { self.roll(at, lookups) };
+            block.lookups = at;
+        }
+        for tile in &mut w.tiles {
+            let blends = self.roll(0, 1) == 1;
+            for chunk in &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
+                chunk.level_loads = self.roll(0, 3 * chunk.first_loads);
+                if blends {
+                    chunk.seconds = self.roll(0, chunk.entries);
+                    // Skipping executes a part of what is executed without.
+                    chunk.skipping.both_pairs = self.roll(0, chunk.skipping.subtile_pairs);
+                    let least = chunk.skipping.both_pairs;
+                    let most = chunk.unskipped.subtile_pairs.max(least);
+                    chunk.unskipped.both_pairs = self.roll(least, most);
+                }
+            }
+            if blends {
+                tile.mixed = tile.pixels;
+                tile.blends_2 = u64::from(self.roll(0, tile.loaded));
+                tile.extra_alpha = tile.blends_2;
+                fovea.blending_tiles += 1;
+            }
+            fovea.counters.blends_2 += tile.blends_2;
+        }
+        w.fovea = Some(fovea);
+    }
+
     /// Counters in storage order: of some frames only.
     fn store(&mut self, w: &mut FrameWorkload) {
         if self.roll(0, 2) == 0 || w.counters.points == 0 {
@@ -402,7 +454,8 @@ impl Dice {
                 *x = if block == n { total as u32 } else { self.roll(*x, total as u32) };
             }
             let [survivors, prepared, tests, splats, pairs] = at;
-            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs });
+            let lookups = 0;
+            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs, lookups });
         }
         for tile in &mut w.tiles {
             tile.complete_after = self.roll(0, c.intersecting_points as u32);

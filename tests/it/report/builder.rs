@@ -11,8 +11,11 @@ use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
     Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
 };
-use powergs_sim::sim::{CacheSummary, FrameReport, Model, OrderSummary, ReuseSummary, StageBytes};
-use powergs_sim::splat::Counters;
+use powergs_sim::sim::{
+    CacheSummary, FoveaSummary, FrameReport, Model, OrderSummary, RegionReport, ReuseSummary,
+    StageBytes,
+};
+use powergs_sim::splat::{Counters, FoveaCounters};
 
 fn area() -> Area {
     let mm2 = SquareMillimetres;
@@ -67,7 +70,33 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         }),
         cache: Some(CacheSummary { hits: n, misses: n / 2 }),
         reuse: Some(ReuseSummary { kept: n, added: n / 5, gone: n / 4, out_of_order: n / 90 }),
+        fovea: Some(fovea(n)),
+        regions: Some(std::array::from_fn(|k| region(n, k as u64))),
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
+    }
+}
+
+fn fovea(n: u64) -> FoveaSummary {
+    FoveaSummary {
+        gaze: [0.25, 0.75],
+        tiles: 8160,
+        blending_tiles: 2500,
+        counters: FoveaCounters {
+            lookups: 4 * n,
+            prepared_published: n / 3,
+            points_by_levels: [n / 4, n / 8, n / 16, n / 16],
+            extra_alpha: 3 * n,
+            blends_2: n / 2,
+        },
+    }
+}
+
+fn region(n: u64, k: u64) -> RegionReport {
+    RegionReport {
+        tiles: 2040,
+        entries: n / (k + 1),
+        cycles: 3 * n / (k + 1),
+        energy_pj: 1e4 * n as f64 / (k + 1) as f64,
     }
 }
 
@@ -173,6 +202,7 @@ fn tile_cycles(cycles: u64) -> Histogram {
 /// A frame of the `paper` model.
 pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     let mut frame = frame(number, millions);
+    frame.regions = None;
     let mut energy = EnergyBreakdown::default();
     for stage in Stage::WORK {
         for component in [Component::Dram, Component::Sram, Component::Flop] {

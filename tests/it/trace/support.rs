@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use glam::{DMat3, DVec3};
+use powergs_sim::fovea::Screen;
 use powergs_sim::scene::{Camera, Split};
 use powergs_sim::splat::Splat;
 use powergs_sim::trace::{
@@ -80,6 +81,11 @@ pub fn frame(seed: u64, shape: Shape) -> Frame {
     let mut counts = |n: usize| (0..n).map(|_| rng.random_range(0..=shape.splats)).collect();
     let fovea = shape.foveated.then(|| Fovea {
         gaze: [0.25, 0.75],
+        screen: if seed < 1000 {
+            Screen::PUBLISHED
+        } else {
+            Screen { fov_deg: 99.5, pooling_rate: 0.125 }
+        },
         highest_level: (0..shape.splats).map(|r| (r % 4) as u8).collect(),
         stop_rank_2: stop_rank.iter().rev().copied().collect(),
         extra_alpha: counts(pixels),

@@ -37,12 +37,13 @@ pub fn batches(frame: &Frame) -> usize {
     c.points.div_ceil(u64::from(frame.design.ccu.batch)) as usize + usize::from(orphans)
 }
 
-/// Counters of the first `end` records: survivors, prepared, tests, splats, pairs. Whole blocks are
-/// known; in a block each counter X of n records grows as `floor(X e / n)`.
-fn until(frame: &Frame, end: u64) -> [u64; 5] {
+/// Counters of the first `end` records: survivors, prepared, tests, splats, pairs, lookups. Whole
+/// blocks are known; in a block each counter X of n records grows as `floor(X e / n)`.
+fn until(frame: &Frame, end: u64) -> [u64; 6] {
     let (w, c) = (frame.workload, &frame.workload.counters);
     let pairs = pairs_written(w, &frame.given);
-    let all = [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, pairs];
+    let lookups = w.fovea.as_ref().map_or(0, |fovea| fovea.counters.lookups);
+    let all = [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, pairs, lookups];
     if end >= c.points {
         return all;
     }
@@ -51,16 +52,16 @@ fn until(frame: &Frame, end: u64) -> [u64; 5] {
     }
     let whole = (end / 32) as usize;
     let read = |n: usize| match n {
-        0 => [0; 5],
+        0 => [0; 6],
         n => {
             let p = &w.storage[n - 1];
-            [p.survivors, p.prepared, p.tests, p.splats, p.pairs].map(u64::from)
+            [p.survivors, p.prepared, p.tests, p.splats, p.pairs, p.lookups].map(u64::from)
         }
     };
     let (low, high) = (read(whole), read(whole + 1));
     let size = (c.points - 32 * whole as u64).min(32);
-    let mut sum: [u64; 5] = [0; 5];
-    for i in 0..5 {
+    let mut sum: [u64; 6] = [0; 6];
+    for i in 0..6 {
         sum[i] = low[i] + (high[i] - low[i]) * (end % 32) / size;
     }
     if pairs != c.tile_pairs {
@@ -74,7 +75,7 @@ fn batch(frame: &Frame, index: usize) -> Batch {
     let from = index as u64 * size;
     let to = (from + size).min(frame.workload.counters.points);
     let (before, after) = (until(frame, from), until(frame, to));
-    let first = if frame.workload.counters.points == 0 { [0; 5] } else { before };
+    let first = if frame.workload.counters.points == 0 { [0; 6] } else { before };
     Batch {
         first: from,
         records: to - from,
@@ -83,6 +84,7 @@ fn batch(frame: &Frame, index: usize) -> Batch {
         tests: after[2] - first[2],
         splats: after[3] - first[3],
         pairs: after[4] - first[4],
+        lookups: after[5] - first[5],
         first_splat: first[3],
         first_pair: first[4],
     }

@@ -287,7 +287,10 @@ impl Core {
         let tile = &frame.workload.tiles[index];
         let at = (tile.chunk_start + middle.chunk) as usize;
         let chunk = frame.workload.chunks[at];
-        let bytes = u64::from(chunk.entries) * design.vru.feature;
+        // Entries of the first level, and of the second where the tile has one.
+        let fovea = &design.vru.fovea;
+        let bytes = u64::from(chunk.entries) * design.vru.feature
+            + u64::from(chunk.seconds) * fovea.feature.0;
         if !fits(self.features_used, bytes, design.shares.feature) {
             return false;
         }
@@ -367,7 +370,7 @@ impl Core {
         self.features_used += bytes;
         middle.speculated += 1;
         let start = u64::from(tile.list_start + tile.loaded + (middle.speculated - 1) * size);
-        let load = Load { features: entries, hits: 0, colours: 0 };
+        let load = Load { features: entries, ..Load::default() };
         let span = Span::Chunk { start, entries, load };
         let features = Some(memory.read(now, RENDERING, bytes, span));
         let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));

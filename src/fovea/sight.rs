@@ -3,10 +3,8 @@
 //! Source: `powergs` (after `metasapiens`); `docs/metrics.md` has the formulas. The arguments of
 //! arc cosines are clamped, so that the place looked at has eccentricity 0.
 
-use crate::display::d22::GazeError;
+use super::{GazeError, Screen};
 
-/// Pooling angle per squared eccentricity, 1/rad.
-const ALPHA: f64 = 0.05;
 /// Largest level: no blending beyond the last.
 const LEVEL_MAX: f64 = 3.9;
 /// The pooling sizes that the regions R1 to R4 stand for, pixels.
@@ -18,6 +16,7 @@ pub struct Sight {
     size: [f64; 2],
     /// Half the width of the screen at distance 1.
     half: f64,
+    pooling_rate: f64,
     gaze: [f64; 3],
 }
 
@@ -27,20 +26,22 @@ impl Sight {
     ///
     /// # Errors
     /// A gaze outside the picture, an angle that is not between 0 and 180 degrees, or NaN.
-    pub fn new(
-        [x, y]: [f64; 2],
-        fov_deg: f64,
-        [width, height]: [u32; 2],
-    ) -> Result<Sight, GazeError> {
+    pub fn new(gaze: [f64; 2], fov_deg: f64, size: [u32; 2]) -> Result<Sight, GazeError> {
+        Sight::on(Screen { fov_deg, ..Screen::PUBLISHED }, gaze, size)
+    }
+
+    /// As [`Sight::new`], with everything of the screen.
+    ///
+    /// # Errors
+    /// As [`Sight::new`]; a pooling rate that cannot be.
+    pub fn on(screen: Screen, [x, y]: [f64; 2], size: [u32; 2]) -> Result<Sight, GazeError> {
         if !(0.0..=1.0).contains(&x) || !(0.0..=1.0).contains(&y) {
             return Err(GazeError::Gaze { x, y });
         }
-        if !(fov_deg > 0.0 && fov_deg < 180.0) {
-            return Err(GazeError::FieldOfView { degrees: fov_deg });
-        }
-        let half = (fov_deg.to_radians() / 2.0).tan();
-        let size = [width, height].map(f64::from);
-        let mut sight = Sight { size, half, gaze: [0.0, 0.0, 1.0] };
+        screen.check()?;
+        let half = (screen.fov_deg.to_radians() / 2.0).tan();
+        let (size, pooling_rate) = (size.map(f64::from), screen.pooling_rate);
+        let mut sight = Sight { size, half, pooling_rate, gaze: [0.0, 0.0, 1.0] };
         sight.gaze = sight.place(x * size[0], y * size[1]);
         Ok(sight)
     }
@@ -62,7 +63,7 @@ impl Sight {
         let place = self.place(x, y);
         let eccentricity = angle(self.gaze, place);
         let tilt = angle(place, [0.0, 0.0, 1.0]);
-        let half = ALPHA * eccentricity * eccentricity / 2.0;
+        let half = self.pooling_rate * eccentricity * eccentricity / 2.0;
         if tilt + half >= std::f64::consts::FRAC_PI_2 {
             return f64::INFINITY;
         }
@@ -80,6 +81,14 @@ impl Sight {
         }
         let step = (12.0f64.sqrt() - 1.0) / 3.0;
         ((pooling.sqrt() - 1.0) / step).min(LEVEL_MAX)
+    }
+
+    /// The regions that no pixel of the picture belongs to, 0 for R1 to 3 for R4: the picture is
+    /// too small, or the screen too narrow, for them.
+    pub fn missing_regions(&self) -> Vec<u8> {
+        let mut seen = [false; 4];
+        self.regions().into_iter().for_each(|region| seen[usize::from(region)] = true);
+        (0..4).filter(|&region| !seen[usize::from(region)]).collect()
     }
 
     /// The region of every pixel, row-major: 0 for R1 to 3 for R4.
