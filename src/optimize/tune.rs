@@ -338,8 +338,6 @@ impl<'a> Tuner<'a> {
             (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,
         };
         if better {
-            // Not two of them at a time.
-            self.state.best = None;
             // The old one goes first: two of them are never in memory.
             self.state.best = None;
             self.state.best = Some((self.state.model.clone(), check));

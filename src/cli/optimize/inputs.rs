@@ -78,8 +78,7 @@ impl Inputs {
         };
         drop(progress);
         let split = split(&cameras, args.views.validation.map_or(0, |k| k.get()));
-        let has_seen_them = args.views.images.is_some() && !args.views.hold_out;
-        let split = if has_seen_them { split.validation_trains() } else { split };
+        let split = if args.views.train_on_validation { split.validation_trains() } else { split };
         for note in split.notes.iter().filter(|_| !context.global.quiet) {
             out::complain(format!("note: {note}"));
         }
