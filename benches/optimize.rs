@@ -14,7 +14,9 @@ use powergs_sim::optimize::lambda::Rule;
 use powergs_sim::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_sim::optimize::setup::{Gate, Reference, Settings, Setup};
 use powergs_sim::optimize::target::{Quality, Target};
-use powergs_sim::optimize::tune::{DisplayTerm, Keep, Model, Orders, Pruning, State, Tuner};
+use powergs_sim::optimize::tune::{
+    DisplayTerm, Keep, Model, Objective, Orders, Pruning, State, Trains, Tuner,
+};
 use powergs_sim::optimize::views::split;
 use powergs_sim::raster::train::{self, Gradients, Tape, Which};
 use powergs_sim::raster::{Detail, Options, render};
@@ -45,6 +47,8 @@ fn settings() -> Settings {
         interval: 1_000_000,
         adjust_share: 0.75,
         lambda: 0.01,
+        level_effort: 0.5,
+        level_lambda: 0.001,
         rule: Rule::Damped,
         epsilon_db: 0.05,
         opacity_cap: 1.0,
@@ -72,6 +76,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         background: [0.0; 3],
         display: &display,
         oracle: &oracle,
+        screen: None,
         lpips: None,
         settings: &settings,
     };
@@ -79,10 +84,11 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         iterations: 1_000,
         pruning: Pruning::Never,
         display: DisplayTerm::Fixed(0.1),
-        colours_only: false,
+        objective: Objective::Likeness,
+        trains: Trains::All,
         keep: Keep::Last,
     };
-    let target = Target(Quality { psnr_db: 40.0, ssim: 0.9 });
+    let target = Target::Likeness(Quality::likeness(40.0, 0.9));
     let state = State::begin(Model::fresh(&case.scene));
     let mut tuner = Tuner::new(&setup, orders, target, 0, state);
     let (mut tape, mut gradients) = (Tape::new(), Gradients::new());

@@ -17,6 +17,7 @@
 pub mod adam;
 pub mod checkpoint;
 pub mod fit;
+pub mod foveated;
 pub mod job;
 pub mod lambda;
 pub mod oracle;

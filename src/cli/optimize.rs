@@ -3,6 +3,7 @@
 mod demo;
 mod finish;
 mod folder;
+mod foveated;
 mod inputs;
 mod photos;
 mod record;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 
 use super::background::Background;
 use super::{Context, Exit, Failure};
+use crate::fovea::Screen;
 
 /// Shown under `optimize --help`.
 pub const EXAMPLES: &str = "\
@@ -23,6 +25,7 @@ Examples:
   powergs-sim optimize model.ply --cameras cameras.json --reference self --quality-db 35 \\
       --size 400x300 --out runs/bot
   powergs-sim optimize model.ply --images photos/ --baselines --study ratio --out runs/all
+  powergs-sim optimize model.ply --images photos/ --foveated --baselines --out runs/snow-fr
   powergs-sim optimize ...the same arguments... --resume
 
 Then: powergs-sim render runs/snow/final.ply, powergs-sim replay runs/snow/final.bin";
@@ -64,6 +67,40 @@ pub struct Args {
     /// What is made for comparison.
     #[command(flatten)]
     pub compare: CompareArgs,
+    /// What is made for the periphery of sight.
+    #[command(flatten)]
+    pub fovea: FoveaArgs,
+}
+
+/// What is made for the periphery of sight.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Foveation")]
+pub struct FoveaArgs {
+    /// Then levels 2 to 4 for the periphery: pruned further, with their own colours and opacities,
+    /// at the HVSQ that level 1 has in the fovea; one model.fov of all
+    #[arg(long)]
+    pub foveated: bool,
+    /// The virtual screen: its width in degrees, or powergs (90), wide-100, wide-110 [default:
+    /// powergs]
+    #[arg(long, value_name = "DEGREES|NAME", requires = "foveated", allow_hyphen_values = true)]
+    #[arg(value_parser = Screen::parse)]
+    pub screen: Option<Screen>,
+    /// Pooling angle per squared eccentricity, 1/rad: larger, and small images have all levels
+    /// [default: 0.05, with --demo what gives its small images all four]
+    #[arg(long, value_name = "RATE", requires = "foveated", allow_hyphen_values = true)]
+    pub pooling_rate: Option<f64>,
+    /// Further qualities beside that of the run, each with its own search and baselines: H,M,L
+    #[arg(long, value_enum, value_delimiter = ',', ignore_case = true, value_name = "LEVELS")]
+    pub variants: Vec<LevelArg>,
+    /// Iterations of the fine-tunes of levels 2 to 4, relative to those of level 1
+    #[arg(long, value_name = "FACTOR", default_value_t = 0.5)]
+    pub level_effort: f64,
+    /// As --lambda, at the beginning of level 2
+    #[arg(long, value_name = "WEIGHT", default_value_t = 0.001)]
+    pub level_lambda: f64,
+    /// Operations of the D22 colour filter for a pixel outside of the fovea (A99)
+    #[arg(long, value_name = "N", default_value_t = 215.0)]
+    pub filter_flops: f64,
 }
 
 /// Which views there are, and what they should look like.

@@ -122,6 +122,11 @@ impl Filter {
         times(&self.inverse, k).map(|v| encoded(v.clamp(0.0, 1.0)))
     }
 
+    /// Whether the filter changes anything at an eccentricity, degrees.
+    pub fn changes(eccentricity_deg: f64) -> bool {
+        share(eccentricity_deg) > 0.0
+    }
+
     /// The filtered picture: none of it in the fovea, all of it from 11.5 degrees on, blended in
     /// sRGB between.
     pub fn apply(&self, picture: &Picture, gaze: &Gaze) -> Picture {
@@ -130,7 +135,7 @@ impl Filter {
         pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
             for (column, pixel) in pixels.iter_mut().enumerate() {
                 let degrees = gaze.eccentricity_deg(column as u32, row as u32, picture);
-                let share = ((degrees - FOVEA) / RAMP).clamp(0.0, 1.0);
+                let share = share(degrees);
                 if share > 0.0 {
                     let cheap = self.colour(pixel.map(f64::from), degrees);
                     for (v, cheap) in pixel.iter_mut().zip(cheap) {
@@ -141,6 +146,11 @@ impl Filter {
         });
         Picture { width: picture.width, height: picture.height, pixels }
     }
+}
+
+/// The share of the filtered colour.
+fn share(eccentricity_deg: f64) -> f64 {
+    ((eccentricity_deg - FOVEA) / RAMP).clamp(0.0, 1.0)
 }
 
 /// The axes for an opponent colour.

@@ -133,6 +133,11 @@ impl Rates {
         Rates { means: 0.0, scales: 0.0, rotations: 0.0, opacities: 0.0, ..self }
     }
 
+    /// Only the constant coefficients and the opacities.
+    pub fn colours_and_opacities(self) -> Rates {
+        Rates { sh_rest: 0.0, opacities: self.opacities, ..self.colours_only() }
+    }
+
     /// The rate of coefficient `k` of a channel, or of any value of another kind.
     fn of(&self, group: Group, k: usize) -> f64 {
         match group {

@@ -13,14 +13,14 @@ use codec::{In, Out};
 use super::adam::Adam;
 use super::lambda::Memory;
 use super::oracle::{Parts, Watts};
-use super::plan::{Baseline, Outcome, Role};
+use super::plan::{Baseline, Outcome, Place, Role};
 use super::setup::Seen;
 use super::target::Quality;
 use super::tune::{Check, Model, State};
 use crate::scene::Gaussians;
 
 /// Raised whenever the layout changes.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 
 /// What a file holds.
@@ -269,11 +269,13 @@ fn read_state(input: &mut In<'_>) -> Result<State, CheckpointError> {
 fn write_seen(out: &mut Out<'_>, seen: &Seen) {
     out.f64(seen.quality.psnr_db);
     out.f64(seen.quality.ssim);
+    out.option(seen.quality.hvsq.as_ref(), |out, v| out.f64(*v));
     out.f64(seen.display_w);
 }
 
 fn read_seen(input: &mut In<'_>) -> Result<Seen, CheckpointError> {
-    let quality = Quality { psnr_db: input.f64()?, ssim: input.f64()? };
+    let (psnr_db, ssim) = (input.f64()?, input.f64()?);
+    let quality = Quality { psnr_db, ssim, hvsq: input.option(In::f64)? };
     Ok(Seen { quality, display_w: input.f64()? })
 }
 
@@ -296,6 +298,8 @@ fn read_check(input: &mut In<'_>) -> Result<Check, CheckpointError> {
 fn write_outcome(out: &mut Out<'_>, outcome: &Outcome) {
     out.text(&outcome.name);
     write_role(out, outcome.role);
+    out.u32(u32::from(outcome.place.variant));
+    out.u32(u32::from(outcome.place.level));
     out.f64(outcome.rho);
     out.u64(outcome.points as u64);
     out.u32(outcome.iterations);
@@ -316,6 +320,7 @@ fn read_outcome(input: &mut In<'_>) -> Result<Outcome, CheckpointError> {
     Ok(Outcome {
         name: input.text()?,
         role: read_role(input)?,
+        place: Place { variant: read_small(input)?, level: read_small(input)? },
         rho: input.f64()?,
         points: input.u64()? as usize,
         iterations: input.u32()?,
@@ -329,6 +334,10 @@ fn read_outcome(input: &mut In<'_>) -> Result<Outcome, CheckpointError> {
         lpips_test: input.option(In::f64)?,
         watts: read_watts(input)?,
     })
+}
+
+fn read_small(input: &mut In<'_>) -> Result<u8, CheckpointError> {
+    u8::try_from(input.u32()?).map_err(|_| input.wrong("a place that there is not"))
 }
 
 fn read_watts(input: &mut In<'_>) -> Result<Watts, CheckpointError> {

@@ -2,8 +2,9 @@
 
 use super::oracle::Watts;
 use super::setup::{Seen, Setup};
-use super::target::{Quality, TargetRule};
+use super::target::{Quality, Target};
 use super::tune::{Check, DisplayTerm, Model, Orders};
+use crate::fovea::POOLINGS;
 use crate::sim::Breach;
 
 /// What else is made for comparison, with the budget of the final model.
@@ -41,6 +42,28 @@ impl Baseline {
     }
 }
 
+impl Baseline {
+    /// Whether it gets levels for the periphery of sight, as the foveated methods of the
+    /// publication: FR-Render and FR-Display.
+    pub fn has_levels(self) -> bool {
+        matches!(self, Baseline::RenderOnly | Baseline::DisplayOnly)
+    }
+}
+
+/// For which quality and which level of the eye a model is made.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// Position in the variants of the campaign.
+    pub variant: u8,
+    /// 0 for level 1, the whole picture and the fovea, to 3 for level 4.
+    pub level: u8,
+}
+
+/// The outcomes at a place, in order.
+pub fn at(done: &[Outcome], place: Place) -> Vec<Outcome> {
+    done.iter().filter(|o| o.place == place).cloned().collect()
+}
+
 /// What a job is for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Role {
@@ -58,6 +81,16 @@ pub enum Role {
     Sweep(f64),
 }
 
+impl Role {
+    /// The kind of models that it belongs to: a baseline, or ours.
+    pub fn line(self) -> Option<Baseline> {
+        match self {
+            Role::Baseline(b) => Some(b),
+            Role::Dense | Role::Sample | Role::Final | Role::External(_) | Role::Sweep(_) => None,
+        }
+    }
+}
+
 /// One model to make or to measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
@@ -65,8 +98,12 @@ pub struct Job {
     pub name: String,
     /// What it is for.
     pub role: Role,
-    /// The share of the dense model that it prunes; of what it is to become.
+    /// Where it belongs.
+    pub place: Place,
+    /// The share of its base that it prunes; of what it is to become.
     pub rho: f64,
+    /// Gaussians that `rho` is a share of; `None`: those of the dense model.
+    pub base: Option<usize>,
     /// The job whose model it starts from; `None`: the dense (or the user's other) model.
     pub from: Option<String>,
     /// How it is trained; `None`: it is measured only.
@@ -78,7 +115,7 @@ impl Job {
     pub fn is_kept(&self) -> bool {
         match self.role {
             Role::Sample | Role::Final => true,
-            Role::Baseline(b) => b == Baseline::RenderOnly,
+            Role::Baseline(b) => b.has_levels(),
             Role::Dense | Role::External(_) | Role::Sweep(_) => false,
         }
     }
@@ -91,7 +128,9 @@ pub struct Outcome {
     pub name: String,
     /// What it was for.
     pub role: Role,
-    /// The share of the dense model that is gone.
+    /// Where it belongs.
+    pub place: Place,
+    /// The share of the dense model that is gone, in the periphery of the level before.
     pub rho: f64,
     /// Gaussians left.
     pub points: usize,
@@ -109,7 +148,8 @@ pub struct Outcome {
     pub passed: bool,
     /// Quality and display power over the test views.
     pub test: Seen,
-    /// FLIP, mean over the test views, at the viewing distance of its authors.
+    /// FLIP, mean over the test views, at the viewing distance of its authors. Not a number in the
+    /// periphery, which is not looked at.
     pub flip_test: f64,
     /// LPIPS, mean over the test views; `None` without weights.
     pub lpips_test: Option<f64>,
@@ -129,8 +169,8 @@ pub struct Ended {
 }
 
 impl Outcome {
-    /// The outcome of `job`: `model` measured in every respect. `points` is the size of the dense
-    /// model; the dense model itself passes whatever target it defines.
+    /// The outcome of `job`: `model` measured in every respect. `judge` says what a model of this
+    /// quality must reach; without an answer it fails.
     ///
     /// # Errors
     /// A [`Breach`] is a defect of the simulator.
@@ -139,29 +179,32 @@ impl Outcome {
         job: &Job,
         model: &Model,
         ended: Option<Ended>,
-        rule: TargetRule,
-        dense: Option<Quality>,
+        judge: impl FnOnce(Quality) -> Option<Target>,
     ) -> Result<Outcome, Breach> {
         let scene = &model.scene;
-        let gate = setup.see(scene, setup.gate_views());
-        let test = setup.see(scene, &setup.split.test);
-        let target = rule.target(dense.unwrap_or(gate.quality));
+        let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
+        let gate = setup.see(scene, setup.gate_views(), pooling);
+        let test = setup.see(scene, &setup.split.test, pooling);
+        let target = judge(gate.quality);
+        let base = job.base.unwrap_or(setup.dense.len());
+        let is_whole = job.place.level == 0;
         let check = ended.and_then(|e| e.check);
         let has_term = job.orders.is_some_and(|o| o.display != DisplayTerm::Off);
         Ok(Outcome {
             name: job.name.clone(),
             role: job.role,
-            rho: 1.0 - scene.len() as f64 / setup.dense.len().max(1) as f64,
+            place: job.place,
+            rho: 1.0 - scene.len() as f64 / base.max(1) as f64,
             points: scene.len(),
             iterations: ended.map_or(0, |e| e.iterations),
             kept_at: check.map(|c| c.iteration),
             lambda: check.filter(|_| has_term).map(|c| c.lambda),
             passing_lambda: ended.and_then(|e| e.passing_lambda),
             gate,
-            passed: target.passes(gate.quality),
+            passed: target.is_some_and(|t| t.passes(gate.quality)),
             test,
-            flip_test: setup.flip_test(scene),
-            lpips_test: setup.lpips_test(scene),
+            flip_test: if is_whole { setup.flip_test(scene) } else { f64::NAN },
+            lpips_test: setup.lpips_test(scene).filter(|_| is_whole),
             watts: setup.watts(scene)?,
         })
     }

@@ -11,12 +11,14 @@ use crate::accel::Machine;
 use crate::action::Stage;
 use crate::display::Display;
 use crate::energy::{Component, Prices};
-use crate::raster::{Detail, Options, Rendered, render};
+use crate::picture::Picture;
+use crate::raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use crate::scene::{Camera, Gaussians};
 use crate::sim::paper::{UnitPrices, breakdown};
 use crate::sim::{Breach, FrameReport, Label, simulate};
+use crate::trace::Frame;
 use crate::workload::bin;
-use crate::workload::paper::{TileLoad, count};
+use crate::workload::paper::{TileLoad, count, count_foveated};
 
 /// Watts by stage and component, orders of [`Stage::ALL`] and [`Component::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -52,9 +54,47 @@ pub struct Watts {
 }
 
 impl Watts {
+    /// The mean of frames: rendering, and the display's watts.
+    pub fn mean(frames: &[(Parts, f64)]) -> Watts {
+        let (mut watts, weight) = (Watts::default(), 1.0 / frames.len().max(1) as f64);
+        for (parts, display_w) in frames {
+            watts.parts.add(parts, weight);
+            watts.display_w += weight * display_w;
+        }
+        watts.render_w = watts.parts.total_w();
+        watts
+    }
+
     /// Rendering and display.
     pub fn total_w(&self) -> f64 {
         self.render_w + self.display_w
+    }
+}
+
+/// A rendered frame, with the reference tiling and [`Detail::Counters`].
+#[derive(Debug)]
+pub enum Shot {
+    /// Of a plain model.
+    Plain(Rendered),
+    /// Of a foveated one.
+    Foveated(FoveatedFrame),
+}
+
+impl Shot {
+    /// The picture.
+    pub fn picture(&self) -> &Picture {
+        match self {
+            Shot::Plain(rendered) => &rendered.picture,
+            Shot::Foveated(frame) => &frame.picture,
+        }
+    }
+
+    /// The trace frame.
+    pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
+        match self {
+            Shot::Plain(rendered) => rendered.into_frame(camera, background),
+            Shot::Foveated(frame) => frame.into_frame(camera, background),
+        }
     }
 }
 
@@ -63,17 +103,11 @@ pub trait PowerOracle: Sync {
     /// The name in every output.
     fn name(&self) -> String;
 
-    /// Watts of showing this frame again and again at the display rate. The frame was rendered
-    /// with the reference tiling and [`Detail::Counters`].
+    /// Watts of showing this frame again and again at the display rate.
     ///
     /// # Errors
     /// A [`Breach`] is a defect of the simulator.
-    fn frame(
-        &self,
-        rendered: Rendered,
-        camera: &Camera,
-        background: [f32; 3],
-    ) -> Result<Parts, Breach>;
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach>;
 
     /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
     /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
@@ -94,17 +128,10 @@ pub trait PowerOracle: Sync {
             .map(|camera| {
                 let rendered = render(scene, camera, &options);
                 let display_w = display.power(rendered.picture.mean_linear_rgb()).0;
-                Ok((self.frame(rendered, camera, background)?, display_w))
+                Ok((self.frame(Shot::Plain(rendered), camera, background)?, display_w))
             })
             .collect();
-        let (mut watts, weight) = (Watts::default(), 1.0 / views.len() as f64);
-        for frame in frames {
-            let (parts, display_w) = frame?;
-            watts.parts.add(&parts, weight);
-            watts.display_w += weight * display_w;
-        }
-        watts.render_w = watts.parts.total_w();
-        Ok(watts)
+        Ok(Watts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
     }
 }
 
@@ -122,15 +149,24 @@ impl PowerOracle for PaperOracle {
         "paper".into()
     }
 
-    fn frame(&self, rendered: Rendered, _: &Camera, _: [f32; 3]) -> Result<Parts, Breach> {
+    fn frame(&self, shot: Shot, _: &Camera, _: [f32; 3]) -> Result<Parts, Breach> {
         let load = |entries: u32, loaded: u32| TileLoad {
             entries: f64::from(entries),
             loaded: f64::from(loaded),
         };
-        let tiles: Vec<TileLoad> =
-            rendered.tiles.iter().map(|t| load(t.entries, t.loaded)).collect();
-        let pixels = rendered.picture.pixels.len() as u64;
-        let energy = breakdown(&count(&rendered.counters, &tiles, pixels), &self.prices);
+        let pixels = shot.picture().pixels.len() as u64;
+        let counts = match &shot {
+            Shot::Plain(rendered) => {
+                let tiles = rendered.tiles.iter().map(|t| load(t.entries, t.loaded));
+                count(&rendered.counters, &tiles.collect::<Vec<_>>(), pixels)
+            }
+            Shot::Foveated(frame) => {
+                let tiles = frame.tiles.iter().map(|t| load(t.count.entries, t.count.loaded));
+                let tiles: Vec<TileLoad> = tiles.collect();
+                count_foveated(&frame.counters, &frame.fovea, &tiles, pixels)
+            }
+        };
+        let energy = breakdown(&counts, &self.prices);
         let watts = self.fps * 1e-12;
         Ok(Parts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
     }
@@ -152,17 +188,26 @@ impl PowerOracle for CycleOracle {
         self.machine.name.clone()
     }
 
-    fn frame(
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach> {
+        Ok(at_rate(&self.report(shot, camera, background)?, self.fps))
+    }
+}
+
+impl CycleOracle {
+    /// What the machine makes of a frame.
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    pub fn report(
         &self,
-        rendered: Rendered,
+        shot: Shot,
         camera: &Camera,
         background: [f32; 3],
-    ) -> Result<Parts, Breach> {
-        let frame = rendered.into_frame(camera, background);
+    ) -> Result<FrameReport, Breach> {
+        let frame = shot.into_frame(camera, background);
         let workload = bin(&frame, self.machine.geometry);
         drop(frame);
-        let report = simulate(Label::default(), &workload, &self.machine, &self.prices)?;
-        Ok(at_rate(&report, self.fps))
+        simulate(Label::default(), &workload, &self.machine, &self.prices)
     }
 }
 

@@ -10,8 +10,8 @@ pub const COARSE: usize = 7;
 pub const FINE: usize = 5;
 /// Ratio between two coarse samples.
 pub const COARSE_STEP: f64 = 0.15;
-/// The published budget of a sample that prunes everything.
-const BUDGET: u32 = 10_000;
+/// The published budget of a sample that prunes everything: first level, other levels.
+const BUDGETS: [u32; 2] = [10_000, 5_000];
 /// The published iterations that the budget of a sample stands for.
 const UNIT: f64 = 1500.0;
 /// The range that fine samples cover.
@@ -52,16 +52,32 @@ pub enum Plan {
     /// These ratios, ascending.
     Listed(Vec<f64>),
     /// Seven coarse samples and five fine ones.
-    Published,
+    Published {
+        /// Iterations of a sample that prunes everything: 10,000 for the first level, 5,000 for
+        /// the others.
+        budget: u32,
+    },
 }
 
 impl Plan {
+    /// The published search of the first level.
+    pub const PUBLISHED: Plan = Plan::Published { budget: BUDGETS[0] };
+
+    /// The same search in the periphery, and the budget of a sample there relative to the first
+    /// level: `share`, unless the plan has budgets of its own.
+    pub fn upper(&self, share: f64) -> (Plan, f64) {
+        match self {
+            Plan::Adaptive { .. } | Plan::Listed(_) => (self.clone(), share),
+            Plan::Published { .. } => (Plan::Published { budget: BUDGETS[1] }, 1.0),
+        }
+    }
+
     /// The most samples that it takes.
     pub fn count(&self) -> usize {
         match self {
             Plan::Adaptive { count, .. } => *count,
             Plan::Listed(rhos) => rhos.len(),
-            Plan::Published => COARSE + FINE,
+            Plan::Published { .. } => COARSE + FINE,
         }
     }
 
@@ -72,10 +88,10 @@ impl Plan {
             Plan::Adaptive { .. } | Plan::Listed(_) => {
                 self.count().saturating_sub(1) as f64 + first
             }
-            Plan::Published => {
-                let coarse = (0..COARSE).map(|i| coarse_iterations(i, BUDGET)).sum::<u32>();
+            Plan::Published { budget } => {
+                let coarse = (0..COARSE).map(|i| coarse_iterations(i, *budget)).sum::<u32>();
                 // The longest fine-tune of a fine sample prunes 0.15 where 0.9 is gone.
-                let fine = FINE as u32 * fine_tune(BUDGET, COARSE_STEP, 0.9);
+                let fine = FINE as u32 * fine_tune(*budget, COARSE_STEP, 0.9);
                 f64::from(coarse + fine) / UNIT
             }
         }
@@ -93,7 +109,7 @@ impl Plan {
                 let effort = if next == 0 { first } else { 1.0 };
                 Some(Sample { rho: rhos[next], from: next.checked_sub(1), effort })
             }
-            Plan::Published => Some(published(done, next)),
+            Plan::Published { budget } => Some(published(done, next, *budget)),
         }
     }
 }
@@ -133,11 +149,11 @@ pub fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
     ((f64::from(budget) * (step / (1.0 - pruned))) as u32).max(1500)
 }
 
-fn published(done: &[Done], next: usize) -> Sample {
+fn published(done: &[Done], next: usize, budget: u32) -> Sample {
     let effort = |iterations: u32| f64::from(iterations) / UNIT;
     if next < COARSE {
         let rho = COARSE_STEP * next as f64;
-        let iterations = coarse_iterations(next, BUDGET);
+        let iterations = coarse_iterations(next, budget);
         return Sample { rho, from: next.checked_sub(1), effort: effort(iterations) };
     }
     let coarse = &done[..COARSE];
@@ -148,7 +164,7 @@ fn published(done: &[Done], next: usize) -> Sample {
     let from = from.min(COARSE - 1);
     let rho = fine.ratios[k];
     let base = COARSE_STEP * from as f64;
-    let iterations = fine_tune(BUDGET, rho - base, base);
+    let iterations = fine_tune(budget, rho - base, base);
     Sample { rho, from: Some(from), effort: effort(iterations) }
 }
 

@@ -5,9 +5,6 @@ use super::fit::{Fit, FitError, Optimum, Place, Sample, fit, optimum};
 use super::plan::{Outcome, Role};
 use super::target::{Quality, Target};
 
-/// A sample within this share of the target still says where the curves run (`powergs`, 5.1).
-const NEAR_TARGET: f64 = 0.99;
-
 /// A sample that missed the target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Missed {
@@ -15,7 +12,7 @@ pub struct Missed {
     pub name: String,
     /// Its ratio.
     pub rho: f64,
-    /// By how much: decibels and SSIM.
+    /// By how much: decibels and SSIM, in the periphery HVSQ.
     pub by: Quality,
 }
 
@@ -57,9 +54,8 @@ pub struct Conclusion {
 /// Draws the conclusion. Without a target there are no samples.
 pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
-    let by = |o: &Outcome| {
-        target.map_or(Quality { psnr_db: 0.0, ssim: 0.0 }, |t| t.shortfall(o.gate.quality))
-    };
+    let by =
+        |o: &Outcome| target.map_or(Quality::likeness(0.0, 0.0), |t| t.shortfall(o.gate.quality));
     let missed: Vec<Missed> = samples
         .iter()
         .filter(|o| !o.passed)
@@ -101,11 +97,7 @@ impl Conclusion {
 
 /// The samples that passed, and those that missed the target by less than 1 %.
 fn fitted_samples(samples: &[&Outcome], target: Option<Target>) -> Vec<Sample> {
-    let near = |o: &Outcome| {
-        let Some(Target(t)) = target else { return false };
-        let q = o.gate.quality;
-        q.psnr_db >= NEAR_TARGET * t.psnr_db && q.ssim >= NEAR_TARGET * t.ssim
-    };
+    let near = |o: &Outcome| target.is_some_and(|t| t.is_near(o.gate.quality));
     let usable = samples.iter().filter(|o| o.passed || near(o));
     let sample = |o: &&&Outcome| Sample {
         rho: o.rho,

@@ -5,11 +5,14 @@ use rayon::prelude::*;
 use super::adam::Rates;
 use super::lambda::Rule;
 use super::oracle::{PowerOracle, Watts};
+use super::schedule::Plan;
 use super::target::Quality;
 use super::views::ViewSplit;
 use crate::display::Display;
+use crate::fovea::Screen;
 use crate::picture::Picture;
 use crate::quality::flip::{PIXELS_PER_DEGREE, flip};
+use crate::quality::hvsq::Measures;
 use crate::quality::{Lpips, likeness};
 use crate::raster::{Detail, Options, render};
 use crate::scene::{Camera, Gaussians};
@@ -92,6 +95,8 @@ pub struct Settings {
     pub first_effort: f64,
     /// Iterations of the final model and of each baseline.
     pub final_iterations: u32,
+    /// Iterations of the fine-tunes in the periphery, relative to those of the first level.
+    pub level_effort: f64,
     /// Iterations between checks of the quality.
     pub interval: u32,
     /// The share of a fine-tune in which λ is adjusted; then it rests.
@@ -99,6 +104,8 @@ pub struct Settings {
     /// The display term of the loss at the first λ, had the image the power of the dense model's:
     /// λ itself is this over the dense model's display power.
     pub lambda: f64,
+    /// The same where the periphery begins; HVSQ is a smaller number than L1.
+    pub level_lambda: f64,
     /// How λ is controlled.
     pub rule: Rule,
     /// The quality has settled when it is less than this above the target, decibels.
@@ -113,6 +120,28 @@ pub struct Settings {
     pub seed: u64,
     /// Which views decide.
     pub gate: Gate,
+}
+
+impl Settings {
+    /// How the samples of a level (0 for level 1) are chosen, and the iterations of one.
+    pub fn budget(&self, schedule: &Plan, level: u8) -> (Plan, u32) {
+        if level == 0 {
+            return (schedule.clone(), self.iterations);
+        }
+        let (plan, share) = schedule.upper(self.level_effort);
+        (plan, share_of(self.iterations, share))
+    }
+
+    /// Iterations of the final model of a level, and of each baseline there.
+    pub fn final_budget(&self, level: u8) -> u32 {
+        let share = if level == 0 { 1.0 } else { self.level_effort };
+        share_of(self.final_iterations, share)
+    }
+}
+
+/// A share of a number of iterations, at least 1.
+pub(super) fn share_of(iterations: u32, share: f64) -> u32 {
+    ((f64::from(iterations) * share).round() as u32).max(1)
 }
 
 /// A run's inputs.
@@ -133,6 +162,8 @@ pub struct Setup<'a> {
     pub display: &'a Display,
     /// What rendering costs.
     pub oracle: &'a dyn PowerOracle,
+    /// The virtual screen of a foveated run: models are also measured by HVSQ.
+    pub screen: Option<Screen>,
     /// What LPIPS of the test views is measured with; `None`: it is not measured.
     pub lpips: Option<&'a Lpips>,
     /// Numbers.
@@ -162,8 +193,9 @@ impl Setup<'_> {
         self.split.train.iter().map(|&v| self.cameras[v].clone()).collect()
     }
 
-    /// Quality and display power of `scene` over `views`; a mean in the order of views.
-    pub fn see(&self, scene: &Gaussians, views: &[usize]) -> Seen {
+    /// Quality and display power of `scene` over `views`, means in the order of views; with a
+    /// pooling, HVSQ too.
+    pub fn see(&self, scene: &Gaussians, views: &[usize], pooling: Option<f64>) -> Seen {
         let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let seen: Vec<(f64, f64, f64)> = views
             .par_iter()
@@ -179,8 +211,25 @@ impl Setup<'_> {
         let mean = |value: fn(&(f64, f64, f64)) -> f64| {
             seen.iter().map(value).sum::<f64>() / seen.len().max(1) as f64
         };
-        let quality = Quality { psnr_db: mean(|s| s.0), ssim: mean(|s| s.1) };
+        let hvsq = pooling.map(|p| self.hvsq(scene, views, p));
+        let quality = Quality { psnr_db: mean(|s| s.0), ssim: mean(|s| s.1), hvsq };
         Seen { quality, display_w: mean(|s| s.2) }
+    }
+
+    /// HVSQ of `scene` at a pooling, mean over `views`; not a number for views that it is not
+    /// defined for. One view at a time: pyramids take much memory, and use all threads.
+    fn hvsq(&self, scene: &Gaussians, views: &[usize], pooling: f64) -> f64 {
+        let mut measures = Measures::default();
+        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
+        let (mut sum, mut reference) = (0.0, Picture::default());
+        for &view in views {
+            let picture = render(scene, &self.cameras[view], &options).picture;
+            self.references.write_to(view, &mut reference);
+            let Ok(measure) = measures.of(&picture, &[pooling]) else { return f64::NAN };
+            let reference = measure.reference(&reference);
+            sum += measure.values(&picture, &reference)[0];
+        }
+        sum / views.len().max(1) as f64
     }
 
     /// FLIP of `scene`, mean over the test views.

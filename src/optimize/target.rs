@@ -7,6 +7,16 @@ pub struct Quality {
     pub psnr_db: f64,
     /// Mean SSIM.
     pub ssim: f64,
+    /// Mean HVSQ at the pooling of the level that the model is for; `None` where it was not
+    /// measured. Less is better.
+    pub hvsq: Option<f64>,
+}
+
+impl Quality {
+    /// A quality without HVSQ.
+    pub const fn likeness(psnr_db: f64, ssim: f64) -> Quality {
+        Quality { psnr_db, ssim, hvsq: None }
+    }
 }
 
 /// A named step of quality: high, medium, low.
@@ -46,35 +56,61 @@ impl Level {
     /// infinite PSNR says nothing. Ours: 40 dB is hard to see beside the original, 34 dB is easy.
     pub const fn absolute(self) -> Quality {
         match self {
-            Level::High => Quality { psnr_db: 40.0, ssim: 0.98 },
-            Level::Medium => Quality { psnr_db: 37.0, ssim: 0.965 },
-            Level::Low => Quality { psnr_db: 34.0, ssim: 0.945 },
+            Level::High => Quality::likeness(40.0, 0.98),
+            Level::Medium => Quality::likeness(37.0, 0.965),
+            Level::Low => Quality::likeness(34.0, 0.945),
         }
     }
 }
 
-/// What a model must reach: both numbers.
+/// What a model must reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Target(pub Quality);
+pub enum Target {
+    /// Both PSNR and SSIM.
+    Likeness(Quality),
+    /// At most this HVSQ: the target of a level of the periphery.
+    Hvsq(f64),
+}
+
+/// A quality within this share of the target still says where the curves run (`powergs`, 5.1).
+const NEAR: f64 = 0.01;
 
 impl Target {
     /// A share of the quality of the dense model.
     pub fn share_of(dense: Quality, share: f64) -> Target {
-        Target(Quality { psnr_db: share * dense.psnr_db, ssim: share * dense.ssim })
+        Target::Likeness(Quality::likeness(share * dense.psnr_db, share * dense.ssim))
     }
 
-    /// Whether both PSNR and SSIM reach the target. Never with a NaN.
+    /// Whether the quality reaches the target. Never with a NaN, nor without the number it needs.
     pub fn passes(&self, quality: Quality) -> bool {
-        quality.psnr_db >= self.0.psnr_db && quality.ssim >= self.0.ssim
+        match self {
+            Target::Likeness(t) => quality.psnr_db >= t.psnr_db && quality.ssim >= t.ssim,
+            Target::Hvsq(most) => quality.hvsq.is_some_and(|hvsq| hvsq <= *most),
+        }
+    }
+
+    /// Whether the quality reaches the target or misses it by less than 1 %.
+    pub fn is_near(&self, quality: Quality) -> bool {
+        let eased = match self {
+            Target::Likeness(t) => {
+                Target::Likeness(Quality::likeness((1.0 - NEAR) * t.psnr_db, (1.0 - NEAR) * t.ssim))
+            }
+            Target::Hvsq(most) => Target::Hvsq((1.0 + NEAR) * most),
+        };
+        eased.passes(quality)
     }
 
     /// Distance from the target, decibels: that of the PSNR or that of 1 - SSIM as a ratio,
-    /// whichever is less. Negative where one of them misses.
+    /// whichever is less, or that of the HVSQ as a ratio. Negative where one of them misses.
     pub fn margin_db(&self, quality: Quality) -> f64 {
-        let psnr = quality.psnr_db - self.0.psnr_db;
-        let error = |ssim: f64| (1.0 - ssim).max(1e-12);
-        let ssim = 10.0 * (error(self.0.ssim) / error(quality.ssim)).log10();
-        psnr.min(ssim)
+        let ratio = |allowed: f64, got: f64| 10.0 * (allowed.max(1e-12) / got.max(1e-12)).log10();
+        match self {
+            Target::Likeness(t) => {
+                let psnr = quality.psnr_db - t.psnr_db;
+                psnr.min(ratio(1.0 - t.ssim, 1.0 - quality.ssim))
+            }
+            Target::Hvsq(most) => ratio(*most, quality.hvsq.unwrap_or(f64::INFINITY)),
+        }
     }
 
     /// Whether the quality passes, but by no more than `epsilon_db`.
@@ -82,12 +118,27 @@ impl Target {
         self.passes(quality) && self.margin_db(quality) <= epsilon_db
     }
 
-    /// By how much a quality misses the target: decibels and SSIM, 0 where that one is reached.
+    /// By how much a quality misses the target: decibels and SSIM, or HVSQ; 0 where that one is
+    /// reached.
     pub fn shortfall(&self, quality: Quality) -> Quality {
         let missing = |wanted: f64, got: f64| if got >= wanted { 0.0 } else { wanted - got };
-        Quality {
-            psnr_db: missing(self.0.psnr_db, quality.psnr_db),
-            ssim: missing(self.0.ssim, quality.ssim),
+        match self {
+            Target::Likeness(t) => Quality::likeness(
+                missing(t.psnr_db, quality.psnr_db),
+                missing(t.ssim, quality.ssim),
+            ),
+            Target::Hvsq(most) => {
+                let excess = quality.hvsq.map(|hvsq| missing(-most, -hvsq));
+                Quality { hvsq: excess, ..Quality::likeness(0.0, 0.0) }
+            }
+        }
+    }
+
+    /// PSNR and SSIM, where they are the target.
+    pub fn likeness_target(&self) -> Option<Quality> {
+        match self {
+            Target::Likeness(quality) => Some(*quality),
+            Target::Hvsq(_) => None,
         }
     }
 }
@@ -106,7 +157,7 @@ impl TargetRule {
     pub fn target(self, dense: Quality) -> Target {
         match self {
             TargetRule::Share(share) => Target::share_of(dense, share),
-            TargetRule::Absolute(quality) => Target(quality),
+            TargetRule::Absolute(quality) => Target::Likeness(quality),
         }
     }
 }

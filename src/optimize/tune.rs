@@ -2,6 +2,7 @@
 //!
 //! A tuner can be asked for its [`State`] after any iteration; from that it goes on bit for bit.
 
+mod objective;
 mod orders;
 
 use super::adam::{Adam, BadGradient, bad_gradient};
@@ -10,12 +11,13 @@ use super::prune::{Score, keep, survivors};
 use super::setup::{Seen, Setup};
 use super::target::Target;
 use super::views::Order;
-use crate::picture::Picture;
-use crate::quality::{Loss, Parts};
+use crate::quality::HvsqError;
 use crate::raster::train::{Gradients, Options, Tape, Which};
 use crate::scene::Gaussians;
+use objective::Losses;
 
-pub use orders::{DisplayTerm, Keep, Orders, Pruning};
+pub use objective::Term;
+pub use orders::{DisplayTerm, Keep, Objective, Orders, Pruning, Trains};
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -90,7 +92,7 @@ pub struct Row {
     /// Gaussians.
     pub points: usize,
     /// The loss.
-    pub loss: Parts,
+    pub loss: Term,
     /// λ in it.
     pub lambda: f64,
     /// The check after it.
@@ -125,6 +127,14 @@ pub enum TuneError {
         /// Name of the training view.
         view: String,
     },
+    /// A view that HVSQ is not defined for.
+    #[error("view {view}: {what}")]
+    Size {
+        /// What is wrong.
+        what: HvsqError,
+        /// Name of the training view.
+        view: String,
+    },
 }
 
 /// A fine-tune at work.
@@ -138,8 +148,7 @@ pub struct Tuner<'a> {
     tape: Tape,
     gradients: Gradients,
     by_pixel: Vec<[f32; 3]>,
-    reference: Picture,
-    losses: Vec<((u32, u32), Loss)>,
+    losses: Losses,
 }
 
 impl<'a> Tuner<'a> {
@@ -169,8 +178,7 @@ impl<'a> Tuner<'a> {
             tape: Tape::new(),
             gradients: Gradients::new(),
             by_pixel: Vec::new(),
-            reference: Picture::default(),
-            losses: Vec::new(),
+            losses: Losses::default(),
         }
     }
 
@@ -222,36 +230,36 @@ impl<'a> Tuner<'a> {
     }
 
     /// Forward, loss, backward, Adam.
-    fn descend(&mut self, iteration: u32, lambda: f64) -> Result<(usize, Parts), TuneError> {
+    fn descend(&mut self, iteration: u32, lambda: f64) -> Result<(usize, Term), TuneError> {
         let setup = self.setup;
         let view = setup.split.train[self.order.at(u64::from(iteration))];
         let camera = &setup.cameras[view];
         let scene = &self.state.model.scene;
         let options = Options { background: setup.background, ..Options::reference() };
         let picture = self.tape.forward(scene, camera, &options);
-        setup.references.write_to(view, &mut self.reference);
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
-        let size = (picture.width, picture.height);
-        let at = self.losses.iter().position(|(s, _)| *s == size).unwrap_or_else(|| {
-            self.losses.push((size, Loss::new(size.0, size.1)));
-            self.losses.len() - 1
-        });
-        let loss = self.losses[at].1.evaluate(
-            picture,
-            &self.reference,
-            lambda,
-            setup.display,
-            &mut self.by_pixel,
-        );
+        let by_pixel = &mut self.by_pixel;
+        let objective = self.orders.objective;
+        let loss = self.losses.evaluate(setup, objective, (view, picture), lambda, by_pixel);
+        let place = |what| TuneError::Size { what, view: camera.name.clone() };
+        let loss = loss.map_err(place)?;
         if !loss.total.is_finite() {
             return Err(TuneError::Loss { iteration, view: camera.name.clone() });
         }
-        self.tape.backward(scene, &self.by_pixel, Which::All, &mut self.gradients);
+        let which = match self.orders.trains {
+            Trains::ColoursAndOpacities => Which::ColourAndOpacity,
+            Trains::All | Trains::Colours => Which::All,
+        };
+        self.tape.backward(scene, &self.by_pixel, which, &mut self.gradients);
         if let Some(bad) = bad_gradient(scene, self.gradients.flat()) {
             return Err(TuneError::Gradient { bad, iteration, view: camera.name.clone() });
         }
         let rates = setup.rates().scaled(self.decay(iteration));
-        let rates = if self.orders.colours_only { rates.colours_only() } else { rates };
+        let rates = match self.orders.trains {
+            Trains::All => rates,
+            Trains::Colours => rates.colours_only(),
+            Trains::ColoursAndOpacities => rates.colours_and_opacities(),
+        };
         let model = &mut self.state.model;
         model.adam.step(&mut model.scene, self.gradients.flat(), &rates);
         Ok((view, loss))
@@ -301,7 +309,11 @@ impl<'a> Tuner<'a> {
     }
 
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
-        let seen = self.setup.see(&self.state.model.scene, self.setup.gate_views());
+        let pooling = match self.orders.objective {
+            Objective::Likeness => None,
+            Objective::Hvsq { pooling } => Some(pooling),
+        };
+        let seen = self.setup.see(&self.state.model.scene, self.setup.gate_views(), pooling);
         let passed = self.target.passes(seen.quality);
         let check = Check { iteration, seen, passed, lambda };
         self.state.last = Some(check);

@@ -12,6 +12,7 @@
 mod axis;
 mod bands;
 mod gradient;
+mod measures;
 mod plane;
 mod pool;
 mod pyramid;
@@ -26,6 +27,7 @@ use gradient::Gradients;
 use pool::{Scratch, Sums};
 use pyramid::Pyramid;
 
+pub use measures::Measures;
 pub use reference::Reference;
 
 /// Pyramid levels with bands.

@@ -9,6 +9,7 @@
 //! threads.
 
 mod band;
+mod glow;
 mod light;
 mod window;
 
@@ -19,6 +20,7 @@ use super::metrics::psnr_db;
 use crate::display::Display;
 use crate::picture::Picture;
 use band::{Job, Sums, Work};
+pub use glow::display_term;
 use window::LANES;
 
 /// Weight of the structural part of the loss.

@@ -19,7 +19,7 @@ use super::plot::{Align, Canvas, Drawn, INK, Page, Scale, palette, text_width};
 use crate::optimize::plan::{Baseline, Outcome, Role};
 use crate::optimize::search::Conclusion;
 use crate::optimize::study::RatioRow;
-use crate::optimize::target::Target;
+use crate::optimize::target::Quality;
 
 pub use course::Moment;
 pub use strip::Strip;
@@ -40,7 +40,7 @@ pub struct Story<'a> {
     /// All outcomes, in order.
     pub done: &'a [Outcome],
     /// What was to be reached, if the dense model was measured.
-    pub target: Option<Target>,
+    pub target: Option<Quality>,
     /// What the samples say.
     pub conclusion: &'a Conclusion,
     /// Checks of the quality, in order.

@@ -3,6 +3,7 @@
 use super::super::replay::ModelArg;
 use super::super::{Exit, Failure};
 use super::Args;
+use crate::fovea::Screen;
 use crate::scene::camera::edit;
 use crate::scene::synth::{Preset, cameras, generate};
 use crate::scene::{Camera, Gaussians};
@@ -43,6 +44,16 @@ pub fn views(size: Option<(u32, u32)>) -> Result<Vec<Camera>, Failure> {
     let (width, height) = size.unwrap_or(IMAGE);
     let views = cameras(preset()?).into_iter().step_by(EVERY);
     Ok(views.map(|c| edit::resized(&c, width, height)).collect())
+}
+
+/// Pooling rate of the demonstration: its small images show the regions that images of 1,237
+/// pixels show at the published rate.
+const POOLING_RATE: f64 = 0.31;
+
+/// The pooling rate of the virtual screen.
+pub fn pooling_rate(args: &Args) -> f64 {
+    let own = if args.demo { POOLING_RATE } else { Screen::PUBLISHED.pooling_rate };
+    args.fovea.pooling_rate.unwrap_or(own)
 }
 
 /// What counts power.

@@ -6,9 +6,10 @@ use serde_json::{Value, json};
 
 use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
+use super::foveated;
 use super::inputs::Inputs;
 use crate::optimize::checkpoint::Progress;
-use crate::optimize::plan::{Campaign, Outcome, Role};
+use crate::optimize::plan::{Campaign, Outcome, Place, Role, at};
 use crate::optimize::setup::{Seen, Setup};
 use crate::optimize::study::ratios;
 use crate::optimize::tune::Model;
@@ -32,6 +33,8 @@ pub struct Finished<'a> {
     pub fps: f64,
     /// Whether the study of ratios was asked for.
     pub wants_ratios: bool,
+    /// Operations of the colour filter for a pixel.
+    pub filter_flops: f64,
     /// Why it ended before its jobs were done.
     pub stopped: Option<&'static str>,
 }
@@ -44,8 +47,9 @@ pub fn finish(
     progress: &Progress,
     context: &Context,
 ) -> Result<Exit, Failure> {
-    let done = &progress.outcomes;
-    let conclusion = run.campaign.conclusion(done);
+    // The report of level 1 is the same with and without levels beyond it.
+    let done = &at(&progress.outcomes, Place::default());
+    let conclusion = run.campaign.conclusion(done, Place::default());
     folder.write("samples.csv", samples_csv(done).as_bytes())?;
     folder.write("models.csv", models_csv(done).as_bytes())?;
     let rows = if run.wants_ratios { ratios(done) } else { Vec::new() };
@@ -64,12 +68,15 @@ pub fn finish(
         display: inputs.display.name.clone(),
         fps: run.fps,
         done,
-        target: run.campaign.target(done),
+        target: run.campaign.target(done, 0).and_then(|t| t.likeness_target()),
         conclusion: &conclusion,
         course: course(&folder.history()?),
         ratios: rows,
         strip,
     };
+    if let Some(viewer) = foveated::viewer(run, inputs).filter(|_| conclusion.best.is_some()) {
+        foveated::finish(run, &viewer, inputs, folder, progress)?;
+    }
     let drawn = charts(&story).or_exit(Exit::Internal, "charts")?;
     for chart in &drawn {
         let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
@@ -224,7 +231,7 @@ fn object(run: &Finished<'_>, story: &Story<'_>) -> Value {
         })
         .collect();
     let fit = conclusion.fit.as_ref().ok();
-    let target = story.target.map(|t| t.0);
+    let target = story.target;
     let facts = story.facts();
     json!({
         "reached": conclusion.best.is_some(),

@@ -18,7 +18,7 @@ const PROGRESS: &str = "checkpoints/progress.ckpt";
 const HISTORY: &str = "history.csv";
 /// The columns of the history.
 const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,display_w,\
-                       gate_psnr_db,gate_ssim,gate_display_w,gate_passed\n";
+                       gate_psnr_db,gate_ssim,gate_display_w,gate_passed,hvsq,gate_hvsq\n";
 
 /// A run folder.
 pub struct Folder {
@@ -84,17 +84,15 @@ impl Folder {
                 format!("{psnr_db:.4},{ssim:.6},{:.6},{}", seen.display_w, c.passed)
             },
         );
+        let likeness = loss.likeness.map_or_else(
+            || ",,".to_owned(),
+            |[l1, ssim, psnr_db]| format!("{l1:.8},{ssim:.6},{psnr_db:.4}"),
+        );
+        let shown = |hvsq: Option<f64>| hvsq.map_or(String::new(), |v| format!("{v:.6e}"));
+        let (hvsq, gate) = (shown(loss.hvsq), shown(row.check.and_then(|c| c.seen.quality.hvsq)));
         let line = format!(
-            "{},{},{view},{},{:.8},{:.8},{:.6},{:.4},{:.6e},{:.6},{check}\n",
-            job.name,
-            row.iteration,
-            row.points,
-            loss.total,
-            loss.l1,
-            loss.ssim,
-            loss.psnr_db,
-            row.lambda,
-            loss.display_w,
+            "{},{},{view},{},{:.8},{likeness},{:.6e},{:.6},{check},{hvsq},{gate}\n",
+            job.name, row.iteration, row.points, loss.total, row.lambda, loss.display_w,
         );
         self.bytes += line.len() as u64;
         self.history.write_all(line.as_bytes()).or_exit(Exit::Usage, self.place(HISTORY))

@@ -10,10 +10,11 @@ use super::super::progress::Progress;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
 use super::shelf::Shelf;
-use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, photos};
+use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
 use crate::config::embedded::ENERGY;
 use crate::display::Display;
 use crate::energy::EnergyTable;
+use crate::fovea::Screen;
 use crate::optimize::adam::Group;
 use crate::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use crate::optimize::setup::Reference;
@@ -51,6 +52,11 @@ pub struct Inputs {
     pub oracle_toml: String,
     /// What LPIPS is measured with, and the hash of its file.
     pub lpips: Option<(Lpips, u128)>,
+    /// The virtual screen of a foveated run.
+    pub screen: Option<Screen>,
+    /// The machine whose speed a foveated run reports, and the price of an operation of the colour
+    /// filter, picojoules.
+    pub clock: Option<(CycleOracle, f64)>,
 }
 
 impl Inputs {
@@ -60,6 +66,8 @@ impl Inputs {
         let (name, dense) = dense(args, context)?;
         let display = load_display(&args.power.display)?;
         let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args))?;
+        let screen = foveated::screen(args)?;
+        let clock = screen.map(|_| foveated::clock(&args.power)).transpose()?;
         let externals = externals(args, context)?;
         let (full, cameras) = views(args, context, &dense)?;
         let background = args.views.background.0;
@@ -95,6 +103,9 @@ impl Inputs {
             None => display,
         };
         let is_self = args.views.images.is_none();
+        if let Some(screen) = &screen {
+            foveated::note_missing(context, screen, &power_views);
+        }
         Ok(Inputs {
             name,
             dense,
@@ -108,7 +119,14 @@ impl Inputs {
             oracle,
             oracle_toml,
             lpips,
+            screen,
+            clock,
         })
+    }
+
+    /// Levels that some power view shows, from 1.
+    pub fn levels(&self) -> u8 {
+        self.screen.map_or(1, |screen| foveated::levels(&screen, &self.power_views))
     }
 
     /// A hash of everything here that numbers depend on, and of `settings`.
@@ -116,6 +134,9 @@ impl Inputs {
         let mut hash = Xxh3::new();
         hash.update(settings.as_bytes());
         hash.update(self.oracle_toml.as_bytes());
+        if let Some((clock, flop_pj)) = &self.clock {
+            hash.update(format!("{:?}{flop_pj}", clock.machine).as_bytes());
+        }
         hash.update(format!("{:?}{:?}", self.display, self.cameras).as_bytes());
         hash.update(format!("{:?}{:?}", self.split, self.power_views).as_bytes());
         for scene in std::iter::once(&self.dense).chain(self.externals.iter().map(|e| &e.1)) {
@@ -307,16 +328,21 @@ fn oracle(args: &PowerArgs, model: ModelArg) -> Result<(Box<dyn PowerOracle>, St
             let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
             return Err(Failure::new(Exit::Usage, what));
         }
-        let table = read("energy table", "paper", ENERGY, None)?;
-        let flat = EnergyTable::parse(&table.text).or_exit(Exit::Internal, &table.origin)?;
-        let [flop_pj, sram_pj_per_byte, dram_pj_per_byte] = flat
-            .flat_pj()
-            .ok_or_else(|| Failure::new(Exit::Internal, "the table `paper` has no flat prices"))?;
-        let prices = UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte };
-        return Ok((Box::new(PaperOracle { prices, fps: args.fps }), table.text));
+        let (prices, text) = published_prices()?;
+        return Ok((Box::new(PaperOracle { prices, fps: args.fps }), text));
     }
     let loaded = load_machine_with(&args.arch, &args.sets, args.energy.as_deref())?;
     let text = format!("{}\n{}", loaded.resolved_toml, loaded.energy_toml);
     let oracle = CycleOracle { machine: loaded.machine, prices: loaded.prices, fps: args.fps };
     Ok((Box::new(oracle), text))
+}
+
+/// The published prices, and the table that they are from.
+pub fn published_prices() -> Result<(UnitPrices, String), Failure> {
+    let table = read("energy table", "paper", ENERGY, None)?;
+    let flat = EnergyTable::parse(&table.text).or_exit(Exit::Internal, &table.origin)?;
+    let [flop_pj, sram_pj_per_byte, dram_pj_per_byte] = flat
+        .flat_pj()
+        .ok_or_else(|| Failure::new(Exit::Internal, "the table `paper` has no flat prices"))?;
+    Ok((UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte }, table.text))
 }

@@ -5,6 +5,7 @@ use toml::{Table, Value};
 use super::super::{Exit, Failure, OrExit};
 use super::Args;
 use super::inputs::Inputs;
+use crate::fovea::Screen;
 use crate::optimize::plan::Campaign;
 use crate::optimize::schedule::Plan;
 use crate::optimize::setup::{Gate, Settings};
@@ -29,6 +30,9 @@ pub fn run_toml(
     root.insert("power".into(), power(args, inputs));
     root.insert("target".into(), target(campaign, settings));
     root.insert("search".into(), search(campaign, settings));
+    if let Some(screen) = &inputs.screen {
+        root.insert("foveation".into(), foveation(screen, args, settings, campaign.levels));
+    }
     if let Some((lpips, hash)) = &inputs.lpips {
         let hash = format!("{hash:032x}").into();
         let rows = [("network", lpips.network().into()), ("weights-xxh3", hash)];
@@ -91,7 +95,9 @@ fn target(campaign: &Campaign, settings: &Settings) -> Value {
         Gate::Test => "test",
     };
     let mut rows = Table::new();
-    match campaign.rule {
+    let names: Vec<String> = campaign.variants.iter().map(|v| v.name.clone()).collect();
+    rows.insert("variants".into(), names.into());
+    match campaign.variants[0].rule {
         TargetRule::Share(share) => {
             rows.insert("share-of-dense".into(), share.into());
         }
@@ -105,13 +111,24 @@ fn target(campaign: &Campaign, settings: &Settings) -> Value {
     Value::Table(rows)
 }
 
+fn foveation(screen: &Screen, args: &Args, settings: &Settings, levels: u8) -> Value {
+    table([
+        ("screen-deg", screen.fov_deg.into()),
+        ("pooling-rate", screen.pooling_rate.into()),
+        ("levels", i64::from(levels).into()),
+        ("level-effort", settings.level_effort.into()),
+        ("level-lambda", settings.level_lambda.into()),
+        ("filter-flops", args.fovea.filter_flops.into()),
+    ])
+}
+
 fn search(campaign: &Campaign, settings: &Settings) -> Value {
     let schedule: Value = match &campaign.schedule {
         Plan::Adaptive { count, highest } => {
             format!("{count} samples up to {highest}, moved below the first that misses").into()
         }
         Plan::Listed(rhos) => rhos.clone().into(),
-        Plan::Published => "published: 7 coarse and 5 fine samples".into(),
+        Plan::Published { .. } => "published: 7 coarse and 5 fine samples".into(),
     };
     let baselines: Vec<String> = campaign.baselines.iter().map(|b| b.name()).collect();
     table([

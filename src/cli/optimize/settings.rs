@@ -3,7 +3,7 @@
 use super::super::{Exit, Failure};
 use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
 use crate::optimize::lambda::{CEILING, Rule};
-use crate::optimize::plan::{Baseline, Campaign};
+use crate::optimize::plan::{Baseline, Campaign, Variant};
 use crate::optimize::schedule::Plan;
 use crate::optimize::setup::{Gate, Settings};
 use crate::optimize::target::{Level, Quality, TargetRule};
@@ -41,6 +41,9 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         ("--rate-end", s.rate_end, 0.0, 1.0),
         ("--opacity-cap", f64::from(s.opacity_cap), 0.01, 1.0),
         ("--epsilon-db", args.quality.epsilon_db, 0.0, 100.0),
+        ("--level-effort", args.fovea.level_effort, 0.01, 100.0),
+        ("--level-lambda", args.fovea.level_lambda, 1e-6, CEILING),
+        ("--filter-flops", args.fovea.filter_flops, 0.0, 1e6),
     ] {
         if !(low..=high).contains(&value) {
             return Err(usage(format!("{flag} {value}: must be {low} to {high}")));
@@ -53,6 +56,8 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         interval: s.interval,
         adjust_share: s.adjust_share,
         lambda: s.lambda,
+        level_effort: args.fovea.level_effort,
+        level_lambda: args.fovea.level_lambda,
         rule: match s.rule {
             RuleArg::Damped => Rule::Damped,
             RuleArg::Published => Rule::Published,
@@ -70,15 +75,17 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
 }
 
 /// What `args` ask for. `is_self`: the references are the dense model's own renders.
-pub fn campaign(args: &Args, is_self: bool) -> Result<Campaign, Failure> {
+/// `levels`: those that the views show.
+pub fn campaign(args: &Args, is_self: bool, levels: u8) -> Result<Campaign, Failure> {
     let mut baselines = Vec::new();
     if args.compare.baselines {
         baselines.extend(Baseline::ALL);
     }
+    let has_variants = !args.fovea.variants.is_empty();
     let ratio = args.compare.study.contains(&StudyArg::Ratio);
-    // The study compares with these two.
+    // The study compares with these two, and so do variants.
     for needed in [Baseline::DisplayOnly, Baseline::RenderOnly] {
-        if ratio && !baselines.contains(&needed) {
+        if (ratio || has_variants) && !baselines.contains(&needed) {
             baselines.push(needed);
         }
     }
@@ -95,8 +102,17 @@ pub fn campaign(args: &Args, is_self: bool) -> Result<Campaign, Failure> {
     }
     let sweep =
         if args.compare.study.contains(&StudyArg::Lambda) { SWEEP.to_vec() } else { vec![] };
-    let (schedule, rule) = (schedule(args)?, rule(args, is_self)?);
-    Ok(Campaign { schedule, baselines, externals, sweep, rule })
+    let (schedule, variants) = (schedule(args)?, variants(args, is_self)?);
+    for variant in variants.iter().skip(1) {
+        if externals.iter().any(|name| name.starts_with(&format!("{}-", variant.name))) {
+            let what = format!(
+                "--baseline {0}-…: names that begin so belong to variant {0}",
+                variant.name
+            );
+            return Err(usage(what));
+        }
+    }
+    Ok(Campaign { schedule, baselines, externals, sweep, variants, levels })
 }
 
 fn schedule(args: &Args) -> Result<Plan, Failure> {
@@ -104,7 +120,7 @@ fn schedule(args: &Args) -> Result<Plan, Failure> {
     if rhos.is_empty() {
         return Ok(match args.search.schedule {
             ScheduleArg::Five => Plan::Adaptive { count: FIVE.0, highest: FIVE.1 },
-            ScheduleArg::Published => Plan::Published,
+            ScheduleArg::Published => Plan::PUBLISHED,
         });
     }
     let ascending = rhos.windows(2).all(|w| w[0] < w[1]);
@@ -135,17 +151,35 @@ fn rule(args: &Args, is_self: bool) -> Result<TargetRule, Failure> {
             let what = "--quality-db must be 1 to 120 dB, --quality-ssim 0 to 1";
             return Err(usage(what));
         }
-        return Ok(TargetRule::Absolute(Quality { psnr_db, ssim }));
+        return Ok(TargetRule::Absolute(Quality::likeness(psnr_db, ssim)));
     }
-    let fallback = if is_self { Level::Medium } else { Level::High };
-    let level = q.level.map_or(fallback, |l| match l {
+    let fallback = if is_self { LevelArg::M } else { LevelArg::H };
+    Ok(rule_of(level(q.level.unwrap_or(fallback)), is_self))
+}
+
+fn level(arg: LevelArg) -> Level {
+    match arg {
         LevelArg::H => Level::High,
         LevelArg::M => Level::Medium,
         LevelArg::L => Level::Low,
-    });
-    Ok(if is_self {
-        TargetRule::Absolute(level.absolute())
-    } else {
-        TargetRule::Share(level.share())
-    })
+    }
+}
+
+fn rule_of(level: Level, is_self: bool) -> TargetRule {
+    if is_self { TargetRule::Absolute(level.absolute()) } else { TargetRule::Share(level.share()) }
+}
+
+/// The quality of the run, under its name if it is a named one, and further ones.
+fn variants(args: &Args, is_self: bool) -> Result<Vec<Variant>, Failure> {
+    let rule = rule(args, is_self)?;
+    let known = Level::ALL.into_iter().find(|l| rule_of(*l, is_self) == rule);
+    let name = known.map_or("own", Level::name).to_owned();
+    let mut variants = vec![Variant { name, rule }];
+    for level in args.fovea.variants.iter().map(|l| level(*l)) {
+        if variants.iter().all(|v| v.name != level.name()) {
+            let rule = rule_of(level, is_self);
+            variants.push(Variant { name: level.name().to_owned(), rule });
+        }
+    }
+    Ok(variants)
 }

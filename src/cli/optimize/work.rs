@@ -11,7 +11,7 @@ use super::{Args, StudyArg, finish, settings};
 use crate::optimize::checkpoint::Progress;
 use crate::optimize::plan::{Campaign, Ended, Job, Outcome, Role};
 use crate::optimize::setup::{Settings, Setup};
-use crate::optimize::target::Target;
+use crate::optimize::target::{Quality, Target};
 use crate::optimize::tune::{Model, Orders, State, Tuner};
 use crate::report::format::{engineering, shortened, wrapped};
 
@@ -35,11 +35,13 @@ enum Stop {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     let settings = settings::settings(args)?;
-    let campaign = settings::campaign(args, args.views.images.is_none())?;
     if args.demo && !context.global.quiet {
         out::complain(wrapped(super::demo::NOTE, 80));
     }
+    // What is wrong with the arguments is said before anything is loaded.
+    settings::campaign(args, args.views.images.is_none(), 1)?;
     let inputs = Inputs::load(args, context)?;
+    let campaign = settings::campaign(args, inputs.is_self, inputs.levels())?;
     let record = super::record::run_toml(args, &inputs, &settings, &campaign)?;
     let fingerprint = inputs.fingerprint(&record);
     let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&inputs.name));
@@ -70,7 +72,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     let wants_ratios = args.compare.study.contains(&StudyArg::Ratio);
     let fps = args.power.fps;
-    let run = finish::Finished { setup: &setup, campaign: &campaign, fps, wants_ratios, stopped };
+    let filter_flops = args.fovea.filter_flops;
+    let (setup, campaign) = (&setup, &campaign);
+    let run = finish::Finished { setup, campaign, fps, wants_ratios, filter_flops, stopped };
     finish::finish(&run, &inputs, &mut folder, &progress, context)
 }
 
@@ -84,6 +88,7 @@ fn setup<'a>(inputs: &'a Inputs, settings: &'a Settings, args: &Args) -> Setup<'
         background: args.views.background.0,
         display: &inputs.display,
         oracle: inputs.oracle.as_ref(),
+        screen: inputs.screen,
         lpips: inputs.lpips.as_ref().map(|l| &l.0),
         settings,
     }
@@ -122,10 +127,9 @@ impl Work<'_> {
                 None => Some((self.untuned(&job), None)),
             };
             let Some((model, ended)) = done else { return Ok(Stop::Interrupted) };
-            let dense = progress.outcomes.iter().find(|o| o.role == Role::Dense);
-            let dense = dense.map(|o| o.gate.quality);
-            let rule = self.campaign.rule;
-            let outcome = Outcome::measured(self.setup, &job, &model, ended, rule, dense)
+            let done = &progress.outcomes;
+            let judge = |quality| self.campaign.judge(done, &job, quality);
+            let outcome = Outcome::measured(self.setup, &job, &model, ended, judge)
                 .or_exit(Exit::Internal, format_args!("internal error in job {}", job.name))?;
             self.inputs.references.check()?;
             if job.is_kept() {
@@ -140,7 +144,7 @@ impl Work<'_> {
 
     /// Whether the target is far above what the dense model itself reaches.
     fn is_hopeless(&self, progress: &Progress) -> bool {
-        let Some(target) = self.campaign.target(&progress.outcomes) else { return false };
+        let Some(target) = self.campaign.target(&progress.outcomes, 0) else { return false };
         let Some(dense) = progress.outcomes.first() else { return false };
         let short = target.shortfall(dense.gate.quality);
         short.psnr_db > HOPELESS_DB || short.ssim > HOPELESS_SSIM
@@ -164,7 +168,8 @@ impl Work<'_> {
         progress: &mut Progress,
         bar: &Bar,
     ) -> Result<Option<(Model, Option<Ended>)>, Failure> {
-        let target = self.campaign.target(&progress.outcomes).unwrap_or(UNREACHED);
+        let target = self.campaign.target_at(&progress.outcomes, job.role.line(), job.place);
+        let target = target.unwrap_or(UNREACHED);
         let state = self.state(job, folder, progress)?;
         bar.advance(u64::from(state.iteration));
         let stream = progress.outcomes.len() as u64;
@@ -196,7 +201,13 @@ impl Work<'_> {
             return Ok(state);
         }
         let model = match &job.from {
-            Some(from) => folder.load_model(from)?,
+            Some(from) => {
+                let model = folder.load_model(from)?;
+                let is_own =
+                    progress.outcomes.iter().any(|o| o.name == *from && o.place == job.place);
+                // Moments of another loss would hold the first hundreds of steps back.
+                if is_own { model } else { Model::fresh(&model.scene) }
+            }
             None => Model::fresh(self.setup.dense),
         };
         Ok(State::begin(model))
@@ -231,5 +242,4 @@ impl Work<'_> {
 }
 
 /// No job trains before the dense model is measured; this target is reached by nothing.
-const UNREACHED: Target =
-    Target(crate::optimize::target::Quality { psnr_db: f64::INFINITY, ssim: f64::INFINITY });
+const UNREACHED: Target = Target::Likeness(Quality::likeness(f64::INFINITY, f64::INFINITY));

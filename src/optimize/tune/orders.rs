@@ -56,6 +56,30 @@ pub enum Keep {
     LastPassing,
 }
 
+/// What a fine-tune minimises beside the display term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Objective {
+    /// `0.8 L1 + 0.2 (1 - SSIM)`: the picture is looked at.
+    Likeness,
+    /// `100 HVSQ`: the picture is seen in the periphery, pooled over so many pixels.
+    Hvsq {
+        /// The pooling, pixels.
+        pooling: f64,
+    },
+}
+
+/// Which parameters train.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trains {
+    /// All.
+    All,
+    /// All SH coefficients.
+    Colours,
+    /// The constant SH coefficients and the opacities: all that a level of the periphery has of its
+    /// own.
+    ColoursAndOpacities,
+}
+
 /// Orders for a fine-tune.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orders {
@@ -65,8 +89,10 @@ pub struct Orders {
     pub pruning: Pruning,
     /// The display term.
     pub display: DisplayTerm,
-    /// Whether only colours train.
-    pub colours_only: bool,
+    /// What it minimises.
+    pub objective: Objective,
+    /// What trains.
+    pub trains: Trains,
     /// Which model it ends with.
     pub keep: Keep,
 }

@@ -34,6 +34,11 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<f32>() * (self.mean.capacity() + self.square.capacity())
+    }
+
     fn sized(&mut self, [x, y]: &[Axis; 2]) {
         self.columns = x.cells.len();
         for values in [&mut self.mean, &mut self.square] {

@@ -59,6 +59,16 @@ impl Reference {
         Reference { maps, lowest, poolings: axes.len() }
     }
 
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let plane = |p: &Plane| size_of::<f32>() * p.values.capacity();
+        let of_map = |m: &MapReference| {
+            m.map.as_ref().map_or(0, plane)
+                + m.grids.iter().flatten().map(Grid::bytes).sum::<usize>()
+        };
+        self.maps.iter().map(of_map).sum::<usize>() + self.lowest.iter().map(plane).sum::<usize>()
+    }
+
     pub(super) fn map(&self, i: usize) -> &MapReference {
         &self.maps[i]
     }

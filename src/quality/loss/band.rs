@@ -215,7 +215,7 @@ fn read_row<S: Simd>(simd: S, job: &Job, y: usize, work: &mut Work, sums: Option
 }
 
 /// The sum of the lanes, in order.
-fn total<S: Simd>(lanes: f32x16<S>) -> f64 {
+pub(super) fn total<S: Simd>(lanes: f32x16<S>) -> f64 {
     let lanes: [f32; LANES] = lanes.into();
     lanes.iter().map(|&v| f64::from(v)).sum()
 }
@@ -304,7 +304,7 @@ impl<S: Simd> Local<S> {
 }
 
 /// Values of channels for three vectors in a row.
-fn pattern(values: &[f32; 3]) -> [[f32; LANES]; 3] {
+pub(super) fn pattern(values: &[f32; 3]) -> [[f32; LANES]; 3] {
     std::array::from_fn(|phase| std::array::from_fn(|lane| values[(phase + lane) % 3]))
 }
 

@@ -38,7 +38,7 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     let Some(end) = last.moments.last().map(|m| last.begin + f64::from(m.iteration)) else {
         return Ok(None);
     };
-    let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.0.psnr_db));
+    let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.psnr_db));
     let what = format!("gate views; samples in order, then the final model{target}");
     let drawing = story.page(NAME, TITLE, &what).draw(|c| draw(c, story, &shown, end))?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
@@ -67,7 +67,7 @@ fn draw(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> 
     let lower = Panel { top: 400.0, bottom: 630.0, ..upper };
     let x = Scale::exact(0.0, end.max(1.0), upper.horizontal());
     let all = || shown.iter().flat_map(|s| &s.moments);
-    let target = story.target.map(|t| t.0.psnr_db);
+    let target = story.target.map(|t| t.psnr_db);
     // The first checks against its own renders are near perfect: they would flatten the rest.
     let ceiling = target.map_or(f64::INFINITY, |t| t + 12.0);
     let psnr = all().map(|m| m.psnr_db.min(ceiling));

@@ -28,7 +28,7 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     }
     let target = story
         .target
-        .map_or(String::new(), |t| format!("target {:.2} dB, SSIM {:.4}", t.0.psnr_db, t.0.ssim));
+        .map_or(String::new(), |t| format!("target {:.2} dB, SSIM {:.4}", t.psnr_db, t.ssim));
     let drawing = story.page(NAME, TITLE, &target).draw(|canvas| draw(canvas, story, &shown))?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }

@@ -20,7 +20,7 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     let drawing = story.page(NAME, TITLE, what).draw(|canvas| {
         let left = Panel { left: 120.0, top: 130.0, right: 630.0, bottom: 630.0 };
         let right = Panel { left: 750.0, right: 1250.0, ..left };
-        let target = story.target.map(|t| t.0);
+        let target = story.target;
         panel(canvas, left, &shown, "PSNR, dB", |o| o.test.quality.psnr_db, {
             target.map(|t| t.psnr_db)
         })?;

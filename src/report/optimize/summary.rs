@@ -85,7 +85,7 @@ pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
     let _ = writeln!(text, "Power: {oracle} at {fps} FPS, display {display}.");
     if let Some(target) = story.target {
-        let (db, ssim) = (target.0.psnr_db, target.0.ssim);
+        let (db, ssim) = (target.psnr_db, target.ssim);
         let _ = writeln!(text, "Target over the gate views: {db:.3} dB and SSIM {ssim:.4}.\n");
     }
     if let Some(best) = story.best().filter(|o| o.role == Role::Sample) {

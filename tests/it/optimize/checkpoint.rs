@@ -6,7 +6,7 @@ use powergs_sim::optimize::checkpoint::{
     CheckpointError, Progress, read_whole_model, write_progress, write_whole_model,
 };
 use powergs_sim::optimize::lambda::Memory;
-use powergs_sim::optimize::plan::{Campaign, Outcome};
+use powergs_sim::optimize::plan::{Campaign, Outcome, Variant};
 use powergs_sim::optimize::schedule::Plan;
 use powergs_sim::optimize::target::{Quality, TargetRule};
 use powergs_sim::optimize::tune::{Check, Model, State};
@@ -23,16 +23,18 @@ fn progress() -> Progress {
     let tiny = tiny(20, 24, (16, 12));
     let setup = tiny.setup();
     let model = Model::fresh(&tiny.dense);
-    let quality = Quality { psnr_db: 30.0, ssim: 0.9 };
+    let quality = Quality::likeness(30.0, 0.9);
     let campaign = Campaign {
-        schedule: Plan::Published,
+        schedule: Plan::PUBLISHED,
         baselines: Vec::new(),
         externals: Vec::new(),
         sweep: Vec::new(),
-        rule: TargetRule::Absolute(quality),
+        variants: vec![Variant { name: "own".into(), rule: TargetRule::Absolute(quality) }],
+        levels: 1,
     };
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();
-    let dense = Outcome::measured(&setup, &job, &model, None, campaign.rule, None).unwrap();
+    let dense =
+        Outcome::measured(&setup, &job, &model, None, |q| campaign.judge(&[], &job, q)).unwrap();
     let check = Check { iteration: 3, seen: dense.gate, passed: true, lambda: 0.25 };
     let memory = Memory { lambda: 0.5, passing: Some(0.25), margin_db: Some(1.5), calm: 2 };
     let mut state = State::begin(model.clone());

@@ -4,7 +4,7 @@ use powergs_sim::optimize::lambda::{Control, Controller, FLOOR, Rule, Verdict};
 use powergs_sim::optimize::target::{Quality, Target};
 use serde_json::Value;
 
-const TARGET: Target = Target(Quality { psnr_db: 35.0, ssim: 0.0 });
+const TARGET: Target = Target::Likeness(Quality::likeness(35.0, 0.0));
 
 fn control(rule: Rule, start: f64, adjust: u32) -> Control {
     Control { rule, start, interval: 10, adjust, epsilon_db: 0.05 }
@@ -29,7 +29,7 @@ fn run(rule: Rule, start: f64, iterations: u32, delay: f64) -> (Controller, f64)
     for iteration in 0..iterations {
         quality += (at_rest(controller.lambda()) - quality) / delay;
         if controller.is_due(iteration) {
-            let seen = Quality { psnr_db: quality, ssim: 1.0 };
+            let seen = Quality::likeness(quality, 1.0);
             // It goes on after it has settled, so that resting is seen too.
             controller.hear(iteration, seen, &TARGET);
         }
@@ -73,7 +73,7 @@ fn the_damped_rule_overshoots_less_than_the_published_one() {
             quality += (at_rest(controller.lambda()) - quality) / 40.0;
             lowest = lowest.min(quality);
             if controller.is_due(iteration) {
-                controller.hear(iteration, Quality { psnr_db: quality, ssim: 1.0 }, &TARGET);
+                controller.hear(iteration, Quality::likeness(quality, 1.0), &TARGET);
             }
         }
         lowest
@@ -87,7 +87,7 @@ fn a_failed_fine_tune_is_no_trap() {
     for rule in [Rule::Published, Rule::Damped] {
         let mut failed = Controller::new(control(rule, 1e-3, 900));
         for iteration in (0..1000).step_by(10) {
-            failed.hear(iteration, Quality { psnr_db: 10.0, ssim: 1.0 }, &TARGET);
+            failed.hear(iteration, Quality::likeness(10.0, 1.0), &TARGET);
             assert!(failed.lambda() >= FLOOR, "{rule:?}: λ {}", failed.lambda());
         }
         assert_eq!(failed.passing(), None);
@@ -102,7 +102,7 @@ fn a_failed_fine_tune_is_no_trap() {
 fn it_stops_when_the_quality_has_settled_just_above_the_target() {
     let settings = Control { epsilon_db: 0.1, ..control(Rule::Damped, 1e-2, 1000) };
     let mut controller = Controller::new(settings);
-    let mut hear = |i: u32, psnr_db| controller.hear(i, Quality { psnr_db, ssim: 1.0 }, &TARGET);
+    let mut hear = |i: u32, psnr_db| controller.hear(i, Quality::likeness(psnr_db, 1.0), &TARGET);
     assert_eq!(hear(0, 35.05), Verdict::Continue);
     assert_eq!(hear(10, 35.09), Verdict::Continue);
     assert_eq!(hear(20, 35.20), Verdict::Continue, "too far above");
@@ -115,8 +115,8 @@ fn it_stops_when_the_quality_has_settled_just_above_the_target() {
 
 #[test]
 fn both_numbers_must_pass_and_the_nearer_one_counts() {
-    let target = Target(Quality { psnr_db: 35.0, ssim: 0.95 });
-    let of = |psnr_db, ssim| Quality { psnr_db, ssim };
+    let target = Target::Likeness(Quality::likeness(35.0, 0.95));
+    let of = |psnr_db, ssim| Quality::likeness(psnr_db, ssim);
     assert!(target.passes(of(35.0, 0.95)));
     assert!(!target.passes(of(34.9, 0.99)) && !target.passes(of(50.0, 0.949)));
     assert!(!target.passes(of(f64::NAN, 0.99)) && !target.passes(of(40.0, f64::NAN)));
@@ -142,12 +142,12 @@ fn published_traces_are_reproduced() {
             let iteration = check["counter"].as_u64().unwrap() as u32;
             let psnr_db = if check["passed"].as_bool().unwrap() { 40.0 } else { 30.0 };
             assert!(controller.is_due(iteration));
-            controller.hear(iteration, Quality { psnr_db, ssim: 1.0 }, &TARGET);
+            controller.hear(iteration, Quality::likeness(psnr_db, 1.0), &TARGET);
             let expected = check["lam"].as_f64().unwrap();
             let off = (controller.lambda() / expected - 1.0).abs();
             assert!(off < 1e-12, "{iteration}: {} is not {expected}", controller.lambda());
         }
-        controller.hear(adjust, Quality { psnr_db: 40.0, ssim: 1.0 }, &TARGET);
+        controller.hear(adjust, Quality::likeness(40.0, 1.0), &TARGET);
         let expected = number("final_lambda");
         assert!((controller.lambda() / expected - 1.0).abs() < 1e-12);
     }

@@ -46,6 +46,8 @@ pub fn tiny(points: usize, every: usize, size: (u32, u32)) -> Tiny {
             interval: 3,
             adjust_share: 0.75,
             lambda: 0.01,
+            level_effort: 0.5,
+            level_lambda: 0.001,
             rule: Rule::Damped,
             epsilon_db: 0.05,
             opacity_cap: 1.0,
@@ -68,6 +70,7 @@ impl Tiny {
             background: [0.0; 3],
             display: &self.display,
             oracle: &self.oracle,
+            screen: None,
             lpips: None,
             settings: &self.settings,
         }

@@ -89,7 +89,7 @@ fn after_a_miss_the_budget_goes_below_it() {
 
 #[test]
 fn the_published_plan_is_coarse_then_fine() {
-    let got = run(&Plan::Published, 1.0, 0.47);
+    let got = run(&Plan::PUBLISHED, 1.0, 0.47);
     assert_eq!(got.len(), 12);
     let coarse: Vec<_> =
         (0..7).map(|i| (0.15 * f64::from(i), (i as usize).checked_sub(1))).collect();

@@ -1,7 +1,7 @@
 //! From samples to the optimum, to the best model, to savings over ratios.
 
 use powergs_sim::optimize::oracle::Watts;
-use powergs_sim::optimize::plan::{Baseline, Campaign, Job, Outcome, Role};
+use powergs_sim::optimize::plan::{Baseline, Campaign, Job, Outcome, Place, Role, Variant};
 use powergs_sim::optimize::schedule::Plan;
 use powergs_sim::optimize::search::conclude;
 use powergs_sim::optimize::setup::Seen;
@@ -10,14 +10,15 @@ use powergs_sim::optimize::target::{Quality, Target, TargetRule};
 
 use super::scenes::tiny;
 
-const TARGET: Target = Target(Quality { psnr_db: 35.0, ssim: 0.9 });
+const TARGET: Target = Target::Likeness(Quality::likeness(35.0, 0.9));
 
 fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) -> Outcome {
-    let quality = Quality { psnr_db: 35.1, ssim: 0.95 };
+    let quality = Quality::likeness(35.1, 0.95);
     let seen = Seen { quality, display_w };
     Outcome {
         name: name.into(),
         role,
+        place: Place::default(),
         rho,
         points: 100,
         iterations: 10,
@@ -132,7 +133,8 @@ fn a_campaign_measures_samples_realises_and_compares() {
         baselines: Baseline::ALL.to_vec(),
         externals: vec!["mini".into()],
         sweep: vec![0.1],
-        rule: TargetRule::Share(0.99),
+        variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.99) }],
+        levels: 1,
     };
     let jobs = jobs(&campaign);
     let names: Vec<&str> = jobs.iter().map(|j| j.name.as_str()).collect();

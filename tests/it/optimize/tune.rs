@@ -7,12 +7,12 @@ use powergs_sim::optimize::lambda::{Control, Rule};
 use powergs_sim::optimize::prune::Score;
 use powergs_sim::optimize::target::{Quality, Target};
 use powergs_sim::optimize::tune::{
-    DisplayTerm, Keep, Model, Orders, Pruning, Row, State, TuneError, Tuner,
+    DisplayTerm, Keep, Model, Objective, Orders, Pruning, Row, State, Trains, TuneError, Tuner,
 };
 
 use super::scenes::{Tiny, tiny};
 
-const TARGET: Target = Target(Quality { psnr_db: 34.0, ssim: 0.9 });
+const TARGET: Target = Target::Likeness(Quality::likeness(34.0, 0.9));
 
 fn orders(points: usize) -> Orders {
     Orders {
@@ -33,7 +33,8 @@ fn orders(points: usize) -> Orders {
                 epsilon_db: 0.0,
             },
         },
-        colours_only: false,
+        objective: Objective::Likeness,
+        trains: Trains::All,
         keep: Keep::Dimmest,
     }
 }
@@ -85,7 +86,8 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
             iterations: 40,
             pruning: Pruning::Never,
             display,
-            colours_only: false,
+            objective: Objective::Likeness,
+            trains: Trains::All,
             keep: Keep::Last,
         };
         let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
@@ -98,7 +100,7 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
 #[test]
 fn only_colours_move_if_only_colours_may() {
     let tiny = tiny(200, 6, (48, 36));
-    let orders = Orders { colours_only: true, pruning: Pruning::Never, ..orders(200) };
+    let orders = Orders { trains: Trains::Colours, pruning: Pruning::Never, ..orders(200) };
     let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
     let (now, before) = (&state.model.scene, &tiny.dense);
     assert_ne!(now.sh, before.sh);
@@ -114,7 +116,8 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
         iterations: 30,
         pruning: Pruning::WhilePassing { count: 15 },
         display: DisplayTerm::Off,
-        colours_only: false,
+        objective: Objective::Likeness,
+        trains: Trains::All,
         keep: Keep::LastPassing,
     };
     let setup = tiny.setup();
@@ -132,7 +135,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     let (model, check, _) = tuner.finish();
     assert!(check.unwrap().passed);
     assert!(model.scene.len() < 300, "nothing was pruned");
-    assert!(TARGET.passes(setup.see(&model.scene, setup.gate_views()).quality));
+    assert!(TARGET.passes(setup.see(&model.scene, setup.gate_views(), None).quality));
 }
 
 #[test]
@@ -146,7 +149,9 @@ fn numbers_that_are_none_are_named_and_change_nothing() {
     let orders = Orders { pruning: Pruning::Never, ..orders(200) };
     let mut tuner = Tuner::new(&setup, orders, TARGET, 5, before);
     let error = tuner.step().unwrap_err();
-    let (TuneError::Loss { iteration, .. } | TuneError::Gradient { iteration, .. }) = &error;
+    let (TuneError::Loss { iteration, .. } | TuneError::Gradient { iteration, .. }) = &error else {
+        panic!("{error}")
+    };
     assert_eq!(*iteration, 0);
     assert!(error.to_string().contains("view view_"), "{error}");
     assert_eq!(tuner.state().iteration, 0);
