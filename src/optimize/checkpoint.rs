@@ -360,6 +360,7 @@ fn write_role(out: &mut Out<'_>, role: Role) {
         Role::Baseline(Baseline::TwoStage) => (6, 0.0),
         Role::External(position) => (7, position as f64),
         Role::Sweep(lambda) => (8, lambda),
+        Role::HeldOut => (9, 0.0),
     };
     out.u32(tag);
     out.f64(number);
@@ -377,6 +378,7 @@ fn read_role(input: &mut In<'_>) -> Result<Role, CheckpointError> {
         6 => Role::Baseline(Baseline::TwoStage),
         7 => Role::External(number as usize),
         8 => Role::Sweep(number),
+        9 => Role::HeldOut,
         _ => return Err(input.wrong("an unknown kind of job")),
     })
 }

@@ -69,6 +69,9 @@ pub fn at(done: &[Outcome], place: Place) -> Vec<Outcome> {
 pub enum Role {
     /// The model that the user brought.
     Dense,
+    /// The dense model, trained on without the views that gate: what a share of its quality is
+    /// measured on, where it may have been trained on them.
+    HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
     /// The predicted optimum, made real.
@@ -86,7 +89,12 @@ impl Role {
     pub fn line(self) -> Option<Baseline> {
         match self {
             Role::Baseline(b) => Some(b),
-            Role::Dense | Role::Sample | Role::Final | Role::External(_) | Role::Sweep(_) => None,
+            Role::Dense
+            | Role::HeldOut
+            | Role::Sample
+            | Role::Final
+            | Role::External(_)
+            | Role::Sweep(_) => None,
         }
     }
 }
@@ -114,7 +122,7 @@ impl Job {
     /// Whether a later job may start from its model, or a report shows it.
     pub fn is_kept(&self) -> bool {
         match self.role {
-            Role::Sample | Role::Final => true,
+            Role::HeldOut | Role::Sample | Role::Final => true,
             Role::Baseline(b) => b.has_levels(),
             Role::Dense | Role::External(_) | Role::Sweep(_) => false,
         }

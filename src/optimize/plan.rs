@@ -33,6 +33,10 @@ pub struct Campaign {
     pub sweep: Vec<f64>,
     /// The qualities: first that of the run, then further ones to compare with. At least one.
     pub variants: Vec<Variant>,
+    /// Whether the dense model is trained on without the views that gate, before anything else, and
+    /// targets are shares of what it reaches then: it may have been trained on those views, and
+    /// what it knows of them by heart is no quality to keep.
+    pub holds_out: bool,
     /// Levels that are made, from 1: level 1 alone, or also those of the periphery that the views
     /// show, up to 4.
     pub levels: u8,
@@ -52,7 +56,7 @@ impl Campaign {
                 + upper * self.foveated_baselines().count()
         };
         let all: usize = (0..self.variants.len()).map(of_variant).sum();
-        1 + all + self.externals.len() + self.sweep.len()
+        1 + usize::from(self.holds_out) + all + self.externals.len() + self.sweep.len()
     }
 
     /// The most iterations that the run can have.
@@ -71,7 +75,8 @@ impl Campaign {
                 + upper * self.foveated_baselines().count() as u64
         };
         let all: u64 = (0..self.variants.len()).map(of_variant).sum();
-        all + self.sweep.len() as u64 * final_iterations
+        let held_out = if self.holds_out { u64::from(settings.first_budget()) } else { 0 };
+        held_out + all + self.sweep.len() as u64 * final_iterations
     }
 
     /// Comparisons of a variant: all for the first, those with levels for the others.
@@ -86,7 +91,8 @@ impl Campaign {
 
     /// What PSNR and SSIM the models of a variant must reach, once the dense model is measured.
     pub fn target(&self, done: &[Outcome], variant: u8) -> Option<Target> {
-        let dense = done.iter().find(|o| o.role == Role::Dense)?;
+        let role = if self.holds_out { Role::HeldOut } else { Role::Dense };
+        let dense = done.iter().find(|o| o.role == role)?;
         let variant = self.variants.get(usize::from(variant))?;
         Some(variant.rule.target(dense.gate.quality))
     }
@@ -103,7 +109,7 @@ impl Campaign {
 
     /// What a job must reach, given the quality that it has.
     pub fn judge(&self, done: &[Outcome], job: &Job, quality: Quality) -> Option<Target> {
-        if job.role == Role::Dense {
+        if matches!(job.role, Role::Dense | Role::HeldOut) {
             return self.variants.first().map(|v| v.rule.target(quality));
         }
         self.target_at(done, job.role.line(), job.place)
@@ -145,7 +151,11 @@ impl Campaign {
         if is_new(&dense) {
             return Some(dense);
         }
-        let first = Search::new(self, settings, points, done, Place::default());
+        let first = Search::new(self, settings, points, done);
+        let held_out = first.held_out();
+        if self.holds_out && is_new(&held_out) {
+            return Some(held_out);
+        }
         for variant in 0..self.variants.len() as u8 {
             let search = first.of_variant(variant);
             let own = || search.next().filter(is_new);

@@ -132,6 +132,11 @@ impl Settings {
         (plan, share_of(self.iterations, share))
     }
 
+    /// Iterations of the dense model that is trained on without the gate views.
+    pub fn first_budget(&self) -> u32 {
+        share_of(self.iterations, self.first_effort)
+    }
+
     /// Iterations of the final model of a level, and of each baseline there.
     pub fn final_budget(&self, level: u8) -> u32 {
         let share = if level == 0 { 1.0 } else { self.level_effort };

@@ -111,7 +111,7 @@ fn colour(role: Role) -> RGBColor {
         Role::Baseline(Baseline::DisplayOnly) => palette::BLUE,
         Role::Baseline(Baseline::TwoStage) => palette::PURPLE,
         Role::Baseline(Baseline::LightGaussian(_)) => palette::GREEN,
-        Role::External(_) | Role::Sweep(_) => palette::GREY,
+        Role::HeldOut | Role::External(_) | Role::Sweep(_) => palette::GREY,
     }
 }
 
@@ -120,7 +120,7 @@ fn label(outcome: &Outcome) -> String {
     match outcome.role {
         Role::Sample => format!("ρ {}", significant(outcome.rho)),
         Role::Final => "ours".into(),
-        Role::Dense | Role::Baseline(_) | Role::External(_) | Role::Sweep(_) => {
+        Role::Dense | Role::HeldOut | Role::Baseline(_) | Role::External(_) | Role::Sweep(_) => {
             shortened(&outcome.name, 18)
         }
     }

@@ -4,6 +4,7 @@ mod adam;
 mod checkpoint;
 mod command;
 mod lambda;
+mod levels;
 mod oracle;
 mod prune;
 mod scenes;

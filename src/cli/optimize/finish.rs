@@ -189,6 +189,7 @@ fn seen(seen: &Seen) -> Value {
 fn model(outcome: &Outcome) -> Value {
     let role = match outcome.role {
         Role::Dense => "dense",
+        Role::HeldOut => "held-out",
         Role::Sample => "sample",
         Role::Final => "final",
         Role::Baseline(_) => "baseline",

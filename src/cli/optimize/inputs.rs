@@ -10,7 +10,7 @@ use super::super::progress::Progress;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
 use super::shelf::Shelf;
-use super::{Args, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
+use super::{Args, GateArg, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
 use crate::config::embedded::ENERGY;
 use crate::display::Display;
 use crate::energy::EnergyTable;
@@ -86,7 +86,10 @@ impl Inputs {
         };
         drop(progress);
         let split = split(&cameras, args.views.validation.map_or(0, |k| k.get()));
-        let split = if args.views.train_on_validation { split.validation_trains() } else { split };
+        // Views that do not gate have no reason not to train.
+        let is_gate = args.views.gate == GateArg::Validation;
+        let trains = args.views.train_on_validation || !is_gate;
+        let split = if trains { split.validation_trains() } else { split };
         for note in split.notes.iter().filter(|_| !context.global.quiet) {
             out::complain(format!("note: {note}"));
         }

@@ -92,7 +92,7 @@ pub fn campaign(args: &Args, is_self: bool, levels: u8) -> Result<Campaign, Fail
     let externals: Vec<String> = args.compare.others.iter().map(|(n, _)| n.clone()).collect();
     for (i, name) in externals.iter().enumerate() {
         let taken = |b: &Baseline| b.name() == *name;
-        let ours = ["dense", "final"].contains(&name.as_str())
+        let ours = ["dense", "final", "held-out"].contains(&name.as_str())
             || name.starts_with("sample-")
             || name.starts_with("lambda-")
             || Baseline::ALL.iter().any(taken);
@@ -112,7 +112,11 @@ pub fn campaign(args: &Args, is_self: bool, levels: u8) -> Result<Campaign, Fail
             return Err(usage(what));
         }
     }
-    Ok(Campaign { schedule, baselines, externals, sweep, variants, levels })
+    // Its own renders it has never been trained on, and a given number is no share.
+    let is_share = matches!(variants[0].rule, TargetRule::Share(_));
+    let is_gated = args.views.gate == GateArg::Validation;
+    let holds_out = is_share && is_gated && !args.views.train_on_validation;
+    Ok(Campaign { schedule, baselines, externals, sweep, variants, holds_out, levels })
 }
 
 fn schedule(args: &Args) -> Result<Plan, Failure> {

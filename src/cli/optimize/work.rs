@@ -153,9 +153,12 @@ impl Work<'_> {
     fn untuned(&self, job: &Job) -> Model {
         match job.role {
             Role::External(position) => Model::fresh(&self.inputs.externals[position].1),
-            Role::Dense | Role::Sample | Role::Final | Role::Baseline(_) | Role::Sweep(_) => {
-                Model::fresh(self.setup.dense)
-            }
+            Role::Dense
+            | Role::HeldOut
+            | Role::Sample
+            | Role::Final
+            | Role::Baseline(_)
+            | Role::Sweep(_) => Model::fresh(self.setup.dense),
         }
     }
 
@@ -227,12 +230,14 @@ impl Work<'_> {
         }
         let q = &outcome.gate.quality;
         let w = &outcome.watts;
+        let quality = match q.hvsq.filter(|_| outcome.place.level > 0) {
+            Some(hvsq) => format!("HVSQ {hvsq:>10.3e}"),
+            None => format!("{:>8.2} {:.4}", q.psnr_db, q.ssim),
+        };
         out::complain(format!(
-            "{:14} {:>9} {:>8.2} {:.4} {:6} {} = {} + {}",
+            "{:14} {:>9} {quality} {:6} {} = {} + {}",
             shortened(&outcome.name, 14),
             outcome.points,
-            q.psnr_db,
-            q.ssim,
             if outcome.passed { "ok" } else { "missed" },
             engineering(w.total_w(), "W"),
             engineering(w.render_w, "W"),

@@ -47,12 +47,12 @@ impl<'a> Search<'a> {
         settings: &'a Settings,
         points: usize,
         done: &'a [Outcome],
-        place: Place,
     ) -> Search<'a> {
         let dense = done.iter().find(|o| o.role == Role::Dense);
         let watts = dense.map_or(1.0, |o| o.gate.display_w);
         let unit = if watts > 0.0 { watts.recip() } else { 1.0 };
-        Search { campaign, settings, done, place, start: None, points, unit }
+        let start = done.iter().find(|o| o.role == Role::HeldOut);
+        Search { campaign, settings, done, place: Place::default(), start, points, unit }
     }
 
     /// The same search for another quality.
@@ -171,8 +171,16 @@ impl<'a> Search<'a> {
             }
         };
         let job = self.job(&baseline.name(), Role::Baseline(baseline), rho, orders);
-        let from = (baseline == Baseline::TwoStage).then(|| Baseline::RenderOnly.name());
-        Job { from, ..job }
+        match baseline {
+            Baseline::TwoStage => Job { from: Some(Baseline::RenderOnly.name()), ..job },
+            Baseline::RenderOnly | Baseline::DisplayOnly | Baseline::LightGaussian(_) => job,
+        }
+    }
+
+    /// The dense model, trained on without the gate views.
+    pub fn held_out(&self) -> Job {
+        let job = measured("held-out", Role::HeldOut);
+        Job { orders: Some(self.plain(self.settings.first_budget())), ..job }
     }
 
     /// A baseline's model of a level of the periphery.

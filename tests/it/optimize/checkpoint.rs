@@ -30,6 +30,7 @@ fn progress() -> Progress {
         externals: Vec::new(),
         sweep: Vec::new(),
         variants: vec![Variant { name: "own".into(), rule: TargetRule::Absolute(quality) }],
+        holds_out: false,
         levels: 1,
     };
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();

@@ -134,6 +134,7 @@ fn a_campaign_measures_samples_realises_and_compares() {
         externals: vec!["mini".into()],
         sweep: vec![0.1],
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.99) }],
+        holds_out: false,
         levels: 1,
     };
     let jobs = jobs(&campaign);
@@ -163,4 +164,39 @@ fn a_campaign_measures_samples_realises_and_compares() {
     let iterations: u64 =
         jobs.iter().filter_map(|j| j.orders).map(|o| u64::from(o.iterations)).sum();
     assert_eq!(iterations, campaign.most_iterations(&settings));
+}
+
+#[test]
+fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
+    let campaign = Campaign {
+        schedule: Plan::Listed(vec![0.0, 0.3]),
+        baselines: vec![Baseline::RenderOnly, Baseline::TwoStage],
+        externals: Vec::new(),
+        sweep: vec![0.1],
+        variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.5) }],
+        holds_out: true,
+        levels: 1,
+    };
+    let all = jobs(&campaign);
+    let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(names[..3], ["dense", "held-out", "sample-01"]);
+    assert!(all[1].orders.is_some() && all[1].from.is_none());
+    for (name, from) in [
+        ("sample-01", "held-out"),
+        ("sample-02", "sample-01"),
+        ("final", "held-out"),
+        ("render-only", "held-out"),
+        ("two-stage", "render-only"),
+        ("lambda-0.1", "held-out"),
+    ] {
+        let job = all.iter().find(|j| j.name == name).unwrap();
+        assert_eq!(job.from.as_deref(), Some(from), "{name}");
+    }
+    let mut held_out = outcome("held-out", Role::HeldOut, 0.0, (0.5, 1.0));
+    held_out.gate.quality = Quality::likeness(30.0, 0.9);
+    let done = [outcome("dense", Role::Dense, 0.0, (0.5, 1.0)), held_out];
+    assert_eq!(campaign.target(&done[..1], 0), None, "not before it is there");
+    let expected = Target::Likeness(Quality::likeness(15.0, 0.45));
+    assert_eq!(campaign.target(&done, 0), Some(expected));
+    assert!(all.len() <= campaign.most_jobs());
 }
