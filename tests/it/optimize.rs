@@ -3,6 +3,7 @@
 mod adam;
 mod checkpoint;
 mod command;
+mod foveated_command;
 mod lambda;
 mod levels;
 mod oracle;

@@ -62,11 +62,11 @@ pub struct Inputs {
 impl Inputs {
     /// Opens and checks everything.
     pub fn load(args: &Args, context: &Context) -> Result<Inputs, Failure> {
+        let screen = foveated::screen(args)?;
         let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
         let (name, dense) = dense(args, context)?;
         let display = load_display(&args.power.display)?;
-        let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args))?;
-        let screen = foveated::screen(args)?;
+        let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args), screen.is_some())?;
         let clock = screen.map(|_| foveated::clock(&args.power)).transpose()?;
         let externals = externals(args, context)?;
         let (full, cameras) = views(args, context, &dense)?;
@@ -325,9 +325,14 @@ fn power_views(
     })
 }
 
-fn oracle(args: &PowerArgs, model: ModelArg) -> Result<(Box<dyn PowerOracle>, String), Failure> {
+/// `is_timed`: a machine says how fast frames are, whatever counts their power.
+fn oracle(
+    args: &PowerArgs,
+    model: ModelArg,
+    is_timed: bool,
+) -> Result<(Box<dyn PowerOracle>, String), Failure> {
     if model == ModelArg::Paper {
-        if !args.sets.is_empty() || args.energy.is_some() {
+        if !is_timed && (!args.sets.is_empty() || args.energy.is_some()) {
             let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
             return Err(Failure::new(Exit::Usage, what));
         }

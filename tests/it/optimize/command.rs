@@ -16,7 +16,7 @@ use super::scenes::{Tiny, tiny};
 use crate::quality::lpips::made::{Kind, Made};
 
 /// Writes a scene and its views; returns it.
-fn stage(folder: &Path, points: usize) -> Tiny {
+pub fn stage(folder: &Path, points: usize) -> Tiny {
     let tiny = tiny(points, 3, (48, 36));
     let mut bytes = Vec::new();
     write_ply(&tiny.dense, &mut bytes).unwrap();
@@ -26,7 +26,7 @@ fn stage(folder: &Path, points: usize) -> Tiny {
 }
 
 /// The arguments of a short run in `folder`, more of them in `more`.
-fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
+pub fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
     let path = |name: &str| folder.join(name).display().to_string();
     let mut words: Vec<String> = ["powergs-sim", "--quiet", "optimize"].map(String::from).into();
     words.extend([path("tiny.ply"), "--out".into(), path("run")]);
@@ -45,7 +45,7 @@ fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
     words
 }
 
-fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
+pub fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
     let cli = Cli::try_parse_from(arguments(folder, more)).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
     cli::run(&cli, &Context { global: cli.global.clone(), cancelled })
@@ -54,12 +54,12 @@ fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
 const VIEWS: [&str; 2] = ["--cameras", "@/cameras.json"];
 
 /// `VIEWS` and these.
-fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
+pub fn with<'a>(more: &[&'a str]) -> Vec<&'a str> {
     VIEWS.iter().copied().chain(more.iter().copied()).collect()
 }
 
 #[track_caller]
-fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
+pub fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
     let failure = run(folder, more).unwrap_err();
     let message = failure.to_string();
     assert_eq!(failure.exit, exit, "{message}");
