@@ -104,7 +104,7 @@ fn json_of(opened: &Opened, plan: &Plan, seen: &Seen) -> Value {
 fn text_of(opened: &Opened, plan: &Plan, seen: &Seen) -> String {
     let Seen { points, scale, machines, seconds, threads, cost } = seen;
     let about = if *scale > 1.0 { "about " } else { "" };
-    let mut text = format!("{}\n\n", opened.file.question.trim());
+    let mut text = format!("{}\n\n", wrapped(opened.file.question.trim(), 80));
     let space = opened.space.proposed();
     text += &format!("Points      {points} of a space of {space}\n");
     let designs = ((plan.designs.len() - 1) as f64 * scale).round();

@@ -17,6 +17,7 @@ use super::state::State;
 use super::store::Store;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use crate::report::format::wrapped;
 use crate::sweep::design::Design;
 use crate::sweep::journal::Record;
 use crate::sweep::table::{Cell, FIRST};
@@ -165,7 +166,7 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let all = count.ok + count.failed + count.missing;
-    let mut text = format!("{}\n\n", opened.file.question.trim());
+    let mut text = format!("{}\n\n", wrapped(opened.file.question.trim(), 80));
     text += &format!("Done        {} of {all} designs\n", count.ok + count.failed);
     if count.failed > 0 {
         text += &format!("            {} of them failed\n", count.failed);

@@ -8,6 +8,7 @@ use super::output::Tally;
 use super::plan::Plan;
 use crate::cli::Failure;
 use crate::cli::aside::write_aside;
+use crate::report::format::wrapped;
 
 /// The summary for a terminal, kept so that a finished sweep says the same again.
 pub const TERMINAL: &str = "summary.txt";
@@ -18,7 +19,11 @@ pub const TERMINAL: &str = "summary.txt";
 /// Exit code 2: the folder cannot be written.
 pub fn write(folder: &Path, opened: &Opened, plan: &Plan, tally: Tally) -> Result<(), Failure> {
     let excluded = plan.excluded.values().sum();
-    let mut text = format!("{}\n\n{}\n", opened.file.question.trim(), tally_text(tally, excluded));
+    let mut text = format!(
+        "{}\n\n{}\n",
+        wrapped(opened.file.question.trim(), 80),
+        tally_text(tally, excluded)
+    );
     for (cause, count) in &plan.excluded {
         text += &format!("  {count} left out: {cause}\n");
     }

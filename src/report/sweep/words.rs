@@ -319,6 +319,8 @@ pub fn stability(analysis: &Analysis) -> String {
     let flips = stability.alternatives.iter().filter(|a| flip(analysis, a).is_some()).count();
     let knee = analysis.table.label(analysis.knee);
     let first = match flips {
+        0 if n == 1 => format!("{knee} comes first under the other ranking too"),
+        _ if n == 1 => format!("{knee} loses the first place under the other ranking"),
         0 => format!("{knee} comes first under all {n} other rankings"),
         f => format!("{knee} loses the first place under {f} of {n} other rankings"),
     };
