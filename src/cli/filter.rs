@@ -1,6 +1,6 @@
 //! `filter`: cheaper colours in the periphery of sight.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
@@ -12,7 +12,7 @@ use crate::display::d22::{Filter, Gaze};
 /// Shown under `filter --help`.
 pub const EXAMPLES: &str = "\
 Examples:
-  powergs-sim filter frame.png --gaze 0.5,0.5 --fov 90 -o filtered.png
+  powergs-sim filter frame.png --gaze 0.5,0.5 --fov 90
   powergs-sim filter frame.png --gaze 0.2,0.7 --fov 110 --preset oled-d22 -o filtered.png
 
 This is the colour filter of Duinkharjav et al. 2022; docs/metrics.md has it.";
@@ -41,9 +41,9 @@ pub struct Args {
     /// What transparent pixels show: black, white, or r,g,b from 0 to 1
     #[arg(long, default_value = "black")]
     pub background: Background,
-    /// The PNG file to write
+    /// The PNG file to write [default: IMAGE-d22.png beside the picture]
     #[arg(long, short, value_name = "FILE")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
 }
 
 /// Reads `x,y`.
@@ -55,19 +55,26 @@ pub fn pair(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
+/// `frame-d22.png` for `frame.png`.
+fn beside(image: &Path) -> PathBuf {
+    let stem = image.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    image.with_file_name(format!("{stem}-d22.png"))
+}
+
 /// Runs `filter`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
     let display = machine_file::load_display(&args.preset)?;
     let picture = picture_file::read(&args.image, args.background)?;
     let filtered = Filter::new(&display).apply(&picture, &gaze);
-    write_png(&args.output, &filtered)?;
+    let output = args.output.clone().unwrap_or_else(|| beside(&args.image));
+    write_png(&output, &filtered)?;
     let [before, after] = [&picture, &filtered].map(|p| display.power(p.mean_linear_rgb()).0);
     let saving = if before > 0.0 { 1.0 - after / before } else { 0.0 };
     if context.global.json {
         out::json(&json!({
             "image": args.image.display().to_string(),
-            "file": args.output.display().to_string(),
+            "file": output.display().to_string(),
             "preset": display.name,
             "gaze": [args.gaze.0, args.gaze.1],
             "fov_deg": args.fov,
@@ -78,7 +85,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     } else if !context.global.quiet {
         out::text(&format!(
             "{}: {before:.4} W before, {after:.4} W after on {} ({:.1} % saved)\n",
-            args.output.display(),
+            output.display(),
             display.name,
             100.0 * saving
         ))?;

@@ -49,7 +49,8 @@ pub struct Args {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
-    /// A PNG file, or a folder that gets one PNG per view
+    /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG
+    /// per view
     #[arg(long, short, value_name = "PATH")]
     pub output: PathBuf,
 }
@@ -63,6 +64,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
+    let count = views.cameras.len();
+    if args.frame.is_none() && is_png(&args.output) && count > 1 && !context.global.quiet {
+        out::complain(format!(
+            "note: one file, so the first of {count} views; --frame K has another, a folder all"
+        ));
+    }
     let (cameras, looking) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
@@ -98,7 +105,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// one of them is rendered.
 fn chosen(args: &Args, mut cameras: Vec<Camera>) -> Result<(Vec<Camera>, Vec<Looking>), Failure> {
     let mut looking = args.gaze.looking(&cameras)?;
-    let Some(frame) = args.frame else { return Ok((cameras, looking)) };
+    let frame = match args.frame {
+        Some(frame) => frame,
+        // One file can hold one view.
+        None if is_png(&args.output) => 0,
+        None => return Ok((cameras, looking)),
+    };
     if frame >= cameras.len() {
         let what = format!("--frame {frame}: there are only {} views, from 0", cameras.len());
         return Err(Failure::new(Exit::Usage, what));
@@ -106,19 +118,14 @@ fn chosen(args: &Args, mut cameras: Vec<Camera>) -> Result<(Vec<Camera>, Vec<Loo
     Ok((vec![cameras.swap_remove(frame)], vec![looking.swap_remove(frame)]))
 }
 
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+}
+
 /// The files to write: `output` itself for one view, else one per view in the folder `output`.
 fn targets(output: &Path, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
-    let is_png = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if is_png && cameras.len() == 1 {
+    if is_png(output) {
         return Ok(vec![output.to_path_buf()]);
-    }
-    if is_png {
-        let what = format!(
-            "{}: one file for {} views; choose one with --frame, or give a folder",
-            output.display(),
-            cameras.len()
-        );
-        return Err(Failure::new(Exit::Usage, what));
     }
     std::fs::create_dir_all(output).or_exit(Exit::Usage, output.display())?;
     let digits = (cameras.len() - 1).to_string().len().max(3);

@@ -47,9 +47,16 @@ fn a_foveated_run_leaves_one_model_that_every_command_takes() {
     assert!(!history.contains("NaN"));
     let (fov, cameras) = (path("run/model.fov"), path("cameras.json"));
     let picture = path("fr.png");
-    let views = ["--cameras", &cameras, "--frame", "0", "--gaze", "0.3,0.6", "-o", &picture];
+    let views = ["--cameras", &cameras, "--gaze", "0.3,0.6", "-o", &picture];
     assert_eq!(other(&[["render", &fov].as_slice(), &views].concat()), Exit::Done);
     assert!(fs::metadata(&picture).unwrap().len() > 100);
+    // One file has the first view, and a filtered picture lies beside the picture.
+    assert_eq!(other(&["filter", &picture, "--gaze", "0.5,0.5", "--fov", "90"]), Exit::Done);
+    let hvsq = ["--hvsq", "1,3,7,12", "--json"];
+    let pair = ["quality", &picture, &path("fr-d22.png")];
+    assert_eq!(other(&[pair.as_slice(), &hvsq].concat()), Exit::Done);
+    let cycle = ["--cameras", &cameras, "--gaze-cycle", "9", "-o", &path("cycle.bin")];
+    assert_eq!(other(&[["extract", &fov].as_slice(), &cycle].concat()), Exit::Done);
     let (trace, report) = (path("run/fr.bin"), path("report"));
     assert_eq!(other(&["replay", &trace, "--arch", "gscore", "--out", &report]), Exit::Done);
 }
