@@ -8,6 +8,7 @@ pub mod aside;
 pub mod background;
 pub mod camera;
 pub mod camera_file;
+pub mod claims;
 pub mod compare;
 pub mod completions;
 pub mod display;
@@ -29,7 +30,6 @@ pub mod pareto;
 pub mod picture_file;
 pub mod progress;
 pub mod quality;
-pub mod regions_picture;
 pub mod render;
 pub mod replay;
 pub mod run_folder;
@@ -123,6 +123,9 @@ pub enum Command {
     /// Find the fewest watts at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
     Optimize(Box<optimize::Args>),
+    /// Check the published claims on finished optimisations
+    #[command(after_help = claims::EXAMPLES)]
+    Claims(claims::Args),
     /// Turn every modelling assumption and see what moves
     /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
@@ -175,6 +178,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Render(args) => render::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
+        Command::Claims(args) => claims::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
         Command::Display(args) => display::run(args, context),

@@ -11,6 +11,7 @@
 pub mod blend;
 pub mod forward;
 pub mod foveated;
+pub mod regions;
 pub mod row;
 pub mod train;
 

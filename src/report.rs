@@ -5,6 +5,7 @@
 pub mod bottleneck;
 pub mod breakdown;
 pub mod charts;
+pub mod claims;
 pub mod compare;
 
 pub mod csv;
@@ -18,6 +19,7 @@ pub mod optimize;
 pub mod perfetto;
 pub mod plot;
 pub mod record;
+pub mod results;
 pub mod roofline;
 pub mod schema;
 pub mod sensitivity;

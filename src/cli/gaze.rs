@@ -122,18 +122,24 @@ impl GazeArgs {
     }
 }
 
-/// Says which levels no view shows: images that are too small for all four.
-pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[Looking]) {
+/// The regions that no view shows, 0 for R1: images that are too small for all four.
+pub fn missing(cameras: &[Camera], looking: &[Looking]) -> Vec<u8> {
     let mut missing: Vec<u8> = (0..4).collect();
     for (camera, looking) in cameras.iter().zip(looking) {
         if missing.is_empty() {
-            return;
+            break;
         }
         if let Ok(sight) = looking.sight([camera.width, camera.height]) {
             let own = sight.missing_regions();
             missing.retain(|region| own.contains(region));
         }
     }
+    missing
+}
+
+/// Says which levels no view shows.
+pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[Looking]) {
+    let missing = missing(cameras, looking);
     if !missing.is_empty() && !context.global.quiet {
         let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();
         out::complain(format_args!(

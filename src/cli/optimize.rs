@@ -1,5 +1,6 @@
 //! `optimize`: the fewest watts at a given quality.
 
+mod album;
 mod demo;
 mod finish;
 mod folder;

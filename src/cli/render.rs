@@ -10,10 +10,10 @@ use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
-use super::{Context, Exit, Failure, OrExit, out, regions_picture};
+use super::{Context, Exit, Failure, OrExit, out};
 use crate::fovea::Looking;
 use crate::picture::Picture;
-use crate::raster::{Detail, Options, render, render_foveated};
+use crate::raster::{Detail, Options, regions, render, render_foveated};
 use crate::scene::Camera;
 use crate::scene::camera::orbit::SceneBounds;
 
@@ -87,9 +87,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 let frame = render_foveated(model, camera, looking, &options);
                 let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
                 match args.levels {
-                    true => {
-                        regions_picture::draw(&picture, looking).or_exit(Exit::Usage, "--gaze")?
-                    }
+                    true => regions::draw(&picture, looking).or_exit(Exit::Usage, "--gaze")?,
                     false => picture,
                 }
             }

@@ -4,9 +4,7 @@ use plotters::style::RGBColor;
 
 use super::ReportError;
 use super::format::{engineering, shortened, watt_unit};
-use super::plot::{
-    Align, Canvas, Drawing, Drawn, INK, Page, Panel, Scale, legend, palette, text_width,
-};
+use super::plot::{Align, Canvas, Drawing, Drawn, INK, Page, Panel, Scale, palette, text_width};
 use crate::optimize::fit::{Fit, Sample, optimum};
 
 const DISPLAY: RGBColor = palette::SKY;
@@ -40,21 +38,45 @@ type Series = (Of<Fit>, fn(&Sample) -> f64, RGBColor);
 
 fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     let panel = Panel { left: 130.0, top: 150.0, right: 1240.0, bottom: 630.0 };
-    let (low, high) = (fit.rho_min(), fit.rho_max());
-    let most = fit.samples.iter().map(Sample::total_w).fold(fit.total_w(low), f64::max);
-    let x = Scale::exact(low - 0.03 * (high - low), high + 0.03 * (high - low), panel.horizontal());
-    let most = most.max(fit.total_w(high));
-    let (per_watt, unit) = watt_unit(most);
-    let y = Scale::from_zero(per_watt * most, panel.vertical());
+    let (x, y, per_watt, unit) = scales(fit, panel);
     panel.vertical_axis(canvas, &y, &format!("power, {unit}"))?;
     let ticks: Vec<f64> = x.ticks(10).into_iter().filter(|t| *t >= -1e-9).collect();
     panel.horizontal_axis(canvas, &x, &ticks, "pruned share of Gaussians, ρ")?;
-    let entries = [("display", DISPLAY), ("rendering", RENDER), ("total", TOTAL)];
-    legend(canvas, panel.left, 118.0, &entries)?;
-    let note = "dots: samples, lines: fits";
-    canvas.text(note, (panel.right, 118.0), Align::Right, super::plot::GREY)?;
+    legend(canvas, (panel.left, 118.0), panel.right)?;
     let height = |watts: f64| y.at(per_watt * watts);
     mark(canvas, fit, panel, (&x, &height))?;
+    curves(canvas, fit, (&x, &height))
+}
+
+/// What the colours are, from `(left, y)` on; the note ends at `right`.
+pub(super) fn legend(canvas: &Canvas, (left, y): (f64, f64), right: f64) -> Drawn {
+    let entries = [("display", DISPLAY), ("rendering", RENDER), ("total", TOTAL)];
+    super::plot::legend(canvas, left, y, &entries)?;
+    let note = "dots: samples, lines: fits";
+    canvas.text(note, (right, y), Align::Right, super::plot::GREY)
+}
+
+/// The fit in a low panel, with a heading.
+pub(super) fn small(canvas: &Canvas, fit: &Fit, panel: Panel, heading: &str) -> Drawn {
+    let (x, y, per_watt, unit) = scales(fit, panel);
+    let best = optimum(fit);
+    panel.vertical_ticks(canvas, &y, 4, &unit)?;
+    let ticks: Vec<f64> = x.ticks(6).into_iter().filter(|t| *t >= -1e-9).collect();
+    panel.horizontal_axis(canvas, &x, &ticks, "")?;
+    let trust = if best.is_trusted() { "" } else { ", not trusted" };
+    let text = format!("optimum ρ = {:.3} ({}{trust})", best.rho, words(fit));
+    let above = panel.top - 16.0;
+    canvas.bold(heading, (panel.left, above), Align::Left, INK)?;
+    canvas.text(&text, (panel.right, above), Align::Right, palette::VERMILION)?;
+    let height = |watts: f64| y.at(per_watt * watts);
+    let at = x.at(best.rho);
+    canvas.line(&[(at, panel.bottom), (at, height(best.total_w()))], palette::VERMILION, 2)?;
+    curves(canvas, fit, (&x, &height))
+}
+
+/// Curves, samples and the optimum.
+fn curves(canvas: &Canvas, fit: &Fit, (x, height): (&Scale, &dyn Fn(f64) -> f64)) -> Drawn {
+    let (low, high) = (fit.rho_min(), fit.rho_max());
     let series: [Series; 3] = [
         (Fit::display_w, |s| s.display_w, DISPLAY),
         (Fit::render_w, |s| s.render_w, RENDER),
@@ -72,6 +94,17 @@ fn draw(canvas: &Canvas, fit: &Fit) -> Drawn {
     }
     let best = optimum(fit);
     canvas.dot((x.at(best.rho), height(best.total_w())), 10, palette::VERMILION)
+}
+
+/// Scales of a panel, and the unit of its powers.
+fn scales(fit: &Fit, panel: Panel) -> (Scale, Scale, f64, String) {
+    let (low, high) = (fit.rho_min(), fit.rho_max());
+    let most = fit.samples.iter().map(Sample::total_w).fold(fit.total_w(low), f64::max);
+    let room = 0.03 * (high - low);
+    let x = Scale::exact(low - room, high + room, panel.horizontal());
+    let most = most.max(fit.total_w(high));
+    let (per_watt, unit) = watt_unit(most);
+    (x, Scale::from_zero(per_watt * most, panel.vertical()), per_watt, unit)
 }
 
 /// The line of the optimum and its numbers, above everything that is drawn below them.

@@ -2,6 +2,7 @@
 
 mod breakdown;
 mod course;
+pub mod foveated;
 mod plane;
 mod quality;
 mod ratio;
@@ -14,6 +15,7 @@ use plotters::style::RGBColor;
 
 use super::ReportError;
 use super::charts::Chart;
+use super::claims::Book;
 use super::format::{shortened, significant};
 use super::plot::{Align, Canvas, Drawn, INK, Page, Scale, palette, text_width};
 use crate::optimize::plan::{Baseline, Outcome, Role};
@@ -49,16 +51,13 @@ pub struct Story<'a> {
     pub ratios: Vec<RatioRow>,
     /// Pictures of one view.
     pub strip: Option<Strip>,
+    /// What the run says about the published claims.
+    pub claims: Book,
 }
 
 impl Story<'_> {
     fn page(&self, name: &'static str, title: &str, what: &str) -> Page {
-        let scene = shortened(&self.name, 24);
-        let oracle = shortened(&self.oracle, 20);
-        let oracle = if oracle == "paper" { "the paper model".into() } else { oracle };
-        let fps = super::format::rate(self.fps);
-        let subtitle = format!("{scene} on {oracle} at {fps} FPS, {what}");
-        Page { name, title: title.into(), subtitle, underlay: None }
+        page(name, title, (&self.name, &self.oracle, self.fps), what)
     }
 
     fn of(&self, role: Role) -> Option<&Outcome> {
@@ -74,6 +73,21 @@ impl Story<'_> {
         let name = self.conclusion.best.as_ref()?;
         self.done.iter().find(|o| o.name == *name)
     }
+}
+
+/// A page about a scene, what counts its power, and frames shown per second.
+fn page(
+    name: &'static str,
+    title: &str,
+    (scene, oracle, fps): (&str, &str, f64),
+    what: &str,
+) -> Page {
+    let scene = shortened(scene, 24);
+    let oracle = shortened(oracle, 20);
+    let oracle = if oracle == "paper" { "the paper model".into() } else { oracle };
+    let fps = super::format::rate(fps);
+    let subtitle = format!("{scene} on {oracle} at {fps} FPS, {what}");
+    Page { name, title: title.into(), subtitle, underlay: None }
 }
 
 /// All charts that the run has data for, in the order of the summary.

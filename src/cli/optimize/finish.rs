@@ -14,9 +14,12 @@ use crate::optimize::setup::{Seen, Setup};
 use crate::optimize::study::ratios;
 use crate::optimize::tune::Model;
 use crate::raster::{Detail, Options, render};
+use crate::report::charts::Chart;
+use crate::report::claims::{self, Run};
 use crate::report::optimize::{
     Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
 };
+use crate::report::results::{ChangeRecord, FILE, Results, Sources};
 use crate::scene::write_ply;
 use crate::trace::{EncodedFrame, TraceHeader, Writer};
 
@@ -62,6 +65,14 @@ pub fn finish(
         write_model(run.setup, inputs, folder, &model)?;
         strip = Some(pictures(run.setup, &model, best));
     }
+    let viewer = foveated::viewer(run, inputs).filter(|_| conclusion.best.is_some());
+    let shown = match &viewer {
+        Some(viewer) => Some(foveated::finish(run, viewer, inputs, folder, progress)?),
+        None => None,
+    };
+    let results = results(run, inputs, progress, (strip.as_ref(), shown.as_ref()));
+    folder.write(FILE, results.to_json().as_bytes())?;
+    let whole = Run { label: inputs.name.clone(), results };
     let story = Story {
         name: inputs.name.clone(),
         oracle: inputs.oracle.name(),
@@ -73,30 +84,72 @@ pub fn finish(
         course: course(&folder.history()?),
         ratios: rows,
         strip,
+        claims: claims::check(std::slice::from_ref(&whole)),
     };
-    if let Some(viewer) = foveated::viewer(run, inputs).filter(|_| conclusion.best.is_some()) {
-        foveated::finish(run, &viewer, inputs, folder, progress)?;
-    }
+    let results = &whole.results;
     let drawn = charts(&story).or_exit(Exit::Internal, "charts")?;
-    for chart in &drawn {
+    write_charts(folder, &drawn)?;
+    let mut summary = markdown(&story, &drawn);
+    if let Some(shown) = shown {
+        summary += &foveated::report(run, results, shown, folder, progress)?;
+    }
+    folder.write("summary.md", summary.as_bytes())?;
+    tell(run, &story, results, folder, context)?;
+    Ok(if conclusion.best.is_some() { Exit::Done } else { Exit::GoalMissed })
+}
+
+/// Draws and writes charts.
+pub fn write_charts(folder: &Folder, drawn: &[Chart]) -> Result<(), Failure> {
+    for chart in drawn {
         let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
         let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.png", chart.name), &png)?;
         folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
     }
-    folder.write("summary.md", markdown(&story, &drawn).as_bytes())?;
-    tell(run, &story, folder, context)?;
-    Ok(if conclusion.best.is_some() { Exit::Done } else { Exit::GoalMissed })
+    Ok(())
+}
+
+/// Everything that the run found, with what its colours lost.
+fn results(
+    run: &Finished<'_>,
+    inputs: &Inputs,
+    progress: &Progress,
+    (strip, shown): (Option<&Strip>, Option<&foveated::Outcome>),
+) -> Results {
+    let camera = &inputs.cameras[0];
+    let missing = inputs.screen.map(|s| foveated::missing(&s, &inputs.power_views));
+    let mut results = Results::of(&Sources {
+        scene: &inputs.name,
+        is_self: inputs.is_self,
+        size: [camera.width, camera.height],
+        screen: inputs.screen,
+        missing: &missing.unwrap_or_default(),
+        oracle: &inputs.oracle.name(),
+        fps: run.fps,
+        display: (&inputs.display.name, inputs.display.scale),
+        stopped: run.stopped,
+        campaign: run.campaign,
+        done: &progress.outcomes,
+        measured: shown.map_or(&[], |s| &s.measured),
+        dense_fps: shown.map(|s| s.dense_fps),
+    });
+    results.mean_change = strip.map(|strip| ChangeRecord {
+        view: strip.view.clone(),
+        level_1: strip.mean_change(),
+        regions: shown.and_then(|s| s.change),
+    });
+    results
 }
 
 fn tell(
     run: &Finished<'_>,
     story: &Story<'_>,
+    results: &Results,
     folder: &Folder,
     context: &Context,
 ) -> Result<(), Failure> {
     if context.global.json {
-        return out::json(&object(run, story));
+        return out::json(&object(run, story, results));
     }
     if let Some(why) = run.stopped {
         out::complain(why);
@@ -217,7 +270,7 @@ fn model(outcome: &Outcome) -> Value {
     value
 }
 
-fn object(run: &Finished<'_>, story: &Story<'_>) -> Value {
+fn object(run: &Finished<'_>, story: &Story<'_>, results: &Results) -> Value {
     let conclusion = story.conclusion;
     let missed: Vec<Value> = conclusion
         .missed
@@ -253,5 +306,6 @@ fn object(run: &Finished<'_>, story: &Story<'_>) -> Value {
         "mre_render": fit.and_then(|f| f.render.mre),
         "missed": missed,
         "models": story.done.iter().map(model).collect::<Vec<Value>>(),
+        "results": results,
     })
 }

@@ -5,15 +5,20 @@ use std::io;
 
 use super::super::machine_file::load_machine_with;
 use super::super::{Context, Exit, Failure, OrExit, gaze};
-use super::finish::Finished;
+use super::finish::{Finished, write_charts};
 use super::folder::Folder;
 use super::inputs::{Inputs, published_prices};
-use super::{Args, PowerArgs, demo};
-use crate::fovea::{GAZE_CYCLE, Looking, Screen, TileLevels};
+use super::{Args, PowerArgs, album, demo};
+use crate::fovea::{GAZE_CYCLE, LEVELS, Looking, Screen, TileLevels};
 use crate::optimize::checkpoint::Progress;
 use crate::optimize::foveated::{FilterCost, Foveal, Levels, Method, Viewer, lines};
 use crate::optimize::oracle::CycleOracle;
+use crate::optimize::plan::Place;
 use crate::raster::{Detail, Options, render_foveated};
+use crate::report::optimize::foveated::{
+    Album, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
+};
+use crate::report::results::Results;
 use crate::scene::{Camera, Foveated, Gaussians};
 use crate::splat::TileGrid;
 use crate::trace::{EncodedFrame, TraceHeader, Writer};
@@ -66,6 +71,11 @@ pub fn levels(screen: &Screen, views: &[Camera]) -> u8 {
     1 + most.unwrap_or(0)
 }
 
+/// The regions that no view has, 0 for R1.
+pub fn missing(screen: &Screen, views: &[Camera]) -> Vec<u8> {
+    gaze::missing(views, &looking(screen, views.len()))
+}
+
 /// Says which regions no view has.
 pub fn note_missing(context: &Context, screen: &Screen, views: &[Camera]) {
     gaze::note_missing(context, views, &looking(screen, views.len()));
@@ -77,10 +87,11 @@ pub struct Outcome {
     pub measured: Vec<Foveal>,
     /// Speed of the dense model on the machine, frames a second.
     pub dense_fps: f64,
-    /// Ours.
-    pub ours: Option<Foveated>,
-    /// FR-Render of the first variant.
-    pub pruned: Option<Foveated>,
+    /// Pictures of one view: ours and FR-Render of the first variant.
+    pub album: Option<Album>,
+    /// Mean change of red, green and blue against the dense model in each region of that view,
+    /// codes of 8 bits.
+    pub change: Option<[Option<[f64; 3]>; LEVELS]>,
 }
 
 /// What foveated models of a run are measured with; `None` if it is not foveated.
@@ -106,7 +117,8 @@ pub fn finish(
 ) -> Result<Outcome, Failure> {
     let internal = "internal error in a foveated frame";
     let dense_fps = viewer.plain_fps(run.setup.dense).or_exit(Exit::Internal, internal)?;
-    let mut outcome = Outcome { measured: Vec::new(), dense_fps, ours: None, pruned: None };
+    let mut outcome = Outcome { measured: Vec::new(), dense_fps, album: None, change: None };
+    let (mut ours, mut pruned) = (None, None);
     for levels in lines(run.campaign, &progress.outcomes) {
         let model = compose(folder, &levels)?;
         let (method, is_first) = (levels.method, levels.variant == 0);
@@ -116,13 +128,41 @@ pub fn finish(
             Method::PowerGs if is_first => {
                 folder.stream("model.fov", |mut w| model.write(&mut w))?;
                 write_trace(viewer, inputs, folder, &model)?;
-                outcome.ours = Some(model);
+                ours = Some(model);
             }
-            Method::FrRender if is_first => outcome.pruned = Some(model),
+            Method::FrRender if is_first => pruned = Some(model),
             Method::PowerGs | Method::FrRender | Method::FrDisplay | Method::RtgsD22 => {}
         }
     }
+    if let Some(ours) = ours {
+        let (pictures, change) = album::album(viewer, &ours, pruned.as_ref(), inputs.is_self)
+            .or_exit(Exit::Internal, internal)?;
+        (outcome.album, outcome.change) = (Some(pictures), Some(change));
+    }
     Ok(outcome)
+}
+
+/// Writes tables and charts; returns the foveated part of the summary.
+pub fn report(
+    run: &Finished<'_>,
+    results: &Results,
+    shown: Outcome,
+    folder: &Folder,
+    progress: &Progress,
+) -> Result<String, Failure> {
+    folder.write("levels.csv", levels_csv(results).as_bytes())?;
+    folder.write("foveated.csv", foveated_csv(results).as_bytes())?;
+    folder.write("regions.csv", regions_csv(results).as_bytes())?;
+    let fit = |level: u8| {
+        let place = Place { variant: 0, level };
+        let fit = run.campaign.conclusion(&progress.outcomes, place).fit.ok()?;
+        Some((format!("level {}", level + 1), fit))
+    };
+    let fits = (0..run.campaign.levels).filter_map(fit).collect();
+    let show = Show { results, fits, album: shown.album };
+    let drawn = charts(&show).or_exit(Exit::Internal, "charts")?;
+    write_charts(folder, &drawn)?;
+    Ok(markdown(&show, &drawn))
 }
 
 /// The four levels as one model.

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Story;
-use crate::optimize::fit::Place;
-use crate::optimize::plan::{Baseline, Outcome, Role};
+use crate::optimize::plan::{Outcome, Role};
 use crate::report::charts::Chart;
+use crate::report::claims::{Verdict, table};
 use crate::report::format::{engineering, watt_unit};
 
 /// A result as a list of names and values, for `--json` and the terminal.
@@ -164,83 +164,17 @@ fn fits(text: &mut String, story: &Story<'_>) {
     }
 }
 
-/// One published claim and what this run says about it.
-struct Claim {
-    what: &'static str,
-    published: &'static str,
-    here: String,
-    holds: bool,
-}
-
+/// The published claims that this run can say something about.
 fn claims(text: &mut String, story: &Story<'_>) {
-    let claims = checked(story);
-    if claims.is_empty() {
+    let mut book = story.claims.clone();
+    book.rows.retain(|row| row.verdict != Verdict::Unchecked);
+    if book.rows.is_empty() {
         return;
     }
     text.push_str(
         "## Published claims, checked here\n\nSign and order are what a small scene and a short \
-         run can show; the published numbers are for full-size scenes and 150,000 iterations.\n\n\
-         | claim | published | here | holds |\n|---|---|---|---|\n",
+         run can show; the published numbers are for full-size scenes and 150,000 iterations. \
+         `powergs-sim claims RUN...` also says what could not be checked, and why.\n\n",
     );
-    for claim in claims {
-        let holds = if claim.holds { "yes" } else { "no" };
-        let Claim { what, published, here, .. } = claim;
-        let _ = writeln!(text, "| {what} | {published} | {here} | {holds} |");
-    }
-    text.push('\n');
-}
-
-fn checked(story: &Story<'_>) -> Vec<Claim> {
-    let mut claims = Vec::new();
-    let passed: Vec<&Outcome> = story.samples().filter(|o| o.passed).collect();
-    let low = passed.iter().min_by(|a, b| a.rho.total_cmp(&b.rho));
-    let high = passed.iter().max_by(|a, b| a.rho.total_cmp(&b.rho));
-    if let (Some(low), Some(high)) = (low, high)
-        && high.rho > low.rho
-    {
-        let change = |of: fn(&Outcome) -> f64| of(high) / of(low) - 1.0;
-        let display = change(|o| o.watts.display_w);
-        let render = change(|o| o.watts.render_w);
-        let shown =
-            |c: f64| format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * c, low.rho, high.rho);
-        let (a, b) = (shown(display), shown(render));
-        claims.push(claim("display power rises with ρ", "rises", a, display > 0.0));
-        claims.push(claim("rendering power falls with ρ", "falls, nearly linear", b, render < 0.0));
-    }
-    if let (Ok(fit), Some(optimum)) = (&story.conclusion.fit, story.conclusion.optimum) {
-        let here = format!("{} at ρ {:.3}", optimum.place.name().replace('_', " "), optimum.rho);
-        let inside = optimum.place == Place::Interior;
-        claims.push(claim("the total is U-shaped", "interior minimum", here, inside));
-        let errors = (fit.display.mre, fit.render.mre);
-        if let (Some(d), Some(r)) = errors {
-            let here = format!("{d:.4} and {r:.4}");
-            let what = "mean relative error of the display and rendering fits";
-            claims.push(claim(what, "0.003 and 0.008", here, d < 0.05 && r < 0.05));
-        }
-    }
-    let Some(ours) = story.best() else { return claims };
-    let compared = [
-        (Role::Baseline(Baseline::RenderOnly), "below render-only", "4 % (not foveated)"),
-        (Role::Baseline(Baseline::DisplayOnly), "below display-only", "49 % (not foveated)"),
-        (Role::Baseline(Baseline::TwoStage), "below two-stage", "lower"),
-        (Role::Dense, "below the dense model", "over 40 %"),
-    ];
-    for (role, what, published) in compared {
-        if let Some(other) = story.of(role) {
-            let saved = 1.0 - ours.watts.total_w() / other.watts.total_w();
-            let (a, b) = (ours.test.quality.psnr_db, other.test.quality.psnr_db);
-            let here = format!("{:.1} % less, at {a:.2} dB against {b:.2} dB", 100.0 * saved);
-            claims.push(claim(what, published, here, saved > 0.0));
-        }
-    }
-    if let Some(strip) = &story.strip {
-        let [r, g, b] = strip.mean_change();
-        let here = format!("mean change {r:+.2}, {g:+.2}, {b:+.2} of 255 (red, green, blue)");
-        claims.push(claim("blue loses most", "yellow-green tint", here, b < r && b < g));
-    }
-    claims
-}
-
-fn claim(what: &'static str, published: &'static str, here: String, holds: bool) -> Claim {
-    Claim { what, published, here, holds }
+    let _ = writeln!(text, "{}", table(&book));
 }

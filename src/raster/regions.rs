@@ -4,8 +4,8 @@ use crate::fovea::{GazeError, Looking, TileLevels};
 use crate::picture::Picture;
 use crate::splat::TileGrid;
 
-/// Tints of R1 (not used) to R4, sRGB: apart for all kinds of sight.
-const TINTS: [[f32; 3]; 4] =
+/// Tints of R1 (not used: it is shown as it is) to R4, sRGB: apart for all kinds of sight.
+pub const TINTS: [[f32; 3]; 4] =
     [[0.5, 0.5, 0.5], [0.0, 0.45, 0.70], [0.90, 0.62, 0.0], [0.80, 0.25, 0.55]];
 /// How strong they are.
 const STRENGTH: f32 = 0.4;
@@ -14,6 +14,9 @@ const CROSS: f32 = 0.012;
 
 /// The picture with tinted tiles (a mixture where two levels are blended), lines between regions
 /// and a cross where somebody looks.
+///
+/// # Errors
+/// A gaze or a screen that cannot be.
 pub fn draw(picture: &Picture, looking: &Looking) -> Result<Picture, GazeError> {
     let (width, height) = (picture.width, picture.height);
     let sight = looking.sight([width, height])?;

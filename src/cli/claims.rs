@@ -1,0 +1,102 @@
+//! `claims`: what finished optimisations say about the published claims.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::aside::write_aside;
+use super::{Context, Exit, Failure, OrExit, out};
+use crate::report::claims::{self, Run};
+use crate::report::results::{FILE, Results};
+
+/// Shown under `claims --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim claims runs/snow-fr
+  powergs-sim claims runs/snow-fr runs/fox-fr runs/bot-fr --write claims.md
+  powergs-sim claims runs/snow-fr --json
+
+A run is the folder of `powergs-sim optimize`; most claims need one made with
+--foveated --baselines, some also --variants H,M,L or --study lambda. A claim
+that does not hold here is shown with its numbers; the exit code stays 0.";
+
+/// Larger files are no results.
+const BYTES_MAX: u64 = 64 << 20;
+
+/// The arguments of `claims`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folders of finished optimisations
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<PathBuf>,
+    /// Also write the answer to a page of Markdown
+    #[arg(long, value_name = "FILE")]
+    pub write: Option<PathBuf>,
+}
+
+/// Runs `claims`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let runs = args.runs.iter().map(|path| read(path)).collect::<Result<Vec<Run>, Failure>>()?;
+    let book = claims::check(&named_apart(runs));
+    if let Some(path) = &args.write {
+        let page = claims::markdown(&book);
+        write_aside(path, |w| w.write_all(page.as_bytes()))?;
+    }
+    if context.global.json {
+        out::json(&claims::json(&book))?;
+    } else if !context.global.quiet {
+        out::text(&claims::terminal(&book))?;
+    }
+    Ok(Exit::Done)
+}
+
+/// The results of a run folder, under the name of the folder.
+fn read(folder: &Path) -> Result<Run, Failure> {
+    let shown = folder.display();
+    let refuse = |what: &str| Err(Failure::new(Exit::Usage, format!("{shown}: {what}")));
+    if !folder.exists() {
+        return refuse("there is no such folder; give the folder of a `powergs-sim optimize` run");
+    }
+    if !folder.is_dir() {
+        return refuse("is a file; give the folder of a `powergs-sim optimize` run");
+    }
+    let path = folder.join(FILE);
+    if !path.is_file() {
+        let is_run = folder.join("checkpoints").is_dir();
+        return refuse(match is_run {
+            true => {
+                "the run is not finished, or of an older version: it has no results.json; go on \
+                 with `powergs-sim optimize … --resume`"
+            }
+            false => "no folder of a `powergs-sim optimize` run: it has no results.json",
+        });
+    }
+    let file = File::open(&path).or_exit(Exit::BadInput, path.display())?;
+    let mut text = String::new();
+    let read = file.take(BYTES_MAX + 1).read_to_string(&mut text);
+    read.or_exit(Exit::BadInput, path.display())?;
+    if text.len() as u64 > BYTES_MAX {
+        let what = format!("{}: more than {BYTES_MAX} bytes: these are no results", path.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    let results = Results::parse(&text).or_exit(Exit::BadInput, path.display())?;
+    // `.` and `..` have no name of their own.
+    let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+    let name = whole.file_name().map(|n| n.to_string_lossy().into_owned());
+    Ok(Run { label: name.unwrap_or_else(|| results.scene.clone()), results })
+}
+
+/// Runs of the same name get numbers.
+fn named_apart(mut runs: Vec<Run>) -> Vec<Run> {
+    let mut taken = BTreeSet::new();
+    for run in &mut runs {
+        let own = run.label.clone();
+        let mut n = 2;
+        while !taken.insert(run.label.clone()) {
+            run.label = format!("{own}-{n}");
+            n += 1;
+        }
+    }
+    runs
+}

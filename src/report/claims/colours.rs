@@ -1,0 +1,52 @@
+//! Claims about what becomes of the colours.
+
+use super::{Answer, Asks, Check, Rule, here};
+use crate::fovea::{LEVELS, REGIONS};
+use crate::report::results::{ChangeRecord, Results};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check {
+        id: "27a",
+        what: "a yellow-green tint: blue, the most expensive channel, loses most",
+        published: "yellow-green tint",
+        expects: "mean blue falls more than mean red and green",
+        rule: Rule::All,
+        asks: Asks::Each(blue),
+    },
+    Check {
+        id: "27b",
+        what: "the tint is stronger in the periphery",
+        published: "stronger in the periphery",
+        expects: "blue falls more in the outermost region than in R1, against red and green",
+        rule: Rule::All,
+        asks: Asks::Each(periphery),
+    },
+];
+
+fn change(r: &Results) -> Result<&ChangeRecord, String> {
+    r.mean_change.as_ref().ok_or_else(|| "no model of ours reached the target".into())
+}
+
+fn shown([r, g, b]: [f64; 3]) -> String {
+    format!("{r:+.2}, {g:+.2}, {b:+.2}")
+}
+
+fn blue(r: &Results) -> Answer {
+    let [red, green, blue] = change(r)?.level_1;
+    let text = format!("red, green, blue {} of 255", shown([red, green, blue]));
+    here(text, blue < red && blue < green)
+}
+
+/// How much more blue falls than the mean of red and green.
+fn tint([r, g, b]: [f64; 3]) -> f64 {
+    (r + g) / 2.0 - b
+}
+
+fn periphery(r: &Results) -> Answer {
+    let regions = change(r)?.regions.ok_or("not foveated (optimize --foveated)")?;
+    let fovea = regions[0].ok_or("no R1 in this view")?;
+    let outer = (1..LEVELS).rev().find_map(|i| Some((i, regions[i]?)));
+    let (i, outer) = outer.ok_or("no region beyond R1 in this view")?;
+    let text = format!("R1 {}; {} {} of 255", shown(fovea), REGIONS[i], shown(outer));
+    here(text, tint(outer) > tint(fovea))
+}
