@@ -107,6 +107,8 @@ pub struct VariantRecord {
 pub enum RoleRecord {
     /// The model that the user brought.
     Dense,
+    /// The dense model, trained on without the views that gate.
+    HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
     /// The predicted optimum, made real.
@@ -124,6 +126,7 @@ impl RoleRecord {
     pub const fn name(self) -> &'static str {
         match self {
             RoleRecord::Dense => "dense",
+            RoleRecord::HeldOut => "held-out",
             RoleRecord::Sample => "sample",
             RoleRecord::Final => "final",
             RoleRecord::Baseline => "baseline",

@@ -108,13 +108,14 @@ fn seen(seen: &Seen) -> SeenRecord {
 
 fn model(run: &Sources<'_>, o: &Outcome) -> ModelRecord {
     let target = match o.role {
-        Role::Dense => run.campaign.target(run.done, 0),
+        Role::Dense | Role::HeldOut => run.campaign.target(run.done, 0),
         role => run.campaign.target_at(run.done, role.line(), o.place),
     };
     ModelRecord {
         name: o.name.clone(),
         role: match o.role {
             Role::Dense => RoleRecord::Dense,
+            Role::HeldOut => RoleRecord::HeldOut,
             Role::Sample => RoleRecord::Sample,
             Role::Final => RoleRecord::Final,
             Role::Baseline(_) => RoleRecord::Baseline,
