@@ -235,7 +235,9 @@ fn a_level_goes_on_bit_for_bit() {
         whole.step().unwrap();
     }
     let mut first = tuner(start());
-    (0..5).for_each(|_| drop(first.step().unwrap()));
+    for _ in 0..5 {
+        first.step().unwrap();
+    }
     let state = first.state().clone();
     let mut second = tuner(state);
     while !second.is_done() {
