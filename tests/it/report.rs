@@ -2,9 +2,13 @@
 
 pub mod builder;
 mod charts;
+mod claims;
 mod compare;
 mod formats;
+mod foveated;
+pub mod foveated_run;
 mod json;
+mod results;
 mod scale;
 mod statistics;
 mod text;

@@ -1,6 +1,6 @@
 //! Claims about power over the pruning ratio, and about λ.
 
-use super::facts::{dense, high};
+use super::facts::{dense, high, saved};
 use super::{Answer, Asks, Check, Rule, here};
 use crate::report::results::{FitRecord, ModelRecord, Results, RoleRecord};
 
@@ -106,22 +106,23 @@ fn samples(r: &Results) -> Result<Vec<&ModelRecord>, String> {
 }
 
 /// Change from the least to the most pruned sample, with the ratios.
-fn change(samples: &[&ModelRecord], of: fn(&ModelRecord) -> f64) -> (f64, String) {
+fn change(samples: &[&ModelRecord], of: fn(&ModelRecord) -> f64) -> Result<(f64, String), String> {
     let (low, high) = (samples[0], samples[samples.len() - 1]);
-    let change = of(high) / of(low) - 1.0;
-    (change, format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * change, low.rho, high.rho))
+    let change = -saved(of(high), of(low))?;
+    let text = format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * change, low.rho, high.rho);
+    Ok((change, text))
 }
 
 fn render_falls(r: &Results) -> Answer {
     let samples = samples(r)?;
-    let (change, text) = change(&samples, |m| m.render_w);
+    let (change, text) = change(&samples, |m| m.render_w)?;
     let points: Vec<(f64, f64)> = samples.iter().map(|m| (m.rho, m.render_w)).collect();
     let Some(r2) = straightness(&points) else { return here(text, change < 0.0) };
     here(format!("{text}, straight line R² {r2:.3}"), change < 0.0 && r2 > R2_LEAST)
 }
 
 fn display_rises(r: &Results) -> Answer {
-    let (change, text) = change(&samples(r)?, |m| m.display_w);
+    let (change, text) = change(&samples(r)?, |m| m.display_w)?;
     here(text, change > 0.0)
 }
 
@@ -160,6 +161,9 @@ fn sweep(r: &Results) -> Answer {
     let psnr = falls(|m| m.test.psnr_db);
     let display = falls(|m| Some(m.display_w));
     let unit = dense(r)?.gate.display_w;
+    if unit <= 0.0 {
+        return Err("the dense model shows black: no display power".into());
+    }
     let text = format!(
         "PSNR falls in {psnr} of {steps} steps, display power in {display}; λ up to {:.3}/W",
         models[steps].0 / unit

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::picture::Picture;
+use powergs_sim::report::results::Results;
 use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
 
@@ -95,6 +96,10 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     for word in ["saved", "the fit predicts", "| render-only |", "U-shaped", "(plane.png)"] {
         assert!(summary.contains(word), "{word}: {summary}");
     }
+    let results = Results::parse(&text("results.json")).unwrap();
+    assert_eq!(results.models.len(), models.lines().count() - 1);
+    assert_eq!(results.ours(&results.variants[0].name).unwrap().level, 1);
+    assert!(results.foveated.is_empty() && results.screen.is_none());
     assert!(fs::metadata(path.join("final.bin")).unwrap().len() > 1000);
     let run: toml::Table = text("run.toml").parse().unwrap();
     assert_eq!(run["search"]["iterations"].as_integer(), Some(8));
