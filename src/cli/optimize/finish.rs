@@ -160,7 +160,9 @@ fn tell(
         }
         return Ok(());
     }
-    out::text(&format!("{}{}\n", story.headline(), folder.path().join("summary.md").display()))
+    let place = folder.path().join("summary.md");
+    let foveated = crate::report::optimize::foveated::headline(results);
+    out::text(&format!("{}{foveated}{}\n", story.headline(), place.display()))
 }
 
 /// The final model as INRIA PLY, and its trace over the power views.

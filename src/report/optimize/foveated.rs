@@ -13,7 +13,7 @@ mod words;
 pub use album::{Album, Shot};
 pub use ratio::saving_at;
 pub use tables::{foveated_csv, levels_csv, regions_csv};
-pub use words::markdown;
+pub use words::{headline, markdown};
 
 use plotters::style::RGBColor;
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Show;
 use crate::fovea::{LEVELS, REGIONS};
 use crate::report::charts::Chart;
-use crate::report::format::watt_unit;
+use crate::report::format::{engineering, watt_unit};
 use crate::report::results::{FovealRecord, ModelRecord, Results, RoleRecord};
 
 /// The part; empty if nothing was measured.
@@ -21,6 +21,27 @@ pub fn markdown(show: &Show<'_>, charts: &[Chart]) -> String {
     levels(&mut text, r);
     for chart in charts {
         let _ = writeln!(text, "## {0}\n\n![{0}]({1}.png)\n", chart.title, chart.name);
+    }
+    text
+}
+
+/// The same for a terminal: a line a method, of at most 80 columns; empty if nothing was measured.
+pub fn headline(r: &Results) -> String {
+    if r.foveated.is_empty() {
+        return String::new();
+    }
+    let mut text = format!(
+        "{:14} {:>28}   {:>9}  {}\n",
+        "foveated", "total = render + display", "machine FPS", "HVSQ of R1 to R4, 1e-5"
+    );
+    for f in &r.foveated {
+        let watts = [f.total_w(), f.render_w, f.display_w].map(|w| engineering(w, "W"));
+        let [total, render, display] = watts;
+        let power = format!("{total} = {render} + {display}");
+        let fps = f.fps.map_or(String::new(), |v| format!("{v:.0}"));
+        let shown = |v: &Option<f64>| v.map_or("-".into(), |v| format!("{:.2}", 1e5 * v));
+        let hvsq = f.hvsq.iter().map(shown).collect::<Vec<String>>().join(" ");
+        let _ = writeln!(text, "{:14} {power:>28}   {fps:>11}  {hvsq}", f.label());
     }
     text
 }
