@@ -1,8 +1,8 @@
 //! Foveated models as they are shown: four levels around a gaze, their power, their speed, and how
 //! the eye sees each region. Ours, and those of the published baselines.
 //!
-//! View i is looked at where the i-th gaze of the published cycle of nine says. Power is a mean over
-//! the power views, HVSQ one over the test views.
+//! View i is looked at where the i-th gaze of the published cycle of nine says. Power is a mean
+//! over the power views, HVSQ one over the test views.
 
 use rayon::prelude::*;
 
@@ -64,7 +64,8 @@ pub struct Levels {
     pub method: Method,
     /// Position in the variants of the campaign.
     pub variant: u8,
-    /// Jobs whose models they are. A level without a model that passes shows that of the one before.
+    /// Jobs whose models they are. A level without a model that passes shows that of the level
+    /// before.
     pub jobs: [String; LEVELS],
     /// What is known of each.
     pub state: [LevelState; LEVELS],

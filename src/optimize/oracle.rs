@@ -16,9 +16,8 @@ use crate::raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use crate::scene::{Camera, Gaussians};
 use crate::sim::paper::{UnitPrices, breakdown};
 use crate::sim::{Breach, FrameReport, Label, simulate};
-use crate::trace::Frame;
-use crate::workload::bin;
 use crate::workload::paper::{TileLoad, count, count_foveated};
+use crate::workload::{FrameWorkload, Geometry, bin};
 
 /// Watts by stage and component, orders of [`Stage::ALL`] and [`Component::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -89,12 +88,13 @@ impl Shot {
         }
     }
 
-    /// The trace frame.
-    pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
-        match self {
+    /// The work that it is for machines of a geometry.
+    fn workload(self, camera: &Camera, background: [f32; 3], geometry: Geometry) -> FrameWorkload {
+        let frame = match self {
             Shot::Plain(rendered) => rendered.into_frame(camera, background),
             Shot::Foveated(frame) => frame.into_frame(camera, background),
-        }
+        };
+        bin(&frame, geometry)
     }
 }
 
@@ -204,9 +204,7 @@ impl CycleOracle {
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<FrameReport, Breach> {
-        let frame = shot.into_frame(camera, background);
-        let workload = bin(&frame, self.machine.geometry);
-        drop(frame);
+        let workload = shot.workload(camera, background, self.machine.geometry);
         simulate(Label::default(), &workload, &self.machine, &self.prices)
     }
 }

@@ -49,7 +49,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
         "optimize",
         &[
             "scene", "raster", "workload", "accel", "action", "energy", "display", "picture",
-            "quality", "sim",
+            "quality", "sim", "fovea",
         ],
     ),
     // Reads tables of results; knows no machine.

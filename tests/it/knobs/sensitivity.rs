@@ -71,7 +71,7 @@ fn the_table_fits_a_terminal_and_unknown_numbers_are_refused() {
     assert!(wide.is_empty(), "{wide:#?}");
     assert!(text.contains("dram.efficiency") && text.contains("FPS"), "{text}");
     let refused = program()
-        .args(["sensitivity", "edge", "traces/demo.bin", "--assumptions", "--only", "A99"])
+        .args(["sensitivity", "edge", "traces/demo.bin", "--assumptions", "--only", "A999"])
         .assert();
     let refused = refused.failure().code(2);
     let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();

@@ -116,7 +116,11 @@ pub fn foveal(
     FovealRecord {
         method: method.into(),
         variant: variant.into(),
-        jobs: [state(first), state(first), state(first), state(first)],
+        jobs: if method == "PowerGS" && variant == "H" {
+            [first, "L2-final", "L3-final", "L3-final"].map(state)
+        } else {
+            [first; 4].map(state)
+        },
         states: [state("passed"), state("passed"), state("passed"), state("not_shown")],
         gaussians: [3000, 2000, 1000, 1000],
         display_w,
