@@ -220,6 +220,8 @@ pub struct FitRecord {
     pub optimum_rho: Option<f64>,
     /// Where it lies: `interior`, `least_pruned`, `most_pruned`, `anywhere`.
     pub optimum_place: Option<String>,
+    /// The least and the largest ρ that were fitted.
+    pub rho_range: Option<[f64; 2]>,
     /// ρ that was made real.
     pub chosen_rho: Option<f64>,
     /// Total power that the fit promises there, watts.
@@ -271,6 +273,18 @@ impl FovealRecord {
         self.display_w + self.render_w
     }
 
+    /// HVSQ of the model of each level over whole test views, at the pooling of the level: what
+    /// the publication reports for the regions. `None` where a level has no model of its own, and
+    /// for RTGS+D22, whose models are shown filtered.
+    pub fn level_hvsq(&self, results: &Results) -> [Option<f64>; LEVELS] {
+        std::array::from_fn(|i| {
+            let is_own = matches!(self.states[i].as_str(), "passed" | "missed");
+            let is_shown = self.filter_w == 0.0 && self.method != "RTGS+D22";
+            let model = results.model(&self.jobs[i]).filter(|_| is_own && is_shown)?;
+            model.test.hvsq
+        })
+    }
+
     /// `PowerGS-H`.
     pub fn label(&self) -> String {
         format!("{}-{}", self.method, self.variant)
@@ -291,6 +305,8 @@ pub struct ChangeRecord {
     pub view: String,
     /// Of the whole picture of level 1.
     pub level_1: [f64; 3],
+    /// Mean red, green and blue of the dense model's picture.
+    pub dense: Option<[f64; 3]>,
     /// Of each region of the foveated frame; `null` for regions that it does not have.
     pub regions: Option<[Option<[f64; 3]>; LEVELS]>,
 }

@@ -136,6 +136,7 @@ fn results(
     results.mean_change = strip.map(|strip| ChangeRecord {
         view: strip.view.clone(),
         level_1: strip.mean_change(),
+        dense: Some(strip.mean_dense()),
         regions: shown.and_then(|s| s.change),
     });
     results

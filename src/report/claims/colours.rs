@@ -1,6 +1,6 @@
 //! Claims about what becomes of the colours.
 
-use super::{Answer, Asks, Check, Rule, here};
+use super::{Answer, Asks, Check, Here, Rule, here};
 use crate::fovea::{LEVELS, REGIONS};
 use crate::report::results::{ChangeRecord, Results};
 
@@ -32,9 +32,17 @@ fn shown([r, g, b]: [f64; 3]) -> String {
 }
 
 fn blue(r: &Results) -> Answer {
-    let [red, green, blue] = change(r)?.level_1;
+    let change = change(r)?;
+    let [red, green, blue] = change.level_1;
     let text = format!("red, green, blue {} of 255", shown([red, green, blue]));
-    here(text, blue < red && blue < green)
+    let share = |c: usize| Some(100.0 * change.level_1[c] / change.dense?[c]);
+    let shares: Option<Vec<f64>> = (0..3).map(share).collect();
+    let shares = shares.filter(|s| s.iter().all(|v| v.is_finite()));
+    let why = shares.map(|s| {
+        let (r, g, b) = (s[0], s[1], s[2]);
+        format!("as shares of what the view has {r:+.1}, {g:+.1}, {b:+.1} %")
+    });
+    Ok(Here { text, holds: blue < red && blue < green, why })
 }
 
 /// How much more blue falls than the mean of red and green.

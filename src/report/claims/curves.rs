@@ -8,6 +8,8 @@ use crate::report::results::{FitRecord, ModelRecord, Results, RoleRecord};
 const MRE_MOST: f64 = 0.05;
 /// A fit that explains the samples.
 const R2_LEAST: f64 = 0.9;
+/// A minimum this near to an end, of the range of ρ, is none.
+const EDGE: f64 = 0.05;
 /// A model has settled on its target when it is less than this above it, decibels.
 const SETTLED_DB: f64 = 0.25;
 /// Iterations in which λ should find its place.
@@ -42,7 +44,7 @@ pub(super) const CHECKS: &[Check] = &[
         id: "4c",
         what: "the total is U-shaped",
         published: "figure",
-        expects: "a minimum between the ends, in one scene at least",
+        expects: "a minimum off the ends (5 % of the range), in one scene at least",
         rule: Rule::Any,
         asks: Asks::Each(interior),
     },
@@ -143,7 +145,10 @@ fn interior(r: &Results) -> Answer {
     let place = fit.optimum_place.as_deref().ok_or("no optimum")?;
     let rho = fit.optimum_rho.unwrap_or(0.0);
     let text = format!("{} at ρ {rho:.3}", place.replace('_', " "));
-    here(text, place == "interior")
+    let Some([low, high]) = fit.rho_range else { return here(text, place == "interior") };
+    let room = EDGE * (high - low);
+    let is_inside = (low + room..=high - room).contains(&rho);
+    here(format!("{text} of {low:.2} to {high:.2}"), place == "interior" && is_inside)
 }
 
 fn sweep(r: &Results) -> Answer {

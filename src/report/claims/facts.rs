@@ -109,7 +109,7 @@ pub(super) fn fallbacks(f: &FovealRecord) -> Option<String> {
     (!levels.is_empty()).then(|| format!("{} of {} missed the target", names, f.label()))
 }
 
-/// Loss of PSNR and of SSIM on the test views, shares of the other's; PSNR is left out where it
+/// Loss of PSNR and of SSIM on the test views, shares of the other's. PSNR is left out where it
 /// says nothing: the dense model against its own renders.
 pub(super) fn losses(
     r: &Results,

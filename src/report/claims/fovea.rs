@@ -5,7 +5,7 @@ use super::facts::{
     baseline, compared, dense, fallbacks, first, foveated, high, less, losses, losses_text, low,
     saved, watts,
 };
-use super::{Answer, Asks, Check, Here, Rule, here};
+use super::{Answer, Asks, Check, Here, Rule};
 use crate::report::results::{FovealRecord, ModelRecord, Results};
 
 /// A large factor: more than half is saved.
@@ -192,16 +192,24 @@ fn variants(r: &Results) -> Answer {
 }
 
 fn variants_quality(r: &Results) -> Answer {
-    let (mut texts, mut holds) = (Vec::new(), true);
+    let (mut texts, mut why, mut holds) = (Vec::new(), Vec::new(), true);
     for [ours, render, display] in triples(r)? {
         let model = first(r, ours)?;
         for other in [render, display] {
-            let loss = losses(r, model, first(r, other)?)?;
-            holds &= loss.0.is_none_or(|l| l <= LOSS.0) && loss.1 <= LOSS.0;
+            let theirs = first(r, other)?;
+            let loss = losses(r, model, theirs)?;
+            let is_small = loss.0.is_none_or(|l| l <= LOSS.0) && loss.1 <= LOSS.0;
+            holds &= is_small;
             texts.push(format!("{} against {}", losses_text(loss), other.label()));
+            let margins = model.margin_db.zip(theirs.margin_db);
+            if let Some((a, b)) = margins.filter(|_| !is_small) {
+                let name = other.label();
+                why.push(format!("{name} ends {b:+.2} dB from the target, ours {a:+.2} dB"));
+            }
         }
     }
-    here(texts.join("; "), holds)
+    let why = (!why.is_empty()).then(|| format!("over the gate views {}", why.join(", ")));
+    Ok(Here { text: texts.join("; "), holds, why })
 }
 
 fn dense_quality(r: &Results) -> Answer {
@@ -242,7 +250,17 @@ fn front(r: &Results) -> Answer {
     let cheaper = light.iter().filter(|o| ours.iter().any(|(f, _)| f.total_w() < o.total_w()));
     let text =
         format!("{n} of {} models beaten in all three, {} in power", light.len(), cheaper.count());
-    here(text, n == light.len())
+    let left = light.iter().filter(|m| !beaten(m));
+    let quality = |m: &ModelRecord| {
+        let (db, ssim) = (m.test.psnr_db.unwrap_or(0.0), m.test.ssim.unwrap_or(0.0));
+        format!("{db:.2} dB, SSIM {ssim:.4}")
+    };
+    let not = left.map(|m| format!("{} {} {}", m.name, watts(m.total_w()), quality(m)));
+    let own =
+        ours.iter().map(|(f, m)| format!("{} {} {}", f.label(), watts(f.total_w()), quality(m)));
+    let (not, own): (Vec<String>, Vec<String>) = (not.collect(), own.collect());
+    let why = Some(format!("not beaten: {}; ours: {}", not.join(", "), own.join(", ")));
+    Ok(Here { text, holds: n == light.len(), why })
 }
 
 /// Dense, FR-Render, FR-Display, ours.
@@ -257,7 +275,10 @@ fn render_order(r: &Results) -> Answer {
     let all = [dense.render_w, display.render_w, render.render_w, ours.render_w];
     let text = all.map(watts).join(", ");
     let [a, b, c, d] = all;
-    about(text, a.min(b) > c && c > d, &[render, ours])
+    let (n, m) = (render.gaussians[0], ours.gaussians[0]);
+    let more = format!("FR-Render has {n} Gaussians in level 1, ours has {m}");
+    let why: Vec<String> = [render, ours].into_iter().filter_map(fallbacks).chain([more]).collect();
+    Ok(Here { text, holds: a.min(b) > c && c > d, why: Some(why.join("; ")) })
 }
 
 fn display_order(r: &Results) -> Answer {

@@ -43,6 +43,7 @@ fn regions_that_no_view_shows_are_empty_cells() {
     for row in &table {
         assert_eq!(row["hvsq_r4"], "");
         assert_eq!(row["state_l4"], "not_shown");
+        assert_eq!(row["hvsq_l3"].is_empty(), row["method"] == "RTGS+D22");
         assert!(row["hvsq_r3"].parse::<f64>().is_ok());
     }
     assert_eq!(table[0]["method"], "PowerGS");

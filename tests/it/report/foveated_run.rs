@@ -93,6 +93,7 @@ fn fit(variant: &str, level: u8, best: &str) -> FitRecord {
         no_curve: None,
         optimum_rho: Some(0.62),
         optimum_place: Some("interior".into()),
+        rho_range: Some([0.0, 0.8]),
         chosen_rho: Some(0.62),
         predicted_w: Some(0.33),
         realised_w: Some(0.32),
@@ -116,10 +117,9 @@ pub fn foveal(
     FovealRecord {
         method: method.into(),
         variant: variant.into(),
-        jobs: if method == "PowerGS" && variant == "H" {
-            [first, "L2-final", "L3-final", "L3-final"].map(state)
-        } else {
-            [first; 4].map(state)
+        jobs: match first {
+            "final" => ["final", "L2-final", "L3-final", "L3-final"].map(state),
+            _ => [first; 4].map(state),
         },
         states: [state("passed"), state("passed"), state("passed"), state("not_shown")],
         gaussians: [3000, 2000, 1000, 1000],
@@ -178,6 +178,7 @@ pub fn run() -> Results {
         mean_change: Some(ChangeRecord {
             view: "a".into(),
             level_1: [-1.0, 0.5, -5.0],
+            dense: Some([100.0, 90.0, 80.0]),
             regions: Some([
                 Some([-1.0, 0.5, -4.0]),
                 Some([-1.0, 0.5, -5.0]),

@@ -22,7 +22,7 @@ const FRAME_MOST: f64 = 250.0;
 /// Width of a crop, of that of the frame.
 const CROP: f64 = 0.2;
 /// Pieces of the periphery are at least this far from the gaze, of the farthest corner.
-const FAR: f64 = 0.6;
+const FAR: f64 = 0.5;
 /// Places that are looked at for one, across and down.
 const PLACES: u32 = 12;
 /// Lines around what is enlarged.

@@ -15,7 +15,7 @@ const TITLE: &str = "Levels over a frame";
 /// Upper left corner of the image, SVG units.
 const CORNER: (i32, i32) = (40, 138);
 /// Room for it.
-const ROOM: (f64, f64) = (1200.0, 560.0);
+const ROOM: (f64, f64) = (1200.0, 544.0);
 
 pub(super) fn chart(show: &Show<'_>) -> Result<Option<Chart>, ReportError> {
     let Some(album) = &show.album else { return Ok(None) };
@@ -48,10 +48,8 @@ fn key(canvas: &Canvas, album: &Album) -> Drawn {
         let pooling = POOLINGS[i];
         match (i, album.shares[i] > 0.0) {
             (_, false) => format!("{} not in this view", REGIONS[i]),
-            (0, true) => format!("R1: level 1, as it is, {share:.0} %"),
-            (_, true) => {
-                format!("{}: level {}, pooling {pooling} px, {share:.0} %", REGIONS[i], i + 1)
-            }
+            (0, true) => format!("R1, as it is: {share:.0} %"),
+            (_, true) => format!("{}, pooling {pooling} px: {share:.0} %", REGIONS[i]),
         }
     };
     let names: [String; LEVELS] = std::array::from_fn(name);
@@ -67,5 +65,5 @@ fn key(canvas: &Canvas, album: &Album) -> Drawn {
     legend(canvas, 40.0, 106.0, &entries)?;
     let note = "cross: gaze; white lines: borders of regions; tints run into each other where two \
                 levels are blended";
-    canvas.text(note, (40.0, 710.0), Align::Left, GREY)
+    canvas.text(note, (40.0, 704.0), Align::Left, GREY)
 }

@@ -57,9 +57,11 @@ fn marks(r: &Results) -> Vec<Mark> {
             hvsq: None,
             method: None,
             colour: plain_colour(m.baseline.as_deref(), is_dense, is_ours),
+            // Dots beside them say the variant.
             label: match m.baseline.as_deref() {
-                Some(name) => name.strip_prefix("lightgs-").unwrap_or(&m.variant).to_owned(),
-                None if is_ours => m.variant.clone(),
+                Some("render-only" | "display-only") => String::new(),
+                Some(name) => name.strip_prefix("lightgs-").unwrap_or(name).to_owned(),
+                None if is_ours => String::new(),
                 None => m.name.clone(),
             },
         })
@@ -82,7 +84,8 @@ fn draw(canvas: &Canvas, r: &Results, marks: &[Mark]) -> Drawn {
         ("dense", INK),
     ];
     legend(canvas, 40.0, 112.0, &entries)?;
-    let note = "dots: foveated, joined in the order of the variants; squares: level 1 everywhere";
+    let note = "dots: foveated, joined variant by variant; squares: level 1 everywhere; PSNR of \
+                RTGS+D22: before its filter";
     canvas.text(note, (40.0, 142.0), Align::Left, GREY)?;
     let dense = r.dense().map(|m| m.total_w()).filter(|_| r.reference == Reference::Own);
     let x_name = format!("total power, {unit}");
@@ -92,12 +95,15 @@ fn draw(canvas: &Canvas, r: &Results, marks: &[Mark]) -> Drawn {
     plot(canvas, right, marks, (per_watt, &x_name), (&hvsq, "HVSQ of the worst region, 1e-5"), None)
 }
 
+/// What is drawn of a mark.
+type Value<'a> = &'a dyn Fn(&Mark) -> Option<f64>;
+
 fn plot(
     canvas: &Canvas,
     panel: Panel,
     marks: &[Mark],
     (per_watt, x_name): (f64, &str),
-    (value, y_name): (&dyn Fn(&Mark) -> Option<f64>, &str),
+    (value, y_name): (Value<'_>, &str),
     dense: Option<f64>,
 ) -> Drawn {
     let shown: Vec<(&Mark, f64)> = marks.iter().filter_map(|m| Some((m, value(m)?))).collect();
@@ -119,16 +125,19 @@ fn plot(
     }
     let place = |m: &Mark, v: f64| (x.at(per_watt * m.watts), y.at(v));
     join(canvas, &shown, &place)?;
-    let mut texts = Vec::new();
+    let (mut texts, mut taken) = (Vec::new(), Vec::new());
     for (mark, v) in &shown {
         let at = place(mark, *v);
         match mark.method {
             Some(_) => canvas.dot(at, 8, mark.colour)?,
             None => square(canvas, at, 6.0, mark.colour)?,
         }
-        texts.push((at, mark.label.clone(), INK));
+        match mark.label.is_empty() {
+            true => taken.push([at.0 - 9.0, at.1 - 9.0, at.0 + 9.0, at.1 + 9.0]),
+            false => texts.push((at, mark.label.clone(), INK)),
+        }
     }
-    labels(canvas, &texts, (panel.left, panel.right + 30.0), Vec::new())
+    labels(canvas, &texts, (panel.left, panel.right + 30.0), taken)
 }
 
 /// Lines through the variants of a method.

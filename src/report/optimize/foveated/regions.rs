@@ -60,7 +60,7 @@ fn bars(
     let y = Scale::from_zero(1.05 * most.fold(0.0, f64::max), panel.vertical());
     panel.vertical_axis(canvas, &y, name)?;
     let slot = (panel.right - panel.left) / LEVELS as f64;
-    let width = 0.72 * slot / shown.len() as f64;
+    let width = (0.94 * slot / shown.len() as f64).min(0.5 * slot);
     for (i, region) in REGIONS.iter().enumerate() {
         let middle = panel.left + (i as f64 + 0.5) * slot;
         canvas.text(region, (middle, panel.bottom + 22.0), Align::Centre, INK)?;

@@ -41,11 +41,13 @@ pub fn levels_csv(r: &Results) -> String {
     text
 }
 
-/// `foveated.csv`: every method and variant; quality in decibels, SSIM, FLIP and LPIPS is that of
-/// level 1 over whole test views, HVSQ that of the shown frames. FPS are those of the accelerator.
+/// `foveated.csv`: every method and variant. Quality in decibels, SSIM, FLIP and LPIPS is that of
+/// level 1 over whole test views. HVSQ of R1 to R4 is that of the shown frames, of L1 to L4 that of
+/// the model of the level over whole test views. FPS are those of the accelerator.
 pub fn foveated_csv(r: &Results) -> String {
     let mut text = "method,variant,fps,total_w,display_w,render_w,filter_w,hvsq_r1,hvsq_r2,\
-                    hvsq_r3,hvsq_r4,gaussians_l1,gaussians_l2,gaussians_l3,gaussians_l4,state_l1,\
+                    hvsq_r3,hvsq_r4,hvsq_l1,hvsq_l2,hvsq_l3,hvsq_l4,\
+                    gaussians_l1,gaussians_l2,gaussians_l3,gaussians_l4,state_l1,\
                     state_l2,state_l3,state_l4,test_psnr_db,test_ssim,flip_test,lpips_test\n"
         .to_owned();
     for f in &r.foveated {
@@ -54,7 +56,7 @@ pub fn foveated_csv(r: &Results) -> String {
             optional(first.and_then(value))
         };
         text += &format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
             f.method,
             f.variant,
             optional(f.fps),
@@ -63,6 +65,7 @@ pub fn foveated_csv(r: &Results) -> String {
             f.render_w,
             f.filter_w,
             joined(&f.hvsq, |v| optional(*v)),
+            joined(&f.level_hvsq(r), |v| optional(*v)),
             joined(&f.gaussians, u64::to_string),
             joined(&f.states, String::clone),
             of(|m| m.test.psnr_db),
@@ -78,12 +81,12 @@ pub fn foveated_csv(r: &Results) -> String {
 pub fn regions_csv(r: &Results) -> String {
     let mut text = "method,variant,region,tiles,joules_per_frame,watts,hvsq\n".to_owned();
     for f in &r.foveated {
-        for i in 0..LEVELS {
+        for (i, region) in REGIONS.iter().enumerate() {
             text += &format!(
                 "{},{},{},{},{},{},{}\n",
                 f.method,
                 f.variant,
-                REGIONS[i],
+                region,
                 f.tiles[i],
                 f.region_j[i],
                 f.region_j[i] * r.fps,

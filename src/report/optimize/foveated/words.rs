@@ -65,15 +65,17 @@ fn methods(text: &mut String, r: &Results) {
     let _ = writeln!(
         text,
         "## Methods\n\nFPS: the accelerator's speed at full rate, not a GPU's.{speed} Power: \
-         at {} FPS, over the gaze cycle. HVSQ: of the shown frames, per region. {note} PSNR and \
+         at {} FPS, over the gaze cycle. HVSQ of R1 to R4: of the shown frames. {note} HVSQ of \
+         L1 to L4: of the level's model over whole test views, as published. PSNR and \
          SSIM: of the model of level 1 on whole test views.\n",
         r.fps
     );
     let _ = writeln!(
         text,
         "| method | FPS | total, {unit} | display, {unit} | rendering, {unit} | of that filter, \
-         {unit} | HVSQ R1, 1e-5 | R2 | R3 | R4 | Gaussians of L1 to L4 | levels | PSNR, dB | SSIM \
-         | FLIP | LPIPS |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+         {unit} | HVSQ R1, 1e-5 | R2 | R3 | R4 | HVSQ of L1 to \
+         L4, 1e-5 | Gaussians of L1 to L4 | levels | PSNR, dB | SSIM \
+         | FLIP | LPIPS |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
     );
     for f in &r.foveated {
         let first = r.model(&f.jobs[0]);
@@ -81,11 +83,13 @@ fn methods(text: &mut String, r: &Results) {
             |of: fn(&ModelRecord) -> Option<f64>, digits| number(first.and_then(of), digits);
         let watts = |w: f64| format!("{:.2}", per_watt * w);
         let hvsq: Vec<String> = f.hvsq.iter().map(|v| e5(*v)).collect();
+        let or_none = |v: &Option<f64>| v.map_or("none".into(), |v| e5(Some(v)));
+        let whole: Vec<String> = f.level_hvsq(r).iter().map(or_none).collect();
         let counts: Vec<String> = f.gaussians.iter().map(u64::to_string).collect();
         let states: Vec<String> = f.states.iter().map(|s| s.replace('_', " ")).collect();
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             f.label(),
             number(f.fps, 0),
             watts(f.total_w()),
@@ -93,6 +97,7 @@ fn methods(text: &mut String, r: &Results) {
             watts(f.render_w),
             watts(f.filter_w),
             hvsq.join(" | "),
+            whole.join(", "),
             counts.join(", "),
             states.join(", "),
             quality(|m| m.test.psnr_db, 2),
