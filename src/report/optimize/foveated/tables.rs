@@ -1,7 +1,7 @@
 //! Tables as CSV: the record that everything else is derived from. What was not measured is an
 //! empty cell.
 
-use crate::fovea::{LEVELS, REGIONS};
+use crate::fovea::REGIONS;
 use crate::report::results::Results;
 
 fn optional(value: Option<f64>) -> String {
