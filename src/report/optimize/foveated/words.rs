@@ -32,7 +32,7 @@ pub fn headline(r: &Results) -> String {
     }
     let mut text = format!(
         "{:14} {:>28}   {:>9}  {}\n",
-        "foveated", "total = render + display", "machine FPS", "HVSQ of R1 to R4, 1e-5"
+        "foveated", "total = render + display", "machine FPS", "HVSQ R1-R4, 1e-5"
     );
     for f in &r.foveated {
         let watts = [f.total_w(), f.render_w, f.display_w].map(|w| engineering(w, "W"));
