@@ -33,6 +33,7 @@ impl TileLevel {
 
     /// The share of the second level at a place, in tiles from the middle of the tile: 0 where only
     /// the first level is seen, 1 where only the second is.
+    #[inline]
     pub fn share(&self, [dx, dy]: [f64; 2]) -> f64 {
         if !self.blends {
             return 0.0;

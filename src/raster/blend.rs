@@ -20,6 +20,24 @@ pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
 /// No stop.
 pub const OPEN: u32 = u32::MAX;
 
+/// What a level of a foveated model changes of a splat.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tint {
+    pub(super) log_opacity: f32,
+    pub(super) colour: [f32; 3],
+}
+
+impl Tint {
+    /// One that blends nothing.
+    pub(super) const NOTHING: Tint = Tint { log_opacity: f32::NEG_INFINITY, colour: [0.0; 3] };
+
+    /// Of an opacity, 0 to 1, and a colour.
+    #[inline]
+    pub fn new(opacity: f32, colour: [f32; 3]) -> Tint {
+        Tint { log_opacity: opacity.log2(), colour }
+    }
+}
+
 /// A splat in the form that blending uses: one cache line.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(C, align(64))]
@@ -33,6 +51,10 @@ pub struct Paint {
     /// Rows whose largest exponent is below this cannot reach α = 1/255.
     row_threshold: f32,
     pub(super) colour: [f32; 3],
+    /// In foveated frames: what the next level changes.
+    pub(super) next: Tint,
+    /// In foveated frames: which levels these are (`foveated::paints` knows how).
+    pub(super) levels: u32,
 }
 
 impl Paint {
@@ -50,14 +72,36 @@ impl Paint {
             slope: -c1 / c0,
             row_threshold: LOG2_ALPHA_MIN - margin,
             colour,
+            next: Tint::default(),
+            levels: 0,
         }
+    }
+
+    /// What its level makes of it.
+    #[inline(always)]
+    pub(super) fn tint(&self) -> Tint {
+        Tint { log_opacity: self.log_opacity, colour: self.colour }
+    }
+
+    /// The same splat in another level.
+    #[inline(always)]
+    pub(super) fn set_tint(&mut self, tint: Tint) {
+        (self.log_opacity, self.colour) = (tint.log_opacity, tint.colour);
     }
 }
 
-impl Paint {
-    /// The same splat with another opacity and colour.
-    pub fn repainted(&self, opacity: f32, colour: [f32; 3]) -> Paint {
-        Paint { log_opacity: opacity.log2(), colour, ..*self }
+/// Where the paints of the entries of a list come from.
+pub(super) trait Palette {
+    /// Copies the paints of up to [`BATCH`] entries side by side.
+    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]);
+}
+
+impl Palette for &[Paint] {
+    #[inline(always)]
+    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
+        for (paint, entry) in near.iter_mut().zip(entries) {
+            *paint = self[entry.rank as usize];
+        }
     }
 }
 
@@ -96,10 +140,10 @@ pub struct Block {
     stopped_at: Rows,
     stop: [[u32; BLOCK]; BLOCK],
     /// Rows with a pixel that has not stopped.
-    alive: u32,
+    pub(super) alive: u32,
     /// Rows with a pixel that has.
     stopped: u32,
-    origin: [f32; 2],
+    pub(super) origin: [f32; 2],
     /// Entries that blended, of all blocks since it was last emptied (only for [`Taped`]).
     pub hits: Vec<Hit>,
 }
@@ -167,17 +211,25 @@ impl Block {
         self.alive != 0
     }
 
-    /// Writes row `y` of the image over `background` to `out`.
-    pub fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
-        let [red, green, blue] = &self.colour;
-        for (x, pixel) in out.iter_mut().enumerate() {
+    /// Channel `c` of row `y` of the image over `background`.
+    #[inline(always)]
+    pub(super) fn row(&self, y: usize, c: usize, background: f32) -> [f32; BLOCK] {
+        let mut row = [0.0; BLOCK];
+        for (x, value) in row.iter_mut().enumerate() {
             // One of the two is zero.
             let t = self.transmittance[y][x] + self.stopped_at[y][x];
-            *pixel = [
-                red[y][x] + t * background[0],
-                green[y][x] + t * background[1],
-                blue[y][x] + t * background[2],
-            ];
+            *value = self.colour[c][y][x] + t * background;
+        }
+        row
+    }
+
+    /// Writes row `y` of the image over `background` to `out`.
+    pub fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
+        for (c, &behind) in background.iter().enumerate() {
+            let row = self.row(y, c, behind);
+            for (x, pixel) in out.iter_mut().enumerate() {
+                pixel[c] = row[x];
+            }
         }
     }
 
@@ -199,7 +251,7 @@ impl Block {
 
     /// Stops the pixels of `lanes` in `row` at list entry `at`.
     #[cold]
-    fn stop_lanes(&mut self, row: usize, mut lanes: u64, at: u32) {
+    pub(super) fn stop_lanes(&mut self, row: usize, mut lanes: u64, at: u32) {
         self.stopped |= 1 << row;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize & (BLOCK - 1);
@@ -261,22 +313,20 @@ impl Record for Taped {
 }
 
 /// Entries whose paints are brought together before they are blended, so that cache misses overlap.
-const BATCH: usize = 64;
+pub(super) const BATCH: usize = 64;
 
 /// Blends `entries` into `block`.
 #[simd]
-pub fn blend<S: Simd, R: Record>(
+pub(super) fn blend<S: Simd, R: Record, P: Palette>(
     simd: S,
     record: R,
     block: &mut Block,
     entries: &[Entry],
-    paints: &[Paint],
+    palette: P,
 ) {
     let mut near = [Paint::default(); BATCH];
     for (batch, entries) in entries.chunks(BATCH).enumerate() {
-        for (paint, entry) in near.iter_mut().zip(entries) {
-            *paint = paints[entry.rank as usize];
-        }
+        palette.fetch(entries, &mut near);
         blend_batch(simd, record, block, batch * BATCH, entries, &near);
         if block.alive == 0 {
             return;
@@ -299,6 +349,7 @@ fn blend_batch<S: Simd, R: Record>(
     let rows = iota + block.origin[1];
     for (at, (entry, paint)) in entries.iter().zip(near).enumerate() {
         let lines = Lines::of(simd, paint, rows, block.origin[0]);
+        let brush = Brush { tint: paint.tint(), rank: entry.rank };
         let mut touched = lines.touched & block.alive;
         if touched == 0 {
             continue;
@@ -308,7 +359,10 @@ fn blend_batch<S: Simd, R: Record>(
         while touched != 0 {
             let y = touched.trailing_zeros() as usize & (BLOCK - 1);
             touched &= touched - 1;
-            let row = blend_row(simd, record, block, y, paint, &lines, dx, entry.rank);
+            let power = f32x16::splat(simd, paint.quadratic[0])
+                .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
+                .mul_add(dx, f32x16::splat(simd, lines.base[y]));
+            let row = blend_row(simd, record, block, y, power, &brush);
             if R::HITS {
                 hit_rows |= u32::from(row.hit) << y;
             }
@@ -328,6 +382,46 @@ fn blend_batch<S: Simd, R: Record>(
     }
 }
 
+/// The exponent of one splat on the 16 rows of a block, as far as its opacity has no part in it.
+pub(super) struct Form<S: Simd> {
+    dy: f32x16<S>,
+    /// C δy².
+    square: f32x16<S>,
+    /// B δy.
+    pub(super) linear: f32x16<S>,
+    /// δx in the block at which a row is largest, and what it adds to the base there.
+    peak: f32x16<S>,
+    along: f32x16<S>,
+}
+
+impl<S: Simd> Form<S> {
+    #[inline(always)]
+    pub(super) fn of(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Form<S> {
+        let [a, b, c] = paint.quadratic;
+        let dy = rows - paint.mean[1];
+        let linear = dy * b;
+        let left = left - paint.mean[0];
+        let peak = (dy * paint.slope)
+            .max(f32x16::splat(simd, left))
+            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
+        let along = f32x16::splat(simd, a).mul_add(peak, linear);
+        Form { dy, square: dy * c, linear, peak, along }
+    }
+
+    /// The exponent at δx = 0.
+    #[inline(always)]
+    pub(super) fn base(&self, simd: S, log_opacity: f32) -> f32x16<S> {
+        self.square.mul_add(self.dy, f32x16::splat(simd, log_opacity))
+    }
+
+    /// Rows that can reach α = 1/255 with this base.
+    #[inline(always)]
+    pub(super) fn touched(&self, simd: S, paint: &Paint, base: f32x16<S>) -> u32 {
+        let largest = self.along.mul_add(self.peak, base);
+        !(largest.simd_lt(f32x16::splat(simd, paint.row_threshold)).to_bitmask() as u32)
+    }
+}
+
 /// The exponent of one splat on the 16 rows of a block: `(a δx + linear) δx + base`.
 pub(super) struct Lines {
     pub(super) base: [f32; BLOCK],
@@ -339,49 +433,43 @@ pub(super) struct Lines {
 impl Lines {
     #[inline(always)]
     pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Lines {
-        let [a, b, c] = paint.quadratic;
-        let dy = rows - paint.mean[1];
-        let base = (dy * c).mul_add(dy, f32x16::splat(simd, paint.log_opacity));
-        let linear = dy * b;
-        let left = left - paint.mean[0];
-        let peak = (dy * paint.slope)
-            .max(f32x16::splat(simd, left))
-            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
-        let largest = f32x16::splat(simd, a).mul_add(peak, linear).mul_add(peak, base);
-        let low = largest.simd_lt(f32x16::splat(simd, paint.row_threshold));
-        Lines { base: base.into(), linear: linear.into(), touched: !(low.to_bitmask() as u32) }
+        let form = Form::of(simd, paint, rows, left);
+        let base = form.base(simd, paint.log_opacity);
+        let touched = form.touched(simd, paint, base);
+        Lines { base: base.into(), linear: form.linear.into(), touched }
     }
 }
 
+/// What is blended into a row.
+pub(super) struct Brush {
+    pub(super) tint: Tint,
+    /// Depth rank of the splat.
+    pub(super) rank: u32,
+}
+
 /// What a splat did to a row.
-struct RowOutcome {
+pub(super) struct RowOutcome {
     /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
     hit: bool,
     /// The lanes that stop here, one bit each.
-    stops: u64,
+    pub(super) stops: u64,
 }
 
-/// Blends one splat into row `y`.
+/// Blends one splat of exponent `power` into row `y`.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "all of it lives in registers")]
-fn blend_row<S: Simd, R: Record>(
+pub(super) fn blend_row<S: Simd, R: Record>(
     simd: S,
     _record: R,
     block: &mut Block,
     y: usize,
-    paint: &Paint,
-    lines: &Lines,
-    dx: f32x16<S>,
-    rank: u32,
+    power: f32x16<S>,
+    brush: &Brush,
 ) -> RowOutcome {
     let zero = f32x16::splat(simd, 0.0);
     let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
-    let power = f32x16::splat(simd, paint.quadratic[0])
-        .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
-        .mul_add(dx, f32x16::splat(simd, lines.base[y]));
     let t = f32x16::from_slice(simd, &block.transmittance[y]);
     let hit = power.simd_ge(threshold)
-        & power.simd_le(f32x16::splat(simd, paint.log_opacity))
+        & power.simd_le(f32x16::splat(simd, brush.tint.log_opacity))
         & t.simd_gt(zero);
     let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
     let mut weight = hit.select(alpha * t, zero);
@@ -399,14 +487,16 @@ fn blend_row<S: Simd, R: Record>(
     left.store_slice(&mut block.transmittance[y]);
     for channel in 0..3 {
         let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
-        weight.mul_add(paint.colour[channel], sum).store_slice(&mut block.colour[channel][y]);
+        weight.mul_add(brush.tint.colour[channel], sum).store_slice(&mut block.colour[channel][y]);
     }
     if R::DOMINANCE {
         let best = f32x16::from_slice(simd, &block.heaviest[y]);
         let heavier = weight.simd_gt(best);
         heavier.select(weight, best).store_slice(&mut block.heaviest[y]);
         let owner = u32x16::from_slice(simd, &block.heaviest_rank[y]);
-        heavier.select(u32x16::splat(simd, rank), owner).store_slice(&mut block.heaviest_rank[y]);
+        heavier
+            .select(u32x16::splat(simd, brush.rank), owner)
+            .store_slice(&mut block.heaviest_rank[y]);
     }
     RowOutcome {
         hit: R::HITS && hit.any_true(),

@@ -143,16 +143,17 @@ pub(super) fn project(
     camera: &Camera,
     level: Level,
 ) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    project_with(scene, &View::new(camera), level)
+    project_then(scene, &View::new(camera), level, |visible| visible)
 }
 
-/// As [`project`], of a view.
-pub(super) fn project_with(
+/// As [`project`], of a view, with what `then` makes of the visible splats of each part.
+pub(super) fn project_then<T: Send>(
     scene: &Gaussians,
     view: &View,
     level: Level,
-) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    let (parts, bits): (Vec<Vec<Visible>>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
+    then: impl Fn(Vec<Visible>) -> T + Sync,
+) -> (Vec<T>, Vec<u8>) {
+    let (parts, bits): (Vec<T>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
         .map(|part| {
             let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
@@ -165,7 +166,7 @@ pub(super) fn project_with(
                 bits.extend_from_slice(&mask.to_le_bytes());
             }
             bits.truncate((end - first).div_ceil(8));
-            (visible, bits)
+            (then(visible), bits)
         })
         .unzip();
     (parts, bits.concat())
@@ -173,33 +174,40 @@ pub(super) fn project_with(
 
 /// Splats, and their form for blending, in ascending depth, ties by index in the scene.
 pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
-    in_depth_order_by(parts, |v| (v.splat, Paint::new(&v.splat, v.colour)))
+    let depth = |v: &Visible| v.splat.depth;
+    in_depth_order_by(parts, depth, |part, i| {
+        let Visible { splat, colour } = parts[part][i];
+        (splat, Paint::new(&splat, colour))
+    })
 }
 
-/// What `make` makes of every visible splat, in the order of [`in_depth_order`].
-pub(super) fn in_depth_order_by<T: Send>(
-    parts: &[Vec<Visible>],
-    make: impl Fn(&Visible) -> (Splat, T) + Sync,
-) -> (Vec<Splat>, Vec<T>) {
+/// Two things that `make` makes of every item of `parts`, which it is told by part and place, in
+/// ascending depth, ties by place. No part has more than [`PART`].
+pub(super) fn in_depth_order_by<V: Sync, A: Send, B: Send>(
+    parts: &[Vec<V>],
+    depth: impl Fn(&V) -> f32 + Sync,
+    make: impl Fn(usize, usize) -> (A, B) + Sync,
+) -> (Vec<A>, Vec<B>) {
     // Depth, part, position in the part: positive floats order like their bits.
+    let depth = &depth;
     let mut keys: Vec<u64> = parts
         .par_iter()
         .enumerate()
-        .flat_map_iter(|(part, visible)| {
-            visible.iter().enumerate().map(move |(i, v)| {
-                u64::from(v.splat.depth.to_bits()) << 32 | (part * PART + i) as u64
+        .flat_map_iter(|(part, items)| {
+            items.iter().enumerate().map(move |(i, item)| {
+                u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64
             })
         })
         .collect();
     keys.par_sort_unstable();
-    let (mut splats, mut made) = (Vec::new(), Vec::new());
+    let (mut a, mut b) = (Vec::new(), Vec::new());
     keys.par_iter()
         .map(|&key| {
             let place = key as u32 as usize;
-            make(&parts[place / PART][place % PART])
+            make(place / PART, place % PART)
         })
-        .unzip_into_vecs(&mut splats, &mut made);
-    (splats, made)
+        .unzip_into_vecs(&mut a, &mut b);
+    (a, b)
 }
 
 /// The lines of each row of tiles. Columns that are not recorded stay empty.

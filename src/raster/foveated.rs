@@ -2,11 +2,12 @@
 //!
 //! The scene is projected, sorted and listed once. A tile's list holds the splats whose highest
 //! level is not below the tile's; its pixels are blended with the colours and opacities of that
-//! level, and where it blends, of the next one too, from the same list into a second accumulator
+//! level, and where it blends, of the next one too, in the same pass into a second accumulator
 //! (`powergs.md` §6.4 in the corrected form of §10). A pixel that sees one level only takes no part
 //! in the other. The picture equals that of every level rendered whole, mixed pixel by pixel.
 
 mod paints;
+mod pair;
 mod row;
 
 use std::sync::atomic::AtomicU32;
@@ -16,13 +17,11 @@ use rayon::prelude::*;
 use self::paints::LevelPaints;
 use self::row::{Shared, Target, render_row};
 use super::blend::{Counted, ImageOnly, Record};
-use super::forward::{Detail, Options, in_depth_order_by, preview, project_with};
+use super::forward::{Detail, Options, preview};
 use super::row::TileCount;
 use crate::fovea::{GazeError, Looking, TileLevels};
 use crate::picture::Picture;
 use crate::scene::{Camera, Foveated};
-use crate::splat::levels::LevelFilter;
-use crate::splat::project::View;
 use crate::splat::runs::{Levels, Reach, Runs, Touch};
 use crate::splat::{Counters, FoveaCounters, Splat, TileGrid};
 use crate::trace::{Fovea, Frame, FrameFacts, PixelColumns};
@@ -43,7 +42,8 @@ pub struct FoveatedTile {
 pub struct FoveatedFrame {
     /// The image, over the background, not clamped.
     pub picture: Picture,
-    /// Visible splats in depth order. The opacity is the largest of the levels that it has.
+    /// Visible splats in depth order; only those that some tile could show for [`Detail::Image`].
+    /// The opacity is the largest of the levels that it has.
     pub splats: Vec<Splat>,
     /// Highest level of every splat, by rank.
     pub highest: Vec<u8>,
@@ -53,7 +53,7 @@ pub struct FoveatedFrame {
     pub counters: Counters,
     /// What only foveated frames count.
     pub fovea: FoveaCounters,
-    /// Tests and accepted tiles per splat, by rank.
+    /// Tests and accepted tiles per splat, by rank; empty for [`Detail::Image`].
     pub touches: Vec<Touch>,
     /// Tiles that fetched each splat, by rank.
     pub fetches: Vec<u32>,
@@ -96,24 +96,25 @@ fn render_as<R: Record>(
     options: &Options,
     record: R,
 ) -> FoveatedFrame {
-    let view = View::unclamped(camera);
-    let (parts, survivor_bits) = project_with(&model.base, &view, options.level);
-    let (splats, colours) = in_depth_order_by(&parts, |v| (v.splat, v.colour));
-    drop(parts);
     let filter = levels.filter();
-    let LevelPaints { splats, highest, paints } =
-        LevelPaints::new(model, splats, &colours, &filter, options.level);
-    drop(colours);
-    let by_level = Levels { filter: &filter, highest: &highest };
-    let runs = Runs::foveated(&splats, levels.grid, options.test, Reach::Alpha, by_level);
-    let fetches: Vec<AtomicU32> =
-        if R::COUNT { (0..splats.len()).map(|_| AtomicU32::new(0)).collect() } else { Vec::new() };
+    let paints = LevelPaints::new(model, camera, &filter, options.level, !R::COUNT);
+    let (grid, test) = (levels.grid, options.test);
+    let runs = if R::COUNT {
+        let by_level = Levels { filter: &filter, highest: &paints.highest };
+        Runs::foveated(&paints.splats, grid, test, Reach::Alpha, by_level)
+    } else {
+        Runs::new(&paints.splats, grid, test, Reach::Alpha)
+    };
+    let fetches: Vec<AtomicU32> = if R::COUNT {
+        (0..paints.splats.len()).map(|_| AtomicU32::new(0)).collect()
+    } else {
+        Vec::new()
+    };
     let shared = Shared {
         runs: &runs,
         paints: &paints,
         levels,
         filter: &filter,
-        highest: &highest,
         background: options.background,
         chunk: options.chunk,
         fetches: &fetches,
@@ -125,10 +126,12 @@ fn render_as<R: Record>(
         .enumerate()
         .flat_map_iter(|(ty, mut out)| render_row(&shared, ty as u32, record, &mut out))
         .collect();
-    frame.survivor_bits = survivor_bits;
-    frame.touches = runs.touches;
     frame.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
-    (frame.splats, frame.highest) = (splats, highest);
+    if R::COUNT {
+        frame.touches = runs.touches;
+    }
+    frame.survivor_bits = paints.survivor_bits;
+    (frame.splats, frame.highest) = (paints.splats, paints.highest);
     (frame.counters, frame.fovea) = totals(model, &frame);
     frame
 }

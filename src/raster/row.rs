@@ -69,8 +69,11 @@ pub(super) trait Keep {
     /// All of them: nothing is asked.
     const ALL: bool;
 
-    /// Whether tile `x` keeps the splat of `run`.
-    fn keeps(&self, run: &Run, x: usize) -> bool;
+    /// The highest level of the splat of `run`.
+    fn highest(&self, run: &Run) -> u8;
+
+    /// Whether tile `x` keeps a splat of this highest level.
+    fn keeps(&self, highest: u8, x: usize) -> bool;
 }
 
 /// Keeps all.
@@ -79,7 +82,11 @@ struct Everything;
 impl Keep for Everything {
     const ALL: bool = true;
 
-    fn keeps(&self, _: &Run, _: usize) -> bool {
+    fn highest(&self, _: &Run) -> u8 {
+        0
+    }
+
+    fn keeps(&self, _: u8, _: usize) -> bool {
         true
     }
 }
@@ -111,8 +118,9 @@ pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
     let mut counts = vec![0usize; nx];
     for run in runs.row(ty) {
         let columns = run.tight0 as usize..run.tight1 as usize;
+        let highest = keep.highest(run);
         for (x, n) in columns.clone().zip(&mut counts[columns]) {
-            *n += usize::from(K::ALL || keep.keeps(run, x));
+            *n += usize::from(K::ALL || keep.keeps(highest, x));
         }
     }
     let mut starts = Vec::with_capacity(nx + 1);
@@ -126,15 +134,16 @@ pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
     let mut accepted = vec![0u32; nx];
     let mut entries = vec![Entry { rank: 0, ordinal: 0 }; total];
     for run in runs.row(ty) {
+        let highest = keep.highest(run);
         for x in run.tight0 as usize..run.tight1 as usize {
-            if K::ALL || keep.keeps(run, x) {
+            if K::ALL || keep.keeps(highest, x) {
                 entries[next[x]] = Entry { rank: run.rank, ordinal: accepted[x] };
                 next[x] += 1;
             }
         }
         let columns = run.x0 as usize..run.x1 as usize;
         for (x, n) in columns.clone().zip(&mut accepted[columns]) {
-            *n += u32::from(K::ALL || keep.keeps(run, x));
+            *n += u32::from(K::ALL || keep.keeps(highest, x));
         }
     }
     Lists { starts, entries, accepted }
@@ -159,8 +168,9 @@ pub(super) fn count_fetches<K: Keep>(
     let mut seen = vec![0u32; tiles.len()];
     for run in runs.row(ty) {
         let mut fetched = 0;
+        let highest = keep.highest(run);
         let columns = run.x0 as usize..run.x1 as usize;
-        for x in columns.filter(|&x| K::ALL || keep.keeps(run, x)) {
+        for x in columns.filter(|&x| K::ALL || keep.keeps(highest, x)) {
             fetched += u32::from(seen[x] < tiles[x].loaded);
             seen[x] += 1;
         }

@@ -35,6 +35,7 @@ impl TileGrid {
     }
 
     /// Position of a tile in row-major lists.
+    #[inline]
     pub fn index(&self, tx: u32, ty: u32) -> usize {
         ty as usize * self.nx as usize + tx as usize
     }
@@ -61,6 +62,7 @@ pub struct TileRect {
 
 impl TileRect {
     /// Number of tiles.
+    #[inline]
     pub fn area(&self) -> u64 {
         u64::from(self.x1 - self.x0) * u64::from(self.y1 - self.y0)
     }

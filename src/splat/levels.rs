@@ -9,6 +9,9 @@ use super::{TileGrid, cover::TileRect};
 /// The highest level of a splat.
 pub const LEVEL_MAX: u8 = 3;
 
+/// Tiles up to which all are asked.
+const MANY: u64 = 64;
+
 /// The levels of the tiles of a grid.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LevelFilter {
@@ -43,12 +46,35 @@ impl LevelFilter {
     }
 
     /// How many tiles of `rect` a splat of this highest level takes part in.
+    #[inline]
     pub fn count(&self, rect: &TileRect, highest: u8) -> u64 {
         let Some(sums) = self.sums.get(usize::from(highest)) else { return rect.area() };
         let pitch = self.grid.nx as usize + 1;
         let at = |x: u32, y: u32| i64::from(sums[y as usize * pitch + x as usize]);
         let (x0, y0, x1, y1) = (rect.x0, rect.y0, rect.x1, rect.y1);
         (at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0)).max(0) as u64
+    }
+
+    /// The levels, first and last, whose colours a splat can need in the tiles of `rect`: not fewer
+    /// than it does. `None` if it takes part in none of them.
+    pub fn span(&self, rect: &TileRect, highest: u8) -> Option<(u8, u8)> {
+        if self.count(rect, highest) == 0 {
+            return None;
+        }
+        if rect.area() > MANY {
+            return Some((0, highest));
+        }
+        let mut span = (u8::MAX, 0);
+        for y in rect.y0..rect.y1 {
+            for x in rect.x0..rect.x1 {
+                let tile = self.grid.index(x, y);
+                if self.keeps(tile, highest) {
+                    let (first, last) = self.needed(tile, highest);
+                    span = (span.0.min(first), span.1.max(last));
+                }
+            }
+        }
+        Some(span)
     }
 
     /// The levels, first and last, whose colours a splat needs in a tile that keeps it.

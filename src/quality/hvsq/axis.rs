@@ -32,31 +32,35 @@ impl Taps {
     }
 
     /// `coarse` interpolated to all full places.
+    #[expect(clippy::needless_range_loop, reason = "as said inside")]
     pub fn widen(&self, coarse: &[f32], full: &mut [f32]) {
-        let last = coarse.len() - 1;
-        for ((out, &first), &weight) in full.iter_mut().zip(&self.first).zip(&self.weight) {
-            let (a, b) = (coarse[first as usize], coarse[(first as usize + 1).min(last)]);
-            *out = a + weight * (b - a);
+        for (j, &a) in coarse.iter().enumerate() {
+            let step = coarse.get(j + 1).map_or(0.0, |b| b - a);
+            let range = self.start[j] as usize..self.start[j + 1] as usize;
+            let (full, weights) = (&mut full[range.clone()], &self.weight[range]);
+            // A few places each: iterators cost more than what they do.
+            for i in 0..weights.len() {
+                full[i] = a + weights[i] * step;
+            }
         }
     }
 
-    /// The adjoint of [`Taps::widen`], times `scale`. `upper` is work space.
-    pub fn narrow(&self, full: &[f32], scale: f32, upper: &mut Vec<f32>, coarse: &mut [f32]) {
-        upper.clear();
-        upper.extend(self.weight.iter().zip(full).map(|(w, v)| w * v));
-        let range = |j: usize| self.start[j] as usize..self.start[j + 1] as usize;
+    /// The adjoint of [`Taps::widen`], times `scale`.
+    #[expect(clippy::needless_range_loop, reason = "as in `widen`")]
+    pub fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
+        // What the places after the lower neighbour before give.
+        let mut before = 0.0;
         for (j, out) in coarse.iter_mut().enumerate() {
-            let own = range(j);
-            let mut sum = 0.0;
-            for (v, u) in full[own.clone()].iter().zip(&upper[own]) {
-                sum += v - u;
+            let range = self.start[j] as usize..self.start[j + 1] as usize;
+            let (mut lower, mut upper) = (0.0, 0.0);
+            let (full, weights) = (&full[range.clone()], &self.weight[range]);
+            for i in 0..weights.len() {
+                let share = weights[i] * full[i];
+                lower += full[i] - share;
+                upper += share;
             }
-            if j > 0 {
-                for u in &upper[range(j - 1)] {
-                    sum += u;
-                }
-            }
-            *out = sum * scale;
+            *out = (lower + before) * scale;
+            before = upper;
         }
     }
 }
@@ -88,7 +92,10 @@ impl Axis {
     /// Sums over cells, times `scale`.
     pub fn sums(&self, full: &[f32], scale: f32, out: &mut [f32]) {
         for (out, &(first, end)) in out.iter_mut().zip(&self.cells) {
-            let sum: f32 = full[first as usize..end as usize].iter().sum();
+            let mut sum = 0.0;
+            for value in &full[first as usize..end as usize] {
+                sum += value;
+            }
             *out = sum * scale / (end - first) as f32;
         }
     }

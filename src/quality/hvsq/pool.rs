@@ -72,7 +72,6 @@ pub struct Scratch {
     expected: [Pair; 2],
     /// Derivatives by the rows above and below.
     back: [Pair; 2],
-    upper: Vec<f32>,
 }
 
 impl Scratch {
@@ -155,17 +154,31 @@ pub fn compare(
 
 /// Where pooling changes nothing, means are the map itself and deviations are constant.
 fn unpooled(map: &Plane, expected: &Plane, scale: f32, mut gradient: Option<&mut Plane>) -> f64 {
+    let level = Level::new();
     let mut sum = 0.0;
     for y in 0..map.height {
-        let pairs = map.row(y).iter().zip(expected.row(y));
-        sum += pairs.clone().map(|(a, b)| f64::from((a - b) * (a - b))).sum::<f64>();
-        if let Some(gradient) = gradient.as_deref_mut() {
-            for (out, (a, b)) in gradient.row_mut(y).iter_mut().zip(pairs) {
-                *out += 2.0 * scale * (a - b);
-            }
-        }
+        let rows = [map.row(y), expected.row(y)];
+        let out = gradient.as_deref_mut().map_or(&mut [][..], |gradient| gradient.row_mut(y));
+        sum += dispatch!(level, simd => compare_row(simd, rows, 2.0 * scale, out));
     }
     sum
+}
+
+/// The sum of squared differences of two rows. `out`, if any, gets the differences times `scale`
+/// added.
+#[simd]
+fn compare_row<S: Simd>(simd: S, [a, b]: [&[f32]; 2], scale: f32, out: &mut [f32]) -> f64 {
+    let mut sum = f32x16::splat(simd, 0.0);
+    for i in (0..a.len()).step_by(LANES) {
+        let a = f32x16::from_slice(simd, &a[i..i + LANES]);
+        let off = a - f32x16::from_slice(simd, &b[i..i + LANES]);
+        sum = off.mul_add(off, sum);
+        if let Some(out) = out.get_mut(i..i + LANES) {
+            off.mul_add(scale, f32x16::from_slice(simd, out)).store_slice(out);
+        }
+    }
+    let lanes: [f32; LANES] = sum.into();
+    lanes.iter().map(|&v| f64::from(v)).sum()
 }
 
 fn pooling<S: Simd>(
@@ -197,8 +210,8 @@ fn pooling<S: Simd>(
         }
         if gradient.is_some() {
             let [mean, square] = scratch.slopes.rows_mut(j);
-            x.taps.narrow(&scratch.back[0][0], scale, &mut scratch.upper, mean);
-            x.taps.narrow(&scratch.back[0][1], scale, &mut scratch.upper, square);
+            x.taps.narrow(&scratch.back[0][0], scale, mean);
+            x.taps.narrow(&scratch.back[0][1], scale, square);
         }
         scratch.own.swap(0, 1);
         scratch.expected.swap(0, 1);

@@ -1,107 +1,235 @@
-//! Splats in the form that blending uses, once for every level that the picture shows.
+//! Splats in the form that blending uses, in all levels that tiles show them in.
+//!
+//! A paint is that of the lowest level in which a splat is shown and carries what the next one
+//! changes: most splats touch few tiles and need no more. What further levels change stands in a
+//! list aside.
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::super::blend::Paint;
-use super::LevelFilter;
-use crate::scene::Foveated;
+use super::super::blend::{BATCH, Entry, Paint, Palette, Tint};
+use super::super::forward::{in_depth_order_by, project_then};
+use crate::scene::{Camera, Foveated};
 use crate::splat::Splat;
-use crate::splat::project::{LANES, SH_C0, opacities};
+use crate::splat::levels::LevelFilter;
+use crate::splat::project::{LANES, SH_C0, View, Visible, opacities};
 
-/// Splats worked on together.
-const PART: usize = 16 * LANES;
+/// Where in `levels` of a paint its place in the list of further tints starts, bits.
+const FURTHER: u32 = 4;
 
-/// Splats by rank, and their paints in every level.
+/// Visible splats by rank, and their paints.
 pub(super) struct LevelPaints {
     /// Splats whose opacity is the largest of their levels.
     pub splats: Vec<Splat>,
     /// Their highest levels.
     pub highest: Vec<u8>,
-    /// Per level, by rank; levels that no tile shows are empty, and splats that a level does not
-    /// have are blank.
-    pub paints: [Vec<Paint>; 4],
+    /// One bit per Gaussian: passed the cull.
+    pub survivor_bits: Vec<u8>,
+    /// `levels` is the lowest level that is shown, in two bits, the highest that there is, in two,
+    /// and the place in `further` of the level after the next.
+    paints: Vec<Paint>,
+    further: Vec<Tint>,
+}
+
+/// Visible splats of a part of the scene, in order.
+struct Layers {
+    /// Splats whose opacity is the largest of their levels.
+    splats: Vec<Splat>,
+    /// As in [`LevelPaints`], with places in the list of the part.
+    paints: Vec<Paint>,
+    further: Vec<Tint>,
+}
+
+/// What makes the layers of a part.
+struct Maker<'a> {
+    model: &'a Foveated,
+    filter: &'a LevelFilter,
+    level: Level,
+    /// Leave out what no tile shows.
+    only_shown: bool,
 }
 
 impl LevelPaints {
-    /// Paints of `splats`, whose `colours` are those of level 1 before the clamp at black.
+    /// Projects a model. If `only_shown`, splats that no tile shows are left out.
     pub fn new(
         model: &Foveated,
-        mut splats: Vec<Splat>,
-        colours: &[[f32; 3]],
+        camera: &Camera,
         filter: &LevelFilter,
         level: Level,
+        only_shown: bool,
     ) -> LevelPaints {
-        let tiles = filter.first.iter().zip(&filter.blends);
-        let mut shown = [false; 4];
-        for (&first, &blends) in tiles {
-            shown[usize::from(first)] = true;
-            shown[usize::from(first) + usize::from(blends)] = true;
-        }
-        let n = splats.len();
-        let mut paints = shown.map(|s| vec![Paint::default(); if s { n } else { 0 }]);
-        let mut highest = vec![0; n];
-        let [a, b, c, d] = paints.each_mut().map(|paints| {
-            let mut parts: Vec<&mut [Paint]> = paints.chunks_mut(PART).collect();
-            parts.resize_with(n.div_ceil(PART), Default::default);
-            parts
+        let maker = Maker { model, filter, level, only_shown };
+        let view = View::unclamped(camera);
+        let (parts, survivor_bits) =
+            project_then(&model.base, &view, level, |visible| maker.layers(&visible));
+        let starts: Vec<u32> = parts
+            .iter()
+            .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))
+            .collect();
+        let further = parts.iter().flat_map(|part| &part.further).copied().collect();
+        let (by_part, parts): (Vec<Vec<Splat>>, Vec<Vec<Paint>>) =
+            parts.into_iter().map(|part| (part.splats, part.paints)).unzip();
+        let depth = |splat: &Splat| splat.depth;
+        let (splats, paints) = in_depth_order_by(&by_part, depth, |part, i| {
+            let mut paint = parts[part][i];
+            paint.levels += starts[part] << FURTHER;
+            (by_part[part][i], paint)
         });
-        splats
-            .par_chunks_mut(PART)
-            .zip(colours.par_chunks(PART))
-            .zip(highest.par_chunks_mut(PART))
-            .zip(a.into_par_iter().zip(b).zip(c.into_par_iter().zip(d)))
-            .for_each(|(((splats, colours), highest), ((a, b), (c, d)))| {
-                let part = Part { model, splats, colours, highest };
-                part.fill([a, b, c, d], level);
-            });
-        LevelPaints { splats, highest, paints }
+        let highest = paints.par_iter().map(|paint| highest(paint) as u8).collect();
+        LevelPaints { splats, highest, survivor_bits, paints, further }
+    }
+
+    /// The paints of a level.
+    pub fn of_level(&self, level: u8) -> OfLevel<'_> {
+        OfLevel { paints: &self.paints, further: &self.further, level: u32::from(level) }
     }
 }
 
-/// Some splats.
-struct Part<'a> {
-    model: &'a Foveated,
-    splats: &'a mut [Splat],
-    colours: &'a [[f32; 3]],
-    highest: &'a mut [u8],
+/// The paints of one level.
+#[derive(Clone, Copy)]
+pub(super) struct OfLevel<'a> {
+    paints: &'a [Paint],
+    further: &'a [Tint],
+    level: u32,
 }
 
-impl Part<'_> {
-    fn fill(self, mut paints: [&mut [Paint]; 4], level: Level) {
-        let model = self.model;
-        let n = self.splats.len();
-        // Opacities of levels 2 to 4.
-        let mut upper = [[0.0f32; PART]; 3];
-        for (i, splat) in self.splats.iter().enumerate() {
-            let own = &model.paints[splat.index as usize];
-            self.highest[i] = model.highest[splat.index as usize];
-            for (lanes, paint) in upper.iter_mut().zip(own) {
-                lanes[i] = paint.logit_opacity;
+impl Palette for OfLevel<'_> {
+    #[inline(always)]
+    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
+        self.paints.fetch(entries, near);
+        for paint in &mut near[..entries.len()] {
+            let up = self.level - lowest(paint);
+            if up > 0 {
+                paint.set_tint(self.tint(paint, up));
             }
         }
-        for lanes in &mut upper {
-            for lanes in lanes[..n.next_multiple_of(LANES)].as_chunks_mut().0 {
-                *lanes = dispatch!(level, simd => opacities(simd, *lanes));
+    }
+}
+
+impl OfLevel<'_> {
+    /// As [`Palette::fetch`], and what the next level makes of the same splats: one of no opacity
+    /// where it does not have them.
+    #[inline(always)]
+    pub fn fetch_two(
+        &self,
+        entries: &[Entry],
+        near: &mut [Paint; BATCH],
+        next: &mut [Tint; BATCH],
+    ) {
+        self.paints.fetch(entries, near);
+        for (paint, next) in near[..entries.len()].iter_mut().zip(next) {
+            let up = self.level - lowest(paint);
+            *next = match highest(paint) > self.level {
+                true => self.tint(paint, up + 1),
+                false => Tint::NOTHING,
+            };
+            if up > 0 {
+                paint.set_tint(self.tint(paint, up));
             }
         }
-        for (i, splat) in self.splats.iter_mut().enumerate() {
-            let index = splat.index as usize;
-            let highest = usize::from(self.highest[i]);
-            let raw = self.colours[i];
-            let base = Paint::new(splat, raw.map(|c| c.max(0.0)));
-            let first = model.paint(0, index).dc;
-            for (k, paints) in paints.iter_mut().enumerate().take(highest + 1) {
-                let Some(paint) = paints.get_mut(i) else { continue };
-                *paint = base;
-                if k > 0 {
-                    let dc = model.paints[index][k - 1].dc;
-                    let colour = |c: usize| (raw[c] + SH_C0 * (dc[c] - first[c])).max(0.0);
-                    *paint = base.repainted(upper[k - 1][i], std::array::from_fn(colour));
+    }
+
+    /// What the level `up` above the lowest one makes of a splat; `up` is not 0.
+    #[inline(always)]
+    fn tint(&self, paint: &Paint, up: u32) -> Tint {
+        if up == 1 {
+            paint.next
+        } else {
+            self.further[((paint.levels >> FURTHER) + up - 2) as usize]
+        }
+    }
+}
+
+/// The level of a paint.
+#[inline(always)]
+fn lowest(paint: &Paint) -> u32 {
+    paint.levels & 3
+}
+
+/// The highest level that has the splat.
+#[inline(always)]
+fn highest(paint: &Paint) -> u32 {
+    paint.levels >> 2 & 3
+}
+
+impl Maker<'_> {
+    fn layers(&self, visible: &[Visible]) -> Layers {
+        let n = visible.len();
+        let (splats, paints) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut out = Layers { splats, paints, further: Vec::new() };
+        for visible in visible.chunks(LANES) {
+            // Nothing but reads, so that their cache misses overlap.
+            let mut logits = [[0.0; LANES]; 3];
+            let mut dc = 0.0;
+            for (i, v) in visible.iter().enumerate() {
+                let own = &self.model.paints[v.splat.index as usize];
+                dc += own[0].dc[0];
+                for (lanes, paint) in logits.iter_mut().zip(own) {
+                    lanes[i] = paint.logit_opacity;
                 }
             }
-            let most = upper[..highest].iter().map(|lanes| lanes[i]);
-            splat.opacity = most.fold(splat.opacity, f32::max);
+            std::hint::black_box(dc);
+            let [a, b, c] = logits;
+            let upper = dispatch!(self.level, simd =>
+                [opacities(simd, a), opacities(simd, b), opacities(simd, c)]);
+            for (i, v) in visible.iter().enumerate() {
+                let rect = v.splat.tile_rect(&self.filter.grid);
+                let highest = self.model.highest[v.splat.index as usize];
+                let span = self.filter.span(&rect, highest);
+                if span.is_some() || !self.only_shown {
+                    let opacities = [v.splat.opacity, upper[0][i], upper[1][i], upper[2][i]];
+                    self.add(v, highest, opacities, span.unwrap_or_default(), &mut out);
+                }
+            }
         }
+        out
+    }
+
+    /// Adds a splat that is shown in levels `lowest` to `last`.
+    #[inline(always)]
+    fn add(
+        &self,
+        v: &Visible,
+        highest: u8,
+        opacities: [f32; 4],
+        (lowest, last): (u8, u8),
+        out: &mut Layers,
+    ) {
+        let mut splat = v.splat;
+        for &opacity in &opacities[1..=usize::from(highest)] {
+            splat.opacity = splat.opacity.max(opacity);
+        }
+        out.splats.push(splat);
+        let further = (out.further.len() as u32) << FURTHER;
+        let mut paint = if lowest == 0 {
+            Paint::new(&v.splat, [v.colour[0].max(0.0), v.colour[1].max(0.0), v.colour[2].max(0.0)])
+        } else {
+            let opacity = opacities[usize::from(lowest)];
+            Paint::new(&Splat { opacity, ..v.splat }, self.colour(v, lowest))
+        };
+        for level in lowest + 1..=last {
+            let tint = Tint::new(opacities[usize::from(level)], self.colour(v, level));
+            if level == lowest + 1 {
+                paint.next = tint;
+            } else {
+                out.further.push(tint);
+            }
+        }
+        paint.levels = u32::from(lowest) | u32::from(highest) << 2 | further;
+        out.paints.push(paint);
+    }
+
+    /// The colour of a splat in a level above the first.
+    #[inline(always)]
+    fn colour(&self, v: &Visible, level: u8) -> [f32; 3] {
+        let index = v.splat.index as usize;
+        let base = &self.model.base;
+        let (sh, n) = (base.sh_of(index), base.sh_coefficients());
+        let dc = &self.model.paints[index][usize::from(level) - 1].dc;
+        let mut colour = v.colour;
+        for (c, value) in colour.iter_mut().enumerate() {
+            *value = (*value + SH_C0 * (dc[c] - sh[c * n])).max(0.0);
+        }
+        colour
     }
 }

@@ -4,9 +4,11 @@ use std::sync::atomic::AtomicU32;
 
 use fearless_simd::{Level, dispatch};
 
-use super::super::blend::{BLOCK, Block, Entry, Paint, Record, blend};
+use super::super::blend::{BLOCK, Block, Entry, Record, blend};
 use super::super::row::{Keep, TileCount, build_lists, count_fetches};
 use super::FoveatedTile;
+use super::paints::LevelPaints;
+use super::pair::{Pair, blend_pair};
 use crate::fovea::{TileLevel, TileLevels};
 use crate::splat::levels::LevelFilter;
 use crate::splat::runs::{Run, Runs};
@@ -24,11 +26,9 @@ pub(super) struct Target<'a> {
 /// What all rows share.
 pub(super) struct Shared<'a> {
     pub runs: &'a Runs,
-    /// Per level, by rank.
-    pub paints: &'a [Vec<Paint>; 4],
+    pub paints: &'a LevelPaints,
     pub levels: &'a TileLevels,
     pub filter: &'a LevelFilter,
-    pub highest: &'a [u8],
     pub background: [f32; 3],
     pub chunk: u32,
     pub fetches: &'a [AtomicU32],
@@ -46,8 +46,13 @@ impl Keep for ByLevel<'_> {
     const ALL: bool = false;
 
     #[inline]
-    fn keeps(&self, run: &Run, x: usize) -> bool {
-        self.first[x] <= self.highest[run.rank as usize]
+    fn highest(&self, run: &Run) -> u8 {
+        self.highest[run.rank as usize]
+    }
+
+    #[inline]
+    fn keeps(&self, highest: u8, x: usize) -> bool {
+        self.first[x] <= highest
     }
 }
 
@@ -60,7 +65,7 @@ pub(super) fn render_row<R: Record>(
 ) -> Vec<FoveatedTile> {
     let grid = &shared.runs.grid;
     let row = grid.index(0, ty)..grid.index(0, ty) + grid.nx as usize;
-    let keep = ByLevel { first: &shared.filter.first[row], highest: shared.highest };
+    let keep = ByLevel { first: &shared.filter.first[row], highest: &shared.paints.highest };
     let lists = build_lists(shared.runs, ty, &keep);
     let mut work = Work::default();
     let mut tiles = Vec::with_capacity(grid.nx as usize);
@@ -83,8 +88,7 @@ pub(super) fn render_row<R: Record>(
 struct Work {
     first: Block,
     second: Block,
-    /// Entries of the second level.
-    entries: Vec<Entry>,
+    shares: Shares,
 }
 
 struct Tile<'a> {
@@ -103,11 +107,6 @@ impl Tile<'_> {
     fn render<R: Record>(&self, record: R, work: &mut Work, out: &mut Target<'_>) -> FoveatedTile {
         let shared = self.shared;
         let (x0, y0, x1, y1) = shared.runs.grid.pixels(self.tx, self.ty);
-        if self.level.blends {
-            let is_second = |e: &Entry| shared.highest[e.rank as usize] > self.level.first;
-            work.entries.clear();
-            work.entries.extend(self.entries.iter().copied().filter(is_second));
-        }
         let count = TileCount { entries: self.accepted, ..TileCount::default() };
         let mut tile = FoveatedTile { count, ..FoveatedTile::default() };
         let mut most = 0;
@@ -115,15 +114,18 @@ impl Tile<'_> {
             for bx in (x0..x1).step_by(BLOCK) {
                 let size = [(x1 - bx).min(BLOCK as u32), (y1 - by).min(BLOCK as u32)];
                 let block = PixelBlock { x: bx, y: by, size: size.map(|n| n as usize) };
-                let shares = self.blend(record, &block, work);
+                self.blend(record, &block, work);
                 for y in 0..block.size[1] {
                     let line = (by - y0) as usize + y;
                     let start = line * shared.runs.grid.width as usize + bx as usize;
-                    let shares = shares.as_ref().map(|shares| &shares[y]);
-                    let row = Row { start, y, width: block.size[0], shares };
+                    let row = Row { start, y, width: block.size[0] };
                     self.write(&row, work, out);
                     if R::COUNT {
-                        most = most.max(self.count(&row, work, &mut tile, out));
+                        let iterated = match self.level.blends {
+                            true => self.count_two(&row, work, &mut tile, out),
+                            false => self.count_one(&row, &work.first, &mut tile, out),
+                        };
+                        most = most.max(iterated);
                     }
                 }
             }
@@ -135,83 +137,120 @@ impl Tile<'_> {
     }
 
     /// Blends one block into one or two accumulators.
-    fn blend<R: Record>(&self, record: R, at: &PixelBlock, work: &mut Work) -> Option<Box<Shares>> {
+    fn blend<R: Record>(&self, record: R, at: &PixelBlock, work: &mut Work) {
         let shared = self.shared;
-        let first = usize::from(self.level.first);
         let [width, height] = at.size;
         work.first.reset::<R>(at.x, at.y, width, height);
-        let shares = self.level.blends.then(|| {
-            work.second.reset::<R>(at.x, at.y, width, height);
-            self.share(at, work)
-        });
-        if work.first.is_open() {
+        let paints = shared.paints.of_level(self.level.first);
+        if !self.level.blends {
             dispatch!(shared.level, simd =>
-                blend(simd, record, &mut work.first, self.entries, &shared.paints[first]));
+                blend(simd, record, &mut work.first, self.entries, paints));
+            return;
         }
-        if shares.is_some() && work.second.is_open() {
-            dispatch!(shared.level, simd =>
-                blend(simd, record, &mut work.second, &work.entries, &shared.paints[first + 1]));
-        }
-        shares
+        work.second.reset::<R>(at.x, at.y, width, height);
+        self.share(at, work);
+        let blocks = [&mut work.first, &mut work.second];
+        let mut pair = Pair { blocks, paints };
+        dispatch!(shared.level, simd => blend_pair(simd, record, &mut pair, self.entries));
     }
 
-    /// The shares of a block; takes pixels that see one level only out of the other.
-    fn share(&self, at: &PixelBlock, work: &mut Work) -> Box<Shares> {
+    /// Finds the shares of a block; takes pixels that see one level only out of the other.
+    fn share(&self, at: &PixelBlock, work: &mut Work) {
         let side = f64::from(self.shared.runs.grid.tile);
         let offset = |p: u32, t: u32| f64::from(p) / side - f64::from(t) - 0.5;
-        let mut shares = Box::new([[0.0; BLOCK]; BLOCK]);
-        let [width, height] = at.size;
-        for (y, shares) in shares.iter_mut().enumerate().take(height) {
+        let dx: [f64; BLOCK] = std::array::from_fn(|x| offset(at.x + x as u32, self.tx));
+        for (y, shares) in work.shares.iter_mut().enumerate().take(at.size[1]) {
             let dy = offset(at.y + y as u32, self.ty);
             let (mut only_first, mut only_second) = (0u32, 0u32);
-            for (x, share) in shares.iter_mut().enumerate().take(width) {
-                let dx = offset(at.x + x as u32, self.tx);
-                *share = self.level.share([dx, dy]) as f32;
+            for (x, share) in shares.iter_mut().enumerate() {
+                *share = self.level.share([dx[x], dy]) as f32;
                 only_first |= u32::from(*share <= 0.0) << x;
                 only_second |= u32::from(*share >= 1.0) << x;
             }
             work.first.leave_out(y, only_second);
             work.second.leave_out(y, only_first);
         }
-        shares
     }
 
-    fn write(&self, row: &Row<'_>, work: &Work, out: &mut Target<'_>) {
+    fn write(&self, row: &Row, work: &Work, out: &mut Target<'_>) {
+        let background = self.shared.background;
         let pixels = &mut out.pixels[row.start..][..row.width];
-        work.first.write_row(row.y, self.shared.background, pixels);
-        let Some(shares) = row.shares else { return };
-        let mut second = [[0.0; 3]; BLOCK];
-        work.second.write_row(row.y, self.shared.background, &mut second[..row.width]);
-        for ((pixel, second), &share) in pixels.iter_mut().zip(second).zip(shares) {
-            for (a, b) in pixel.iter_mut().zip(second) {
-                *a = (1.0 - share) * *a + share * b;
+        let shares = &work.shares[row.y][..row.width];
+        if !self.level.blends || shares.iter().all(|&share| share <= 0.0) {
+            work.first.write_row(row.y, background, pixels);
+        } else if shares.iter().all(|&share| share >= 1.0) {
+            work.second.write_row(row.y, background, pixels);
+        } else {
+            let shares = &work.shares[row.y];
+            for (c, &behind) in background.iter().enumerate() {
+                let a = work.first.row(row.y, c, behind);
+                let b = work.second.row(row.y, c, behind);
+                for (x, pixel) in pixels.iter_mut().enumerate() {
+                    pixel[c] = (1.0 - shares[x]) * a[x] + shares[x] * b[x];
+                }
             }
         }
     }
 
-    /// Writes the counts of a finished row; returns the entries that its last pixel iterated.
-    fn count(
+    /// Writes the counts of a finished row of a tile of one level; returns the entries that its
+    /// last pixel iterated.
+    fn count_one(
         &self,
-        row: &Row<'_>,
+        row: &Row,
+        block: &Block,
+        tile: &mut FoveatedTile,
+        out: &mut Target<'_>,
+    ) -> u32 {
+        let range = row.start..row.start + row.width;
+        let blended = &block.blended(row.y)[..row.width];
+        out.blended[range.clone()].copy_from_slice(blended);
+        tile.count.blends += blended.iter().map(|&n| u64::from(n)).sum::<u64>();
+        if self.left_out() != 0 {
+            out.second[0][range.clone()].fill(self.left_out());
+        }
+        let Some(stops) = block.stops(row.y) else {
+            out.stop_rank[range].fill(NEVER);
+            tile.count.alpha_evaluations += u64::from(self.accepted) * row.width as u64;
+            return self.accepted;
+        };
+        let mut most = 0;
+        for (&stop, rank) in stops.iter().zip(&mut out.stop_rank[range]) {
+            let entry = self.entries.get(stop as usize);
+            let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
+            *rank = entry.map_or(NEVER, |e| e.rank);
+            tile.count.alpha_evaluations += u64::from(iterated);
+            most = most.max(iterated);
+        }
+        most
+    }
+
+    /// The stop rank of pixels that take no part: 0, at which nothing stops, unless there are no
+    /// splats at all.
+    fn left_out(&self) -> u32 {
+        if self.shared.paints.splats.is_empty() { NEVER } else { 0 }
+    }
+
+    /// As [`Tile::count_one`], of a tile that blends two levels.
+    fn count_two(
+        &self,
+        row: &Row,
         work: &Work,
         tile: &mut FoveatedTile,
         out: &mut Target<'_>,
     ) -> u32 {
-        // Nothing stops at the first splat of all: this says that a pixel takes no part.
-        let left_out = if self.shared.highest.is_empty() { NEVER } else { 0 };
+        let left_out = self.left_out();
         let stops = [work.first.stops(row.y), work.second.stops(row.y)];
         let blended = [work.first.blended(row.y), work.second.blended(row.y)];
-        let lists = [self.entries, work.entries.as_slice()];
         let mut most = 0;
         for x in 0..row.width {
-            let share = row.shares.map_or(0.0, |shares| shares[x]);
+            let share = work.shares[row.y][x];
             let takes_part = [share < 1.0, share > 0.0];
             // Stop rank, entries iterated, blended, whether it stopped.
             let seen: [(u32, u32, u32, bool); 2] = std::array::from_fn(|k| {
                 if !takes_part[k] {
                     return (left_out, 0, 0, false);
                 }
-                let stop = stops[k].and_then(|stops| lists[k].get(stops[x] as usize));
+                let stop = stops[k].and_then(|stops| self.entries.get(stops[x] as usize));
                 let iterated = stop.map_or(self.accepted, |e| e.ordinal + 1);
                 (stop.map_or(NEVER, |e| e.rank), iterated, blended[k][x], stop.is_some())
             });
@@ -242,11 +281,10 @@ struct PixelBlock {
 }
 
 /// A row of pixels of a block.
-struct Row<'a> {
+struct Row {
     /// First pixel in the target.
     start: usize,
     /// Row in the block.
     y: usize,
     width: usize,
-    shares: Option<&'a [f32; BLOCK]>,
 }

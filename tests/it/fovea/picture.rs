@@ -213,6 +213,24 @@ fn equal_levels_make_the_plain_picture() {
     assert_eq!(frame.counters.tile_pairs, plain.counters.tile_pairs);
 }
 
+/// Without counters, splats that no tile shows are left out early: the same bits all the same.
+#[test]
+fn detail_does_not_change_the_picture() {
+    let parts = levels(11, 3000, 1, 0.5);
+    let model = Foveated::compose(&parts).expect("nested levels");
+    let camera = front_camera(200, 150);
+    for gaze in [[0.5, 0.5], [0.0, 1.0]] {
+        let frame = |detail| {
+            let options = Options { detail, ..options() };
+            render_foveated(&model, &camera, &looking(gaze), &options).expect("a gaze")
+        };
+        let (image, counted) = (frame(Detail::Image), frame(Detail::Counters));
+        assert_eq!(image.picture, counted.picture);
+        assert!(image.splats.len() < counted.splats.len(), "some are shown nowhere");
+        assert_eq!(image.survivor_bits, counted.survivor_bits);
+    }
+}
+
 #[test]
 fn a_gaze_beside_the_picture_is_refused() {
     let model = Foveated::compose(&levels(1, 10, 0, 0.9)).expect("nested levels");

@@ -1,0 +1,100 @@
+//! Blending of one block in two levels at once (`powergs.md` §6.4).
+//!
+//! A list is gone through once; a splat's exponent is evaluated once but for the opacity, which is
+//! that of each level. Every pixel of either block gets the bits that it would have if the level
+//! were blended alone.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+
+use super::super::blend::{
+    BATCH, BLOCK, Block, Brush, Entry, Form, Paint, Record, Tint, blend_row,
+};
+use super::paints::OfLevel;
+
+/// Where two levels are blended: the blocks, and the paints of the first level.
+pub(super) struct Pair<'a> {
+    /// Blocks of the first and the second level.
+    pub blocks: [&'a mut Block; 2],
+    /// Paints of the first level.
+    pub paints: OfLevel<'a>,
+}
+
+impl Pair<'_> {
+    #[inline(always)]
+    fn is_open(&self) -> bool {
+        self.blocks[0].alive | self.blocks[1].alive != 0
+    }
+}
+
+/// Blends `entries` into both blocks. Stops are positions in `entries` for either.
+#[simd]
+pub(super) fn blend_pair<S: Simd, R: Record>(
+    simd: S,
+    record: R,
+    pair: &mut Pair<'_>,
+    entries: &[Entry],
+) {
+    let mut near = [Paint::default(); BATCH];
+    let mut next = [Tint::NOTHING; BATCH];
+    for (batch, entries) in entries.chunks(BATCH).enumerate() {
+        pair.paints.fetch_two(entries, &mut near, &mut next);
+        let entries = entries.iter().zip(near.iter().zip(&next));
+        blend_batch(simd, record, pair, batch * BATCH, entries);
+        if !pair.is_open() {
+            return;
+        }
+    }
+}
+
+/// Blends up to [`BATCH`] entries; `from` is the position of the first one.
+#[inline(always)]
+fn blend_batch<'a, S: Simd, R: Record>(
+    simd: S,
+    record: R,
+    pair: &mut Pair<'_>,
+    from: usize,
+    entries: impl Iterator<Item = (&'a Entry, (&'a Paint, &'a Tint))>,
+) {
+    let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
+    let [left, top] = pair.blocks[0].origin;
+    let (columns, rows) = (iota + left, iota + top);
+    for (at, (entry, (paint, second))) in entries.enumerate() {
+        let form = Form::of(simd, paint, rows, left);
+        let base = [form.base(simd, paint.log_opacity), form.base(simd, second.log_opacity)];
+        let mut touched = [
+            form.touched(simd, paint, base[0]) & pair.blocks[0].alive,
+            form.touched(simd, paint, base[1]) & pair.blocks[1].alive,
+        ];
+        let mut either = touched[0] | touched[1];
+        if either == 0 {
+            continue;
+        }
+        let linear: [f32; BLOCK] = form.linear.into();
+        let bases: [[f32; BLOCK]; 2] = [base[0].into(), base[1].into()];
+        let dx = columns - paint.mean[0];
+        let rank = entry.rank;
+        let brushes = [Brush { tint: paint.tint(), rank }, Brush { tint: *second, rank }];
+        while either != 0 {
+            let y = either.trailing_zeros() as usize & (BLOCK - 1);
+            either &= either - 1;
+            let slope =
+                f32x16::splat(simd, paint.quadratic[0]).mul_add(dx, f32x16::splat(simd, linear[y]));
+            for k in 0..2 {
+                if touched[k] >> y & 1 == 0 {
+                    continue;
+                }
+                let power = slope.mul_add(dx, f32x16::splat(simd, bases[k][y]));
+                let row = blend_row(simd, record, pair.blocks[k], y, power, &brushes[k]);
+                if row.stops != 0 {
+                    pair.blocks[k].stop_lanes(y, row.stops, (from + at) as u32);
+                    touched[k] &= pair.blocks[k].alive;
+                }
+            }
+        }
+        if !pair.is_open() {
+            return;
+        }
+    }
+}
