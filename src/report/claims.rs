@@ -1,6 +1,6 @@
 //! The published claims, checked on finished runs: each with the published number, ours, and
-//! whether sign and order agree. What a claim expects of a small scene is fixed here, before anything is
-//! measured; a claim that does not hold is shown with its numbers.
+//! whether sign and order agree. What a claim expects of a small scene is fixed here, before
+//! anything is measured; a claim that does not hold is shown with its numbers.
 //!
 //! Source: `powergs`; the numbering is ours and follows the paper from its abstract to its project
 //! page.
