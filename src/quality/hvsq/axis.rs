@@ -32,7 +32,6 @@ impl Taps {
     }
 
     /// `coarse` interpolated to all full places.
-    #[expect(clippy::needless_range_loop, reason = "as said inside")]
     pub fn widen(&self, coarse: &[f32], full: &mut [f32]) {
         for (j, &a) in coarse.iter().enumerate() {
             let step = coarse.get(j + 1).map_or(0.0, |b| b - a);
@@ -46,7 +45,6 @@ impl Taps {
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
-    #[expect(clippy::needless_range_loop, reason = "as in `widen`")]
     pub fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
         // What the places after the lower neighbour before give.
         let mut before = 0.0;
