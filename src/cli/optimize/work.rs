@@ -224,7 +224,7 @@ impl Work<'_> {
         if outcome.role == Role::Dense {
             let power = "total = rendering + display";
             out::complain(format!(
-                "{:14} {:>9} {:>8} {:6} {:6} {power}",
+                "{:17} {:>9} {:>8} {:6} {:6} {power}",
                 "model", "Gaussians", "PSNR, dB", "SSIM", "target"
             ));
         }
@@ -235,8 +235,8 @@ impl Work<'_> {
             None => format!("{:>8.2} {:.4}", q.psnr_db, q.ssim),
         };
         out::complain(format!(
-            "{:14} {:>9} {quality} {:6} {} = {} + {}",
-            shortened(&outcome.name, 14),
+            "{:17} {:>9} {quality} {:6} {} = {} + {}",
+            shortened(&outcome.name, 17),
             outcome.points,
             if outcome.passed { "ok" } else { "missed" },
             engineering(w.total_w(), "W"),
