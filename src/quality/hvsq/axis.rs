@@ -31,20 +31,24 @@ impl Taps {
         taps
     }
 
-    /// `coarse` interpolated to all full places.
-    pub fn widen(&self, coarse: &[f32], full: &mut [f32]) {
-        for (j, &a) in coarse.iter().enumerate() {
-            let step = coarse.get(j + 1).map_or(0.0, |b| b - a);
-            let range = self.start[j] as usize..self.start[j + 1] as usize;
-            let (full, weights) = (&mut full[range.clone()], &self.weight[range]);
-            // A few places each: iterators cost more than what they do.
-            for i in 0..weights.len() {
-                full[i] = a + weights[i] * step;
-            }
+    /// Two coarse rows interpolated to all full places.
+    pub fn widen(&self, coarse: [&[f32]; 2], full: &mut [Vec<f32>; 2]) {
+        // Side by side, values and what comes next: one place to look for each full place.
+        let next = |row: &[f32], j: usize| row.get(j + 1).map_or(0.0, |next| next - row[j]);
+        let [a, b] = coarse;
+        let both: Vec<[f32; 4]> =
+            (0..a.len()).map(|j| [a[j], next(a, j), b[j], next(b, j)]).collect();
+        let [a, b] = full;
+        let places = self.first.iter().zip(&self.weight);
+        for ((a, b), (&first, weight)) in a.iter_mut().zip(b).zip(places) {
+            let [value, step, other, other_step] = both[first as usize];
+            *a = value + weight * step;
+            *b = other + weight * other_step;
         }
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
+    #[expect(clippy::needless_range_loop, reason = "a few places each: iterators cost more")]
     pub fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
         // What the places after the lower neighbour before give.
         let mut before = 0.0;

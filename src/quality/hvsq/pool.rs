@@ -226,9 +226,7 @@ fn pooling<S: Simd>(
 
 /// Row `j` of both grids, interpolated to all columns.
 pub fn widen(x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
-    for (coarse, full) in grid.rows(j).into_iter().zip(out) {
-        x.taps.widen(coarse, full);
-    }
+    x.taps.widen(grid.rows(j), out);
 }
 
 /// Derivatives by the coarse grids, carried to the map.
