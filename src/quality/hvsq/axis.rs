@@ -48,7 +48,6 @@ impl Taps {
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
-    #[expect(clippy::needless_range_loop, reason = "a few places each: iterators cost more")]
     pub fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
         // What the places after the lower neighbour before give.
         let mut before = 0.0;

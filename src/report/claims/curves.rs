@@ -76,6 +76,9 @@ fn first_fit(r: &Results) -> Result<&FitRecord, String> {
 
 fn fits(r: &Results) -> Answer {
     let fit = first_fit(r)?;
+    if fit.passed < 4 {
+        return Err(format!("{} samples passed: any such curve fits them", fit.passed));
+    }
     let (Some(d), Some(e)) = (fit.mre_display, fit.mre_render) else {
         return Err("a sample without power".into());
     };
