@@ -172,7 +172,12 @@ fn flat_levels(r: &Results) -> Answer {
         return Err("no level beyond the first has a model of its own".into());
     }
     let text = format!("{} e-5; level 1 {:.2} e-5", hvsq(&upper), 1e5 * first);
-    about(text, upper.iter().flatten().all(|v| *v <= SLACK * first), &[ours])
+    // What the levels had to reach, over other views.
+    let target = super::facts::first(r, ours)?.gate.hvsq;
+    let gate = target.map(|v| format!("over the gate views level 1 has {:.2} e-5", 1e5 * v));
+    let why: Vec<String> = fallbacks(ours).into_iter().chain(gate).collect();
+    let holds = upper.iter().flatten().all(|v| *v <= SLACK * first);
+    Ok(Here { text, holds, why: (!why.is_empty()).then(|| why.join("; ")) })
 }
 
 fn flat(r: &Results) -> Answer {
