@@ -12,7 +12,7 @@ use tempfile::NamedTempFile;
 use super::aside::temporary;
 use super::background::Background;
 use super::camera_file::CameraArgs;
-use super::gaze::{GazeArgs, note_missing};
+use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
@@ -62,6 +62,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     views.warn(context);
     let looking = args.gaze.looking(&views.cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
+        note_default(context, &args.gaze);
         note_missing(context, &views.cameras, &looking);
     }
     let name = stem(&args.scene);

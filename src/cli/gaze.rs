@@ -150,6 +150,16 @@ pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[Looking]) 
     }
 }
 
+/// Says where somebody looks, if nobody said.
+pub fn note_default(context: &Context, gaze: &GazeArgs) {
+    if !gaze.is_given() && !context.global.quiet {
+        out::complain(
+            "note: the model is foveated and no gaze is given: the middle of the image; --gaze, \
+             --gaze-cycle or --gaze-stream choose another",
+        );
+    }
+}
+
 /// A gaze without levels to choose from.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::aside::write_aside;
 use super::background::Background;
 use super::camera_file::CameraArgs;
-use super::gaze::{GazeArgs, note_missing};
+use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
@@ -75,6 +75,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
+        note_default(context, &args.gaze);
         note_missing(context, &cameras, &looking);
     }
     for ((camera, looking), target) in cameras.iter().zip(&looking).zip(&targets) {

@@ -7,6 +7,7 @@ use super::format::{engineering, percent, prefix_of, rate, shortened, significan
 use super::{Means, Run, Table, bottleneck, limits};
 use crate::action::Stage;
 use crate::energy::{Component, Standby};
+use crate::fovea::REGIONS;
 
 /// Widest line.
 const WIDTH: usize = 80;
@@ -20,6 +21,7 @@ pub fn summary(run: &Run, table: &Table, folder: Option<&str>, next: Option<&str
     let mut sections = vec![head(run), times_and_powers(run, table)];
     sections.push(power_table(run, &means).unwrap_or_default());
     sections.push(cycle_table(run, &means));
+    sections.push(region_table(table).unwrap_or_default());
     let found = bottleneck::of(&means);
     if let Some(found) = &found {
         sections.push(format!("{}\n", wrapped(&found.sentence, WIDTH)));
@@ -129,6 +131,30 @@ fn power_table(run: &Run, means: &Means) -> Option<String> {
     }
     let totals = Component::ALL.map(|c| cell(power.component(c))).into_iter().chain([cell(all)]);
     text += &line("total", &totals.collect::<Vec<_>>());
+    Some(text)
+}
+
+/// R1 to R4, where frames are foveated and have a time.
+fn region_table(table: &Table) -> Option<String> {
+    let mean =
+        |region: &str, name: &str| table.mean(&format!("regions.{}.{name}", region.to_lowercase()));
+    mean(REGIONS[0], "tiles")?;
+    let mut text = format!(
+        "{:<15}{:>9}{:>12}{:>14}{:>13}\n",
+        "region, a frame", "tiles", "splats", "VRU cycles", "energy"
+    );
+    for region in REGIONS {
+        let number = |name: &str| mean(region, name).map_or("-".into(), significant);
+        let energy = mean(region, "energy_pj").map(|pj| engineering(pj * 1e-12, "J"));
+        let _ = writeln!(
+            text,
+            "{region:<15}{:>9}{:>12}{:>14}{:>13}",
+            number("tiles"),
+            number("entries"),
+            number("cycles"),
+            energy.unwrap_or("-".into())
+        );
+    }
     Some(text)
 }
 

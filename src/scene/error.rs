@@ -11,7 +11,7 @@ pub enum SceneError {
     /// None of the known formats.
     #[error(
         "not a scene that is known here (it starts with {start}); \
-         give an INRIA or PlayCanvas .ply, .splat, .spz or .sog file, or a meta.json"
+         give an INRIA or PlayCanvas .ply, .splat, .spz, .sog or .fov file, or a meta.json"
     )]
     Unknown {
         /// The first bytes, printable.

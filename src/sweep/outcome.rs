@@ -10,14 +10,14 @@ use crate::sim::statistics::{Statistic, catalogue};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub const OUTCOME_VERSION: u32 = 1;
+pub const OUTCOME_VERSION: u32 = 2;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
-const MEANS: [&str; 20] = [
+const MEANS: [&str; 24] = [
     "frame_time_ms",
     "deadline_missed",
     "frame_cycles",
@@ -38,6 +38,10 @@ const MEANS: [&str; 20] = [
     "units.vru.*_frac",
     "units.vru.lane_utilisation",
     "counters.tile_pairs",
+    "regions.r1.*",
+    "regions.r2.*",
+    "regions.r3.*",
+    "regions.r4.*",
 ];
 
 /// The statistics of which means are kept, in the order of the catalogue.

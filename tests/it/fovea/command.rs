@@ -81,12 +81,53 @@ fn from_four_files_to_a_report_with_regions() {
         let summary = std::fs::read_to_string(at.join(&out).join("summary.md")).expect("it");
         assert!(summary.contains("| R4 |"), "{summary}");
     }
+    let done = run(&["replay", "fr.bin", "--arch", "gscore", "--out", "said"]).assert().success();
+    let said = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    let rows = said.lines().skip_while(|line| !line.starts_with("region, a frame"));
+    let names: Vec<&str> = rows.skip(1).take(4).filter_map(|row| row.get(..2)).collect();
+    assert_eq!(names, ["R1", "R2", "R3", "R4"], "{said}");
+    assert!(said.lines().take_while(|l| !l.starts_with("report")).all(|l| l.len() <= 82), "{said}");
     let refused = error(&mut run(&["replay", "fr.bin", "--arch", "neo", "--out", "no"]), 2);
     assert!(refused.contains("fovea.accumulators = 1"), "{refused}");
     let paper = json(&mut run(&["--json", "replay", "fr.bin", "--model", "paper", "--out", "p"]));
     assert!(paper["frames"][0]["fovea"]["level_lookups"].as_u64().expect("a count") > 0);
     let both = ["compare", "gscore", "edge", "fr.bin", "--out", "both"];
     run(&both).assert().success();
+}
+
+/// A sweep over what machines can do with foveated frames: results per region, and machines that
+/// cannot render them fail with a reason.
+#[test]
+fn a_sweep_has_results_of_regions() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    compose(at);
+    let run = |args: &[&str]| {
+        let mut run = program();
+        run.current_dir(at).args(args);
+        run
+    };
+    let mut extract = run(&["extract", "model.fov", "--gaze", "0.5,0.5", "-o", "fr.bin"]);
+    extract.args(VIEWS).args(EYE).assert().success();
+    let sweep = "question = \"What does a second accumulator buy?\"\nbase = \"gscore\"\n\
+                 [[axes]]\nkey = \"fovea.accumulators\"\nvalues = [0, 1, 2]\n";
+    std::fs::write(at.join("two.toml"), sweep).expect("a folder");
+    run(&["-q", "sweep", "two.toml", "--traces", "fr.bin", "--out", "s"]).assert().success();
+    let mut table = csv::Reader::from_path(at.join("s/results.csv")).expect("results");
+    let names = table.headers().expect("a header").clone();
+    let place = |name: &str| names.iter().position(|n| n == name).expect(name);
+    let mut tiles = [0; 3];
+    for row in table.records().map(|row| row.expect("a row")) {
+        let units: usize = row[place("fovea.accumulators")].parse().expect("a number");
+        assert_eq!(&row[place("status")], if units == 0 { "failed" } else { "ok" }, "{row:?}");
+        let sum = |what: &str| -> f64 {
+            let of = |k: usize| row[place(&format!("regions.r{k}.{what}"))].parse().unwrap_or(0.0);
+            (1..=4).map(of).sum()
+        };
+        tiles[units] = sum("tiles") as u64;
+        assert_eq!(sum("energy_pj") > 0.0, units > 0, "{row:?}");
+    }
+    assert_eq!(tiles, [0, 24, 24], "6 x 4 tiles");
 }
 
 #[test]
