@@ -163,11 +163,19 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
         let what = format!("{}: the model has no Gaussians", path.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let stem = |path: &Path| path.file_stem().map(|s| s.to_string_lossy().into_owned());
-    let folder = scene.path.parent().and_then(stem);
-    let own = stem(&scene.path).filter(|s| s != "meta" && s != "lod-meta");
-    let name = own.or(folder).unwrap_or_else(|| "model".into());
-    Ok((name, scene.gaussians))
+    Ok((name_of(&scene.path), scene.gaussians))
+}
+
+/// A name for people: that of the file, or of the folder around it where every trainer and
+/// exporter uses the same one.
+fn name_of(path: &Path) -> String {
+    let is_common = |name: &String| {
+        ["meta", "lod-meta", "point_cloud"].contains(&name.as_str())
+            || name.starts_with("iteration_")
+    };
+    let stems = path.ancestors().filter_map(|p| p.file_stem());
+    let mut names = stems.map(|s| s.to_string_lossy().into_owned());
+    names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
 }
 
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
