@@ -47,6 +47,12 @@ fn terminal_summary() {
         vru x64            61        -     -      -         8      4      <1     -    27
         dram bus           33   1.70 of 51.2 GB/s, row hits 73 %, moves 1.32 B/B
 
+        region, a frame    tiles      splats    VRU cycles       energy
+        R1                  2040     1100000       3299999      11.0 mJ
+        R2                  2040      550000       1649999      5.50 mJ
+        R3                  2040      366666       1100000      3.67 mJ
+        R4                  2040      275000        824999      2.75 mJ
+
         VRU-bound 61 % of the frame, CCU-bound 10 %; the rest waits for records of
         Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), the unit
         before 4 %, room in the output 1 %; 4 % without work.
