@@ -7,7 +7,6 @@ pub mod loss;
 pub mod lpips;
 pub mod metrics;
 
-pub use crate::fovea::sight;
 pub use hvsq::{Hvsq, HvsqError};
 pub use loss::{Loss, Parts};
 pub use lpips::{Lpips, LpipsError};

@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::background::Background;
 use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
+use crate::fovea::{POOLINGS, Sight};
 use crate::picture::Picture;
-use crate::quality::sight::{POOLINGS, Sight};
 use crate::quality::{Hvsq, flip, likeness};
 
 /// Shown under `quality --help`.

@@ -112,6 +112,27 @@ fn contents(run: &Path) -> Vec<(String, Vec<u8>)> {
     names.map(|n| (n.to_owned(), fs::read(run.join(n)).unwrap())).into()
 }
 
+/// Begins a run, kills it when its history `is_there`, and goes on with another number of threads:
+/// results do not depend on it.
+pub fn kill_and_resume(folder: &Path, more: &[&str], is_there: impl Fn(&str) -> bool) {
+    let arguments = arguments(folder, more);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+        .args(&arguments[1..])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let history = folder.join("run").join("history.csv");
+    while !fs::read_to_string(&history).is_ok_and(|text| is_there(&text)) {
+        assert!(child.try_wait().unwrap().is_none_or(|s| s.success()), "it failed by itself");
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let resumed: Vec<&str> = more.iter().copied().chain(["--resume", "--jobs", "1"]).collect();
+    assert_eq!(run(folder, &resumed).unwrap(), Exit::Done);
+}
+
 #[test]
 fn a_killed_run_goes_on_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
@@ -121,24 +142,8 @@ fn a_killed_run_goes_on_bit_for_bit() {
     let run_folder = folder.path().join("run");
     let whole = contents(&run_folder);
     fs::remove_dir_all(&run_folder).unwrap();
-    let arguments = arguments(folder.path(), &more);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
-        .args(&arguments[1..])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    // Killed as soon as some iterations are on record, wherever that is.
-    let history = run_folder.join("history.csv");
-    while fs::metadata(&history).map_or(0, |m| m.len()) < 2_000 {
-        assert!(child.try_wait().unwrap().is_none_or(|s| s.success()), "it failed by itself");
-        std::thread::sleep(std::time::Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    // With another number of threads: results do not depend on it.
-    let resumed: Vec<&str> = more.iter().copied().chain(["--resume", "--jobs", "1"]).collect();
-    assert_eq!(run(folder.path(), &resumed).unwrap(), Exit::Done);
+    // As soon as some iterations are on record, wherever that is.
+    kill_and_resume(folder.path(), &more, |history| history.len() >= 2_000);
     for (now, before) in contents(&run_folder).iter().zip(&whole) {
         assert_eq!(now.0, before.0);
         assert!(now.1 == before.1, "{} differs", now.0);

@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -10,7 +9,7 @@ use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit};
 use powergs_sim::scene::Foveated;
 
-use super::command::{arguments, fails, run, stage, with};
+use super::command::{arguments, fails, kill_and_resume, run, stage, with};
 
 /// A short run on a screen on which 48 pixels show all levels.
 const FOVEATED: [&str; 8] =
@@ -70,23 +69,7 @@ fn a_foveated_run_that_is_killed_in_a_level_goes_on_bit_for_bit() {
     let run_folder = folder.path().join("run");
     let whole = contents(&run_folder);
     fs::remove_dir_all(&run_folder).unwrap();
-    let arguments = arguments(folder.path(), &more);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
-        .args(&arguments[1..])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let history = run_folder.join("history.csv");
-    let is_there = || fs::read_to_string(&history).is_ok_and(|t| t.contains("L3-sample-01"));
-    while !is_there() {
-        assert!(child.try_wait().unwrap().is_none_or(|s| s.success()), "it failed by itself");
-        std::thread::sleep(std::time::Duration::from_millis(1));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let resumed: Vec<&str> = more.iter().copied().chain(["--resume", "--jobs", "1"]).collect();
-    assert_eq!(run(folder.path(), &resumed).unwrap(), Exit::Done);
+    kill_and_resume(folder.path(), &more, |history| history.contains("L3-sample-01"));
     for (now, before) in contents(&run_folder).iter().zip(&whole) {
         assert!(now == before, "{} differs", now.0);
     }

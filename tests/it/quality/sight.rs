@@ -1,8 +1,8 @@
 //! Eccentricity, pooling size and level; HVSQ of the regions around a gaze.
 
 use powergs_sim::display::d22::GazeError;
+use powergs_sim::fovea::{POOLINGS, Sight};
 use powergs_sim::quality::Hvsq;
-use powergs_sim::quality::sight::{POOLINGS, Sight};
 
 use super::pictures::shown;
 
