@@ -12,25 +12,13 @@
 //! (`accel`), *how often* (`action`), what it *costs* (`energy`), and how it *looks* (`report`).
 //! `ARCHITECTURE.md` has the map, `docs/model.md` every modelling assumption.
 
-pub mod accel;
-pub mod action;
-pub mod analysis;
 pub mod cli;
-pub mod config;
-pub mod display;
-pub mod dram;
-pub mod energy;
-pub mod fovea;
-pub mod optimize;
-pub mod picture;
-pub mod quality;
-pub mod quantity;
-pub mod raster;
-pub mod report;
-pub mod scene;
-pub mod sim;
-pub mod splat;
-pub mod sweep;
-pub mod trace;
-pub mod validate;
-pub mod workload;
+
+pub use powergs_base::{config, picture, quantity};
+pub use powergs_core::{accel, action, dram, energy, sim, workload};
+pub use powergs_frame::{display, fovea, splat, trace};
+pub use powergs_study::{analysis, sweep, validate};
+pub use {
+    powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,
+    powergs_report as report, powergs_scene as scene,
+};

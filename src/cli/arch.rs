@@ -5,13 +5,13 @@ use serde_json::{Value, json};
 
 use super::machine_file::{ConfigUsage, load_machine, read};
 use super::{Context, Exit, Failure, out};
-use crate::accel::Machine;
-use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
-use crate::config::{ConfigError, Embedded, schema_of};
-use crate::display::Display;
-use crate::dram::Device;
-use crate::energy::EnergyTable;
-use crate::sweep::file::SweepFile;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
+use powergs_base::config::{ConfigError, Embedded, schema_of};
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_frame::display::Display;
+use powergs_study::sweep::file::SweepFile;
 
 use check::kind_of;
 use cost::Cost;

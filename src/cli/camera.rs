@@ -7,9 +7,9 @@ use serde_json::{Value, json};
 
 use super::camera_file::{self, CameraArgs, Views};
 use super::{Context, Exit, Failure, aside, out};
-use crate::scene::camera::inria;
-use crate::scene::camera::orbit::SceneBounds;
-use crate::scene::{Camera, Split};
+use powergs_scene::camera::inria;
+use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::{Camera, Split};
 
 /// Examples at the end of the help.
 pub const EXAMPLES: &str = "\

@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::scene::camera::check::{MAX_DISTANCE, MAX_SIZE};
-use crate::scene::camera::orbit::{Orbit, SceneBounds};
-use crate::scene::camera::{CameraError, CameraFile, colmap, edit, json, path};
-use crate::scene::{Camera, Split};
+use powergs_scene::camera::check::{MAX_DISTANCE, MAX_SIZE};
+use powergs_scene::camera::orbit::{Orbit, SceneBounds};
+use powergs_scene::camera::{CameraError, CameraFile, colmap, edit, json, path};
+use powergs_scene::{Camera, Split};
 
 /// Most views that a generator makes.
 const MAX_VIEWS: usize = 1_000_000;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::aside::write_aside;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::report::claims::{self, Run};
-use crate::report::results::{FILE, Results};
+use powergs_report::claims::{self, Run};
+use powergs_report::results::{FILE, Results};
 
 /// Shown under `claims --help`.
 pub const EXAMPLES: &str = "\

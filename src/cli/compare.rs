@@ -14,10 +14,10 @@ use super::replay::display_rate;
 use super::run_folder::RunFolder;
 use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::report::compare::{self, Comparison, Side};
-use crate::report::{Extras, Facts, Run, Table};
-use crate::sim::{FrameReport, Model, simulate};
-use crate::workload::{Geometry, bin};
+use powergs_core::sim::{FrameReport, Model, simulate};
+use powergs_core::workload::{Geometry, bin};
+use powergs_report::compare::{self, Comparison, Side};
+use powergs_report::{Extras, Facts, Run, Table};
 
 /// Shown under `compare --help`.
 pub const EXAMPLES: &str = "\

@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 use super::machine_file::{ConfigUsage, read};
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::config::embedded::DRAM;
-use crate::dram::address_trace::Requests;
-use crate::dram::device::Order;
-use crate::dram::drive::WindowDrive;
-use crate::dram::{Device, Drive, EnergyUse, Mode, Run};
+use powergs_base::config::embedded::DRAM;
+use powergs_core::dram::address_trace::Requests;
+use powergs_core::dram::device::Order;
+use powergs_core::dram::drive::WindowDrive;
+use powergs_core::dram::{Device, Drive, EnergyUse, Mode, Run};
 
 mod table;
 

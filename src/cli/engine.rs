@@ -9,21 +9,23 @@ use super::timeline::{self, Asked};
 use super::trace_source::{TraceFrame, TraceSource, hashed};
 use super::what_if::{Experiment, Variant, cost};
 use super::{Exit, Failure, OrExit, dram_dump};
-use crate::accel::Machine;
-use crate::accel::machine::DramModel;
-use crate::accel::timeline::{Observer, Span};
-use crate::action::Action;
-use crate::config::embedded::ENERGY;
-use crate::energy::{self, EnergyTable};
-use crate::report::roofline::Roofline;
-use crate::report::tile_load::Picture;
-use crate::report::what_if::Cost;
-use crate::report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
-use crate::sim::check::fits;
-use crate::sim::paper::UnitPrices;
-use crate::sim::{Breach, FrameReport, Label, Lists, Measured, observed, paper, simulate_measured};
-use crate::workload::paper::Padding;
-use crate::workload::{FrameWorkload, Geometry, bin};
+use powergs_base::config::embedded::ENERGY;
+use powergs_core::accel::Machine;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::timeline::{Observer, Span};
+use powergs_core::action::Action;
+use powergs_core::energy::{self, EnergyTable};
+use powergs_core::sim::check::fits;
+use powergs_core::sim::paper::UnitPrices;
+use powergs_core::sim::{
+    Breach, FrameReport, Label, Lists, Measured, observed, paper, simulate_measured,
+};
+use powergs_core::workload::paper::Padding;
+use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_report::roofline::Roofline;
+use powergs_report::tile_load::Picture;
+use powergs_report::what_if::Cost;
+use powergs_report::{DramModels, Extras, Facts, MachineFacts, TileLoad};
 
 /// The energy table of the `paper` model.
 const PAPER_TABLE: &str = "paper";
@@ -341,7 +343,7 @@ impl Observer for Requests<'_, '_> {
 fn gather_models((n, sums): &mut (u32, DramModels), banked: &FrameReport, window: &FrameReport) {
     let moved = |report: &FrameReport| {
         let Some(timing) = &report.timing else { return 0.0 };
-        let bursts = |c: &crate::accel::DramCommands| {
+        let bursts = |c: &powergs_core::accel::DramCommands| {
             c.stages.iter().map(|s| s.reads + s.writes).sum::<u64>() * c.burst_bytes
         };
         timing.dram.commands.as_ref().map_or(0, bursts) as f64

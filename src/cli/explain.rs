@@ -3,15 +3,15 @@
 use serde_json::{Value, json};
 
 use super::{Context, Exit, Failure, out};
-use crate::accel::Machine;
-use crate::config::Embedded;
-use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
-use crate::config::suggest::nearest;
-use crate::config::{KeyDoc, key_docs};
-use crate::display::Display;
-use crate::dram::Device;
-use crate::energy::EnergyTable;
-use crate::sim::statistics;
+use powergs_base::config::Embedded;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
+use powergs_base::config::suggest::nearest;
+use powergs_base::config::{KeyDoc, key_docs};
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_core::sim::statistics;
+use powergs_frame::display::Display;
 
 /// Shown under `explain --help`.
 pub const EXAMPLES: &str = "\

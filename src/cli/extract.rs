@@ -16,11 +16,11 @@ use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::fovea::Looking;
-use crate::raster::{Detail, Options, render, render_foveated};
-use crate::scene::Camera;
-use crate::scene::camera::orbit::SceneBounds;
-use crate::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
+use powergs_frame::fovea::Looking;
+use powergs_frame::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
+use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_scene::Camera;
+use powergs_scene::camera::orbit::SceneBounds;
 
 /// Shown under `extract --help`.
 pub const EXAMPLES: &str = "\

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::background::Background;
 use super::render::write_png;
 use super::{Context, Exit, Failure, OrExit, machine_file, out, picture_file};
-use crate::display::d22::{Filter, Gaze};
+use powergs_frame::display::d22::{Filter, Gaze};
 
 /// Shown under `filter --help`.
 pub const EXAMPLES: &str = "\

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::aside::write_aside;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
-use crate::report;
+use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
+use powergs_report as report;
 
 /// Shown under `fit --help`.
 pub const EXAMPLES: &str = "\

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use super::filter::pair;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::fovea::stream::Eye;
-use crate::fovea::{GAZE_CYCLE, GazeStream, Looking, REGIONS, Screen};
-use crate::scene::Camera;
+use powergs_frame::fovea::stream::Eye;
+use powergs_frame::fovea::{GAZE_CYCLE, GazeStream, Looking, REGIONS, Screen};
+use powergs_scene::Camera;
 
 /// Where somebody looks in each view, and on which screen.
 #[derive(Debug, Clone, clap::Args)]
@@ -86,7 +86,7 @@ impl GazeArgs {
                 let (x, y) = self.gaze.unwrap_or((0.5, 0.5));
                 // Before it is rounded: just outside is outside.
                 let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
-                let sight = crate::fovea::Sight::on(screen, [x, y], size);
+                let sight = powergs_frame::fovea::Sight::on(screen, [x, y], size);
                 sight.or_exit(Exit::Usage, "--gaze")?;
                 vec![[x as f32, y as f32]; cameras.len()]
             }

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::{Exit, Failure, OrExit};
-use crate::quality::Lpips;
+use powergs_quality::Lpips;
 
 /// The largest file; the whole of VGG16 takes 528 MiB.
 const BYTES_MAX: u64 = 1 << 30;

@@ -6,17 +6,17 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{Exit, Failure, OrExit};
-use crate::accel::Machine;
-use crate::config::document::TEXT_MAX;
-use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
-use crate::config::references::cited;
-use crate::config::suggest::nearest;
-use crate::config::{ConfigError, Embedded};
-use crate::display::Display;
-use crate::dram::Device;
-use crate::energy::{EnergyTable, Prices, accelergy};
-use crate::quantity::Hertz;
-use crate::sim;
+use powergs_base::config::document::TEXT_MAX;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
+use powergs_base::config::references::cited;
+use powergs_base::config::suggest::nearest;
+use powergs_base::config::{ConfigError, Embedded};
+use powergs_base::quantity::Hertz;
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::{EnergyTable, Prices, accelergy};
+use powergs_core::sim;
+use powergs_frame::display::Display;
 
 /// A configuration text and where it came from.
 #[derive(Debug, Clone)]

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 use super::background::Background;
 use super::{Context, Exit, Failure};
-use crate::fovea::Screen;
+use powergs_frame::fovea::Screen;
 
 /// Shown under `optimize --help`.
 pub const EXAMPLES: &str = "\

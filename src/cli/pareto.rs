@@ -6,8 +6,8 @@ mod question;
 use std::path::PathBuf;
 
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::analysis::{Analysis, AnalysisError};
-use crate::report::sweep;
+use powergs_report::sweep;
+use powergs_study::analysis::{Analysis, AnalysisError};
 
 /// Shown under `pareto --help`.
 pub const EXAMPLES: &str = "\

@@ -6,7 +6,7 @@ use image::{DynamicImage, ImageReader, Limits};
 
 use super::background::Background;
 use super::{Exit, Failure, OrExit};
-use crate::picture::Picture;
+use powergs_base::picture::Picture;
 
 /// The longest side of a picture, pixels.
 const SIDE_MAX: u32 = 32_768;

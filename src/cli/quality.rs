@@ -6,9 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::background::Background;
 use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
-use crate::fovea::{POOLINGS, Sight};
-use crate::picture::Picture;
-use crate::quality::{Hvsq, flip, likeness};
+use powergs_base::picture::Picture;
+use powergs_frame::fovea::{POOLINGS, Sight};
+use powergs_quality::{Hvsq, flip, likeness};
 
 /// Shown under `quality --help`.
 pub const EXAMPLES: &str = "\

@@ -11,11 +11,11 @@ use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::fovea::Looking;
-use crate::picture::Picture;
-use crate::raster::{Detail, Options, regions, render, render_foveated};
-use crate::scene::Camera;
-use crate::scene::camera::orbit::SceneBounds;
+use powergs_base::picture::Picture;
+use powergs_frame::fovea::Looking;
+use powergs_raster::{Detail, Options, regions, render, render_foveated};
+use powergs_scene::Camera;
+use powergs_scene::camera::orbit::SceneBounds;
 
 /// Shown under `render --help`.
 pub const EXAMPLES: &str = "\

@@ -12,8 +12,8 @@ use super::progress::Progress;
 use super::run_folder::RunFolder;
 use super::timeline::{self, Asked};
 use super::{Context, Exit, Failure, OrExit, dram_dump, out};
-use crate::report::{self, Extras, Facts, Run, Table, TileLoad, terminal};
-use crate::sim::{FrameReport, Model};
+use powergs_core::sim::{FrameReport, Model};
+use powergs_report::{self as report, Extras, Facts, Run, Table, TileLoad, terminal};
 
 /// Shown under `replay --help`.
 pub const EXAMPLES: &str = "\

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::{Exit, Failure};
-use crate::report::{FILE_NAMES, sweep};
+use powergs_report::{FILE_NAMES, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::scene_file::{self, LoadedScene};
 use super::{Context, Exit, Failure, OrExit, aside, out};
-use crate::scene::stats::Percentiles;
-use crate::scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
+use powergs_scene::stats::Percentiles;
+use powergs_scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
 /// Examples at the end of the help.
 pub const EXAMPLES: &str = "\

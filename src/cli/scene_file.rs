@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::gaze::{GazeArgs, refuse_plain};
 use super::{Exit, Failure, OrExit};
-use crate::scene::foveated::MAGIC;
-use crate::scene::{self, Folder, Foveated, Gaussians, Input, SceneError, Warning};
+use powergs_scene::foveated::MAGIC;
+use powergs_scene::{self as scene, Folder, Foveated, Gaussians, Input, SceneError, Warning};
 
 /// Names of index files in a folder, in the order in which they are looked for.
 const INDICES: [&str; 2] = ["lod-meta.json", "meta.json"];

@@ -18,16 +18,16 @@ use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::trace_source::TraceSource;
 use super::{Context, Exit, Failure, out};
-use crate::config::assumptions::assumptions;
-use crate::config::knob;
-use crate::report::sensitivity::interactions::Interactions;
-use crate::report::sensitivity::keys::{KeyRow, Keys, Turned};
-use crate::report::sensitivity::{Fixed, Sensitivity};
 use files::Files;
 use interactions::{Asked, Method};
 use keys::{Candidate, Key};
 use levels::Wanted;
 use measure::Machines;
+use powergs_base::config::assumptions::assumptions;
+use powergs_base::config::knob;
+use powergs_report::sensitivity::interactions::Interactions;
+use powergs_report::sensitivity::keys::{KeyRow, Keys, Turned};
+use powergs_report::sensitivity::{Fixed, Sensitivity};
 
 /// Shown under `sensitivity --help`.
 pub const EXAMPLES: &str = "\

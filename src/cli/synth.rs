@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 use super::aside::write_aside;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, out};
-use crate::scene::camera::inria;
-use crate::scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
-use crate::scene::{Camera, Gaussians, write_ply};
+use powergs_scene::camera::inria;
+use powergs_scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
+use powergs_scene::{Camera, Gaussians, write_ply};
 use statistics::{SceneStatistics, measure, statistics};
 
 /// Examples at the end of the help.

@@ -8,12 +8,12 @@ use flate2::write::GzEncoder;
 
 use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
-use crate::accel::Machine;
-use crate::report::perfetto::{MOST_EVENTS, TraceWriter};
-use crate::report::timeline::{Picture, Window};
-use crate::report::{charts, format};
-use crate::sim::observed;
-use crate::workload::FrameWorkload;
+use powergs_core::accel::Machine;
+use powergs_core::sim::observed;
+use powergs_core::workload::FrameWorkload;
+use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
+use powergs_report::timeline::{Picture, Window};
+use powergs_report::{charts, format};
 
 /// A frame, and the tiles of it that the picture shows.
 #[derive(Debug, Clone, PartialEq, Eq)]

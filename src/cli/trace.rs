@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::trace::{self, Reader, VerifyReport};
+use powergs_frame::trace::{self, Reader, VerifyReport};
 
 /// Shown under `trace --help`.
 pub const EXAMPLES: &str = "\

@@ -11,11 +11,11 @@ use xxhash_rust::xxh3::Xxh3;
 use super::camera_file::FrameRange;
 use super::machine_file::read;
 use super::{Exit, Failure, OrExit};
-use crate::config::embedded::DISPLAYS;
-use crate::display::Display;
-use crate::report::{Input, TraceFacts};
-use crate::sim::{Label, frames};
-use crate::trace::{EncodedFrame, Frame, Reader};
+use powergs_base::config::embedded::DISPLAYS;
+use powergs_core::sim::{Label, frames};
+use powergs_frame::display::Display;
+use powergs_frame::trace::{EncodedFrame, Frame, Reader};
+use powergs_report::{Input, TraceFacts};
 
 /// A trace file, some of its frames, and the display that shows them.
 pub struct TraceSource {

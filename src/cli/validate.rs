@@ -9,10 +9,10 @@ use super::aside::write_aside;
 use super::machine_file::load_machine;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out};
-use crate::sim::cost::peak_w;
-use crate::validate::numbers::baseline_csv;
-use crate::validate::run::{steps, value};
-use crate::validate::{
+use powergs_core::sim::cost::peak_w;
+use powergs_study::validate::numbers::baseline_csv;
+use powergs_study::validate::run::{steps, value};
+use powergs_study::validate::{
     BASELINE, Baseline, Built, Interrupted, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS,
     document, judge, measure, table,
 };
@@ -111,7 +111,7 @@ fn finish(
         out::text(&table::terminal(judged))?;
     }
     let is_bad = |j: &Judged| match args.bless {
-        true => j.verdict == crate::validate::Verdict::Fails,
+        true => j.verdict == powergs_study::validate::Verdict::Fails,
         false => j.is_bad(),
     };
     Ok(if judged.iter().any(is_bad) { Exit::GoalMissed } else { Exit::Done })

@@ -1,13 +1,13 @@
 //! Machines that differ from one in a single step, and what frames cost on them.
 
 use super::machine_file::LoadedMachine;
-use crate::accel::Machine;
-use crate::accel::machine::DramModel;
-use crate::energy::Prices;
-use crate::quantity::Bytes;
-use crate::report::WhatIf;
-use crate::report::what_if::{Cost, Skipped, Step};
-use crate::sim::{self, FrameReport};
+use powergs_base::quantity::Bytes;
+use powergs_core::accel::Machine;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::energy::Prices;
+use powergs_core::sim::{self, FrameReport};
+use powergs_report::WhatIf;
+use powergs_report::what_if::{Cost, Skipped, Step};
 
 /// A machine that differs from another one.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ type Resource = (&'static str, Vec<String>, &'static [&'static str]);
 fn resources(m: &Machine) -> Vec<Resource> {
     let twice = |key: &str, n: u32| format!("{key}={}", u64::from(n) * 2);
     let b = &m.buffers;
-    let buffer = |key: &str, spec: &crate::accel::machine::BufferSpec| {
+    let buffer = |key: &str, spec: &powergs_core::accel::machine::BufferSpec| {
         format!("buffers.{key}.capacity={}", Bytes(spec.capacity.0.saturating_mul(2)))
     };
     let bandwidth = format!("dram.bandwidth={} GB/s", 2.0 * m.dram.bandwidth.0 * 1e-9);

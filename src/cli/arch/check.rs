@@ -6,20 +6,20 @@ use serde_json::{Value, json};
 
 use super::Kind;
 use super::cost::Cost;
-use crate::accel::Machine;
 use crate::cli::machine_file::{Text, energy_table, is_yaml, read};
 use crate::cli::sweep::{DiskFiles, find_base};
 use crate::cli::{Context, Exit, Failure, out};
-use crate::config::embedded::{DRAM, ENERGY};
-use crate::config::error::Place;
-use crate::config::{ConfigError, Embedded, Problem};
-use crate::display::Display;
-use crate::dram::Device;
-use crate::energy::EnergyTable;
-use crate::quantity::Hertz;
-use crate::sim;
-use crate::sweep::file::SweepFile;
-use crate::sweep::space::Space;
+use powergs_base::config::embedded::{DRAM, ENERGY};
+use powergs_base::config::error::Place;
+use powergs_base::config::{ConfigError, Embedded, Problem};
+use powergs_base::quantity::Hertz;
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_core::sim;
+use powergs_frame::display::Display;
+use powergs_study::sweep::file::SweepFile;
+use powergs_study::sweep::space::Space;
 
 /// What `check` found in one file.
 struct Checked {

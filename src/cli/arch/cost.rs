@@ -2,10 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::accel::Machine;
-use crate::energy::{Area, Prices};
-use crate::report::format::significant;
-use crate::sim::cost::peak_w;
+use powergs_core::accel::Machine;
+use powergs_core::energy::{Area, Prices};
+use powergs_core::sim::cost::peak_w;
+use powergs_report::format::significant;
 
 /// What a machine takes in silicon and, at most, in power.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{Args, Result1, share};
-use crate::dram::Device;
+use powergs_core::dram::Device;
 
 /// The table of one or two levels.
 pub(super) fn text(args: &Args, device: &Device, results: &[Result1]) -> String {

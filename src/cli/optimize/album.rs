@@ -1,12 +1,12 @@
 //! Pictures of a foveated run: the first test view, somebody looking at its middle.
 
-use crate::fovea::{GazeError, LEVELS, Looking};
-use crate::optimize::foveated::Viewer;
-use crate::picture::Picture;
-use crate::raster::regions::{self, TINTS};
-use crate::raster::{Detail, Options, render, render_foveated};
-use crate::report::optimize::foveated::{Album, Shot};
-use crate::scene::Foveated;
+use powergs_base::picture::Picture;
+use powergs_frame::fovea::{GazeError, LEVELS, Looking};
+use powergs_optimize::foveated::Viewer;
+use powergs_raster::regions::{self, TINTS};
+use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_report::optimize::foveated::{Album, Shot};
+use powergs_scene::Foveated;
 
 /// Where somebody looks.
 const GAZE: [f32; 2] = [0.5, 0.5];

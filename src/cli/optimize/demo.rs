@@ -3,10 +3,10 @@
 use super::super::replay::ModelArg;
 use super::super::{Exit, Failure};
 use super::Args;
-use crate::fovea::Screen;
-use crate::scene::camera::edit;
-use crate::scene::synth::{Preset, cameras, generate};
-use crate::scene::{Camera, Gaussians};
+use powergs_frame::fovea::Screen;
+use powergs_scene::camera::edit;
+use powergs_scene::synth::{Preset, cameras, generate};
+use powergs_scene::{Camera, Gaussians};
 
 /// The preset: a toy before black.
 const PRESET: &str = "lego";

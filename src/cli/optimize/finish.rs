@@ -8,20 +8,20 @@ use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::foveated;
 use super::inputs::Inputs;
-use crate::optimize::checkpoint::Progress;
-use crate::optimize::plan::{Campaign, Outcome, Place, Role, at};
-use crate::optimize::setup::{Seen, Setup};
-use crate::optimize::study::ratios;
-use crate::optimize::tune::Model;
-use crate::raster::{Detail, Options, render};
-use crate::report::charts::Chart;
-use crate::report::claims::{self, Run};
-use crate::report::optimize::{
+use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
+use powergs_optimize::checkpoint::Progress;
+use powergs_optimize::plan::{Campaign, Outcome, Place, Role, at};
+use powergs_optimize::setup::{Seen, Setup};
+use powergs_optimize::study::ratios;
+use powergs_optimize::tune::Model;
+use powergs_raster::{Detail, Options, render};
+use powergs_report::charts::Chart;
+use powergs_report::claims::{self, Run};
+use powergs_report::optimize::{
     Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
 };
-use crate::report::results::{ChangeRecord, FILE, Results, Sources};
-use crate::scene::write_ply;
-use crate::trace::{EncodedFrame, TraceHeader, Writer};
+use powergs_report::results::{ChangeRecord, FILE, Results, Sources};
+use powergs_scene::write_ply;
 
 /// Longer side of the images of the strip, pixels.
 const STRIP_SIDE: u32 = 800;
@@ -162,7 +162,7 @@ fn tell(
         return Ok(());
     }
     let place = folder.path().join("summary.md");
-    let foveated = crate::report::optimize::foveated::headline(results);
+    let foveated = powergs_report::optimize::foveated::headline(results);
     out::text(&format!("{}{foveated}{}\n", story.headline(), place.display()))
 }
 

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use super::super::aside::write_aside;
 use super::super::{Exit, Failure, OrExit};
-use crate::optimize::checkpoint::{Progress, read_whole_model, write_progress, write_whole_model};
-use crate::optimize::plan::{Job, Outcome};
-use crate::optimize::setup::Setup;
-use crate::optimize::tune::{Model, Row, State};
+use powergs_optimize::checkpoint::{Progress, read_whole_model, write_progress, write_whole_model};
+use powergs_optimize::plan::{Job, Outcome};
+use powergs_optimize::setup::Setup;
+use powergs_optimize::tune::{Model, Row, State};
 
 /// The checkpoint of the run as a whole.
 const PROGRESS: &str = "checkpoints/progress.ckpt";

@@ -9,19 +9,19 @@ use super::finish::{Finished, write_charts};
 use super::folder::Folder;
 use super::inputs::{Inputs, published_prices};
 use super::{Args, PowerArgs, album, demo};
-use crate::fovea::{GAZE_CYCLE, LEVELS, Looking, Screen, TileLevels};
-use crate::optimize::checkpoint::Progress;
-use crate::optimize::foveated::{FilterCost, Foveal, Levels, Method, Viewer, lines};
-use crate::optimize::oracle::CycleOracle;
-use crate::optimize::plan::Place;
-use crate::raster::{Detail, Options, render_foveated};
-use crate::report::optimize::foveated::{
+use powergs_frame::fovea::{GAZE_CYCLE, LEVELS, Looking, Screen, TileLevels};
+use powergs_frame::splat::TileGrid;
+use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
+use powergs_optimize::checkpoint::Progress;
+use powergs_optimize::foveated::{FilterCost, Foveal, Levels, Method, Viewer, lines};
+use powergs_optimize::oracle::CycleOracle;
+use powergs_optimize::plan::Place;
+use powergs_raster::{Detail, Options, render_foveated};
+use powergs_report::optimize::foveated::{
     Album, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
 };
-use crate::report::results::Results;
-use crate::scene::{Camera, Foveated, Gaussians};
-use crate::splat::TileGrid;
-use crate::trace::{EncodedFrame, TraceHeader, Writer};
+use powergs_report::results::Results;
+use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.
 const OPERATIONS: f64 = 13.0 + 11.0;

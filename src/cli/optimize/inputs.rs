@@ -11,20 +11,20 @@ use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
 use super::shelf::Shelf;
 use super::{Args, GateArg, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
-use crate::config::embedded::ENERGY;
-use crate::display::Display;
-use crate::energy::EnergyTable;
-use crate::fovea::Screen;
-use crate::optimize::adam::Group;
-use crate::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
-use crate::optimize::setup::Reference;
-use crate::optimize::views::{ViewSplit, split};
-use crate::quality::Lpips;
-use crate::raster::{Detail, Options, render};
-use crate::scene::camera::orbit::SceneBounds;
-use crate::scene::camera::{edit, path};
-use crate::scene::{Camera, Gaussians};
-use crate::sim::paper::UnitPrices;
+use powergs_base::config::embedded::ENERGY;
+use powergs_core::energy::EnergyTable;
+use powergs_core::sim::paper::UnitPrices;
+use powergs_frame::display::Display;
+use powergs_frame::fovea::Screen;
+use powergs_optimize::adam::Group;
+use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
+use powergs_optimize::setup::Reference;
+use powergs_optimize::views::{ViewSplit, split};
+use powergs_quality::Lpips;
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::camera::{edit, path};
+use powergs_scene::{Camera, Gaussians};
 
 /// What a run reads.
 pub struct Inputs {
@@ -297,7 +297,7 @@ fn scaled(
         return Err(Failure::new(Exit::BadInput, what));
     }
     let factor = ratio * watts.render_w / watts.display_w;
-    let standing = crate::quantity::Watts(display.standing.0 * factor);
+    let standing = powergs_base::quantity::Watts(display.standing.0 * factor);
     Ok(Display { scale: display.scale * factor, standing, ..display })
 }
 

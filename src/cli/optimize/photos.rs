@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use image::{DynamicImage, ImageReader, Limits};
 
 use super::super::{Exit, Failure, OrExit};
-use crate::optimize::setup::Reference;
-use crate::picture::Picture;
-use crate::scene::Camera;
+use powergs_base::picture::Picture;
+use powergs_optimize::setup::Reference;
+use powergs_scene::Camera;
 
 /// Endings that are tried where the name of a view has none.
 const ENDINGS: [&str; 5] = ["", ".png", ".jpg", ".jpeg", ".webp"];

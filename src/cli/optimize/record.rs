@@ -5,12 +5,12 @@ use toml::{Table, Value};
 use super::super::{Exit, Failure, OrExit};
 use super::Args;
 use super::inputs::Inputs;
-use crate::fovea::Screen;
-use crate::optimize::plan::Campaign;
-use crate::optimize::schedule::Plan;
-use crate::optimize::setup::{Gate, Settings};
-use crate::optimize::target::TargetRule;
-use crate::report::{MODEL_VERSION, TOOL_VERSION};
+use powergs_frame::fovea::Screen;
+use powergs_optimize::plan::Campaign;
+use powergs_optimize::schedule::Plan;
+use powergs_optimize::setup::{Gate, Settings};
+use powergs_optimize::target::TargetRule;
+use powergs_report::{MODEL_VERSION, TOOL_VERSION};
 
 /// The file.
 ///

@@ -2,11 +2,11 @@
 
 use super::super::{Exit, Failure};
 use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
-use crate::optimize::lambda::{CEILING, Rule};
-use crate::optimize::plan::{Baseline, Campaign, Variant};
-use crate::optimize::schedule::Plan;
-use crate::optimize::setup::{Gate, Settings};
-use crate::optimize::target::{Level, Quality, TargetRule};
+use powergs_optimize::lambda::{CEILING, Rule};
+use powergs_optimize::plan::{Baseline, Campaign, Variant};
+use powergs_optimize::schedule::Plan;
+use powergs_optimize::setup::{Gate, Settings};
+use powergs_optimize::target::{Level, Quality, TargetRule};
 
 /// Most iterations of one fine-tune.
 const MOST_ITERATIONS: u32 = 10_000_000;

@@ -9,8 +9,8 @@ use std::sync::Mutex;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::super::{Exit, Failure, OrExit};
-use crate::optimize::setup::{Reference, References};
-use crate::picture::Picture;
+use powergs_base::picture::Picture;
+use powergs_optimize::setup::{Reference, References};
 
 /// References in a file of the system's folder for such, which goes when this does.
 pub struct Shelf {

@@ -8,12 +8,12 @@ use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::inputs::Inputs;
 use super::{Args, StudyArg, finish, settings};
-use crate::optimize::checkpoint::Progress;
-use crate::optimize::plan::{Campaign, Ended, Job, Outcome, Role};
-use crate::optimize::setup::{Settings, Setup};
-use crate::optimize::target::{Quality, Target};
-use crate::optimize::tune::{Model, Orders, State, Tuner};
-use crate::report::format::{engineering, shortened, wrapped};
+use powergs_optimize::checkpoint::Progress;
+use powergs_optimize::plan::{Campaign, Ended, Job, Outcome, Role};
+use powergs_optimize::setup::{Settings, Setup};
+use powergs_optimize::target::{Quality, Target};
+use powergs_optimize::tune::{Model, Orders, State, Tuner};
+use powergs_report::format::{engineering, shortened, wrapped};
 
 /// A target this far above the dense model is not tried, decibels.
 const HOPELESS_DB: f64 = 1.0;

@@ -6,10 +6,10 @@ use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::Args;
-use crate::analysis::{Analysis, Question, Table};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Context, Exit, Failure, OrExit};
-use crate::report::sweep::{self, Provenance};
+use powergs_report::sweep::{self, Provenance};
+use powergs_study::analysis::{Analysis, Question, Table};
 
 /// The largest sweep file that is read, bytes.
 const SWEEP_FILE_MAX: u64 = 1 << 20;

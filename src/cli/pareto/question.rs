@@ -2,10 +2,10 @@
 
 use super::Args;
 use super::folder::SweepFolder;
-use crate::analysis::question::default_objectives;
-use crate::analysis::{Named, Objective, Question, Scope};
 use crate::cli::{Exit, Failure, OrExit};
-use crate::sweep::expr::Expr;
+use powergs_study::analysis::question::default_objectives;
+use powergs_study::analysis::{Named, Objective, Question, Scope};
+use powergs_study::sweep::expr::Expr;
 
 /// What the arguments ask, and where they say nothing, the sweep file.
 pub(super) fn question(args: &Args, sweep: &SweepFolder) -> Result<Question, Failure> {

@@ -2,15 +2,15 @@
 
 use toml::{Table, Value};
 
-use crate::accel::Machine;
 use crate::cli::machine_file::LoadedMachine;
 use crate::cli::what_if::Variant;
-use crate::config::assumptions::{Knob, KnobFile};
-use crate::config::embedded::{DRAM, ENERGY, MACHINES, find};
-use crate::config::knob;
-use crate::dram::Device;
-use crate::energy::EnergyTable;
-use crate::sim;
+use powergs_base::config::assumptions::{Knob, KnobFile};
+use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES, find};
+use powergs_base::config::knob;
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_core::sim;
 
 /// The three files of a machine, as text.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 use super::files::Files;
 use super::levels::Levelled;
 use super::measure::{self, Machines};
-use crate::analysis::{indices, morris};
 use crate::cli::trace_source::TraceSource;
 use crate::cli::what_if::Variant;
 use crate::cli::{Context, Exit, Failure};
-use crate::config::assumptions::KnobFile;
-use crate::report::sensitivity::interactions::{Interactions, Point, Results};
-use crate::report::sensitivity::{Measure, Outcome};
+use powergs_base::config::assumptions::KnobFile;
+use powergs_report::sensitivity::interactions::{Interactions, Point, Results};
+use powergs_report::sensitivity::{Measure, Outcome};
+use powergs_study::analysis::{indices, morris};
 
 /// The most machines of one experiment: about a gigabyte of them.
 const MOST: usize = 100_000;

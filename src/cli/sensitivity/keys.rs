@@ -5,15 +5,15 @@ use rayon::prelude::*;
 use toml::{Table, Value};
 
 use super::files::Files;
-use crate::accel::Machine;
-use crate::accel::machine::DramModel;
-use crate::config::assumptions::{KnobFile, assumptions};
-use crate::config::embedded::{DRAM, ENERGY};
-use crate::config::inert::inert;
-use crate::config::{KeyDoc, key_docs, knob};
-use crate::dram::Device;
-use crate::energy::EnergyTable;
-use crate::report::sensitivity::keys::{NotTried, Reach};
+use powergs_base::config::assumptions::{KnobFile, assumptions};
+use powergs_base::config::embedded::{DRAM, ENERGY};
+use powergs_base::config::inert::inert;
+use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_core::accel::Machine;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_report::sensitivity::keys::{NotTried, Reach};
 
 /// Last parts of keys that are text for people.
 const TEXT: [&str; 4] = ["name", "description", "source", "scale-source"];

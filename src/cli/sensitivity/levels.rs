@@ -6,11 +6,11 @@ use toml::Value;
 use super::files::Files;
 use super::keys::{Key, number};
 use crate::cli::{Exit, Failure};
-use crate::config::knob;
-use crate::config::suggest::nearest;
-use crate::report::sensitivity::Measure;
-use crate::report::sensitivity::interactions::Factor;
-use crate::report::sensitivity::keys::Keys;
+use powergs_base::config::knob;
+use powergs_base::config::suggest::nearest;
+use powergs_report::sensitivity::Measure;
+use powergs_report::sensitivity::interactions::Factor;
+use powergs_report::sensitivity::keys::Keys;
 
 /// Values of a number over its range.
 const LEVELS: usize = 4;
@@ -149,7 +149,7 @@ pub fn levelled(
 /// The keys that move frame rate and energy most, in the order of the files.
 fn chosen<'a>(keys: &'a [Key], found: &Keys) -> Vec<&'a Key> {
     let effect = |key: &Key| {
-        let is_row = |r: &&crate::report::sensitivity::keys::KeyRow| {
+        let is_row = |r: &&powergs_report::sensitivity::keys::KeyRow| {
             r.key == key.path && r.file == key.file.name()
         };
         let row = found.rows.iter().find(is_row);

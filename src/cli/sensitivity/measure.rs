@@ -8,14 +8,14 @@ use rayon::prelude::*;
 
 use super::files::Files;
 use super::turned::{Turn, Way};
-use crate::accel::Machine;
 use crate::cli::trace_source::{TraceFrame, TraceSource};
 use crate::cli::what_if::{Variant, cost};
 use crate::cli::{Context, Exit, Failure, OrExit, progress::Progress};
-use crate::energy::Prices;
-use crate::report::sensitivity::{Outcome, Row, Side, Traced};
-use crate::sim::{Lists, Measured, priced, time};
-use crate::workload::{FrameWorkload, Geometry, bin};
+use powergs_core::accel::Machine;
+use powergs_core::energy::Prices;
+use powergs_core::sim::{Lists, Measured, priced, time};
+use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_report::sensitivity::{Outcome, Row, Side, Traced};
 
 /// The distinct machines of an experiment, the one that others are compared with first.
 #[derive(Debug)]

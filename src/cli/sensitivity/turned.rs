@@ -2,9 +2,9 @@
 
 use super::files::Files;
 use crate::cli::machine_file::LoadedMachine;
-use crate::config::assumptions::{Assumption, Knob};
-use crate::config::knob;
-use crate::report::sensitivity::Fixed;
+use powergs_base::config::assumptions::{Assumption, Knob};
+use powergs_base::config::knob;
+use powergs_report::sensitivity::Fixed;
 
 /// Half.
 const LOW: f64 = 0.5;

@@ -150,6 +150,6 @@ impl FromStr for ShardArg {
 }
 
 fn memory(text: &str) -> Result<usize, String> {
-    let bytes: crate::quantity::Bytes = text.parse().map_err(|e| format!("{e}"))?;
+    let bytes: powergs_base::quantity::Bytes = text.parse().map_err(|e| format!("{e}"))?;
     usize::try_from(bytes.0).map_err(|_| "too large".into())
 }

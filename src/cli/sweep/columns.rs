@@ -4,12 +4,12 @@ use toml::{Table, Value};
 
 use super::opened::Objective;
 use crate::cli::{Exit, Failure};
-use crate::config::suggest::nearest;
-use crate::sweep::design::Design;
-use crate::sweep::measure::Measure;
-use crate::sweep::metric::metrics;
-use crate::sweep::space::Space;
-use crate::sweep::table::{Cell, Column, Kind};
+use powergs_base::config::suggest::nearest;
+use powergs_study::sweep::design::Design;
+use powergs_study::sweep::measure::Measure;
+use powergs_study::sweep::metric::metrics;
+use powergs_study::sweep::space::Space;
+use powergs_study::sweep::table::{Cell, Column, Kind};
 
 /// Steps of each axis that are looked at to find the kind of its column.
 const LOOKED_AT: u32 = 4096;
@@ -93,7 +93,7 @@ pub fn baseline_cells(base: &Design, columns: &[Column]) -> Vec<Cell> {
         .map(|(what, text)| (what, text.parse().unwrap_or_default()))
         .collect();
     let find = |name: &str| -> Option<Value> {
-        if name == crate::sweep::key::MACHINE {
+        if name == powergs_study::sweep::key::MACHINE {
             return Some(base.machine.name.clone().into());
         }
         let (table, path) = match name.split_once(':') {
@@ -125,7 +125,7 @@ fn cell<'v>(column: &Column, find: impl Fn(&str) -> Option<&'v Value>) -> Cell {
         (Kind::Real, Some(Value::Integer(n))) => Cell::Real(*n as f64),
         (Kind::Real, Some(Value::Float(x))) => Cell::Real(*x),
         (Kind::Truth, Some(Value::Boolean(yes))) => Cell::Truth(*yes),
-        (Kind::Text, Some(value)) => Cell::Text(crate::config::knob::shown(value)),
+        (Kind::Text, Some(value)) => Cell::Text(powergs_base::config::knob::shown(value)),
         // Beyond the steps that were looked at there is another kind of value.
         (_, Some(_)) => Cell::Empty,
     }

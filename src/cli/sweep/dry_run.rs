@@ -7,7 +7,7 @@ use super::opened::Opened;
 use super::plan::Plan;
 use crate::cli::progress::Progress;
 use crate::cli::{Context, Exit, Failure, out};
-use crate::report::format::{engineering, significant, wrapped};
+use powergs_report::format::{engineering, significant, wrapped};
 
 /// Points that are looked at; of larger spaces this many are taken to stand for all.
 const LOOKED_AT: u64 = 20_000;

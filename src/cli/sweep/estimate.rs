@@ -7,9 +7,9 @@ use super::opened::Opened;
 use super::plan::Plan;
 use super::running::Running;
 use super::window::Window;
-use crate::accel::Memo;
 use crate::cli::Failure;
-use crate::sweep::design::Design;
+use powergs_core::accel::Memo;
+use powergs_study::sweep::design::Design;
 
 /// Machines that are timed on a frame.
 const TIMED: usize = 8;

@@ -5,10 +5,10 @@ use std::sync::{Arc, Mutex};
 
 use crate::cli::machine_file::read;
 use crate::cli::trace_source::hashed;
-use crate::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
-use crate::report::Input;
-use crate::sweep::key::FileKind;
-use crate::sweep::library::{FileText, Files};
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
+use powergs_report::Input;
+use powergs_study::sweep::key::FileKind;
+use powergs_study::sweep::library::{FileText, Files};
 
 /// Opens files by name or path, and remembers what it has opened.
 #[derive(Debug, Clone, Default)]

@@ -7,9 +7,9 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::opened::Objective;
 use crate::cli::Context;
-use crate::report::format::significant;
-use crate::sweep::journal::Record;
-use crate::sweep::metric;
+use powergs_report::format::significant;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::metric;
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -11,11 +11,11 @@ use super::traces::{self, OpenedTrace, Wanted};
 use crate::cli::machine_file::{ConfigUsage, Text, read};
 use crate::cli::trace_source::hashed;
 use crate::cli::{Exit, Failure, OrExit};
-use crate::config::embedded::SWEEPS;
-use crate::sweep::design::{Design, Rejected};
-use crate::sweep::file::{Method, SweepFile, TraceSpec};
-use crate::sweep::space::Space;
-use crate::sweep::table::{Cell, Column};
+use powergs_base::config::embedded::SWEEPS;
+use powergs_study::sweep::design::{Design, Rejected};
+use powergs_study::sweep::file::{Method, SweepFile, TraceSpec};
+use powergs_study::sweep::space::Space;
+use powergs_study::sweep::table::{Cell, Column};
 
 /// Something that is to be small or large.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -132,7 +132,7 @@ fn change(file: &mut SweepFile, definition: &Definition, text: &Text) -> Result<
         let (key, value) = set
             .split_once('=')
             .ok_or_else(|| Failure::new(Exit::Usage, format!("--set {set}: write KEY=VALUE")))?;
-        let value = crate::config::knob::written(value.trim());
+        let value = powergs_base::config::knob::written(value.trim());
         file.set.0.retain(|(known, _)| known != key.trim());
         file.set.0.push((key.trim().to_owned(), value));
     }

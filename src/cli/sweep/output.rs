@@ -9,9 +9,9 @@ use super::opened::Opened;
 use super::plan::Plan;
 use crate::cli::aside::temporary;
 use crate::cli::{Exit, Failure, OrExit};
-use crate::sweep::journal::Record;
-use crate::sweep::parquet::ParquetWriter;
-use crate::sweep::table::{Cell, Column, Entry, Fate, TraceLabel, columns, rows};
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::parquet::ParquetWriter;
+use powergs_study::sweep::table::{Cell, Column, Entry, Fate, TraceLabel, columns, rows};
 
 /// The table as CSV.
 pub const CSV: &str = "results.csv";

@@ -17,10 +17,10 @@ use super::state::State;
 use super::store::Store;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use crate::report::format::wrapped;
-use crate::sweep::design::Design;
-use crate::sweep::journal::Record;
-use crate::sweep::table::{Cell, FIRST};
+use powergs_report::format::wrapped;
+use powergs_study::sweep::design::Design;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::table::{Cell, FIRST};
 
 /// What was typed to begin a sweep, in its folder.
 const DEFINITION: &str = "definition.json";

@@ -9,10 +9,10 @@ use xxhash_rust::xxh3::Xxh3;
 use super::folder::Shard;
 use super::opened::Opened;
 use crate::cli::Context;
-use crate::report::MODEL_VERSION;
-use crate::sweep::design::{Design, Rejected};
-use crate::sweep::outcome::OUTCOME_VERSION;
-use crate::workload::Geometry;
+use powergs_core::workload::Geometry;
+use powergs_report::MODEL_VERSION;
+use powergs_study::sweep::design::{Design, Rejected};
+use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Designs that are made at a time while the space is walked.
 const STRIDE: u64 = 4096;

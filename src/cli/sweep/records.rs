@@ -5,7 +5,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::cli::{Exit, Failure, OrExit};
-use crate::sweep::journal::{self, Index, Place, Record};
+use powergs_study::sweep::journal::{self, Index, Place, Record};
 
 /// Ending of journals.
 const ENDING: &str = "jsonl";

@@ -3,10 +3,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::window::{Binned, Window};
-use crate::sim::{Label, Lists, Measured, priced, time_again};
-use crate::sweep::design::Design;
-use crate::sweep::journal::Record;
-use crate::sweep::outcome::Accumulator;
+use powergs_core::sim::{Label, Lists, Measured, priced, time_again};
+use powergs_study::sweep::design::Design;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::outcome::Accumulator;
 
 /// Designs with the same machine, and the frames that they have done.
 pub struct Running {
@@ -41,7 +41,7 @@ impl Running {
         }
     }
 
-    fn frame(&mut self, frame: &Binned, display_fps: f64) -> Result<(), crate::sim::Breach> {
+    fn frame(&mut self, frame: &Binned, display_fps: f64) -> Result<(), powergs_core::sim::Breach> {
         let machine = &self.designs[0].machine;
         let workload = &frame.workload;
         let measured = match machine.gsu.reuse_period {

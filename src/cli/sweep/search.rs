@@ -11,12 +11,12 @@ use super::run::frames;
 use super::store::Store;
 use super::work::{Sink, Work, run as work};
 use crate::cli::{Context, Failure};
-use crate::sweep::design::Rejected;
-use crate::sweep::journal::Record;
-use crate::sweep::metric::{metrics, values};
-use crate::sweep::outcome::Outcome;
-use crate::sweep::search::Search;
-use crate::sweep::table::Cell;
+use powergs_study::sweep::design::Rejected;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::metric::{metrics, values};
+use powergs_study::sweep::outcome::Outcome;
+use powergs_study::sweep::search::Search;
+use powergs_study::sweep::table::Cell;
 
 /// Runs the search; all designs that it looked at, or `None` if the user broke off.
 ///

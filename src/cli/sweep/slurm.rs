@@ -19,11 +19,11 @@ use super::folder::{self, Existing};
 use super::opened::Opened;
 use super::parts;
 use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
-use crate::config::document::TEXT_MAX;
-use crate::sweep::slurm::Settings;
-use crate::sweep::slurm::script::{self, Call};
 use follow::{End, Follower};
 use job::Job;
+use powergs_base::config::document::TEXT_MAX;
+use powergs_study::sweep::slurm::Settings;
+use powergs_study::sweep::slurm::script::{self, Call};
 
 /// What is submitted.
 #[derive(Debug, Clone, Copy)]

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::cli::aside::write_aside;
 use crate::cli::{Exit, Failure, OrExit};
-use crate::report::{Input, MODEL_VERSION, SCHEMA_VERSION, TOOL_VERSION};
-use crate::sweep::outcome::OUTCOME_VERSION;
+use powergs_report::{Input, MODEL_VERSION, SCHEMA_VERSION, TOOL_VERSION};
+use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Its name in the folder.
 pub const FILE: &str = "state.toml";

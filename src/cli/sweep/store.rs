@@ -7,9 +7,9 @@ use super::folder::Shard;
 use super::records::Records;
 use super::state::State;
 use crate::cli::{Failure, out};
-use crate::report::MODEL_VERSION;
-use crate::sweep::journal::Record;
-use crate::sweep::outcome::OUTCOME_VERSION;
+use powergs_report::MODEL_VERSION;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// A shared store, or none.
 #[derive(Debug)]

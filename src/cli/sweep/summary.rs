@@ -8,7 +8,7 @@ use super::output::Tally;
 use super::plan::Plan;
 use crate::cli::Failure;
 use crate::cli::aside::write_aside;
-use crate::report::format::wrapped;
+use powergs_report::format::wrapped;
 
 /// The summary for a terminal, kept so that a finished sweep says the same again.
 pub const TERMINAL: &str = "summary.txt";

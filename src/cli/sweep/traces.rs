@@ -7,8 +7,8 @@ use crate::cli::camera_file::FrameRange;
 use crate::cli::replay::DEFAULT_DISPLAY;
 use crate::cli::trace_source::TraceSource;
 use crate::cli::{Exit, Failure, OrExit};
-use crate::report::Input;
-use crate::sweep::table::TraceLabel;
+use powergs_report::Input;
+use powergs_study::sweep::table::TraceLabel;
 
 /// A trace, opened.
 pub struct OpenedTrace {

@@ -1,10 +1,10 @@
 //! Binned frames in memory: as many of a trace as fit, the next ones when those are done.
 
-use crate::accel::Memo;
 use crate::cli::Failure;
 use crate::cli::trace_source::TraceSource;
-use crate::sim::Label;
-use crate::workload::{FrameWorkload, Geometry, bin};
+use powergs_core::accel::Memo;
+use powergs_core::sim::Label;
+use powergs_core::workload::{FrameWorkload, Geometry, bin};
 
 /// A frame, binned.
 pub struct Binned {

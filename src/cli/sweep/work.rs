@@ -14,9 +14,9 @@ use super::store::Store;
 use super::traces::OpenedTrace;
 use super::window::Window;
 use crate::cli::{Context, Failure};
-use crate::sweep::design::Design;
-use crate::sweep::journal::Record;
-use crate::sweep::space::Space;
+use powergs_study::sweep::design::Design;
+use powergs_study::sweep::journal::Record;
+use powergs_study::sweep::space::Space;
 
 /// Machines that are taken through the windows of a trace together, where its frames do not fit
 /// into memory at once.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::raster::{Detail, Options, render};
-use crate::scene::camera::edit::resized;
-use crate::scene::synth::Statistic;
-use crate::scene::{Camera, Gaussians};
-use crate::splat::{Counters, Intersection};
-use crate::workload::{Geometry, bin};
+use powergs_core::workload::{Geometry, bin};
+use powergs_frame::splat::{Counters, Intersection};
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::camera::edit::resized;
+use powergs_scene::synth::Statistic;
+use powergs_scene::{Camera, Gaussians};
 
 /// The image size at which pairs with 8x8 tiles were published, pixels.
 const PAIRS_SIZE: (u32, u32) = (1920, 1080);

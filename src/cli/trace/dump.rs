@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use super::open;
 use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
-use crate::fovea::Screen;
-use crate::trace::{Frame, NEVER};
+use powergs_frame::fovea::Screen;
+use powergs_frame::trace::{Frame, NEVER};
 
 /// The arguments of `trace dump`.
 #[derive(Debug, clap::Args)]

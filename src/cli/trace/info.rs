@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::{open, printable};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use crate::trace::{ColumnGroup, FrameInfo, TraceHeader};
+use powergs_frame::trace::{ColumnGroup, FrameInfo, TraceHeader};
 
 /// Frames that are listed unless all are asked for.
 const LISTED: usize = 12;
@@ -65,7 +65,7 @@ struct Sizes {
 impl Sizes {
     fn of(info: &FrameInfo) -> Sizes {
         let (facts, camera) = (&info.head.facts, &info.head.facts.camera);
-        let known = |c: &crate::trace::ColumnInfo| {
+        let known = |c: &powergs_frame::trace::ColumnInfo| {
             (c.column.map_or("unknown", |k| k.name), c.raw_bytes, c.stored_bytes)
         };
         Sizes {

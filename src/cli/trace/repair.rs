@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{check, open_file};
 use crate::cli::aside::temporary;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use crate::trace::Writer;
+use powergs_frame::trace::Writer;
 
 /// Runs `trace repair`.
 pub(super) fn run(path: &Path, output: &Path, context: &Context) -> Result<Exit, Failure> {

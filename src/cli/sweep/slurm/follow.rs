@@ -9,8 +9,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::job::Job;
 use super::tools::{self, Trouble};
 use crate::cli::{Context, Exit, Failure, out};
-use crate::sweep::slurm::Settings;
-use crate::sweep::slurm::state::{Loss, State, Verdict, given_up, judge, states};
+use powergs_study::sweep::slurm::Settings;
+use powergs_study::sweep::slurm::state::{Loss, State, Verdict, given_up, judge, states};
 
 /// How long Slurm may be away before following ends.
 const PATIENCE: Duration = Duration::from_secs(15 * 60);

@@ -9,9 +9,9 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::Request;
 use crate::cli::{Exit, Failure, OrExit, aside};
-use crate::sweep::slurm::script::{exit_name, log_name};
-use crate::sweep::slurm::state::Submitted;
-use crate::sweep::slurm::{SHARDS_MAX, Settings};
+use powergs_study::sweep::slurm::script::{exit_name, log_name};
+use powergs_study::sweep::slurm::state::Submitted;
+use powergs_study::sweep::slurm::{SHARDS_MAX, Settings};
 
 /// The largest `job.toml` that is read, bytes.
 const JOB_MAX: u64 = 64 << 20;

@@ -1,0 +1,95 @@
+//! The configuration files that come with the program, found by name.
+
+/// A file of `arch-configs/`, compiled in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Embedded {
+    /// Its name without `.toml`.
+    pub name: &'static str,
+    /// Its text.
+    pub text: &'static str,
+}
+
+macro_rules! embedded {
+    ($folder:literal: $($name:literal),*) => {
+        &[$(Embedded {
+            name: $name,
+            text: include_str!(concat!("../../../../arch-configs/", $folder, "/", $name, ".toml")),
+        }),*]
+    };
+}
+
+/// Machine files, the default first.
+pub const MACHINES: &[Embedded] = embedded!("machines":
+    "gscore",
+    "edge",
+    "flicker",
+    "gbu",
+    "gs-tg",
+    "gscore-16core",
+    "gscore-neo",
+    "gscore-nerarch",
+    "metasapiens",
+    "neo"
+);
+
+/// Energy tables, the default first.
+pub const ENERGY: &[Embedded] = embedded!("energy":
+    "gscore-28nm",
+    "gscore-16nm",
+    "gscore-28nm-device",
+    "gscore-28nm-lpddr4",
+    "gscore-7nm",
+    "paper"
+);
+
+/// Display-power presets, the default first.
+pub const DISPLAYS: &[Embedded] = embedded!("display": "oled-powergs", "oled-d22");
+
+/// DRAM devices, the default first.
+pub const DRAM: &[Embedded] = embedded!("dram":
+    "lpddr4-3200-x16x8",
+    "hbm2-8ch",
+    "lpddr4-3200-x16x16",
+    "lpddr4-3200-x16x2",
+    "lpddr4-3200-x16x32",
+    "lpddr4-3200-x16x4",
+    "lpddr4-3200-x16x8-flat",
+    "lpddr4-3200-x16x8-full",
+    "lpddr4-3200-x32x4",
+    "lpddr5-6400-x16x16",
+    "lpddr5-6400-x16x2",
+    "lpddr5-6400-x16x4",
+    "lpddr5-6400-x16x8"
+);
+
+/// Sweeps.
+pub const SWEEPS: &[Embedded] =
+    embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-energy");
+
+/// Where the numbers come from.
+pub const REFERENCES: &str = include_str!("../../../../arch-configs/references.toml");
+
+/// Every assumption with its knob.
+pub const ASSUMPTIONS: &str = include_str!("../../../../arch-configs/assumptions.toml");
+
+/// Keys that move nothing under a condition.
+pub const INERT: &str = include_str!("../../../../arch-configs/inert.toml");
+
+/// Energy and area from one technology node to another.
+pub const NODES: &str = include_str!("../../../../arch-configs/nodes.toml");
+
+/// Floating-point operations of each action.
+pub const FLOPS: &str = include_str!("../../../../arch-configs/flops.toml");
+
+/// SRAM banks after CACTI 7.
+pub const CACTI: &str = include_str!("../../../../arch-configs/sram/cacti-7.csv");
+
+/// The file of this name.
+pub fn find(files: &[Embedded], name: &str) -> Option<&'static str> {
+    files.iter().find(|f| f.name == name).map(|f| f.text)
+}
+
+/// The names, comma-separated, for error messages.
+pub fn names(files: &[Embedded]) -> String {
+    files.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
+}

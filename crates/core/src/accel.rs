@@ -1,0 +1,302 @@
+//! The accelerator: units say how long and how often, the pipeline says when.
+//!
+//! Nothing here knows a joule or a file. [`replay`] takes a binned frame through one machine.
+
+pub mod bank;
+pub mod batch;
+pub mod bsu;
+pub mod buffer;
+pub mod ccu;
+pub mod design;
+pub mod divide;
+pub mod dram;
+pub mod layout;
+pub mod machine;
+pub mod memory;
+pub mod pipeline;
+pub mod qsu;
+pub mod regions;
+pub mod schedule;
+pub mod timeline;
+pub mod traffic;
+pub mod unit;
+pub mod vru;
+
+use crate::action::{ActionCounts, Buffer};
+use crate::workload::FrameWorkload;
+use crate::workload::reuse::ListReuse;
+use powergs_frame::fovea::LEVELS;
+
+pub use design::Design;
+pub use machine::Machine;
+pub use pipeline::memo::Memo;
+pub use traffic::Traffic;
+pub use unit::Unit;
+
+use regions::RegionWork;
+use schedule::Plan;
+use timeline::Observer;
+
+/// Why a unit could not work although it had work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stall {
+    /// Records of Gaussians are still in DRAM or on the way.
+    Records,
+    /// The list of a tile is still in DRAM or on the way.
+    List,
+    /// Keys that did not fit the sorting buffer are on their way to DRAM and back.
+    Spill,
+    /// Features or colours of a chunk are still in DRAM or on the way.
+    Features,
+    /// The unit before it has not finished.
+    Input,
+    /// The buffer behind it is full.
+    Output,
+    /// Banks of its buffers are taken by other accesses.
+    Bank,
+}
+
+impl Stall {
+    /// All causes, in report order.
+    pub const ALL: [Stall; 7] = [
+        Stall::Records,
+        Stall::List,
+        Stall::Spill,
+        Stall::Features,
+        Stall::Input,
+        Stall::Output,
+        Stall::Bank,
+    ];
+
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Stall::Records => "records",
+            Stall::List => "list",
+            Stall::Spill => "spill",
+            Stall::Features => "features",
+            Stall::Input => "input",
+            Stall::Output => "output",
+            Stall::Bank => "bank",
+        }
+    }
+
+    /// Whether the unit waits for DRAM.
+    pub const fn is_dram(self) -> bool {
+        match self {
+            Stall::Records | Stall::List | Stall::Spill | Stall::Features => true,
+            Stall::Input | Stall::Output | Stall::Bank => false,
+        }
+    }
+}
+
+/// Where the cycles of one kind of unit went, summed over its instances:
+/// `busy + stalls + idle = instances * frame`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnitCycles {
+    /// Name of the unit: `ccu`, `qsu`, `bsu`, `vru`.
+    pub unit: &'static str,
+    /// How many of them the machine has.
+    pub instances: u32,
+    /// Cycles with work.
+    pub busy: u64,
+    /// Cycles with work that could not proceed, by cause (order of [`Stall::ALL`]).
+    pub stalls: [u64; Stall::ALL.len()],
+    /// Cycles without work: before its phase, after its last item.
+    pub idle: u64,
+}
+
+/// What the shared DRAM did in one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DramUse {
+    /// Bytes read.
+    pub read_bytes: u64,
+    /// Bytes written.
+    pub write_bytes: u64,
+    /// Requests issued by the units.
+    pub requests_issued: u64,
+    /// Requests served.
+    pub requests_served: u64,
+    /// Time for which the data bus moved data, in whole cycles (rounded up).
+    pub busy_cycles: u64,
+    /// Commands of the device; `None` in the `bandwidth` model, which knows none.
+    pub commands: Option<DramCommands>,
+}
+
+/// What the requests of one stage made the device do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StageCommands {
+    /// Bursts read.
+    pub reads: u64,
+    /// Bursts written.
+    pub writes: u64,
+    /// Rows opened.
+    pub activates: u64,
+}
+
+/// Commands of a DRAM device in one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DramCommands {
+    /// Bytes of a burst.
+    pub burst_bytes: u64,
+    /// In the order of [`Stage::WORK`](crate::action::Stage::WORK).
+    pub stages: [StageCommands; 3],
+    /// Rows closed.
+    pub precharges: u64,
+    /// Refreshes, of one channel and all its banks each.
+    pub refreshes: u64,
+}
+
+/// What one buffer held and passed on, all its shares together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BufferUse {
+    /// Which.
+    pub buffer: Buffer,
+    /// Its size, bytes.
+    pub capacity: u64,
+    /// The most that it held, bytes.
+    pub peak: u64,
+    /// Sum over the cycles of the frame of the bytes that it held.
+    pub byte_cycles: u128,
+    /// Bytes that entered.
+    pub filled: u64,
+    /// Bytes that left because they had been used.
+    pub consumed: u64,
+    /// Bytes that left unused.
+    pub discarded: u64,
+}
+
+/// A histogram with two bins an octave: bin 0 counts zeros, bin `k` values from `2^((k-1)/2)` up to
+/// `2^(k/2)`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Histogram {
+    /// Counts.
+    pub bins: [u32; Histogram::BINS],
+}
+
+impl Histogram {
+    /// Bins: the last one holds everything from 2^31.5.
+    pub const BINS: usize = 64;
+
+    /// An empty histogram.
+    pub const EMPTY: Histogram = Histogram { bins: [0; Self::BINS] };
+
+    /// Counts a value.
+    pub fn count(&mut self, value: u64) {
+        self.bins[Self::bin(value)] += 1;
+    }
+
+    /// The bin of a value: found with integers, so that no rounding of a logarithm moves it.
+    pub fn bin(value: u64) -> usize {
+        if value == 0 {
+            return 0;
+        }
+        let octave = value.ilog2();
+        // At or above 2^(octave + 1/2), that is value^2 >= 2^(2 octave + 1).
+        let upper = u128::from(value) * u128::from(value) >= 1u128 << (2 * octave + 1);
+        (1 + 2 * octave as usize + usize::from(upper)).min(Self::BINS - 1)
+    }
+
+    /// Adds the counts of `other`.
+    pub fn add(&mut self, other: &Histogram) {
+        self.bins.iter_mut().zip(other.bins).for_each(|(n, m)| *n += m);
+    }
+
+    /// The least value of a bin.
+    pub fn least(bin: usize) -> f64 {
+        if bin == 0 { 0.0 } else { ((bin - 1) as f64 * 0.5).exp2() }
+    }
+}
+
+/// When everything in one frame happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FrameTiming {
+    /// Length of the frame, cycles.
+    pub frame: u64,
+    /// Cycles until the last CCU was done.
+    pub preprocessing_end: u64,
+    /// Units in pipeline order.
+    pub units: Vec<UnitCycles>,
+    /// The DRAM.
+    pub dram: DramUse,
+    /// Buffers, in the order of [`Buffer::ALL`].
+    pub buffers: Vec<BufferUse>,
+    /// Cycles for which tiles (or merged tiles, or sort groups) held a core's renderer, from the
+    /// first of their chunks to the last of their pixels.
+    pub tile_cycles: Histogram,
+}
+
+/// What the frame before and the feature cache contribute; both are measured once for a geometry
+/// and not by the pipeline.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Given<'a> {
+    /// Feature records of every chunk that the cache has; `None` without a cache.
+    pub hits: Option<&'a [u32]>,
+    /// What every list (of a tile, or of a sort group) keeps of the frame before; `None` where
+    /// lists are sorted from nothing.
+    pub reuse: Option<&'a [ListReuse]>,
+}
+
+/// One frame on one machine: when, how often, and what crossed the DRAM interface.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replay {
+    /// When everything happened.
+    pub timing: FrameTiming,
+    /// How often everything happened, counted from the frame's totals and not from its timing, and
+    /// what was done in vain, which does depend on time.
+    pub actions: ActionCounts,
+    /// The part of `actions` that nobody needed.
+    pub speculation: ActionCounts,
+    /// What the DRAM served.
+    pub served: Traffic,
+    /// The regions of a foveated frame.
+    pub regions: Option<[RegionWork; LEVELS]>,
+}
+
+/// Takes `workload` through `machine`.
+///
+/// # Panics
+/// When the workload was binned with another geometry than the machine's, or when the machine is
+/// one that no check lets through (a unit count, width or interval of zero).
+pub fn replay(workload: &FrameWorkload, machine: &Machine) -> Replay {
+    replay_with(workload, machine, Given::default(), &mut ())
+}
+
+/// As [`replay`], with what was measured before, and tells `observer` what every unit did when.
+pub fn replay_with(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    given: Given,
+    observer: &mut impl Observer,
+) -> Replay {
+    through(workload, machine, given, None, observer)
+}
+
+/// As [`replay`], with what was measured before, for many machines on one frame: `memo` is of this
+/// frame alone. The same result, sooner where an earlier machine has preprocessed alike.
+pub fn replay_again(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    given: Given,
+    memo: &Memo,
+) -> Replay {
+    through(workload, machine, given, Some(memo), &mut ())
+}
+
+fn through(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    given: Given,
+    memo: Option<&Memo>,
+    observer: &mut impl Observer,
+) -> Replay {
+    assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
+    let design = Design::for_frame(machine, workload);
+    let plan = Plan::new(workload, machine, &design, &given);
+    let outcome = pipeline::run(workload, machine, &design, &plan, given, memo, observer);
+    let mut actions = traffic::actions(workload, &design, &plan, &given);
+    actions.add(&outcome.speculation);
+    let (timing, served) = (outcome.timing, outcome.traffic);
+    let regions = regions::regions(workload, machine, &design, &plan, &given);
+    Replay { timing, actions, speculation: outcome.speculation, served, regions }
+}

@@ -1,0 +1,194 @@
+//! The machine file: every key that an architect can turn.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::action::{Buffer, Inventory, Memory};
+use crate::dram::Device;
+use crate::dram::device::Order;
+use crate::workload::Geometry;
+use powergs_base::config::embedded::DRAM;
+use powergs_base::config::{self, ConfigError};
+use powergs_base::quantity::{Bytes, Hertz};
+
+mod check;
+mod spec;
+
+pub use spec::{
+    Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel, DramSpec, Fetch,
+    FoveaSpec, GatingSpec, GsuSpec, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, Spill,
+    Termination, TileOrder, VruSpec,
+};
+
+/// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Machine {
+    /// Name in reports: letters, digits, `-`, `_` and `.`.
+    pub name: String,
+    /// What it is, in one line.
+    pub description: String,
+    /// Clock of all units.
+    pub clock: Hertz,
+    /// Name of the energy table (`arch-configs/energy/NAME.toml`) or path of one.
+    pub energy: String,
+    /// What decides the work: tile, sub-tile, chunk, intersection test.
+    pub geometry: Geometry,
+    /// Bytes of every record that crosses the DRAM interface.
+    pub record: RecordSpec,
+    /// Culling and conversion units.
+    pub ccu: CcuSpec,
+    /// Gaussian sorting units.
+    pub gsu: GsuSpec,
+    /// Volume rendering units.
+    pub vru: VruSpec,
+    /// What it has for foveated frames.
+    pub fovea: FoveaSpec,
+    /// On-chip buffers.
+    pub buffers: BufferSpecs,
+    /// Cache of feature records between the feature buffers and the DRAM.
+    pub cache: CacheSpec,
+    /// Which tile goes where, and what may overlap.
+    pub schedule: ScheduleSpec,
+    /// What is switched off while it has no work.
+    pub gating: GatingSpec,
+    /// External memory.
+    pub dram: DramSpec,
+    /// The device of `dram.device`, with this machine's channels, mapping and latency; known where
+    /// it comes with the program, or after [`Machine::link`].
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub device: Option<Arc<Device>>,
+}
+
+impl Machine {
+    /// Reads and checks a machine file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each with its line; see [`config::parse`].
+    pub fn parse(text: &str) -> Result<Machine, ConfigError> {
+        Machine::parse_with(text, &[])
+    }
+
+    /// Reads and checks a machine file with `dotted.key=value` overlays on top.
+    ///
+    /// # Errors
+    /// As [`Machine::parse`]; a problem of an overlay names the overlay.
+    pub fn parse_with(text: &str, sets: &[String]) -> Result<Machine, ConfigError> {
+        let config = config::parse::<Machine>(text, sets)?;
+        let problems =
+            check::problems(&config.value).into_iter().map(|(k, m)| config.problem(k, m)).collect();
+        let mut machine = config.clone().checked(problems)?;
+        if let Some(device) = embedded_device(&machine.dram.device)
+            && let Err((key, message)) = machine.link(device)
+        {
+            let problem = config.problem(key, message);
+            return config.checked(vec![problem]);
+        }
+        Ok(machine)
+    }
+
+    /// A machine from a table of all its keys, each of the right type and in its range, with its
+    /// DRAM device. Faster than [`Machine::parse`]: for thousands of machines that differ in a few
+    /// keys.
+    ///
+    /// # Errors
+    /// What does not fit together, in one line.
+    pub fn from_table(table: toml::Table, device: &Device) -> Result<Machine, String> {
+        let machine = Machine::deserialize(toml::Value::Table(table));
+        let mut machine = machine.map_err(|e| e.message().to_owned())?;
+        let problems = check::problems(&machine);
+        if !problems.is_empty() {
+            let messages: Vec<String> = problems.into_iter().map(|(_, message)| message).collect();
+            return Err(messages.join("; "));
+        }
+        machine.link(device).map_err(|(_, message)| message)?;
+        Ok(machine)
+    }
+
+    /// Gives the machine its DRAM device, as the file says it.
+    ///
+    /// # Errors
+    /// A key of the machine that does not fit the device, and why.
+    pub fn link(&mut self, device: &Device) -> Result<(), (&'static str, String)> {
+        let mut device = device.clone();
+        let spec = &self.dram;
+        device.organisation.channels = spec.channels;
+        device.controller.latency = spec.controller_latency;
+        if !spec.channels.is_power_of_two() {
+            let message = format!("`dram.channels` = {} must be a power of two", spec.channels);
+            return Err(("dram.channels", message));
+        }
+        if spec.mapping != Order::Fields {
+            let message = |e| format!("`dram.mapping` does not fit `dram.device`: {e}");
+            device = device.with_order(spec.mapping).map_err(|e| ("dram.mapping", message(e)))?;
+        } else if device.mapping.fields.is_none() {
+            let message = "`dram.mapping` = \"fields\", but the device has no `mapping.fields`";
+            return Err(("dram.mapping", message.to_owned()));
+        }
+        if spec.model != DramModel::Bandwidth && self.clock.0 < 1e6 {
+            let message = "`clock` must be at least 1 MHz with a timed DRAM device".to_owned();
+            return Err(("clock", message));
+        }
+        self.device = Some(Arc::new(device));
+        Ok(())
+    }
+
+    /// The machine as TOML: every key, overlays applied, no comments.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a machine has only tables, numbers and strings")
+    }
+
+    /// How many CCUs, QSUs, BSUs and rendering units it has.
+    pub fn unit_counts(&self) -> [u32; 4] {
+        let (cores, gsu) = (self.vru.cores, &self.gsu);
+        let vrus = cores.saturating_mul(self.vru.units_per_core);
+        [self.ccu.units, cores * gsu.qsu_per_core, cores * gsu.bsu_per_core, vrus]
+    }
+}
+
+/// A device that comes with the program.
+fn embedded_device(name: &str) -> Option<&'static Device> {
+    static DEVICES: LazyLock<BTreeMap<&str, Device>> = LazyLock::new(|| {
+        let parse = |text| Device::parse(text).expect("embedded files are checked by tests");
+        DRAM.iter().map(|file| (file.name, parse(file.text))).collect()
+    });
+    DEVICES.get(name)
+}
+
+/// What a second accumulator adds to the area and the leakage of a rendering unit, percent: the
+/// blend is 11 of the 24 operations of a pixel (A98).
+const SECOND_ACCUMULATOR_PERCENT: u32 = 46;
+
+impl Machine {
+    /// What has to be built: memories and units. Each CCU or core has its own share of a buffer,
+    /// cut into `banks` banks (A13); the feature cache is shared.
+    pub fn inventory(&self) -> Inventory {
+        let share = |spec: &BufferSpec, owners: u32| Memory {
+            bank: Bytes(spec.capacity.0 / (u64::from(owners) * u64::from(spec.banks)).max(1)),
+            banks: owners.saturating_mul(spec.banks),
+            word: spec.word,
+            two_ports: spec.ports == Ports::ReadAndWrite,
+        };
+        let b = &self.buffers;
+        let memories = Buffer::ALL.map(|buffer| match buffer {
+            Buffer::GaussianIn => share(&b.gaussian_in, self.ccu.units),
+            Buffer::TileList => share(&b.tile_list, self.ccu.units),
+            Buffer::Sorting => share(&b.sorting, self.vru.cores),
+            Buffer::Feature => share(&b.feature, self.vru.cores),
+            Buffer::PixelOut => share(&b.pixel_out, self.vru.cores),
+            Buffer::Cache => Memory {
+                bank: Bytes(self.cache.capacity.0 / u64::from(self.cache.banks).max(1)),
+                banks: if self.cache.capacity.0 == 0 { 0 } else { self.cache.banks },
+                word: self.cache.word,
+                two_ports: false,
+            },
+        });
+        let second = if self.fovea.accumulators == 2 { SECOND_ACCUMULATOR_PERCENT } else { 0 };
+        let unit_percent = [100, 100, 100, 100 + second];
+        Inventory { memories, units: self.unit_counts(), unit_percent }
+    }
+}

@@ -1,0 +1,208 @@
+//! What must hold between the keys of a machine file.
+
+use super::{Fetch, Machine};
+use powergs_base::quantity::Bytes;
+
+/// The largest buffer or record that is believed: 1 GiB.
+const SIZE_MAX: Bytes = Bytes(1 << 30);
+
+/// The largest record that is believed.
+const RECORD_MAX: Bytes = Bytes(1 << 16);
+
+/// The largest side of a sort group, pixels.
+const SORT_GROUP_MAX: u32 = 512;
+
+/// Every contradiction, as (key, what is wrong and what to do).
+pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
+    let mut found = Vec::new();
+    names(machine, &mut found);
+    geometry(machine, &mut found);
+    records(machine, &mut found);
+    sizes(machine, &mut found);
+    rates(machine, &mut found);
+    if found.is_empty() {
+        fits(machine, &mut found);
+    }
+    found
+}
+
+type Found = Vec<(&'static str, String)>;
+
+fn names(m: &Machine, found: &mut Found) {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if m.name.is_empty() || !m.name.chars().all(plain) || m.name.starts_with('.') {
+        let message = "must be letters, digits, `-`, `_` and `.`: it becomes part of file names";
+        found.push(("name", format!("`name` {message}")));
+    }
+    if m.energy.trim().is_empty() {
+        found.push(("energy", "`energy` must name an energy table or a path of one".into()));
+    }
+}
+
+fn geometry(m: &Machine, found: &mut Found) {
+    let g = &m.geometry;
+    let powers = [
+        ("geometry.tile", g.tile),
+        ("geometry.subtile", g.subtile),
+        ("gsu.bsu-width", m.gsu.bsu_width),
+    ];
+    for (key, n) in powers.into_iter().filter(|(_, n)| !n.is_power_of_two()) {
+        let (below, above) = (1 << n.ilog2(), n.next_power_of_two());
+        found.push((key, format!("`{key}` = {n} must be a power of two: {below} or {above}")));
+    }
+    if g.subtile > g.tile || !g.tile.is_multiple_of(g.subtile) {
+        let message = format!(
+            "`geometry.subtile` = {} does not divide `geometry.tile` = {}: a tile is a whole \
+             number of sub-tiles",
+            g.subtile, g.tile
+        );
+        found.push(("geometry.subtile", message));
+    }
+    let is_group = |n: u32| n.is_power_of_two() && (g.tile..=SORT_GROUP_MAX).contains(&n);
+    if g.tile.is_power_of_two() && !is_group(g.sort_group) {
+        let message = format!(
+            "`geometry.sort-group` = {} must be `geometry.tile` = {} or a power of two above it, \
+             at most {SORT_GROUP_MAX}: a group is a square of tiles",
+            g.sort_group, g.tile
+        );
+        found.push(("geometry.sort-group", message));
+    }
+}
+
+/// Rates outside of what any chip has are typing errors, and the arithmetic of time stays exact
+/// within them.
+fn rates(m: &Machine, found: &mut Found) {
+    let (clock, bandwidth, latency) = (m.clock, m.dram.bandwidth, m.dram.latency);
+    if !(1e4..=1e11).contains(&clock.0) {
+        found.push(("clock", format!("`clock` = {clock} must be from 10 kHz to 100 GHz")));
+    }
+    if !(1e6..=1e15).contains(&bandwidth.0) {
+        let message = format!("`dram.bandwidth` = {bandwidth} must be from 1 MB/s to 1 PB/s");
+        found.push(("dram.bandwidth", message));
+    }
+    if latency.0 > 1e6 {
+        let message = format!("`dram.latency` = {latency} must be at most 1000000 ns");
+        found.push(("dram.latency", message));
+    }
+}
+
+fn records(m: &Machine, found: &mut Found) {
+    let r = &m.record;
+    let all = [
+        ("record.position", r.position, 1),
+        ("record.geometry", r.geometry, 0),
+        ("record.colour", r.colour, 0),
+        ("record.projected", r.projected, 0),
+        ("record.list-entry", r.list_entry, 1),
+        ("record.feature", r.feature, 1),
+        ("record.pixel", r.pixel, 1),
+        ("fovea.record", m.fovea.record, 0),
+        ("fovea.feature", m.fovea.feature, 0),
+    ];
+    for (key, size, least) in all {
+        if size < Bytes(least) {
+            found.push((key, format!("`{key}` must be at least {} B", least)));
+        }
+        if size > RECORD_MAX {
+            found.push((key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?")));
+        }
+    }
+}
+
+fn sizes(m: &Machine, found: &mut Found) {
+    let keys = [
+        "buffers.gaussian-in.capacity",
+        "buffers.tile-list.capacity",
+        "buffers.sorting.capacity",
+        "buffers.feature.capacity",
+        "buffers.pixel-out.capacity",
+    ];
+    for (key, size) in keys.into_iter().zip(m.buffers.all().map(|b| b.capacity)) {
+        if size == Bytes(0) {
+            found.push((key, format!("`{key}` must be above zero")));
+        }
+        if size > SIZE_MAX {
+            found.push((key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?")));
+        }
+    }
+}
+
+/// What one buffer must hold at least: the need in bytes, and how it comes about.
+struct Need {
+    key: &'static str,
+    capacity: Bytes,
+    bytes: u128,
+    because: String,
+}
+
+fn fits(m: &Machine, found: &mut Found) {
+    for need in needs(m).into_iter().filter(|n| u128::from(n.capacity.0) < n.bytes) {
+        let shown = u64::try_from(need.bytes).map_or("more".into(), |b| Bytes(b).to_string());
+        let message = format!(
+            "`{}` = {} is too small: {} need {shown}; enlarge it or shrink one of them",
+            need.key, need.capacity, need.because
+        );
+        found.push((need.key, message));
+    }
+}
+
+fn needs(m: &Machine) -> Vec<Need> {
+    let (g, r, b) = (&m.geometry, &m.record, &m.buffers);
+    let product = |factors: &[u64]| factors.iter().map(|&n| u128::from(n)).product();
+    let (cores, chunk) = (u64::from(m.vru.cores), u64::from(g.chunk));
+    let units = u64::from(m.ccu.units);
+    let read = match m.ccu.fetch {
+        Fetch::Everything | Fetch::GeometryFirst => r.position + r.geometry + r.colour,
+        Fetch::LazyColour => r.position + r.geometry,
+    };
+    vec![
+        Need {
+            key: "buffers.gaussian-in.capacity",
+            capacity: b.gaussian_in.capacity,
+            bytes: product(&[2, units, read.0]),
+            because: format!(
+                "two records per unit (2 x `ccu.units` {units} x {} B that `ccu.fetch` reads)",
+                read.0
+            ),
+        },
+        Need {
+            key: "buffers.tile-list.capacity",
+            capacity: b.tile_list.capacity,
+            bytes: product(&[2, units, r.list_entry.0]),
+            because: format!(
+                "two entries per unit (2 x `ccu.units` {units} x `record.list-entry` {} B)",
+                r.list_entry.0
+            ),
+        },
+        Need {
+            key: "buffers.sorting.capacity",
+            capacity: b.sorting.capacity,
+            bytes: product(&[cores, chunk, r.list_entry.0]),
+            because: format!(
+                "the list entries of one chunk per core (`vru.cores` {cores} x `geometry.chunk` \
+                 {chunk} x `record.list-entry` {} B)",
+                r.list_entry.0
+            ),
+        },
+        Need {
+            key: "buffers.feature.capacity",
+            capacity: b.feature.capacity,
+            bytes: product(&[2, cores, chunk, r.feature.0]),
+            because: format!(
+                "two chunks per core (2 x `vru.cores` {cores} x `geometry.chunk` {chunk} x \
+                 `record.feature` {} B)",
+                r.feature.0
+            ),
+        },
+        Need {
+            key: "buffers.pixel-out.capacity",
+            capacity: b.pixel_out.capacity,
+            bytes: product(&[2, cores, u64::from(g.subtile).pow(2), r.pixel.0]),
+            because: format!(
+                "two sub-tiles per core (2 x `vru.cores` {cores} x `geometry.subtile` {0} x {0} x \
+                 `record.pixel` {1} B)",
+                g.subtile, r.pixel.0
+            ),
+        },
+    ]
+}

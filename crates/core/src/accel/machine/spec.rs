@@ -1,0 +1,342 @@
+//! The tables of a machine file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::dram::device::Order;
+pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
+use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+
+/// Bytes of the records that cross the DRAM interface.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RecordSpec {
+    /// Read for every Gaussian of the scene: its position.
+    pub position: Bytes,
+    /// Read for every survivor: scale, rotation, opacity.
+    pub geometry: Bytes,
+    /// Spherical harmonics of one Gaussian; when it is read is decided by `ccu.fetch`.
+    pub colour: Bytes,
+    /// Written by the CCU for every splat with at least one tile.
+    pub projected: Bytes,
+    /// Written by the CCU per (splat, tile) pair, and read back by the sorter.
+    pub list_entry: Bytes,
+    /// Read per list entry that a tile loads for rendering.
+    pub feature: Bytes,
+    /// Written per pixel.
+    pub pixel: Bytes,
+    /// Distance of feature records in DRAM, at least `feature`.
+    pub feature_pitch: Bytes,
+    /// Distance of colour records in DRAM, at least `colour`.
+    pub colour_pitch: Bytes,
+}
+
+/// When the colour (SH) record of a Gaussian is fetched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fetch {
+    /// The CCU reads the whole record of every Gaussian (the NeRArch-Sim model of GSCore).
+    Everything,
+    /// Positions of all, everything else of survivors.
+    GeometryFirst,
+    /// Positions of all, geometry of survivors, colour when a tile first loads the splat (the
+    /// PowerGS model of GSCore).
+    LazyColour,
+}
+
+/// The `[ccu]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CcuSpec {
+    /// Number of culling and conversion units.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units"))]
+    pub units: u32,
+    /// Cycles between Gaussians of one unit.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "cycles per Gaussian"))]
+    pub initiation_interval: u32,
+    /// Intersection units of one CCU: box tests per cycle.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "tests per cycle"))]
+    pub intersection_units: u32,
+    /// Cycles from a record to its list entries.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub latency: u32,
+    /// Records that one CCU takes from DRAM in one batch, at most as many as fit half of its input
+    /// buffer.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "Gaussians"))]
+    pub batch: u32,
+    /// Batches that one CCU has asked for and not yet converted, at most.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "batches"))]
+    pub queue: u32,
+    /// When the records of a Gaussian are read.
+    pub fetch: Fetch,
+}
+
+/// The `[gsu]` table; counts are per core.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct GsuSpec {
+    /// Quick sorting units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub qsu_per_core: u32,
+    /// Pivots of a QSU: one pass splits a list into `pivots + 1` parts.
+    #[schemars(range(min = 1, max = 1023), extend("x-unit" = "pivots"))]
+    pub pivots: u32,
+    /// Keys per cycle of one QSU.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "keys per cycle"))]
+    pub keys_per_cycle: u32,
+    /// Pipeline latency of one QSU pass, cycles.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub qsu_latency: u32,
+    /// Bitonic sorting units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub bsu_per_core: u32,
+    /// Inputs of the bitonic network.
+    #[schemars(range(min = 2, max = 1024), extend("x-unit" = "keys"))]
+    pub bsu_width: u32,
+    /// Pipeline latency of the network, cycles.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub bsu_latency: u32,
+    /// Tiles whose lists a core holds or has asked for ahead of the one that is rendered.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "tiles"))]
+    pub queue: u32,
+    /// Where the keys of a pass go.
+    pub spill: Spill,
+    /// How pivots are chosen; the order that comes out is checked with it.
+    pub pivot_rule: PivotRule,
+    /// What of a depth is in a key.
+    pub depth: DepthKey,
+    /// Frames after which every list is sorted from nothing again; in between, the order of the
+    /// frame before is updated. 1 sorts every frame.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "frames"))]
+    pub reuse_period: u32,
+}
+
+/// The `[vru]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct VruSpec {
+    /// Cores; each has its own GSU and feature buffer and renders one tile at a time.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "cores"))]
+    pub cores: u32,
+    /// Rendering units per core.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units per core"))]
+    pub units_per_core: u32,
+    /// Pixels that one unit holds and rotates through its pipeline.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "pixels"))]
+    pub pixels_per_unit: u32,
+    /// Pipeline latency, cycles: paid when a tile drains.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub latency: u32,
+    /// Cycles from a pixel's α to its next one, because its transmittance must be known: a unit
+    /// that rotates through fewer pixels waits.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "cycles"))]
+    pub recurrence: u32,
+    /// Whether sub-tiles whose bitmap bit is clear are skipped.
+    pub subtile_skipping: bool,
+    /// What stops when its pixels have all stopped.
+    pub termination: Termination,
+    /// Further cycles for which a unit is held by an α that is not pruned (α ≥ 1/255).
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles per blend"))]
+    pub blend_stall: u32,
+    /// Chunks of a tile that are fetched and sorted ahead of its last needed one, before anybody
+    /// knows that they are not needed.
+    #[schemars(range(min = 0, max = 1024), extend("x-unit" = "chunks"))]
+    pub speculation: u32,
+    /// Whether the next tile enters while the last one drains.
+    pub tile_overlap: bool,
+}
+
+/// The `[fovea]` table: what a machine has for foveated frames. Of no effect on others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FoveaSpec {
+    /// Levels that a rendering unit blends at the same time in tiles that show two: 0 for a machine
+    /// that cannot show foveated frames, 1 for one that blends the two one after the other, 2 for
+    /// one with a second accumulator.
+    #[schemars(range(min = 0, max = 2), extend("x-unit" = "levels"))]
+    pub accumulators: u32,
+    /// Look-ups of the level of a tile, and comparisons with it, of one CCU a cycle.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "tests per cycle"))]
+    pub level_tests: u32,
+    /// Record of DC colour and opacity in one further level, in DRAM.
+    pub record: Bytes,
+    /// Colour and opacity of the second level, added to a feature record in tiles that show two.
+    pub feature: Bytes,
+}
+
+/// The `[buffers.*]` tables.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BufferSpecs {
+    /// In front of the CCU.
+    pub gaussian_in: BufferSpec,
+    /// Behind the CCU.
+    pub tile_list: BufferSpec,
+    /// Keys being sorted, per machine.
+    pub sorting: BufferSpec,
+    /// Chunk features, per machine (divided among cores).
+    pub feature: BufferSpec,
+    /// Pixels, per machine (divided among cores).
+    pub pixel_out: BufferSpec,
+}
+
+impl BufferSpecs {
+    /// In the order of [`Buffer::ALL`](crate::action::Buffer::ALL), without the cache.
+    pub fn all(&self) -> [&BufferSpec; 5] {
+        [&self.gaussian_in, &self.tile_list, &self.sorting, &self.feature, &self.pixel_out]
+    }
+}
+
+/// One on-chip buffer.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BufferSpec {
+    /// Size of the whole buffer, divided evenly among the CCUs or cores that use it.
+    pub capacity: Bytes,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks of the share of one CCU or core.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+    /// Accesses of one bank per cycle.
+    pub ports: Ports,
+}
+
+/// Accesses of a bank per cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+pub enum Ports {
+    /// One read or one write.
+    #[serde(rename = "1rw")]
+    ReadOrWrite,
+    /// One read and one write.
+    #[serde(rename = "1r1w")]
+    ReadAndWrite,
+}
+
+/// The `[cache]` table: a set-associative cache of feature records, least recently used first out.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CacheSpec {
+    /// Size; 0 B for a machine without one.
+    pub capacity: Bytes,
+    /// Records of a set.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "ways"))]
+    pub ways: u32,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+}
+
+/// The `[schedule]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ScheduleSpec {
+    /// Order in which tiles (or sort groups) are dealt.
+    pub order: TileOrder,
+    /// Who takes which.
+    pub assignment: Assignment,
+    /// Neighbours in this order whose lists together have at most this many entries are one piece
+    /// of work; 0 merges nothing.
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
+    pub merge_below: u32,
+    /// What may run beside preprocessing.
+    pub overlap: Overlap,
+}
+
+/// Which core takes which tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Assignment {
+    /// Dealt round: the n-th tile to core n modulo the number of cores.
+    Static,
+    /// The next tile to the first core that has room.
+    Greedy,
+    /// As `greedy`, but the longest list first, whatever the order.
+    LongestFirst,
+}
+
+/// What may run at the same time as the CCUs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Overlap {
+    /// Nothing: tiles begin when the last list entry has been written.
+    None,
+    /// A tile begins when the last entry of its own list has been written.
+    Tiles,
+    /// The tiles of this frame run beside the preprocessing of the next one.
+    Frames,
+}
+
+/// The `[gating]` table: power gating.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct GatingSpec {
+    /// Whether units without work are switched off.
+    pub units: bool,
+    /// Share of its leakage that a unit keeps when it is switched off, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0), extend("x-unit" = "fraction"))]
+    pub residual: f64,
+}
+
+/// Where the keys of a sorting pass go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Spill {
+    /// They stay in the sorting buffer; what does not fit is written to DRAM and read back.
+    Overflow,
+    /// All of them are written to DRAM and read back in every pass (Neo's model of GSCore).
+    All,
+}
+
+/// What stops together, once all of its pixels have stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Termination {
+    /// Every pixel: its unit rotates through the others.
+    Pixel,
+    /// The 2x2 pixels of a unit: it sleeps until the sub-tile is done.
+    Quad,
+    /// A sub-tile.
+    Subtile,
+    /// The whole tile.
+    Tile,
+}
+
+/// How DRAM requests are timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DramModel {
+    /// One server with a latency and a rate.
+    Bandwidth,
+    /// The device, counted in windows of requests: fast, for sweeps.
+    Window,
+    /// The device, with its banks, rows, queues and timings.
+    Banked,
+}
+
+/// The `[dram]` table: the `bandwidth` model, and the device of the other two.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DramSpec {
+    /// Timing model.
+    pub model: DramModel,
+    /// Peak rate.
+    pub bandwidth: BytesPerSecond,
+    /// Fraction of the peak that transfers reach, 0 to 1.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
+    pub efficiency: f64,
+    /// From request to first data.
+    pub latency: Nanoseconds,
+    /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: what the `window` and
+    /// `banked` models time.
+    pub device: String,
+    /// Channels of that device in this machine.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "channels"))]
+    pub channels: u32,
+    /// Order of its address fields: `RoBaCoCh`, `mop`, `bg64`, or `fields` for the device's own.
+    pub mapping: Order,
+    /// Controller, PHY and interconnect of the `window` and `banked` models, added to every read.
+    pub controller_latency: Nanoseconds,
+}

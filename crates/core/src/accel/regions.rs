@@ -1,0 +1,74 @@
+//! What the tiles of each region of a foveated frame ask for.
+//!
+//! A tile belongs to the region of the level in its middle, R1 to R4; what a job with several tiles
+//! sorts together belongs to the region of its first one. Preprocessing, the feature cache, what is
+//! done in vain and what is paid for time belong to no region.
+
+use super::design::Design;
+use super::schedule::{Plan, SortFront};
+use super::traffic::Load;
+use super::unit::Unit;
+use super::vru::Render;
+use super::{Given, Machine};
+use crate::action::{Action, ActionCounts, Stage};
+use crate::workload::FrameWorkload;
+use powergs_frame::fovea::LEVELS;
+
+/// The work of one region.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RegionWork {
+    /// Tiles.
+    pub tiles: u64,
+    /// Entries that they load.
+    pub entries: u64,
+    /// Cycles for which the rendering units of a core work on them, without draining.
+    pub cycles: u64,
+    /// How often everything happened for them.
+    pub actions: ActionCounts,
+}
+
+/// The regions of a foveated frame; `None` for plain ones.
+pub fn regions(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    design: &Design,
+    plan: &Plan,
+    given: &Given,
+) -> Option<[RegionWork; LEVELS]> {
+    let fovea = workload.fovea.as_ref()?;
+    let region_of = |tile: u32| usize::from(fovea.regions[tile as usize]);
+    let mut all: [RegionWork; LEVELS] = Default::default();
+    for job in &plan.jobs {
+        let tiles = plan.tiles_of(job);
+        let Some(&first) = tiles.first() else { continue };
+        let own = &mut all[region_of(first)].actions;
+        design.qsu.charge(&job.keys, own);
+        let spill = u64::from(job.keys.passes) * design.qsu.overflow(&job.keys);
+        own.charge(Stage::Sorting, Action::DramRead, job.read + spill);
+        own.charge(Stage::Sorting, Action::DramWrite, job.kept + spill);
+        let mut front = SortFront::default();
+        for &index in tiles {
+            let tile = &workload.tiles[index as usize];
+            let own = &mut all[region_of(index)];
+            own.tiles += 1;
+            own.entries += u64::from(tile.loaded);
+            for k in 0..tile.chunks {
+                let sort = front.next(workload, job, tile, k);
+                let at = (tile.chunk_start + k) as usize;
+                let render = Render { chunk: workload.chunks[at], ..Render::default() };
+                design.bsu.charge(&sort, &mut own.actions);
+                design.vru.charge(&render, &mut own.actions);
+                own.cycles += design.vru.cycles(&render);
+                let bytes = Load::new(workload, at, design, given).bytes(design);
+                own.actions.charge(Stage::Rendering, Action::DramRead, bytes);
+            }
+            let end = Render { last: Some(*tile), ..Render::default() };
+            design.vru.charge(&end, &mut own.actions);
+            own.cycles += design.vru.cycles(&end);
+            let pixels = design.vru.pixel_bytes(tile);
+            own.actions.charge(Stage::Rendering, Action::DramWrite, pixels);
+        }
+    }
+    debug_assert_eq!(machine.geometry, workload.geometry);
+    Some(all)
+}

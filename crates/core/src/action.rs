@@ -1,0 +1,252 @@
+//! What hardware can be charged for: actions, how often each happened, and for which stage.
+//!
+//! Units charge actions (counts only); `energy` prices them. Nothing here knows a joule or a cycle.
+
+use powergs_base::quantity::Bytes;
+
+/// The three stages of the pipeline, as in the published PowerGS breakdown, and the power that no
+/// stage causes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// Cull, project, intersect (CCU).
+    Preprocessing,
+    /// Approximate and precise depth sorting (GSU: QSU and BSU).
+    Sorting,
+    /// α evaluation and blending (VRU), feature loads, colour from spherical harmonics.
+    Rendering,
+    /// Leakage and DRAM background: paid for time, not for work.
+    Standby,
+}
+
+impl Stage {
+    /// All stages, in report order.
+    pub const ALL: [Stage; 4] =
+        [Stage::Preprocessing, Stage::Sorting, Stage::Rendering, Stage::Standby];
+    /// Stages that do work.
+    pub const WORK: [Stage; 3] = [Stage::Preprocessing, Stage::Sorting, Stage::Rendering];
+
+    /// The name in every output (snake_case).
+    pub const fn name(self) -> &'static str {
+        match self {
+            Stage::Preprocessing => "preprocessing",
+            Stage::Sorting => "sorting",
+            Stage::Rendering => "rendering",
+            Stage::Standby => "standby",
+        }
+    }
+}
+
+/// The on-chip buffers, named as in the published GSCore re-models (`hardware.md` §1.4).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Buffer {
+    /// Records on their way from DRAM to the CCU.
+    GaussianIn,
+    /// (key, id) pairs on their way from the CCU to DRAM.
+    TileList,
+    /// Keys of the tile that is being sorted.
+    Sorting,
+    /// Features of the chunk that is being rendered.
+    Feature,
+    /// Finished pixels on their way to DRAM.
+    PixelOut,
+    /// Feature records that another tile may need again.
+    Cache,
+}
+
+impl Buffer {
+    /// All buffers, in report order.
+    pub const ALL: [Buffer; 6] = [
+        Buffer::GaussianIn,
+        Buffer::TileList,
+        Buffer::Sorting,
+        Buffer::Feature,
+        Buffer::PixelOut,
+        Buffer::Cache,
+    ];
+
+    /// The name in every output (snake_case).
+    pub const fn name(self) -> &'static str {
+        match self {
+            Buffer::GaussianIn => "gaussian_in",
+            Buffer::TileList => "tile_list",
+            Buffer::Sorting => "sorting",
+            Buffer::Feature => "feature",
+            Buffer::PixelOut => "pixel_out",
+            Buffer::Cache => "cache",
+        }
+    }
+}
+
+/// How one buffer is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Memory {
+    /// Size of one bank.
+    pub bank: Bytes,
+    /// Banks in the whole machine; 0 where the machine has no such buffer.
+    pub banks: u32,
+    /// Bytes of one access of a bank.
+    pub word: Bytes,
+    /// Whether a bank reads and writes in the same cycle.
+    pub two_ports: bool,
+}
+
+/// What has to be built: what leaks and takes area.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Inventory {
+    /// In the order of [`Buffer::ALL`].
+    pub memories: [Memory; Buffer::ALL.len()],
+    /// CCUs, QSUs, BSUs and rendering units.
+    pub units: [u32; 4],
+    /// Size of one of each, percent of the one that prices are for.
+    pub unit_percent: [u32; 4],
+}
+
+/// Something that a unit does and that costs energy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Action {
+    /// One Gaussian taken through cull and the part of projection that the cull needs.
+    Cull,
+    /// One survivor projected to a 2D covariance, with its bounding box.
+    Project,
+    /// Axes of the oriented box of one splat that needs box tests.
+    ObbPrepare,
+    /// One oriented-box-against-tile test.
+    ObbTest,
+    /// One view-dependent colour from spherical harmonics.
+    ShColour,
+    /// One key moved through the pivots of a QSU in one pass.
+    PivotKey,
+    /// One compare-exchange of a BSU.
+    CompareExchange,
+    /// One α evaluated for one pixel, executed by the hardware whether or not it contributes.
+    Alpha,
+    /// One blend of a splat into one pixel.
+    Blend,
+    /// One pixel finished: background added and written out.
+    PixelFinish,
+    /// One byte read from a buffer.
+    SramRead(Buffer),
+    /// One byte written to a buffer.
+    SramWrite(Buffer),
+    /// One byte read from DRAM.
+    DramRead,
+    /// One byte written to DRAM.
+    DramWrite,
+}
+
+impl Action {
+    /// Number of actions: the length of a row of [`ActionCounts`].
+    pub const COUNT: usize = 12 + 2 * Buffer::ALL.len();
+
+    /// All actions, in the order of [`Action::index`].
+    pub fn all() -> [Action; Self::COUNT] {
+        use Action::*;
+        let b = Buffer::ALL;
+        [
+            Cull,
+            Project,
+            ObbPrepare,
+            ObbTest,
+            ShColour,
+            PivotKey,
+            CompareExchange,
+            Alpha,
+            Blend,
+            PixelFinish,
+            DramRead,
+            DramWrite,
+            SramRead(b[0]),
+            SramRead(b[1]),
+            SramRead(b[2]),
+            SramRead(b[3]),
+            SramRead(b[4]),
+            SramRead(b[5]),
+            SramWrite(b[0]),
+            SramWrite(b[1]),
+            SramWrite(b[2]),
+            SramWrite(b[3]),
+            SramWrite(b[4]),
+            SramWrite(b[5]),
+        ]
+    }
+
+    /// Position in a row of [`ActionCounts`].
+    pub const fn index(self) -> usize {
+        match self {
+            Action::Cull => 0,
+            Action::Project => 1,
+            Action::ObbPrepare => 2,
+            Action::ObbTest => 3,
+            Action::ShColour => 4,
+            Action::PivotKey => 5,
+            Action::CompareExchange => 6,
+            Action::Alpha => 7,
+            Action::Blend => 8,
+            Action::PixelFinish => 9,
+            Action::DramRead => 10,
+            Action::DramWrite => 11,
+            Action::SramRead(b) => 12 + b as usize,
+            Action::SramWrite(b) => 12 + Buffer::ALL.len() + b as usize,
+        }
+    }
+
+    /// The name in energy tables (kebab-case) and, with `_`, in outputs: `alpha`,
+    /// `sram-read.feature`.
+    pub fn key(self) -> String {
+        match self {
+            Action::Cull => "cull".into(),
+            Action::Project => "project".into(),
+            Action::ObbPrepare => "obb-prepare".into(),
+            Action::ObbTest => "obb-test".into(),
+            Action::ShColour => "sh-colour".into(),
+            Action::PivotKey => "pivot-key".into(),
+            Action::CompareExchange => "compare-exchange".into(),
+            Action::Alpha => "alpha".into(),
+            Action::Blend => "blend".into(),
+            Action::PixelFinish => "pixel-finish".into(),
+            Action::DramRead => "dram-read".into(),
+            Action::DramWrite => "dram-write".into(),
+            Action::SramRead(b) => format!("sram-read.{}", b.name().replace('_', "-")),
+            Action::SramWrite(b) => format!("sram-write.{}", b.name().replace('_', "-")),
+        }
+    }
+}
+
+/// How often each action happened, per stage.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ActionCounts {
+    counts: [[u64; Action::COUNT]; Stage::WORK.len()],
+}
+
+impl Default for ActionCounts {
+    fn default() -> Self {
+        Self { counts: [[0; Action::COUNT]; Stage::WORK.len()] }
+    }
+}
+
+impl ActionCounts {
+    /// Charges `n` times `action` to `stage`. `Standby` does no work and cannot be charged.
+    pub fn charge(&mut self, stage: Stage, action: Action, n: u64) {
+        assert!(stage != Stage::Standby, "standby does no work: {action:?}");
+        self.counts[stage as usize][action.index()] += n;
+    }
+
+    /// How often `action` happened for `stage`.
+    pub fn count(&self, stage: Stage, action: Action) -> u64 {
+        self.counts.get(stage as usize).map_or(0, |row| row[action.index()])
+    }
+
+    /// How often `action` happened in all stages.
+    pub fn total(&self, action: Action) -> u64 {
+        self.counts.iter().map(|row| row[action.index()]).sum()
+    }
+
+    /// Adds the counts of `other`.
+    pub fn add(&mut self, other: &ActionCounts) {
+        for (row, theirs) in self.counts.iter_mut().zip(&other.counts) {
+            for (n, m) in row.iter_mut().zip(theirs) {
+                *n += m;
+            }
+        }
+    }
+}

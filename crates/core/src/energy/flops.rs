@@ -1,0 +1,59 @@
+//! Floating-point operations of each action, for rooflines: `arch-configs/flops.toml`.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::action::{Action, Stage};
+use powergs_base::config::embedded::FLOPS;
+
+/// The file: operations by stage and action.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Counts {
+    source: String,
+    preprocessing: BTreeMap<String, u32>,
+    sorting: BTreeMap<String, u32>,
+    rendering: BTreeMap<String, u32>,
+}
+
+fn counts() -> &'static Counts {
+    static ALL: OnceLock<Counts> = OnceLock::new();
+    ALL.get_or_init(|| {
+        powergs_base::config::parse::<Counts>(FLOPS, &[])
+            .unwrap_or_else(|e| panic!("arch-configs/flops.toml: {e}"))
+            .value
+    })
+}
+
+/// Operations of one action; moving bytes counts none.
+pub fn flops(action: Action) -> u32 {
+    let key = action.key();
+    let file = counts();
+    let tables = [&file.preprocessing, &file.sorting, &file.rendering];
+    tables.into_iter().find_map(|table| table.get(&key)).copied().unwrap_or(0)
+}
+
+/// Operations of all actions, by [`Action::index`].
+pub fn per_action() -> [u32; Action::COUNT] {
+    Action::all().map(flops)
+}
+
+/// The actions of a stage that the file counts, with their operations.
+pub fn of_stage(stage: Stage) -> Vec<(String, u32)> {
+    let file = counts();
+    let table = match stage {
+        Stage::Preprocessing => &file.preprocessing,
+        Stage::Sorting => &file.sorting,
+        Stage::Rendering => &file.rendering,
+        Stage::Standby => return Vec::new(),
+    };
+    table.iter().map(|(key, n)| (key.clone(), *n)).collect()
+}
+
+/// Where the counts come from: a key of `references.toml`.
+pub fn source() -> &'static str {
+    &counts().source
+}

@@ -1,0 +1,217 @@
+//! Prices of one machine: picojoules per action and command, watts for time, area. Made from an
+//! energy table.
+
+use super::area::Area;
+use super::{Component, EnergyBreakdown};
+use crate::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_base::quantity::Picojoules;
+
+/// What everything costs on one machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prices {
+    /// Picojoules per action, by [`Action::index`]; per byte for SRAM and DRAM. Bytes of DRAM are
+    /// free where commands are priced.
+    pub per_action: [f64; Action::COUNT],
+    /// Leakage of CCUs, QSUs, BSUs and rendering units, watts, all of a kind together.
+    pub unit_leakage_w: [f64; 4],
+    /// Leakage of the buffers, watts, in the order of [`Buffer::ALL`]: never gated.
+    pub sram_leakage_w: [f64; Buffer::ALL.len()],
+    /// Share of its leakage that a unit without work keeps: 1 without power gating.
+    pub idle_leakage: f64,
+    /// The memory.
+    pub dram: DramCosts,
+    /// Area of the chip, where the table knows it.
+    pub area: Option<Area>,
+}
+
+/// What the memory costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DramCosts {
+    /// A price per requested byte, and powers of the whole memory that are paid all the time.
+    Bytes {
+        /// Picojoules per byte read.
+        read_pj: f64,
+        /// Picojoules per byte written.
+        write_pj: f64,
+        /// Standby, watts.
+        background_w: f64,
+        /// Refresh, watts.
+        refresh_w: f64,
+    },
+    /// A price per command.
+    Commands(DramCommandPrices),
+}
+
+/// Prices of the commands of a device, and the powers of the whole memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DramCommandPrices {
+    /// Picojoules per activate with its precharge.
+    pub activate_pj: f64,
+    /// Picojoules per read burst, data pins included.
+    pub read_pj: f64,
+    /// Picojoules per write burst, data pins included.
+    pub write_pj: f64,
+    /// Picojoules per refresh of all banks of a channel.
+    pub refresh_pj: f64,
+    /// Standby of all channels while a frame runs, watts.
+    pub background_w: f64,
+    /// The same between frames, watts: powered down.
+    pub resting_w: f64,
+    /// Refresh between frames, watts.
+    pub resting_refresh_w: f64,
+}
+
+impl DramCosts {
+    /// Picojoules per byte read and written, where bytes are priced.
+    pub(super) fn per_byte(&self) -> [f64; 2] {
+        match *self {
+            DramCosts::Bytes { read_pj, write_pj, .. } => [read_pj, write_pj],
+            DramCosts::Commands(_) => [0.0; 2],
+        }
+    }
+}
+
+/// Commands of the DRAM in one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct DramWork {
+    /// In the order of [`Stage::WORK`].
+    pub stages: [StageWork; 3],
+    /// Refreshes of all banks of one channel.
+    pub refreshes: u64,
+}
+
+/// Commands for one stage.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StageWork {
+    /// Bursts read.
+    pub reads: u64,
+    /// Bursts written.
+    pub writes: u64,
+    /// Rows opened.
+    pub activates: u64,
+}
+
+/// What a frame did that costs energy.
+#[derive(Debug, Clone, Copy)]
+pub struct Activity<'a> {
+    /// How often each action happened.
+    pub actions: &'a ActionCounts,
+    /// Length of the frame, seconds.
+    pub seconds: f64,
+    /// Share of the frame for which CCUs, QSUs, BSUs and rendering units had no work, 0 to 1.
+    pub idle: [f64; 4],
+    /// Commands of the DRAM, where the model counts them.
+    pub dram: Option<DramWork>,
+}
+
+/// Powers that are paid for time, watts: leakage, DRAM background, DRAM refresh.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Standby {
+    /// While the frame runs, on average.
+    pub running_w: [f64; 3],
+    /// Between frames: nothing works.
+    pub resting_w: [f64; 3],
+}
+
+impl Standby {
+    /// The components, in the order of both lists.
+    pub const COMPONENTS: [Component; 3] =
+        [Component::Leakage, Component::Background, Component::Refresh];
+
+    /// The same all the time.
+    pub const fn constant(watts: [f64; 3]) -> Standby {
+        Standby { running_w: watts, resting_w: watts }
+    }
+
+    /// Mean powers when a frame of `seconds` starts `fps` times a second; a frame that takes longer
+    /// than a period leaves no rest.
+    pub fn at_rate(&self, seconds: f64, fps: f64) -> [f64; 3] {
+        let duty = (seconds * fps).min(1.0);
+        // Both ends are exact, also in rounding.
+        let mean =
+            |(run, rest): (f64, f64)| if run == rest { run } else { rest + (run - rest) * duty };
+        std::array::from_fn(|i| mean((self.running_w[i], self.resting_w[i])))
+    }
+}
+
+/// Where an action's energy is spent.
+pub const fn component_of(action: Action) -> Component {
+    match action {
+        Action::DramRead | Action::DramWrite => Component::Dram,
+        Action::SramRead(_) | Action::SramWrite(_) => Component::Sram,
+        Action::Cull
+        | Action::Project
+        | Action::ObbPrepare
+        | Action::ObbTest
+        | Action::ShColour
+        | Action::PivotKey
+        | Action::CompareExchange
+        | Action::Alpha
+        | Action::Blend
+        | Action::PixelFinish => Component::Flop,
+    }
+}
+
+impl Prices {
+    /// The price of one action.
+    pub fn of(&self, action: Action) -> Picojoules {
+        Picojoules(self.per_action[action.index()])
+    }
+
+    /// Leakage of the chip when nothing is gated, watts.
+    pub fn leakage_w(&self) -> f64 {
+        self.unit_leakage_w.iter().sum::<f64>() + self.sram_leakage_w.iter().sum::<f64>()
+    }
+
+    /// Energy of the commands of one stage.
+    pub fn commands(&self, work: &StageWork) -> Picojoules {
+        let DramCosts::Commands(p) = &self.dram else { return Picojoules(0.0) };
+        Picojoules(
+            work.activates as f64 * p.activate_pj
+                + work.reads as f64 * p.read_pj
+                + work.writes as f64 * p.write_pj,
+        )
+    }
+
+    /// What is paid for time during and after a frame.
+    pub fn standby(&self, activity: &Activity<'_>) -> Standby {
+        let units = self.unit_leakage_w.iter().zip(activity.idle);
+        let gated = 1.0 - self.idle_leakage;
+        let awake: f64 = units.map(|(watts, idle)| watts * (1.0 - idle * gated)).sum();
+        let asleep = self.unit_leakage_w.iter().sum::<f64>() * self.idle_leakage;
+        let buffers: f64 = self.sram_leakage_w.iter().sum();
+        let leakage = [awake, asleep].map(|units| units + buffers);
+        let [background, refresh] = match &self.dram {
+            DramCosts::Bytes { background_w, refresh_w, .. } => {
+                [[*background_w; 2], [*refresh_w; 2]]
+            }
+            DramCosts::Commands(p) => {
+                let refreshes = activity.dram.map_or(0, |d| d.refreshes) as f64;
+                let running = refreshes * p.refresh_pj * 1e-12 / activity.seconds;
+                let running = if activity.seconds > 0.0 { running } else { 0.0 };
+                [[p.background_w, p.resting_w], [running, p.resting_refresh_w]]
+            }
+        };
+        let all = [leakage, background, refresh];
+        Standby { running_w: all.map(|p| p[0]), resting_w: all.map(|p| p[1]) }
+    }
+
+    /// Energy of a frame. What is paid for time is for the frame's own time.
+    pub fn breakdown(&self, activity: &Activity<'_>) -> EnergyBreakdown {
+        let mut energy = EnergyBreakdown::default();
+        for (i, stage) in Stage::WORK.into_iter().enumerate() {
+            for action in Action::all() {
+                let count = activity.actions.count(stage, action) as f64;
+                energy.add(stage, component_of(action), self.of(action) * count);
+            }
+            if let Some(dram) = &activity.dram {
+                energy.add(stage, Component::Dram, self.commands(&dram.stages[i]));
+            }
+        }
+        let standby = self.standby(activity).running_w;
+        for (component, watts) in Standby::COMPONENTS.into_iter().zip(standby) {
+            energy.add(Stage::Standby, component, Picojoules(watts * activity.seconds * 1e12));
+        }
+        energy
+    }
+}

@@ -1,0 +1,244 @@
+//! What must hold in an energy table beyond the shape of its keys.
+
+use super::sram::key_of;
+use super::{
+    ActionPrice, BytePrice, EnergyTable, PowerPrice, SramCacti, SramMacro, SramPrices, SramTable,
+};
+use crate::action::{Action, Buffer};
+use powergs_base::config::references::is_source;
+
+type Found = Vec<(String, String)>;
+
+/// Every contradiction, as (key, what is wrong and what to do).
+pub(super) fn problems(table: &EnergyTable) -> Found {
+    let mut found = Vec::new();
+    for (key, price) in actions(table) {
+        action(&key, price, table.flop.is_some(), &mut found);
+    }
+    if let Some(flop) = &table.flop {
+        action("flop", flop, false, &mut found);
+    }
+    let leakage = &table.leakage;
+    let powers = [
+        ("leakage.ccu", &leakage.ccu),
+        ("leakage.qsu", &leakage.qsu),
+        ("leakage.bsu", &leakage.bsu),
+        ("leakage.vru", &leakage.vru),
+    ];
+    for (key, price) in powers {
+        power(key, price, &mut found);
+    }
+    dram(table, &mut found);
+    sram(table, &mut found);
+    nodes(table, &mut found);
+    area(table, &mut found);
+    found
+}
+
+fn actions(table: &EnergyTable) -> Vec<(String, &ActionPrice)> {
+    let arithmetic = |a| Some((a, table.arithmetic(a)?));
+    let all = Action::all();
+    let priced = all.into_iter().filter_map(arithmetic);
+    priced.map(|(a, price)| (format!("actions.{}", a.key()), price)).collect()
+}
+
+fn action(key: &str, price: &ActionPrice, has_flop: bool, found: &mut Found) {
+    let ways = [price.energy.is_some(), price.flops.is_some(), price.free];
+    if ways.iter().filter(|w| **w).count() != 1 {
+        let message = "needs exactly one of `energy`, `flops` and `free = true`";
+        found.push((key.to_owned(), format!("`{key}` {message}")));
+    }
+    if price.flops.is_some() && !has_flop {
+        let message = "counts FLOPs, but the table has no price of one: add [flop]";
+        found.push((key.to_owned(), format!("`{key}` {message}")));
+    }
+    if price.energy.is_some_and(|e| e.0 == 0.0) {
+        zero(key, "energy", found);
+    }
+    source(key, &price.source, found);
+}
+
+fn byte(key: &str, price: &BytePrice, found: &mut Found) {
+    free(key, "energy", price.energy.0, price.free, found);
+    source(key, &price.source, found);
+}
+
+fn power(key: &str, price: &PowerPrice, found: &mut Found) {
+    free(key, "power", price.power.0, price.free, found);
+    source(key, &price.source, found);
+}
+
+fn free(key: &str, what: &str, value: f64, free: bool, found: &mut Found) {
+    if value == 0.0 && !free {
+        zero(key, what, found);
+    }
+    if value != 0.0 && free {
+        let message = format!("`{key}` is free and has a price: drop `free` or `{what}`");
+        found.push((key.to_owned(), message));
+    }
+}
+
+fn zero(key: &str, what: &str, found: &mut Found) {
+    let message = format!("`{key}.{what}` is zero: give a price, or say `free = true`");
+    found.push((key.to_owned(), message));
+}
+
+fn source(key: &str, source: &str, found: &mut Found) {
+    if !is_source(source) {
+        let message = format!(
+            "`{key}.source` = \"{source}\" is neither a key of references.toml nor an assumption \
+             number (A1, A2, ...)"
+        );
+        found.push((key.to_owned(), message));
+    }
+}
+
+fn dram(table: &EnergyTable, found: &mut Found) {
+    if table.dram.flat.is_some() == table.dram.device {
+        let message = "`dram` needs exactly one of [dram.flat] and `device = true`";
+        found.push(("dram".to_owned(), message.to_owned()));
+    }
+    let Some(flat) = &table.dram.flat else { return };
+    byte("dram.flat.read", &flat.read, found);
+    byte("dram.flat.write", &flat.write, found);
+    power("dram.flat.background", &flat.background, found);
+    power("dram.flat.refresh", &flat.refresh, found);
+}
+
+fn sram(table: &EnergyTable, found: &mut Found) {
+    let sram = &table.sram;
+    if forms(sram) != 1 {
+        let message = "`sram` needs exactly one of [sram.flat], [sram.table], [sram.cacti] and \
+                       [[sram.macros]]";
+        found.push(("sram".to_owned(), message.to_owned()));
+    }
+    if let Some(flat) = &sram.flat {
+        byte("sram.flat", flat, found);
+    }
+    if let Some(sizes) = &sram.table {
+        sizes_of(sizes, found);
+    }
+    if let Some(cacti) = &sram.cacti {
+        rows_of(cacti, found);
+    }
+    if let Some(macros) = &sram.macros {
+        macros_of(macros, found);
+    }
+}
+
+/// How many of the ways to price buffers are there.
+fn forms(sram: &SramPrices) -> usize {
+    let ways =
+        [sram.flat.is_some(), sram.table.is_some(), sram.cacti.is_some(), sram.macros.is_some()];
+    ways.into_iter().filter(|there| *there).count()
+}
+
+fn sizes_of(table: &SramTable, found: &mut Found) {
+    source("sram.table", &table.source, found);
+    let key = "sram.table.sizes";
+    let ascending = table.sizes.windows(2).all(|w| w[0].capacity < w[1].capacity);
+    if table.sizes.len() < 2 || !ascending {
+        let message = format!("`{key}` needs at least two sizes, ascending");
+        found.push((key.to_owned(), message));
+    }
+    for row in &table.sizes {
+        let area = row.area.is_some_and(|a| a.0 == 0.0);
+        let prices = [row.read.0, row.write.0, row.leakage.0];
+        if row.capacity.0 == 0 || area || prices.contains(&0.0) {
+            let message = format!("`{key}`: the row of {} has a zero", row.capacity);
+            found.push((key.to_owned(), message));
+        }
+    }
+}
+
+fn rows_of(cacti: &SramCacti, found: &mut Found) {
+    source("sram.cacti", &cacti.source, found);
+    if let Err(message) = cacti.banks() {
+        let message = format!("`sram.cacti` (`node`, `cell`, `temperature`): {message}");
+        found.push(("sram.cacti".to_owned(), message));
+    }
+}
+
+fn macros_of(macros: &[SramMacro], found: &mut Found) {
+    let key = "sram.macros";
+    let names = Buffer::ALL.map(key_of);
+    for (i, one) in macros.iter().enumerate() {
+        source(key, &one.source, found);
+        let name = &one.buffer;
+        let wrong = if !names.contains(name) {
+            Some(format!("no buffer `{name}`; there are {}", names.join(", ")))
+        } else if macros[..i].iter().any(|m| m.buffer == *name) {
+            Some(format!("`{name}` is there twice"))
+        } else {
+            None
+        };
+        found.extend(wrong.map(|message| (key.to_owned(), format!("`{key}`: {message}"))));
+    }
+}
+
+/// Prices are for the node of the table, or are brought there.
+fn nodes(table: &EnergyTable, found: &mut Found) {
+    let Some(node) = table.node else {
+        found.push(("node".into(), "missing key `node`: write e.g. node = \"28 nm\"".into()));
+        return;
+    };
+    let (of, key) = match &table.scaling {
+        Some(scaling) => (scaling.from, "scaling.from"),
+        None => (node, "node"),
+    };
+    if let Some(cacti) = table.sram.cacti.as_ref().filter(|cacti| cacti.node != of) {
+        let message = format!(
+            "`sram.cacti.node` = {} and `{key}` = {of} disagree: all prices of a file are for one \
+             node; take rows of {of}, or bring the others there by [scaling]",
+            cacti.node
+        );
+        found.push(("sram.cacti.node".into(), message));
+    }
+    let Some(scaling) = &table.scaling else { return };
+    if scaling.from == node {
+        let message = format!(
+            "`scaling.from` and `node` are both {node}: there is nothing to scale, drop [scaling]"
+        );
+        found.push(("scaling.from".into(), message));
+    }
+    for (name, factor, what) in scaling.all() {
+        let key = format!("scaling.{name}");
+        if let Err(message) = factor.value(what, scaling.from, node) {
+            found.push((key.clone(), format!("`{key}`: {message}")));
+        }
+        match &factor.source {
+            Some(given) => source(&key, given, found),
+            None if factor.factor.is_some() => {
+                let message = format!(
+                    "`{key}` is a number of your own: say where it is from in \
+                                       `source`"
+                );
+                found.push((key, message));
+            }
+            None => {}
+        }
+    }
+}
+
+fn area(table: &EnergyTable, found: &mut Found) {
+    let Some(area) = &table.area else { return };
+    let units = [("ccu", &area.ccu), ("qsu", &area.qsu), ("bsu", &area.bsu), ("vru", &area.vru)];
+    for (name, price) in units {
+        let key = format!("area.{name}");
+        if price.area.0 == 0.0 {
+            found.push((key.clone(), format!("`{key}.area` is zero: no unit takes no area")));
+        }
+        source(&key, &price.source, found);
+    }
+    source("area.sram-overhead", &area.sram_overhead.source, found);
+    source("area.rest", &area.rest.source, found);
+    let sram = &table.sram;
+    let missing = sram.flat.is_some()
+        || sram.table.as_ref().is_some_and(|t| t.sizes.iter().any(|s| s.area.is_none()))
+        || sram.macros.as_ref().is_some_and(|all| all.iter().any(|m| m.area.is_none()));
+    if missing && forms(sram) == 1 {
+        let message = "`area` needs the area of every buffer: `sram.flat` has none, and rows of \
+                       [sram.table] and [[sram.macros]] have it in `area`; give it or drop [area]";
+        found.push(("area".into(), message.into()));
+    }
+}

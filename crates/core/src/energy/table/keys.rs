@@ -1,0 +1,203 @@
+//! The tables of an energy table's file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use powergs_base::quantity::{Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Watts};
+
+/// The price of one action: exactly one of `energy`, `flops` and `free`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ActionPrice {
+    /// Energy of one action.
+    pub energy: Option<Picojoules>,
+    /// Floating-point operations of one action, each at the price of `flop`.
+    #[schemars(range(min = 1, max = 1000000), extend("x-unit" = "FLOPs"))]
+    pub flops: Option<u32>,
+    /// Costs nothing, on purpose.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// The price of moving one byte.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BytePrice {
+    /// Energy of one byte.
+    pub energy: PicojoulesPerByte,
+    /// Costs nothing, on purpose: `energy` is then zero.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Power that is paid for time.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PowerPrice {
+    /// Power, all the time.
+    pub power: Watts,
+    /// Costs nothing, on purpose: `power` is then zero.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Area of one thing.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct AreaPrice {
+    /// Area.
+    pub area: SquareMillimetres,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Whether a flag is left out of a file.
+pub(super) fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+/// The `[actions]` table: one price for each arithmetic action.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ActionPrices {
+    /// One Gaussian taken through cull and the part of projection that the cull needs.
+    pub cull: ActionPrice,
+    /// One survivor projected to a 2D covariance, with its bounding box.
+    pub project: ActionPrice,
+    /// Axes of the oriented box of one splat that needs box tests.
+    pub obb_prepare: ActionPrice,
+    /// One oriented-box-against-tile test.
+    pub obb_test: ActionPrice,
+    /// One view-dependent colour from spherical harmonics.
+    pub sh_colour: ActionPrice,
+    /// One key moved through the pivots of a QSU in one pass.
+    pub pivot_key: ActionPrice,
+    /// One compare-exchange of a BSU.
+    pub compare_exchange: ActionPrice,
+    /// One α evaluated for one pixel.
+    pub alpha: ActionPrice,
+    /// One blend of a splat into one pixel.
+    pub blend: ActionPrice,
+    /// One pixel finished.
+    pub pixel_finish: ActionPrice,
+}
+
+/// The `[dram]` table: exactly one of `flat` and `device`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DramPrices {
+    /// One price per byte, and powers of the whole memory.
+    pub flat: Option<FlatDram>,
+    /// The commands of the machine's DRAM device at the prices of that device's file. Needs
+    /// `dram.model = "banked"` or `"window"` in the machine: `bandwidth` counts no commands.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub device: bool,
+}
+
+/// The `[dram.flat]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FlatDram {
+    /// One byte read.
+    pub read: BytePrice,
+    /// One byte written.
+    pub write: BytePrice,
+    /// Standby of the whole memory.
+    pub background: PowerPrice,
+    /// Refresh of the whole memory.
+    pub refresh: PowerPrice,
+}
+
+/// The `[leakage]` table, per unit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitLeakage {
+    /// One culling and conversion unit.
+    pub ccu: PowerPrice,
+    /// One quick sorting unit.
+    pub qsu: PowerPrice,
+    /// One bitonic sorting unit.
+    pub bsu: PowerPrice,
+    /// One rendering unit.
+    pub vru: PowerPrice,
+}
+
+/// The `[area]` table, per unit; buffers come from `[sram]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitArea {
+    /// One culling and conversion unit.
+    pub ccu: AreaPrice,
+    /// One quick sorting unit.
+    pub qsu: AreaPrice,
+    /// One bitonic sorting unit.
+    pub bsu: AreaPrice,
+    /// One rendering unit.
+    pub vru: AreaPrice,
+    /// Factor on the areas of `[sram]`: what a macro takes beyond its cells and periphery.
+    pub sram_overhead: Overhead,
+    /// Everything that is neither unit nor buffer.
+    pub rest: RestArea,
+}
+
+/// A factor on the area of buffers.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Overhead {
+    /// Factor, 1 for none.
+    #[schemars(range(min = 0.1, max = 100.0), extend("x-unit" = "factor"))]
+    pub factor: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Area of interconnect and control.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RestArea {
+    /// Share of the area of units and buffers.
+    #[schemars(range(min = 0.0, max = 100.0), extend("x-unit" = "fraction"))]
+    pub share: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// The `[scaling]` table: the prices of the file are for another node, and become those of `node`.
+/// DRAM prices are not scaled: the memory is another chip.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Scaling {
+    /// The node that the prices of the file are for.
+    pub from: Nanometres,
+    /// On the energy of actions.
+    pub energy: Factor,
+    /// On the leakage of units; a fit gives its energy factor, as if the share of leakage stayed.
+    pub leakage: Factor,
+    /// On the area of units.
+    pub area: Factor,
+    /// On the energy of buffer accesses.
+    pub sram_energy: Factor,
+    /// On the leakage of buffers.
+    pub sram_leakage: Factor,
+    /// On the area of buffers.
+    pub sram_area: Factor,
+}
+
+/// A factor between two nodes: exactly one of `fit` and `factor`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Factor {
+    /// Name of a fit of `nodes.toml`: `stillmaker`, `deepscaletool`.
+    pub fit: Option<String>,
+    /// The factor itself, with its source.
+    #[schemars(range(min = 0.0001, max = 10000.0), extend("x-unit" = "factor"))]
+    pub factor: Option<f64>,
+    /// Key of `references.toml` or assumption number; a fit brings its own.
+    pub source: Option<String>,
+}

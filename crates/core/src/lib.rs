@@ -1,0 +1,9 @@
+//! The simulator: a frame binned for a machine, *when* things happen on it, *how often*, and what it
+//! *costs*.
+
+pub mod accel;
+pub mod action;
+pub mod dram;
+pub mod energy;
+pub mod sim;
+pub mod workload;

@@ -1,0 +1,51 @@
+//! What the regions of a foveated frame cost.
+
+use crate::accel::StageCommands;
+use crate::accel::regions::RegionWork;
+use crate::action::{Action, Stage};
+use crate::energy::{Prices, StageWork};
+use powergs_frame::fovea::LEVELS;
+
+use super::timed::Timed;
+
+/// One region of a foveated frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RegionReport {
+    /// Tiles.
+    pub tiles: u64,
+    /// List entries that they load.
+    pub entries: u64,
+    /// Cycles for which the rendering units of a core work on them.
+    pub cycles: u64,
+    /// Energy of their sorting and rendering, picojoules.
+    pub energy_pj: f64,
+}
+
+/// Prices the regions of a frame. Where DRAM commands are priced, a stage's are shared by bytes.
+pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<[RegionReport; LEVELS]> {
+    let regions = timed.regions.as_ref()?;
+    let bytes = |work: &RegionWork, stage| {
+        let count = |action| work.actions.count(stage, action);
+        count(Action::DramRead) + count(Action::DramWrite)
+    };
+    let of = |work: &RegionWork| {
+        let count = |action: Action| work.actions.total(action) as f64;
+        let mut energy_pj: f64 =
+            Action::all().iter().map(|&action| count(action) * prices.of(action).0).sum();
+        if let Some(commands) = &timed.timing.dram.commands {
+            for (stage, made) in Stage::WORK.into_iter().zip(&commands.stages) {
+                let all = timed.actions.count(stage, Action::DramRead)
+                    + timed.actions.count(stage, Action::DramWrite);
+                let share = bytes(work, stage) as f64 / all.max(1) as f64;
+                energy_pj += prices.commands(&stage_work(made)).0 * share;
+            }
+        }
+        let RegionWork { tiles, entries, cycles, .. } = *work;
+        RegionReport { tiles, entries, cycles, energy_pj }
+    };
+    Some(regions.each_ref().map(of))
+}
+
+fn stage_work(made: &StageCommands) -> StageWork {
+    StageWork { reads: made.reads, writes: made.writes, activates: made.activates }
+}

@@ -1,0 +1,198 @@
+//! The entries of the catalogue, group by group.
+
+mod checks;
+mod cost;
+mod fovea;
+mod machine;
+mod memory;
+
+use super::{Kind, Statistic, Value};
+use crate::action::Stage;
+use crate::sim::{FrameReport, StageBytes};
+use powergs_frame::splat::Counters;
+
+pub(super) fn all() -> Vec<Statistic> {
+    let mut list = Vec::new();
+    time(&mut list);
+    cost::power(&mut list);
+    cost::energy(&mut list);
+    cost::area(&mut list);
+    bytes(&mut list);
+    counters(&mut list);
+    machine::units(&mut list);
+    machine::tiles(&mut list);
+    memory::dram(&mut list);
+    memory::buffers(&mut list);
+    checks::order(&mut list);
+    checks::cache(&mut list);
+    checks::reuse(&mut list);
+    fovea::fovea(&mut list);
+    machine::actions(&mut list);
+    list
+}
+
+type List = Vec<Statistic>;
+
+fn count(
+    list: &mut List,
+    name: impl Into<String>,
+    unit: &'static str,
+    definition: impl Into<String>,
+    read: impl Fn(&FrameReport) -> Option<u64> + Send + Sync + 'static,
+) {
+    list.push(Statistic {
+        name: name.into(),
+        unit,
+        definition: definition.into(),
+        kind: Kind::Count,
+        read: Box::new(move |frame, _| read(frame).map(Value::Count)),
+    });
+}
+
+/// A measure; what is not finite counts as not measured.
+fn real(
+    list: &mut List,
+    name: impl Into<String>,
+    unit: &'static str,
+    definition: impl Into<String>,
+    read: impl Fn(&FrameReport, f64) -> Option<f64> + Send + Sync + 'static,
+) {
+    list.push(Statistic {
+        name: name.into(),
+        unit,
+        definition: definition.into(),
+        kind: Kind::Real,
+        read: Box::new(move |frame, fps| {
+            read(frame, fps).filter(|x| x.is_finite()).map(Value::Real)
+        }),
+    });
+}
+
+fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
+    frame.timing.is_some().then(|| u64::from(frame.misses_deadline(fps)))
+}
+
+fn time(list: &mut List) {
+    real(
+        list,
+        "frame_time_ms",
+        "ms",
+        "Simulated time of the frame, from the first record read to the last pixel written.",
+        |f, _| f.frame_time_s().map(|s| s * 1e3),
+    );
+    real(
+        list,
+        "achieved_fps",
+        "1/s",
+        "Frame rate if every frame took as long as this one: 1000 / `frame_time_ms`. The rate of a \
+         run is its `throughput_fps`, not the mean of this.",
+        |f, _| f.achieved_fps(),
+    );
+    list.push(Statistic {
+        name: "deadline_missed".into(),
+        unit: "1",
+        definition: "1 if the frame took longer than the display period 1 / `fps`, else 0; the \
+                     mean is the share of missed frames."
+            .into(),
+        kind: Kind::Count,
+        read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
+    });
+    count(list, "frame_cycles", "cycles", "Length of the frame in clock cycles.", |f| {
+        Some(f.timing.as_ref()?.frame)
+    });
+    count(
+        list,
+        "preprocessing_cycles",
+        "cycles",
+        "Cycles until the last CCU was done and sorting could begin.",
+        |f| Some(f.timing.as_ref()?.preprocessing_end),
+    );
+}
+
+/// A column of [`StageBytes`]: name, definition, field.
+type Column = (&'static str, &'static str, fn(&StageBytes) -> u64);
+
+const COLUMNS: [Column; 3] = [
+    ("dram_read_bytes", "Bytes read from DRAM", |s| s.read),
+    ("dram_write_bytes", "Bytes written to DRAM", |s| s.write),
+    ("sram_bytes", "Bytes moved in or out of on-chip buffers", |s| s.sram),
+];
+
+/// FLOPs are counted by the `paper` model only; the `cycle` model counts actions.
+fn flops(frame: &FrameReport, stages: &[usize]) -> Option<u64> {
+    frame.timing.is_none().then(|| stages.iter().map(|&i| frame.stages[i].flops).sum())
+}
+
+fn bytes(list: &mut List) {
+    for (name, text, field) in COLUMNS {
+        let text = format!("{text}, all stages.");
+        count(list, name, "B", text, move |f| Some(f.stages.iter().map(field).sum()));
+    }
+    let text = "Floating-point operations, all stages (`paper` model only).";
+    count(list, "flops", "1", text, |f| flops(f, &[0, 1, 2]));
+    for (i, stage) in Stage::WORK.into_iter().enumerate() {
+        for (name, text, field) in COLUMNS {
+            let text = format!("{text} by {}.", cost::stage_words(stage));
+            let name = format!("stages.{}.{name}", stage.name());
+            count(list, name, "B", text, move |f| Some(field(&f.stages[i])));
+        }
+        let text =
+            format!("Floating-point operations of {} (`paper` only).", cost::stage_words(stage));
+        count(list, format!("stages.{}.flops", stage.name()), "1", text, move |f| flops(f, &[i]));
+    }
+}
+
+/// A workload counter: name, definition, field.
+type Counter = (&'static str, &'static str, fn(&Counters) -> u64);
+
+const COUNTERS: [Counter; 10] = [
+    ("points", "Gaussians in the scene.", |c| c.points),
+    ("survivors", "Gaussians that passed the near-plane cull.", |c| c.survivors),
+    ("tile_pairs", "Accepted (splat, tile) pairs.", |c| c.tile_pairs),
+    ("intersecting_points", "Splats with at least one accepted tile.", |c| c.intersecting_points),
+    ("fetched_points", "Splats loaded by at least one tile.", |c| c.fetched_points),
+    (
+        "obb_tests",
+        "Tiles tested against an oriented box; a splat with one candidate tile needs no test.",
+        |c| c.obb_tests,
+    ),
+    ("obb_prepared", "Splats that needed box tests at all.", |c| c.obb_prepared),
+    (
+        "tile_loads",
+        "List entries loaded, in whole chunks until their tile is done, summed over tiles.",
+        |c| c.tile_loads,
+    ),
+    (
+        "alpha_evaluations",
+        "Entries that pixels iterate until they stop, the terminating one included (T_bf_term).",
+        |c| c.alpha_evaluations,
+    ),
+    (
+        "blends",
+        "Entries that reach α ≥ 1/255 before their pixel stops, the terminating one included \
+         (T_used).",
+        |c| c.blends,
+    ),
+];
+
+fn counters(list: &mut List) {
+    for (name, text, field) in COUNTERS {
+        count(list, format!("counters.{name}"), "1", text, move |f| Some(field(&f.counters)));
+    }
+    count(
+        list,
+        "counters.alpha_evaluations_executed",
+        "1",
+        "α evaluations that the machine executes: every pixel of every live sub-tile that is not \
+         skipped.",
+        |f| f.alpha_evaluations_executed,
+    );
+    count(
+        list,
+        "counters.live_evaluations",
+        "1",
+        "Those of `counters.alpha_evaluations_executed` whose pixel has not stopped: what the \
+         machine executes to some purpose.",
+        |f| f.live_evaluations,
+    );
+}

@@ -1,0 +1,166 @@
+//! A frame on a machine before prices: one timing can be priced by several energy tables.
+
+use super::{
+    Breach, CacheSummary, FoveaSummary, FrameReport, Label, Measured, OrderSummary, ReuseSummary,
+    StageBytes, check, regions,
+};
+use crate::accel::regions::RegionWork;
+use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
+use crate::action::{Action, ActionCounts, Stage};
+use crate::energy::{Activity, Area, DramWork, Prices, StageWork};
+use crate::workload::FrameWorkload;
+use powergs_base::quantity::{Cycles, Hertz};
+use powergs_frame::fovea::LEVELS;
+use powergs_frame::splat::Counters;
+
+/// What a frame did on a machine, and when. Everything but what it cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timed {
+    /// Workload counters under the machine's geometry.
+    pub counters: Counters,
+    /// Those of the α evaluations of the machine whose pixel has not stopped.
+    pub live_evaluations: u64,
+    /// How often everything happened.
+    pub actions: ActionCounts,
+    /// When everything happened.
+    pub timing: FrameTiming,
+    /// Clock of the machine.
+    pub clock: Hertz,
+    /// The order of the lists, where it was checked.
+    pub order: Option<OrderSummary>,
+    /// The feature cache, where the machine has one.
+    pub cache: Option<CacheSummary>,
+    /// Sort reuse, where the machine does it.
+    pub reuse: Option<ReuseSummary>,
+    /// What only foveated frames have.
+    pub fovea: Option<FoveaSummary>,
+    /// The regions of a foveated frame.
+    pub regions: Option<[RegionWork; LEVELS]>,
+}
+
+impl Timed {
+    /// Time of the frame, seconds.
+    pub fn frame_time_s(&self) -> f64 {
+        self.timing.frame as f64 / self.clock.0
+    }
+}
+
+/// Takes frame `frame` of a trace through a machine, and checks every account but those of energy.
+///
+/// # Errors
+/// A [`Breach`] is a defect of the simulator, or a workload of another geometry.
+pub fn time(
+    frame: usize,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+) -> Result<Timed, Breach> {
+    check::fits(workload, machine)?;
+    let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
+    timed(frame, workload, measured, machine, replay)
+}
+
+/// As [`time`], for many machines on one frame; `memo` is of this frame alone.
+///
+/// # Errors
+/// As [`time`].
+pub fn time_again(
+    frame: usize,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+    memo: &Memo,
+) -> Result<Timed, Breach> {
+    check::fits(workload, machine)?;
+    let replay = accel::replay_again(workload, machine, measured.given(), memo);
+    timed(frame, workload, measured, machine, replay)
+}
+
+fn timed(
+    frame: usize,
+    workload: &FrameWorkload,
+    measured: &Measured,
+    machine: &Machine,
+    replay: Replay,
+) -> Result<Timed, Breach> {
+    check::traffic(frame, &replay)?;
+    check::timing(frame, &replay.timing, machine)?;
+    let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
+    Ok(Timed {
+        counters: workload.counters,
+        live_evaluations: live.sum(),
+        actions: replay.actions,
+        timing: replay.timing,
+        clock: machine.clock,
+        order: measured.order,
+        cache: measured.cache_summary(),
+        reuse: measured.reuse_summary(),
+        fovea: FoveaSummary::of(workload),
+        regions: replay.regions,
+    })
+}
+
+/// What a timed frame costs with the prices of its machine (or of another energy table for it).
+///
+/// # Errors
+/// A [`Breach`] is a defect of the simulator.
+pub fn priced(label: Label, timed: &Timed, prices: &Prices) -> Result<FrameReport, Breach> {
+    let activity = Activity {
+        actions: &timed.actions,
+        seconds: Cycles(timed.timing.frame).milliseconds(timed.clock) * 1e-3,
+        idle: idle(&timed.timing),
+        dram: timed.timing.dram.commands.as_ref().map(dram_work),
+    };
+    let report = FrameReport {
+        frame: label.frame,
+        name: label.name,
+        counters: timed.counters,
+        alpha_evaluations_executed: Some(timed.actions.total(Action::Alpha)),
+        live_evaluations: Some(timed.live_evaluations),
+        stages: Stage::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
+        energy: prices.breakdown(&activity),
+        actions: timed.actions.clone(),
+        standby: prices.standby(&activity),
+        area: prices.area,
+        timing: Some(timed.timing.clone()),
+        clock_hz: Some(timed.clock.0),
+        order: timed.order,
+        cache: timed.cache,
+        reuse: timed.reuse,
+        fovea: timed.fovea,
+        regions: regions::priced(timed, prices),
+        display_w: label.display_w,
+    };
+    check::energy(&report, prices)?;
+    Ok(report)
+}
+
+/// Share of the frame for which the units of each kind had no work.
+fn idle(timing: &FrameTiming) -> [f64; 4] {
+    let share = |unit: &UnitCycles| {
+        let cycles = timing.frame as f64 * f64::from(unit.instances);
+        if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
+    };
+    let find = |name: &str| timing.units.iter().find(|u| u.unit == name);
+    Area::UNITS.map(|name| find(name).map_or(0.0, share))
+}
+
+/// The commands that cost energy.
+fn dram_work(commands: &DramCommands) -> DramWork {
+    let stages = commands.stages.map(|s| StageWork {
+        reads: s.reads,
+        writes: s.writes,
+        activates: s.activates,
+    });
+    DramWork { stages, refreshes: commands.refreshes }
+}
+
+fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {
+    let sram = |action: &Action| matches!(action, Action::SramRead(_) | Action::SramWrite(_));
+    StageBytes {
+        read: actions.count(stage, Action::DramRead),
+        write: actions.count(stage, Action::DramWrite),
+        sram: Action::all().iter().filter(|a| sram(a)).map(|&a| actions.count(stage, a)).sum(),
+        flops: 0,
+    }
+}

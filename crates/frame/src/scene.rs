@@ -1,0 +1,11 @@
+//! What is seen, and from where: a trained model in memory and a pinhole camera.
+//!
+//! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
+//! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
+//! Readers of file formats are in the crate `powergs-scene`.
+
+mod camera;
+mod gaussians;
+
+pub use camera::{Camera, Split};
+pub use gaussians::Gaussians;

@@ -1,0 +1,104 @@
+//! A pinhole camera.
+
+use glam::{DMat3, DVec3};
+
+/// Which part of a data set a view belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Split {
+    /// Seen in training.
+    Train,
+    /// Held out.
+    Test,
+}
+
+impl Split {
+    /// The name in camera files and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Split::Train => "train",
+            Split::Test => "test",
+        }
+    }
+
+    /// The split that a camera file names; validation sets (`val`, `eval`) are held out too.
+    pub fn from_name(name: &str) -> Option<Split> {
+        match name.to_ascii_lowercase().as_str() {
+            "train" | "training" => Some(Split::Train),
+            "test" | "val" | "validation" | "eval" => Some(Split::Test),
+            _ => None,
+        }
+    }
+}
+
+/// A pinhole camera in OpenCV axes (x right, y down, z forward). Checked: sizes and focal lengths
+/// are positive and finite, the rotation is orthonormal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Name of the view, usually its photo.
+    pub name: String,
+    /// Image width, pixels.
+    pub width: u32,
+    /// Image height, pixels.
+    pub height: u32,
+    /// Focal length in x, pixels.
+    pub fx: f64,
+    /// Focal length in y, pixels.
+    pub fy: f64,
+    /// Principal point in x, pixels from the left *edge* (a centred one is `width / 2`).
+    pub cx: f64,
+    /// Principal point in y, pixels from the top *edge*.
+    pub cy: f64,
+    /// Rotation from world to camera.
+    pub world_to_camera: DMat3,
+    /// Camera centre, world units.
+    pub centre: DVec3,
+    /// The part of the data set, where the file says so.
+    pub split: Option<Split>,
+}
+
+impl Camera {
+    /// Unit vector to the right of the image, world axes.
+    pub fn right(&self) -> DVec3 {
+        self.world_to_camera.row(0)
+    }
+
+    /// Unit vector along the optical axis, world axes.
+    pub fn forward(&self) -> DVec3 {
+        self.world_to_camera.row(2)
+    }
+
+    /// Angle between the top and the bottom edge of a centred image of this size, radians.
+    pub fn vertical_fov(&self) -> f64 {
+        2.0 * (0.5 * f64::from(self.height) / self.fy).atan()
+    }
+
+    /// A camera at `centre` that looks at `target`, with a centred principal point and square
+    /// pixels. `up` is what points to the top of the image; where it is parallel to the line of
+    /// sight another axis is taken.
+    pub fn looking_at(
+        centre: DVec3,
+        target: DVec3,
+        up: DVec3,
+        vertical_fov: f64,
+        (width, height): (u32, u32),
+    ) -> Camera {
+        let forward = (target - centre).normalize_or(DVec3::Z);
+        let up =
+            if forward.cross(up).length() > 1e-6 { up } else { forward.any_orthogonal_vector() };
+        let right = forward.cross(up).normalize();
+        let down = forward.cross(right);
+        let focal = 0.5 * f64::from(height) / (0.5 * vertical_fov).tan();
+        Camera {
+            name: String::new(),
+            width,
+            height,
+            fx: focal,
+            fy: focal,
+            cx: 0.5 * f64::from(width),
+            cy: 0.5 * f64::from(height),
+            world_to_camera: DMat3::from_cols(right, down, forward).transpose(),
+            centre,
+            split: None,
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! Foveated models as they are shown: four levels around a gaze, their power, their speed, and how
+//! the eye sees each region. Ours, and those of the published baselines.
+//!
+//! View i is looked at where the i-th gaze of the published cycle of nine says. Power is a mean
+//! over the power views, HVSQ one over the test views.
+
+use rayon::prelude::*;
+
+use super::oracle::{CycleOracle, Parts, Shot, Watts};
+use super::plan::{Baseline, Campaign, Line, Outcome, Place};
+use super::setup::Setup;
+use powergs_base::picture::Picture;
+use powergs_core::action::Stage;
+use powergs_core::energy::Component;
+use powergs_core::sim::Breach;
+use powergs_frame::display::d22::{Filter, Gaze};
+use powergs_frame::fovea::{GAZE_CYCLE, GazeError, LEVELS, Looking, POOLINGS, Screen, Sight};
+use powergs_quality::hvsq::Measures;
+use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_scene::{Camera, Foveated, Gaussians};
+
+/// A foveated method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Method {
+    /// Pruning and colours together: ours.
+    PowerGs,
+    /// Pruning alone, as MetaSapiens (RTGS).
+    FrRender,
+    /// Colours alone, without pruning.
+    FrDisplay,
+    /// [`Method::FrRender`], and the colour filter of Duinkharjav et al. on every frame.
+    RtgsD22,
+}
+
+impl Method {
+    /// All of them, ours first.
+    pub const ALL: [Method; 4] =
+        [Method::PowerGs, Method::FrRender, Method::FrDisplay, Method::RtgsD22];
+
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::PowerGs => "PowerGS",
+            Method::FrRender => "FR-Render",
+            Method::FrDisplay => "FR-Display",
+            Method::RtgsD22 => "RTGS+D22",
+        }
+    }
+
+    /// Whose models it shows.
+    pub const fn line(self) -> Line {
+        match self {
+            Method::PowerGs => None,
+            Method::FrRender | Method::RtgsD22 => Some(Baseline::RenderOnly),
+            Method::FrDisplay => Some(Baseline::DisplayOnly),
+        }
+    }
+}
+
+/// Which models of a run are the four levels of a method.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Levels {
+    /// The method.
+    pub method: Method,
+    /// Position in the variants of the campaign.
+    pub variant: u8,
+    /// Jobs whose models they are. A level without a model that passes shows that of the level
+    /// before.
+    pub jobs: [String; LEVELS],
+    /// What is known of each.
+    pub state: [LevelState; LEVELS],
+}
+
+/// What a level of a foveated model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LevelState {
+    /// A model of its own that reaches its target.
+    Passed,
+    /// A model of its own that misses it: level 1 of a baseline.
+    Missed,
+    /// The model of the level before, because none passed.
+    Fallback,
+    /// The model of the level before: no view shows the level.
+    NotShown,
+}
+
+/// The foveated models of a run: variant by variant, in the order of [`Method::ALL`].
+pub fn lines(campaign: &Campaign, done: &[Outcome]) -> Vec<Levels> {
+    if campaign.levels < 2 {
+        return Vec::new();
+    }
+    let variants = 0..campaign.variants.len() as u8;
+    let all = variants.flat_map(|v| Method::ALL.map(|method| (v, method)));
+    all.filter_map(|(variant, method)| {
+        let of = |level: usize| {
+            let place = Place { variant, level: level as u8 };
+            let own = campaign.model_at(done, method.line(), place)?;
+            let state = match (level < usize::from(campaign.levels), own.place == place) {
+                (false, _) => LevelState::NotShown,
+                (true, false) => LevelState::Fallback,
+                (true, true) if own.passed => LevelState::Passed,
+                (true, true) => LevelState::Missed,
+            };
+            Some((own.name.clone(), state))
+        };
+        let [a, b, c, d] = std::array::from_fn(of);
+        let all = [a?, b?, c?, d?];
+        let state = all.each_ref().map(|(_, state)| *state);
+        Some(Levels { method, variant, jobs: all.map(|(name, _)| name), state })
+    })
+    .collect()
+}
+
+/// What the colour filter costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterCost {
+    /// Floating-point operations for a pixel outside of the fovea (A99).
+    pub flops: f64,
+    /// Price of one, picojoules.
+    pub flop_pj: f64,
+    /// Operations a cycle of the rendering units, which filter the finished frame (A99).
+    pub flops_per_cycle: f64,
+}
+
+/// A foveated model, measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foveal {
+    /// Which models.
+    pub levels: Levels,
+    /// Gaussians of each level.
+    pub counts: [usize; LEVELS],
+    /// Power at the display rate; rendering includes the filter.
+    pub watts: Watts,
+    /// Of that, the filter.
+    pub filter_w: f64,
+    /// Frames a second of the machine at full rate.
+    pub fps: f64,
+    /// HVSQ of each region of the shown frames at its pooling; `None` for regions that no test view
+    /// has.
+    pub hvsq: [Option<f64>; LEVELS],
+    /// Tiles of each region, mean over the power views.
+    pub tiles: [f64; LEVELS],
+    /// Sorting and rendering of each region on the machine, joules a frame.
+    pub region_j: [f64; LEVELS],
+}
+
+/// What foveated models are measured with.
+pub struct Viewer<'a> {
+    /// The run.
+    pub setup: &'a Setup<'a>,
+    /// The virtual screen.
+    pub screen: Screen,
+    /// The machine whose speed and regions are reported.
+    pub clock: &'a CycleOracle,
+    /// What the filter costs.
+    pub cost: FilterCost,
+}
+
+/// A foveated model could not be measured.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FovealError {
+    /// A defect of the simulator.
+    #[error(transparent)]
+    Breach(#[from] Breach),
+    /// A screen that cannot be.
+    #[error(transparent)]
+    Gaze(#[from] GazeError),
+}
+
+/// One frame.
+struct Shown {
+    parts: Parts,
+    display_w: f64,
+    seconds: f64,
+    tiles: [f64; LEVELS],
+    joules: [f64; LEVELS],
+}
+
+impl Viewer<'_> {
+    /// Where somebody looks in view `i`.
+    pub fn looking(&self, i: usize) -> Looking {
+        Looking { gaze: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen: self.screen }
+    }
+
+    /// Measures the model of `levels`.
+    ///
+    /// # Errors
+    /// [`FovealError`].
+    pub fn measure(&self, levels: Levels, model: &Foveated) -> Result<Foveal, FovealError> {
+        let is_filtered = levels.method == Method::RtgsD22;
+        let views = self.setup.power_views;
+        let shown = views
+            .par_iter()
+            .enumerate()
+            .map(|(i, camera)| self.show(model, camera, &self.looking(i), is_filtered))
+            .collect::<Result<Vec<Shown>, FovealError>>()?;
+        let n = views.len().max(1) as f64;
+        let frames: Vec<(Parts, f64)> = shown.iter().map(|s| (s.parts, s.display_w)).collect();
+        let mut watts = Watts::mean(&frames);
+        let mean = |of: fn(&Shown) -> [f64; LEVELS]| {
+            std::array::from_fn(|k| shown.iter().map(|s| of(s)[k]).sum::<f64>() / n)
+        };
+        let filter_w = if is_filtered { self.filter_w() } else { 0.0 };
+        watts.parts.0[Stage::Rendering as usize][Component::Flop as usize] += filter_w;
+        watts.render_w += filter_w;
+        Ok(Foveal {
+            levels,
+            counts: model.counts(),
+            watts,
+            filter_w,
+            fps: n / shown.iter().map(|s| s.seconds).sum::<f64>(),
+            hvsq: self.hvsq(model, is_filtered)?,
+            tiles: mean(|s| s.tiles),
+            region_j: mean(|s| s.joules),
+        })
+    }
+
+    /// Frames a second of a plain model on the machine, over the power views.
+    ///
+    /// # Errors
+    /// [`FovealError`].
+    pub fn plain_fps(&self, scene: &Gaussians) -> Result<f64, FovealError> {
+        let setup = self.setup;
+        let background = setup.background;
+        let options = Options { background, ..Options::reference(Detail::Counters) };
+        let of_view = |camera: &Camera| -> Result<f64, FovealError> {
+            let shot = Shot::Plain(render(scene, camera, &options));
+            let report = self.clock.report(shot, camera, background)?;
+            Ok(report.frame_time_s().unwrap_or(f64::NAN))
+        };
+        let seconds: Vec<f64> =
+            setup.power_views.par_iter().map(of_view).collect::<Result<_, _>>()?;
+        Ok(seconds.len() as f64 / seconds.iter().sum::<f64>())
+    }
+
+    fn show(
+        &self,
+        model: &Foveated,
+        camera: &Camera,
+        looking: &Looking,
+        is_filtered: bool,
+    ) -> Result<Shown, FovealError> {
+        let setup = self.setup;
+        let background = setup.background;
+        let options = Options { background, ..Options::reference(Detail::Counters) };
+        let frame = render_foveated(model, camera, looking, &options)?;
+        let linear = if is_filtered {
+            self.filtered(&frame.picture, looking)?.mean_linear_rgb()
+        } else {
+            frame.picture.mean_linear_rgb()
+        };
+        let display_w = setup.display.power(linear).0;
+        let parts = setup.oracle.frame(Shot::Foveated(frame.clone()), camera, background)?;
+        let report = self.clock.report(Shot::Foveated(frame), camera, background)?;
+        let mut seconds = report.frame_time_s().unwrap_or(f64::NAN);
+        if is_filtered {
+            let pixels = self.filtered_pixels(camera, looking)?;
+            let cycles = pixels * self.cost.flops / self.cost.flops_per_cycle;
+            seconds += cycles / self.clock.machine.clock.0;
+        }
+        let regions = report.regions.unwrap_or_default();
+        Ok(Shown {
+            parts,
+            display_w,
+            seconds,
+            tiles: regions.map(|r| r.tiles as f64),
+            joules: regions.map(|r| r.energy_pj * 1e-12),
+        })
+    }
+
+    /// The picture as the colour filter shows it.
+    ///
+    /// # Errors
+    /// A gaze or a screen that cannot be.
+    pub fn filtered(&self, picture: &Picture, looking: &Looking) -> Result<Picture, GazeError> {
+        let [x, y] = looking.gaze.map(f64::from);
+        let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
+        Ok(Filter::new(self.setup.display).apply(picture, &gaze))
+    }
+
+    /// Pixels that the filter changes.
+    fn filtered_pixels(&self, camera: &Camera, looking: &Looking) -> Result<f64, GazeError> {
+        let [x, y] = looking.gaze.map(f64::from);
+        let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
+        let size = Picture { width: camera.width, height: camera.height, pixels: Vec::new() };
+        let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
+        Ok(all.filter(|&(x, y)| Filter::changes(gaze.eccentricity_deg(x, y, &size))).count() as f64)
+    }
+
+    /// Power of the filter at the display rate.
+    fn filter_w(&self) -> f64 {
+        let views = self.setup.power_views;
+        let pixels: f64 = views
+            .iter()
+            .enumerate()
+            .map(|(i, camera)| self.filtered_pixels(camera, &self.looking(i)).unwrap_or(0.0))
+            .sum();
+        let per_frame = pixels / views.len().max(1) as f64;
+        per_frame * self.cost.flops * self.cost.flop_pj * 1e-12 * self.clock.fps
+    }
+
+    /// HVSQ of each region, mean over the test views that have it.
+    fn hvsq(
+        &self,
+        model: &Foveated,
+        is_filtered: bool,
+    ) -> Result<[Option<f64>; LEVELS], FovealError> {
+        let setup = self.setup;
+        let background = setup.background;
+        let options = Options { background, ..Options::reference(Detail::Image) };
+        let mut measures = Measures::default();
+        let mut reference = Picture::default();
+        let mut sums = [(0.0, 0u32); LEVELS];
+        for (i, &view) in setup.split.test.iter().enumerate() {
+            let (camera, looking) = (&setup.cameras[view], self.looking(i));
+            let mut picture = render_foveated(model, camera, &looking, &options)?.picture;
+            if is_filtered {
+                picture = self.filtered(&picture, &looking)?;
+            }
+            setup.references.write_to(view, &mut reference);
+            let size = [camera.width, camera.height];
+            let regions = Sight::on(self.screen, looking.gaze.map(f64::from), size)?.regions();
+            let Ok(measure) = measures.of(&picture, &POOLINGS) else { continue };
+            let reference = measure.reference(&reference);
+            let all = measure.regional(&picture, &reference, &regions);
+            for ((sum, n), value) in sums.iter_mut().zip(all) {
+                if let Some(value) = value {
+                    *sum += value;
+                    *n += 1;
+                }
+            }
+        }
+        Ok(sums.map(|(sum, n)| (n > 0).then(|| sum / f64::from(n))))
+    }
+}

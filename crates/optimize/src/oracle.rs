@@ -1,0 +1,226 @@
+//! What a candidate costs: a trait, and behind it the closed-form `paper` model and the simulated
+//! machine.
+//!
+//! Power is that at the display rate: the work of so many frames a second plus what is paid for
+//! time, never the power of a machine that runs as fast as it can. Every frame is simulated as if
+//! it were the first of its trace.
+
+use rayon::prelude::*;
+
+use powergs_base::picture::Picture;
+use powergs_core::accel::Machine;
+use powergs_core::action::Stage;
+use powergs_core::energy::{Component, Prices};
+use powergs_core::sim::paper::{UnitPrices, breakdown};
+use powergs_core::sim::{Breach, FrameReport, Label, simulate};
+use powergs_core::workload::paper::{TileLoad, count, count_foveated};
+use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_frame::display::Display;
+use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
+use powergs_scene::{Camera, Gaussians};
+
+/// Watts by stage and component, orders of [`Stage::ALL`] and [`Component::ALL`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Parts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
+
+impl Parts {
+    /// Everything, watts.
+    pub fn total_w(&self) -> f64 {
+        self.0.iter().flatten().sum()
+    }
+
+    /// One stage, watts.
+    pub fn stage_w(&self, stage: Stage) -> f64 {
+        self.0[stage as usize].iter().sum()
+    }
+
+    fn add(&mut self, other: &Parts, weight: f64) {
+        for (mine, theirs) in self.0.iter_mut().flatten().zip(other.0.iter().flatten()) {
+            *mine += weight * theirs;
+        }
+    }
+}
+
+/// The power of a model, mean over views.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Watts {
+    /// Rendering, at the display rate.
+    pub render_w: f64,
+    /// The display that shows the images.
+    pub display_w: f64,
+    /// Rendering by stage and component.
+    pub parts: Parts,
+}
+
+impl Watts {
+    /// The mean of frames: rendering, and the display's watts.
+    pub fn mean(frames: &[(Parts, f64)]) -> Watts {
+        let (mut watts, weight) = (Watts::default(), 1.0 / frames.len().max(1) as f64);
+        for (parts, display_w) in frames {
+            watts.parts.add(parts, weight);
+            watts.display_w += weight * display_w;
+        }
+        watts.render_w = watts.parts.total_w();
+        watts
+    }
+
+    /// Rendering and display.
+    pub fn total_w(&self) -> f64 {
+        self.render_w + self.display_w
+    }
+}
+
+/// A rendered frame, with the reference tiling and [`Detail::Counters`].
+#[derive(Debug)]
+pub enum Shot {
+    /// Of a plain model.
+    Plain(Rendered),
+    /// Of a foveated one.
+    Foveated(FoveatedFrame),
+}
+
+impl Shot {
+    /// The picture.
+    pub fn picture(&self) -> &Picture {
+        match self {
+            Shot::Plain(rendered) => &rendered.picture,
+            Shot::Foveated(frame) => &frame.picture,
+        }
+    }
+
+    /// The work that it is for machines of a geometry.
+    fn workload(self, camera: &Camera, background: [f32; 3], geometry: Geometry) -> FrameWorkload {
+        let frame = match self {
+            Shot::Plain(rendered) => rendered.into_frame(camera, background),
+            Shot::Foveated(frame) => frame.into_frame(camera, background),
+        };
+        bin(&frame, geometry)
+    }
+}
+
+/// Says what it costs to render a frame.
+pub trait PowerOracle: Sync {
+    /// The name in every output.
+    fn name(&self) -> String;
+
+    /// Watts of showing this frame again and again at the display rate.
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach>;
+
+    /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
+    /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
+    ///
+    /// # Errors
+    /// As [`PowerOracle::frame`].
+    fn watts(
+        &self,
+        scene: &Gaussians,
+        views: &[Camera],
+        background: [f32; 3],
+        display: &Display,
+    ) -> Result<Watts, Breach> {
+        assert!(!views.is_empty(), "power is a mean over at least one view");
+        let options = Options { background, ..Options::reference(Detail::Counters) };
+        let frames: Vec<Result<(Parts, f64), Breach>> = views
+            .par_iter()
+            .map(|camera| {
+                let rendered = render(scene, camera, &options);
+                let display_w = display.power(rendered.picture.mean_linear_rgb()).0;
+                Ok((self.frame(Shot::Plain(rendered), camera, background)?, display_w))
+            })
+            .collect();
+        Ok(Watts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
+    }
+}
+
+/// The published closed-form model: counts times three unit prices, no time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperOracle {
+    /// Unit prices.
+    pub prices: UnitPrices,
+    /// Frames shown per second.
+    pub fps: f64,
+}
+
+impl PowerOracle for PaperOracle {
+    fn name(&self) -> String {
+        "paper".into()
+    }
+
+    fn frame(&self, shot: Shot, _: &Camera, _: [f32; 3]) -> Result<Parts, Breach> {
+        let load = |entries: u32, loaded: u32| TileLoad {
+            entries: f64::from(entries),
+            loaded: f64::from(loaded),
+        };
+        let pixels = shot.picture().pixels.len() as u64;
+        let counts = match &shot {
+            Shot::Plain(rendered) => {
+                let tiles = rendered.tiles.iter().map(|t| load(t.entries, t.loaded));
+                count(&rendered.counters, &tiles.collect::<Vec<_>>(), pixels)
+            }
+            Shot::Foveated(frame) => {
+                let tiles = frame.tiles.iter().map(|t| load(t.count.entries, t.count.loaded));
+                let tiles: Vec<TileLoad> = tiles.collect();
+                count_foveated(&frame.counters, &frame.fovea, &tiles, pixels)
+            }
+        };
+        let energy = breakdown(&counts, &self.prices);
+        let watts = self.fps * 1e-12;
+        Ok(Parts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
+    }
+}
+
+/// The simulated machine.
+#[derive(Debug, Clone)]
+pub struct CycleOracle {
+    /// The machine.
+    pub machine: Machine,
+    /// Its energy table, applied to it.
+    pub prices: Prices,
+    /// Frames shown per second.
+    pub fps: f64,
+}
+
+impl PowerOracle for CycleOracle {
+    fn name(&self) -> String {
+        self.machine.name.clone()
+    }
+
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach> {
+        Ok(at_rate(&self.report(shot, camera, background)?, self.fps))
+    }
+}
+
+impl CycleOracle {
+    /// What the machine makes of a frame.
+    ///
+    /// # Errors
+    /// A [`Breach`] is a defect of the simulator.
+    pub fn report(
+        &self,
+        shot: Shot,
+        camera: &Camera,
+        background: [f32; 3],
+    ) -> Result<FrameReport, Breach> {
+        let workload = shot.workload(camera, background, self.machine.geometry);
+        simulate(Label::default(), &workload, &self.machine, &self.prices)
+    }
+}
+
+/// Watts of a report at a display rate: what the stages work, and what is paid for time.
+fn at_rate(report: &FrameReport, fps: f64) -> Parts {
+    let mut parts = Parts::default();
+    for stage in Stage::WORK {
+        for component in Component::ALL {
+            parts.0[stage as usize][component as usize] =
+                report.energy.part(stage, component).0 * fps * 1e-12;
+        }
+    }
+    let paid_for_time = [Component::Leakage, Component::Background, Component::Refresh];
+    for (component, watts) in paid_for_time.into_iter().zip(report.standby_w(fps)) {
+        parts.0[Stage::Standby as usize][component as usize] = watts;
+    }
+    parts
+}

@@ -1,0 +1,144 @@
+//! Which Gaussians go, and what goes with them.
+//!
+//! A Gaussian is worth the pixels in which it is the heaviest, per tile that fetches it, the
+//! maximum over the training views: what is dominant nowhere and fetched everywhere goes first
+//! (`powergs`, section 4.1). A pixel without any contribution counts nowhere. Ties go by index, so
+//! that many worthless Gaussians are pruned in a fixed order.
+
+use rayon::prelude::*;
+
+use super::adam::Adam;
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::{Camera, Gaussians};
+
+/// Keeps the quotient of a splat that no tile fetched finite; the published value.
+const GUARD: f64 = 1e-7;
+/// Exponent of the volume term of LightGaussian's score.
+const VOLUME_POWER: f64 = 0.1;
+/// The share of Gaussians below the reference volume of that score.
+const VOLUME_QUANTILE: f64 = 0.9;
+
+/// How Gaussians are ranked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Score {
+    /// Dominance per intersected tile, maximum over views (PowerGS, from MetaSapiens).
+    Dominance,
+    /// Hits times opacity times a power of the volume, sum over views (LightGaussian).
+    LightGaussian,
+}
+
+impl Score {
+    /// The score of every Gaussian over `views`; more is worth more. Views are worked on in
+    /// parallel; the result does not depend on the number of threads.
+    pub fn of(self, scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
+        match self {
+            Score::Dominance => dominance(scene, views),
+            Score::LightGaussian => light_gaussian(scene, views),
+        }
+    }
+}
+
+fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
+    let of_view = |camera: &Camera| {
+        let rendered = render(scene, camera, &Options::reference(Detail::Dominance));
+        let mut score = vec![0.0; scene.len()];
+        let counts = rendered.fetches.iter().zip(&rendered.dominance);
+        for (splat, (&tiles, &pixels)) in rendered.splats.iter().zip(counts) {
+            if tiles > 0 {
+                score[splat.index as usize] = f64::from(pixels) / (f64::from(tiles) + GUARD);
+            }
+        }
+        score
+    };
+    folded(scene.len(), views, of_view, f64::max)
+}
+
+/// Hits are estimated: the area where α reaches 1/255, from the projected covariance, times the
+/// share of its tiles that fetch the splat at all. The published code counts blended pixels with
+/// racing increments, so its numbers cannot be had twice.
+fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
+    let of_view = |camera: &Camera| {
+        let rendered = render(scene, camera, &Options::reference(Detail::Counters));
+        let mut score = vec![0.0; scene.len()];
+        let tiles = rendered.fetches.iter().zip(&rendered.touches);
+        for (splat, (&fetched, touch)) in rendered.splats.iter().zip(tiles) {
+            let [a, b, d] = splat.cov.map(f64::from);
+            let opacity = f64::from(splat.opacity);
+            let reach = 2.0 * (opacity * 255.0).max(1.0).ln();
+            let area = std::f64::consts::PI * reach * (a * d - b * b).max(0.0).sqrt();
+            let seen = f64::from(fetched) / f64::from(touch.tiles.max(1));
+            score[splat.index as usize] = area * seen * opacity;
+        }
+        score
+    };
+    let mut score = folded(scene.len(), views, of_view, |a, b| a + b);
+    let volumes: Vec<f64> =
+        scene.log_scales.iter().map(|s| s.iter().map(|&v| f64::from(v)).sum()).collect();
+    let mut sorted = volumes.clone();
+    sorted.sort_by(|a, b| b.total_cmp(a));
+    let at = ((VOLUME_QUANTILE * sorted.len() as f64) as usize).min(sorted.len().max(1) - 1);
+    let reference = sorted.get(at).copied().unwrap_or(0.0);
+    for (score, volume) in score.iter_mut().zip(volumes) {
+        *score *= (VOLUME_POWER * (volume - reference)).exp();
+    }
+    score
+}
+
+/// Joins the scores of all views in their order; at most one score a thread is alive.
+fn folded(
+    len: usize,
+    views: &[Camera],
+    of_view: impl Fn(&Camera) -> Vec<f64> + Sync,
+    join: impl Fn(f64, f64) -> f64,
+) -> Vec<f64> {
+    let mut total = vec![0.0; len];
+    for group in views.chunks(rayon::current_num_threads().max(1)) {
+        let scores: Vec<Vec<f64>> = group.par_iter().map(&of_view).collect();
+        for score in scores {
+            total.iter_mut().zip(score).for_each(|(t, s)| *t = join(*t, s));
+        }
+    }
+    total
+}
+
+/// Indices that stay when the `count` lowest scores go, ascending. At least one stays.
+pub fn survivors(score: &[f64], count: usize) -> Vec<u32> {
+    let count = count.min(score.len().saturating_sub(1));
+    let mut order: Vec<u32> = (0..score.len() as u32).collect();
+    order
+        .sort_unstable_by(|&a, &b| score[a as usize].total_cmp(&score[b as usize]).then(a.cmp(&b)));
+    let mut kept = order.split_off(count);
+    kept.sort_unstable();
+    kept
+}
+
+/// Keeps the Gaussians of `kept` (ascending indices) and their moments, limits opacities to `cap`
+/// (0 to 1; 1 leaves them alone) and, where there is a limit, forgets the moments of all opacities.
+pub fn keep(scene: &mut Gaussians, adam: &mut Adam, kept: &[u32], cap: f32) {
+    select(scene, kept);
+    adam.select(kept);
+    if cap < 1.0 {
+        let most = (cap / (1.0 - cap)).ln();
+        scene.logit_opacities.iter_mut().for_each(|o| *o = o.min(most));
+        adam.forget_opacities();
+    }
+}
+
+/// Keeps the Gaussians of `kept`, ascending indices.
+pub fn select(scene: &mut Gaussians, kept: &[u32]) {
+    let width = 3 * scene.sh_coefficients();
+    for (to, &from) in kept.iter().enumerate() {
+        let from = from as usize;
+        scene.means[to] = scene.means[from];
+        scene.log_scales[to] = scene.log_scales[from];
+        scene.rotations[to] = scene.rotations[from];
+        scene.logit_opacities[to] = scene.logit_opacities[from];
+        scene.sh.copy_within(from * width..(from + 1) * width, to * width);
+    }
+    let n = kept.len();
+    scene.means.truncate(n);
+    scene.log_scales.truncate(n);
+    scene.rotations.truncate(n);
+    scene.logit_opacities.truncate(n);
+    scene.sh.truncate(n * width);
+}

@@ -1,0 +1,358 @@
+//! One fine-tune: prune, forward, loss, backward, Adam, and now and then a check of the quality.
+//!
+//! A tuner can be asked for its [`State`] after any iteration; from that it goes on bit for bit.
+
+mod objective;
+mod orders;
+
+use super::adam::{Adam, BadGradient, bad_gradient};
+use super::lambda::{Controller, Memory, Verdict};
+use super::prune::{Score, keep, survivors};
+use super::setup::{Seen, Setup};
+use super::target::Target;
+use super::views::Order;
+use objective::Losses;
+use powergs_quality::HvsqError;
+use powergs_raster::train::{Gradients, Options, Tape, Which};
+use powergs_scene::Gaussians;
+
+pub use objective::Term;
+pub use orders::{DisplayTerm, Keep, Objective, Orders, Pruning, Trains};
+
+/// A model in training.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Model {
+    /// Its parameters.
+    pub scene: Gaussians,
+    /// Their moments.
+    pub adam: Adam,
+}
+
+impl Model {
+    /// A model that has not been trained by us.
+    pub fn fresh(scene: &Gaussians) -> Model {
+        Model { scene: scene.clone(), adam: Adam::new(scene) }
+    }
+}
+
+/// A check of the quality over the gate views.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Check {
+    /// After this iteration, counted from 0.
+    pub iteration: u32,
+    /// What was seen.
+    pub seen: Seen,
+    /// Whether it reached the target.
+    pub passed: bool,
+    /// λ of the iterations before.
+    pub lambda: f64,
+}
+
+/// Where a fine-tune is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// The model.
+    pub model: Model,
+    /// Iterations done.
+    pub iteration: u32,
+    /// Pruning steps done.
+    pub pruned: u32,
+    /// The controller's state.
+    pub control: Option<Memory>,
+    /// The model to keep so far, with its check.
+    pub best: Option<(Model, Check)>,
+    /// The last check.
+    pub last: Option<Check>,
+    /// The controller says that the quality has settled.
+    pub settled: bool,
+}
+
+impl State {
+    /// The beginning.
+    pub fn begin(model: Model) -> State {
+        State {
+            model,
+            iteration: 0,
+            pruned: 0,
+            control: None,
+            best: None,
+            last: None,
+            settled: false,
+        }
+    }
+}
+
+/// What happened in an iteration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Counted from 0.
+    pub iteration: u32,
+    /// The training view, index into the list of views.
+    pub view: usize,
+    /// Gaussians.
+    pub points: usize,
+    /// The loss.
+    pub loss: Term,
+    /// λ in it.
+    pub lambda: f64,
+    /// The check after it.
+    pub check: Option<Check>,
+}
+
+/// A fine-tune went wrong.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TuneError {
+    /// A gradient that cannot be used.
+    #[error(
+        "iteration {iteration}, view {view}: the gradient of {} {} of Gaussian {} is not finite; \
+         no model was written from it; look at that Gaussian, or train with a smaller --rate-scale",
+        bad.group.name(), bad.position, bad.gaussian
+    )]
+    Gradient {
+        /// Where in the parameters.
+        bad: BadGradient,
+        /// Counted from 0.
+        iteration: u32,
+        /// Name of the training view.
+        view: String,
+    },
+    /// The loss itself.
+    #[error(
+        "iteration {iteration}, view {view}: the loss is not finite; a reference image or the \
+         model holds values that are not numbers"
+    )]
+    Loss {
+        /// Counted from 0.
+        iteration: u32,
+        /// Name of the training view.
+        view: String,
+    },
+    /// A view that HVSQ is not defined for.
+    #[error("view {view}: {what}")]
+    Size {
+        /// What is wrong.
+        what: HvsqError,
+        /// Name of the training view.
+        view: String,
+    },
+}
+
+/// A fine-tune at work.
+pub struct Tuner<'a> {
+    setup: &'a Setup<'a>,
+    orders: Orders,
+    target: Target,
+    state: State,
+    controller: Option<Controller>,
+    order: Order,
+    tape: Tape,
+    gradients: Gradients,
+    by_pixel: Vec<[f32; 3]>,
+    losses: Losses,
+}
+
+impl<'a> Tuner<'a> {
+    /// A tuner in `state`. `stream` keeps the order of views of different fine-tunes apart.
+    pub fn new(
+        setup: &'a Setup<'a>,
+        orders: Orders,
+        target: Target,
+        stream: u64,
+        state: State,
+    ) -> Tuner<'a> {
+        let controller = match (orders.display, state.control) {
+            (DisplayTerm::Controlled { control, .. }, None) => Some(Controller::new(control)),
+            (DisplayTerm::Controlled { control, .. }, Some(s)) => {
+                Some(Controller::restored(control, s))
+            }
+            (DisplayTerm::Off | DisplayTerm::Fixed(_), _) => None,
+        };
+        let seed = setup.settings.seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
+        Tuner {
+            setup,
+            orders,
+            target,
+            state,
+            controller,
+            order: Order::new(seed, setup.split.train.len()),
+            tape: Tape::new(),
+            gradients: Gradients::new(),
+            by_pixel: Vec::new(),
+            losses: Losses::default(),
+        }
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_done(&self) -> bool {
+        self.state.settled || self.state.iteration >= self.orders.iterations
+    }
+
+    /// The state now.
+    pub fn state(&mut self) -> &State {
+        self.state.control = self.controller.as_ref().map(Controller::memory);
+        &self.state
+    }
+
+    /// The model to keep and its check, and the controller's last passing λ.
+    pub fn finish(self) -> (Model, Option<Check>, Option<f64>) {
+        let passing = self.controller.as_ref().and_then(Controller::passing);
+        match (self.orders.keep, self.state.best) {
+            (Keep::Dimmest | Keep::LastPassing, Some((model, check))) => {
+                (model, Some(check), passing)
+            }
+            (Keep::Last | Keep::Dimmest | Keep::LastPassing, _) => {
+                (self.state.model, self.state.last, passing)
+            }
+        }
+    }
+
+    /// One iteration.
+    ///
+    /// # Errors
+    /// A loss or gradient that is not finite; the model is that before the iteration.
+    pub fn step(&mut self) -> Result<Row, TuneError> {
+        let iteration = self.state.iteration;
+        self.prune_if_due(iteration);
+        let lambda = self.lambda(iteration);
+        let (view, loss) = self.descend(iteration, lambda)?;
+        let points = self.state.model.scene.len();
+        let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
+        self.state.iteration += 1;
+        Ok(Row { iteration, view, points, loss, lambda, check })
+    }
+
+    fn lambda(&self, iteration: u32) -> f64 {
+        match (self.orders.display, &self.controller) {
+            (DisplayTerm::Fixed(lambda), _) => lambda,
+            (DisplayTerm::Controlled { from, .. }, Some(c)) if iteration >= from => c.lambda(),
+            (DisplayTerm::Off | DisplayTerm::Controlled { .. }, _) => 0.0,
+        }
+    }
+
+    /// Forward, loss, backward, Adam.
+    fn descend(&mut self, iteration: u32, lambda: f64) -> Result<(usize, Term), TuneError> {
+        let setup = self.setup;
+        let view = setup.split.train[self.order.at(u64::from(iteration))];
+        let camera = &setup.cameras[view];
+        let scene = &self.state.model.scene;
+        let options = Options { background: setup.background, ..Options::reference() };
+        let picture = self.tape.forward(scene, camera, &options);
+        self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
+        let by_pixel = &mut self.by_pixel;
+        let objective = self.orders.objective;
+        let loss = self.losses.evaluate(setup, objective, (view, picture), lambda, by_pixel);
+        let place = |what| TuneError::Size { what, view: camera.name.clone() };
+        let loss = loss.map_err(place)?;
+        if !loss.total.is_finite() {
+            return Err(TuneError::Loss { iteration, view: camera.name.clone() });
+        }
+        let which = match self.orders.trains {
+            Trains::ColoursAndOpacities => Which::ColourAndOpacity,
+            Trains::All | Trains::Colours => Which::All,
+        };
+        self.tape.backward(scene, &self.by_pixel, which, &mut self.gradients);
+        if let Some(bad) = bad_gradient(scene, self.gradients.flat()) {
+            return Err(TuneError::Gradient { bad, iteration, view: camera.name.clone() });
+        }
+        let rates = setup.rates().scaled(self.decay(iteration));
+        let rates = match self.orders.trains {
+            Trains::All => rates,
+            Trains::Colours => rates.colours_only(),
+            Trains::ColoursAndOpacities => rates.colours_and_opacities(),
+        };
+        let model = &mut self.state.model;
+        model.adam.step(&mut model.scene, self.gradients.flat(), &rates);
+        Ok((view, loss))
+    }
+
+    /// Factor on the learning rates.
+    fn decay(&self, iteration: u32) -> f64 {
+        let end = self.setup.settings.rate_end;
+        let share = f64::from(iteration) / f64::from(self.orders.iterations.max(1));
+        end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
+    }
+
+    fn prune_if_due(&mut self, iteration: u32) {
+        let Pruning::Steps { score, goal, steps, every } = self.orders.pruning else { return };
+        let due = self.state.pruned < steps.get()
+            && u64::from(iteration) == u64::from(self.state.pruned) * u64::from(every);
+        if due {
+            let left = (steps.get() - self.state.pruned) as usize;
+            let surplus = self.state.model.scene.len().saturating_sub(goal);
+            self.prune(score, surplus.div_ceil(left));
+        }
+    }
+
+    fn prune(&mut self, score: Score, count: usize) {
+        self.state.pruned += 1;
+        if count == 0 {
+            return;
+        }
+        let model = &mut self.state.model;
+        let scores = score.of(&model.scene, &self.setup.train_cameras());
+        let kept = survivors(&scores, count);
+        keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
+    }
+
+    fn is_check_due(&self, iteration: u32) -> bool {
+        if iteration + 1 >= self.orders.iterations {
+            return true;
+        }
+        let interval = self.setup.settings.interval.max(1);
+        match (self.orders.display, self.orders.pruning, &self.controller) {
+            (DisplayTerm::Controlled { from, .. }, _, Some(controller)) => {
+                iteration >= from && controller.is_due(iteration - from)
+            }
+            (_, Pruning::WhilePassing { .. }, _) => (iteration + 1).is_multiple_of(interval),
+            (_, Pruning::Never | Pruning::Steps { .. }, _) => iteration.is_multiple_of(interval),
+        }
+    }
+
+    fn check(&mut self, iteration: u32, lambda: f64) -> Check {
+        let pooling = match self.orders.objective {
+            Objective::Likeness => None,
+            Objective::Hvsq { pooling } => Some(pooling),
+        };
+        let seen = self.setup.see(&self.state.model.scene, self.setup.gate_views(), pooling);
+        let passed = self.target.passes(seen.quality);
+        let check = Check { iteration, seen, passed, lambda };
+        self.state.last = Some(check);
+        if passed && self.is_pruned() {
+            self.remember(check);
+        }
+        if let DisplayTerm::Controlled { from, .. } = self.orders.display
+            && let Some(controller) = &mut self.controller
+            && iteration >= from
+        {
+            let verdict = controller.hear(iteration - from, seen.quality, &self.target);
+            self.state.settled = verdict == Verdict::Settled && self.is_pruned();
+        }
+        if let (true, Pruning::WhilePassing { count }) = (passed, self.orders.pruning)
+            && iteration + 1 < self.orders.iterations
+        {
+            self.prune(Score::Dominance, count);
+        }
+        check
+    }
+
+    /// Whether all pruning that was ordered is done.
+    fn is_pruned(&self) -> bool {
+        match self.orders.pruning {
+            Pruning::Steps { steps, .. } => self.state.pruned >= steps.get(),
+            Pruning::Never | Pruning::WhilePassing { .. } => true,
+        }
+    }
+
+    fn remember(&mut self, check: Check) {
+        let better = match (self.orders.keep, &self.state.best) {
+            (Keep::Last, _) => false,
+            (Keep::LastPassing, _) | (Keep::Dimmest, None) => true,
+            (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,
+        };
+        if better {
+            // The old one goes first: two of them are never in memory.
+            self.state.best = None;
+            self.state.best = Some((self.state.model.clone(), check));
+        }
+    }
+}

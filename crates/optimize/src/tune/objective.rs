@@ -1,0 +1,110 @@
+//! The loss of an iteration and its gradient by the pixels.
+
+use super::super::setup::Setup;
+use super::Objective;
+use powergs_base::picture::Picture;
+use powergs_quality::hvsq::{Measures, Reference};
+use powergs_quality::loss::display_term;
+use powergs_quality::{HvsqError, Loss};
+
+/// HVSQ counts so many times in the loss (`powergs`, section 6.2).
+const HVSQ_WEIGHT: f64 = 100.0;
+/// Room for the statistics of reference pictures, bytes; those of other views are made again each
+/// time.
+const ROOM: usize = 64 << 20;
+
+/// What a loss is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Term {
+    /// Everything.
+    pub total: f64,
+    /// Display power of the picture, values above 1 counted as they are, W.
+    pub display_w: f64,
+    /// Where the picture is looked at: mean absolute difference, SSIM, PSNR in dB.
+    pub likeness: Option<[f64; 3]>,
+    /// In the periphery: HVSQ.
+    pub hvsq: Option<f64>,
+}
+
+/// Losses for all sizes of views.
+#[derive(Debug, Default)]
+pub(super) struct Losses {
+    losses: Vec<((u32, u32), Loss)>,
+    measures: Measures,
+    /// Statistics of reference pictures, by view.
+    statistics: Vec<Option<Reference>>,
+    /// Room that they take, bytes.
+    taken: usize,
+    reference: Picture,
+}
+
+impl Losses {
+    /// The loss of `picture`, which shows `view`; `gradient` gets its derivatives.
+    ///
+    /// # Errors
+    /// A view that HVSQ is not defined for.
+    pub fn evaluate(
+        &mut self,
+        setup: &Setup<'_>,
+        objective: Objective,
+        (view, picture): (usize, &Picture),
+        lambda: f64,
+        gradient: &mut [[f32; 3]],
+    ) -> Result<Term, HvsqError> {
+        match objective {
+            Objective::Likeness => Ok(self.likeness(setup, (view, picture), lambda, gradient)),
+            Objective::Hvsq { pooling } => {
+                let hvsq = self.hvsq(setup, pooling, (view, picture), gradient)?;
+                let display_w = display_term(picture, lambda, setup.display, gradient);
+                let total = HVSQ_WEIGHT * hvsq + lambda * display_w;
+                Ok(Term { total, display_w, likeness: None, hvsq: Some(hvsq) })
+            }
+        }
+    }
+
+    fn likeness(
+        &mut self,
+        setup: &Setup<'_>,
+        (view, picture): (usize, &Picture),
+        lambda: f64,
+        gradient: &mut [[f32; 3]],
+    ) -> Term {
+        setup.references.write_to(view, &mut self.reference);
+        let size = (picture.width, picture.height);
+        let at = self.losses.iter().position(|(s, _)| *s == size).unwrap_or_else(|| {
+            self.losses.push((size, Loss::new(size.0, size.1)));
+            self.losses.len() - 1
+        });
+        let loss = &mut self.losses[at].1;
+        let parts = loss.evaluate(picture, &self.reference, lambda, setup.display, gradient);
+        let likeness = Some([parts.l1, parts.ssim, parts.psnr_db]);
+        Term { total: parts.total, display_w: parts.display_w, likeness, hvsq: None }
+    }
+
+    /// HVSQ; `gradient` gets the derivatives of what it counts for.
+    fn hvsq(
+        &mut self,
+        setup: &Setup<'_>,
+        pooling: f64,
+        (view, picture): (usize, &Picture),
+        gradient: &mut [[f32; 3]],
+    ) -> Result<f64, HvsqError> {
+        let measure = self.measures.of(picture, &[pooling])?;
+        if self.statistics.len() < setup.cameras.len() {
+            self.statistics.resize_with(setup.cameras.len(), || None);
+        }
+        let weights = [HVSQ_WEIGHT];
+        if let Some(reference) = &self.statistics[view] {
+            return Ok(measure.evaluate(picture, reference, &weights, gradient)[0]);
+        }
+        setup.references.write_to(view, &mut self.reference);
+        let reference = measure.reference(&self.reference);
+        let value = measure.evaluate(picture, &reference, &weights, gradient)[0];
+        let bytes = reference.bytes();
+        if self.taken + bytes <= ROOM {
+            self.taken += bytes;
+            self.statistics[view] = Some(reference);
+        }
+        Ok(value)
+    }
+}

@@ -1,0 +1,306 @@
+//! One frame: project, sort by depth, list, blend.
+
+use std::sync::atomic::AtomicU32;
+
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+
+use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record};
+use super::row::{RowTarget, Shared, TileCount, render_row};
+use powergs_base::picture::Picture;
+use powergs_frame::splat::project::{LANES, View, Visible, project_block};
+use powergs_frame::splat::runs::{Reach, Runs, Touch};
+use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
+use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
+use powergs_scene::{Camera, Gaussians};
+
+/// Gaussians projected by one task; a power of two.
+const PART: usize = 256 * LANES;
+
+/// How to render.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// Tile side, pixels (16 in the reference).
+    pub tile: u32,
+    /// Splat-against-tile test (OBB in the reference).
+    pub test: Intersection,
+    /// List entries fetched together (256 in the reference).
+    pub chunk: u32,
+    /// Background colour, sRGB.
+    pub background: [f32; 3],
+    /// What is recorded besides the image.
+    pub detail: Detail,
+    /// Instruction set; the best of this processor by default.
+    pub level: Level,
+}
+
+impl Options {
+    /// The reference tiling of traces over a black background: 16x16 tiles, OBB lists, chunks of
+    /// 256.
+    pub fn reference(detail: Detail) -> Options {
+        Options {
+            tile: 16,
+            test: Intersection::Obb,
+            chunk: 256,
+            background: [0.0; 3],
+            detail,
+            level: Level::new(),
+        }
+    }
+}
+
+/// What is recorded besides the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Detail {
+    /// Nothing.
+    Image,
+    /// The counters of a trace.
+    Counters,
+    /// The counters of a trace, what every pixel iterated, and per splat what pruning needs.
+    Dominance,
+}
+
+/// A rendered frame.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// The image, over the background, not clamped.
+    pub picture: Picture,
+    /// Visible splats in depth order (position is the rank).
+    pub splats: Vec<Splat>,
+    /// One bit per Gaussian: passed the cull.
+    pub survivor_bits: Vec<u8>,
+    /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
+    pub counters: Counters,
+    /// Tests and accepted tiles per splat, by rank.
+    pub touches: Vec<Touch>,
+    /// Tiles that fetched each splat (`intersect_count`), by rank.
+    pub fetches: Vec<u32>,
+    /// Pixels in which each splat is the heaviest (`dominance_count`), by rank.
+    pub dominance: Vec<u32>,
+    /// Per-pixel columns of a trace.
+    pub pixels: PixelColumns,
+    /// Entries iterated by each pixel (`T_bf_term`), row-major; only for [`Detail::Dominance`].
+    pub iterated: Vec<u32>,
+    /// Tiles, row-major.
+    pub tiles: Vec<TileCount>,
+}
+
+/// Renders one view. Cannot fail: scene and camera are checked where they are read.
+pub fn render(scene: &Gaussians, camera: &Camera, options: &Options) -> Rendered {
+    match options.detail {
+        Detail::Image => render_as(scene, camera, options, ImageOnly),
+        Detail::Counters => render_as(scene, camera, options, Counted),
+        Detail::Dominance => render_as(scene, camera, options, Dominance),
+    }
+}
+
+fn render_as<R: Record>(
+    scene: &Gaussians,
+    camera: &Camera,
+    options: &Options,
+    record: R,
+) -> Rendered {
+    let (parts, survivor_bits) = project(scene, camera, options.level);
+    let (splats, paints) = in_depth_order(&parts);
+    drop(parts);
+    let grid = TileGrid::new(camera.width, camera.height, options.tile);
+    let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
+    let fetches: Vec<AtomicU32> =
+        if R::COUNT { (0..splats.len()).map(|_| AtomicU32::new(0)).collect() } else { Vec::new() };
+    let shared = Shared {
+        runs: &runs,
+        paints: &paints,
+        background: options.background,
+        chunk: options.chunk,
+        fetches: &fetches,
+        level: options.level,
+    };
+    let mut rendered = Rendered::sized::<R>(camera);
+    let mut heaviest = vec![OPEN; if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }];
+    rendered.tiles = targets(&mut rendered, &mut heaviest, grid)
+        .into_par_iter()
+        .enumerate()
+        .flat_map_iter(|(ty, mut out)| render_row(&shared, ty as u32, record, &mut out))
+        .collect();
+    if R::DOMINANCE {
+        rendered.dominance = vec![0; splats.len()];
+        for rank in heaviest.iter().filter(|&&rank| rank != OPEN) {
+            rendered.dominance[*rank as usize] += 1;
+        }
+    }
+    rendered.survivor_bits = survivor_bits;
+    rendered.touches = runs.touches;
+    rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
+    rendered.splats = splats;
+    rendered.counters = totals(scene, &rendered);
+    rendered
+}
+
+/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one
+/// bit per Gaussian that survived.
+pub(super) fn project(
+    scene: &Gaussians,
+    camera: &Camera,
+    level: Level,
+) -> (Vec<Vec<Visible>>, Vec<u8>) {
+    project_then(scene, &View::new(camera), level, |visible| visible)
+}
+
+/// As [`project`], of a view, with what `then` makes of the visible splats of each part.
+pub(super) fn project_then<T: Send>(
+    scene: &Gaussians,
+    view: &View,
+    level: Level,
+    then: impl Fn(Vec<Visible>) -> T + Sync,
+) -> (Vec<T>, Vec<u8>) {
+    let (parts, bits): (Vec<T>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
+        .into_par_iter()
+        .map(|part| {
+            let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
+            let mut visible = Vec::with_capacity(end - first);
+            let mut bits = Vec::with_capacity((end - first).div_ceil(8) + 1);
+            for i in (first..end).step_by(LANES) {
+                let stop = (i + LANES).min(end);
+                let mask = dispatch!(level, simd =>
+                    project_block(simd, scene, view, i, stop, &mut visible));
+                bits.extend_from_slice(&mask.to_le_bytes());
+            }
+            bits.truncate((end - first).div_ceil(8));
+            (then(visible), bits)
+        })
+        .unzip();
+    (parts, bits.concat())
+}
+
+/// Splats, and their form for blending, in ascending depth, ties by index in the scene.
+pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
+    let depth = |v: &Visible| v.splat.depth;
+    in_depth_order_by(parts, depth, |part, i| {
+        let Visible { splat, colour } = parts[part][i];
+        (splat, Paint::new(&splat, colour))
+    })
+}
+
+/// Two things that `make` makes of every item of `parts`, which it is told by part and place, in
+/// ascending depth, ties by place. No part has more than [`PART`].
+pub(super) fn in_depth_order_by<V: Sync, A: Send, B: Send>(
+    parts: &[Vec<V>],
+    depth: impl Fn(&V) -> f32 + Sync,
+    make: impl Fn(usize, usize) -> (A, B) + Sync,
+) -> (Vec<A>, Vec<B>) {
+    // Depth, part, position in the part: positive floats order like their bits.
+    let depth = &depth;
+    let mut keys: Vec<u64> = parts
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(part, items)| {
+            items.iter().enumerate().map(move |(i, item)| {
+                u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64
+            })
+        })
+        .collect();
+    keys.par_sort_unstable();
+    let (mut a, mut b) = (Vec::new(), Vec::new());
+    keys.par_iter()
+        .map(|&key| {
+            let place = key as u32 as usize;
+            make(place / PART, place % PART)
+        })
+        .unzip_into_vecs(&mut a, &mut b);
+    (a, b)
+}
+
+/// The lines of each row of tiles. Columns that are not recorded stay empty.
+fn targets<'a>(
+    rendered: &'a mut Rendered,
+    heaviest: &'a mut [u32],
+    grid: TileGrid,
+) -> Vec<RowTarget<'a>> {
+    let lines = (grid.width * grid.tile) as usize;
+    let mut stop_rank = rendered.pixels.stop_rank.chunks_mut(lines);
+    let mut blended = rendered.pixels.blended.chunks_mut(lines);
+    let mut iterated = rendered.iterated.chunks_mut(lines);
+    let mut heaviest = heaviest.chunks_mut(lines);
+    rendered
+        .picture
+        .pixels
+        .chunks_mut(lines)
+        .map(|pixels| RowTarget {
+            pixels,
+            stop_rank: stop_rank.next().unwrap_or_default(),
+            blended: blended.next().unwrap_or_default(),
+            iterated: iterated.next().unwrap_or_default(),
+            heaviest: heaviest.next().unwrap_or_default(),
+        })
+        .collect()
+}
+
+fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
+    let mut counters = Counters {
+        points: scene.len() as u64,
+        survivors: rendered.survivor_bits.iter().map(|b| u64::from(b.count_ones())).sum(),
+        fetched_points: rendered.fetches.iter().filter(|&&n| n > 0).count() as u64,
+        ..Counters::default()
+    };
+    for touch in &rendered.touches {
+        counters.touch(touch);
+    }
+    for tile in &rendered.tiles {
+        counters.tile_loads += u64::from(tile.loaded);
+        counters.alpha_evaluations += tile.alpha_evaluations;
+        counters.blends += tile.blends;
+    }
+    counters
+}
+
+/// Longer side of the picture that a trace carries for reports, pixels.
+const PREVIEW_SIDE: u32 = 480;
+
+impl Rendered {
+    fn sized<R: Record>(camera: &Camera) -> Rendered {
+        let n = camera.width as usize * camera.height as usize;
+        let counts = if R::COUNT { n } else { 0 };
+        Rendered {
+            picture: Picture {
+                width: camera.width,
+                height: camera.height,
+                pixels: vec![[0.0; 3]; n],
+            },
+            splats: Vec::new(),
+            survivor_bits: Vec::new(),
+            counters: Counters::default(),
+            touches: Vec::new(),
+            fetches: Vec::new(),
+            dominance: Vec::new(),
+            pixels: PixelColumns { stop_rank: vec![0; counts], blended: vec![0; counts] },
+            iterated: vec![0; if R::DOMINANCE { n } else { 0 }],
+            tiles: Vec::new(),
+        }
+    }
+
+    /// The trace frame of this rendering. Must have been rendered with the reference tiling and
+    /// counters.
+    pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
+        assert!(!self.pixels.stop_rank.is_empty(), "a trace frame needs Detail::Counters");
+        Frame {
+            facts: FrameFacts {
+                camera: camera.clone(),
+                points: self.counters.points,
+                survivors: self.counters.survivors,
+                background,
+                mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
+            },
+            splats: self.splats,
+            survivor_bits: Some(self.survivor_bits),
+            pixels: self.pixels,
+            fovea: None,
+            preview: Some(preview(&self.picture)),
+        }
+    }
+}
+
+/// The picture that a trace carries.
+pub(super) fn preview(picture: &Picture) -> Preview {
+    let small = picture.shrunk(PREVIEW_SIDE);
+    Preview { width: small.width, height: small.height, rgb: small.to_rgb8() }
+}

@@ -1,0 +1,235 @@
+//! Splats in the form that blending uses, in all levels that tiles show them in.
+//!
+//! A paint is that of the lowest level in which a splat is shown and carries what the next one
+//! changes: most splats touch few tiles and need no more. What further levels change stands in a
+//! list aside.
+
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+
+use super::super::blend::{BATCH, Entry, Paint, Palette, Tint};
+use super::super::forward::{in_depth_order_by, project_then};
+use powergs_frame::splat::Splat;
+use powergs_frame::splat::levels::LevelFilter;
+use powergs_frame::splat::project::{LANES, SH_C0, View, Visible, opacities};
+use powergs_scene::{Camera, Foveated};
+
+/// Where in `levels` of a paint its place in the list of further tints starts, bits.
+const FURTHER: u32 = 4;
+
+/// Visible splats by rank, and their paints.
+pub(super) struct LevelPaints {
+    /// Splats whose opacity is the largest of their levels.
+    pub splats: Vec<Splat>,
+    /// Their highest levels.
+    pub highest: Vec<u8>,
+    /// One bit per Gaussian: passed the cull.
+    pub survivor_bits: Vec<u8>,
+    /// `levels` is the lowest level that is shown, in two bits, the highest that there is, in two,
+    /// and the place in `further` of the level after the next.
+    paints: Vec<Paint>,
+    further: Vec<Tint>,
+}
+
+/// Visible splats of a part of the scene, in order.
+struct Layers {
+    /// Splats whose opacity is the largest of their levels.
+    splats: Vec<Splat>,
+    /// As in [`LevelPaints`], with places in the list of the part.
+    paints: Vec<Paint>,
+    further: Vec<Tint>,
+}
+
+/// What makes the layers of a part.
+struct Maker<'a> {
+    model: &'a Foveated,
+    filter: &'a LevelFilter,
+    level: Level,
+    /// Leave out what no tile shows.
+    only_shown: bool,
+}
+
+impl LevelPaints {
+    /// Projects a model. If `only_shown`, splats that no tile shows are left out.
+    pub fn new(
+        model: &Foveated,
+        camera: &Camera,
+        filter: &LevelFilter,
+        level: Level,
+        only_shown: bool,
+    ) -> LevelPaints {
+        let maker = Maker { model, filter, level, only_shown };
+        let view = View::unclamped(camera);
+        let (parts, survivor_bits) =
+            project_then(&model.base, &view, level, |visible| maker.layers(&visible));
+        let starts: Vec<u32> = parts
+            .iter()
+            .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))
+            .collect();
+        let further = parts.iter().flat_map(|part| &part.further).copied().collect();
+        let (by_part, parts): (Vec<Vec<Splat>>, Vec<Vec<Paint>>) =
+            parts.into_iter().map(|part| (part.splats, part.paints)).unzip();
+        let depth = |splat: &Splat| splat.depth;
+        let (splats, paints) = in_depth_order_by(&by_part, depth, |part, i| {
+            let mut paint = parts[part][i];
+            paint.levels += starts[part] << FURTHER;
+            (by_part[part][i], paint)
+        });
+        let highest = paints.par_iter().map(|paint| highest(paint) as u8).collect();
+        LevelPaints { splats, highest, survivor_bits, paints, further }
+    }
+
+    /// The paints of a level.
+    pub fn of_level(&self, level: u8) -> OfLevel<'_> {
+        OfLevel { paints: &self.paints, further: &self.further, level: u32::from(level) }
+    }
+}
+
+/// The paints of one level.
+#[derive(Clone, Copy)]
+pub(super) struct OfLevel<'a> {
+    paints: &'a [Paint],
+    further: &'a [Tint],
+    level: u32,
+}
+
+impl Palette for OfLevel<'_> {
+    #[inline(always)]
+    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
+        self.paints.fetch(entries, near);
+        for paint in &mut near[..entries.len()] {
+            let up = self.level - lowest(paint);
+            if up > 0 {
+                paint.set_tint(self.tint(paint, up));
+            }
+        }
+    }
+}
+
+impl OfLevel<'_> {
+    /// As [`Palette::fetch`], and what the next level makes of the same splats: one of no opacity
+    /// where it does not have them.
+    #[inline(always)]
+    pub fn fetch_two(
+        &self,
+        entries: &[Entry],
+        near: &mut [Paint; BATCH],
+        next: &mut [Tint; BATCH],
+    ) {
+        self.paints.fetch(entries, near);
+        for (paint, next) in near[..entries.len()].iter_mut().zip(next) {
+            let up = self.level - lowest(paint);
+            *next = match highest(paint) > self.level {
+                true => self.tint(paint, up + 1),
+                false => Tint::NOTHING,
+            };
+            if up > 0 {
+                paint.set_tint(self.tint(paint, up));
+            }
+        }
+    }
+
+    /// What the level `up` above the lowest one makes of a splat; `up` is not 0.
+    #[inline(always)]
+    fn tint(&self, paint: &Paint, up: u32) -> Tint {
+        if up == 1 {
+            paint.next
+        } else {
+            self.further[((paint.levels >> FURTHER) + up - 2) as usize]
+        }
+    }
+}
+
+/// The level of a paint.
+#[inline(always)]
+fn lowest(paint: &Paint) -> u32 {
+    paint.levels & 3
+}
+
+/// The highest level that has the splat.
+#[inline(always)]
+fn highest(paint: &Paint) -> u32 {
+    paint.levels >> 2 & 3
+}
+
+impl Maker<'_> {
+    fn layers(&self, visible: &[Visible]) -> Layers {
+        let n = visible.len();
+        let (splats, paints) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut out = Layers { splats, paints, further: Vec::new() };
+        for visible in visible.chunks(LANES) {
+            // Nothing but reads, so that their cache misses overlap.
+            let mut logits = [[0.0; LANES]; 3];
+            let mut dc = 0.0;
+            for (i, v) in visible.iter().enumerate() {
+                let own = &self.model.paints[v.splat.index as usize];
+                dc += own[0].dc[0];
+                for (lanes, paint) in logits.iter_mut().zip(own) {
+                    lanes[i] = paint.logit_opacity;
+                }
+            }
+            std::hint::black_box(dc);
+            let [a, b, c] = logits;
+            let upper = dispatch!(self.level, simd =>
+                [opacities(simd, a), opacities(simd, b), opacities(simd, c)]);
+            for (i, v) in visible.iter().enumerate() {
+                let rect = v.splat.tile_rect(&self.filter.grid);
+                let highest = self.model.highest[v.splat.index as usize];
+                let span = self.filter.span(&rect, highest);
+                if span.is_some() || !self.only_shown {
+                    let opacities = [v.splat.opacity, upper[0][i], upper[1][i], upper[2][i]];
+                    self.add(v, highest, opacities, span.unwrap_or_default(), &mut out);
+                }
+            }
+        }
+        out
+    }
+
+    /// Adds a splat that is shown in levels `lowest` to `last`.
+    #[inline(always)]
+    fn add(
+        &self,
+        v: &Visible,
+        highest: u8,
+        opacities: [f32; 4],
+        (lowest, last): (u8, u8),
+        out: &mut Layers,
+    ) {
+        let mut splat = v.splat;
+        for &opacity in &opacities[1..=usize::from(highest)] {
+            splat.opacity = splat.opacity.max(opacity);
+        }
+        out.splats.push(splat);
+        let further = (out.further.len() as u32) << FURTHER;
+        let mut paint = if lowest == 0 {
+            Paint::new(&v.splat, [v.colour[0].max(0.0), v.colour[1].max(0.0), v.colour[2].max(0.0)])
+        } else {
+            let opacity = opacities[usize::from(lowest)];
+            Paint::new(&Splat { opacity, ..v.splat }, self.colour(v, lowest))
+        };
+        for level in lowest + 1..=last {
+            let tint = Tint::new(opacities[usize::from(level)], self.colour(v, level));
+            if level == lowest + 1 {
+                paint.next = tint;
+            } else {
+                out.further.push(tint);
+            }
+        }
+        paint.levels = u32::from(lowest) | u32::from(highest) << 2 | further;
+        out.paints.push(paint);
+    }
+
+    /// The colour of a splat in a level above the first.
+    #[inline(always)]
+    fn colour(&self, v: &Visible, level: u8) -> [f32; 3] {
+        let index = v.splat.index as usize;
+        let base = &self.model.base;
+        let (sh, n) = (base.sh_of(index), base.sh_coefficients());
+        let dc = &self.model.paints[index][usize::from(level) - 1].dc;
+        let mut colour = v.colour;
+        for (c, value) in colour.iter_mut().enumerate() {
+            *value = (*value + SH_C0 * (dc[c] - sh[c * n])).max(0.0);
+        }
+        colour
+    }
+}

@@ -1,0 +1,140 @@
+//! One row of tiles on the tape: what blended where, and the sums of the backward pass.
+
+use fearless_simd::dispatch;
+
+use super::unblend::{Kind, UnblendBlock, unblend};
+use super::{Clamp, Options};
+use crate::blend::{BLOCK, Block, Entry, Hit, Paint, Taped, blend};
+use powergs_frame::splat::TileGrid;
+use powergs_frame::splat::gradient::PixelSums;
+use powergs_frame::splat::runs::Runs;
+
+/// What one row of tiles keeps. The ordinal of an entry is the position of its splat's run among
+/// the runs of the row.
+#[derive(Debug, Default)]
+pub struct Row {
+    entries: Vec<Entry>,
+    hits: Vec<Hit>,
+    /// The first hit of each tile, and the end.
+    starts: Vec<usize>,
+    /// By run.
+    sums: Vec<PixelSums>,
+}
+
+/// The pixels of a row of tiles.
+pub struct Lines<'a> {
+    /// The grid.
+    pub grid: TileGrid,
+    /// Row of tiles.
+    pub ty: u32,
+    /// The picture.
+    pub pixels: &'a [[f32; 3]],
+    /// The gradient by its channels.
+    pub by_pixel: &'a [[f32; 3]],
+}
+
+impl Row {
+    /// Renders row `ty` into `pixels`.
+    pub fn forward(
+        &mut self,
+        runs: &Runs,
+        paints: &[Paint],
+        ty: u32,
+        options: &Options,
+        pixels: &mut [[f32; 3]],
+    ) {
+        let tiles = self.list(runs, ty);
+        let grid = runs.grid;
+        let mut block = Block::new();
+        block.hits = std::mem::take(&mut self.hits);
+        block.hits.clear();
+        self.starts.clear();
+        for tx in 0..grid.nx {
+            self.starts.push(block.hits.len());
+            let entries = &self.entries[tiles[tx as usize]..tiles[tx as usize + 1]];
+            let (x0, y0, x1, y1) = grid.pixels(tx, ty);
+            let (w, h) = ((x1 - x0) as usize, (y1 - y0) as usize);
+            block.reset::<Taped>(x0, y0, w, h);
+            dispatch!(options.level, simd => blend(simd, Taped, &mut block, entries, paints));
+            for y in 0..h {
+                let start = y * grid.width as usize + x0 as usize;
+                block.write_row(y, options.background, &mut pixels[start..start + w]);
+            }
+        }
+        self.starts.push(block.hits.len());
+        self.hits = std::mem::take(&mut block.hits);
+    }
+
+    /// Lists the splats of each tile in depth order; returns where the lists begin, and the end.
+    fn list(&mut self, runs: &Runs, ty: u32) -> Vec<usize> {
+        let nx = runs.grid.nx as usize;
+        let mut starts = vec![0usize; nx + 1];
+        let mut n_runs = 0;
+        for run in runs.row(ty) {
+            for n in &mut starts[run.tight0 as usize + 1..=run.tight1 as usize] {
+                *n += 1;
+            }
+            n_runs += 1;
+        }
+        for x in 0..nx {
+            starts[x + 1] += starts[x];
+        }
+        let mut next = starts.clone();
+        self.entries.resize(starts[nx], Entry { rank: 0, ordinal: 0 });
+        for (i, run) in runs.row(ty).enumerate() {
+            for next in &mut next[run.tight0 as usize..run.tight1 as usize] {
+                self.entries[*next] = Entry { rank: run.rank, ordinal: i as u32 };
+                *next += 1;
+            }
+        }
+        self.sums.clear();
+        self.sums.resize(n_runs, [0.0; 9]);
+        starts
+    }
+
+    /// Finds the sums of all runs of the row.
+    pub fn backward<K: Kind>(
+        &mut self,
+        paints: &[Paint],
+        lines: &Lines<'_>,
+        options: &Options,
+        kind: K,
+    ) {
+        self.sums.fill([0.0; 9]);
+        let mut block = UnblendBlock::new(match options.clamp {
+            Clamp::Exact => powergs_frame::splat::ALPHA_MAX,
+            Clamp::PassThrough => f32::INFINITY,
+        });
+        for tx in 0..lines.grid.nx {
+            let hits = &self.hits[self.starts[tx as usize]..self.starts[tx as usize + 1]];
+            if hits.is_empty() {
+                continue;
+            }
+            let (x0, y0, x1, y1) = lines.grid.pixels(tx, lines.ty);
+            block.reset(x0, y0);
+            let width = (x1 - x0) as usize;
+            for y in 0..(y1 - y0) as usize {
+                let start = y * lines.grid.width as usize + x0 as usize;
+                let range = start..start + width;
+                block.load_row(y, &lines.pixels[range.clone()], &lines.by_pixel[range]);
+            }
+            let sums = &mut self.sums;
+            dispatch!(options.level, simd => unblend(simd, kind, &mut block, hits, paints, sums));
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.entries.capacity() * size_of::<Entry>()
+            + self.hits.capacity() * size_of::<Hit>()
+            + self.starts.capacity() * size_of::<usize>()
+            + self.sums.capacity() * size_of::<PixelSums>()
+    }
+
+    /// The sums of each run of the row.
+    pub fn sums(&self) -> &[PixelSums] {
+        &self.sums
+    }
+}
+
+const _: () = assert!(BLOCK == 16, "a block is a tile of the reference tiling");

@@ -1,0 +1,243 @@
+//! The gradient of one block of pixels by the splats that blended in it, front to back.
+//!
+//! With g the gradient by a pixel's colour, c the colour of a splat, T the transmittance before it
+//! and B the part of the pixel's colour that comes from behind it (background included), the
+//! gradient by ln α is s = α (T g·c − g·B / (1 − α)). g·B is what is left of g·pixel when the
+//! contributions so far are taken off: no list per pixel and no reverse walk. Transmittances and
+//! stops repeat the forward pass bit for bit.
+//!
+//! A row of 16 pixels is one vector. δx is the same in every row, so that three sums over rows per
+//! column (s, s δy, s δy²) hold all six moments of s; they are taken once per splat and block.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+
+use crate::blend::{BLOCK, Hit, LOG2_ALPHA_MIN, Lines, Paint, Rows};
+use powergs_frame::splat::gradient::PixelSums;
+use powergs_frame::splat::simd::{exp2, reciprocal};
+use powergs_frame::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
+
+/// Hits whose paints are brought together first, so that cache misses overlap.
+const BATCH: usize = 64;
+
+/// Which sums are found.
+pub trait Kind: Copy + Send + Sync {
+    /// Those that positions and shapes need.
+    const GEOMETRY: bool;
+}
+
+/// All nine sums.
+#[derive(Debug, Clone, Copy)]
+pub struct Everything;
+impl Kind for Everything {
+    const GEOMETRY: bool = true;
+}
+
+/// Opacity and colour; the others stay as they are.
+#[derive(Debug, Clone, Copy)]
+pub struct ColourOpacity;
+impl Kind for ColourOpacity {
+    const GEOMETRY: bool = false;
+}
+
+/// The state of one block.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct UnblendBlock {
+    /// 0 where the pixel stopped.
+    transmittance: Rows,
+    /// g·B.
+    behind: Rows,
+    /// g per channel.
+    gradient: [Rows; 3],
+    origin: [f32; 2],
+    /// α above this has no gradient.
+    alpha_limit: f32,
+}
+
+impl UnblendBlock {
+    /// A block in which α above `alpha_limit` has no gradient.
+    pub fn new(alpha_limit: f32) -> UnblendBlock {
+        UnblendBlock {
+            transmittance: [[0.0; BLOCK]; BLOCK],
+            behind: [[0.0; BLOCK]; BLOCK],
+            gradient: [[[0.0; BLOCK]; BLOCK]; 3],
+            origin: [0.0; 2],
+            alpha_limit,
+        }
+    }
+
+    /// Starts over with the top-left pixel at (x, y); no pixel takes part.
+    pub fn reset(&mut self, x: u32, y: u32) {
+        self.transmittance = [[0.0; BLOCK]; BLOCK];
+        self.behind = [[0.0; BLOCK]; BLOCK];
+        self.gradient = [[[0.0; BLOCK]; BLOCK]; 3];
+        self.origin = [x as f32, y as f32];
+    }
+
+    /// Lets the pixels of row `y` take part, given their final colours and gradients.
+    pub fn load_row(&mut self, y: usize, colours: &[[f32; 3]], gradients: &[[f32; 3]]) {
+        for (x, (colour, gradient)) in colours.iter().zip(gradients).enumerate() {
+            let [r, g, b] = *gradient;
+            self.transmittance[y][x] = 1.0;
+            self.gradient[0][y][x] = r;
+            self.gradient[1][y][x] = g;
+            self.gradient[2][y][x] = b;
+            self.behind[y][x] = r * colour[0] + g * colour[1] + b * colour[2];
+        }
+    }
+}
+
+/// Adds to `sums` (by the ordinal of an entry) what the splats of `hits` did in `block`.
+#[simd]
+pub fn unblend<S: Simd, K: Kind>(
+    simd: S,
+    kind: K,
+    block: &mut UnblendBlock,
+    hits: &[Hit],
+    paints: &[Paint],
+    sums: &mut [PixelSums],
+) {
+    let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
+    let columns = iota + block.origin[0];
+    let rows = iota + block.origin[1];
+    let mut near = [Paint::default(); BATCH];
+    for hits in hits.chunks(BATCH) {
+        for (paint, hit) in near.iter_mut().zip(hits) {
+            *paint = paints[hit.entry.rank as usize];
+        }
+        for (hit, paint) in hits.iter().zip(&near) {
+            let dx = columns - paint.mean[0];
+            let found = unblend_splat(simd, kind, block, hit.rows, paint, rows, dx);
+            let to = &mut sums[hit.entry.ordinal as usize];
+            if K::GEOMETRY { found.add_all(simd, dx, to) } else { found.add_some(to) }
+        }
+    }
+}
+
+/// Sums over the rows of a block, per column.
+struct Columns<S: Simd> {
+    /// Σ s, Σ s δy, Σ s δy².
+    alpha: [f32x16<S>; 3],
+    /// Σ α T g per channel.
+    colour: [f32x16<S>; 3],
+}
+
+#[inline(always)]
+fn unblend_splat<S: Simd, K: Kind>(
+    simd: S,
+    _kind: K,
+    block: &mut UnblendBlock,
+    mut hit_rows: u32,
+    paint: &Paint,
+    rows: f32x16<S>,
+    dx: f32x16<S>,
+) -> Columns<S> {
+    let lines = Lines::of(simd, paint, rows, block.origin[0]);
+    let zero = f32x16::splat(simd, 0.0);
+    let mut sums = Columns { alpha: [zero; 3], colour: [zero; 3] };
+    while hit_rows != 0 {
+        let y = hit_rows.trailing_zeros() as usize & (BLOCK - 1);
+        hit_rows &= hit_rows - 1;
+        let UnblendRow { weight, s, gradient } = unblend_row(simd, block, y, paint, &lines, dx);
+        for (sum, g) in sums.colour.iter_mut().zip(gradient) {
+            *sum = weight.mul_add(g, *sum);
+        }
+        sums.alpha[0] += s;
+        if K::GEOMETRY {
+            let dy = block.origin[1] + y as f32 - paint.mean[1];
+            let sy = s * dy;
+            sums.alpha[1] += sy;
+            sums.alpha[2] = sy.mul_add(dy, sums.alpha[2]);
+        }
+    }
+    sums
+}
+
+/// A splat in a row of pixels.
+struct UnblendRow<S: Simd> {
+    /// α T.
+    weight: f32x16<S>,
+    /// Gradient by ln α.
+    s: f32x16<S>,
+    /// g per channel.
+    gradient: [f32x16<S>; 3],
+}
+
+/// Takes one splat off row `y`.
+#[inline(always)]
+fn unblend_row<S: Simd>(
+    simd: S,
+    block: &mut UnblendBlock,
+    y: usize,
+    paint: &Paint,
+    lines: &Lines,
+    dx: f32x16<S>,
+) -> UnblendRow<S> {
+    let zero = f32x16::splat(simd, 0.0);
+    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
+    let power = f32x16::splat(simd, paint.quadratic[0])
+        .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
+        .mul_add(dx, f32x16::splat(simd, lines.base[y]));
+    let t = f32x16::from_slice(simd, &block.transmittance[y]);
+    let hit = power.simd_ge(threshold)
+        & power.simd_le(f32x16::splat(simd, paint.log_opacity))
+        & t.simd_gt(zero);
+    let exact = exp2(simd, power.max(threshold));
+    let mut alpha = hit.select(exact.min(f32x16::splat(simd, ALPHA_MAX)), zero);
+    let mut weight = alpha * t;
+    let mut left = t - weight;
+    let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
+    if stops.any_true() {
+        weight = stops.select(zero, weight);
+        alpha = stops.select(zero, alpha);
+        left = stops.select(zero, left);
+    }
+    left.store_slice(&mut block.transmittance[y]);
+    let r = f32x16::from_slice(simd, &block.gradient[0][y]);
+    let g = f32x16::from_slice(simd, &block.gradient[1][y]);
+    let b = f32x16::from_slice(simd, &block.gradient[2][y]);
+    let [cr, cg, cb] = paint.colour;
+    let gc = b.mul_add(cb, g.mul_add(cg, r * cr)) * weight;
+    let behind = f32x16::from_slice(simd, &block.behind[y]) - gc;
+    behind.store_slice(&mut block.behind[y]);
+    let s = gc - behind * (alpha * reciprocal(simd, -alpha + 1.0));
+    let flows = exact.simd_le(f32x16::splat(simd, block.alpha_limit));
+    UnblendRow { weight, s: flows.select(s, zero), gradient: [r, g, b] }
+}
+
+/// Adds halves so that the sum of all lanes of `a` and of `b` are those of the even and the odd
+/// lanes of the result.
+#[inline(always)]
+fn fold<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
+    a.zip_low(b) + a.zip_high(b)
+}
+
+impl<S: Simd> Columns<S> {
+    /// Adds all nine sums to `to`.
+    #[inline(always)]
+    fn add_all(self, _simd: S, dx: f32x16<S>, to: &mut PixelSums) {
+        let [s, sy, syy] = self.alpha;
+        let [r, g, b] = self.colour;
+        let sx = s * dx;
+        // Three folds leave eight sums, two lanes each, in this order.
+        let even = fold(fold(s, sy * dx), fold(sy, r));
+        let odd = fold(fold(sx, syy), fold(sx * dx, g));
+        let (low, high) = fold(even, odd).split();
+        let sums: [f32; 8] = (low + high).into();
+        for (to, sum) in to.iter_mut().zip(sums) {
+            *to += sum;
+        }
+        to[8] += b.reduce_sum();
+    }
+
+    /// Adds the sums of opacity and colour to `to`.
+    #[inline(always)]
+    fn add_some(self, to: &mut PixelSums) {
+        to[0] += self.alpha[0].reduce_sum();
+        for (to, sum) in to[6..].iter_mut().zip(self.colour) {
+            *to += sum.reduce_sum();
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Claims about what becomes of the colours.
+
+use super::{Answer, Asks, Check, Here, Rule, here};
+use crate::results::{ChangeRecord, Results};
+use powergs_frame::fovea::{LEVELS, REGIONS};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check {
+        id: "27a",
+        what: "a yellow-green tint: blue, the most expensive channel, loses most",
+        published: "yellow-green tint",
+        expects: "mean blue falls more than mean red and green",
+        rule: Rule::All,
+        asks: Asks::Each(blue),
+    },
+    Check {
+        id: "27b",
+        what: "the tint is stronger in the periphery",
+        published: "stronger in the periphery",
+        expects: "blue falls more in the outermost region than in R1, against red and green",
+        rule: Rule::All,
+        asks: Asks::Each(periphery),
+    },
+];
+
+fn change(r: &Results) -> Result<&ChangeRecord, String> {
+    r.mean_change.as_ref().ok_or_else(|| "no model of ours reached the target".into())
+}
+
+fn shown([r, g, b]: [f64; 3]) -> String {
+    format!("{r:+.2}, {g:+.2}, {b:+.2}")
+}
+
+fn blue(r: &Results) -> Answer {
+    let change = change(r)?;
+    let [red, green, blue] = change.level_1;
+    let text = format!("red, green, blue {} of 255", shown([red, green, blue]));
+    let share = |c: usize| Some(100.0 * change.level_1[c] / change.dense?[c]);
+    let shares: Option<Vec<f64>> = (0..3).map(share).collect();
+    let shares = shares.filter(|s| s.iter().all(|v| v.is_finite()));
+    let why = shares.map(|s| {
+        let (r, g, b) = (s[0], s[1], s[2]);
+        format!("as shares of what the view has {r:+.1}, {g:+.1}, {b:+.1} %")
+    });
+    Ok(Here { text, holds: blue < red && blue < green, why })
+}
+
+/// How much more blue falls than the mean of red and green.
+fn tint([r, g, b]: [f64; 3]) -> f64 {
+    (r + g) / 2.0 - b
+}
+
+fn periphery(r: &Results) -> Answer {
+    let regions = change(r)?.regions.ok_or("not foveated (optimize --foveated)")?;
+    let fovea = regions[0].ok_or("no R1 in this view")?;
+    let outer = (1..LEVELS).rev().find_map(|i| Some((i, regions[i]?)));
+    let (i, outer) = outer.ok_or("no region beyond R1 in this view")?;
+    let text = format!("R1 {}; {} {} of 255", shown(fovea), REGIONS[i], shown(outer));
+    here(text, tint(outer) > tint(fovea))
+}

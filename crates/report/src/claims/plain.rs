@@ -1,0 +1,48 @@
+//! Claims about level 1 shown everywhere: no foveation.
+
+use super::facts::{baseline, dense, high, less, ours, saved, watts};
+use super::{Answer, Asks, Check, Rule, here};
+use crate::results::Results;
+
+pub(super) const CHECKS: &[Check] = &[
+    Check {
+        id: "23",
+        what: "without foveation: dense over display-only over render-only, not below ours",
+        published: "1.11, 1.06, 0.56, 0.54 W",
+        expects: "this order of power",
+        rule: Rule::All,
+        asks: Asks::Each(order),
+    },
+    Check {
+        id: "24",
+        what: "without foveation: less than render-only",
+        published: "4 % less",
+        expects: "less",
+        rule: Rule::All,
+        asks: Asks::Each(over_render_only),
+    },
+];
+
+fn order(r: &Results) -> Answer {
+    let variant = high(r);
+    let all = [
+        dense(r)?,
+        baseline(r, "display-only", variant)?,
+        baseline(r, "render-only", variant)?,
+        ours(r, variant)?,
+    ];
+    let [a, b, c, d] = all.map(|m| m.total_w());
+    let text = all.map(|m| watts(m.total_w())).join(", ");
+    here(text, a > b && b > c && c >= d)
+}
+
+fn over_render_only(r: &Results) -> Answer {
+    let variant = high(r);
+    let (other, ours) = (baseline(r, "render-only", variant)?, ours(r, variant)?);
+    let share = saved(ours.total_w(), other.total_w())?;
+    let quality = match (ours.test.psnr_db, other.test.psnr_db) {
+        (Some(a), Some(b)) => format!(", at {a:.2} dB against {b:.2} dB"),
+        _ => String::new(),
+    };
+    here(format!("{}{quality}", less(share)), share > 0.0)
+}

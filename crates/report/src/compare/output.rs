@@ -1,0 +1,121 @@
+//! The comparison for programs: JSON, CSV, and what it was made from.
+
+use serde_json::{Map, Value as Json, json};
+use toml::Value;
+
+use super::{Better, Comparison};
+use crate::bottleneck;
+use crate::{MODEL_VERSION, ReportError, SCHEMA_VERSION, TOOL_VERSION};
+use powergs_core::sim::statistics::catalogue;
+
+/// The comparison as one object: sides, measures with ratios and differences to the first side,
+/// means of all statistics.
+pub fn json(comparison: &Comparison) -> Json {
+    let sides: Vec<Json> = comparison
+        .sides
+        .iter()
+        .map(|s| {
+            json!({
+                "label": s.label,
+                "machine": s.machine,
+                "energy_table": s.energy_table,
+                "model": s.model,
+                "trace": s.trace,
+                "trace_xxh3_128": s.trace_hash,
+                "tool_version": s.tool_version,
+                "model_version": s.model_version,
+                "fps": s.display_fps,
+                "frames": s.frames,
+                "incomplete": s.incomplete,
+                "bottleneck": crate::json::bottleneck(bottleneck::of(&s.means).as_ref()),
+            })
+        })
+        .collect();
+    let n = comparison.sides.len();
+    let measures: Vec<Json> = comparison
+        .measures
+        .iter()
+        .map(|m| {
+            let difference = |i: usize| Some(m.values[i]? - m.values[0]?);
+            json!({
+                "name": m.name,
+                "better": match m.better {
+                    Better::Less => Some("less"),
+                    Better::More => Some("more"),
+                    Better::Neither => None,
+                },
+                "values": m.values,
+                "ratios": (0..n).map(|i| m.ratio(i)).collect::<Vec<_>>(),
+                "differences": (0..n).map(difference).collect::<Vec<_>>(),
+            })
+        })
+        .collect();
+    let mut statistics = Map::new();
+    for statistic in catalogue() {
+        let values: Vec<Option<f64>> =
+            comparison.sides.iter().map(|s| s.means.get(&statistic.name)).collect();
+        statistics.insert(statistic.name.clone(), json!(values));
+    }
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "tool_version": TOOL_VERSION,
+        "model_version": MODEL_VERSION,
+        "sides": sides,
+        "notes": comparison.notes,
+        "measures": measures,
+        "means": statistics,
+    })
+}
+
+/// `compare.csv`: a row per measure and per statistic (means); a column per side, then per ratio
+/// to the first.
+///
+/// # Errors
+/// [`ReportError::Csv`], which would be a mistake of ours.
+pub fn compare_csv(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
+    let labels = comparison.labels();
+    let mut writer = ::csv::Writer::from_writer(Vec::new());
+    let mut head = vec!["kind".to_owned(), "name".to_owned()];
+    head.extend(labels.iter().map(|l| (*l).to_owned()));
+    head.extend(labels[1..].iter().map(|l| format!("{l}/{}", labels[0])));
+    writer.write_record(head)?;
+    let cell = |v: Option<f64>| v.map_or(String::new(), |x| x.to_string());
+    let mut row = |kind: &str, name: &str, values: &[Option<f64>]| {
+        let ratio = |v: &Option<f64>| {
+            values[0].filter(|a| *a != 0.0).and_then(|a| Some((*v)? / a)).filter(|r| r.is_finite())
+        };
+        let mut cells = vec![kind.to_owned(), name.to_owned()];
+        cells.extend(values.iter().map(|v| cell(*v)));
+        cells.extend(values[1..].iter().map(|v| cell(ratio(v))));
+        writer.write_record(cells)
+    };
+    for m in &comparison.measures {
+        row("measure", m.name, &m.values)?;
+    }
+    for statistic in catalogue() {
+        let of = |s: &super::Side| s.means.get(&statistic.name);
+        let values: Vec<Option<f64>> = comparison.sides.iter().map(of).collect();
+        row("mean", &statistic.name, &values)?;
+    }
+    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+}
+
+/// `run.toml`: versions, and the record of every side.
+///
+/// # Errors
+/// [`ReportError::Toml`], which would be a mistake of ours.
+pub fn run_toml(comparison: &Comparison) -> Result<String, ReportError> {
+    let mut root = toml::Table::new();
+    root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
+    root.insert("tool-version".into(), TOOL_VERSION.into());
+    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
+    let side = |s: &super::Side| {
+        let mut table = toml::Table::new();
+        table.insert("label".into(), s.label.clone().into());
+        table.insert("record".into(), Value::Table(s.record.clone()));
+        Value::Table(table)
+    };
+    root.insert("sides".into(), Value::Array(comparison.sides.iter().map(side).collect()));
+    let head = "# What was compared: the record of every side. What was typed: invocation.toml.\n";
+    Ok(format!("{head}{}", toml::to_string_pretty(&root)?))
+}

@@ -1,0 +1,139 @@
+//! `docs/results.md`, written from the catalogue; a test keeps the committed file equal to it.
+
+use std::fmt::Write;
+
+use super::{FILE_NAMES, SCHEMA_VERSION};
+use powergs_core::sim::statistics::{Kind, Statistic, catalogue};
+
+/// What each file of a report folder is, in the order of [`FILE_NAMES`] (charts once).
+const FILES: [(&str, &str); 14] = [
+    ("run.toml", "what the report was made from: versions, checksums, configuration as resolved"),
+    ("invocation.toml", "what was typed, where, when, and how long it took"),
+    ("results.csv", "the record: one row per frame, then one per aggregate"),
+    ("compare.csv", "of `compare`, in place of `results.csv`: measures and means of all sides"),
+    ("summary.md", "the report for people"),
+    ("energy.png, .svg", "energy per frame and power at the display rate, stage by component"),
+    ("cycles.png, .svg", "per unit: busy, stalls by cause, idle (`cycle` model only)"),
+    ("roofline.png, .svg", "FLOP per DRAM byte against FLOP/s, under the peaks of the machine"),
+    ("buffers.png, .svg", "mean and peak of what each buffer held (where it was measured)"),
+    ("frame_time.png, .svg", "frame time along the path with the deadline (`cycle` model only)"),
+    ("tiles.png, .svg", "histograms of the list lengths and of the times of tiles"),
+    ("tile_load.png, .svg", "list length per tile over the picture of the slowest frame"),
+    ("timeline.png, .svg", "what every unit did when (`--timeline`)"),
+    ("trace.json.gz", "the same for <https://ui.perfetto.dev> (`--timeline`)"),
+];
+
+/// The whole page.
+pub fn results_md() -> String {
+    let mut text = String::from(HEAD);
+    for (name, what) in FILES {
+        debug_assert!(FILE_NAMES.iter().any(|f| name.starts_with(f)));
+        let _ = writeln!(text, "| `{name}` | {what} |");
+    }
+    let _ = write!(text, "{CSV_AND_JSON}");
+    let _ = write!(text, "{RULES}");
+    text.push_str("## Statistics\n\n| name | unit | kind | definition |\n|---|---|---|---|\n");
+    for s in catalogue() {
+        let _ = writeln!(text, "| `{}` | {} | {} | {} |", s.name, s.unit, kind(s), s.definition);
+    }
+    let _ = writeln!(text, "\nThis is version {SCHEMA_VERSION} of the names.");
+    text
+}
+
+fn kind(statistic: &Statistic) -> &'static str {
+    match statistic.kind {
+        Kind::Count => "count",
+        Kind::Real => "measure",
+    }
+}
+
+const HEAD: &str = "\
+# Results: every file, every number
+
+<!-- Written from src/report/docs.rs and the catalogue of statistics: change those, then run
+     UPDATE_EXPECT=1 cargo test report:: -->
+
+`powergs-sim replay TRACE --out DIR` writes a folder. It appears complete or not at all; a folder \
+that holds a finished report is replaced only with `--force`. Same inputs give the same bytes in \
+all files but `invocation.toml`, whatever the number of threads.
+
+| file | what it is |
+|---|---|
+";
+
+const CSV_AND_JSON: &str = "
+The columns of `results.csv` are `row` (`frame`, or the aggregate: `mean`, `p50`, `p95`, `p99`, \
+`max`), `frame` (position in the trace), `name` (of the view), `incomplete`, then the statistics \
+below under their names.
+
+`--json` prints the same as one object; `report.schema.json` beside this page is its schema. Names \
+are nested by their dots: `frames[0].power_w.total`, `aggregate.frame_time_ms.mean`. Beside \
+`frames` and `aggregate` it has:
+
+| name | meaning |
+|---|---|
+| `schema_version` | raised when a name changes its meaning or goes away |
+| `tool_version`, `model_version` | the program; the model, raised when equal inputs give other \
+numbers |
+| `model` | `cycle` (the simulated machine) or `paper` (published closed-form counts, no time) |
+| `machine`, `trace`, `inputs` | what was run on what, with checksums |
+| `fps` | the *display* rate that powers and deadlines are for; the rate that the machine achieves \
+is `throughput_fps` |
+| `incomplete` | true if the run ended early: fewer frames than `trace.frames` |
+| `throughput_fps` | frames over the simulated time of all of them, 1/s |
+| `throughput_power_w` | energy of all frames over their simulated time: power at full rate, W |
+| `deadline_misses` | frames that took longer than 1 / `fps` |
+| `bottleneck` | which unit leads and works, or waits for what, as shares of the frame |
+| `what_if` | time and energy of some frames with each resource doubled (`--what-if`) |
+| `dram_models` | `window` against `banked` (`--dram-model both`) |
+| `roofline` | peaks, and FLOP per byte and FLOP/s of the stages |
+| `not_modelled` | effects that are left out, with the sign of the bias ([limits.md](limits.md)) |
+| `assumptions_that_mattered` | those that mattered most in this run, with the reason |
+
+";
+
+const RULES: &str = "\
+## Compared
+
+`powergs-sim compare` writes `compare.csv` (columns `kind`, `name`, one per side, then ratios to \
+the first side) and prints with `--json`: `sides` (what was run, its `bottleneck`), `notes` (what \
+else differs: traces, energy tables, versions, display rates), `measures` (each with `values`, \
+`ratios`, `differences` and which way is `better`) and `means` of every statistic, one value per \
+side. `iso_area_fps` and `iso_bandwidth_fps` scale frames per second to the area and the peak rate \
+of the first side in proportion: they are no simulation.
+
+## The bottleneck
+
+Every cycle of a frame is given to one unit that leads: in preprocessing the CCU, after it the \
+busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all. What that unit does \
+(works, waits for a cause, has no work) adds up to the frame. *Row-miss* is the share of the \
+bursts of the stage that waits that had to open a row.
+
+## Rules
+
+- **Three powers, never confused.** `energy_pj.total` is paid once per frame. \
+`power_full_rate_w.total` is that energy at the rate the machine achieves. `power_w.total` is the \
+power at the display rate: the work of `fps` frames a second, plus leakage and DRAM background all \
+the time. Comparisons use the last; so do the charts and tables unless they say otherwise.
+- **Not measured is not zero.** The `paper` model has no time, and a trace need not carry what \
+display power needs: such values are null in JSON, empty in CSV and `not measured` in text.
+- **Quantiles are nearest-rank**: p95 is the smallest value such that at least 95 % of the frames \
+are at or below it. Every quantile is a value that occurred; p99 of fewer than 100 frames is the \
+maximum. An aggregate exists only if every frame has the value.
+- **Accounting closes** in every run: per unit busy + stalls + idle = instances x frame; energy \
+parts, bytes and requests add up. A breach ends the program with exit code 4.
+- **An interrupted run** says INCOMPLETE in every output, and its aggregates are over the frames \
+that were finished.
+
+## Exit codes
+
+| code | meaning |
+|--:|---|
+| 0 | done |
+| 1 | the goal was not met: comparison, validation, quality target |
+| 2 | usage or configuration, or an output that cannot be written |
+| 3 | a bad or incomplete input file |
+| 4 | an internal invariant broke: a mistake of ours, please report it |
+| 130 | interrupted with Ctrl-C; what was finished is usable and marked INCOMPLETE |
+
+";

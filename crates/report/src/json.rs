@@ -1,0 +1,180 @@
+//! `--json`: the whole run as one object. `docs/report.schema.json` describes it.
+
+use serde_json::{Map, Value as Json, json};
+
+use super::{Bottleneck, MODEL_VERSION, Run, SCHEMA_VERSION, TOOL_VERSION, Table};
+use super::{bottleneck, limits};
+use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
+
+/// The run as JSON. Statistics are nested by the dots of their names; what was not measured is
+/// null.
+pub fn report(run: &Run, table: &Table) -> Json {
+    let facts = &run.facts;
+    let means = table.means();
+    let found = bottleneck::of(&means);
+    let mattered = limits::mattered(&means, found.as_ref(), run.extras.what_if.as_ref());
+    let frames: Vec<Json> =
+        run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "tool_version": TOOL_VERSION,
+        "model_version": MODEL_VERSION,
+        "model": facts.model.name(),
+        "machine": {
+            "name": facts.machine.name,
+            "energy_table": facts.machine.energy_table,
+            "clock_hz": facts.machine.clock_hz,
+            "dram_peak_gb_s": facts.machine.dram_peak_gb_s,
+        },
+        "trace": {
+            "name": facts.trace.name,
+            "frames": facts.trace.frames,
+            "width_px": facts.trace.width,
+            "height_px": facts.trace.height,
+        },
+        "inputs": facts.inputs.iter().map(|input| json!({
+            "role": input.role,
+            "name": input.name,
+            "bytes": input.bytes,
+            "xxh3_128": format!("{:032x}", input.xxh3),
+        })).collect::<Vec<_>>(),
+        "fps": facts.display_fps,
+        "incomplete": run.incomplete(),
+        "throughput_fps": table.throughput_fps,
+        "throughput_power_w": table.throughput_power_w,
+        "deadline_misses": table.deadline_misses,
+        "bottleneck": bottleneck(found.as_ref()),
+        "what_if": what_if(run),
+        "dram_models": dram_models(run),
+        "roofline": roofline(run),
+        "not_modelled": not_modelled(run),
+        "assumptions_that_mattered": mattered.iter().map(|m| json!({
+            "assumption": m.assumption,
+            "why": m.why,
+        })).collect::<Vec<_>>(),
+        "aggregate": aggregates(table),
+        "frames": frames,
+    })
+}
+
+/// The bottleneck, in numbers and as the sentence.
+pub(super) fn bottleneck(found: Option<&Bottleneck>) -> Json {
+    let Some(found) = found else { return Json::Null };
+    let limit = match found.limit {
+        super::Limit::Unit(unit) => unit,
+        super::Limit::Dram => "dram",
+    };
+    json!({
+        "limit": limit,
+        "sentence": found.sentence,
+        "bounds": found.bounds.iter().map(|b| json!({
+            "unit": b.unit,
+            "frame_frac": b.share,
+        })).collect::<Vec<_>>(),
+        "waits": found.waits.iter().map(|w| json!({
+            "cause": w.cause.name(),
+            "frame_frac": w.share,
+            "row_miss_frac": w.row_miss,
+        })).collect::<Vec<_>>(),
+        "without_work_frac": found.without_work,
+    })
+}
+
+fn what_if(run: &Run) -> Json {
+    let Some(experiment) = &run.extras.what_if else { return Json::Null };
+    json!({
+        "frames": experiment.frames,
+        "frame_time_ms": experiment.base.frame_time_ms,
+        "energy_pj": experiment.base.energy_pj,
+        "doubled": experiment.steps.iter().map(|step| json!({
+            "resource": step.resource,
+            "set": step.sets,
+            "frame_time_ms": step.cost.frame_time_ms,
+            "energy_pj": step.cost.energy_pj,
+            "frame_time_change_frac": experiment.time_change(step),
+            "energy_change_frac": experiment.energy_change(step),
+        })).collect::<Vec<_>>(),
+        "skipped": experiment.skipped.iter().map(|s| json!({
+            "resource": s.resource,
+            "reason": s.reason,
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn dram_models(run: &Run) -> Json {
+    let Some(models) = run.extras.dram_models else { return Json::Null };
+    let [time, bytes] = models.differences();
+    json!({
+        "window_frame_time_ms": models.window_ms,
+        "banked_frame_time_ms": models.banked_ms,
+        "window_moved_bytes": models.window_bytes,
+        "banked_moved_bytes": models.banked_bytes,
+        "frame_time_difference_frac": time,
+        "moved_bytes_difference_frac": bytes,
+    })
+}
+
+fn roofline(run: &Run) -> Json {
+    let Some(roof) = &run.facts.machine.roofline else { return Json::Null };
+    json!({
+        "peak_flop_s": roof.peak_flop_s(),
+        "dram_bytes_s": roof.dram_bytes_s,
+        "points": roof.points(run).iter().map(|p| json!({
+            "stage": p.name(),
+            "flop_per_byte": p.flop_per_byte,
+            "flop_s": p.flop_s,
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn not_modelled(run: &Run) -> Vec<Json> {
+    let effects = limits::left_out(&run.facts.configuration);
+    let entry = |e: limits::Effect| {
+        let see = (!e.assumption.is_empty()).then_some(e.assumption);
+        json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })
+    };
+    effects.into_iter().map(entry).collect()
+}
+
+fn frame(frame: &powergs_core::sim::FrameReport, row: &[Option<Value>]) -> Json {
+    let mut map = Map::new();
+    map.insert("frame".into(), frame.frame.into());
+    map.insert("name".into(), frame.name.clone().into());
+    for (statistic, value) in catalogue().iter().zip(row) {
+        nest(&mut map, &statistic.name, value.map_or(Json::Null, number));
+    }
+    Json::Object(map)
+}
+
+fn aggregates(table: &Table) -> Json {
+    let mut map = Map::new();
+    for (statistic, aggregate) in catalogue().iter().zip(&table.aggregates) {
+        let value = aggregate.as_ref().map_or(Json::Null, |a| {
+            let parts = Aggregate::PARTS.iter().zip(a.parts());
+            Json::Object(parts.map(|(name, v)| ((*name).to_owned(), number(v))).collect())
+        });
+        nest(&mut map, &statistic.name, value);
+    }
+    Json::Object(map)
+}
+
+fn number(value: Value) -> Json {
+    match value {
+        Value::Count(n) => n.into(),
+        Value::Real(x) => x.into(),
+    }
+}
+
+/// Puts `value` at a dotted path, making the objects on the way.
+pub(super) fn nest(map: &mut Map<String, Json>, path: &str, value: Json) {
+    match path.split_once('.') {
+        None => {
+            map.insert(path.to_owned(), value);
+        }
+        Some((head, rest)) => {
+            let inner = map.entry(head).or_insert_with(|| Json::Object(Map::new()));
+            let inner = inner.as_object_mut().expect("no statistic is the parent of another");
+            nest(inner, rest, value);
+        }
+    }
+}

@@ -1,0 +1,372 @@
+//! `results.json`: what an optimisation found, for programs: its models, fits and foveated models
+//! with everything that tables, charts and the check of the published claims need.
+//!
+//! Names end in their unit. A value that was not measured, or is not finite, is `null`. The file
+//! has a version; new names do not raise it, names that go away or change do.
+
+mod made;
+mod read;
+
+pub use made::Sources;
+pub use read::ResultsError;
+
+use serde::{Deserialize, Serialize};
+
+use powergs_frame::fovea::{LEVELS, REGIONS};
+
+/// What the file is.
+pub const FORMAT: &str = "powergs-sim-results";
+/// Version of its shape.
+pub const VERSION: u32 = 1;
+/// Its name in a run folder.
+pub const FILE: &str = "results.json";
+
+/// A finished optimisation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// [`FORMAT`].
+    pub format: String,
+    /// [`VERSION`].
+    pub version: u32,
+    /// Version of the program that wrote it.
+    pub tool_version: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// What models are compared with.
+    pub reference: Reference,
+    /// Width of the views, pixels.
+    pub width_px: u32,
+    /// Height of the views, pixels.
+    pub height_px: u32,
+    /// The virtual screen of a foveated run.
+    pub screen: Option<ScreenRecord>,
+    /// Regions that no view shows.
+    pub missing_regions: Vec<String>,
+    /// What counted the power: a machine, or `paper`.
+    pub oracle: String,
+    /// Frames shown per second.
+    pub fps: f64,
+    /// The panel.
+    pub display: String,
+    /// Factor on its power.
+    pub display_scale: f64,
+    /// Display power over rendering power of the dense model.
+    pub display_to_render: Option<f64>,
+    /// Why the run ended before its jobs were done.
+    pub stopped: Option<String>,
+    /// The qualities; first that of the run.
+    pub variants: Vec<VariantRecord>,
+    /// Levels that were made.
+    pub levels: u8,
+    /// All models, in the order in which they were made.
+    pub models: Vec<ModelRecord>,
+    /// What the samples of each level of each variant say.
+    pub fits: Vec<FitRecord>,
+    /// Speed of the dense model on the machine, frames a second; foveated runs only.
+    pub dense_fps: Option<f64>,
+    /// The foveated models.
+    pub foveated: Vec<FovealRecord>,
+    /// What the colours lost.
+    pub mean_change: Option<ChangeRecord>,
+}
+
+/// What models are compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reference {
+    /// Photos.
+    Photos,
+    /// Renders of the dense model.
+    #[serde(rename = "self")]
+    Own,
+}
+
+/// The virtual screen.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScreenRecord {
+    /// Its width, degrees.
+    pub fov_deg: f64,
+    /// Pooling angle per squared eccentricity, 1/rad.
+    pub pooling_rate: f64,
+}
+
+/// A quality that models were made for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct VariantRecord {
+    /// `H`, `M`, `L`, or what the user asked for.
+    pub name: String,
+    /// PSNR that level 1 had to reach, decibels.
+    pub target_psnr_db: Option<f64>,
+    /// SSIM that it had to reach.
+    pub target_ssim: Option<f64>,
+}
+
+/// What a model was made for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RoleRecord {
+    /// The model that the user brought.
+    Dense,
+    /// The dense model, trained on without the views that gate.
+    HeldOut,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that was trained.
+    Baseline,
+    /// Another model of the user.
+    External,
+    /// A fixed λ without pruning.
+    Sweep,
+}
+
+impl RoleRecord {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            RoleRecord::Dense => "dense",
+            RoleRecord::HeldOut => "held-out",
+            RoleRecord::Sample => "sample",
+            RoleRecord::Final => "final",
+            RoleRecord::Baseline => "baseline",
+            RoleRecord::External => "external",
+            RoleRecord::Sweep => "sweep",
+        }
+    }
+}
+
+/// Quality and display power over some views, means.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SeenRecord {
+    /// PSNR, decibels.
+    pub psnr_db: Option<f64>,
+    /// SSIM.
+    pub ssim: Option<f64>,
+    /// HVSQ at the pooling of the level.
+    pub hvsq: Option<f64>,
+    /// Display power, watts.
+    pub display_w: f64,
+}
+
+/// A model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelRecord {
+    /// Its job.
+    pub name: String,
+    /// What it was made for.
+    pub role: RoleRecord,
+    /// Which comparison it is.
+    pub baseline: Option<String>,
+    /// λ of the sweep, in units of one over the dense model's display power.
+    pub sweep_lambda: Option<f64>,
+    /// The variant.
+    pub variant: String,
+    /// The level, from 1.
+    pub level: u8,
+    /// The share of the dense model that is gone, in the periphery of the level before.
+    pub rho: f64,
+    /// Gaussians.
+    pub gaussians: u64,
+    /// Iterations done.
+    pub iterations: u32,
+    /// The iteration whose model was kept.
+    pub kept_at: Option<u32>,
+    /// λ of the kept model, 1/W.
+    pub lambda_per_w: Option<f64>,
+    /// HVSQ that it had to reach, in the periphery.
+    pub target_hvsq: Option<f64>,
+    /// Distance from the target over the gate views, decibels; negative: missed.
+    pub margin_db: Option<f64>,
+    /// Whether it reached the target.
+    pub passed: bool,
+    /// Over the gate views.
+    pub gate: SeenRecord,
+    /// Over the test views.
+    pub test: SeenRecord,
+    /// FLIP of the test views.
+    pub flip_test: Option<f64>,
+    /// LPIPS of the test views.
+    pub lpips_test: Option<f64>,
+    /// Display power over the power views, watts.
+    pub display_w: f64,
+    /// Rendering power over the power views, watts.
+    pub render_w: f64,
+}
+
+impl ModelRecord {
+    /// Display and rendering power, watts.
+    pub fn total_w(&self) -> f64 {
+        self.display_w + self.render_w
+    }
+}
+
+/// What the samples of a level say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FitRecord {
+    /// The variant.
+    pub variant: String,
+    /// The level, from 1.
+    pub level: u8,
+    /// Samples that reached the target.
+    pub passed: usize,
+    /// Samples that missed it.
+    pub missed: usize,
+    /// The model with the least power that reached it.
+    pub best: Option<String>,
+    /// Why there is no curve.
+    pub no_curve: Option<String>,
+    /// ρ of the fitted minimum.
+    pub optimum_rho: Option<f64>,
+    /// Where it lies: `interior`, `least_pruned`, `most_pruned`, `anywhere`.
+    pub optimum_place: Option<String>,
+    /// The least and the largest ρ that were fitted.
+    pub rho_range: Option<[f64; 2]>,
+    /// ρ that was made real.
+    pub chosen_rho: Option<f64>,
+    /// Total power that the fit promises there, watts.
+    pub predicted_w: Option<f64>,
+    /// Total power of the model that was made there, watts.
+    pub realised_w: Option<f64>,
+    /// Share of the variance of the display power that the curve explains.
+    pub r2_display: Option<f64>,
+    /// The same of the rendering power.
+    pub r2_render: Option<f64>,
+    /// Mean relative error of the display curve.
+    pub mre_display: Option<f64>,
+    /// The same of the rendering curve.
+    pub mre_render: Option<f64>,
+}
+
+/// A foveated model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FovealRecord {
+    /// The method: `PowerGS`, `FR-Render`, `FR-Display`, `RTGS+D22`.
+    pub method: String,
+    /// The variant.
+    pub variant: String,
+    /// Models of its levels.
+    pub jobs: [String; LEVELS],
+    /// What is known of each: `passed`, `missed`, `fallback`, `not_shown`.
+    pub states: [String; LEVELS],
+    /// Gaussians of each level.
+    pub gaussians: [u64; LEVELS],
+    /// Display power, watts.
+    pub display_w: f64,
+    /// Rendering power with the filter, watts.
+    pub render_w: f64,
+    /// Of that, the colour filter, watts.
+    pub filter_w: f64,
+    /// Frames a second of the simulated machine at full rate.
+    pub fps: Option<f64>,
+    /// HVSQ of each region of the shown frames; `null` for regions that no test view has.
+    pub hvsq: [Option<f64>; LEVELS],
+    /// Tiles of each region, mean over the power views.
+    pub tiles: [f64; LEVELS],
+    /// Sorting and rendering of each region on the machine, joules a frame.
+    pub region_j: [f64; LEVELS],
+}
+
+impl FovealRecord {
+    /// Display and rendering power, watts.
+    pub fn total_w(&self) -> f64 {
+        self.display_w + self.render_w
+    }
+
+    /// HVSQ of the model of each level over whole test views, at the pooling of the level: what
+    /// the publication reports for the regions. `None` where a level has no model of its own, and
+    /// for RTGS+D22, whose models are shown filtered.
+    pub fn level_hvsq(&self, results: &Results) -> [Option<f64>; LEVELS] {
+        std::array::from_fn(|i| {
+            let is_own = matches!(self.states[i].as_str(), "passed" | "missed");
+            let is_shown = self.filter_w == 0.0 && self.method != "RTGS+D22";
+            let model = results.model(&self.jobs[i]).filter(|_| is_own && is_shown)?;
+            model.test.hvsq
+        })
+    }
+
+    /// `PowerGS-H`.
+    pub fn label(&self) -> String {
+        format!("{}-{}", self.method, self.variant)
+    }
+
+    /// The largest HVSQ of a region, and which one.
+    pub fn worst(&self) -> Option<(f64, usize)> {
+        let regions = (0..LEVELS).filter_map(|i| Some((self.hvsq[i]?, i)));
+        regions.reduce(|a, b| if b.0 > a.0 { b } else { a })
+    }
+}
+
+/// What our colours lost against the dense model: mean change of red, green and blue in one test
+/// view, codes of 8 bits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChangeRecord {
+    /// The view.
+    pub view: String,
+    /// Of the whole picture of level 1.
+    pub level_1: [f64; 3],
+    /// Mean red, green and blue of the dense model's picture.
+    pub dense: Option<[f64; 3]>,
+    /// Of each region of the foveated frame; `null` for regions that it does not have.
+    pub regions: Option<[Option<[f64; 3]>; LEVELS]>,
+}
+
+impl Results {
+    /// The dense model.
+    pub fn dense(&self) -> Option<&ModelRecord> {
+        self.models.iter().find(|m| m.role == RoleRecord::Dense)
+    }
+
+    /// A model by its name.
+    pub fn model(&self, name: &str) -> Option<&ModelRecord> {
+        self.models.iter().find(|m| m.name == name)
+    }
+
+    /// A comparison at level 1 of a variant.
+    pub fn baseline(&self, name: &str, variant: &str) -> Option<&ModelRecord> {
+        let is = |m: &&ModelRecord| {
+            m.baseline.as_deref() == Some(name) && m.level == 1 && m.variant == variant
+        };
+        self.models.iter().find(is)
+    }
+
+    /// What the samples of a level of a variant say.
+    pub fn fit(&self, variant: &str, level: u8) -> Option<&FitRecord> {
+        self.fits.iter().find(|f| f.variant == variant && f.level == level)
+    }
+
+    /// Our model of level 1 of a variant.
+    pub fn ours(&self, variant: &str) -> Option<&ModelRecord> {
+        self.model(self.fit(variant, 1)?.best.as_deref()?)
+    }
+
+    /// A foveated model.
+    pub fn foveal(&self, method: &str, variant: &str) -> Option<&FovealRecord> {
+        self.foveated.iter().find(|f| f.method == method && f.variant == variant)
+    }
+
+    /// Regions that some test view of some foveated model shows.
+    pub fn counted_regions(&self) -> Vec<&'static str> {
+        let counts = |i: &usize| self.foveated.iter().any(|f| f.hvsq[*i].is_some());
+        (0..LEVELS).filter(counts).map(|i| REGIONS[i]).collect()
+    }
+
+    /// A sentence on the regions that count.
+    pub fn regions_note(&self) -> Option<String> {
+        let screen = self.screen?;
+        let counted = self.counted_regions();
+        let size = format!(
+            "views of {}x{} on a screen of {} degrees, pooling rate {} per rad",
+            self.width_px, self.height_px, screen.fov_deg, screen.pooling_rate
+        );
+        Some(match (counted.is_empty(), self.missing_regions.is_empty()) {
+            (true, _) => format!("No region was measured ({size})."),
+            (false, true) => format!("Regions that count: {} ({size}).", counted.join(", ")),
+            (false, false) => format!(
+                "Regions that count: {}; no view shows {} ({size}).",
+                counted.join(", "),
+                self.missing_regions.join(", ")
+            ),
+        })
+    }
+}

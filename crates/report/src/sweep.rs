@@ -1,0 +1,61 @@
+//! What a sweep found, for people and for programs: charts, tables, sentences, one HTML page.
+//! Everything is a function of an [`Analysis`]; nothing is read and nothing is simulated.
+
+mod axis;
+mod colour;
+mod energy;
+mod front;
+mod html;
+mod keys;
+mod labels;
+mod marginal;
+mod measure;
+mod output;
+mod page;
+mod ranks;
+mod terminal;
+mod words;
+
+pub use html::{Provenance, html};
+pub use measure::Measure;
+pub use output::{json, pareto_csv};
+pub use page::markdown;
+pub use terminal::terminal;
+
+use super::ReportError;
+use super::charts::Chart;
+use powergs_study::analysis::Analysis;
+
+/// Names of all files of the folder `analysis`.
+pub const FILE_NAMES: [&str; 17] = [
+    "pareto.csv",
+    "summary.md",
+    "report.html",
+    "front.png",
+    "front.svg",
+    "front_2.png",
+    "front_2.svg",
+    "front_3.png",
+    "front_3.svg",
+    "energy_front.png",
+    "energy_front.svg",
+    "keys.png",
+    "keys.svg",
+    "marginal.png",
+    "marginal.svg",
+    "stability.png",
+    "stability.svg",
+];
+
+/// All charts that the analysis has data for, in report order: files `NAME.png` and `NAME.svg`.
+///
+/// # Errors
+/// [`ReportError::Chart`], which would be a mistake of ours.
+pub fn charts(analysis: &Analysis) -> Result<Vec<Chart>, ReportError> {
+    let mut charts = front::charts(analysis)?;
+    charts.extend(energy::chart(analysis)?);
+    charts.extend(keys::chart(analysis)?);
+    charts.extend(marginal::chart(analysis)?);
+    charts.extend(ranks::chart(analysis)?);
+    Ok(charts)
+}

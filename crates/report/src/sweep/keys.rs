@@ -1,0 +1,82 @@
+//! What the axes do to the objectives: a curve for one axis, a heatmap for two, parallel
+//! coordinates for more. Axes with one value only do not count.
+
+mod curve;
+mod heat;
+mod parallel;
+
+use super::words::count;
+use crate::ReportError;
+use crate::charts::Chart;
+use crate::plot::Page;
+use powergs_study::analysis::Analysis;
+use powergs_study::analysis::table::Words;
+
+const NAME: &str = "keys";
+/// Values of an axis that a heatmap has room for.
+const CELLS: usize = 24;
+
+/// The chart; `None` if nothing varies.
+///
+/// # Errors
+/// [`ReportError::Chart`], which would be a mistake of ours.
+pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
+    let axes: Vec<Lane> = analysis
+        .axes
+        .iter()
+        .filter(|axis| axis.values > 1)
+        .filter_map(|axis| Lane::of(analysis, &axis.name))
+        .collect();
+    match axes.as_slice() {
+        [] => Ok(None),
+        [one] => curve::chart(analysis, one).map(Some),
+        [a, b] if a.order.len() <= CELLS && b.order.len() <= CELLS => {
+            // More columns than rows: pages are wide.
+            let (x, y) = if a.order.len() >= b.order.len() { (a, b) } else { (b, a) };
+            heat::chart(analysis, x, y).map(Some)
+        }
+        axes => parallel::chart(analysis, axes).map(Some),
+    }
+}
+
+/// An axis as a row of places, one per value.
+struct Lane<'t> {
+    name: &'t str,
+    words: &'t Words,
+    /// The values that occur, in order.
+    order: Vec<u32>,
+    /// Place of every value.
+    places: Vec<usize>,
+}
+
+impl<'t> Lane<'t> {
+    fn of(analysis: &Analysis<'t>, name: &str) -> Option<Lane<'t>> {
+        let (name, words) = analysis.table.axes.iter().find(|(axis, _)| axis == name)?;
+        let mut seen = vec![false; words.distinct().len()];
+        let all = analysis.rows.iter().chain(&analysis.unmet);
+        all.for_each(|&row| seen[words.code(row) as usize] = true);
+        let order: Vec<u32> =
+            words.ordered().into_iter().filter(|code| seen[*code as usize]).collect();
+        let mut places = vec![0; words.distinct().len()];
+        order.iter().enumerate().for_each(|(place, code)| places[*code as usize] = place);
+        Some(Lane { name, words, order, places })
+    }
+
+    fn place(&self, row: u32) -> usize {
+        self.places[self.words.code(row) as usize]
+    }
+
+    fn word(&self, place: usize) -> &str {
+        &self.words.distinct()[self.order[place] as usize]
+    }
+}
+
+fn page(analysis: &Analysis, title: &str) -> Page {
+    let subtitle = format!(
+        "{}, {}, energy table {}",
+        count(analysis.rows.len(), "design"),
+        analysis.question.scope,
+        analysis.energy_table
+    );
+    Page { name: NAME, title: title.into(), subtitle, underlay: None }
+}

@@ -1,0 +1,94 @@
+//! Columns of results for people: what they are called, and their values with a unit.
+
+use crate::format::{prefix_of, significant};
+
+/// How the values of a column are shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measure {
+    /// What it is: `energy per frame`, or the column's name where nobody knows better.
+    pub words: String,
+    /// The unit of shown values, empty for bare numbers.
+    unit: &'static str,
+    /// From the column's unit to the shown one.
+    scale: f64,
+    /// Whether the unit takes prefixes.
+    prefixed: bool,
+}
+
+/// Beginnings of columns with what they are called.
+const NAMES: [(&str, &str); 13] = [
+    ("energy_pj", "energy per frame"),
+    ("frame_time_ms", "frame time"),
+    ("fps", "frame rate"),
+    ("area_mm2", "area"),
+    ("power_full_rate_w", "power at full rate"),
+    ("power_w", "power"),
+    ("display_power_w", "display power"),
+    ("rendering_plus_display_w", "rendering and display power"),
+    ("edp_pj_s", "energy-delay product"),
+    ("dram_bytes", "DRAM bytes per frame"),
+    ("dram_read_bytes", "DRAM bytes read"),
+    ("dram_write_bytes", "DRAM bytes written"),
+    ("deadline_missed_frac", "frames over the deadline"),
+];
+
+/// Last parts of names: unit, factor, whether it takes prefixes.
+const UNITS: [(&str, &str, f64, bool); 10] = [
+    ("edp_pj_s", "Js", 1e-12, true),
+    ("_pj", "J", 1e-12, true),
+    ("_ms", "s", 1e-3, true),
+    ("_mm2", "mm²", 1.0, false),
+    ("_w", "W", 1.0, true),
+    ("_gb_s", "B/s", 1e9, true),
+    ("_bytes", "B", 1.0, true),
+    ("_frac", "%", 100.0, false),
+    ("_cycles", "cycles", 1.0, false),
+    ("fps", "FPS", 1.0, false),
+];
+
+impl Measure {
+    /// How the column `name` is shown.
+    pub fn of(name: &str) -> Measure {
+        let (first, rest) = name.split_once('.').unwrap_or((name, ""));
+        let ending = |part: &str| UNITS.into_iter().find(|u| part.ends_with(u.0));
+        let last = name.rsplit('.').next().unwrap_or(name);
+        let found = ending(first).or_else(|| ending(last));
+        let (unit, scale, prefixed) = found.map_or(("", 1.0, false), |u| (u.1, u.2, u.3));
+        let known = NAMES.into_iter().find(|n| n.0 == first).map(|n| n.1);
+        let words = match (known, rest) {
+            (None, _) => name.to_owned(),
+            (Some(words), "" | "mean") => words.to_owned(),
+            (Some(words), "max") => format!("largest {words}"),
+            (Some(words), "min") => format!("smallest {words}"),
+            (Some(words), "p50") => format!("median {words}"),
+            (Some(words), rest) => format!("{words}, {rest}"),
+        };
+        Measure { words, unit, scale, prefixed }
+    }
+
+    /// A value with its unit: `1.23 mJ`.
+    pub fn text(&self, value: f64) -> String {
+        if !value.is_finite() {
+            return "-".into();
+        }
+        let x = value * self.scale;
+        let (factor, prefix) = if self.prefixed { prefix_of(x) } else { (1.0, "") };
+        format!("{} {prefix}{}", significant(x / factor), self.unit).trim_end().to_owned()
+    }
+
+    /// A difference, with its sign.
+    pub fn difference(&self, value: f64) -> String {
+        let sign = if value > 0.0 { "+" } else { "" };
+        format!("{sign}{}", self.text(value))
+    }
+
+    /// For an axis up to `largest`: the factor for values, and the name with the unit.
+    pub fn axis(&self, largest: f64) -> (f64, String) {
+        let (factor, prefix) =
+            if self.prefixed { prefix_of(largest * self.scale) } else { (1.0, "") };
+        let unit = format!("{prefix}{}", self.unit);
+        let name =
+            if unit.is_empty() { self.words.clone() } else { format!("{}, {unit}", self.words) };
+        (self.scale / factor, name)
+    }
+}

@@ -1,0 +1,216 @@
+//! The answer for programs: JSON, and the rows of the front as CSV.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use serde_json::{Map, Value as Json, json};
+
+use crate::{SCHEMA_VERSION, TOOL_VERSION};
+use powergs_study::analysis::axes::Axis;
+use powergs_study::analysis::distance::Better;
+use powergs_study::analysis::marginal::{Marginal, Neighbour};
+use powergs_study::analysis::stability::Alternative;
+use powergs_study::analysis::{Analysis, Goal, Scope};
+
+/// The answer as one object. Values are in the units of their columns.
+pub fn json(analysis: &Analysis) -> Json {
+    let question = &analysis.question;
+    let counts = analysis.table.counts;
+    let front: Vec<Json> = analysis.front.iter().map(|&row| design(analysis, row)).collect();
+    let named = analysis.named.as_ref().map(|named| {
+        let better = |b: &Better| better(analysis, b);
+        json!({
+            "design": design(analysis, named.row),
+            "meets_condition": named.meets,
+            "on_front": named.on_front,
+            "nearest_better": named.distance.nearest.as_ref().map(better),
+            "best_per_objective": named.distance.best.iter().map(better).collect::<Vec<_>>(),
+        })
+    });
+    let objective = |o: &powergs_study::analysis::Objective| {
+        let goal = match o.goal {
+            Goal::Minimize => "minimize",
+            Goal::Maximize => "maximize",
+        };
+        json!({ "name": o.name, "goal": goal })
+    };
+    let around = |steps: &[Neighbour]| -> Vec<Json> {
+        steps.iter().map(|step| neighbour(analysis, step)).collect()
+    };
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "tool_version": TOOL_VERSION,
+        "question": question.text,
+        "objectives": question.objectives.iter().map(objective).collect::<Vec<_>>(),
+        "where": question.condition.as_ref().map(|c| c.text()),
+        "scope": scope(&question.scope),
+        "energy_table": analysis.energy_table,
+        "points": {
+            "simulated": analysis.simulated,
+            "meeting_condition": analysis.rows.len(),
+            "failed": counts.failed,
+            "excluded": counts.excluded,
+            "missing": counts.missing,
+        },
+        "front": front,
+        "knee": {
+            "design": design(analysis, analysis.knee),
+            "reason": super::words::knee(analysis).join(" "),
+        },
+        "ends": analysis.ends.iter().map(|&row| label(analysis, row)).collect::<Vec<_>>(),
+        "named": named,
+        "marginal": analysis.marginals.iter().map(|m| marginal(analysis, m)).collect::<Vec<_>>(),
+        "around_knee": around(&analysis.around_knee),
+        "around_baseline": around(&analysis.around_baseline),
+        "stability": stability(analysis),
+        "axes": analysis.axes.iter().map(|axis| self::axis(analysis, axis)).collect::<Vec<_>>(),
+    })
+}
+
+fn label(analysis: &Analysis, row: u32) -> Json {
+    if analysis.table.is_baseline(row) {
+        return "baseline".into();
+    }
+    analysis.table.points[row as usize].into()
+}
+
+fn scope(scope: &Scope) -> Json {
+    match scope {
+        Scope::Mean => json!({ "kind": "mean" }),
+        Scope::Worst => json!({ "kind": "worst" }),
+        Scope::Trace(label) => json!({ "kind": "trace", "trace": label }),
+    }
+}
+
+/// Objectives by name.
+fn by_objective(analysis: &Analysis, values: impl Iterator<Item = Option<f64>>) -> Json {
+    let names = analysis.question.objectives.iter().map(|o| o.name.clone());
+    Json::Object(names.zip(values.map(|v| json!(v))).collect::<Map<_, _>>())
+}
+
+fn design(analysis: &Analysis, row: u32) -> Json {
+    let table = analysis.table;
+    let objectives = 0..analysis.question.objectives.len();
+    let settings: Map<String, Json> =
+        table.settings(row).into_iter().map(|(k, v)| (k.to_owned(), v.into())).collect();
+    json!({
+        "point": label(analysis, row),
+        "id": format!("{:032x}", table.ids[row as usize]),
+        "values": by_objective(analysis, objectives.map(|j| Some(analysis.value(j, row)))),
+        "settings": settings,
+    })
+}
+
+fn better(analysis: &Analysis, better: &Better) -> Json {
+    let row = analysis.rows[better.design];
+    json!({
+        "point": label(analysis, row),
+        "gains": by_objective(analysis, better.gains.iter().map(|g| Some(*g))),
+        "scaled_distance": better.distance,
+    })
+}
+
+fn marginal(analysis: &Analysis, marginal: &Marginal) -> Json {
+    let step = |s: &powergs_study::analysis::marginal::Step| {
+        json!({
+            "from": label(analysis, s.from),
+            "to": label(analysis, s.to),
+            "price": s.price,
+            "gain": s.gain,
+            "gain_per_price": s.value(),
+        })
+    };
+    json!({
+        "price": marginal.price.column(),
+        "price_unit": marginal.price.unit(),
+        "objective": marginal.objective.name,
+        "steps": marginal.steps.iter().map(step).collect::<Vec<_>>(),
+    })
+}
+
+fn neighbour(analysis: &Analysis, step: &Neighbour) -> Json {
+    let (name, words) = &analysis.table.axes[step.axis];
+    let [area, power] = step.prices;
+    json!({
+        "axis": name,
+        "value": words.word(step.row),
+        "point": label(analysis, step.row),
+        "gains": by_objective(analysis, step.gains.iter().copied()),
+        "area_mm2": area,
+        "power_mw": power,
+    })
+}
+
+fn stability(analysis: &Analysis) -> Json {
+    let stability = &analysis.stability;
+    let alternative = |a: &Alternative| {
+        json!({
+            "label": a.label,
+            "energy_table": a.energy_table,
+            "scope": scope(&a.scope),
+            "designs": a.designs,
+            "kendall_tau_b": a.kendall,
+            "spearman_rho": a.spearman,
+            "kendall_tau_b_by_objective": by_objective(analysis, a.objectives.iter().copied()),
+            "top_kept": a.top_kept,
+            "front_kept": a.front_kept,
+            "front": a.front,
+            "front_breaking_condition": a.broken,
+            "ranks": a.ranks,
+            "winner": a.winner.map(|row| label(analysis, row)),
+            "why": super::words::flip(analysis, a),
+        })
+    };
+    let member = |&(point, n): &(u64, usize)| json!({ "point": point, "fronts": n });
+    json!({
+        "top": stability.top.iter().map(|&row| label(analysis, row)).collect::<Vec<_>>(),
+        "rankings": stability.rankings(),
+        "alternatives": stability.alternatives.iter().map(alternative).collect::<Vec<_>>(),
+        "alternatives_left_out": stability.left_out,
+        "front_membership": stability.membership.iter().map(member).collect::<Vec<_>>(),
+    })
+}
+
+fn axis(analysis: &Analysis, axis: &Axis) -> Json {
+    json!({
+        "key": axis.name,
+        "values": axis.values,
+        "dead": axis.is_dead(),
+        "main_effect": by_objective(analysis, axis.effects.iter().map(|e| Some(e.main))),
+        "largest_alone": by_objective(analysis, axis.effects.iter().map(|e| e.alone)),
+    })
+}
+
+/// `pareto.csv`: the rows of the front as they stand in `results`, best in the first objective
+/// first, with a column `role` before them: `knee`, `front`, or the label of the named design.
+///
+/// # Errors
+/// Those of reading `results`, which was read before.
+pub fn pareto_csv(analysis: &Analysis, results: impl Read) -> Result<Vec<u8>, csv::Error> {
+    let named = analysis.named.as_ref().map(|n| n.row).filter(|r| !analysis.front.contains(r));
+    let rows: Vec<u32> = analysis.front.iter().copied().chain(named).collect();
+    let record = |row: &u32| analysis.table.records[*row as usize];
+    let mut wanted: BTreeMap<u32, csv::StringRecord> =
+        rows.iter().map(|row| (record(row), csv::StringRecord::new())).collect();
+    let mut reader = csv::Reader::from_reader(results);
+    let head = reader.headers()?.clone();
+    let mut found = csv::StringRecord::new();
+    let mut n = 0;
+    while reader.read_record(&mut found)? {
+        if let Some(slot) = wanted.get_mut(&n) {
+            slot.clone_from(&found);
+        }
+        n += 1;
+    }
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(std::iter::once("role").chain(&head))?;
+    for row in &rows {
+        let role = match row {
+            row if *row == analysis.knee => "knee".to_owned(),
+            row if Some(*row) == named => analysis.table.label(*row),
+            _ => "front".to_owned(),
+        };
+        writer.write_record(std::iter::once(role.as_str()).chain(&wanted[&record(row)]))?;
+    }
+    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+}

@@ -1,0 +1,31 @@
+//! Cameras: where a scene is seen from, read from three file layouts or generated.
+//!
+//! Readers take text or bytes: [`json::read`] (INRIA `cameras.json` and NeRF `transforms.json`,
+//! told apart by their shape), [`colmap::read_binary`] and [`colmap::read_text`]. Generators:
+//! [`orbit`] and [`path`]. [`edit`] holds what is done to a list of views afterwards. Every camera
+//! that leaves this module is checked.
+
+pub mod check;
+pub mod colmap;
+pub mod edit;
+mod error;
+pub mod inria;
+pub mod json;
+pub mod nerf;
+pub mod orbit;
+pub mod path;
+
+pub use error::CameraError;
+pub use powergs_frame::scene::{Camera, Split};
+
+/// What a camera file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraFile {
+    /// The layout that was recognised: `INRIA cameras.json`, `NeRF transforms.json`, `COLMAP
+    /// binary`, `COLMAP text`.
+    pub format: &'static str,
+    /// The views, at least one.
+    pub cameras: Vec<Camera>,
+    /// What was left out or taken on trust, one sentence each.
+    pub warnings: Vec<String>,
+}

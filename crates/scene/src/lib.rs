@@ -1,0 +1,29 @@
+//! Trained 3DGS models and cameras, whatever file they came from.
+//!
+//! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
+//! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
+//! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's.
+
+pub mod camera;
+mod check;
+pub mod convert;
+mod error;
+pub mod foveated;
+mod input;
+mod ply;
+mod read;
+mod sog;
+mod splat_rows;
+mod spz;
+pub mod stats;
+pub mod synth;
+mod warning;
+
+pub use error::SceneError;
+pub use foveated::Foveated;
+pub use input::{Folder, Input, OneFile};
+pub use ply::write as write_ply;
+pub use powergs_frame::scene::{Camera, Gaussians, Split};
+pub use read::{Format, Model, read};
+pub use stats::SceneStats;
+pub use warning::Warning;

@@ -1,0 +1,230 @@
+//! What is asked of a table of results.
+
+use std::fmt;
+
+use crate::sweep::expr::Expr;
+use powergs_base::config::suggest::nearest;
+
+/// Which way an objective is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// Less is better.
+    Minimize,
+    /// More is better.
+    Maximize,
+}
+
+impl Goal {
+    /// The value as a cost: less is better.
+    pub fn cost(self, value: f64) -> f64 {
+        match self {
+            Goal::Minimize => value,
+            Goal::Maximize => -value,
+        }
+    }
+
+    /// How much better `new` is than `old`, in the unit of both; negative if it is worse.
+    pub fn gain(self, old: f64, new: f64) -> f64 {
+        self.cost(old) - self.cost(new)
+    }
+}
+
+/// A metric and which way it is better.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Objective {
+    /// Name of the column.
+    pub name: String,
+    /// Which way is better.
+    pub goal: Goal,
+}
+
+impl Objective {
+    /// What is to be small.
+    pub fn minimize(name: impl Into<String>) -> Objective {
+        Objective { name: name.into(), goal: Goal::Minimize }
+    }
+
+    /// What is to be large.
+    pub fn maximize(name: impl Into<String>) -> Objective {
+        Objective { name: name.into(), goal: Goal::Maximize }
+    }
+}
+
+/// The objectives of a sweep that names none.
+pub fn default_objectives() -> Vec<Objective> {
+    vec![
+        Objective::minimize("energy_pj.mean"),
+        Objective::minimize("area_mm2"),
+        Objective::maximize("fps.mean"),
+    ]
+}
+
+/// Which rows of a point count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Scope {
+    /// The weighted mean over the traces.
+    Mean,
+    /// The slowest trace.
+    Worst,
+    /// The trace of this label.
+    Trace(String),
+}
+
+impl fmt::Display for Scope {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Scope::Mean => f.write_str("mean over the traces"),
+            Scope::Worst => f.write_str("slowest trace"),
+            Scope::Trace(label) => write!(f, "trace {label}"),
+        }
+    }
+}
+
+/// A design that somebody names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Named {
+    /// The base machine.
+    Baseline,
+    /// A point by its number.
+    Point(u64),
+    /// A point by the hex digits that its hash begins with, at least four.
+    Id(String),
+}
+
+/// What is asked of a table of results.
+#[derive(Debug, Clone)]
+pub struct Question {
+    /// The question of the sweep file, in words; empty if it states none.
+    pub text: String,
+    /// What to make small or large, at least one.
+    pub objectives: Vec<Objective>,
+    /// Designs that do not meet it are left out.
+    pub condition: Option<Expr>,
+    /// Which rows of a point count.
+    pub scope: Scope,
+    /// Label of the energy table; `None`: the first of the results.
+    pub energy_table: Option<String>,
+    /// The column that colours the points of the charts; `None`: one that suits.
+    pub colour: Option<String>,
+    /// The design whose distance from the front is asked for.
+    pub design: Named,
+    /// How many of the top designs the rankings show.
+    pub top: usize,
+}
+
+impl Question {
+    /// The default question with these objectives.
+    pub fn of(objectives: Vec<Objective>) -> Question {
+        Question {
+            text: String::new(),
+            objectives,
+            condition: None,
+            scope: Scope::Mean,
+            energy_table: None,
+            colour: None,
+            design: Named::Baseline,
+            top: 10,
+        }
+    }
+
+    /// The metrics besides the axes that an answer needs.
+    pub fn needs(&self, column: &str) -> bool {
+        let named = |o: &Objective| o.name == column;
+        USEFUL.contains(&column)
+            || ENERGY_PARTS.contains(&column)
+            || self.objectives.iter().any(named)
+            || self.colour.as_deref() == Some(column)
+            || self.condition.as_ref().is_some_and(|c| c.names().contains(column))
+    }
+}
+
+/// Metrics that prices, charts and tables use besides the objectives.
+const USEFUL: [&str; 6] =
+    ["area_mm2", "power_w.mean", "fps.mean", "energy_pj.mean", "frame_time_ms.mean", "frames"];
+
+/// The parts of the energy of a frame.
+pub const ENERGY_PARTS: [&str; 6] = [
+    "energy_pj.dram",
+    "energy_pj.sram",
+    "energy_pj.flop",
+    "energy_pj.leakage",
+    "energy_pj.background",
+    "energy_pj.refresh",
+];
+
+/// Why a table does not answer a question.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AnalysisError {
+    /// A name that is no column.
+    #[error("no column `{name}`{}", meant(.nearest))]
+    Column {
+        /// The name.
+        name: String,
+        /// A column whose name is near it.
+        nearest: Option<String>,
+    },
+    /// A column of words where numbers are needed.
+    #[error("column `{0}` has words: an objective needs numbers")]
+    Words(String),
+    /// No objective, or one that is named twice.
+    #[error("{0}")]
+    Objectives(String),
+    /// A label that does not occur.
+    #[error("no {what} `{name}` in the results: there are {known}")]
+    Label {
+        /// `energy table` or `trace`.
+        what: &'static str,
+        /// The label.
+        name: String,
+        /// The labels that occur.
+        known: String,
+    },
+    /// The condition cannot be evaluated.
+    #[error("the condition: {0}")]
+    Condition(String),
+    /// No row of the wanted kind has all objectives.
+    #[error("no design has a value of every objective ({scope}, energy table `{energy_table}`)")]
+    Nothing {
+        /// Which rows were looked at.
+        scope: String,
+        /// Which energy table.
+        energy_table: String,
+    },
+    /// No design meets the condition.
+    #[error("none of {designs} designs meets the condition{}", parts_text(.parts))]
+    Unmet {
+        /// Designs that were looked at.
+        designs: usize,
+        /// Each part of the condition with the number of designs that meet it.
+        parts: Vec<(String, usize)>,
+    },
+    /// A design that is not there.
+    #[error(
+        "no design `{0}` in the results: name a point (`12`), the first digits of its id, or \
+         `baseline`"
+    )]
+    Design(String),
+    /// A hash that several designs begin with.
+    #[error("several designs begin with `{0}`: write more digits")]
+    Ambiguous(String),
+}
+
+fn meant(nearest: &Option<String>) -> String {
+    nearest.as_ref().map_or(String::new(), |n| format!(": did you mean `{n}`?"))
+}
+
+fn parts_text(parts: &[(String, usize)]) -> String {
+    if parts.len() < 2 {
+        return String::new();
+    }
+    let one = |(text, n): &(String, usize)| format!("`{text}` alone: {n}");
+    format!("; {}", parts.iter().map(one).collect::<Vec<_>>().join(", "))
+}
+
+impl AnalysisError {
+    /// No column is called `name`.
+    pub fn column<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> AnalysisError {
+        let nearest = nearest(name, known).map(str::to_owned);
+        AnalysisError::Column { name: name.to_owned(), nearest }
+    }
+}

@@ -1,0 +1,223 @@
+//! The files that designs are made of: read once, parsed once for every set of changes.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::Serialize;
+use toml::{Table, Value};
+use xxhash_rust::xxh3::xxh3_128;
+
+use super::key::{FileKind, Key, put};
+use powergs_base::config::ConfigError;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
+use powergs_base::config::suggest::nearest;
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_frame::display::Display;
+
+/// Changed files that are kept; beyond that they are made anew for every point.
+const KEPT_MAX: usize = 4096;
+
+/// A text and what messages call it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileText {
+    /// A path, or the name of a file that comes with the program.
+    pub origin: String,
+    /// Its text, TOML.
+    pub text: String,
+}
+
+/// Where files come from: names that come with the program, and paths for those who may open them.
+pub trait Files: Send + Sync {
+    /// The file of this name; `beside` is the origin of the file that names it, if one does.
+    ///
+    /// # Errors
+    /// Why there is none, in one line.
+    fn read(&self, kind: FileKind, name: &str, beside: Option<&str>) -> Result<FileText, String>;
+}
+
+/// The files that come with the program, and no others.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EmbeddedFiles;
+
+impl Files for EmbeddedFiles {
+    fn read(&self, kind: FileKind, name: &str, _: Option<&str>) -> Result<FileText, String> {
+        let files = match kind {
+            FileKind::Machine => MACHINES,
+            FileKind::Energy => ENERGY,
+            FileKind::Dram => DRAM,
+            FileKind::Display => DISPLAYS,
+        };
+        let text = find(files, name).map(str::to_owned);
+        let text = text.ok_or_else(|| {
+            let near = nearest(name, files.iter().map(|f| f.name));
+            let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
+            format!("no {} `{name}`; {near}known: {}", kind.name(), names(files))
+        })?;
+        Ok(FileText { origin: name.to_owned(), text })
+    }
+}
+
+/// A file as a value, as a table and as text.
+#[derive(Debug, PartialEq)]
+pub struct Document<T> {
+    /// What it says.
+    pub value: T,
+    /// Path or name, without the changes.
+    pub origin: String,
+    /// Every key, changes applied.
+    pub table: Table,
+    /// Hash of everything but name and description.
+    pub id: u128,
+}
+
+/// A kind of file.
+pub trait Parsed: Sized + Serialize {
+    /// Which.
+    const KIND: FileKind;
+
+    /// Reads and checks it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    fn read(text: &str) -> Result<Self, ConfigError>;
+}
+
+macro_rules! parsed {
+    ($t:ident, $kind:ident) => {
+        impl Parsed for $t {
+            const KIND: FileKind = FileKind::$kind;
+
+            fn read(text: &str) -> Result<Self, ConfigError> {
+                $t::parse(text)
+            }
+        }
+    };
+}
+parsed!(Machine, Machine);
+parsed!(EnergyTable, Energy);
+parsed!(Device, Dram);
+parsed!(Display, Display);
+
+/// A changed key.
+pub(super) type Change = (&'static Key, Value);
+
+type Shelf<T> = Mutex<BTreeMap<String, Result<Arc<Document<T>>, String>>>;
+
+/// All files of a space.
+pub(super) struct Library {
+    files: Arc<dyn Files>,
+    machines: Shelf<Machine>,
+    tables: Shelf<EnergyTable>,
+    devices: Shelf<Device>,
+    displays: Shelf<Display>,
+}
+
+impl Library {
+    pub(super) fn new(files: Arc<dyn Files>) -> Self {
+        Self {
+            files,
+            machines: Shelf::default(),
+            tables: Shelf::default(),
+            devices: Shelf::default(),
+            displays: Shelf::default(),
+        }
+    }
+
+    pub(super) fn machine(&self, name: &str) -> Result<Arc<Document<Machine>>, String> {
+        self.get(&self.machines, name, None, &[])
+    }
+
+    pub(super) fn table(
+        &self,
+        name: &str,
+        beside: Option<&str>,
+        changes: &[Change],
+    ) -> Result<Arc<Document<EnergyTable>>, String> {
+        self.get(&self.tables, name, beside, changes)
+    }
+
+    pub(super) fn device(
+        &self,
+        name: &str,
+        beside: Option<&str>,
+        changes: &[Change],
+    ) -> Result<Arc<Document<Device>>, String> {
+        self.get(&self.devices, name, beside, changes)
+    }
+
+    pub(super) fn display(
+        &self,
+        name: &str,
+        changes: &[Change],
+    ) -> Result<Arc<Document<Display>>, String> {
+        self.get(&self.displays, name, None, changes)
+    }
+
+    fn get<T: Parsed>(
+        &self,
+        shelf: &Shelf<T>,
+        name: &str,
+        beside: Option<&str>,
+        changes: &[Change],
+    ) -> Result<Arc<Document<T>>, String> {
+        let mut id = format!("{name}\n{}", beside.unwrap_or(""));
+        for (key, value) in changes {
+            id.push_str(&format!("\n{}={value}", key.path));
+        }
+        let lock = || shelf.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = lock().get(&id) {
+            return found.clone();
+        }
+        let made = self.make::<T>(name, beside, changes).map(Arc::new);
+        let mut shelf = lock();
+        if shelf.len() < KEPT_MAX {
+            shelf.insert(id, made.clone());
+        }
+        made
+    }
+
+    fn make<T: Parsed>(
+        &self,
+        name: &str,
+        beside: Option<&str>,
+        changes: &[Change],
+    ) -> Result<Document<T>, String> {
+        let file = self.files.read(T::KIND, name, beside)?;
+        let mut value =
+            T::read(&file.text).map_err(|e| format!("{} {}: {e}", T::KIND.name(), file.origin))?;
+        let mut table = table_of(&value)?;
+        if !changes.is_empty() {
+            for (key, value) in changes {
+                if !put(&mut table, &key.path, value) {
+                    return Err(format!("{} `{name}` has no `{}`", T::KIND.name(), key.path));
+                }
+            }
+            value = T::read(&table.to_string()).map_err(|e| changed(T::KIND, name, &e))?;
+            table = table_of(&value)?;
+        }
+        let id = hash(&value)?;
+        Ok(Document { value, origin: file.origin, table, id })
+    }
+}
+
+fn table_of<T: Serialize>(value: &T) -> Result<Table, String> {
+    Table::try_from(value).map_err(|e| e.to_string())
+}
+
+/// Hash of what decides numbers.
+fn hash<T: Serialize>(value: &T) -> Result<u128, String> {
+    let mut value = serde_json::to_value(value).map_err(|e| e.to_string())?;
+    if let Some(object) = value.as_object_mut() {
+        object.remove("name");
+        object.remove("description");
+    }
+    Ok(xxh3_128(value.to_string().as_bytes()))
+}
+
+/// Problems of a text that nobody has seen, without their lines.
+fn changed(kind: FileKind, name: &str, error: &ConfigError) -> String {
+    let messages: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
+    format!("{} `{name}` as changed: {}", kind.name(), messages.join("; "))
+}

@@ -1,0 +1,113 @@
+//! What is kept of one design on one trace: the means of some statistics, and per frame what
+//! quantiles are made of.
+
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
+
+use powergs_core::sim::FrameReport;
+use powergs_core::sim::statistics::{Statistic, catalogue};
+
+/// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
+/// another version are simulated again.
+pub const OUTCOME_VERSION: u32 = 2;
+
+/// Statistics of which every frame's value is kept, because results have their quantiles.
+pub const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
+
+/// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
+/// for any last part.
+const MEANS: [&str; 24] = [
+    "frame_time_ms",
+    "deadline_missed",
+    "frame_cycles",
+    "preprocessing_cycles",
+    "energy_pj.*",
+    "power_w.*",
+    "display_power_w",
+    "rendering_plus_display_w",
+    "area_mm2.*",
+    "dram_read_bytes",
+    "dram_write_bytes",
+    "sram_bytes",
+    "dram.busy_frac",
+    "dram.bandwidth_gb_s",
+    "units.ccu.*_frac",
+    "units.qsu.*_frac",
+    "units.bsu.*_frac",
+    "units.vru.*_frac",
+    "units.vru.lane_utilisation",
+    "counters.tile_pairs",
+    "regions.r1.*",
+    "regions.r2.*",
+    "regions.r3.*",
+    "regions.r4.*",
+];
+
+/// The statistics of which means are kept, in the order of the catalogue.
+pub fn means() -> &'static [&'static Statistic] {
+    static LIST: LazyLock<Vec<&'static Statistic>> = LazyLock::new(|| {
+        let wanted = |s: &&Statistic| MEANS.iter().any(|pattern| fits(&s.name, pattern));
+        catalogue().iter().filter(wanted).collect()
+    });
+    &LIST
+}
+
+/// Position of a statistic in [`means`].
+pub fn place(name: &str) -> Option<usize> {
+    means().iter().position(|s| s.name == name)
+}
+
+fn fits(name: &str, pattern: &str) -> bool {
+    match pattern.split_once('*') {
+        None => name == pattern,
+        Some((head, tail)) => {
+            let rest = name.strip_prefix(head).and_then(|rest| rest.strip_suffix(tail));
+            rest.is_some_and(|rest| !rest.contains('.'))
+        }
+    }
+}
+
+/// One design, one energy table, one trace.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Per frame, in the order of the trace: the values of [`SAMPLED`].
+    pub samples: Vec<[f64; SAMPLED.len()]>,
+    /// Means over the frames, in the order of [`means`]; `None` where some frame has no value.
+    pub means: Vec<Option<f64>>,
+}
+
+/// Adds up frames; they must come in the order of the trace.
+#[derive(Debug, Clone)]
+pub struct Accumulator {
+    samples: Vec<[f64; SAMPLED.len()]>,
+    sums: Vec<Option<f64>>,
+}
+
+impl Default for Accumulator {
+    fn default() -> Self {
+        Accumulator { samples: Vec::new(), sums: vec![Some(0.0); means().len()] }
+    }
+}
+
+impl Accumulator {
+    /// Adds a frame, its power at `display_fps` frames a second.
+    pub fn add(&mut self, frame: &FrameReport, display_fps: f64) {
+        let time_ms = frame.frame_time_s().map_or(f64::NAN, |s| s * 1e3);
+        let energy_pj = frame.energy.total().0;
+        self.samples.push([time_ms, energy_pj, frame.power_display_rate_w(display_fps)]);
+        for (sum, statistic) in self.sums.iter_mut().zip(means()) {
+            let value = statistic.of(frame, display_fps);
+            *sum = sum.zip(value).map(|(sum, value)| sum + value.as_f64());
+        }
+    }
+
+    /// The outcome of all frames; `None` without frames.
+    pub fn finish(self) -> Option<Outcome> {
+        let n = self.samples.len();
+        (n > 0).then(|| Outcome {
+            means: self.sums.into_iter().map(|sum| Some(sum? / n as f64)).collect(),
+            samples: self.samples,
+        })
+    }
+}

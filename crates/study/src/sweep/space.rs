@@ -1,0 +1,330 @@
+//! What a sweep file spans: points by number, and what becomes of each.
+//!
+//! Nothing is held per point: a space of 10^12 points is a few lists of values. A point becomes a
+//! design by putting the values of its axes on the base machine, then the derived keys, then
+//! checking everything that a machine file is checked for, then the constraints.
+
+use std::sync::Arc;
+
+use toml::{Table, Value};
+
+use super::axis::{self, Axis, Found};
+use super::design::{Design, Priced, Rejected, Setting, full_id, timing_id};
+use super::expr::Expr;
+use super::file::{Sampling, SweepFile};
+use super::key::{FileKind, Key, get};
+use super::lattice::{Lattice, Side};
+use super::library::{Change, Document, Files, Library};
+use super::sample;
+use powergs_base::config::{ConfigError, Problem};
+use powergs_core::accel::Machine;
+use powergs_core::sim;
+
+mod check;
+mod derive;
+mod draft;
+mod names;
+
+use derive::Derived;
+use draft::Draft;
+use names::Computed;
+
+/// Label of the energy table that the machine names.
+pub const OWN: &str = "own";
+
+/// Everything that is wrong with a sweep, in the order of its lines.
+pub type SweepError = ConfigError;
+
+/// A checked sweep: every point is a design, or is left out for a reason.
+pub struct Space {
+    axes: Vec<Axis>,
+    lattice: Lattice,
+    base: String,
+    set: Vec<Change>,
+    derived: Vec<Derived>,
+    constraints: Vec<Constraint>,
+    energy: Vec<Energy>,
+    display: Option<String>,
+    display_fps: f64,
+    sampling: Sampling,
+    library: Library,
+}
+
+/// A constraint.
+struct Constraint {
+    expr: Expr,
+    /// Whether it can only be decided once the machine is priced.
+    needs_prices: bool,
+}
+
+/// An energy table of the sweep.
+struct Energy {
+    label: String,
+    /// `None` for the one that the machine names.
+    table: Option<String>,
+    changes: Vec<Change>,
+}
+
+/// A point of a space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Its number; the last axis counts fastest.
+    pub index: u64,
+    /// Which value of each axis it has.
+    pub digits: Vec<u32>,
+    /// Its columns, in the order of [`Space::columns`].
+    pub settings: Vec<Setting>,
+}
+
+impl Space {
+    /// Checks a sweep file and everything that it names.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its line: unknown keys and names with the nearest one,
+    /// values that a key does not take, lists of different lengths, circles of derived keys, axes
+    /// that change nothing, a space without a single design (with what excludes how many points).
+    pub fn new(file: &SweepFile, files: Arc<dyn Files>) -> Result<Space, SweepError> {
+        let mut found = Found { places: file.places(), problems: Vec::new() };
+        let space = Space::build(file, Library::new(files), &mut found);
+        let mut problems = found.problems;
+        let Some(space) = space else { return Err(sorted(problems)) };
+        if problems.is_empty() {
+            let mut found = Found { places: file.places(), problems };
+            check::all(&space, &mut found);
+            problems = found.problems;
+        }
+        if problems.is_empty() { Ok(space) } else { Err(sorted(problems)) }
+    }
+
+    fn build(file: &SweepFile, library: Library, found: &mut Found<'_>) -> Option<Space> {
+        let set = axis::settings(&file.set, "set", found);
+        let read = |(i, spec)| Some((i, axis::axis(spec, i, found)?));
+        let axes: Vec<(usize, Axis)> = file.axes.iter().enumerate().filter_map(read).collect();
+        let derived = derive::read(&file.derived, found);
+        let mut taken: Vec<(String, &'static Key)> = Vec::new();
+        taken.extend(set.iter().map(|(key, _)| ("`set`".to_owned(), *key)));
+        taken.extend(derived.iter().map(|d| ("`derived`".to_owned(), d.key)));
+        axis::between(&axes, &taken, found);
+        let mut energy: Vec<Energy> = Vec::new();
+        for (i, spec) in file.energy.iter().enumerate() {
+            let changes = table_settings(spec, i, found);
+            let (label, table) = (spec.label.clone(), Some(spec.table.clone()));
+            energy.push(Energy { label, table, changes });
+        }
+        if energy.is_empty() {
+            energy.push(Energy { label: OWN.to_owned(), table: None, changes: Vec::new() });
+        }
+        let constraints = constraints(file, &energy, found);
+        let axes: Vec<Axis> = axes.into_iter().map(|(_, axis)| axis).collect();
+        let side = |a: &Axis| Side { len: a.steps.len() as u32, ordered: a.ordered };
+        let lattice = Lattice::new(axes.iter().map(side).collect());
+        let all_there = axes.len() == file.axes.len();
+        if lattice.is_none() && all_there {
+            found.wrong("axes", "more than 2^63 points: fewer axes, or fewer values on them");
+        }
+        let mut space = Space {
+            axes,
+            lattice: lattice?,
+            base: file.base.clone(),
+            set,
+            derived,
+            constraints,
+            energy,
+            display: file.display.clone(),
+            display_fps: file.display_fps,
+            sampling: file.sampling.clone(),
+            library,
+        };
+        // Names of axes are known only if every axis could be read.
+        if all_there {
+            names::check(&space, file, found);
+        }
+        derive::order(&mut space.derived, found);
+        Some(space)
+    }
+
+    /// How many points there are before conditions and constraints.
+    pub fn proposed(&self) -> u128 {
+        u128::from(self.lattice.points())
+    }
+
+    /// The points as numbers.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// The axes.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// How points are chosen, as the file says.
+    pub fn sampling(&self) -> &Sampling {
+        &self.sampling
+    }
+
+    /// Labels of the energy tables, in order.
+    pub fn energy_labels(&self) -> Vec<&str> {
+        self.energy.iter().map(|e| e.label.as_str()).collect()
+    }
+
+    /// Names of the columns of every point: for an axis its keys, or its name if it has variants;
+    /// then the derived keys.
+    pub fn columns(&self) -> Vec<String> {
+        let of_axis = |axis: &Axis| match axis.has_names {
+            true => vec![axis.name.clone()],
+            false => axis.steps[0].settings.iter().map(|(key, _)| key.to_string()).collect(),
+        };
+        let axes = self.axes.iter().flat_map(of_axis);
+        axes.chain(self.derived.iter().map(|d| d.key.to_string())).collect()
+    }
+
+    /// The points that the sampling of the file takes, one at a time; for a search, none: it asks
+    /// for points as results come in.
+    pub fn selected(&self) -> sample::Selection {
+        sample::select(&self.lattice, &self.sampling)
+    }
+
+    /// The point that stands for all points that are the same as this one because an axis does not
+    /// count there.
+    ///
+    /// # Errors
+    /// A condition that has no value.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn canonical(&self, index: u64) -> Result<u64, Rejected> {
+        Ok(self.lattice.index(&Draft::new(self, index)?.digits))
+    }
+
+    /// What [`Search::ask`](super::search::Search::ask) wants to know of a point: the point that
+    /// stands for it, if it is a design.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn allowed(&self, index: u64) -> Option<u64> {
+        let index = self.canonical(index).ok()?;
+        self.design(index).ok().map(|design| design.index)
+    }
+
+    /// A point with its columns.
+    ///
+    /// # Errors
+    /// As [`Space::design`], but constraints and contradictions are not looked at.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn point(&self, index: u64) -> Result<Point, Rejected> {
+        let mut draft = Draft::new(self, index)?;
+        draft.derive()?;
+        let digits = self.lattice.digits(index);
+        Ok(Point { index, digits, settings: draft.settings() })
+    }
+
+    /// The design of a point.
+    ///
+    /// # Errors
+    /// Why it is left out: a constraint that does not hold, a machine that does not fit together,
+    /// the same machine as another point.
+    ///
+    /// # Panics
+    /// When there is no such point.
+    pub fn design(&self, index: u64) -> Result<Design, Rejected> {
+        self.built(index, true)
+    }
+
+    fn built(&self, index: u64, constrained: bool) -> Result<Design, Rejected> {
+        let mut draft = Draft::new(self, index)?;
+        let digits = self.lattice.digits(index);
+        if let Some(i) = (0..digits.len()).find(|&i| draft.digits[i] != digits[i]) {
+            let canonical = self.lattice.index(&draft.digits);
+            return Err(Rejected::Duplicate { axis: self.axes[i].name.clone(), canonical });
+        }
+        draft.derive()?;
+        if constrained {
+            self.hold(&draft, None)?;
+        }
+        let device = draft.device().map_err(Rejected::Machine)?;
+        let machine = Machine::from_table(draft.machine_table(), &device.value);
+        let machine = machine.map_err(Rejected::Machine)?;
+        let mut prices = Vec::with_capacity(self.energy.len());
+        for energy in &self.energy {
+            prices.push(self.priced(&draft, energy, &machine)?);
+        }
+        if constrained {
+            self.hold(&draft, Some(&Computed { machine: &machine, prices: &prices }))?;
+        }
+        let display = draft.display().map_err(Rejected::Machine)?;
+        let timing_id = timing_id(&machine, device.id);
+        let shown = display.as_ref().map(|d| (d.id, self.display_fps));
+        let id = full_id(timing_id, &machine, &prices, shown);
+        let settings = draft.settings();
+        let display_fps = self.display_fps;
+        Ok(Design { index, machine, prices, device, display, display_fps, settings, timing_id, id })
+    }
+
+    fn priced(
+        &self,
+        draft: &Draft<'_>,
+        energy: &Energy,
+        machine: &Machine,
+    ) -> Result<Priced, Rejected> {
+        let fail = |message| Rejected::Price { label: energy.label.clone(), message };
+        let table = draft.energy(energy).map_err(fail)?;
+        let prices = sim::cost::prices(&table.value, machine).map_err(|e| fail(e.to_string()))?;
+        Ok(Priced { label: energy.label.clone(), table, prices })
+    }
+
+    /// The constraints that can be decided now: those without prices first, the others later.
+    fn hold(&self, draft: &Draft<'_>, computed: Option<&Computed<'_>>) -> Result<(), Rejected> {
+        let due = |c: &&(usize, &Constraint)| c.1.needs_prices == computed.is_some();
+        let all: Vec<(usize, &Constraint)> = self.constraints.iter().enumerate().collect();
+        for (number, constraint) in all.iter().filter(due) {
+            let value = constraint.expr.holds(&|name| draft.value(name, computed));
+            let text = constraint.expr.text();
+            match value {
+                Ok(true) => {}
+                Ok(false) => {
+                    return Err(Rejected::Constraint { number: *number, text: text.to_owned() });
+                }
+                Err(error) => {
+                    let place = format!("constraints.{number}");
+                    return Err(Rejected::Expression { place, message: error.to_string() });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Changed keys of an energy table: without `energy:`, which goes without saying there.
+fn table_settings(
+    spec: &super::file::EnergySpec,
+    number: usize,
+    found: &mut Found<'_>,
+) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for (name, raw) in &spec.set.0 {
+        let path = format!("energy.{number}.set.{name}");
+        let prefix = FileKind::Energy.prefix();
+        let full = format!("{prefix}{}", name.strip_prefix(prefix).unwrap_or(name));
+        let Some(key) = found.ok(&path, Key::find(&full)) else { continue };
+        changes.extend(axis::value(key, raw, &path, found));
+    }
+    changes
+}
+
+fn constraints(file: &SweepFile, energy: &[Energy], found: &mut Found<'_>) -> Vec<Constraint> {
+    let mut all = Vec::new();
+    for (i, text) in file.constraints.iter().enumerate() {
+        let Some(expr) = found.ok(&format!("constraints.{i}"), Expr::parse(text)) else { continue };
+        let needs_prices = expr.names().into_iter().any(|n| names::is_computed(n, energy));
+        all.push(Constraint { expr, needs_prices });
+    }
+    all
+}
+
+fn sorted(mut problems: Vec<Problem>) -> SweepError {
+    problems.sort_by_key(|p| p.place.line());
+    SweepError { problems }
+}

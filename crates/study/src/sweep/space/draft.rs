@@ -1,0 +1,186 @@
+//! A point on its way to a design: the files with their changes, before anything is checked.
+
+use super::{
+    Arc, Axis, Change, Computed, Document, Energy, FileKind, Key, Machine, Rejected, Setting,
+    Space, Table, Value, get, names,
+};
+use crate::sweep::expr;
+use crate::sweep::key::put;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_frame::display::Display;
+
+/// The files of a point.
+pub(super) struct Draft<'a> {
+    pub(super) space: &'a Space,
+    /// Which value of each axis it has; 0 for an axis that does not count.
+    pub(super) digits: Vec<u32>,
+    /// Whether each axis counts.
+    pub(super) active: Vec<bool>,
+    base: Arc<Document<Machine>>,
+    base_name: String,
+    machine: Table,
+    changes: Vec<Change>,
+}
+
+impl<'a> Draft<'a> {
+    pub(super) fn new(space: &'a Space, index: u64) -> Result<Draft<'a>, Rejected> {
+        let digits = space.lattice.digits(index);
+        let base_name = base_of(space, &digits);
+        let base = space.library.machine(&base_name).map_err(Rejected::Machine)?;
+        let machine = base.table.clone();
+        let active = Vec::with_capacity(digits.len());
+        let mut draft =
+            Draft { space, digits, active, base, base_name, machine, changes: Vec::new() };
+        for change in &space.set {
+            draft.put(change);
+        }
+        for (i, axis) in space.axes.iter().enumerate() {
+            let counts = draft.counts(i, axis)?;
+            draft.active.push(counts);
+            if !counts {
+                draft.digits[i] = 0;
+                continue;
+            }
+            for change in &axis.steps[draft.digits[i] as usize].settings {
+                draft.put(change);
+            }
+        }
+        Ok(draft)
+    }
+
+    fn counts(&self, number: usize, axis: &Axis) -> Result<bool, Rejected> {
+        let Some(when) = &axis.when else { return Ok(true) };
+        when.holds(&|name| self.value(name, None)).map_err(|error| Rejected::Expression {
+            place: format!("axes.{number}.when"),
+            message: error.to_string(),
+        })
+    }
+
+    fn put(&mut self, (key, value): &Change) {
+        if key.is_machine() {
+            return;
+        }
+        match key.file {
+            FileKind::Machine => {
+                put(&mut self.machine, &key.path, value);
+            }
+            FileKind::Energy | FileKind::Dram | FileKind::Display => {
+                self.changes.push((key, value.clone()));
+            }
+        }
+    }
+
+    /// Computes the derived keys.
+    pub(super) fn derive(&mut self) -> Result<(), Rejected> {
+        for derived in &self.space.derived {
+            let key = derived.key;
+            let fail = |message| Rejected::Derived { key: key.to_string(), message };
+            let value = derived.expr.eval(&|name| self.value(name, None));
+            let value = value.map_err(|error| Rejected::Expression {
+                place: format!("derived.{}", derived.name),
+                message: error.to_string(),
+            })?;
+            let value = key.domain().write(&value).map_err(fail)?;
+            self.put(&(key, value));
+        }
+        Ok(())
+    }
+
+    pub(super) fn machine_table(&self) -> Table {
+        self.machine.clone()
+    }
+
+    fn changes_of(&self, kind: FileKind) -> Vec<Change> {
+        self.changes.iter().filter(|(key, _)| key.file == kind).cloned().collect()
+    }
+
+    pub(super) fn device(&self) -> Result<Arc<Document<Device>>, String> {
+        let name = get(&self.machine, "dram.device").and_then(Value::as_str).unwrap_or("");
+        let beside = Some(self.base.origin.as_str());
+        self.space.library.device(name, beside, &self.changes_of(FileKind::Dram))
+    }
+
+    pub(super) fn energy(&self, energy: &Energy) -> Result<Arc<Document<EnergyTable>>, String> {
+        let mut changes = energy.changes.clone();
+        changes.extend(self.changes_of(FileKind::Energy));
+        if let Some(name) = &energy.table {
+            return self.space.library.table(name, None, &changes);
+        }
+        let name = get(&self.machine, "energy").and_then(Value::as_str).unwrap_or("");
+        self.space.library.table(name, Some(&self.base.origin), &changes)
+    }
+
+    pub(super) fn display(&self) -> Result<Option<Arc<Document<Display>>>, String> {
+        let Some(name) = &self.space.display else { return Ok(None) };
+        self.space.library.display(name, &self.changes_of(FileKind::Display)).map(Some)
+    }
+
+    /// What a key has; `None` where its file has none, or several.
+    fn file_value(&self, key: &Key) -> Option<Value> {
+        if key.is_machine() {
+            return Some(Value::String(self.base_name.clone()));
+        }
+        if key.file == FileKind::Machine {
+            return get(&self.machine, &key.path).cloned();
+        }
+        if let Some((_, value)) = self.changes.iter().rev().find(|(k, _)| *k == key) {
+            return Some(value.clone());
+        }
+        match key.file {
+            FileKind::Energy => {
+                get(&self.energy(&self.space.energy[0]).ok()?.table, &key.path).cloned()
+            }
+            FileKind::Dram => get(&self.device().ok()?.table, &key.path).cloned(),
+            FileKind::Display => get(&self.display().ok()??.table, &key.path).cloned(),
+            FileKind::Machine => None,
+        }
+    }
+
+    /// What a name stands for in an expression.
+    pub(super) fn value(&self, name: &str, computed: Option<&Computed<'_>>) -> Option<expr::Value> {
+        if let Some((key, domain)) = Key::known(name) {
+            return domain.value(&self.file_value(key)?);
+        }
+        let named = |axis: &Axis| axis.has_names && axis.name == name;
+        if let Some(i) = self.space.axes.iter().position(named) {
+            return Some(expr::Value::Text(self.label(i).to_owned()));
+        }
+        names::computed(name, computed?)
+    }
+
+    /// The name of a variant, `-` where its axis does not count (yet).
+    fn label(&self, axis: usize) -> &str {
+        match self.active.get(axis) {
+            Some(true) => &self.space.axes[axis].steps[self.digits[axis] as usize].label,
+            Some(false) | None => "-",
+        }
+    }
+
+    /// The columns of the point.
+    pub(super) fn settings(&self) -> Vec<Setting> {
+        let mut settings = Vec::new();
+        let of_key = |key: &Key| Setting {
+            name: key.to_string(),
+            value: self.file_value(key).unwrap_or_else(|| "-".into()),
+        };
+        for (i, axis) in self.space.axes.iter().enumerate() {
+            if axis.has_names {
+                let value = Value::String(self.label(i).to_owned());
+                settings.push(Setting { name: axis.name.clone(), value });
+            } else {
+                settings.extend(axis.steps[0].settings.iter().map(|(key, _)| of_key(key)));
+            }
+        }
+        settings.extend(self.space.derived.iter().map(|d| of_key(d.key)));
+        settings
+    }
+}
+
+/// The base machine: that of an axis or of `set`, or that of the file.
+fn base_of(space: &Space, digits: &[u32]) -> String {
+    let steps = space.axes.iter().zip(digits).map(|(axis, &d)| &axis.steps[d as usize].settings);
+    let all = steps.flatten().chain(&space.set);
+    let machine = all.filter(|(key, _)| key.is_machine()).find_map(|(_, value)| value.as_str());
+    machine.unwrap_or(&space.base).to_owned()
+}

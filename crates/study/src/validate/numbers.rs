@@ -1,0 +1,277 @@
+//! The three tables: published numbers, workloads, and what came out the last time.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use super::row::{MachineName, Origin, Row, Status, Tolerance};
+use super::{Metric, Workload};
+use powergs_scene::synth::Preset;
+
+/// Most Gaussians and pixels of a workload.
+const POINTS_MAX: usize = 20_000_000;
+const SIDE_MAX: u32 = 16_384;
+/// Most views of a workload, and frames of its path.
+const VIEWS_MAX: usize = 1_000;
+const PATH_MAX: usize = 100_000;
+
+/// What is wrong with a table.
+#[derive(Debug, Error)]
+pub enum TablesError {
+    /// Not CSV with these columns.
+    #[error("{table}: {error}")]
+    Csv {
+        /// Which table.
+        table: &'static str,
+        /// What the CSV reader says, with the line.
+        error: csv::Error,
+    },
+    /// No published number.
+    #[error("published.csv: no rows; a header line and one row at least")]
+    Empty,
+    /// A cell that cannot be understood.
+    #[error("{table}: `{id}`: {column} = `{value}`: {what}")]
+    Cell {
+        /// Which table.
+        table: &'static str,
+        /// Name of the row.
+        id: String,
+        /// Name of the column.
+        column: &'static str,
+        /// What is there.
+        value: String,
+        /// What should be there.
+        what: String,
+    },
+}
+
+/// What came out the last time, by row.
+pub type Baseline = BTreeMap<String, f64>;
+
+/// All three tables, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tables {
+    /// Published numbers, in the order of the file.
+    pub rows: Vec<Row>,
+    /// Their workloads, in the order of the file.
+    pub workloads: Vec<Workload>,
+    /// What came out the last time.
+    pub baseline: Baseline,
+}
+
+impl Tables {
+    /// Reads the three texts (CSV with a header line).
+    ///
+    /// # Errors
+    /// The first cell that cannot be understood, with its table, row and column.
+    pub fn parse(published: &str, workloads: &str, baseline: &str) -> Result<Tables, TablesError> {
+        let workloads = parse_workloads(workloads)?;
+        let rows = parse_rows(published, &workloads)?;
+        let baseline = parse_baseline(baseline)?;
+        Ok(Tables { rows, workloads, baseline })
+    }
+
+    /// The tables that come with the program.
+    ///
+    /// # Panics
+    /// Never: tests read them.
+    pub fn embedded() -> Tables {
+        Tables::parse(super::PUBLISHED, super::WORKLOADS, super::BASELINE)
+            .expect("embedded tables are checked by tests")
+    }
+
+    /// The workload of a row.
+    pub fn workload(&self, row: &Row) -> Option<&Workload> {
+        let name = row.workload.as_ref()?;
+        self.workloads.iter().find(|w| w.name == *name)
+    }
+}
+
+/// The text of a baseline: `before` with the values of `measured` on top, for rows that exist.
+pub fn baseline_csv(rows: &[Row], before: &Baseline, measured: &Baseline) -> String {
+    let mut text = String::from("id,ours\n");
+    for row in rows {
+        if let Some(value) = measured.get(&row.id).or(before.get(&row.id)) {
+            text.push_str(&format!("{},{value:.6}\n", row.id));
+        }
+    }
+    text
+}
+
+fn records<T: DeserializeOwned>(table: &'static str, text: &str) -> Result<Vec<T>, TablesError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let records = reader.deserialize().collect::<Result<_, _>>();
+    records.map_err(|error| TablesError::Csv { table, error })
+}
+
+/// A row that is being read: makes errors.
+struct Place<'a> {
+    table: &'static str,
+    id: &'a str,
+}
+
+impl Place<'_> {
+    fn fault(&self, column: &'static str, value: &str, what: impl Into<String>) -> TablesError {
+        let (table, id) = (self.table, self.id.to_owned());
+        TablesError::Cell { table, id, column, value: value.to_owned(), what: what.into() }
+    }
+
+    /// The value, unless it is `None`.
+    fn need<T>(
+        &self,
+        column: &'static str,
+        text: &str,
+        value: Option<T>,
+        what: &str,
+    ) -> Result<T, TablesError> {
+        value.ok_or_else(|| self.fault(column, text, what))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WorkloadRecord {
+    name: String,
+    preset: String,
+    points: usize,
+    seed: u64,
+    width: u32,
+    height: u32,
+    views: usize,
+    path: usize,
+    why: String,
+}
+
+fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
+    let mut names = BTreeSet::new();
+    let mut workloads = Vec::new();
+    for record in records::<WorkloadRecord>("workloads.csv", text)? {
+        let place = Place { table: "workloads.csv", id: &record.name };
+        if record.name.is_empty() || !names.insert(record.name.clone()) {
+            return Err(place.fault("name", &record.name, "must be there, and only once"));
+        }
+        if Preset::named(&record.preset).is_none() {
+            return Err(place.fault("preset", &record.preset, "no preset of `synth --list`"));
+        }
+        let between = |column, value: usize, least: usize, most: usize| {
+            let what = format!("must be {least} to {most}");
+            let fault = || place.fault(column, &value.to_string(), what);
+            (least..=most).contains(&value).then_some(()).ok_or_else(fault)
+        };
+        between("points", record.points, 1, POINTS_MAX)?;
+        between("width", record.width as usize, 1, SIDE_MAX as usize)?;
+        between("height", record.height as usize, 1, SIDE_MAX as usize)?;
+        between("views", record.views, 1, VIEWS_MAX)?;
+        let least = if record.path == 0 { 0 } else { record.views + 1 };
+        between("path", record.path, least, PATH_MAX)?;
+        workloads.push(Workload {
+            name: record.name,
+            preset: record.preset,
+            points: record.points,
+            seed: record.seed,
+            size: (record.width, record.height),
+            views: record.views,
+            path: record.path,
+            why: record.why,
+        });
+    }
+    Ok(workloads)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RowRecord {
+    id: String,
+    section: String,
+    what: String,
+    workload: String,
+    machine: String,
+    against: String,
+    metric: String,
+    published: f64,
+    tolerance: String,
+    status: String,
+    origin: String,
+    source: String,
+    note: String,
+}
+
+fn parse_rows(text: &str, workloads: &[Workload]) -> Result<Vec<Row>, TablesError> {
+    let mut ids = BTreeSet::new();
+    let mut rows = Vec::new();
+    for record in records::<RowRecord>("published.csv", text)? {
+        let place = Place { table: "published.csv", id: &record.id };
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-';
+        let is_name = !record.id.is_empty() && record.id.chars().all(plain);
+        if !is_name || !ids.insert(record.id.clone()) {
+            let what = "must be letters, digits and `-`, and there only once";
+            return Err(place.fault("id", &record.id, what));
+        }
+        rows.push(row(&place, &record, workloads)?);
+    }
+    if rows.is_empty() { Err(TablesError::Empty) } else { Ok(rows) }
+}
+
+fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, TablesError> {
+    let metric = Metric::named(&r.metric);
+    let metric = place.need("metric", &r.metric, metric, "not a metric")?;
+    if r.workload.is_empty() == metric.needs_frames() {
+        let what = if metric.needs_frames() { "the metric needs one" } else { "must be empty" };
+        return Err(place.fault("workload", &r.workload, what));
+    }
+    if metric.needs_frames() && !workloads.iter().any(|w| w.name == r.workload) {
+        return Err(place.fault("workload", &r.workload, "not in workloads.csv"));
+    }
+    if r.against.is_empty() == metric.compares() {
+        let what = if metric.compares() { "the metric compares" } else { "must be empty" };
+        return Err(place.fault("against", &r.against, what));
+    }
+    let status = [Status::Enforced, Status::KnownGap].into_iter().find(|s| s.name() == r.status);
+    let origin = [Origin::Calibrated, Origin::HeldOut].into_iter().find(|o| o.name() == r.origin);
+    let published = Some(r.published).filter(|x| x.is_finite());
+    let tolerance = Tolerance::parse(&r.tolerance);
+    let machine = MachineName::parse(&r.machine);
+    Ok(Row {
+        id: r.id.clone(),
+        section: r.section.clone(),
+        what: r.what.clone(),
+        workload: Some(r.workload.clone()).filter(|name| !name.is_empty()),
+        machine: place.need("machine", &r.machine, machine, "must name a machine")?,
+        against: MachineName::parse(&r.against),
+        metric,
+        published: place.need(
+            "published",
+            &r.published.to_string(),
+            published,
+            "must be finite",
+        )?,
+        tolerance: place.need("tolerance", &r.tolerance, tolerance, "must be 10% or 0.4..0.7")?,
+        status: place.need("status", &r.status, status, "must be enforced or known_gap")?,
+        origin: place.need("origin", &r.origin, origin, "must be calibrated or held_out")?,
+        source: r.source.clone(),
+        note: r.note.clone(),
+    })
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BaselineRecord {
+    id: String,
+    ours: f64,
+}
+
+fn parse_baseline(text: &str) -> Result<Baseline, TablesError> {
+    let mut baseline = Baseline::new();
+    for record in records::<BaselineRecord>("baseline.csv", text)? {
+        let place = Place { table: "baseline.csv", id: &record.id };
+        if !record.ours.is_finite() {
+            return Err(place.fault("ours", &record.ours.to_string(), "must be finite"));
+        }
+        if baseline.insert(record.id.clone(), record.ours).is_some() {
+            return Err(place.fault("id", &record.id, "there twice"));
+        }
+    }
+    Ok(baseline)
+}

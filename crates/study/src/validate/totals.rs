@@ -1,0 +1,107 @@
+//! What a machine did with the frames of a workload.
+
+use powergs_core::accel::Machine;
+use powergs_core::accel::Stall;
+use powergs_core::action::Stage;
+use powergs_core::energy::Component;
+use powergs_core::sim::{FrameReport, Measured};
+use powergs_core::workload::FrameWorkload;
+
+/// Sums over frames.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Totals {
+    /// Area of the chip, mm², where the energy table knows it.
+    pub area_mm2: Option<f64>,
+    /// Power with every unit busy, watts.
+    pub peak_w: Option<f64>,
+    /// Frames.
+    pub frames: u64,
+    /// Time.
+    pub seconds: f64,
+    /// Time after preprocessing.
+    pub tile_seconds: f64,
+    /// Energy of the chip without its DRAM.
+    pub chip_pj: f64,
+    /// DRAM bytes (read, written) by stage, order of `Stage::WORK`.
+    pub dram: [(u64, u64); 3],
+    /// Bytes of list entries that the CCUs write.
+    pub list_bytes_written: u64,
+    /// α evaluations whose pixel has not stopped.
+    pub live_evaluations: u64,
+    /// α evaluations that are executed.
+    pub executed_evaluations: u64,
+    /// Cycles of rendering units, summed over them, in which their core has a tile.
+    pub vru_active: u64,
+    /// All cycles of rendering units.
+    pub vru_cycles: u64,
+    /// Cycles in which units wait for banks.
+    pub bank_stalls: u64,
+    /// All cycles of all units.
+    pub unit_cycles: u64,
+    /// List entries times pixels.
+    pub pair_pixels: u64,
+    /// α evaluations until pixels stop.
+    pub alpha_evaluations: u64,
+    /// Gaussians that pass the cull.
+    pub survivors: u64,
+    /// Splats that a tile loads.
+    pub fetched: u64,
+    /// Sum of the shares of lists that keep most of their entries, and how many shares.
+    pub keeping: (f64, f64),
+    /// Largest 99th percentile of rank shifts.
+    pub rank_shift: Option<u32>,
+}
+
+impl Totals {
+    /// Adds a frame.
+    pub fn add(
+        &mut self,
+        machine: &Machine,
+        workload: &FrameWorkload,
+        measured: &Measured,
+        report: &FrameReport,
+    ) {
+        self.frames += 1;
+        self.seconds += report.frame_time_s().unwrap_or(0.0);
+        if let Some(timing) = &report.timing {
+            let cycles = timing.frame - timing.preprocessing_end;
+            self.tile_seconds += cycles as f64 / machine.clock.0;
+        }
+        let chip = [Component::Sram, Component::Flop, Component::Leakage];
+        self.chip_pj += chip.map(|c| report.energy.component(c).0).iter().sum::<f64>();
+        for (sum, stage) in self.dram.iter_mut().zip(Stage::WORK) {
+            let bytes = report.stages[stage as usize];
+            *sum = (sum.0 + bytes.read, sum.1 + bytes.write);
+        }
+        let pairs =
+            measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
+        self.list_bytes_written += pairs * machine.record.list_entry.0;
+        self.live_evaluations += report.live_evaluations.unwrap_or(0);
+        self.executed_evaluations += report.alpha_evaluations_executed.unwrap_or(0);
+        for unit in report.timing.iter().flat_map(|timing| &timing.units) {
+            let cycles = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
+            self.unit_cycles += cycles;
+            self.bank_stalls += unit.stalls[Stall::Bank as usize];
+            if unit.unit == "vru" {
+                self.vru_active += cycles - unit.idle;
+                self.vru_cycles += cycles;
+            }
+        }
+        let tiles = workload.tiles.iter();
+        self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
+        self.alpha_evaluations += workload.counters.alpha_evaluations;
+        self.survivors += workload.counters.survivors;
+        self.fetched += workload.counters.fetched_points;
+        if let Some(reuse) = &measured.reuse {
+            self.keeping.0 += reuse.summary.keeping_share;
+            self.keeping.1 += 1.0;
+            let shift = reuse.summary.rank_shift_p99;
+            self.rank_shift = Some(self.rank_shift.map_or(shift, |old| old.max(shift)));
+        }
+    }
+
+    /// All DRAM bytes.
+    pub fn dram_bytes(&self) -> u64 {
+        self.dram.iter().map(|(read, write)| read + write).sum()
+    }
+}

@@ -1,0 +1,59 @@
+//! The frames on which rows are measured.
+
+use powergs_scene::Camera;
+use powergs_scene::camera::edit::resized;
+use powergs_scene::camera::path::Path;
+use powergs_scene::synth::{Preset, cameras};
+
+/// A synthetic scene and its views.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Workload {
+    /// Its name in rows.
+    pub name: String,
+    /// Name of the `synth` preset.
+    pub preset: String,
+    /// Gaussians.
+    pub points: usize,
+    /// Seed of the scene.
+    pub seed: u64,
+    /// Image size, pixels.
+    pub size: (u32, u32),
+    /// Number of views.
+    pub views: usize,
+    /// Where above zero: frames of a smooth path through the views of the preset, of which the
+    /// first `views + 1` are taken. The first of these warms up and is not counted.
+    pub path: usize,
+    /// Which published statistics it matches.
+    pub why: String,
+}
+
+impl Workload {
+    /// What decides the scene: workloads with the same key share it.
+    pub fn scene_key(&self) -> (&str, usize, u64) {
+        (&self.preset, self.points, self.seed)
+    }
+
+    /// The preset.
+    pub fn preset(&self) -> Option<&'static Preset> {
+        Preset::named(&self.preset)
+    }
+
+    /// Frames that are simulated but not counted.
+    pub fn warm_up(&self) -> usize {
+        usize::from(self.path > 0)
+    }
+
+    /// The views, warm-up included.
+    pub fn cameras(&self, preset: &Preset) -> Vec<Camera> {
+        let (width, height) = self.size;
+        let all = cameras(preset);
+        let chosen: Vec<Camera> = if self.path > 0 {
+            let path = Path::through(&all).map(|path| path.frames(self.path)).unwrap_or(all);
+            path.into_iter().take(self.views + 1).collect()
+        } else {
+            let count = self.views.min(all.len());
+            (0..count).map(|i| all[i * all.len() / count].clone()).collect()
+        };
+        chosen.iter().map(|camera| resized(camera, width, height)).collect()
+    }
+}
