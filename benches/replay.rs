@@ -36,7 +36,7 @@ fn median_ms<T>(rounds: usize, mut work: impl FnMut() -> T) -> f64 {
 
 fn one_machine(workload: &FrameWorkload, machine: &Machine, prices: &Prices) -> u64 {
     let report = simulate(Label::default(), workload, machine, prices).expect("accounts close");
-    report.timing.expect("the cycle model has a time").frame
+    report.timing().expect("the cycle model has a time").frame
 }
 
 fn replay(criterion: &mut Criterion) {

@@ -342,7 +342,7 @@ impl Observer for Requests<'_, '_> {
 
 fn gather_models((n, sums): &mut (u32, DramModels), banked: &FrameReport, window: &FrameReport) {
     let moved = |report: &FrameReport| {
-        let Some(timing) = &report.timing else { return 0.0 };
+        let Some(timing) = report.timing() else { return 0.0 };
         let bursts = |c: &powergs_core::accel::DramCommands| {
             c.stages.iter().map(|s| s.reads + s.writes).sum::<u64>() * c.burst_bytes
         };

@@ -195,7 +195,7 @@ fn collect(context: &Context, facts: Facts, engine: &mut dyn Engine) -> Result<R
     let mut run = Run { facts, frames: Vec::new(), tiles: None, extras: Extras::default() };
     let mut slowest = None;
     engine.frames(&mut |frame, tiles| {
-        let weight = frame.timing.as_ref().map_or(frame.counters.tile_loads, |t| t.frame);
+        let weight = frame.timing().map_or(frame.counters.tile_loads, |t| t.frame);
         if slowest.is_none_or(|w| weight > w) {
             slowest = Some(weight);
             run.tiles = Some(tiles());

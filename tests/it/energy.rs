@@ -142,7 +142,7 @@ fn gating_saves_leakage_and_nothing_else() {
     let open = run(&machine);
     machine.gating = GatingSpec { units: true, residual: 0.1 };
     let gated = run(&machine);
-    assert_eq!(gated.timing, open.timing);
+    assert_eq!(gated.model, open.model);
     assert_eq!(gated.energy.dynamic(), open.energy.dynamic());
     let leakage = |r: &FrameReport| r.energy.component(Component::Leakage).0;
     assert!(leakage(&gated) < leakage(&open) && leakage(&gated) > 0.1 * leakage(&open));
@@ -162,7 +162,7 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let frame = Dice::new(7).workload(machine.geometry);
     let prices = cost::prices(&table, &machine).unwrap();
     let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
-    let commands = report.timing.as_ref().unwrap().dram.commands.unwrap();
+    let commands = report.timing().unwrap().dram.commands.unwrap();
     for (stage, used) in Stage::WORK.into_iter().zip(commands.stages) {
         // Half of the published prices (A40): activate 1205, read 1348 + 821, write 990 + 298 pJ.
         let pj =
@@ -191,7 +191,7 @@ fn parts_sum_to_totals() {
 #[test]
 fn three_powers_are_three_numbers() {
     let report = report();
-    let cycles = report.timing.as_ref().unwrap().frame;
+    let cycles = report.timing().unwrap().frame;
     let seconds = cycles as f64 * 1e-9;
     assert!((report.frame_time_s().unwrap() - seconds).abs() < 1e-15);
     assert_eq!(report.achieved_fps().unwrap(), 1.0 / report.frame_time_s().unwrap());
@@ -213,8 +213,8 @@ fn reports_repeat_the_charges_by_stage() {
         assert_eq!(bytes.write, report.actions.count(stage, Action::DramWrite));
         assert!(bytes.sram > 0);
     }
-    assert_eq!(report.alpha_evaluations_executed, Some(3 * 560 * 64));
-    let dram = report.timing.unwrap().dram;
+    assert_eq!(report.cycle().unwrap().executed_evaluations, 3 * 560 * 64);
+    let dram = report.timing().unwrap().dram;
     assert_eq!(dram.read_bytes, report.stages.iter().map(|s| s.read).sum::<u64>());
 }
 

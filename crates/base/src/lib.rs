@@ -4,3 +4,6 @@
 pub mod config;
 pub mod picture;
 pub mod quantity;
+
+/// Version of the program: all crates of the workspace carry the same one.
+pub const TOOL_VERSION: &str = env!("CARGO_PKG_VERSION");

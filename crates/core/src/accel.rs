@@ -22,7 +22,7 @@ pub mod traffic;
 pub mod unit;
 pub mod vru;
 
-use crate::action::{ActionCounts, Buffer};
+use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::workload::FrameWorkload;
 use crate::workload::reuse::ListReuse;
 use powergs_frame::fovea::LEVELS;
@@ -92,10 +92,10 @@ impl Stall {
 
 /// Where the cycles of one kind of unit went, summed over its instances:
 /// `busy + stalls + idle = instances * frame`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitCycles {
-    /// Name of the unit: `ccu`, `qsu`, `bsu`, `vru`.
-    pub unit: &'static str,
+    /// Which kind.
+    pub unit: UnitKind,
     /// How many of them the machine has.
     pub instances: u32,
     /// Cycles with work.
@@ -215,8 +215,8 @@ pub struct FrameTiming {
     pub frame: u64,
     /// Cycles until the last CCU was done.
     pub preprocessing_end: u64,
-    /// Units in pipeline order.
-    pub units: Vec<UnitCycles>,
+    /// Units, in the order of [`UnitKind::ALL`].
+    pub units: [UnitCycles; UnitKind::ALL.len()],
     /// The DRAM.
     pub dram: DramUse,
     /// Buffers, in the order of [`Buffer::ALL`].
@@ -224,6 +224,13 @@ pub struct FrameTiming {
     /// Cycles for which tiles (or merged tiles, or sort groups) held a core's renderer, from the
     /// first of their chunks to the last of their pixels.
     pub tile_cycles: Histogram,
+}
+
+impl FrameTiming {
+    /// The units of one kind.
+    pub fn unit(&self, kind: UnitKind) -> &UnitCycles {
+        &self.units[kind as usize]
+    }
 }
 
 /// What the frame before and the feature cache contribute; both are measured once for a geometry

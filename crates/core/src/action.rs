@@ -36,6 +36,34 @@ impl Stage {
     }
 }
 
+/// The kinds of hardware unit, in pipeline order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum UnitKind {
+    /// Culling and conversion.
+    Ccu,
+    /// Approximate sorting by pivots.
+    Qsu,
+    /// Precise bitonic sorting.
+    Bsu,
+    /// Volume rendering.
+    Vru,
+}
+
+impl UnitKind {
+    /// All kinds, in pipeline order.
+    pub const ALL: [UnitKind; 4] = [UnitKind::Ccu, UnitKind::Qsu, UnitKind::Bsu, UnitKind::Vru];
+
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            UnitKind::Ccu => "ccu",
+            UnitKind::Qsu => "qsu",
+            UnitKind::Bsu => "bsu",
+            UnitKind::Vru => "vru",
+        }
+    }
+}
+
 /// The on-chip buffers, named as in the published GSCore re-models (`hardware.md` §1.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Buffer {

@@ -258,7 +258,7 @@ impl Viewer<'_> {
             let cycles = pixels * self.cost.flops / self.cost.flops_per_cycle;
             seconds += cycles / self.clock.machine.clock.0;
         }
-        let regions = report.regions.unwrap_or_default();
+        let regions = report.regions().copied().unwrap_or_default();
         Ok(Shown {
             parts,
             display_w,

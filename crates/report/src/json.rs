@@ -2,8 +2,10 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::{Bottleneck, MODEL_VERSION, Run, SCHEMA_VERSION, TOOL_VERSION, Table};
+use super::{Bottleneck, Run, SCHEMA_VERSION, Table};
 use super::{bottleneck, limits};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
 
 /// The run as JSON. Statistics are nested by the dots of their names; what was not measured is

@@ -43,12 +43,6 @@ use powergs_core::sim::{FrameReport, Model};
 /// goes away; new names alone do not raise it.
 pub const SCHEMA_VERSION: u32 = 2;
 
-/// Version of the model. Raised whenever the same inputs give other numbers.
-pub const MODEL_VERSION: u32 = 2;
-
-/// Version of the program.
-pub const TOOL_VERSION: &str = env!("CARGO_PKG_VERSION");
-
 /// What went into a run besides the frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facts {

@@ -3,7 +3,9 @@
 
 use toml::{Table, Value};
 
-use super::{MODEL_VERSION, ReportError, Run, SCHEMA_VERSION, TOOL_VERSION};
+use super::{ReportError, Run, SCHEMA_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 
 /// The file: versions, run, inputs with checksums, configuration as resolved.
 pub fn run_toml(run: &Run) -> Result<String, ReportError> {

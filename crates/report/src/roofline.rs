@@ -36,9 +36,8 @@ impl Roofline {
         let (mut flops, mut bytes) = ([0.0; 3], [0.0; 3]);
         let (mut first, mut all) = (0.0, 0.0);
         for frame in &run.frames {
-            let (Some(timing), Some(clock)) = (&frame.timing, frame.clock_hz) else {
-                return Vec::new();
-            };
+            let Some(cycle) = frame.cycle() else { return Vec::new() };
+            let (timing, clock) = (&cycle.timing, cycle.clock.0);
             first += timing.preprocessing_end as f64 / clock;
             all += timing.frame as f64 / clock;
             for (i, stage) in Stage::WORK.into_iter().enumerate() {

@@ -7,8 +7,10 @@ use super::charts::Chart;
 use super::format::{engineering, percent, rate, significant};
 use super::terminal::applies;
 use super::what_if::signed_percent;
-use super::{MODEL_VERSION, Means, Run, TOOL_VERSION, Table, bottleneck, limits};
+use super::{Means, Run, Table, bottleneck, limits};
+use powergs_base::TOOL_VERSION;
 use powergs_core::energy::Component;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;
 
 /// The summary, with links to `charts` in the same folder.

@@ -5,12 +5,13 @@ use toml::{Table, Value};
 use super::super::{Exit, Failure, OrExit};
 use super::Args;
 use super::inputs::Inputs;
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::Screen;
 use powergs_optimize::plan::Campaign;
 use powergs_optimize::schedule::Plan;
 use powergs_optimize::setup::{Gate, Settings};
 use powergs_optimize::target::TargetRule;
-use powergs_report::{MODEL_VERSION, TOOL_VERSION};
 
 /// The file.
 ///

@@ -7,9 +7,11 @@ use crate::cli::machine_file::LoadedMachine;
 use crate::cli::run_folder::RunFolder;
 use crate::cli::trace_source::{TraceSource, hashed};
 use crate::cli::{Exit, Failure, OrExit};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
+use powergs_report::Input;
 use powergs_report::charts::Chart;
 use powergs_report::sensitivity::{self, interactions, keys};
-use powergs_report::{Input, MODEL_VERSION, TOOL_VERSION};
 
 /// Writes tables, charts and summary; returns the main table.
 ///

@@ -9,8 +9,8 @@ use xxhash_rust::xxh3::Xxh3;
 use super::folder::Shard;
 use super::opened::Opened;
 use crate::cli::Context;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_core::workload::Geometry;
-use powergs_report::MODEL_VERSION;
 use powergs_study::sweep::design::{Design, Rejected};
 use powergs_study::sweep::outcome::OUTCOME_VERSION;
 

@@ -7,7 +7,7 @@ use super::folder::Shard;
 use super::records::Records;
 use super::state::State;
 use crate::cli::{Failure, out};
-use powergs_report::MODEL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_study::sweep::journal::Record;
 use powergs_study::sweep::outcome::OUTCOME_VERSION;
 

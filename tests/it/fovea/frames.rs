@@ -183,13 +183,13 @@ fn accumulators_take_time_or_area() {
     };
     let [one, two] =
         ["fovea.accumulators=1", "fovea.accumulators=2"].map(|set| on(&[set]).expect("a frame"));
-    let cycles = |r: &powergs_sim::sim::FrameReport| r.timing.as_ref().expect("timed").frame;
+    let cycles = |r: &powergs_sim::sim::FrameReport| r.timing().expect("timed").frame;
     assert!(cycles(&two) < cycles(&one), "{} {}", cycles(&two), cycles(&one));
     let vru = |r: &powergs_sim::sim::FrameReport| r.area.expect("area").units[3].0;
     assert!((vru(&two) / vru(&one) - 1.46).abs() < 1e-12);
-    let energy: f64 = one.regions.expect("regions").iter().map(|r| r.energy_pj).sum();
+    let energy: f64 = one.regions().expect("regions").iter().map(|r| r.energy_pj).sum();
     assert!(energy > 0.0 && energy < one.energy.dynamic().0);
-    assert_eq!(one.fovea.expect("foveated").gaze, [0.4, 0.6]);
+    assert_eq!(one.fovea().expect("foveated").gaze, [0.4, 0.6]);
     // A machine without accumulators says what to do.
     let refused = on(&["fovea.accumulators=0"]).expect_err("a machine that cannot");
     assert!(matches!(refused, Breach::Foveated { .. }) && refused.is_refusal());

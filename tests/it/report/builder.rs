@@ -3,17 +3,17 @@
 use powergs_sim::accel::{
     BufferUse, DramCommands, DramUse, FrameTiming, Histogram, StageCommands, UnitCycles,
 };
-use powergs_sim::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
-use powergs_sim::quantity::{Picojoules, SquareMillimetres};
+use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
 use powergs_sim::report::roofline::Roofline;
 use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
     Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
 };
 use powergs_sim::sim::{
-    CacheSummary, FoveaSummary, FrameReport, Model, OrderSummary, RegionReport, ReuseSummary,
-    StageBytes,
+    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
+    OrderSummary, PaperReport, RegionReport, ReuseSummary, StageBytes,
 };
 use powergs_sim::splat::{Counters, FoveaCounters};
 
@@ -53,27 +53,47 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         frame: number,
         name: format!("view_{number:04}"),
         counters: counters(n),
-        alpha_evaluations_executed: Some(64 * n),
-        live_evaluations: Some(50 * n),
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
         actions,
         energy,
         standby: Standby::constant([0.06, 0.025, 0.005]),
         area: Some(area()),
-        timing: Some(timing(cycles)),
-        clock_hz: Some(1e9),
-        order: Some(OrderSummary {
-            neighbours: 2 * n,
-            out_of_order: n / 100,
-            equal_keys: n / 50,
-            inversions: n / 40,
-        }),
-        cache: Some(CacheSummary { hits: n, misses: n / 2 }),
-        reuse: Some(ReuseSummary { kept: n, added: n / 5, gone: n / 4, out_of_order: n / 90 }),
-        fovea: Some(fovea(n)),
-        regions: Some(std::array::from_fn(|k| region(n, k as u64))),
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
+        model: ModelReport::Cycle(Box::new(CycleReport {
+            timing: timing(cycles),
+            clock: Hertz(1e9),
+            executed_evaluations: 64 * n,
+            live_evaluations: 50 * n,
+            lists: Some(ListOrder::Sorted(OrderSummary {
+                neighbours: 2 * n,
+                out_of_order: n / 100,
+                equal_keys: n / 50,
+                inversions: n / 40,
+            })),
+            cache: Some(CacheSummary { hits: n, misses: n / 2 }),
+            fovea: Some(Foveal {
+                summary: fovea(n),
+                regions: std::array::from_fn(|k| region(n, k as u64)),
+            }),
+        })),
     }
+}
+
+/// What only the `cycle` model knows of a frame.
+pub fn cycle(frame: &mut FrameReport) -> &mut CycleReport {
+    match &mut frame.model {
+        ModelReport::Cycle(cycle) => cycle,
+        ModelReport::Paper(_) => panic!("a frame of the `paper` model"),
+    }
+}
+
+/// As [`frame`], with the order of the frame before.
+pub fn reusing_frame(number: usize, millions: f64) -> FrameReport {
+    let mut frame = frame(number, millions);
+    let n = frame.counters.intersecting_points;
+    let reuse = ReuseSummary { kept: n, added: n / 5, gone: n / 4, out_of_order: n / 90 };
+    cycle(&mut frame).lists = Some(ListOrder::Reused(reuse));
+    frame
 }
 
 fn fovea(n: u64) -> FoveaSummary {
@@ -120,7 +140,7 @@ fn bytes(read: u64, write: u64, sram: u64) -> StageBytes {
 }
 
 fn timing(cycles: u64) -> FrameTiming {
-    let unit = |unit, instances: u32, shares: [f64; 4]| {
+    let unit = |unit: UnitKind, instances: u32, shares: [f64; 4]| {
         let all = cycles * u64::from(instances);
         let part = |share: f64| (all as f64 * share) as u64;
         let [busy, dram, input, output] = shares.map(part);
@@ -130,9 +150,9 @@ fn timing(cycles: u64) -> FrameTiming {
             instances,
             busy,
             stalls: match unit {
-                "ccu" => [dram, 0, 0, 0, input, output, 0],
-                "qsu" => [0, dram, 0, 0, input, output, 0],
-                _ => [0, 0, 0, dram, input, output, 0],
+                UnitKind::Ccu => [dram, 0, 0, 0, input, output, 0],
+                UnitKind::Qsu => [0, dram, 0, 0, input, output, 0],
+                UnitKind::Bsu | UnitKind::Vru => [0, 0, 0, dram, input, output, 0],
             },
             idle,
         }
@@ -140,11 +160,11 @@ fn timing(cycles: u64) -> FrameTiming {
     FrameTiming {
         frame: cycles,
         preprocessing_end: cycles / 4,
-        units: vec![
-            unit("ccu", 4, [0.10, 0.12, 0.0, 0.01]),
-            unit("qsu", 8, [0.05, 0.14, 0.02, 0.20]),
-            unit("bsu", 4, [0.22, 0.02, 0.11, 0.30]),
-            unit("vru", 64, [0.61, 0.08, 0.04, 0.003]),
+        units: [
+            unit(UnitKind::Ccu, 4, [0.10, 0.12, 0.0, 0.01]),
+            unit(UnitKind::Qsu, 8, [0.05, 0.14, 0.02, 0.20]),
+            unit(UnitKind::Bsu, 4, [0.22, 0.02, 0.11, 0.30]),
+            unit(UnitKind::Vru, 64, [0.61, 0.08, 0.04, 0.003]),
         ],
         dram: DramUse {
             read_bytes: 15 * (cycles / 10),
@@ -202,7 +222,7 @@ fn tile_cycles(cycles: u64) -> Histogram {
 /// A frame of the `paper` model.
 pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     let mut frame = frame(number, millions);
-    frame.regions = None;
+    frame.model = ModelReport::Paper(PaperReport { fovea: frame.fovea().copied() });
     let mut energy = EnergyBreakdown::default();
     for stage in Stage::WORK {
         for component in [Component::Dram, Component::Sram, Component::Flop] {
@@ -212,13 +232,8 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     frame.energy = energy;
     frame.stages.iter_mut().for_each(|s| s.flops = 1_000_000);
     frame.actions = ActionCounts::default();
-    frame.alpha_evaluations_executed = None;
-    frame.live_evaluations = None;
-    (frame.order, frame.cache, frame.reuse) = (None, None, None);
     frame.standby = Standby::default();
     frame.area = None;
-    frame.timing = None;
-    frame.clock_hz = None;
     frame.display_w = None;
     frame
 }

@@ -123,7 +123,7 @@ fn limited(
     change: impl FnOnce(&mut powergs_sim::accel::FrameTiming),
 ) -> Option<bottleneck::Bottleneck> {
     let mut run = builder::run(&[8.0]);
-    change(run.frames[0].timing.as_mut().expect("timing"));
+    change(&mut builder::cycle(&mut run.frames[0]).timing);
     let found = bottleneck::of(&Table::of(&run).means())?;
     let parts = found.bounds.iter().map(|b| b.share).chain(found.waits.iter().map(|w| w.share));
     let sum = parts.sum::<f64>() + found.without_work;

@@ -14,7 +14,7 @@
 use super::bank::Banks;
 use super::machine::GsuSpec;
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// What has to be sorted before a chunk can be rendered.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -81,7 +81,7 @@ impl Bsu {
 
 impl Unit for Bsu {
     type Work = Sort;
-    const NAME: &'static str = "bsu";
+    const NAME: &'static str = UnitKind::Bsu.name();
 
     /// Keys of a group are looked through a row at a time (A80).
     fn cycles(&self, sort: &Sort) -> u64 {

@@ -25,7 +25,7 @@ use super::batch::Batch;
 use super::divide::Divisor;
 use super::machine::{CcuSpec, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// The unit.
 #[derive(Debug, Clone)]
@@ -138,7 +138,7 @@ impl Ccu {
 
 impl Unit for Ccu {
     type Work = Batch;
-    const NAME: &'static str = "ccu";
+    const NAME: &'static str = UnitKind::Ccu.name();
 
     #[inline]
     fn cycles(&self, batch: &Batch) -> u64 {

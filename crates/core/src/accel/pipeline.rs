@@ -42,20 +42,16 @@ use self::memo::Memo;
 use self::preprocess::Converter;
 use self::turns::Turns;
 use super::batch::Batches;
-use super::bsu::Bsu;
 use super::buffer::{Room, usage};
-use super::ccu::Ccu;
 use super::design::Design;
 use super::layout::{Layout, Span};
 use super::machine::Overlap;
 use super::memory::{Arrival, Memory, NEVER, Request};
-use super::qsu::Qsu;
 use super::schedule::{Job, Plan};
 use super::timeline::Observer;
 use super::traffic::{Traffic, pairs_written};
-use super::vru::Vru;
-use super::{BufferUse, FrameTiming, Given, Histogram, Machine, Stall, Unit, UnitCycles};
-use crate::action::{ActionCounts, Buffer, Stage};
+use super::{BufferUse, FrameTiming, Given, Histogram, Machine, Stall, UnitCycles};
+use crate::action::{ActionCounts, Buffer, Stage, UnitKind};
 use crate::workload::FrameWorkload;
 
 /// What CCUs and cores share.
@@ -263,11 +259,11 @@ fn finish<'a, O: Observer>(
 
 fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: &Shared<O>) -> Outcome {
     let (design, cores) = (shared.design, &agents.cores);
-    let units = vec![
-        sum(Ccu::NAME, 1, agents.converters.iter().map(|c| &c.ledger)),
-        sum(Qsu::NAME, design.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
-        sum(Bsu::NAME, design.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.bsu)),
-        sum(Vru::NAME, design.vru.spec.units_per_core, cores.iter().map(|c| &c.vru)),
+    let units = [
+        sum(UnitKind::Ccu, 1, agents.converters.iter().map(|c| &c.ledger)),
+        sum(UnitKind::Qsu, design.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+        sum(UnitKind::Bsu, design.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.bsu)),
+        sum(UnitKind::Vru, design.vru.spec.units_per_core, cores.iter().map(|c| &c.vru)),
     ];
     let mut speculation = ActionCounts::default();
     let mut tile_cycles = Histogram::EMPTY;
@@ -281,7 +277,7 @@ fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: &Shar
 }
 
 /// Adds the ledgers of gangs of `gang` units each.
-fn sum<'a>(unit: &'static str, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
+fn sum<'a>(unit: UnitKind, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
     let stalls = [0; Stall::ALL.len()];
     let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };
     for ledger in ledgers {

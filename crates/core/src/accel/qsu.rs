@@ -14,7 +14,7 @@
 use super::bank::Banks;
 use super::machine::{GsuSpec, Spill};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// The keys that are sorted together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -82,7 +82,7 @@ impl Qsu {
 
 impl Unit for Qsu {
     type Work = Keys;
-    const NAME: &'static str = "qsu";
+    const NAME: &'static str = UnitKind::Qsu.name();
 
     /// All passes, without spill. Keys that need none pass in one cycle.
     fn cycles(&self, keys: &Keys) -> u64 {

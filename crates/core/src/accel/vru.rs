@@ -22,7 +22,7 @@
 use super::bank::Banks;
 use super::machine::{Fetch, FoveaSpec, Termination, VruSpec};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use crate::workload::{ChunkWork, PairWork, TileWork};
 
 /// A chunk, and the tile that ends with it.
@@ -154,7 +154,7 @@ impl Vru {
 
 impl Unit for Vru {
     type Work = Render;
-    const NAME: &'static str = "vru";
+    const NAME: &'static str = UnitKind::Vru.name();
 
     fn cycles(&self, work: &Render) -> u64 {
         let units = u64::from(self.spec.units_per_core);

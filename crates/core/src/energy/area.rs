@@ -1,6 +1,6 @@
 //! Silicon area of one machine, by block.
 
-use crate::action::Buffer;
+use crate::action::{Buffer, UnitKind};
 use powergs_base::quantity::SquareMillimetres;
 
 /// Area of a chip by block.
@@ -16,7 +16,8 @@ pub struct Area {
 
 impl Area {
     /// Names of the units, in the order of [`Area::units`].
-    pub const UNITS: [&'static str; 4] = ["ccu", "qsu", "bsu", "vru"];
+    pub const UNITS: [&'static str; 4] =
+        [UnitKind::Ccu.name(), UnitKind::Qsu.name(), UnitKind::Bsu.name(), UnitKind::Vru.name()];
 
     /// Number of [`Area::blocks`].
     pub const BLOCKS: usize = 4 + Buffer::ALL.len() + 1;

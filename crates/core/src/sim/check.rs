@@ -157,7 +157,7 @@ pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(
         let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
         let expected = u64::from(unit.instances) * timing.frame;
         if accounted != expected {
-            return Err(Breach::Cycles { frame, unit: unit.unit, accounted, expected });
+            return Err(Breach::Cycles { frame, unit: unit.unit.name(), accounted, expected });
         }
     }
     let dram = &timing.dram;
@@ -187,7 +187,7 @@ pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(
 pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
     let work: f64 =
         Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
-    let commands = report.timing.as_ref().and_then(|t| t.dram.commands.as_ref());
+    let commands = report.timing().and_then(|t| t.dram.commands.as_ref());
     let commands: f64 = commands.map_or(0.0, |c| {
         let sum = |field: fn(&StageCommands) -> u64| c.stages.iter().map(field).sum();
         let (reads, writes) = (sum(|s| s.reads), sum(|s| s.writes));

@@ -1,7 +1,7 @@
 //! What is measured of a frame once, whatever the timing: the order of its lists, the hits of the
 //! feature cache, and what lists keep of the frame before.
 
-use super::{CacheSummary, OrderSummary, ReuseSummary};
+use super::{CacheSummary, ListOrder, OrderSummary, ReuseSummary};
 use crate::accel::timeline::Observer;
 use crate::accel::{Given, Machine, Replay, replay_with};
 use crate::workload::FrameWorkload;
@@ -56,15 +56,16 @@ impl Measured {
         Some(CacheSummary { hits: cache.hit_loads, misses: cache.loads - cache.hit_loads })
     }
 
-    /// Entries kept, and how well the updated lists are sorted.
-    pub fn reuse_summary(&self) -> Option<ReuseSummary> {
-        let summary = self.reuse.as_ref()?.summary;
-        Some(ReuseSummary {
+    /// How well the lists are sorted, or what they took over from the frame before.
+    pub fn lists(&self) -> Option<ListOrder> {
+        let Some(reuse) = &self.reuse else { return self.order.map(ListOrder::Sorted) };
+        let summary = reuse.summary;
+        Some(ListOrder::Reused(ReuseSummary {
             kept: summary.kept,
             added: summary.new,
             gone: summary.gone,
             out_of_order: summary.adjacent_inversions,
-        })
+        }))
     }
 }
 

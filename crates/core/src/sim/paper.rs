@@ -1,6 +1,6 @@
 //! The `paper` model: closed-form counts x three unit prices. It has no time.
 
-use super::{FoveaSummary, FrameReport, Label, StageBytes};
+use super::{FoveaSummary, FrameReport, Label, ModelReport, PaperReport, StageBytes};
 use crate::action::{ActionCounts, Stage};
 use crate::energy::{Component, EnergyBreakdown, Standby};
 use crate::workload::FrameWorkload;
@@ -36,21 +36,13 @@ pub fn simulate(
         frame: label.frame,
         name: label.name,
         counters: workload.counters,
-        alpha_evaluations_executed: None,
-        live_evaluations: None,
         stages: counts.map(stage_bytes),
         actions: ActionCounts::default(),
         energy: breakdown(&counts, prices),
         standby: Standby::default(),
         area: None,
-        timing: None,
-        clock_hz: None,
-        order: None,
-        cache: None,
-        reuse: None,
-        fovea: FoveaSummary::of(workload),
-        regions: None,
         display_w: label.display_w,
+        model: ModelReport::Paper(PaperReport { fovea: FoveaSummary::of(workload) }),
     }
 }
 

@@ -4,8 +4,8 @@ use crate::accel::StageCommands;
 use crate::accel::regions::RegionWork;
 use crate::action::{Action, Stage};
 use crate::energy::{Prices, StageWork};
-use powergs_frame::fovea::LEVELS;
 
+use super::Foveal;
 use super::timed::Timed;
 
 /// One region of a foveated frame.
@@ -22,8 +22,8 @@ pub struct RegionReport {
 }
 
 /// Prices the regions of a frame. Where DRAM commands are priced, a stage's are shared by bytes.
-pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<[RegionReport; LEVELS]> {
-    let regions = timed.regions.as_ref()?;
+pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<Foveal<RegionReport>> {
+    let fovea = timed.fovea.as_ref()?;
     let bytes = |work: &RegionWork, stage| {
         let count = |action| work.actions.count(stage, action);
         count(Action::DramRead) + count(Action::DramWrite)
@@ -43,7 +43,7 @@ pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<[RegionReport; LE
         let RegionWork { tiles, entries, cycles, .. } = *work;
         RegionReport { tiles, entries, cycles, energy_pj }
     };
-    Some(regions.each_ref().map(of))
+    Some(Foveal { summary: fovea.summary, regions: fovea.regions.each_ref().map(of) })
 }
 
 fn stage_work(made: &StageCommands) -> StageWork {

@@ -1,16 +1,15 @@
 //! A frame on a machine before prices: one timing can be priced by several energy tables.
 
 use super::{
-    Breach, CacheSummary, FoveaSummary, FrameReport, Label, Measured, OrderSummary, ReuseSummary,
-    StageBytes, check, regions,
+    Breach, CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, Label, ListOrder,
+    Measured, ModelReport, StageBytes, check, regions,
 };
 use crate::accel::regions::RegionWork;
 use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
 use crate::action::{Action, ActionCounts, Stage};
-use crate::energy::{Activity, Area, DramWork, Prices, StageWork};
+use crate::energy::{Activity, DramWork, Prices, StageWork};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::{Cycles, Hertz};
-use powergs_frame::fovea::LEVELS;
 use powergs_frame::splat::Counters;
 
 /// What a frame did on a machine, and when. Everything but what it cost.
@@ -26,16 +25,12 @@ pub struct Timed {
     pub timing: FrameTiming,
     /// Clock of the machine.
     pub clock: Hertz,
-    /// The order of the lists, where it was checked.
-    pub order: Option<OrderSummary>,
+    /// What was measured of the order of the lists; `None` where nobody measured it.
+    pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,
-    /// Sort reuse, where the machine does it.
-    pub reuse: Option<ReuseSummary>,
     /// What only foveated frames have.
-    pub fovea: Option<FoveaSummary>,
-    /// The regions of a foveated frame.
-    pub regions: Option<[RegionWork; LEVELS]>,
+    pub fovea: Option<Foveal<RegionWork>>,
 }
 
 impl Timed {
@@ -92,11 +87,11 @@ fn timed(
         actions: replay.actions,
         timing: replay.timing,
         clock: machine.clock,
-        order: measured.order,
+        lists: measured.lists(),
         cache: measured.cache_summary(),
-        reuse: measured.reuse_summary(),
-        fovea: FoveaSummary::of(workload),
-        regions: replay.regions,
+        fovea: FoveaSummary::of(workload)
+            .zip(replay.regions)
+            .map(|(summary, regions)| Foveal { summary, regions }),
     })
 }
 
@@ -115,21 +110,21 @@ pub fn priced(label: Label, timed: &Timed, prices: &Prices) -> Result<FrameRepor
         frame: label.frame,
         name: label.name,
         counters: timed.counters,
-        alpha_evaluations_executed: Some(timed.actions.total(Action::Alpha)),
-        live_evaluations: Some(timed.live_evaluations),
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
         energy: prices.breakdown(&activity),
         actions: timed.actions.clone(),
         standby: prices.standby(&activity),
         area: prices.area,
-        timing: Some(timed.timing.clone()),
-        clock_hz: Some(timed.clock.0),
-        order: timed.order,
-        cache: timed.cache,
-        reuse: timed.reuse,
-        fovea: timed.fovea,
-        regions: regions::priced(timed, prices),
         display_w: label.display_w,
+        model: ModelReport::Cycle(Box::new(CycleReport {
+            timing: timed.timing.clone(),
+            clock: timed.clock,
+            executed_evaluations: timed.actions.total(Action::Alpha),
+            live_evaluations: timed.live_evaluations,
+            lists: timed.lists,
+            cache: timed.cache,
+            fovea: regions::priced(timed, prices),
+        })),
     };
     check::energy(&report, prices)?;
     Ok(report)
@@ -141,8 +136,7 @@ fn idle(timing: &FrameTiming) -> [f64; 4] {
         let cycles = timing.frame as f64 * f64::from(unit.instances);
         if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
     };
-    let find = |name: &str| timing.units.iter().find(|u| u.unit == name);
-    Area::UNITS.map(|name| find(name).map_or(0.0, share))
+    timing.units.each_ref().map(share)
 }
 
 /// The commands that cost energy.

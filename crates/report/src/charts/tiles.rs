@@ -19,7 +19,7 @@ pub(super) fn chart(run: &Run) -> Result<Option<Chart>, ReportError> {
     let mut lengths: Bins = [0; Histogram::BINS];
     tiles.entries.iter().for_each(|&n| lengths[Histogram::bin(u64::from(n))] += 1);
     let mut times: Bins = [0; Histogram::BINS];
-    for timing in run.frames.iter().filter_map(|f| f.timing.as_ref()) {
+    for timing in run.frames.iter().filter_map(|f| f.timing()) {
         for (sum, n) in times.iter_mut().zip(timing.tile_cycles.bins) {
             *sum += u64::from(n);
         }

@@ -5,7 +5,9 @@ use toml::Value;
 
 use super::{Better, Comparison};
 use crate::bottleneck;
-use crate::{MODEL_VERSION, ReportError, SCHEMA_VERSION, TOOL_VERSION};
+use crate::{ReportError, SCHEMA_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::catalogue;
 
 /// The comparison as one object: sides, measures with ratios and differences to the first side,

@@ -7,8 +7,9 @@ use crate::bottleneck;
 use crate::breakdown::CycleRow;
 use crate::charts::Chart;
 use crate::format::{percent, shortened, significant, wrapped};
-use crate::{MODEL_VERSION, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
 use powergs_core::action::Stage;
+use powergs_core::sim::MODEL_VERSION;
 
 /// Width of the first column.
 const FIRST: usize = 28;

@@ -4,7 +4,7 @@ use super::{
     FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, RoleRecord, ScreenRecord,
     SeenRecord, VERSION, VariantRecord,
 };
-use crate::TOOL_VERSION;
+use powergs_base::TOOL_VERSION;
 use powergs_frame::fovea::{REGIONS, Screen};
 use powergs_optimize::foveated::{Foveal, LevelState};
 use powergs_optimize::plan::{Campaign, Outcome, Place, Role};

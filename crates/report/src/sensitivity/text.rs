@@ -5,7 +5,8 @@ use std::fmt::Write;
 use super::{Change, Fixed, Row, Sensitivity, Side};
 use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
-use crate::{MODEL_VERSION, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 
 /// Traces beside each other on the terminal; more go below.
 const ABREAST: usize = 2;

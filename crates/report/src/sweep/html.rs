@@ -5,8 +5,10 @@ use serde_json::{Value as Json, json};
 
 use super::page::{self, Grid};
 use super::words;
+use crate::ReportError;
 use crate::charts::Chart;
-use crate::{MODEL_VERSION, ReportError, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::marginal::Neighbour;
 

@@ -5,7 +5,8 @@ use std::io::Read;
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::{SCHEMA_VERSION, TOOL_VERSION};
+use crate::SCHEMA_VERSION;
+use powergs_base::TOOL_VERSION;
 use powergs_study::analysis::axes::Axis;
 use powergs_study::analysis::distance::Better;
 use powergs_study::analysis::marginal::{Marginal, Neighbour};

@@ -8,7 +8,8 @@ use super::words;
 use crate::charts::Chart;
 use crate::format::significant;
 use crate::summary::escaped;
-use crate::{MODEL_VERSION, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::marginal::Neighbour;
 

@@ -2,9 +2,9 @@
 
 use powergs_core::accel::Machine;
 use powergs_core::accel::Stall;
-use powergs_core::action::Stage;
+use powergs_core::action::{Stage, UnitKind};
 use powergs_core::energy::Component;
-use powergs_core::sim::{FrameReport, Measured};
+use powergs_core::sim::{CycleReport, FrameReport, Measured};
 use powergs_core::workload::FrameWorkload;
 
 /// Sums over frames.
@@ -63,9 +63,8 @@ impl Totals {
     ) {
         self.frames += 1;
         self.seconds += report.frame_time_s().unwrap_or(0.0);
-        if let Some(timing) = &report.timing {
-            let cycles = timing.frame - timing.preprocessing_end;
-            self.tile_seconds += cycles as f64 / machine.clock.0;
+        if let Some(cycle) = report.cycle() {
+            self.add_cycles(cycle);
         }
         let chip = [Component::Sram, Component::Flop, Component::Leakage];
         self.chip_pj += chip.map(|c| report.energy.component(c).0).iter().sum::<f64>();
@@ -76,17 +75,6 @@ impl Totals {
         let pairs =
             measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
         self.list_bytes_written += pairs * machine.record.list_entry.0;
-        self.live_evaluations += report.live_evaluations.unwrap_or(0);
-        self.executed_evaluations += report.alpha_evaluations_executed.unwrap_or(0);
-        for unit in report.timing.iter().flat_map(|timing| &timing.units) {
-            let cycles = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
-            self.unit_cycles += cycles;
-            self.bank_stalls += unit.stalls[Stall::Bank as usize];
-            if unit.unit == "vru" {
-                self.vru_active += cycles - unit.idle;
-                self.vru_cycles += cycles;
-            }
-        }
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
         self.alpha_evaluations += workload.counters.alpha_evaluations;
@@ -97,6 +85,22 @@ impl Totals {
             self.keeping.1 += 1.0;
             let shift = reuse.summary.rank_shift_p99;
             self.rank_shift = Some(self.rank_shift.map_or(shift, |old| old.max(shift)));
+        }
+    }
+
+    fn add_cycles(&mut self, cycle: &CycleReport) {
+        let timing = &cycle.timing;
+        self.tile_seconds += (timing.frame - timing.preprocessing_end) as f64 / cycle.clock.0;
+        self.live_evaluations += cycle.live_evaluations;
+        self.executed_evaluations += cycle.executed_evaluations;
+        for unit in &timing.units {
+            let cycles = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
+            self.unit_cycles += cycles;
+            self.bank_stalls += unit.stalls[Stall::Bank as usize];
+            if unit.unit == UnitKind::Vru {
+                self.vru_active += cycles - unit.idle;
+                self.vru_cycles += cycles;
+            }
         }
     }
 

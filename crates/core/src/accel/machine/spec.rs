@@ -316,6 +316,17 @@ pub enum DramModel {
     Banked,
 }
 
+impl DramModel {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            DramModel::Bandwidth => "bandwidth",
+            DramModel::Window => "window",
+            DramModel::Banked => "banked",
+        }
+    }
+}
+
 /// The `[dram]` table: the `bandwidth` model, and the device of the other two.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

@@ -69,7 +69,7 @@ fn real(
 }
 
 fn missed(frame: &FrameReport, fps: f64) -> Option<u64> {
-    frame.timing.is_some().then(|| u64::from(frame.misses_deadline(fps)))
+    frame.cycle().is_some().then(|| u64::from(frame.misses_deadline(fps)))
 }
 
 fn time(list: &mut List) {
@@ -98,14 +98,14 @@ fn time(list: &mut List) {
         read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
     });
     count(list, "frame_cycles", "cycles", "Length of the frame in clock cycles.", |f| {
-        Some(f.timing.as_ref()?.frame)
+        Some(f.timing()?.frame)
     });
     count(
         list,
         "preprocessing_cycles",
         "cycles",
         "Cycles until the last CCU was done and sorting could begin.",
-        |f| Some(f.timing.as_ref()?.preprocessing_end),
+        |f| Some(f.timing()?.preprocessing_end),
     );
 }
 
@@ -120,7 +120,7 @@ const COLUMNS: [Column; 3] = [
 
 /// FLOPs are counted by the `paper` model only; the `cycle` model counts actions.
 fn flops(frame: &FrameReport, stages: &[usize]) -> Option<u64> {
-    frame.timing.is_none().then(|| stages.iter().map(|&i| frame.stages[i].flops).sum())
+    frame.cycle().is_none().then(|| stages.iter().map(|&i| frame.stages[i].flops).sum())
 }
 
 fn bytes(list: &mut List) {
@@ -185,7 +185,7 @@ fn counters(list: &mut List) {
         "1",
         "α evaluations that the machine executes: every pixel of every live sub-tile that is not \
          skipped.",
-        |f| f.alpha_evaluations_executed,
+        |f| Some(f.cycle()?.executed_evaluations),
     );
     count(
         list,
@@ -193,6 +193,6 @@ fn counters(list: &mut List) {
         "1",
         "Those of `counters.alpha_evaluations_executed` whose pixel has not stopped: what the \
          machine executes to some purpose.",
-        |f| f.live_evaluations,
+        |f| Some(f.cycle()?.live_evaluations),
     );
 }

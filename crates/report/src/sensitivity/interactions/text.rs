@@ -6,7 +6,8 @@ use super::{Interactions, Results};
 use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use crate::sensitivity::outcome::Measure;
-use crate::{MODEL_VERSION, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::indices::{Estimate, Index};
 
 /// Measures on the terminal; the page has all.

@@ -6,7 +6,8 @@ use super::{KeyRow, Keys, Reach, Status};
 use crate::charts::Chart;
 use crate::format::{rate, shortened, significant, wrapped};
 use crate::sensitivity::outcome::{Measure, Outcome};
-use crate::{MODEL_VERSION, TOOL_VERSION};
+use powergs_base::TOOL_VERSION;
+use powergs_core::sim::MODEL_VERSION;
 
 /// Widest line.
 const WIDTH: usize = 80;

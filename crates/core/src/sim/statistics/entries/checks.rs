@@ -1,15 +1,33 @@
 //! What was measured beside the timing: the order of the lists, the feature cache, and sort reuse.
 
 use super::{List, count, real};
-use crate::sim::{CacheSummary, FrameReport, OrderSummary, ReuseSummary};
+use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, ReuseSummary};
 
 /// A share of two counts; `None` where there is nothing to share.
 fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
+fn sorted(frame: &FrameReport) -> Option<&OrderSummary> {
+    match frame.cycle()?.lists.as_ref()? {
+        ListOrder::Sorted(order) => Some(order),
+        ListOrder::Reused(_) => None,
+    }
+}
+
+fn reused(frame: &FrameReport) -> Option<&ReuseSummary> {
+    match frame.cycle()?.lists.as_ref()? {
+        ListOrder::Sorted(_) => None,
+        ListOrder::Reused(reuse) => Some(reuse),
+    }
+}
+
+fn cached(frame: &FrameReport) -> Option<&CacheSummary> {
+    frame.cycle()?.cache.as_ref()
+}
+
 pub(super) fn order(list: &mut List) {
-    let of = |f: &FrameReport, field: fn(&OrderSummary) -> u64| f.order.as_ref().map(field);
+    let of = |f: &FrameReport, field: fn(&OrderSummary) -> u64| sorted(f).map(field);
     let text = "Neighbours in the lists that were sorted with the machine's keys.";
     count(list, "order.neighbours", "1", text, move |f| of(f, |o| o.neighbours));
     let text = "Neighbours that came out in the wrong order of depth.";
@@ -20,26 +38,26 @@ pub(super) fn order(list: &mut List) {
     count(list, "order.inversions", "1", text, move |f| of(f, |o| o.inversions));
     let text = "Share of the neighbours that came out in the wrong order, 0 to 1.";
     real(list, "order.out_of_order_frac", "1", text, |f, _| {
-        let o = f.order.as_ref()?;
+        let o = sorted(f)?;
         share(o.out_of_order, o.neighbours)
     });
 }
 
 pub(super) fn cache(list: &mut List) {
-    let of = |f: &FrameReport, field: fn(&CacheSummary) -> u64| f.cache.as_ref().map(field);
+    let of = |f: &FrameReport, field: fn(&CacheSummary) -> u64| cached(f).map(field);
     let text = "Feature records that were found in the feature cache.";
     count(list, "cache.hits", "1", text, move |f| of(f, |c| c.hits));
     let text = "Feature records that had to be read from DRAM.";
     count(list, "cache.misses", "1", text, move |f| of(f, |c| c.misses));
     let text = "Share of the feature records that were found in the feature cache, 0 to 1.";
     real(list, "cache.hit_frac", "1", text, |f, _| {
-        let c = f.cache.as_ref()?;
+        let c = cached(f)?;
         share(c.hits, c.hits + c.misses)
     });
 }
 
 pub(super) fn reuse(list: &mut List) {
-    let of = |f: &FrameReport, field: fn(&ReuseSummary) -> u64| f.reuse.as_ref().map(field);
+    let of = |f: &FrameReport, field: fn(&ReuseSummary) -> u64| reused(f).map(field);
     let text = "List entries whose place was taken over from the frame before.";
     count(list, "reuse.kept", "1", text, move |f| of(f, |r| r.kept));
     let text = "List entries that the frame before did not have.";
@@ -50,7 +68,7 @@ pub(super) fn reuse(list: &mut List) {
     count(list, "reuse.out_of_order", "1", text, move |f| of(f, |r| r.out_of_order));
     let text = "Share of the list entries whose place was taken over, 0 to 1.";
     real(list, "reuse.kept_frac", "1", text, |f, _| {
-        let r = f.reuse.as_ref()?;
+        let r = reused(f)?;
         share(r.kept, r.kept + r.added)
     });
 }

@@ -50,25 +50,25 @@ const MEASURES: [Measure; 3] = [
 pub(super) fn fovea(list: &mut List) {
     for (i, axis) in ["x", "y"].into_iter().enumerate() {
         let text = format!("Gaze in a foveated frame, share of the image along {axis}.");
-        let gaze = move |f: &FrameReport| f.fovea.map(|v| f64::from(v.gaze[i]));
+        let gaze = move |f: &FrameReport| f.fovea().map(|v| f64::from(v.gaze[i]));
         real(list, format!("fovea.gaze_{axis}"), "1", text, move |f, _| gaze(f));
     }
     for (name, text, field) in FIELDS {
-        let read = move |f: &FrameReport| f.fovea.as_ref().map(field);
+        let read = move |f: &FrameReport| f.fovea().map(field);
         count(list, format!("fovea.{name}"), "1", text, read);
     }
     for (k, region) in REGIONS.into_iter().enumerate() {
         let key = region.to_lowercase();
         for (name, unit, text, field) in MEASURES {
             let text = format!("{text} {region} of a foveated frame.");
-            let read = move |f: &FrameReport| f.regions.as_ref().map(|all| field(&all[k]));
+            let read = move |f: &FrameReport| f.regions().map(|all| field(&all[k]));
             count(list, format!("regions.{key}.{name}"), unit, text, read);
         }
         let text = format!(
             "Energy of sorting and rendering the tiles of region {region} of a foveated frame; \
              preprocessing and what is paid for time belong to no region."
         );
-        let read = move |f: &FrameReport, _| f.regions.as_ref().map(|all| all[k].energy_pj);
+        let read = move |f: &FrameReport, _| f.regions().map(|all| all[k].energy_pj);
         real(list, format!("regions.{key}.energy_pj"), "pJ", text, read);
     }
 }

@@ -2,33 +2,36 @@
 
 use super::{List, count, real};
 use crate::accel::{Histogram, Stall, UnitCycles};
-use crate::action::Action;
+use crate::action::{Action, UnitKind};
 use crate::sim::FrameReport;
 
-/// Units of the pipeline, in its order, with what the reports call them.
-const UNITS: [(&str, &str); 4] = [
-    ("ccu", "culling and conversion units (CCU)"),
-    ("qsu", "quick sorting units (QSU)"),
-    ("bsu", "bitonic sorting units (BSU)"),
-    ("vru", "volume rendering units (VRU)"),
-];
+/// What definitions call a kind of unit.
+fn unit_words(kind: UnitKind) -> &'static str {
+    match kind {
+        UnitKind::Ccu => "culling and conversion units (CCU)",
+        UnitKind::Qsu => "quick sorting units (QSU)",
+        UnitKind::Bsu => "bitonic sorting units (BSU)",
+        UnitKind::Vru => "volume rendering units (VRU)",
+    }
+}
 
-fn unit<'a>(frame: &'a FrameReport, name: &str) -> Option<&'a UnitCycles> {
-    frame.timing.as_ref()?.units.iter().find(|u| u.unit == name)
+fn unit(frame: &FrameReport, kind: UnitKind) -> Option<&UnitCycles> {
+    Some(frame.timing()?.unit(kind))
 }
 
 pub(super) fn units(list: &mut List) {
-    for (name, words) in UNITS {
-        let path = |end: &str| format!("units.{name}.{end}");
+    for kind in UnitKind::ALL {
+        let words = unit_words(kind);
+        let path = |end: &str| format!("units.{}.{end}", kind.name());
         let text = format!("Number of {words} in the machine.");
         count(list, path("instances"), "1", text, move |f| {
-            Some(u64::from(unit(f, name)?.instances))
+            Some(u64::from(unit(f, kind)?.instances))
         });
         let text = format!(
             "Cycles with work, summed over the {words}. Busy + stalls + idle = instances x \
              `frame_cycles`."
         );
-        count(list, path("busy_cycles"), "cycles", text, move |f| Some(unit(f, name)?.busy));
+        count(list, path("busy_cycles"), "cycles", text, move |f| Some(unit(f, kind)?.busy));
         for stall in Stall::ALL {
             let cause = match stall {
                 Stall::Records => "records of Gaussians were in DRAM or on their way",
@@ -41,20 +44,20 @@ pub(super) fn units(list: &mut List) {
             };
             let text = format!("Cycles in which {words} had to wait because {cause}.");
             let path = path(&format!("stall_{}_cycles", stall.name()));
-            count(list, path, "cycles", text, move |f| Some(unit(f, name)?.stalls[stall as usize]));
+            count(list, path, "cycles", text, move |f| Some(unit(f, kind)?.stalls[stall as usize]));
         }
         let text = format!("Cycles without work: before the phase of the {words} or after it.");
-        count(list, path("idle_cycles"), "cycles", text, move |f| Some(unit(f, name)?.idle));
+        count(list, path("idle_cycles"), "cycles", text, move |f| Some(unit(f, kind)?.idle));
         let text = format!("Share of the frame in which the {words} worked, 0 to 1.");
         real(list, path("busy_frac"), "1", text, move |f, _| {
-            let u = unit(f, name)?;
-            let all = f.timing.as_ref()?.frame as f64 * f64::from(u.instances);
+            let u = unit(f, kind)?;
+            let all = f.timing()?.frame as f64 * f64::from(u.instances);
             Some(if all == 0.0 { 0.0 } else { u.busy as f64 / all })
         });
         let text = format!("Share of the frame in which the {words} had work and waited, 0 to 1.");
         real(list, path("stall_frac"), "1", text, move |f, _| {
-            let u = unit(f, name)?;
-            let all = f.timing.as_ref()?.frame as f64 * f64::from(u.instances);
+            let u = unit(f, kind)?;
+            let all = f.timing()?.frame as f64 * f64::from(u.instances);
             let stalls = u.stalls.iter().sum::<u64>() as f64;
             Some(if all == 0.0 { 0.0 } else { stalls / all })
         });
@@ -66,7 +69,10 @@ pub(super) fn units(list: &mut List) {
         "Lanes that do something useful while their core works: `counters.live_evaluations` over \
          `units.vru.busy_cycles`, one lane a rendering unit. What is missing to 1: pixels that \
          have stopped, sub-tiles too small for the core, fill and drain.",
-        |f, _| Some(f.live_evaluations? as f64 / unit(f, "vru")?.busy as f64),
+        |f, _| {
+            let cycle = f.cycle()?;
+            Some(cycle.live_evaluations as f64 / cycle.timing.unit(UnitKind::Vru).busy as f64)
+        },
     );
 }
 
@@ -104,7 +110,7 @@ pub(super) fn tiles(list: &mut List) {
 
 /// The tile times of a frame, where they were measured.
 fn histogram(frame: &FrameReport) -> Option<&Histogram> {
-    let bins = &frame.timing.as_ref()?.tile_cycles;
+    let bins = &frame.timing()?.tile_cycles;
     bins.bins.iter().any(|&n| n > 0).then_some(bins)
 }
 
@@ -129,7 +135,7 @@ pub(super) fn actions(list: &mut List) {
             }
         };
         count(list, name, unit, text, move |f| {
-            f.timing.as_ref()?;
+            f.cycle()?;
             Some(f.actions.total(action))
         });
     }

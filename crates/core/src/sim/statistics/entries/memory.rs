@@ -6,7 +6,7 @@ use crate::action::{Buffer, Stage};
 use crate::sim::FrameReport;
 
 fn usage(frame: &FrameReport) -> Option<&DramUse> {
-    Some(&frame.timing.as_ref()?.dram)
+    Some(&frame.timing()?.dram)
 }
 
 fn commands(frame: &FrameReport) -> Option<&DramCommands> {
@@ -35,7 +35,7 @@ pub(super) fn dram(list: &mut List) {
         "1",
         "Share of the frame in which the data bus moved data, 0 to 1.",
         |f, _| {
-            let t = f.timing.as_ref()?;
+            let t = f.timing()?;
             Some(if t.frame == 0 { 0.0 } else { t.dram.busy_cycles as f64 / t.frame as f64 })
         },
     );
@@ -134,7 +134,7 @@ fn device(list: &mut List) {
 }
 
 fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
-    frame.timing.as_ref()?.buffers.iter().find(|b| b.buffer == which)
+    frame.timing()?.buffers.iter().find(|b| b.buffer == which)
 }
 
 /// A count of one buffer: end of the name, definition, field.
@@ -157,7 +157,7 @@ pub(super) fn buffers(list: &mut List) {
         }
         let text = format!("What the {} buffer held on average over the frame.", which.name());
         real(list, path("mean_bytes"), "B", text, move |f, _| {
-            let cycles = f.timing.as_ref()?.frame as f64;
+            let cycles = f.timing()?.frame as f64;
             Some(buffer(f, which)?.byte_cycles as f64 / cycles)
         });
     }

@@ -1,0 +1,241 @@
+//! What is known of one frame once it was simulated.
+
+use super::RegionReport;
+use crate::accel::FrameTiming;
+use crate::action::ActionCounts;
+use crate::energy::{Area, EnergyBreakdown, Standby};
+use crate::workload::FrameWorkload;
+use powergs_base::quantity::Hertz;
+use powergs_frame::fovea::LEVELS;
+use powergs_frame::splat::{Counters, FoveaCounters};
+
+/// One frame, simulated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameReport {
+    /// Position in the trace.
+    pub frame: usize,
+    /// Name of the view.
+    pub name: String,
+    /// Workload counters under the machine's geometry.
+    pub counters: Counters,
+    /// Bytes and FLOPs by stage, order of `Stage::WORK`.
+    pub stages: [StageBytes; 3],
+    /// Action counts; empty in the `paper` model.
+    pub actions: ActionCounts,
+    /// Energy of the frame. Standby parts are for the frame's own time.
+    pub energy: EnergyBreakdown,
+    /// Power that is paid for time.
+    pub standby: Standby,
+    /// Area of the chip by block, where the energy table knows it.
+    pub area: Option<Area>,
+    /// Display power of the frame's image, watts, where the trace carries the image means.
+    pub display_w: Option<f64>,
+    /// What only the model that made the report knows.
+    pub model: ModelReport,
+}
+
+/// What only one of the models knows of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ModelReport {
+    /// Closed-form counts, without time.
+    Paper(PaperReport),
+    /// The simulated machine. Boxed: it is many times the size of the other.
+    Cycle(Box<CycleReport>),
+}
+
+/// What the `paper` model knows besides counts and energy.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperReport {
+    /// What only foveated frames have.
+    pub fovea: Option<FoveaSummary>,
+}
+
+/// What the `cycle` model knows besides counts and energy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleReport {
+    /// When everything happened.
+    pub timing: FrameTiming,
+    /// Clock of the machine.
+    pub clock: Hertz,
+    /// α evaluations that the machine executes: every pixel of every live sub-tile.
+    pub executed_evaluations: u64,
+    /// Those of them whose pixel has not stopped.
+    pub live_evaluations: u64,
+    /// What was measured of the order of the lists; `None` where nobody measured it.
+    pub lists: Option<ListOrder>,
+    /// The feature cache, where the machine has one.
+    pub cache: Option<CacheSummary>,
+    /// What only foveated frames have.
+    pub fovea: Option<Foveal<RegionReport>>,
+}
+
+impl CycleReport {
+    /// Time of the frame, seconds.
+    pub fn frame_time_s(&self) -> f64 {
+        self.timing.frame as f64 / self.clock.0
+    }
+}
+
+/// What was measured of the sorted lists of a frame: a frame either sorts its lists from nothing,
+/// or takes over the order of the frame before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ListOrder {
+    /// Sorted from nothing, and checked with the machine's keys.
+    Sorted(OrderSummary),
+    /// Taken over from the frame before, and updated.
+    Reused(ReuseSummary),
+}
+
+/// What is known of a foveated frame on a machine; `R` is what is known of each region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foveal<R> {
+    /// Of the whole frame.
+    pub summary: FoveaSummary,
+    /// R1 to R4.
+    pub regions: [R; LEVELS],
+}
+
+impl FrameReport {
+    /// What only the `cycle` model knows.
+    pub fn cycle(&self) -> Option<&CycleReport> {
+        match &self.model {
+            ModelReport::Paper(_) => None,
+            ModelReport::Cycle(cycle) => Some(cycle),
+        }
+    }
+
+    /// When everything happened; `None` in the `paper` model.
+    pub fn timing(&self) -> Option<&FrameTiming> {
+        self.cycle().map(|cycle| &cycle.timing)
+    }
+
+    /// What only foveated frames have, in either model.
+    pub fn fovea(&self) -> Option<&FoveaSummary> {
+        match &self.model {
+            ModelReport::Paper(paper) => paper.fovea.as_ref(),
+            ModelReport::Cycle(cycle) => cycle.fovea.as_ref().map(|fovea| &fovea.summary),
+        }
+    }
+
+    /// R1 to R4 of a foveated frame; `None` in the `paper` model.
+    pub fn regions(&self) -> Option<&[RegionReport; LEVELS]> {
+        self.cycle()?.fovea.as_ref().map(|fovea| &fovea.regions)
+    }
+
+    /// Time of the frame, seconds; `None` in the `paper` model.
+    pub fn frame_time_s(&self) -> Option<f64> {
+        self.cycle().map(CycleReport::frame_time_s)
+    }
+
+    /// Frames per second when frames run back to back; `None` without a time.
+    pub fn achieved_fps(&self) -> Option<f64> {
+        self.frame_time_s().filter(|&s| s > 0.0).map(f64::recip)
+    }
+
+    /// Energy of the frame x achieved frames per second, watts.
+    pub fn power_full_rate_w(&self) -> Option<f64> {
+        Some(self.energy.total().0 * 1e-12 * self.achieved_fps()?)
+    }
+
+    /// Power at a display rate, watts: the work of `fps` frames a second, and what is paid for time
+    /// during frames and between them.
+    pub fn power_display_rate_w(&self, fps: f64) -> f64 {
+        self.energy.dynamic().0 * 1e-12 * fps + self.standby_w(fps).iter().sum::<f64>()
+    }
+
+    /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM
+    /// refresh.
+    pub fn standby_w(&self, fps: f64) -> [f64; 3] {
+        self.standby.at_rate(self.frame_time_s().unwrap_or(0.0), fps)
+    }
+
+    /// Whether the frame takes longer than a period of the display.
+    pub fn misses_deadline(&self, fps: f64) -> bool {
+        self.frame_time_s().is_some_and(|seconds| seconds > fps.recip())
+    }
+}
+
+/// What a report says about its frame without simulating it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Label {
+    /// Position in the trace.
+    pub frame: usize,
+    /// Name of the view.
+    pub name: String,
+    /// Display power of the frame's image, watts, where it is known.
+    pub display_w: Option<f64>,
+}
+
+/// DRAM bytes of one stage.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct StageBytes {
+    /// Read.
+    pub read: u64,
+    /// Written.
+    pub write: u64,
+    /// Moved in or out of on-chip buffers.
+    pub sram: u64,
+    /// Floating-point operations (`paper` model; zero in `cycle`, which counts actions).
+    pub flops: u64,
+}
+
+/// How well the sorted lists of a frame are sorted, measured with the machine's keys.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct OrderSummary {
+    /// Pairs of neighbours in all sorted lists.
+    pub neighbours: u64,
+    /// Neighbours in the wrong order of depth.
+    pub out_of_order: u64,
+    /// Neighbours with equal keys and different depths.
+    pub equal_keys: u64,
+    /// Pairs of one list, neighbours or not, in the wrong order.
+    pub inversions: u64,
+}
+
+/// What the feature cache did in a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CacheSummary {
+    /// Feature records found.
+    pub hits: u64,
+    /// Feature records read from DRAM.
+    pub misses: u64,
+}
+
+/// What a frame took over from the order of the frame before.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ReuseSummary {
+    /// List entries that the frame before had too.
+    pub kept: u64,
+    /// List entries that it had not.
+    pub added: u64,
+    /// Entries of the frame before that are gone.
+    pub gone: u64,
+    /// Neighbours out of order because an old order was kept.
+    pub out_of_order: u64,
+}
+
+/// What only foveated frames have.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FoveaSummary {
+    /// Gaze, shares of width and height.
+    pub gaze: [f32; 2],
+    /// Tiles.
+    pub tiles: u64,
+    /// Tiles that blend two levels.
+    pub blending_tiles: u64,
+    /// Further counters.
+    pub counters: FoveaCounters,
+}
+
+impl FoveaSummary {
+    /// Of a binned frame; `None` for plain ones.
+    pub fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
+        let fovea = workload.fovea.as_ref()?;
+        Some(FoveaSummary {
+            gaze: fovea.looking.gaze,
+            tiles: workload.tiles.len() as u64,
+            blending_tiles: fovea.blending_tiles,
+            counters: fovea.counters,
+        })
+    }
+}
