@@ -1,6 +1,8 @@
 //! The ground floor of `powergs-sim`: measures with units, TOML files with good errors, pictures in
 //! memory.
 
+#![warn(clippy::missing_errors_doc)]
+
 pub mod config;
 pub mod picture;
 pub mod quantity;

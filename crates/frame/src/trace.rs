@@ -10,7 +10,7 @@
 
 mod block;
 mod check;
-mod codec;
+pub mod codec;
 mod column;
 mod content;
 mod encoded;

@@ -6,7 +6,7 @@
 //! HyAB distance, and differences of edges and points raise the result. 0 is equal, 1 the largest
 //! difference.
 
-mod colour;
+pub mod colour;
 mod filter;
 
 use rayon::prelude::*;

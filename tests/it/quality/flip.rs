@@ -1,6 +1,7 @@
 //! FLIP: properties that the published definition gives in closed form.
 
 use powergs_sim::picture::Picture;
+use powergs_sim::quality::flip::colour::{linear_rgb, opponent};
 use powergs_sim::quality::flip::{PIXELS_PER_DEGREE, flip, map};
 
 use super::pictures::{noisy, on_threads, shown};
@@ -85,5 +86,15 @@ fn small_pictures_threads_and_broken_values() {
         let mut broken = a.clone();
         broken.pixels[99][2] = bad;
         assert!(flip(&broken, &a, 67.0).is_nan());
+    }
+}
+
+#[test]
+fn the_matrices_are_inverse() {
+    for rgb in [[0.2, 0.7, 0.1], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]] {
+        let back = linear_rgb(opponent(rgb));
+        for (a, b) in rgb.iter().zip(back) {
+            assert!((a - b).abs() < 1e-5, "{rgb:?} {back:?}");
+        }
     }
 }

@@ -141,6 +141,18 @@ fn first_name(code: &str) -> String {
     code.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
+/// Name and line of every type that is `pub`.
+pub fn public_types(code: &str) -> Vec<(String, usize)> {
+    let mut found = Vec::new();
+    for (i, line) in code.lines().enumerate() {
+        let rest = line.trim_start().strip_prefix("pub ");
+        let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
+        let name = rest.and_then(|rest| kinds.iter().find_map(|kind| rest.strip_prefix(kind)));
+        found.extend(name.map(|name| (first_name(name), i + 1)));
+    }
+    found
+}
+
 /// Whether `word` is in `line` and not the end of a longer word.
 pub fn has_word(line: &str, word: &str) -> bool {
     line.match_indices(word).any(|(i, _)| {
@@ -162,6 +174,12 @@ fn comments_strings_and_characters_are_blanked() {
 fn functions_are_measured() {
     let code = "fn a(x: [u8; 2]) {\n if x { y }\n}\ntrait T { fn b(); }\n";
     assert_eq!(functions(code), [("a".to_owned(), 1, 3)]);
+}
+
+#[test]
+fn public_types_are_found() {
+    let code = "pub struct A<T>(T);\npub(crate) struct B;\n  pub enum C {}\nstruct D;\n";
+    assert_eq!(public_types(code), [("A".to_owned(), 1), ("C".to_owned(), 3)]);
 }
 
 #[test]

@@ -38,6 +38,9 @@ impl<T> Config<T> {
     }
 
     /// The value, if there are no problems with it.
+    ///
+    /// # Errors
+    /// All `problems`, in the order of the file.
     pub fn checked(self, mut problems: Vec<Problem>) -> Result<T, ConfigError> {
         if problems.is_empty() {
             return Ok(self.value);

@@ -117,6 +117,9 @@ impl Breach {
 }
 
 /// A machine runs only workloads of its geometry, and foveated ones only if it can show two levels.
+///
+/// # Errors
+/// [`Breach::Foveated`] and [`Breach::Geometry`].
 pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
     if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
         return Err(Breach::Foveated { machine: machine.name.clone() });
@@ -129,6 +132,9 @@ pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
 
 /// DRAM bytes charged from the frame's totals equal the bytes that the DRAM served, by stage and
 /// in total.
+///
+/// # Errors
+/// [`Breach::Traffic`] for the first stage whose bytes differ, or for the total.
 pub fn traffic(frame: usize, replay: &Replay) -> Result<(), Breach> {
     let (actions, timing) = (&replay.actions, &replay.timing);
     let breach = |stage, charged: (u64, u64), served: (u64, u64)| Breach::Traffic {
@@ -152,6 +158,9 @@ pub fn traffic(frame: usize, replay: &Replay) -> Result<(), Breach> {
 }
 
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.
+///
+/// # Errors
+/// [`Breach::Cycles`], [`Breach::Requests`] or [`Breach::Bandwidth`], whichever comes first.
 pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(), Breach> {
     for unit in &timing.units {
         let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
@@ -184,6 +193,9 @@ pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(
 
 /// Actions x prices, DRAM commands x prices and standby watts x time add up to the total of the
 /// breakdown.
+///
+/// # Errors
+/// [`Breach::Energy`].
 pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
     let work: f64 =
         Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();

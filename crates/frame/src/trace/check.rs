@@ -16,6 +16,9 @@ const CHECKED_TOGETHER: usize = 1 << 14;
 impl Frame {
     /// Whether the frame keeps the rules of traces; the first broken one otherwise. They are listed
     /// in `docs/trace-format.md`.
+    ///
+    /// # Errors
+    /// The first broken rule.
     pub fn check(&self) -> Result<(), FrameFault> {
         self.facts.check()?;
         let pixels = self.facts.pixels();

@@ -3,9 +3,9 @@
 use super::transform::Transform;
 
 /// Bytes are stored as they are.
-pub(super) const STORED: u8 = 0;
+pub const STORED: u8 = 0;
 /// One zstd frame, or several one after the other.
-pub(super) const ZSTD: u8 = 1;
+pub const ZSTD: u8 = 1;
 
 /// Level 1 keeps extraction fast; on trace columns level 3 gains under 1 %.
 const LEVEL: i32 = 1;
@@ -15,17 +15,17 @@ const EXPANSION_FREE: u64 = 1 << 20;
 const EXPANSION_RATIO: u64 = 1024;
 /// Bytes in a zstd frame of a column that would otherwise expand too much: even constant bytes
 /// then stay below [`EXPANSION_RATIO`].
-const SMALL_FRAME: usize = 8 << 10;
+pub const SMALL_FRAME: usize = 8 << 10;
 
 /// Whether `stored` bytes may promise `raw` bytes. This bounds what a hostile file can make a
 /// reader allocate.
-pub(super) fn may_expand(stored: u64, raw: u64) -> bool {
+pub fn may_expand(stored: u64, raw: u64) -> bool {
     raw <= EXPANSION_FREE.saturating_add(stored.saturating_mul(EXPANSION_RATIO))
 }
 
 /// Compresses a transformed column; returns the codec and the stored bytes. Each byte plane is a
 /// zstd frame of its own: planes differ in their statistics.
-pub(super) fn compress(raw: Vec<u8>, transform: Transform) -> (u8, Vec<u8>) {
+pub fn compress(raw: Vec<u8>, transform: Transform) -> (u8, Vec<u8>) {
     let piece = if transform.is_planar() { raw.len() / 4 } else { raw.len() };
     let mut packed = pieces(&raw, piece);
     if !may_expand(packed.len() as u64, raw.len() as u64) {
@@ -43,9 +43,11 @@ fn pieces(raw: &[u8], piece: usize) -> Vec<u8> {
     packed
 }
 
-/// The bytes that were compressed, exactly `raw` of them; the fault otherwise. The caller has asked
-/// [`may_expand`].
-pub(super) fn decompress(codec: u8, stored: &[u8], raw: u64) -> Result<Vec<u8>, String> {
+/// The bytes that were compressed, exactly `raw` of them. The caller has asked [`may_expand`].
+///
+/// # Errors
+/// What is wrong with the block, as a phrase: an unknown codec, damage, or another length.
+pub fn decompress(codec: u8, stored: &[u8], raw: u64) -> Result<Vec<u8>, String> {
     debug_assert!(may_expand(stored.len() as u64, raw), "the header was checked");
     let bytes = match codec {
         STORED => stored.to_vec(),
@@ -57,30 +59,4 @@ pub(super) fn decompress(codec: u8, stored: &[u8], raw: u64) -> Result<Vec<u8>, 
         return Err(format!("the block holds {} bytes where {raw} were promised", bytes.len()));
     }
     Ok(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn constant_columns_stay_within_the_allowed_expansion() {
-        let raw = vec![0xffu8; 9 << 20];
-        let (codec, packed) = compress(raw.clone(), Transform::Plain);
-        assert_eq!(codec, ZSTD);
-        assert!(may_expand(packed.len() as u64, raw.len() as u64));
-        // A small frame takes 19 bytes; a release of zstd that takes a few more is no fault.
-        assert!(packed.len() <= 24 * raw.len() / SMALL_FRAME, "{} bytes", packed.len());
-        assert_eq!(decompress(codec, &packed, raw.len() as u64).unwrap(), raw);
-    }
-
-    #[test]
-    fn promises_are_held() {
-        let (codec, packed) = compress(vec![7u8; 4000], Transform::Plain);
-        assert!(decompress(codec, &packed, 3999).is_err(), "more than promised");
-        assert!(decompress(codec, &packed, 4001).is_err(), "less than promised");
-        assert!(decompress(codec, &packed[..packed.len() - 1], 4000).is_err(), "cut short");
-        assert!(decompress(9, &packed, 4000).is_err(), "unknown codec");
-        assert!(!may_expand(20, 4 << 30), "a small block cannot promise 4 GiB");
-    }
 }

@@ -73,6 +73,9 @@ struct Block<'a> {
 
 impl EncodedFrame {
     /// Encodes a frame, after [`Frame::check`]. The result does not depend on threads.
+    ///
+    /// # Errors
+    /// The first rule that [`Frame::check`] finds broken.
     pub fn encode(frame: &Frame) -> Result<EncodedFrame, FrameFault> {
         frame.check()?;
         let blocks: Vec<Vec<u8>> = IDS
@@ -108,6 +111,9 @@ impl EncodedFrame {
     }
 
     /// The sizes of the columns.
+    ///
+    /// # Errors
+    /// [`TraceError::Damaged`] for a block header that contradicts the frame.
     pub fn info(&self) -> Result<FrameInfo, TraceError> {
         let mut columns = Vec::new();
         for block in self.blocks() {
@@ -117,6 +123,9 @@ impl EncodedFrame {
     }
 
     /// The frame. Checksums, lengths and [`Frame::check`] are all held.
+    ///
+    /// # Errors
+    /// [`TraceError::Damaged`], [`TraceError::UnknownBlock`] and [`TraceError::Frame`].
     pub fn decode(&self) -> Result<Frame, TraceError> {
         let mut found: Vec<Option<Block<'_>>> = IDS.iter().map(|_| None).collect();
         let mut blocks = 0;

@@ -24,6 +24,10 @@ pub struct Reader<R: Read + Seek> {
 impl<R: Read + Seek> Reader<R> {
     /// Opens a trace. One that was not finished is refused, after a look at how many of its frames
     /// are whole.
+    ///
+    /// # Errors
+    /// [`TraceError::Incomplete`] for an unfinished trace; what is wrong with the header or the
+    /// list of frames; [`TraceError::Io`].
     pub fn open(mut input: R) -> Result<Reader<R>, TraceError> {
         input.rewind().map_err(TraceError::io(0))?;
         let mut source = Source { input, offset: 0, frames: 0 };
@@ -71,6 +75,9 @@ impl<R: Read + Seek> Reader<R> {
 
     /// Reads frame `k` without looking into its columns; [`EncodedFrame::decode`] does, on any
     /// thread.
+    ///
+    /// # Errors
+    /// [`TraceError::NoSuchFrame`], a damaged frame head, [`TraceError::Io`].
     pub fn read_block(&mut self, k: u64) -> Result<EncodedFrame, TraceError> {
         let (head, _) = self.head(k)?;
         let offset = self.source.offset;
@@ -79,11 +86,17 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// Reads and decodes frame `k`.
+    ///
+    /// # Errors
+    /// Those of [`Reader::read_block`] and [`EncodedFrame::decode`].
     pub fn frame(&mut self, k: u64) -> Result<Frame, TraceError> {
         self.read_block(k)?.decode()
     }
 
     /// Facts and column sizes of frame `k`; the columns are stepped over.
+    ///
+    /// # Errors
+    /// [`TraceError::NoSuchFrame`], a damaged block header, [`TraceError::Io`].
     pub fn info(&mut self, k: u64) -> Result<FrameInfo, TraceError> {
         let (head, bytes) = self.head(k)?;
         let end = self.source.offset + head.bytes;

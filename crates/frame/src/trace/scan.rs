@@ -32,6 +32,9 @@ pub struct Scan<R: Read> {
 
 impl<R: Read> Scan<R> {
     /// Reads the trace header.
+    ///
+    /// # Errors
+    /// What is wrong with the trace header; [`TraceError::Io`].
     pub fn new(input: R) -> Result<Scan<R>, TraceError> {
         let mut source = Source { input: BufReader::new(input), offset: 0, frames: 0 };
         let (version, header) = source.trace_header()?;
@@ -60,6 +63,10 @@ impl<R: Read> Scan<R> {
 
     /// The next frame, or the footer at the end of a complete file. Optional blocks are left out.
     /// After [`TraceError::Damaged`] and [`TraceError::UnknownBlock`], [`Scan::resume`] goes on.
+    ///
+    /// # Errors
+    /// [`TraceError::Incomplete`] where the file ends without a footer; [`TraceError::Damaged`],
+    /// [`TraceError::UnknownBlock`], [`TraceError::Io`].
     pub fn next_item(&mut self) -> Result<Item, TraceError> {
         loop {
             let (at, header) = self.block_header()?;
@@ -83,6 +90,9 @@ impl<R: Read> Scan<R> {
     }
 
     /// After damage: looks for the next frame or footer, and says whether there is one.
+    ///
+    /// # Errors
+    /// [`TraceError::Io`].
     pub fn resume(&mut self) -> Result<bool, TraceError> {
         let mut window = std::mem::take(&mut self.window);
         loop {

@@ -54,7 +54,7 @@ impl Transform {
     }
 
     /// The bytes to compress of a column of bytes.
-    pub(super) fn apply_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
+    pub fn apply_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
         if self == Transform::RgbDelta {
             for i in (3..bytes.len()).rev() {
                 bytes[i] = bytes[i].wrapping_sub(bytes[i - 3]);
@@ -64,7 +64,7 @@ impl Transform {
     }
 
     /// The column of bytes of [`Transform::apply_bytes`]'s result.
-    pub(super) fn undo_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
+    pub fn undo_bytes(self, mut bytes: Vec<u8>) -> Vec<u8> {
         if self == Transform::RgbDelta {
             for i in 3..bytes.len() {
                 bytes[i] = bytes[i].wrapping_add(bytes[i - 3]);
@@ -74,7 +74,7 @@ impl Transform {
     }
 
     /// The bytes to compress: four a word.
-    pub(super) fn apply(self, mut words: Vec<u32>) -> Vec<u8> {
+    pub fn apply(self, mut words: Vec<u32>) -> Vec<u8> {
         match self {
             Transform::Plain | Transform::RgbDelta => {
                 return words.iter().flat_map(|w| w.to_le_bytes()).collect();
@@ -87,8 +87,8 @@ impl Transform {
         to_planes(&words)
     }
 
-    /// The words of [`Transform::apply`]'s result; `bytes` has a multiple of four.
-    pub(super) fn undo(self, bytes: &[u8]) -> Vec<u32> {
+    /// The words of [`Transform::apply`]'s result; the length of `bytes` is a multiple of four.
+    pub fn undo(self, bytes: &[u8]) -> Vec<u32> {
         debug_assert!(bytes.len().is_multiple_of(4), "columns of words have whole words");
         if !self.is_planar() {
             return bytes.chunks_exact(4).map(le_word).collect();
@@ -150,32 +150,4 @@ fn from_planes(bytes: &[u8]) -> Vec<u32> {
         .zip(p2.iter().zip(p3))
         .map(|((&a, &b), (&c, &d))| u32::from_le_bytes([a, b, c, d]))
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_transform_can_be_undone() {
-        let words =
-            vec![0, 1, u32::MAX, 0x8000_0000, 0x7fff_ffff, (-0.0f32).to_bits(), 3, 2, 0xdead_beef];
-        for code in 0..5 {
-            let transform = Transform::from_code(code).unwrap();
-            assert_eq!(transform as u8, code);
-            assert_eq!(transform.undo(&transform.apply(words.clone())), words, "{transform:?}");
-        }
-        let bytes = vec![1, 255, 3, 0, 0, 7, 200];
-        let delta = Transform::RgbDelta.apply_bytes(bytes.clone());
-        assert_eq!(delta, [1, 255, 3, 255, 1, 4, 200]);
-        assert_eq!(Transform::RgbDelta.undo_bytes(delta), bytes);
-        assert_eq!(Transform::from_code(6), None);
-    }
-
-    #[test]
-    fn folding_is_as_documented() {
-        let folded = [0i32, -1, 1, -2].map(|d| fold(d as u32));
-        assert_eq!(folded, [0, 1, 2, 3]);
-        assert_eq!(folded.map(|f| unfold(f) as i32), [0, -1, 1, -2]);
-    }
 }

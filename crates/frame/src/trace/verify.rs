@@ -86,14 +86,20 @@ impl VerifyReport {
 }
 
 /// Reads a trace from front to back and decodes every frame; goes on after damage where the next
-/// frame can be found. Memory: one frame. Fails only where there is no trace header to go by, or
-/// reading fails.
+/// frame can be found. Memory: one frame.
+///
+/// # Errors
+/// Only where there is no trace header to go by ([`TraceError::NotATrace`],
+/// [`TraceError::Version`], a bad header), or reading fails ([`TraceError::Io`]).
 pub fn verify(input: impl Read) -> Result<VerifyReport, TraceError> {
     visit_intact(input, |_, _| Ok(ControlFlow::Continue(())))
 }
 
 /// As [`verify`]; `visit` gets each frame that is intact, so that it can be kept. Where it breaks
 /// off, the report covers the frames so far and is not complete.
+///
+/// # Errors
+/// Those of [`verify`], and those of `visit`.
 pub fn visit_intact(
     input: impl Read,
     mut visit: impl FnMut(&TraceHeader, EncodedFrame) -> Result<ControlFlow<()>, TraceError>,

@@ -20,6 +20,9 @@ pub struct Writer<W: Write> {
 
 impl<W: Write> Writer<W> {
     /// Begins a trace.
+    ///
+    /// # Errors
+    /// [`TraceError::Header`] for a header that breaks a rule; [`TraceError::Io`].
     pub fn new(out: W, header: &TraceHeader) -> Result<Writer<W>, TraceError> {
         let record = header.to_bytes().map_err(|what| TraceError::Header { what })?;
         let mut writer = Writer { out, header: header.clone(), offset: 0, frames: Vec::new() };
@@ -29,6 +32,9 @@ impl<W: Write> Writer<W> {
     }
 
     /// Encodes and writes a frame; returns the sizes of its columns.
+    ///
+    /// # Errors
+    /// [`TraceError::Frame`] for a frame that breaks a rule of traces; [`TraceError::Io`].
     pub fn write_frame(&mut self, frame: &Frame) -> Result<FrameInfo, TraceError> {
         let number = self.frames.len() as u64;
         let encoded = EncodedFrame::encode(frame)
@@ -38,6 +44,10 @@ impl<W: Write> Writer<W> {
 
     /// Writes a frame that was encoded elsewhere, or read from another trace, as the next one;
     /// returns the sizes of its columns.
+    ///
+    /// # Errors
+    /// [`TraceError::Frame`] for a frame that does not fit the header, damage in its blocks,
+    /// [`TraceError::Io`].
     pub fn write_encoded(&mut self, mut frame: EncodedFrame) -> Result<FrameInfo, TraceError> {
         frame.head.number = self.frames.len() as u64;
         let number = frame.head.number;
@@ -61,6 +71,9 @@ impl<W: Write> Writer<W> {
     }
 
     /// Writes the list of frames, flushes, and returns the output.
+    ///
+    /// # Errors
+    /// [`TraceError::Io`].
     pub fn finish(mut self) -> Result<W, TraceError> {
         let footer = self.offset;
         let record: Vec<u8> =

@@ -9,7 +9,6 @@ use crate::splat::project::{LANES, View, dot3, touch};
 /// Writes the gradients by the SH coefficients of the Gaussians `seen` (one bit each) of a block
 /// that begins with `first`; returns the gradient by the unit viewing direction.
 #[inline(always)]
-#[expect(clippy::too_many_arguments, reason = "one call; all of it is of one block")]
 pub(super) fn backward<S: Simd>(
     simd: S,
     scene: &Gaussians,

@@ -1,0 +1,152 @@
+//! Which crate may depend on which, and which module of a crate on which.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+use super::{lexer, none, root, sources};
+
+/// A name, and the names it may use.
+type Row = (&'static str, &'static [&'static str]);
+
+/// Crates of this workspace that a crate may depend on. The root package may use everything.
+const CRATES: [Row; 9] = [
+    ("base", &[]),
+    ("frame", &["base"]),
+    ("core", &["base", "frame"]),
+    ("scene", &["base", "frame"]),
+    ("raster", &["base", "frame", "scene"]),
+    // A display is a term of the training loss.
+    ("quality", &["base", "frame"]),
+    // Makes frames for published numbers, and puts machines on them.
+    ("study", &["base", "frame", "core", "scene", "raster"]),
+    // A trainer that renders, measures quality and asks the simulator for watts.
+    ("optimize", &["base", "frame", "core", "scene", "raster", "quality"]),
+    // It shows values that others return and calls nothing that counts: neither raster nor scene.
+    ("report", &["base", "frame", "core", "study", "optimize"]),
+];
+
+/// Packages that only one crate may depend on: a terminal, arguments and charts stay out of the
+/// simulator.
+const BOUND: [(&str, &str); 8] = [
+    ("clap", "."),
+    ("clap_complete", "."),
+    ("indicatif", "."),
+    ("ctrlc", "."),
+    ("anyhow", "."),
+    ("plotters", "report"),
+    ("resvg", "report"),
+    ("minijinja", "report"),
+];
+
+/// Modules that a module may use, inside the crates that hold several. A module without a row
+/// stands above the others and may use all of them.
+const MODULES: [(&str, &[Row]); 4] = [
+    ("base", &[("quantity", &[]), ("config", &["quantity"]), ("picture", &[])]),
+    (
+        "frame",
+        &[
+            ("scene", &[]),
+            ("splat", &["scene"]),
+            // Where a viewer looks: knows no picture and no model.
+            ("fovea", &["splat"]),
+            ("trace", &["scene", "splat", "fovea"]),
+            ("display", &["fovea"]),
+        ],
+    ),
+    (
+        "core",
+        &[
+            ("action", &[]),
+            ("workload", &[]),
+            ("dram", &[]),
+            // When and how often, never at what cost.
+            ("accel", &["action", "workload", "dram"]),
+            // What it costs, never on which tile.
+            ("energy", &["action"]),
+            ("sim", &["action", "workload", "dram", "accel", "energy"]),
+        ],
+    ),
+    ("study", &[("sweep", &[]), ("analysis", &["sweep"]), ("validate", &[])]),
+];
+
+/// The packages that each crate is built with; `.` is the root package.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let mut folders = vec![(".".to_owned(), root().to_owned())];
+    for entry in fs::read_dir(root().join("crates")).expect("the crates") {
+        let entry = entry.expect("a crate");
+        folders.push((entry.file_name().into_string().expect("UTF-8"), entry.path()));
+    }
+    let read = |(name, folder): (String, std::path::PathBuf)| {
+        let text = fs::read_to_string(folder.join("Cargo.toml")).expect("a manifest");
+        let manifest: toml::Table = text.parse().expect("TOML");
+        let tables = ["dependencies", "build-dependencies"];
+        let tables = tables.into_iter().filter_map(|key| manifest.get(key)?.as_table());
+        (name, tables.flat_map(|table| table.keys().cloned()).collect())
+    };
+    folders.into_iter().map(read).collect()
+}
+
+#[test]
+fn crates_depend_only_on_what_they_may() {
+    let mut findings = Vec::new();
+    for (name, packages) in dependencies().iter().filter(|(name, _)| *name != ".") {
+        let Some((_, allowed)) = CRATES.iter().find(|(folder, _)| folder == name) else {
+            findings.push(format!("{name}: a new crate; give it a row in the table"));
+            continue;
+        };
+        let ours = packages.iter().filter_map(|package| package.strip_prefix("powergs-"));
+        for other in ours.filter(|other| !allowed.contains(other)) {
+            findings.push(format!("{name} depends on {other}"));
+        }
+    }
+    none(findings);
+}
+
+#[test]
+fn terminals_and_charts_stay_out_of_the_simulator() {
+    let mut findings = Vec::new();
+    for (name, packages) in dependencies() {
+        for (package, owner) in BOUND {
+            if name != owner && packages.contains(package) {
+                findings.push(format!("{name} depends on {package}, which is for {owner} alone"));
+            }
+        }
+    }
+    none(findings);
+}
+
+#[test]
+fn modules_import_only_what_they_may() {
+    let mut findings = Vec::new();
+    for source in sources().iter().filter(|s| s.is_library()) {
+        let Some((_, table)) = MODULES.iter().find(|(name, _)| Some(*name) == source.folder())
+        else {
+            continue;
+        };
+        let module = source.modules()[0];
+        let Some((_, allowed)) = table.iter().find(|(name, _)| *name == module) else { continue };
+        for other in lexer::crate_paths(&source.code) {
+            if other != module && !allowed.contains(&other.as_str()) {
+                findings.push(format!("{}: uses {other}", source.path.display()));
+            }
+        }
+    }
+    none(findings);
+}
+
+#[test]
+fn the_tables_name_what_exists() {
+    for (folder, table) in MODULES {
+        for (name, allowed) in table {
+            for module in allowed.iter().chain([name]) {
+                let path = root().join(format!("crates/{folder}/src/{module}.rs"));
+                assert!(path.exists(), "{folder} has no module {module}");
+            }
+        }
+    }
+    for (folder, allowed) in CRATES {
+        for name in allowed.iter().chain([&folder]) {
+            assert!(root().join("crates").join(name).exists(), "there is no crate {name}");
+        }
+    }
+}
