@@ -9,7 +9,7 @@ mod scenes;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use powergs_sim::cli::machine_file::{load_display, load_machine};
+use powergs_sim::cli::inputs::display as load_display;
 use powergs_sim::optimize::lambda::Rule;
 use powergs_sim::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_sim::optimize::setup::{Gate, Reference, Settings, Setup};
@@ -20,6 +20,7 @@ use powergs_sim::optimize::tune::{
 use powergs_sim::optimize::views::split;
 use powergs_sim::raster::train::{self, Gradients, Tape, Which};
 use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::run::System;
 use powergs_sim::scene::Camera;
 use powergs_sim::sim::paper::UnitPrices;
 
@@ -113,9 +114,8 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
 /// Times of rendering with counters, and of a call of both oracles.
 fn oracle(case: &Case) -> [f64; 3] {
     let display = load_display("oled-powergs").expect("a display");
-    let loaded = load_machine("gscore", &[]).expect("a machine");
     let paper = PaperOracle { prices: UnitPrices::PUBLISHED, fps: 60.0 };
-    let cycle = CycleOracle { machine: loaded.machine, prices: loaded.prices, fps: 60.0 };
+    let cycle = CycleOracle { system: System::named("gscore").expect("a machine"), fps: 60.0 };
     let views = [case.camera.clone()];
     let options = Options::reference(Detail::Counters);
     let mut rows = Vec::new();

@@ -9,9 +9,9 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use powergs_sim::accel::Machine;
-use powergs_sim::cli::machine_file::load_machine;
 use powergs_sim::energy::Prices;
 use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::run::System;
 use powergs_sim::sim::{Label, simulate};
 use powergs_sim::trace::EncodedFrame;
 use powergs_sim::workload::{FrameWorkload, bin};
@@ -47,8 +47,8 @@ fn replay(criterion: &mut Criterion) {
     let (splats, encode) =
         (frame.splats.len(), median_ms(5, || EncodedFrame::encode(&frame).expect("a valid frame")));
     let encoded = EncodedFrame::encode(&frame).expect("a valid frame");
-    let loaded = load_machine("gscore", &[]).unwrap_or_else(|e| panic!("{e}"));
-    let (machine, prices) = (&loaded.machine, &loaded.prices);
+    let loaded = System::named("gscore").unwrap_or_else(|e| panic!("{e}"));
+    let (machine, prices) = (loaded.machine(), loaded.prices());
     let decode = median_ms(5, || encoded.decode().expect("a valid block"));
     let binning = median_ms(5, || bin(&frame, machine.geometry));
     let workload = bin(&frame, machine.geometry);

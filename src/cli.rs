@@ -14,16 +14,17 @@ pub mod completions;
 pub mod display;
 pub mod dram;
 pub mod dram_dump;
-pub mod engine;
+
 pub mod explain;
 pub mod extract;
 pub mod failure;
 pub mod filter;
 pub mod fit;
 pub mod gaze;
+pub mod inputs;
 pub mod invocation;
 pub mod lpips_file;
-pub mod machine_file;
+pub mod machine_facts;
 pub mod optimize;
 pub mod out;
 pub mod pareto;
@@ -41,7 +42,7 @@ pub mod sweep;
 pub mod synth;
 pub mod timeline;
 pub mod trace;
-pub mod trace_source;
+
 pub mod validate;
 pub mod what_if;
 

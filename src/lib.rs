@@ -15,7 +15,7 @@
 pub mod cli;
 
 pub use powergs_base::{config, picture, quantity};
-pub use powergs_core::{accel, action, dram, energy, sim, workload};
+pub use powergs_core::{accel, action, dram, energy, run, sim, workload};
 pub use powergs_frame::{display, fovea, splat, trace};
 pub use powergs_study::{analysis, sweep, validate};
 pub use {

@@ -3,13 +3,14 @@
 
 use serde_json::{Value, json};
 
-use super::machine_file::{ConfigUsage, load_machine, read};
-use super::{Context, Exit, Failure, out};
+use super::failure::ConfigUsage;
+use super::{Context, Exit, Failure, inputs, out};
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
 use powergs_base::config::{ConfigError, Embedded, schema_of};
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::files::read;
 use powergs_frame::display::Display;
 use powergs_study::sweep::file::SweepFile;
 
@@ -195,8 +196,9 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
     let wrong = |e: ConfigError| Failure::new(Exit::Internal, format!("{}: {e}", file.name));
     let (node, description) = match kind {
         Kind::Machine => {
-            let loaded = load_machine(file.name, &[])?;
-            (loaded.energy_table.node.map(|n| n.to_string()), loaded.machine.description)
+            let system = inputs::system(file.name, &[], None)?;
+            let node = system.energy_table().node.map(|n| n.to_string());
+            (node, system.machine().description.clone())
         }
         Kind::Energy => {
             let table = EnergyTable::parse(file.text).map_err(wrong)?;
@@ -225,16 +227,16 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
         let shown = if json { out::json(&device) } else { out::text(&device.to_toml()) };
         return shown.map(|()| Exit::Done);
     }
-    let loaded = load_machine(arch, sets)?;
+    let system = inputs::system(arch, sets, None)?;
     if context.global.json {
-        return out::json(&loaded.machine).map(|()| Exit::Done);
+        return out::json(system.machine()).map(|()| Exit::Done);
     }
-    out::text(&loaded.resolved_toml).map(|()| Exit::Done)
+    out::text(&system.machine_toml()).map(|()| Exit::Done)
 }
 
 fn show_cost(arch: &str, sets: &[String], context: &Context) -> Result<Exit, Failure> {
-    let loaded = load_machine(arch, sets)?;
-    let cost = Cost::new(&loaded.machine, &loaded.prices);
+    let system = inputs::system(arch, sets, None)?;
+    let cost = Cost::new(system.machine(), system.prices());
     let json = context.global.json;
     let shown = if json { out::json(&cost.json()) } else { out::text(&cost.text()) };
     shown.map(|()| Exit::Done)

@@ -2,20 +2,18 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
-use super::engine::{machine_facts, refused};
 use super::invocation::Started;
-use super::machine_file::{LoadedMachine, load_machine};
-use super::progress::Progress;
-use super::replay::display_rate;
+use super::machine_facts::machine_facts;
+use super::progress::{Counts, Watched};
+use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
-use super::trace_source::{TraceFrame, TraceSource, hashed};
-use super::{Context, Exit, Failure, OrExit, out};
-use powergs_core::sim::{FrameReport, Model, simulate};
-use powergs_core::workload::{Geometry, bin};
+use super::{Context, Exit, Failure, OrExit, inputs, out};
+use powergs_core::run::files::DiskFiles;
+use powergs_core::run::{Session, Subject, System, SystemSpec};
+use powergs_core::sim::{FrameReport, Model};
 use powergs_report::compare::{self, Comparison, Side};
 use powergs_report::{Extras, Facts, Run, Table};
 
@@ -175,72 +173,44 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
         );
         return Err(Failure::new(Exit::Usage, what));
     }
-    let load = |arch: &PathBuf| load_machine(&arch.to_string_lossy(), &args.sets);
-    let machines: Vec<LoadedMachine> = machines.iter().map(load).collect::<Result<_, _>>()?;
-    let mut source = TraceSource::open(trace, args.frames, super::replay::DEFAULT_DISPLAY)?;
-    let facts = |m: &LoadedMachine| facts(args, &source, m);
-    let facts: Vec<Facts> = machines.iter().map(facts).collect::<Result<_, _>>()?;
-    let mut runs: Vec<Run> = facts
-        .into_iter()
-        .map(|facts| Run { facts, frames: Vec::new(), tiles: None, extras: Extras::default() })
-        .collect();
-    let progress = Progress::new(context, source.facts.frames as u64, "frames");
-    source.in_order(
-        |frame| on_each(&machines, &frame),
-        |reports| {
-            for (run, report) in runs.iter_mut().zip(reports) {
-                run.frames.push(report);
-            }
-            progress.advance(1);
-            if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        },
+    let load = |arch: &PathBuf| {
+        let spec = SystemSpec {
+            machine: arch.to_string_lossy().into_owned(),
+            sets: args.sets.clone(),
+            energy: None,
+            display: Some(DEFAULT_DISPLAY.to_owned()),
+        };
+        System::load(&spec, &DiskFiles)
+    };
+    let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
+    let mut trace = inputs::trace(trace, args.frames)?;
+    let trace_facts = inputs::trace_facts(&mut trace)?;
+    let facts = |system: &System| {
+        let mut inputs = vec![trace.input().clone()];
+        inputs.extend(system.inputs());
+        Facts {
+            model: Model::Cycle,
+            display_fps: args.fps,
+            trace: trace_facts.clone(),
+            machine: machine_facts(system),
+            inputs,
+            configuration: system.configuration(),
+        }
+    };
+    let facts: Vec<Facts> = systems.iter().map(facts).collect();
+    let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
+    let watch = Watched::new(context, trace_facts.frames as u64, Counts::Frames);
+    let folded = Session::new(&mut trace, &watch).fold(
+        &subjects,
+        |_| Vec::new(),
+        |reports: &mut Vec<FrameReport>, view| reports.push(view.report),
     )?;
-    if runs[0].frames.is_empty() {
+    if folded.frames == 0 {
         return Ok(None);
     }
-    Ok(Some(runs.iter().map(|run| Side::of_run(run, &Table::of(run))).collect()))
-}
-
-/// One frame on every machine; binned once for every geometry.
-fn on_each(machines: &[LoadedMachine], frame: &TraceFrame) -> Result<Vec<FrameReport>, Failure> {
-    let mut reports: Vec<Option<FrameReport>> = vec![None; machines.len()];
-    let mut geometries: Vec<Geometry> = machines.iter().map(|m| m.machine.geometry).collect();
-    geometries.sort();
-    geometries.dedup();
-    for geometry in geometries {
-        let workload = bin(&frame.frame, geometry);
-        for (report, loaded) in reports.iter_mut().zip(machines) {
-            if loaded.machine.geometry == geometry {
-                let label = frame.label.clone();
-                let name = label.name.clone();
-                let simulated = simulate(label, &workload, &loaded.machine, &loaded.prices);
-                *report = Some(simulated.map_err(|breach| refused(breach, &name))?);
-            }
-        }
-    }
-    Ok(reports.into_iter().flatten().collect())
-}
-
-fn facts(args: &Args, source: &TraceSource, loaded: &LoadedMachine) -> Result<Facts, Failure> {
-    let [trace, display] = source.inputs.clone();
-    let mut inputs = vec![trace];
-    let mut configuration = toml::Table::new();
-    for (role, file, resolved) in [
-        ("machine", &loaded.machine_file, &loaded.resolved_toml),
-        ("energy", &loaded.energy_file, &loaded.energy_toml),
-    ] {
-        inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
-        let table = resolved.parse().or_exit(Exit::Internal, &file.origin)?;
-        configuration.insert(role.to_owned(), toml::Value::Table(table));
-    }
-    inputs.push(display);
-    configuration.insert("display".into(), toml::Value::Table(source.display_toml.clone()));
-    Ok(Facts {
-        model: Model::Cycle,
-        display_fps: args.fps,
-        trace: source.facts.clone(),
-        machine: machine_facts(loaded),
-        inputs,
-        configuration,
-    })
+    let side = |(facts, frames)| {
+        let run = Run { facts, frames, tiles: None, extras: Extras::default() };
+        Side::of_run(&run, &Table::of(&run))
+    };
+    Ok(Some(facts.into_iter().zip(folded.states).map(side).collect()))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::background::Background;
-use super::{Context, Exit, Failure, machine_file, out, picture_file};
+use super::{Context, Exit, Failure, inputs, out, picture_file};
 
 /// Shown under `display --help`.
 pub const EXAMPLES: &str = "\
@@ -36,7 +36,7 @@ pub struct Args {
 
 /// Runs `display`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let display = machine_file::load_display(&args.preset)?;
+    let display = inputs::display(&args.preset)?;
     let picture = picture_file::read(&args.image, args.background)?;
     let mean = picture.mean_linear_rgb();
     let power = display.power(mean);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::machine_file::{ConfigUsage, read};
+use super::failure::ConfigUsage;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::config::embedded::DRAM;
@@ -14,6 +14,7 @@ use powergs_core::dram::address_trace::Requests;
 use powergs_core::dram::device::Order;
 use powergs_core::dram::drive::WindowDrive;
 use powergs_core::dram::{Device, Drive, EnergyUse, Mode, Run};
+use powergs_core::run::files::read;
 
 mod table;
 

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use powergs_base::config::ConfigError;
+use powergs_core::run::RunError;
+
 /// The exit codes of every command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
@@ -56,5 +59,32 @@ impl<T, E: Into<anyhow::Error>> OrExit<T> for Result<T, E> {
             let error = e.into();
             Failure { exit, error: error.context(what.to_string()) }
         })
+    }
+}
+
+/// The one place where errors of the engine get their exit codes.
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Failure {
+        let exit = match &error {
+            RunError::Config { .. }
+            | RunError::Request(_)
+            | RunError::Incompatible { .. }
+            | RunError::Output { .. } => Exit::Usage,
+            RunError::Input { .. } => Exit::BadInput,
+            RunError::Invariant { .. } | RunError::Internal(_) => Exit::Internal,
+        };
+        Failure { exit, error: error.into() }
+    }
+}
+
+/// Names the file that a configuration error is about.
+pub trait ConfigUsage<T> {
+    /// Exit code 2, and `origin: error`.
+    fn usage(self, origin: &str) -> Result<T, Failure>;
+}
+
+impl<T> ConfigUsage<T> for Result<T, ConfigError> {
+    fn usage(self, origin: &str) -> Result<T, Failure> {
+        self.map_err(|e| Failure::new(Exit::Usage, format!("{origin}: {e}")))
     }
 }

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::background::Background;
 use super::render::write_png;
-use super::{Context, Exit, Failure, OrExit, machine_file, out, picture_file};
+use super::{Context, Exit, Failure, OrExit, inputs, out, picture_file};
 use powergs_frame::display::d22::{Filter, Gaze};
 
 /// Shown under `filter --help`.
@@ -64,7 +64,7 @@ fn beside(image: &Path) -> PathBuf {
 /// Runs `filter`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
-    let display = machine_file::load_display(&args.preset)?;
+    let display = inputs::display(&args.preset)?;
     let picture = picture_file::read(&args.image, args.background)?;
     let filtered = Filter::new(&display).apply(&picture, &gaze);
     let output = args.output.clone().unwrap_or_else(|| beside(&args.image));

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::Context;
+use powergs_core::run::Watch;
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -45,5 +46,50 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// What a bar counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Counts {
+    /// Frames.
+    Frames,
+    /// Frames, once for every machine that they go through.
+    Simulations,
+}
+
+/// Ctrl-C and a bar, for the engine.
+pub struct Watched<'a> {
+    context: &'a Context,
+    progress: Progress,
+    counts: Counts,
+}
+
+impl<'a> Watched<'a> {
+    /// A bar for `total` of what is counted.
+    pub fn new(context: &'a Context, total: u64, counts: Counts) -> Watched<'a> {
+        let what = match counts {
+            Counts::Frames => "frames",
+            Counts::Simulations => "frames on machines",
+        };
+        Watched { context, progress: Progress::new(context, total, what), counts }
+    }
+}
+
+impl Watch for Watched<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.context.is_cancelled()
+    }
+
+    fn simulated(&self, n: u64) {
+        if self.counts == Counts::Simulations {
+            self.progress.advance(n);
+        }
+    }
+
+    fn frame_done(&self) {
+        if self.counts == Counts::Frames {
+            self.progress.advance(1);
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! `sensitivity`: what every key of a machine moves on some traces, what every modelling assumption
 //! does, and how keys act together.
 
-mod files;
 mod interactions;
 mod keys;
 mod levels;
@@ -13,21 +12,19 @@ use std::path::PathBuf;
 
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
-use super::machine_file::{LoadedMachine, load_machine_with};
-use super::replay::{DEFAULT_DISPLAY, display_rate};
+use super::replay::display_rate;
 use super::run_folder::RunFolder;
-use super::trace_source::TraceSource;
-use super::{Context, Exit, Failure, out};
-use files::Files;
+use super::{Context, Exit, Failure, inputs, out};
 use interactions::{Asked, Method};
 use keys::{Candidate, Key};
 use levels::Wanted;
 use measure::Machines;
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::knob;
+use powergs_core::run::{System, TraceFile};
+use powergs_report::sensitivity::Sensitivity;
 use powergs_report::sensitivity::interactions::Interactions;
 use powergs_report::sensitivity::keys::{KeyRow, Keys, Turned};
-use powergs_report::sensitivity::{Fixed, Sensitivity};
 
 /// Shown under `sensitivity --help`.
 pub const EXAMPLES: &str = "\
@@ -123,14 +120,14 @@ enum Found {
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
-    let loaded = load_machine_with(&args.arch, &args.sets, args.energy.as_deref())?;
-    let open = |path: &PathBuf| TraceSource::open(path, args.frames, DEFAULT_DISPLAY);
-    let mut sources: Vec<TraceSource> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
-    let folder_name = format!("sensitivity-{}", loaded.machine.name);
+    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
+    let open = |path: &PathBuf| inputs::trace(path, args.frames);
+    let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
+    let folder_name = format!("sensitivity-{}", system.machine().name);
     let folder = RunFolder::create(args.out.as_deref(), &folder_name, args.force)?;
     let found = match args.assumptions {
-        true => of_assumptions(args, &loaded, &mut sources, context)?,
-        false => of_keys(args, &loaded, &mut sources, context)?,
+        true => of_assumptions(args, &system, &mut sources, context)?,
+        false => of_keys(args, &system, &mut sources, context)?,
     };
     let Some(found) = found else {
         out::complain("interrupted before the first frame was done: no report");
@@ -140,7 +137,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if let Some(path) = &args.csv {
         super::aside::write_aside(path, |w| w.write_all(&table))?;
     }
-    folder.write("run.toml", output::record(args, &loaded, &sources)?.as_bytes())?;
+    folder.write("run.toml", output::record(args, &system, &sources)?.as_bytes())?;
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
     if context.global.json {
@@ -154,37 +151,36 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// Every key, and keys together; `None` if not even one frame was done.
 fn of_keys(
     args: &Args,
-    loaded: &LoadedMachine,
-    sources: &mut [TraceSource],
+    system: &System,
+    sources: &mut [TraceFile],
     context: &Context,
 ) -> Result<Option<Found>, Failure> {
-    let base = Files::of(loaded, &[]).map_err(|e| Failure::new(Exit::Usage, e))?;
-    let (all, mut not_tried) = keys::all(&base);
+    let base = system;
+    let (all, mut not_tried) = keys::all(base);
     let all = levels::only(all, &args.keys)?;
     if !args.keys.is_empty() {
         not_tried.clear();
     }
-    let tried = keys::candidates(&all, &base, args.step);
-    let files = tried.iter().flatten().filter_map(|c| c.files.as_ref().ok());
-    let machines = Machines::of(std::iter::once(&base).chain(files), args.fps);
+    let tried = keys::candidates(&all, base, args.step);
+    let systems = tried.iter().flatten().filter_map(|c| c.system.as_ref().ok());
+    let machines = Machines::of(std::iter::once(base).chain(systems), args.fps);
     let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
-    let outcomes = |files: &Files| machines.outcomes(files, &means);
     let turned = |c: &Candidate| Turned {
         reach: c.reach,
         value: knob::shown(&c.value),
         ratio: c.ratio,
-        outcomes: c.files.as_ref().map_err(Clone::clone).and_then(outcomes),
+        outcomes: c.system.as_ref().map_err(Clone::clone).map(|s| machines.outcomes(s, &means)),
     };
     let row = |(key, tried): (&Key, &Vec<Candidate>)| KeyRow {
         file: key.file.name(),
         key: key.path.clone(),
         value: knob::shown(&key.value),
-        base: outcomes(&base).unwrap_or_default(),
+        base: machines.outcomes(base, &means),
         turns: tried.iter().map(turned).collect(),
         reason: key.reason(),
     };
     let found = Keys {
-        machine: loaded.machine.name.clone(),
+        machine: system.machine().name.clone(),
         display_fps: args.fps,
         step: args.step,
         traces: measure::traced(&means),
@@ -197,11 +193,11 @@ fn of_keys(
         out::complain("interrupted: the report is without interactions");
         return Ok(Some(Found::Keys(found, None)));
     }
-    let factors = levels::levelled(&all, &args.keys, &found, &base)?;
+    let factors = levels::levelled(&all, &args.keys, &found, base)?;
     let samples = args.samples.map(|n| n as usize);
     let asked = Asked { method, samples, seed: args.seed, display_fps: args.fps };
-    let name = &loaded.machine.name;
-    let together = interactions::run(&asked, name, &base, &factors, sources, context)?;
+    let name = &system.machine().name;
+    let together = interactions::run(&asked, name, base, &factors, sources, context)?;
     if together.is_none() {
         out::complain("interrupted: the report is without interactions");
     }
@@ -211,23 +207,17 @@ fn of_keys(
 /// Every assumption; `None` if not even one frame was done.
 fn of_assumptions(
     args: &Args,
-    loaded: &LoadedMachine,
-    sources: &mut [TraceSource],
+    system: &System,
+    sources: &mut [TraceFile],
     context: &Context,
 ) -> Result<Option<Found>, Failure> {
     let wanted = |n: &u32| args.only.is_empty() || args.only.contains(n);
     let all = assumptions().iter().map(|(n, a)| (*n, a)).filter(|(n, _)| wanted(n));
-    let (mut turns, mut fixed) = turned::turns(loaded, all);
-    let base = Files::of(loaded, &[]).map_err(|e| Failure::new(Exit::Usage, e))?;
-    let machines = Machines::of(measure::files(&base, &turns), args.fps);
-    for (number, why) in measure::without_base(&turns, &machines) {
-        turns.retain(|t| t.number != number);
-        let text = assumptions()[&number].text.clone();
-        fixed.push(Fixed { number: format!("A{number}"), text, why });
-    }
+    let (turns, fixed) = turned::turns(system, all);
+    let machines = Machines::of(measure::systems(system, &turns), args.fps);
     let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
     let found = Sensitivity {
-        machine: loaded.machine.name.clone(),
+        machine: system.machine().name.clone(),
         traces: measure::traced(&means),
         rows: measure::rows(&turns, &machines, &means),
         fixed,

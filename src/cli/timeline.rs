@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
 use powergs_core::accel::Machine;
-use powergs_core::sim::observed;
+use powergs_core::sim::{Measured, observed};
 use powergs_core::workload::FrameWorkload;
 use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
 use powergs_report::timeline::{Picture, Window};
@@ -67,14 +67,14 @@ pub fn write(
     folder: &RunFolder,
     asked: &Asked,
     machine: &Machine,
-    workload: &FrameWorkload,
+    (workload, measured): (&FrameWorkload, &Measured),
 ) -> Result<Option<String>, Failure> {
-    let whole = observed(workload, machine, &mut ()).timing.frame;
+    let whole = observed(workload, measured, machine, &mut ()).timing.frame;
     let cycles = match &asked.tiles {
         None => 0..whole,
         Some(tiles) => {
             let mut window = Window::new(tiles.clone());
-            observed(workload, machine, &mut window);
+            observed(workload, measured, machine, &mut window);
             window.cycles
         }
     };
@@ -91,7 +91,7 @@ pub fn write(
     let name = format::shortened(&machine.name, 40);
     let what = format!("frame {} on {name}, {tiles}", asked.frame);
     let mut picture = Picture::new(cycles);
-    observed(workload, machine, &mut picture);
+    observed(workload, measured, machine, &mut picture);
     picture.finish();
     let chart =
         charts::timeline(&picture, machine.clock.0, &what).or_exit(Exit::Internal, "timeline")?;
@@ -99,7 +99,8 @@ pub fn write(
     let svg = chart.drawing.svg().or_exit(Exit::Internal, "timeline")?;
     folder.write("timeline.svg", svg.as_bytes())?;
     let file = BufWriter::new(folder.stream("trace.json.gz")?);
-    let dropped = stream(file, machine, workload, &what).or_exit(Exit::Usage, "trace.json.gz")?;
+    let dropped =
+        stream(file, machine, (workload, measured), &what).or_exit(Exit::Usage, "trace.json.gz")?;
     Ok((dropped > 0)
         .then(|| format!("trace.json.gz holds {MOST_EVENTS} events, {dropped} more were left out")))
 }
@@ -108,12 +109,12 @@ pub fn write(
 fn stream(
     file: impl Write,
     machine: &Machine,
-    workload: &FrameWorkload,
+    (workload, measured): (&FrameWorkload, &Measured),
     title: &str,
 ) -> std::io::Result<u64> {
     let mut gzip = GzEncoder::new(file, Compression::default());
     let mut writer = TraceWriter::new(&mut gzip, machine.clock.0, title)?;
-    observed(workload, machine, &mut writer);
+    observed(workload, measured, machine, &mut writer);
     let dropped = writer.finish()?;
     gzip.finish()?.flush()?;
     Ok(dropped)

@@ -2,19 +2,16 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::aside::write_aside;
-use super::machine_file::load_machine;
-use super::progress::Progress;
-use super::{Context, Exit, Failure, OrExit, out};
-use powergs_core::sim::cost::peak_w;
+use super::progress::{Counts, Watched};
+use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{steps, value};
 use powergs_study::validate::{
-    BASELINE, Baseline, Built, Interrupted, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS,
-    document, judge, measure, table,
+    BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, document,
+    judge, measure, table,
 };
 
 /// Shown under `validate --help`.
@@ -63,19 +60,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, what));
     }
     let built = machines(&rows)?;
-    let progress = Progress::new(context, steps(&tables, &rows), "frames");
-    let watch = |n| {
-        progress.advance(n);
-        if context.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let watch = Watched::new(context, steps(&tables, &rows), Counts::Simulations);
+    let Some(measured) = measure(&tables, &rows, &built, &watch)? else {
+        return Ok(Exit::Interrupted);
     };
-    let measured = match measure(&tables, &rows, &built, &watch) {
-        Ok(measured) => measured,
-        Err(Interrupted::Cancelled) => return Ok(Exit::Interrupted),
-        Err(Interrupted::Breach(name, breach)) => {
-            return Err(breach).or_exit(Exit::Internal, format_args!("internal error on {name}"));
-        }
-    };
-    drop(progress);
+    drop(watch);
     let ours: Baseline =
         rows.iter().filter_map(|row| Some((row.id.clone(), value(row, &measured)?))).collect();
     let judged = |row: &&'_ Row| wanted(row);
@@ -156,9 +145,5 @@ fn machines(rows: &[&Row]) -> Result<BTreeMap<MachineName, Built>, Failure> {
 }
 
 fn build(name: &MachineName) -> Result<Built, Failure> {
-    let loaded = load_machine(&name.arch, &name.sets)?;
-    let (machine, prices) = (loaded.machine, loaded.prices);
-    let area_mm2 = prices.area.map(|area| area.total().0);
-    let peak_w = Some(peak_w(&machine, &prices).iter().map(|(_, watts)| watts).sum());
-    Ok(Built { machine, prices, area_mm2, peak_w })
+    Ok(Built::new(inputs::system(&name.arch, &name.sets, None)?))
 }

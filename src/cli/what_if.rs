@@ -1,41 +1,12 @@
 //! Machines that differ from one in a single step, and what frames cost on them.
 
-use super::machine_file::LoadedMachine;
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::energy::Prices;
-use powergs_core::sim::{self, FrameReport};
+use powergs_core::run::{Change, RunError, System};
+use powergs_core::sim::FrameReport;
 use powergs_report::WhatIf;
 use powergs_report::what_if::{Cost, Skipped, Step};
-
-/// A machine that differs from another one.
-#[derive(Debug, Clone)]
-pub struct Variant {
-    /// The machine.
-    pub machine: Machine,
-    /// Its prices.
-    pub prices: Prices,
-}
-
-impl Variant {
-    /// `loaded` with further `--set` values.
-    ///
-    /// # Errors
-    /// Why that is no machine, in one line.
-    pub fn of(loaded: &LoadedMachine, sets: &[String]) -> Result<Variant, String> {
-        let one_line = |text: String| text.lines().map(str::trim).collect::<Vec<_>>().join(" ");
-        let mut machine = Machine::parse_with(&loaded.resolved_toml, sets)
-            .map_err(|e| one_line(e.to_string()))?;
-        // A device that lies in a file is not read again.
-        if let (None, Some(device)) = (&machine.device, &loaded.machine.device) {
-            machine.link(device).map_err(|(_, message)| message)?;
-        }
-        let prices = sim::cost::prices(&loaded.energy_table, &machine);
-        let prices = prices.map_err(|e| one_line(e.to_string()))?;
-        Ok(Variant { machine, prices })
-    }
-}
 
 /// A resource of a machine: its name, the `--set` values that double it, and the assumptions that
 /// decide how fast it is.
@@ -88,73 +59,71 @@ fn resources(m: &Machine) -> Vec<Resource> {
     all
 }
 
-/// One resource doubled, as a machine.
-#[derive(Debug, Clone)]
-pub struct Doubled {
-    resource: Resource,
-    /// The machine.
-    pub variant: Variant,
-}
-
-/// The experiment while it runs: machines, and what their frames have cost so far.
+/// The experiment: a machine with each resource doubled, and the frames on which it is tried.
 #[derive(Debug, Clone, Default)]
 pub struct Experiment {
-    /// The machines.
-    pub doubled: Vec<Doubled>,
-    /// Frames that are to be tried.
-    wanted: Vec<usize>,
+    resources: Vec<Resource>,
+    /// The machines, one per resource that can be doubled.
+    pub systems: Vec<System>,
+    /// Positions of the frames that are tried.
+    pub frames: Vec<usize>,
     skipped: Vec<Skipped>,
-    done: Vec<usize>,
-    base: Cost,
-    costs: Vec<Cost>,
 }
 
 impl Experiment {
-    /// Doubles every resource of `loaded`, to be tried on these frames.
-    pub fn new(loaded: &LoadedMachine, wanted: Vec<usize>) -> Experiment {
-        let mut experiment = Experiment { wanted, ..Experiment::default() };
-        if experiment.wanted.is_empty() {
+    /// Doubles every resource of `system`, to be tried on these frames.
+    pub fn new(system: &System, frames: Vec<usize>) -> Experiment {
+        let mut experiment = Experiment { frames, ..Experiment::default() };
+        if experiment.frames.is_empty() {
             return experiment;
         }
-        for resource in resources(&loaded.machine) {
-            match Variant::of(loaded, &resource.1) {
-                Ok(variant) => experiment.doubled.push(Doubled { resource, variant }),
-                Err(reason) => experiment.skipped.push(Skipped { resource: resource.0, reason }),
+        for resource in resources(system.machine()) {
+            match doubled(system, &resource) {
+                Ok(doubled) => {
+                    experiment.systems.push(doubled);
+                    experiment.resources.push(resource);
+                }
+                Err(error) => {
+                    let reason = error.message();
+                    experiment.skipped.push(Skipped { resource: resource.0, reason });
+                }
             }
         }
-        experiment.costs = vec![Cost::default(); experiment.doubled.len()];
         experiment
     }
 
-    /// Whether this frame is to be tried.
-    pub fn wants(&self, frame: usize) -> bool {
-        self.wanted.contains(&frame)
-    }
-
-    /// Adds a frame: its report on the machine itself, and on each of the others.
-    pub fn add(&mut self, base: &FrameReport, others: &[Cost]) {
-        self.done.push(base.frame);
-        accumulate(&mut self.base, cost(base));
-        for (sum, other) in self.costs.iter_mut().zip(others) {
-            accumulate(sum, *other);
-        }
-    }
-
-    /// What came out; `None` if no frame was tried.
-    pub fn finish(self) -> Option<WhatIf> {
-        let n = self.done.len() as f64;
-        if self.done.is_empty() {
+    /// What came out; `None` if no frame was tried. `base` has the reports of the machine itself,
+    /// `doubled` those of the others on the frames that were tried.
+    pub fn finish(self, base: &[FrameReport], doubled: &[Vec<FrameReport>]) -> Option<WhatIf> {
+        let tried: Vec<&FrameReport> =
+            base.iter().filter(|report| self.frames.contains(&report.frame)).collect();
+        if tried.is_empty() {
             return None;
         }
-        let mean =
-            |sum: Cost| Cost { frame_time_ms: sum.frame_time_ms / n, energy_pj: sum.energy_pj / n };
-        let step = |(doubled, sum): (Doubled, Cost)| {
-            let (resource, sets, assumptions) = doubled.resource;
-            Step { resource, sets, cost: mean(sum), assumptions }
+        let n = tried.len() as f64;
+        let mean = |reports: &mut dyn Iterator<Item = &FrameReport>| {
+            let mut sum = Cost::default();
+            for report in reports {
+                let cost = cost(report);
+                sum.frame_time_ms += cost.frame_time_ms;
+                sum.energy_pj += cost.energy_pj;
+            }
+            Cost { frame_time_ms: sum.frame_time_ms / n, energy_pj: sum.energy_pj / n }
         };
-        let steps = self.doubled.into_iter().zip(self.costs).map(step).collect();
-        Some(WhatIf::new(self.done, mean(self.base), steps, self.skipped))
+        let step = |(resource, reports): (Resource, &Vec<FrameReport>)| {
+            let (resource, sets, assumptions) = resource;
+            let cost = mean(&mut reports.iter().take(tried.len()));
+            Step { resource, sets, cost, assumptions }
+        };
+        let steps = self.resources.into_iter().zip(doubled).map(step).collect();
+        let frames = tried.iter().map(|report| report.frame).collect();
+        Some(WhatIf::new(frames, mean(&mut tried.into_iter()), steps, self.skipped))
     }
+}
+
+fn doubled(system: &System, resource: &Resource) -> Result<System, RunError> {
+    let changes: Result<Vec<Change>, String> = resource.1.iter().map(|set| set.parse()).collect();
+    system.with(&changes.map_err(RunError::Internal)?)
 }
 
 /// What a frame costs.
@@ -163,9 +132,4 @@ pub fn cost(report: &FrameReport) -> Cost {
         frame_time_ms: report.frame_time_s().unwrap_or(0.0) * 1e3,
         energy_pj: report.energy.total().0,
     }
-}
-
-fn accumulate(sum: &mut Cost, other: Cost) {
-    sum.frame_time_ms += other.frame_time_ms;
-    sum.energy_pj += other.energy_pj;
 }

@@ -10,7 +10,7 @@ use powergs_sim::energy::{
     Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
 };
 use powergs_sim::sim::{
-    Breach, FrameReport, Label, Measured, check, cost, frames, priced, simulate, time,
+    FrameReport, InvariantViolated, Label, Measured, check, cost, frames, priced, simulate, time,
 };
 use powergs_sim::workload::FrameWorkload;
 
@@ -251,7 +251,7 @@ fn breaches_are_found_and_named() {
     assert!(bytes.contains("sorting needs"), "{bytes}");
     let mut bad = report();
     bad.energy.add(Stage::Rendering, Component::Flop, bad.energy.total() * 2e-9);
-    assert!(matches!(check::energy(&bad, &prices()), Err(Breach::Energy { .. })));
+    assert!(matches!(check::energy(&bad, &prices()), Err(InvariantViolated::Energy { .. })));
     let mut other = machine.clone();
     other.geometry.chunk = 128;
     let refused = simulate(Label::default(), &frame, &other, &prices()).unwrap_err();

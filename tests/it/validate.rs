@@ -1,29 +1,22 @@
 //! `validate`: tables, verdicts, measuring, the page, and a subset of the published rows.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use expect_test::expect_file;
-use powergs_sim::accel::Machine;
-use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
-use powergs_sim::energy::EnergyTable;
-use powergs_sim::sim::cost::{peak_w, prices};
+use powergs_sim::run::files::EmbeddedFiles;
+use powergs_sim::run::{System, SystemSpec, Watch};
 use powergs_sim::validate::numbers::baseline_csv;
 use powergs_sim::validate::run::{steps, value};
 use powergs_sim::validate::{
-    Baseline, Built, Interrupted, Judged, MachineName, Metric, Row, Status, Tables, Tolerance,
-    Verdict, document, judge, measure, table,
+    Baseline, Built, Judged, MachineName, Metric, Row, Status, Tables, Tolerance, Verdict,
+    document, judge, measure, table,
 };
 
 fn build(name: &MachineName) -> Built {
-    let text = find(MACHINES, &name.arch).unwrap_or_else(|| panic!("no machine {}", name.arch));
-    let machine = Machine::parse_with(text, &name.sets).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let energy = EnergyTable::parse(find(ENERGY, &machine.energy).unwrap()).unwrap();
-    let prices = prices(&energy, &machine).unwrap_or_else(|e| panic!("{name}: {e}"));
-    let area_mm2 = prices.area.map(|area| area.total().0);
-    let peak_w = Some(peak_w(&machine, &prices).iter().map(|(_, watts)| watts).sum());
-    Built { machine, prices, area_mm2, peak_w }
+    let spec = SystemSpec { sets: name.sets.clone(), ..SystemSpec::named(&name.arch) };
+    let system = System::load(&spec, &EmbeddedFiles);
+    Built::new(system.unwrap_or_else(|e| panic!("{name}: {e}")))
 }
 
 fn machines(rows: &[&Row]) -> BTreeMap<MachineName, Built> {
@@ -31,8 +24,20 @@ fn machines(rows: &[&Row]) -> BTreeMap<MachineName, Built> {
     names.map(|name| (name.clone(), build(name))).collect()
 }
 
-fn on(_: u64) -> ControlFlow<()> {
-    ControlFlow::Continue(())
+/// Counts steps, and cancels once there are too many.
+struct Counting {
+    done: AtomicU64,
+    most: u64,
+}
+
+impl Watch for Counting {
+    fn is_cancelled(&self) -> bool {
+        self.done.load(Ordering::Relaxed) >= self.most
+    }
+
+    fn simulated(&self, n: u64) {
+        self.done.fetch_add(n, Ordering::Relaxed);
+    }
 }
 
 /// The header of `published.csv` and one row.
@@ -111,7 +116,8 @@ fn a_subset_of_the_rows_holds() {
     };
     let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
     assert!(rows.len() > 5);
-    let measured = measure(&tables, &rows, &machines(&rows), &on).expect("no defect");
+    let measured = measure(&tables, &rows, &machines(&rows), &()).expect("no defect");
+    let measured = measured.expect("not cancelled");
     for row in rows {
         let ours = value(row, &measured).unwrap_or_else(|| panic!("{}: not measured", row.id));
         let holds = if row.metric.needs_frames() {
@@ -133,27 +139,24 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
     let rows: Vec<&Row> = tables.rows.iter().collect();
     let built = machines(&rows);
-    let count = AtomicU64::new(0);
-    let counting = |n| {
-        count.fetch_add(n, Ordering::Relaxed);
-        ControlFlow::Continue(())
-    };
+    let counting = Counting { done: AtomicU64::new(0), most: u64::MAX };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| measure(&tables, &rows, &built, &counting).expect("no defect"))
+        pool.install(|| measure(&tables, &rows, &built, &counting).expect("no defect").unwrap())
     };
     let (one, three) = (run(1), run(3));
     assert_eq!(one, three);
-    // Two machines on two views, and one on two views and a warm-up.
-    assert_eq!((steps(&tables, &rows), count.into_inner()), (7, 14));
+    // Two machines on two views, and one on two views; the warm-up goes through no machine.
+    assert_eq!((steps(&tables, &rows), counting.done.into_inner()), (6, 12));
     let speedup = value(rows[0], &one).expect("both machines");
     assert!(speedup > 1.2, "four cores against two: {speedup}");
     let keeping = value(rows[1], &one).expect("a path");
     assert!((0.5..=1.0).contains(&keeping), "{keeping}");
 
-    let stop = |_| ControlFlow::Break(());
-    let stopped = measure(&tables, &rows, &built, &stop);
-    assert!(matches!(stopped, Err(Interrupted::Cancelled)));
+    for most in [0, 1, 3] {
+        let stop = Counting { done: AtomicU64::new(0), most };
+        assert!(measure(&tables, &rows, &built, &stop).expect("no defect").is_none(), "{most}");
+    }
 }
 
 #[test]

@@ -7,5 +7,6 @@ pub mod accel;
 pub mod action;
 pub mod dram;
 pub mod energy;
+pub mod run;
 pub mod sim;
 pub mod workload;

@@ -15,7 +15,7 @@ use crate::accel::Machine;
 use crate::energy::Prices;
 use crate::workload::FrameWorkload;
 
-pub use check::Breach;
+pub use check::{Incompatible, InvariantViolated, SimError};
 pub use measured::{Lists, Measured, observed};
 pub use regions::RegionReport;
 pub use report::{
@@ -50,13 +50,13 @@ impl Model {
 /// checks that every account closes.
 ///
 /// # Errors
-/// A [`Breach`] is a defect of the simulator, or a workload of another geometry.
+/// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
 pub fn simulate(
     label: Label,
     workload: &FrameWorkload,
     machine: &Machine,
     prices: &Prices,
-) -> Result<FrameReport, Breach> {
+) -> Result<FrameReport, SimError> {
     check::fits(workload, machine)?;
     simulate_measured(label, workload, &Measured::needed(workload, machine), machine, prices)
 }
@@ -71,7 +71,7 @@ pub fn simulate_measured(
     measured: &Measured,
     machine: &Machine,
     prices: &Prices,
-) -> Result<FrameReport, Breach> {
+) -> Result<FrameReport, SimError> {
     let timed = time(label.frame, workload, measured, machine)?;
-    priced(label, &timed, prices)
+    Ok(priced(label, &timed, prices)?)
 }

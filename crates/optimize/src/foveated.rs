@@ -12,7 +12,7 @@ use super::setup::Setup;
 use powergs_base::picture::Picture;
 use powergs_core::action::Stage;
 use powergs_core::energy::Component;
-use powergs_core::sim::Breach;
+use powergs_core::sim::SimError;
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_frame::fovea::{GAZE_CYCLE, GazeError, LEVELS, Looking, POOLINGS, Screen, Sight};
 use powergs_quality::hvsq::Measures;
@@ -161,7 +161,7 @@ pub struct Viewer<'a> {
 pub enum FovealError {
     /// A defect of the simulator.
     #[error(transparent)]
-    Breach(#[from] Breach),
+    SimError(#[from] SimError),
     /// A screen that cannot be.
     #[error(transparent)]
     Gaze(#[from] GazeError),
@@ -256,7 +256,7 @@ impl Viewer<'_> {
         if is_filtered {
             let pixels = self.filtered_pixels(camera, looking)?;
             let cycles = pixels * self.cost.flops / self.cost.flops_per_cycle;
-            seconds += cycles / self.clock.machine.clock.0;
+            seconds += cycles / self.clock.system.machine().clock.0;
         }
         let regions = report.regions().copied().unwrap_or_default();
         Ok(Shown {

@@ -4,7 +4,7 @@ use super::oracle::Watts;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
 use super::tune::{Check, DisplayTerm, Model, Orders};
-use powergs_core::sim::Breach;
+use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
 
 /// What else is made for comparison, with the budget of the final model.
@@ -181,14 +181,14 @@ impl Outcome {
     /// quality must reach; without an answer it fails.
     ///
     /// # Errors
-    /// A [`Breach`] is a defect of the simulator.
+    /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
     pub fn measured(
         setup: &Setup<'_>,
         job: &Job,
         model: &Model,
         ended: Option<Ended>,
         judge: impl FnOnce(Quality) -> Option<Target>,
-    ) -> Result<Outcome, Breach> {
+    ) -> Result<Outcome, SimError> {
         let scene = &model.scene;
         let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
         let gate = setup.see(scene, setup.gate_views(), pooling);

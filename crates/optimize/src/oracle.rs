@@ -8,11 +8,11 @@
 use rayon::prelude::*;
 
 use powergs_base::picture::Picture;
-use powergs_core::accel::Machine;
 use powergs_core::action::Stage;
-use powergs_core::energy::{Component, Prices};
+use powergs_core::energy::Component;
+use powergs_core::run::System;
 use powergs_core::sim::paper::{UnitPrices, breakdown};
-use powergs_core::sim::{Breach, FrameReport, Label, simulate};
+use powergs_core::sim::{FrameReport, Label, SimError};
 use powergs_core::workload::paper::{TileLoad, count, count_foveated};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_frame::display::Display;
@@ -106,8 +106,8 @@ pub trait PowerOracle: Sync {
     /// Watts of showing this frame again and again at the display rate.
     ///
     /// # Errors
-    /// A [`Breach`] is a defect of the simulator.
-    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach>;
+    /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, SimError>;
 
     /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
     /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
@@ -120,10 +120,10 @@ pub trait PowerOracle: Sync {
         views: &[Camera],
         background: [f32; 3],
         display: &Display,
-    ) -> Result<Watts, Breach> {
+    ) -> Result<Watts, SimError> {
         assert!(!views.is_empty(), "power is a mean over at least one view");
         let options = Options { background, ..Options::reference(Detail::Counters) };
-        let frames: Vec<Result<(Parts, f64), Breach>> = views
+        let frames: Vec<Result<(Parts, f64), SimError>> = views
             .par_iter()
             .map(|camera| {
                 let rendered = render(scene, camera, &options);
@@ -149,7 +149,7 @@ impl PowerOracle for PaperOracle {
         "paper".into()
     }
 
-    fn frame(&self, shot: Shot, _: &Camera, _: [f32; 3]) -> Result<Parts, Breach> {
+    fn frame(&self, shot: Shot, _: &Camera, _: [f32; 3]) -> Result<Parts, SimError> {
         let load = |entries: u32, loaded: u32| TileLoad {
             entries: f64::from(entries),
             loaded: f64::from(loaded),
@@ -175,20 +175,18 @@ impl PowerOracle for PaperOracle {
 /// The simulated machine.
 #[derive(Debug, Clone)]
 pub struct CycleOracle {
-    /// The machine.
-    pub machine: Machine,
-    /// Its energy table, applied to it.
-    pub prices: Prices,
+    /// The machine with its prices.
+    pub system: System,
     /// Frames shown per second.
     pub fps: f64,
 }
 
 impl PowerOracle for CycleOracle {
     fn name(&self) -> String {
-        self.machine.name.clone()
+        self.system.machine().name.clone()
     }
 
-    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, Breach> {
+    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, SimError> {
         Ok(at_rate(&self.report(shot, camera, background)?, self.fps))
     }
 }
@@ -197,15 +195,15 @@ impl CycleOracle {
     /// What the machine makes of a frame.
     ///
     /// # Errors
-    /// A [`Breach`] is a defect of the simulator.
+    /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
     pub fn report(
         &self,
         shot: Shot,
         camera: &Camera,
         background: [f32; 3],
-    ) -> Result<FrameReport, Breach> {
-        let workload = shot.workload(camera, background, self.machine.geometry);
-        simulate(Label::default(), &workload, &self.machine, &self.prices)
+    ) -> Result<FrameReport, SimError> {
+        let workload = shot.workload(camera, background, self.system.machine().geometry);
+        self.system.simulate(Label::default(), &workload)
     }
 }
 

@@ -9,7 +9,7 @@ use super::schedule::Plan;
 use super::target::Quality;
 use super::views::ViewSplit;
 use powergs_base::picture::Picture;
-use powergs_core::sim::Breach;
+use powergs_core::sim::SimError;
 use powergs_frame::display::Display;
 use powergs_frame::fovea::Screen;
 use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
@@ -270,8 +270,8 @@ impl Setup<'_> {
     /// Power of `scene`, mean over the power views.
     ///
     /// # Errors
-    /// A [`Breach`] is a defect of the simulator.
-    pub fn watts(&self, scene: &Gaussians) -> Result<Watts, Breach> {
+    /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
+    pub fn watts(&self, scene: &Gaussians) -> Result<Watts, SimError> {
         self.oracle.watts(scene, self.power_views, self.background, self.display)
     }
 

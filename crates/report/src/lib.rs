@@ -37,6 +37,7 @@ pub use table::Table;
 pub use tile_load::{Picture, TileLoad};
 pub use what_if::WhatIf;
 
+use powergs_core::run::Input;
 use powergs_core::sim::{FrameReport, Model};
 
 /// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
@@ -86,19 +87,6 @@ pub struct MachineFacts {
     pub dram_peak_gb_s: Option<f64>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<roofline::Roofline>,
-}
-
-/// A file that was read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Input {
-    /// What it was used as: `trace`, `machine`, `energy`.
-    pub role: &'static str,
-    /// File name without folders, or the name of an embedded file.
-    pub name: String,
-    /// Size, bytes.
-    pub bytes: u64,
-    /// XXH3, 128 bits, of the whole file.
-    pub xxh3: u128,
 }
 
 /// A finished (or interrupted) run.

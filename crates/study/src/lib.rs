@@ -4,3 +4,4 @@
 pub mod analysis;
 pub mod sweep;
 pub mod validate;
+pub mod views;

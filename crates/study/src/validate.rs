@@ -7,10 +7,9 @@
 //! takes it through all machines that want it. [`judge()`] compares with the tolerance of the row
 //! and with what came out the last time (`baseline.csv`).
 //!
-//! This module opens no file: whoever calls it hands in the texts and builds the machines.
+//! This module opens no file: whoever calls it hands in the texts and the systems.
 
 pub mod document;
-mod frames;
 pub mod judge;
 pub mod metric;
 pub mod numbers;
@@ -24,7 +23,7 @@ pub use judge::{Judged, Verdict, judge};
 pub use metric::Metric;
 pub use numbers::{Baseline, Tables, TablesError};
 pub use row::{MachineName, Origin, Row, Status, Tolerance};
-pub use run::{Built, Interrupted, Measurements, measure};
+pub use run::{Built, Measurements, measure};
 pub use workload::Workload;
 
 /// The rows that come with the program.

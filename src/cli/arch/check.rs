@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 
 use super::Kind;
 use super::cost::Cost;
-use crate::cli::machine_file::{Text, energy_table, is_yaml, read};
 use crate::cli::sweep::{DiskFiles, find_base};
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::config::embedded::{DRAM, ENERGY};
@@ -16,6 +15,9 @@ use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::ConfigText;
+use powergs_core::run::files::{is_yaml, read};
+use powergs_core::run::system::energy_table;
 use powergs_core::sim;
 use powergs_frame::display::Display;
 use powergs_study::sweep::file::SweepFile;
@@ -23,7 +25,7 @@ use powergs_study::sweep::space::Space;
 
 /// What `check` found in one file.
 struct Checked {
-    file: Text,
+    file: ConfigText,
     kind: Kind,
     result: Result<Good, Vec<Problem>>,
 }
@@ -76,7 +78,7 @@ pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit,
     Ok(if good { Exit::Done } else { Exit::Usage })
 }
 
-fn check_one(file: Text, sets: &[String]) -> Checked {
+fn check_one(file: ConfigText, sets: &[String]) -> Checked {
     let kind = if is_yaml(&file.origin) { Kind::Energy } else { kind_of(&file.text) };
     let result = match kind {
         Kind::Machine => check_machine(&file, sets),
@@ -96,7 +98,7 @@ fn check_one(file: Text, sets: &[String]) -> Checked {
 }
 
 /// A machine is right when its energy table can be found and has a price for its buffers, too.
-fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
+fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem>> {
     let mut machine = Machine::parse_with(&file.text, sets).map_err(|e| e.problems)?;
     let at_key = |key: &str, path: &str, message: String| {
         let set = sets.iter().find(|s| s.starts_with(&format!("{path}="))).cloned();
@@ -117,7 +119,7 @@ fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
     link_device(&mut machine, file).map_err(|e| at_key("device", "dram.device", e))?;
     let table = read("energy table", &machine.energy, ENERGY, file.folder.as_deref())
         .map_err(|e| energy(e.to_string()))?;
-    let (parsed, _) = energy_table(&table, machine.clock)
+    let parsed = energy_table(&table, machine.clock)
         .map_err(|e| energy(format!("the energy table is wrong: {e}")))?;
     let prices = sim::cost::prices(&parsed, &machine);
     let prices = prices.map_err(|e| energy(e.to_string()))?;
@@ -127,7 +129,7 @@ fn check_machine(file: &Text, sets: &[String]) -> Result<Good, Vec<Problem>> {
 }
 
 /// A sweep is right when it spans a space. Its traces are not opened.
-fn check_sweep(file: &Text) -> Result<Good, ConfigError> {
+fn check_sweep(file: &ConfigText) -> Result<Good, ConfigError> {
     let mut sweep = SweepFile::parse(&file.text)?;
     find_base(&mut sweep, file.folder.as_deref());
     let space = Space::new(&sweep, Arc::new(DiskFiles::default()))?;
@@ -136,7 +138,7 @@ fn check_sweep(file: &Text) -> Result<Good, ConfigError> {
 }
 
 /// Reads a DRAM device that does not come with the program.
-fn link_device(machine: &mut Machine, file: &Text) -> Result<(), String> {
+fn link_device(machine: &mut Machine, file: &ConfigText) -> Result<(), String> {
     if machine.device.is_some() {
         return Ok(());
     }
@@ -147,10 +149,10 @@ fn link_device(machine: &mut Machine, file: &Text) -> Result<(), String> {
 }
 
 /// A reference table of Accelergy: the clock matters for its leakage only.
-fn check_reference_table(file: &Text) -> Result<Good, Vec<Problem>> {
+fn check_reference_table(file: &ConfigText) -> Result<Good, Vec<Problem>> {
     let place = Place::of(&file.text, 0..0);
     let problem = |message| vec![Problem { place, key: String::new(), message }];
-    let (table, _) = energy_table(file, Hertz(1e9)).map_err(|e| {
+    let table = energy_table(file, Hertz(1e9)).map_err(|e| {
         let message = e.to_string();
         let origin = format!("{}: ", file.origin);
         problem(message.strip_prefix(&origin).unwrap_or(&message).to_owned())

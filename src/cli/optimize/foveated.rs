@@ -3,7 +3,7 @@
 
 use std::io;
 
-use super::super::machine_file::load_machine_with;
+use super::super::inputs;
 use super::super::{Context, Exit, Failure, OrExit, gaze};
 use super::finish::{Finished, write_charts};
 use super::folder::Folder;
@@ -39,18 +39,17 @@ pub fn screen(args: &Args) -> Result<Option<Screen>, Failure> {
 
 /// The machine whose speed is reported, and the price of an operation, picojoules.
 pub fn clock(args: &PowerArgs) -> Result<(CycleOracle, f64), Failure> {
-    let loaded = load_machine_with(&args.arch, &args.sets, args.energy.as_deref())?;
-    if loaded.machine.fovea.accumulators == 0 {
+    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
+    if system.machine().fovea.accumulators == 0 {
         let what = format!(
             "--foveated: the machine {} cannot show foveated frames (fovea.accumulators is 0); \
              give --set fovea.accumulators=1 or 2, or another --arch",
-            loaded.machine.name
+            system.machine().name
         );
         return Err(Failure::new(Exit::Usage, what));
     }
     let flop_pj = published_prices()?.0.flop_pj;
-    let (machine, prices) = (loaded.machine, loaded.prices);
-    Ok((CycleOracle { machine, prices, fps: args.fps }, flop_pj))
+    Ok((CycleOracle { system, fps: args.fps }, flop_pj))
 }
 
 /// Where somebody looks in each view.
@@ -97,7 +96,7 @@ pub struct Outcome {
 /// What foveated models of a run are measured with; `None` if it is not foveated.
 pub fn viewer<'a>(run: &Finished<'a>, inputs: &'a Inputs) -> Option<Viewer<'a>> {
     let (clock, flop_pj) = inputs.clock.as_ref()?;
-    let vru = &clock.machine.vru;
+    let vru = &clock.system.machine().vru;
     let lanes = f64::from(vru.cores) * f64::from(vru.units_per_core);
     let cost = FilterCost {
         flops: run.filter_flops,

@@ -5,15 +5,15 @@ use std::path::Path;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::super::camera_file::{CameraArgs, Views};
-use super::super::machine_file::{load_display, load_machine_with, read};
+use super::super::inputs;
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
 use super::shelf::Shelf;
 use super::{Args, GateArg, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
-use powergs_base::config::embedded::ENERGY;
-use powergs_core::energy::EnergyTable;
+use powergs_core::run::{FileKind, PaperModel};
 use powergs_core::sim::paper::UnitPrices;
+use powergs_core::workload::paper::Padding;
 use powergs_frame::display::Display;
 use powergs_frame::fovea::Screen;
 use powergs_optimize::adam::Group;
@@ -65,7 +65,7 @@ impl Inputs {
         let screen = foveated::screen(args)?;
         let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
         let (name, dense) = dense(args, context)?;
-        let display = load_display(&args.power.display)?;
+        let display = inputs::display(&args.power.display)?;
         let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args), screen.is_some())?;
         let clock = screen.map(|_| foveated::clock(&args.power)).transpose()?;
         let externals = externals(args, context)?;
@@ -138,7 +138,7 @@ impl Inputs {
         hash.update(settings.as_bytes());
         hash.update(self.oracle_toml.as_bytes());
         if let Some((clock, flop_pj)) = &self.clock {
-            hash.update(format!("{:?}{flop_pj}", clock.machine).as_bytes());
+            hash.update(format!("{:?}{flop_pj}", clock.system.machine()).as_bytes());
         }
         hash.update(format!("{:?}{:?}", self.display, self.cameras).as_bytes());
         hash.update(format!("{:?}{:?}", self.split, self.power_views).as_bytes());
@@ -347,18 +347,14 @@ fn oracle(
         let (prices, text) = published_prices()?;
         return Ok((Box::new(PaperOracle { prices, fps: args.fps }), text));
     }
-    let loaded = load_machine_with(&args.arch, &args.sets, args.energy.as_deref())?;
-    let text = format!("{}\n{}", loaded.resolved_toml, loaded.energy_toml);
-    let oracle = CycleOracle { machine: loaded.machine, prices: loaded.prices, fps: args.fps };
-    Ok((Box::new(oracle), text))
+    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
+    let energy = system.read(FileKind::Energy).map_or("", |file| &file.text);
+    let text = format!("{}\n{energy}", system.machine_toml());
+    Ok((Box::new(CycleOracle { system, fps: args.fps }), text))
 }
 
 /// The published prices, and the table that they are from.
 pub fn published_prices() -> Result<(UnitPrices, String), Failure> {
-    let table = read("energy table", "paper", ENERGY, None)?;
-    let flat = EnergyTable::parse(&table.text).or_exit(Exit::Internal, &table.origin)?;
-    let [flop_pj, sram_pj_per_byte, dram_pj_per_byte] = flat
-        .flat_pj()
-        .ok_or_else(|| Failure::new(Exit::Internal, "the table `paper` has no flat prices"))?;
-    Ok((UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte }, table.text))
+    let model = PaperModel::new(Padding::TrueTiles)?;
+    Ok((model.prices, model.table().text.clone()))
 }

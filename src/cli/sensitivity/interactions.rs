@@ -4,13 +4,11 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::files::Files;
 use super::levels::Levelled;
 use super::measure::{self, Machines};
-use crate::cli::trace_source::TraceSource;
-use crate::cli::what_if::Variant;
 use crate::cli::{Context, Exit, Failure};
-use powergs_base::config::assumptions::KnobFile;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{Change, System, TraceFile};
 use powergs_report::sensitivity::interactions::{Interactions, Point, Results};
 use powergs_report::sensitivity::{Measure, Outcome};
 use powergs_study::analysis::{indices, morris};
@@ -60,17 +58,16 @@ impl Asked {
 
 /// The machines of all points so far.
 struct Pool<'a> {
-    base: &'a Files,
+    base: &'a System,
     factors: &'a [Levelled],
-    known: HashMap<Vec<usize>, Option<Box<Variant>>>,
+    known: HashMap<Vec<usize>, Option<Box<System>>>,
 }
 
 impl Pool<'_> {
-    fn machine(&self, levels: &[usize]) -> Option<Box<Variant>> {
+    fn machine(&self, levels: &[usize]) -> Option<Box<System>> {
         let set = self.factors.iter().zip(levels);
-        let values: Vec<(KnobFile, &str, &toml::Value)> =
-            set.map(|(f, &l)| (f.key.file, f.key.path.as_str(), &f.levels[l])).collect();
-        Some(Box::new(self.base.with(&values).ok()?.variant().ok()?))
+        let changes: Vec<Change> = set.map(|(f, &l)| f.key.change(&f.levels[l])).collect();
+        Some(Box::new(self.base.with_from(&changes, &EmbeddedFiles).ok()?))
     }
 
     /// Makes the machines of these points, in parallel.
@@ -170,9 +167,9 @@ impl Sample {
 pub fn run(
     asked: &Asked,
     machine: &str,
-    base: &Files,
+    base: &System,
     factors: &[Levelled],
-    sources: &mut [TraceSource],
+    sources: &mut [TraceFile],
     context: &Context,
 ) -> Result<Option<Interactions>, Failure> {
     let machines = asked.machines(factors.len());
@@ -190,10 +187,9 @@ pub fn run(
     let mut distinct = all.clone();
     distinct.sort();
     distinct.dedup();
-    let base_variant = base.variant().map_err(|e| Failure::new(Exit::Usage, e))?;
     let taken = |p: &Vec<usize>| *pool.known.remove(p).flatten().expect("a valid point");
-    let variants = std::iter::once(base_variant).chain(distinct.iter().map(taken)).collect();
-    let machines = Machines::known(variants, asked.display_fps);
+    let systems = std::iter::once(base.clone()).chain(distinct.iter().map(taken)).collect();
+    let machines = Machines::known(systems, asked.display_fps);
     let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
     let outcome = |place: usize| Outcome::mean(&measure::outcomes(&means, place));
     let points: Vec<Point> = (distinct.iter().enumerate())

@@ -4,7 +4,6 @@
 use rayon::prelude::*;
 use toml::{Table, Value};
 
-use super::files::Files;
 use powergs_base::config::assumptions::{KnobFile, assumptions};
 use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::inert::inert;
@@ -13,6 +12,8 @@ use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{Change, System};
 use powergs_report::sensitivity::keys::{NotTried, Reach};
 
 /// Last parts of keys that are text for people.
@@ -46,8 +47,8 @@ pub struct Candidate {
     pub value: Value,
     /// Over the value of the machine, for numbers.
     pub ratio: Option<f64>,
-    /// The files; or why they are no machine.
-    pub files: Result<Files, String>,
+    /// The machine with it; or why that is invalid.
+    pub system: Result<System, String>,
 }
 
 impl Key {
@@ -56,13 +57,18 @@ impl Key {
         knob::scaled(&self.value, 2.0).is_some()
     }
 
-    /// The files with this value.
+    /// The key with another value.
+    pub fn change(&self, value: &Value) -> Change {
+        Change { file: self.file.into(), path: self.path.clone(), value: value.clone() }
+    }
+
+    /// The machine with this value.
     ///
     /// # Errors
-    /// Why they are no machine.
-    pub fn set(&self, base: &Files, value: &Value) -> Result<Files, String> {
-        let files = base.with(&[(self.file, self.path.as_str(), value)])?;
-        files.variant().map(|_| files)
+    /// Why that is invalid.
+    pub fn set(&self, base: &System, value: &Value) -> Result<System, String> {
+        let system = base.with_from(&[self.change(value)], &EmbeddedFiles);
+        system.map_err(|error| error.message())
     }
 
     /// Why the key may move nothing, where that is known.
@@ -77,13 +83,13 @@ impl Key {
     }
 
     /// The values that it is turned to, and what becomes of the machine.
-    pub fn candidates(&self, base: &Files, step: f64) -> Vec<Candidate> {
+    pub fn candidates(&self, base: &System, step: f64) -> Vec<Candidate> {
         if !self.is_number() {
             let one = |value: &Value| Candidate {
                 reach: Reach::Name,
                 value: value.clone(),
                 ratio: None,
-                files: self.set(base, value),
+                system: self.set(base, value),
             };
             return self.names.iter().map(one).collect();
         }
@@ -97,7 +103,7 @@ impl Key {
     }
 
     /// The first of some factors that is a machine; if none is, the first with the reason.
-    fn first(&self, base: &Files, reach: Reach, factors: &[f64]) -> Option<Candidate> {
+    fn first(&self, base: &System, reach: Reach, factors: &[f64]) -> Option<Candidate> {
         let mut refused = None;
         let mut tried: Vec<Value> = Vec::new();
         for &factor in factors {
@@ -108,10 +114,10 @@ impl Key {
                 continue;
             }
             tried.push(value.clone());
-            let files = self.set(base, &value);
-            let is_machine = files.is_ok();
-            let candidate = Candidate { reach, value, ratio, files };
-            if is_machine {
+            let system = self.set(base, &value);
+            let is_valid = system.is_ok();
+            let candidate = Candidate { reach, value, ratio, system };
+            if is_valid {
                 return Some(candidate);
             }
             refused.get_or_insert(candidate);
@@ -131,18 +137,18 @@ pub fn number(value: &Value) -> Option<f64> {
 }
 
 /// Every key of the files that can be turned, and the files that cannot matter.
-pub fn all(base: &Files) -> (Vec<Key>, Vec<NotTried>) {
+pub fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
     let (mut keys, mut not_tried) = (Vec::new(), Vec::new());
     let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Device>()];
-    let model = base.variant().map(|v| v.machine.dram.model);
+    let model = base.machine().dram.model;
     for (file, docs) in KnobFile::ALL.into_iter().zip(docs) {
-        if file == KnobFile::Dram && model == Ok(DramModel::Bandwidth) {
+        if file == KnobFile::Dram && model == DramModel::Bandwidth {
             let why = "`dram.model` is `bandwidth`, which knows no device".to_owned();
             not_tried.push(NotTried { file: file.name(), keys: "the DRAM device".into(), why });
             continue;
         }
         let mut found = Vec::new();
-        leaves(&base.table(file), "", &mut found);
+        leaves(&base.table(file.into()).unwrap_or_default(), "", &mut found);
         for (path, value) in found {
             let last = path.rsplit('.').next().unwrap_or(&path);
             let names = others(&path, &value, &docs);
@@ -197,6 +203,6 @@ fn others(path: &str, value: &Value, docs: &[KeyDoc]) -> Vec<Value> {
 }
 
 /// All keys with their candidates, in the order of the files.
-pub fn candidates(keys: &[Key], base: &Files, step: f64) -> Vec<Vec<Candidate>> {
+pub fn candidates(keys: &[Key], base: &System, step: f64) -> Vec<Vec<Candidate>> {
     keys.par_iter().map(|key| key.candidates(base, step)).collect()
 }

@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use toml::Value;
 
-use super::files::Files;
 use super::keys::{Key, number};
 use crate::cli::{Exit, Failure};
 use powergs_base::config::knob;
 use powergs_base::config::suggest::nearest;
+use powergs_core::run::System;
 use powergs_report::sensitivity::Measure;
 use powergs_report::sensitivity::interactions::Factor;
 use powergs_report::sensitivity::keys::Keys;
@@ -122,7 +122,7 @@ pub fn levelled(
     keys: &[Key],
     wanted: &[Wanted],
     found: &Keys,
-    base: &Files,
+    base: &System,
 ) -> Result<Vec<Levelled>, Failure> {
     let chosen: Vec<&Key> =
         if wanted.is_empty() { chosen(keys, found) } else { keys.iter().collect() };
@@ -166,7 +166,7 @@ fn chosen<'a>(keys: &'a [Key], found: &Keys) -> Vec<&'a Key> {
 }
 
 /// Half to double of a number, or all names; those that are machines by themselves.
-fn usual(key: &Key, base: &Files) -> Vec<Value> {
+fn usual(key: &Key, base: &System) -> Vec<Value> {
     let is_machine = |value: &Value| key.set(base, value).is_ok();
     if !key.is_number() {
         let others = key.names.iter().filter(|v| is_machine(v)).cloned();
@@ -184,7 +184,7 @@ fn usual(key: &Key, base: &Files) -> Vec<Value> {
 }
 
 /// Even steps from `low` to `high`, of the logarithm where both are above zero.
-fn range(key: &Key, base: &Files, low: &str, high: &str) -> Result<Vec<Value>, String> {
+fn range(key: &Key, base: &System, low: &str, high: &str) -> Result<Vec<Value>, String> {
     let ends = [low, high].map(knob::written);
     let unit = |v: &Value| v.as_str().and_then(|t| t.split_once(' ')).map(|(_, u)| u.to_owned());
     let numbers = ends.each_ref().map(number);
@@ -221,7 +221,7 @@ fn range(key: &Key, base: &Files, low: &str, high: &str) -> Result<Vec<Value>, S
     Ok(levels)
 }
 
-fn list(key: &Key, base: &Files, all: &[String]) -> Result<Vec<Value>, String> {
+fn list(key: &Key, base: &System, all: &[String]) -> Result<Vec<Value>, String> {
     let mut levels: Vec<Value> = Vec::new();
     for text in all {
         let value = knob::written(text);

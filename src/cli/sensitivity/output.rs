@@ -3,13 +3,11 @@
 use serde_json::Value;
 
 use super::{Args, Found};
-use crate::cli::machine_file::LoadedMachine;
 use crate::cli::run_folder::RunFolder;
-use crate::cli::trace_source::{TraceSource, hashed};
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
+use powergs_core::run::{Input, System, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
-use powergs_report::Input;
 use powergs_report::charts::Chart;
 use powergs_report::sensitivity::{self, interactions, keys};
 
@@ -91,20 +89,9 @@ pub fn terminal(found: &Found, folder: &str) -> String {
 ///
 /// # Errors
 /// Exit code 4: a mistake of ours.
-pub fn record(
-    args: &Args,
-    loaded: &LoadedMachine,
-    sources: &[TraceSource],
-) -> Result<String, Failure> {
-    let mut inputs = Vec::new();
-    for (role, file) in [
-        ("machine", &loaded.machine_file),
-        ("energy", &loaded.energy_file),
-        ("dram", &loaded.device_file),
-    ] {
-        inputs.push(hashed(role, &file.origin, &mut file.text.as_bytes(), &file.origin)?);
-    }
-    inputs.extend(sources.iter().map(|s| s.inputs[0].clone()));
+pub fn record(args: &Args, system: &System, sources: &[TraceFile]) -> Result<String, Failure> {
+    let mut inputs = system.inputs();
+    inputs.extend(sources.iter().map(|s| s.input().clone()));
     let input = |i: &Input| {
         let mut table = toml::Table::new();
         table.insert("role".into(), i.role.into());
@@ -119,7 +106,7 @@ pub fn record(
     table.insert("inputs".into(), inputs.iter().map(input).collect::<Vec<_>>().into());
     table.insert("experiment".into(), experiment(args).into());
     let machine: toml::Table =
-        loaded.resolved_toml.parse().or_exit(Exit::Internal, &loaded.machine_file.origin)?;
+        system.machine_toml().parse().or_exit(Exit::Internal, &system.machine().name)?;
     table.insert("machine".into(), machine.into());
     Ok(table.to_string())
 }

@@ -1,9 +1,9 @@
 //! Machines with the knob of an assumption turned.
 
-use super::files::Files;
-use crate::cli::machine_file::LoadedMachine;
 use powergs_base::config::assumptions::{Assumption, Knob};
 use powergs_base::config::knob;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{Change, System, SystemSpec};
 use powergs_report::sensitivity::Fixed;
 
 /// Half.
@@ -16,8 +16,8 @@ const HIGH: f64 = 1.5;
 pub struct Way {
     /// What the keys are set to, as in a file.
     pub value: String,
-    /// The files.
-    pub files: Files,
+    /// The machine with it; or why that is invalid.
+    pub system: Result<System, String>,
 }
 
 /// A knob of an assumption with its ways.
@@ -32,7 +32,7 @@ pub struct Turn {
     /// What the keys have.
     pub value: String,
     /// The machine that the ways are compared with.
-    pub base: Files,
+    pub base: System,
     /// Down.
     pub low: Option<Way>,
     /// Up, or to another name.
@@ -51,7 +51,7 @@ fn short(values: &[String]) -> String {
 /// All knobs of the assumptions of these numbers (all, if none is given) on a machine, and the
 /// assumptions that have none on it.
 pub fn turns(
-    loaded: &LoadedMachine,
+    system: &System,
     all: impl Iterator<Item = (u32, &'static Assumption)>,
 ) -> (Vec<Turn>, Vec<Fixed>) {
     let (mut turns, mut fixed) = (Vec::new(), Vec::new());
@@ -59,7 +59,7 @@ pub fn turns(
         let mut why = assumption.none.clone();
         let before = turns.len();
         for knob in &assumption.knobs {
-            match of_knob(loaded, number, assumption, knob) {
+            match of_knob(system, number, assumption, knob) {
                 Ok(found) => turns.extend(found),
                 Err(reason) => why = Some(reason),
             }
@@ -74,16 +74,13 @@ pub fn turns(
 }
 
 fn of_knob(
-    loaded: &LoadedMachine,
+    system: &System,
     number: u32,
     assumption: &'static Assumption,
     knob: &'static Knob,
 ) -> Result<Vec<Turn>, String> {
-    let base = match &knob.on {
-        Some(other) => Files::of_other(other, &knob.with)?,
-        None => Files::of(loaded, &knob.with)?,
-    };
-    let has = base.values(knob);
+    let base = base(system, knob)?;
+    let has = values(&base, knob);
     if has.is_empty() {
         return Err(format!("the {} file has no `{}`", knob.file.name(), knob.keys.join("`, `")));
     }
@@ -91,16 +88,15 @@ fn of_knob(
         let (value, base) = (short(&has), base.clone());
         Turn { number, assumption, knob, value, base, low, high }
     };
-    let way = |(files, values): (Files, Vec<String>)| Way { value: short(&values), files };
     let set = |text: &str| {
         let value = knob::written(text);
-        base.turned(knob, |_| Some(value.clone())).map(way)
+        changed(&base, knob, |_| Some(value.clone()))
     };
     if let Some(names) = &knob.values {
         let others = names.iter().filter(|name| has.iter().any(|h| h != *name));
         return Ok(others.map(|name| turn(None, set(name))).collect());
     }
-    let scaled = |factor: f64| base.turned(knob, |v| knob::scaled(v, factor)).map(way);
+    let scaled = |factor: f64| changed(&base, knob, |v| knob::scaled(v, factor));
     let side = |given: &Option<String>, factor| match given {
         Some(text) => set(text),
         None => scaled(factor),
@@ -114,4 +110,50 @@ fn of_knob(
         ));
     }
     Ok(vec![turn(low, high)])
+}
+
+/// The machine that the ways of a knob are compared with.
+fn base(system: &System, knob: &Knob) -> Result<System, String> {
+    let other = match &knob.on {
+        Some(name) => {
+            Some(System::load(&SystemSpec::named(name), &EmbeddedFiles).map_err(|e| e.message())?)
+        }
+        None => None,
+    };
+    let with: Result<Vec<Change>, String> = knob.with.iter().map(|set| set.parse()).collect();
+    let base = other.as_ref().unwrap_or(system).with_from(&with?, &EmbeddedFiles);
+    base.map_err(|error| error.message())
+}
+
+/// What a system has at the keys of `knob`, numbers or names, each once.
+fn values(system: &System, knob: &Knob) -> Vec<String> {
+    let table = system.table(knob.file.into()).unwrap_or_default();
+    let all = knob.keys.iter().flat_map(|key| knob::values(&table, key));
+    let mut shown: Vec<String> = all.map(|v| knob::shown(&v)).collect();
+    shown.dedup();
+    shown
+}
+
+/// A system with every key of `knob` changed; `None` if no value can be changed. A key whose value
+/// cannot be changed (a price that is zero) stays.
+fn changed(
+    base: &System,
+    knob: &Knob,
+    mut to: impl FnMut(&toml::Value) -> Option<toml::Value>,
+) -> Option<Way> {
+    let mut table = base.table(knob.file.into())?;
+    let mut shown = Vec::new();
+    for key in &knob.keys {
+        knob::change(&mut table, key, &mut |value| {
+            let new = to(value)?;
+            shown.push(knob::shown(&new));
+            Some(new)
+        });
+    }
+    shown.dedup();
+    if shown.is_empty() {
+        return None;
+    }
+    let system = base.with_table(knob.file.into(), &table, &EmbeddedFiles);
+    Some(Way { value: short(&shown), system: system.map_err(|error| error.message()) })
 }

@@ -9,6 +9,7 @@ use super::running::Running;
 use super::window::Window;
 use crate::cli::Failure;
 use powergs_core::accel::Memo;
+use powergs_core::run::Frames;
 use powergs_study::sweep::design::Design;
 
 /// Machines that are timed on a frame.
@@ -60,10 +61,10 @@ pub fn cost(opened: &mut Opened, plan: &Plan, scale: f64, memory: usize) -> Resu
         cost.machine_s += again * frames;
         cost.preprocessing_s += (first - again) * frames;
         let bytes = match *finest == geometry {
-            true => window.frames[0].workload.bytes(),
+            true => window.frames[0].bytes(),
             false => {
                 let window = Window::bin(&mut trace.source, *finest, middle, 1)?;
-                window.frames[0].workload.bytes()
+                window.frames[0].bytes()
             }
         };
         cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));

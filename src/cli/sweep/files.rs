@@ -3,10 +3,8 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use crate::cli::machine_file::read;
-use crate::cli::trace_source::hashed;
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
-use powergs_report::Input;
+use powergs_core::run::files::Files as _;
+use powergs_core::run::{Input, files};
 use powergs_study::sweep::key::FileKind;
 use powergs_study::sweep::library::{FileText, Files};
 
@@ -28,19 +26,10 @@ impl DiskFiles {
 
 impl Files for DiskFiles {
     fn read(&self, kind: FileKind, name: &str, beside: Option<&str>) -> Result<FileText, String> {
-        let (role, words, embedded) = match kind {
-            FileKind::Machine => ("machine", "machine", MACHINES),
-            FileKind::Energy => ("energy", "energy table", ENERGY),
-            FileKind::Dram => ("dram", "DRAM device", DRAM),
-            FileKind::Display => ("display", "display preset", DISPLAYS),
-        };
         let folder = beside.and_then(|origin| Path::new(origin).parent());
-        let text = read(words, name, embedded, folder).map_err(|e| e.to_string())?;
-        let input = hashed(role, &text.origin, &mut text.text.as_bytes(), &text.origin);
-        self.opened
-            .lock()
-            .expect("no panic while it is held")
-            .push(input.map_err(|e| e.to_string())?);
+        let text = files::DiskFiles.read(kind, name, folder).map_err(|e| e.to_string())?;
+        let input = Input::of_text(kind.role(), &text.origin, &text.text);
+        self.opened.lock().expect("no panic while it is held").push(input);
         Ok(FileText { origin: text.origin, text: text.text })
     }
 }

@@ -8,10 +8,11 @@ use super::columns;
 use super::files::DiskFiles;
 use super::state::State;
 use super::traces::{self, OpenedTrace, Wanted};
-use crate::cli::machine_file::{ConfigUsage, Text, read};
-use crate::cli::trace_source::hashed;
+use crate::cli::failure::ConfigUsage;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::config::embedded::SWEEPS;
+use powergs_core::run::files::read;
+use powergs_core::run::{ConfigText, Frames, Input};
 use powergs_study::sweep::design::{Design, Rejected};
 use powergs_study::sweep::file::{Method, SweepFile, TraceSpec};
 use powergs_study::sweep::space::Space;
@@ -69,9 +70,9 @@ impl Opened {
         }
         let objectives = objectives(&file);
         columns::check_objectives(&objectives, &space, &text.origin)?;
-        let mut inputs = vec![hashed("sweep", &text.origin, &mut text.text.as_bytes(), name)?];
+        let mut inputs = vec![Input::of_text("sweep", &text.origin, &text.text)];
         inputs.extend(disk.inputs());
-        inputs.extend(traces.iter().map(|t| t.source.inputs[0].clone()));
+        inputs.extend(traces.iter().map(|t| t.source.input().clone()));
         let state = State::new(options(definition, &traces), &inputs);
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let columns = columns::kinds(&space);
@@ -127,7 +128,7 @@ impl Opened {
 }
 
 /// What the command line changes.
-fn change(file: &mut SweepFile, definition: &Definition, text: &Text) -> Result<(), Failure> {
+fn change(file: &mut SweepFile, definition: &Definition, text: &ConfigText) -> Result<(), Failure> {
     for set in &definition.sets {
         let (key, value) = set
             .split_once('=')

@@ -1,5 +1,6 @@
 //! `sweep FILE`: plans, works, and finishes.
 
+use powergs_core::run::Frames;
 use std::path::Path;
 
 use super::args::SweepArgs;

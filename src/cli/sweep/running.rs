@@ -1,9 +1,9 @@
 //! Designs of one machine on their way through a trace: timed once, priced by each of them.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
-use super::window::{Binned, Window};
-use powergs_core::sim::{Label, Lists, Measured, priced, time_again};
+use super::window::Window;
+use powergs_core::run::RunError;
+use powergs_core::run::session::{BinnedFrame, time};
+use powergs_core::sim::{Lists, Measured, priced};
 use powergs_study::sweep::design::Design;
 use powergs_study::sweep::journal::Record;
 use powergs_study::sweep::outcome::Accumulator;
@@ -31,30 +31,24 @@ impl Running {
             if self.failed.is_some() {
                 return;
             }
-            let outcome = catch_unwind(AssertUnwindSafe(|| self.frame(frame, display_fps)));
-            let name = &frame.label.name;
-            self.failed = match outcome {
-                Ok(Ok(())) => None,
-                Ok(Err(breach)) => Some(format!("frame {name}: {breach}")),
-                Err(panic) => Some(format!("frame {name}: internal error: {}", said(&*panic))),
-            };
+            self.failed = self.frame(frame, display_fps).err().map(|error| error.to_string());
         }
     }
 
-    fn frame(&mut self, frame: &Binned, display_fps: f64) -> Result<(), powergs_core::sim::Breach> {
+    fn frame(&mut self, frame: &BinnedFrame, display_fps: f64) -> Result<(), RunError> {
         let machine = &self.designs[0].machine;
-        let workload = &frame.workload;
+        let workload = &frame.bins[&machine.geometry].workload;
         let measured = match machine.gsu.reuse_period {
             1 => Measured::needed(workload, machine),
-            _ => Measured::of(workload, machine, &mut self.lists),
+            _ => Measured::of(workload, machine, &mut self.lists, false),
         };
-        let timed = time_again(frame.label.frame, workload, &measured, machine, &frame.memo)?;
+        let timed = time(machine, frame, &measured)?;
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
-            let display = design.display.as_ref().zip(frame.mean_linear_rgb);
-            let display_w = display.map(|(display, mean)| display.value.power(mean).0);
+            let label = frame.label(design.display.as_ref().map(|display| &display.value));
             for (table, sum) in design.prices.iter().zip(sums) {
-                let label = Label { display_w, ..frame.label.clone() };
-                sum.add(&priced(label, &timed, &table.prices)?, display_fps);
+                let report = priced(label.clone(), &timed, &table.prices)
+                    .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
+                sum.add(&report, display_fps);
             }
         }
         Ok(())
@@ -70,10 +64,4 @@ impl Running {
         };
         self.sums.into_iter().flatten().map(record).collect()
     }
-}
-
-/// What a panic said.
-fn said(panic: &(dyn std::any::Any + Send)) -> &str {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("it says no more")
 }

@@ -8,8 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::cli::aside::write_aside;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
+use powergs_core::run::Input;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_report::{Input, SCHEMA_VERSION};
+use powergs_report::SCHEMA_VERSION;
 use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Its name in the folder.

@@ -4,16 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::camera_file::FrameRange;
-use crate::cli::replay::DEFAULT_DISPLAY;
-use crate::cli::trace_source::TraceSource;
-use crate::cli::{Exit, Failure, OrExit};
-use powergs_report::Input;
+use crate::cli::{Exit, Failure, OrExit, inputs};
+use powergs_core::run::{Frames, TraceFile};
 use powergs_study::sweep::table::TraceLabel;
 
 /// A trace, opened.
 pub struct OpenedTrace {
     /// Its frames.
-    pub source: TraceSource,
+    pub source: TraceFile,
     /// What the table calls it.
     pub label: TraceLabel,
     /// Hash of its content and of which frames are used.
@@ -48,23 +46,23 @@ pub fn open(
             return Err(Failure::new(Exit::Usage, format!("{what}; leave `label` out")));
         }
         for file in files {
-            let source = TraceSource::open(&file, frames, DEFAULT_DISPLAY)?;
-            let label = w.label.clone().unwrap_or_else(|| source.facts.name.clone());
+            let source = inputs::trace(&file, frames)?;
+            let label = w.label.clone().unwrap_or_else(|| source.name().to_owned());
             if opened.iter().any(|t| t.label.label == label) {
                 let what = format!("two traces are called `{label}`");
                 let what = format!("{what}: give them labels in the sweep file ([[traces]])");
                 return Err(Failure::new(Exit::Usage, what));
             }
             let label = TraceLabel { label, weight: w.weight };
-            let hash = hash(&source.inputs[0], &source);
+            let hash = hash(&source);
             opened.push(OpenedTrace { source, label, hash });
         }
     }
     Ok(opened)
 }
 
-fn hash(input: &Input, source: &TraceSource) -> u128 {
-    let mut bytes = input.xxh3.to_le_bytes().to_vec();
+fn hash(source: &TraceFile) -> u128 {
+    let mut bytes = source.input().xxh3.to_le_bytes().to_vec();
     bytes.extend((source.range().start as u64).to_le_bytes());
     bytes.extend((source.range().end as u64).to_le_bytes());
     xxhash_rust::xxh3::xxh3_128(&bytes)

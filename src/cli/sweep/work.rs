@@ -14,6 +14,7 @@ use super::store::Store;
 use super::traces::OpenedTrace;
 use super::window::Window;
 use crate::cli::{Context, Failure};
+use powergs_core::run::Frames;
 use powergs_study::sweep::design::Design;
 use powergs_study::sweep::journal::Record;
 use powergs_study::sweep::space::Space;

@@ -1,7 +1,8 @@
 //! `arch` and `explain` as the user sees them.
 
 use assert_cmd::Command;
-use powergs_sim::cli::machine_file::load_machine;
+use powergs_sim::run::files::DiskFiles;
+use powergs_sim::run::{System, SystemSpec};
 use predicates::prelude::*;
 use predicates::str::contains;
 
@@ -104,16 +105,18 @@ fn a_machine_is_loaded_with_its_table_and_its_sources() {
     let path = dir.path().join("mine.toml");
     std::fs::write(&path, machine).expect("a file");
     let file = path.to_str().expect("a path");
-    let loaded = load_machine(file, &["vru.cores=2".into()]).expect("a table beside the machine");
-    assert_eq!(loaded.machine.vru.cores, 2);
-    assert!(loaded.resolved_toml.contains("cores = 2"));
-    assert_eq!(loaded.energy_table.name, "gscore-28nm");
+    let sets = vec!["vru.cores=2".to_owned()];
+    let spec = SystemSpec { sets, ..SystemSpec::named(file) };
+    let loaded = System::load(&spec, &DiskFiles).expect("a table beside the machine");
+    assert_eq!(loaded.machine().vru.cores, 2);
+    assert!(loaded.machine_toml().contains("cores = 2"));
+    assert_eq!(loaded.energy_table().name, "gscore-28nm");
     for source in ["neo", "cacti", "A4", "A10"] {
-        assert!(loaded.sources.contains(source), "{:?}", loaded.sources);
+        assert!(loaded.sources().contains(source), "{:?}", loaded.sources());
     }
-    let default = load_machine("gscore", &[]).expect("the default");
+    let default = System::named("gscore").expect("the default");
     assert!(
-        loaded.prices.leakage_w() < default.prices.leakage_w(),
+        loaded.prices().leakage_w() < default.prices().leakage_w(),
         "two cores leak less than four"
     );
 }

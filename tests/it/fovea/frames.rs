@@ -8,7 +8,7 @@ use powergs_sim::config::embedded::{ENERGY, MACHINES, find};
 use powergs_sim::energy::EnergyTable;
 use powergs_sim::raster::{Detail, FoveatedFrame, Options, render, render_foveated};
 use powergs_sim::scene::Foveated;
-use powergs_sim::sim::{Breach, Label, cost, simulate};
+use powergs_sim::sim::{Incompatible, Label, SimError, cost, simulate};
 use powergs_sim::splat::{Cover, TileGrid};
 use powergs_sim::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_sim::workload::{ChunkWork, FrameWorkload, Geometry, TileWork, bin};
@@ -192,7 +192,7 @@ fn accumulators_take_time_or_area() {
     assert_eq!(one.fovea().expect("foveated").gaze, [0.4, 0.6]);
     // A machine without accumulators says what to do.
     let refused = on(&["fovea.accumulators=0"]).expect_err("a machine that cannot");
-    assert!(matches!(refused, Breach::Foveated { .. }) && refused.is_refusal());
+    assert!(matches!(refused, SimError::Incompatible(Incompatible::Foveated { .. })));
     assert!(refused.to_string().contains("fovea.accumulators = 1"), "{refused}");
 }
 

@@ -1,6 +1,5 @@
 //! Levels of the periphery: which jobs there are, what trains, and that they become one model.
 
-use powergs_sim::cli::machine_file::load_machine;
 use powergs_sim::display::d22::Filter;
 use powergs_sim::fovea::{POOLINGS, Screen};
 use powergs_sim::optimize::foveated::{FilterCost, LevelState, Levels, Method, Viewer, lines};
@@ -17,6 +16,7 @@ use powergs_sim::optimize::tune::{
 use powergs_sim::picture::Picture;
 use powergs_sim::quality::Loss;
 use powergs_sim::quality::loss::display_term;
+use powergs_sim::run::System;
 use powergs_sim::scene::Foveated;
 
 use super::scenes::tiny;
@@ -285,9 +285,7 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
         scene
     });
     let model = Foveated::compose(&levels).unwrap();
-    let loaded = load_machine("gscore", &[]).unwrap();
-    let (machine, prices) = (loaded.machine, loaded.prices);
-    let clock = CycleOracle { machine, prices, fps: 60.0 };
+    let clock = CycleOracle { system: System::named("gscore").unwrap(), fps: 60.0 };
     let screen = Screen { pooling_rate: 0.6, ..Screen::PUBLISHED };
     let cost = FilterCost { flops: 215.0, flop_pj: 0.53, flops_per_cycle: 1536.0 };
     let viewer = Viewer { setup: &setup, screen, clock: &clock, cost };

@@ -1,11 +1,11 @@
 //! Oracles against the models that they stand for.
 
 use powergs_sim::action::Stage;
-use powergs_sim::cli::machine_file::load_machine;
 use powergs_sim::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_sim::raster::{Detail, Options, render};
+use powergs_sim::run::System;
 use powergs_sim::sim::paper::UnitPrices;
-use powergs_sim::sim::{Label, paper, simulate};
+use powergs_sim::sim::{Label, paper};
 use powergs_sim::workload::paper::Padding;
 use powergs_sim::workload::{Geometry, bin};
 
@@ -35,14 +35,14 @@ fn paper_is_the_closed_form_mean_over_views() {
 fn cycle_is_the_simulated_machine_at_the_display_rate() {
     let tiny = tiny(800, 12, (96, 70));
     for name in ["gscore", "edge"] {
-        let loaded = load_machine(name, &[]).unwrap();
+        let system = System::named(name).unwrap();
         let camera = &tiny.cameras[0];
         let rendered = render(&tiny.dense, camera, &Options::reference(Detail::Counters));
         let frame = rendered.into_frame(camera, [0.0; 3]);
-        let work = bin(&frame, loaded.machine.geometry);
-        let report = simulate(Label::default(), &work, &loaded.machine, &loaded.prices).unwrap();
+        let work = bin(&frame, system.machine().geometry);
+        let report = system.simulate(Label::default(), &work).unwrap();
         let fps = 60.0;
-        let oracle = CycleOracle { machine: loaded.machine, prices: loaded.prices, fps };
+        let oracle = CycleOracle { system, fps };
         let watts = oracle.watts(&tiny.dense, &tiny.cameras[..1], [0.0; 3], &tiny.display).unwrap();
         let expected = report.power_display_rate_w(fps);
         assert!((watts.render_w / expected - 1.0).abs() < 1e-12, "{name}");

@@ -9,8 +9,9 @@ use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
 use powergs_sim::report::roofline::Roofline;
 use powergs_sim::report::what_if::{Cost, Skipped, Step};
 use powergs_sim::report::{
-    Extras, Facts, Input, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
+    Extras, Facts, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
 };
+use powergs_sim::run::Input;
 use powergs_sim::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
     OrderSummary, PaperReport, RegionReport, ReuseSummary, StageBytes,

@@ -11,7 +11,7 @@ use powergs_sim::config::embedded::{MACHINES, find};
 use powergs_sim::report::charts;
 use powergs_sim::report::perfetto::TraceWriter;
 use powergs_sim::report::timeline::{COLUMNS, IDLE, Picture, Window};
-use powergs_sim::sim::observed;
+use powergs_sim::sim::{Measured, observed};
 use powergs_sim::trace::Reader;
 use powergs_sim::workload::bin;
 use serde_json::Value;
@@ -181,8 +181,9 @@ fn levels_add_up_to_the_statistics() {
     let mut reader = Reader::open(file).expect("a trace");
     let frame = reader.read_block(0).expect("a block").decode().expect("a frame");
     let workload = bin(&frame, machine.geometry);
+    let measured = Measured::needed(&workload, &machine);
     let mut levels = Levels::default();
-    let timing = observed(&workload, &machine, &mut levels).timing;
+    let timing = observed(&workload, &measured, &machine, &mut levels).timing;
     let end: Vec<Level> = (levels.now.iter())
         .map(|(&(buffer, instance), _)| Level { buffer, instance, from: timing.frame, bytes: 0 })
         .collect();

@@ -27,6 +27,30 @@ pub fn change(
     changed
 }
 
+/// Puts a value at `path`, making tables on the way; with `*` or `[]` in it, at every place that is
+/// there. Returns whether there was a place for it.
+pub fn set(table: &mut Table, path: &str, value: &Value) -> bool {
+    if path.contains("[]") || path.contains('*') {
+        return change(table, path, &mut |_| Some(value.clone())) > 0;
+    }
+    let Some((first, rest)) = path.split_once('.') else {
+        match table.get_mut(path) {
+            Some(place) => place.clone_from(value),
+            None => {
+                table.insert(path.to_owned(), value.clone());
+            }
+        }
+        return true;
+    };
+    if !table.contains_key(first) {
+        table.insert(first.to_owned(), Value::Table(Table::new()));
+    }
+    match table.get_mut(first) {
+        Some(Value::Table(inner)) => set(inner, rest, value),
+        _ => false,
+    }
+}
+
 fn inside(
     value: &mut Value,
     rest: Option<&str>,

@@ -1,4 +1,4 @@
-//! Accounts that must close in every run. A breach is a defect, never a warning.
+//! Accounts that must close in every run. One that does not is a defect, never a warning.
 
 use super::FrameReport;
 use crate::accel::{FrameTiming, Machine, Replay, StageCommands};
@@ -12,9 +12,9 @@ const ENERGY_TOLERANCE: f64 = 1e-9;
 /// Relative tolerance of the DRAM rate: the bus keeps 32 fractional bits of its ticks per byte.
 const RATE_TOLERANCE: f64 = 1e-6;
 
-/// An account that did not close.
+/// A frame that the machine cannot run, although nothing is wrong with either.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Breach {
+pub enum Incompatible {
     /// A workload on a machine of another geometry.
     #[error(
         "frame was binned for {workload:?}, the machine has {machine:?}; bin it again for this \
@@ -36,6 +36,11 @@ pub enum Breach {
         /// Name of the machine.
         machine: String,
     },
+}
+
+/// An account that did not close: a defect of the simulator.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InvariantViolated {
     /// Cycles of a unit do not add up.
     #[error(
         "internal error: frame {frame}: the {unit} accounts for {accounted} cycles of {expected}; \
@@ -109,35 +114,39 @@ pub enum Breach {
     },
 }
 
-impl Breach {
-    /// Whether the machine cannot run the workload, and nothing is wrong with the simulator.
-    pub fn is_refusal(&self) -> bool {
-        matches!(self, Breach::Foveated { .. } | Breach::Geometry { .. })
-    }
+/// Why a frame has no report.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimError {
+    /// The machine cannot run the frame.
+    #[error(transparent)]
+    Incompatible(#[from] Incompatible),
+    /// A defect of the simulator.
+    #[error(transparent)]
+    Invariant(#[from] InvariantViolated),
 }
 
 /// A machine runs only workloads of its geometry, and foveated ones only if it can show two levels.
 ///
 /// # Errors
-/// [`Breach::Foveated`] and [`Breach::Geometry`].
-pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Breach> {
+/// [`Incompatible`].
+pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompatible> {
     if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
-        return Err(Breach::Foveated { machine: machine.name.clone() });
+        return Err(Incompatible::Foveated { machine: machine.name.clone() });
     }
     if workload.geometry == machine.geometry {
         return Ok(());
     }
-    Err(Breach::Geometry { workload: workload.geometry, machine: machine.geometry })
+    Err(Incompatible::Geometry { workload: workload.geometry, machine: machine.geometry })
 }
 
 /// DRAM bytes charged from the frame's totals equal the bytes that the DRAM served, by stage and
 /// in total.
 ///
 /// # Errors
-/// [`Breach::Traffic`] for the first stage whose bytes differ, or for the total.
-pub fn traffic(frame: usize, replay: &Replay) -> Result<(), Breach> {
+/// [`InvariantViolated::Traffic`] for the first stage whose bytes differ, or for the total.
+pub fn traffic(frame: usize, replay: &Replay) -> Result<(), InvariantViolated> {
     let (actions, timing) = (&replay.actions, &replay.timing);
-    let breach = |stage, charged: (u64, u64), served: (u64, u64)| Breach::Traffic {
+    let broken = |stage, charged: (u64, u64), served: (u64, u64)| InvariantViolated::Traffic {
         frame,
         stage,
         charged: format!("{}, {}", charged.0, charged.1),
@@ -148,31 +157,36 @@ pub fn traffic(frame: usize, replay: &Replay) -> Result<(), Breach> {
         let charged = (count(Action::DramRead), count(Action::DramWrite));
         let served = (by_stage.read, by_stage.write);
         if charged != served {
-            return Err(breach(stage.name(), charged, served));
+            return Err(broken(stage.name(), charged, served));
         }
     }
     let total = |action| actions.total(action);
     let charged = (total(Action::DramRead), total(Action::DramWrite));
     let served = (timing.dram.read_bytes, timing.dram.write_bytes);
-    if charged == served { Ok(()) } else { Err(breach("total", charged, served)) }
+    if charged == served { Ok(()) } else { Err(broken("total", charged, served)) }
 }
 
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.
 ///
 /// # Errors
-/// [`Breach::Cycles`], [`Breach::Requests`] or [`Breach::Bandwidth`], whichever comes first.
-pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(), Breach> {
+/// [`InvariantViolated::Cycles`], [`InvariantViolated::Requests`] or [`InvariantViolated::Bandwidth`], whichever comes first.
+pub fn timing(
+    frame: usize,
+    timing: &FrameTiming,
+    machine: &Machine,
+) -> Result<(), InvariantViolated> {
     for unit in &timing.units {
         let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
         let expected = u64::from(unit.instances) * timing.frame;
         if accounted != expected {
-            return Err(Breach::Cycles { frame, unit: unit.unit.name(), accounted, expected });
+            let unit = unit.unit.name();
+            return Err(InvariantViolated::Cycles { frame, unit, accounted, expected });
         }
     }
     let dram = &timing.dram;
     if dram.requests_issued != dram.requests_served {
         let (issued, served) = (dram.requests_issued, dram.requests_served);
-        return Err(Breach::Requests { frame, issued, served });
+        return Err(InvariantViolated::Requests { frame, issued, served });
     }
     let seconds = timing.frame as f64 / machine.clock.0;
     let (rate, bytes) = match (&dram.commands, &machine.device) {
@@ -186,7 +200,7 @@ pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(
         }
     };
     if bytes as f64 > rate * seconds * (1.0 + RATE_TOLERANCE) || dram.busy_cycles > timing.frame {
-        return Err(Breach::Bandwidth { frame, bytes, seconds, rate });
+        return Err(InvariantViolated::Bandwidth { frame, bytes, seconds, rate });
     }
     Ok(())
 }
@@ -195,8 +209,8 @@ pub fn timing(frame: usize, timing: &FrameTiming, machine: &Machine) -> Result<(
 /// breakdown.
 ///
 /// # Errors
-/// [`Breach::Energy`].
-pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
+/// [`InvariantViolated::Energy`].
+pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), InvariantViolated> {
     let work: f64 =
         Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
     let commands = report.timing().and_then(|t| t.dram.commands.as_ref());
@@ -211,5 +225,5 @@ pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), Breach> {
     if (parts - total).abs() <= ENERGY_TOLERANCE * total.abs().max(parts.abs()) {
         return Ok(());
     }
-    Err(Breach::Energy { frame: report.frame, parts, total })
+    Err(InvariantViolated::Energy { frame: report.frame, parts, total })
 }

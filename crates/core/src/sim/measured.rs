@@ -32,11 +32,23 @@ impl Measured {
         Measured { cache, ..Measured::default() }
     }
 
-    /// Everything. Frames must come in order: `lists` holds the order of the one before.
-    pub fn of(workload: &FrameWorkload, machine: &Machine, lists: &mut Lists) -> Measured {
+    /// Of the first frame of a list, or on a machine that keeps no order from frame to frame;
+    /// `checks_order`: also how well its lists are sorted.
+    pub fn first(workload: &FrameWorkload, machine: &Machine, checks_order: bool) -> Measured {
+        let order = checks_order.then(|| order(workload, machine));
+        Measured { order, ..Measured::needed(workload, machine) }
+    }
+
+    /// Of the next frame. Frames must come in order: `lists` holds the order of the one before.
+    pub fn of(
+        workload: &FrameWorkload,
+        machine: &Machine,
+        lists: &mut Lists,
+        checks_order: bool,
+    ) -> Measured {
         let mut measured = Measured::needed(workload, machine);
         measured.reuse = lists.next(workload, machine);
-        if measured.reuse.is_none() {
+        if measured.reuse.is_none() && checks_order {
             measured.order = Some(order(workload, machine));
         }
         measured
@@ -69,14 +81,14 @@ impl Measured {
     }
 }
 
-/// Takes a frame through a machine as if it were the first of its trace, and tells `observer` what
-/// every unit did when.
+/// Takes a frame through a machine and tells `observer` what every unit did when.
 pub fn observed(
     workload: &FrameWorkload,
+    measured: &Measured,
     machine: &Machine,
     observer: &mut impl Observer,
 ) -> Replay {
-    replay_with(workload, machine, Measured::needed(workload, machine).given(), observer)
+    replay_with(workload, machine, measured.given(), observer)
 }
 
 /// Sorts the real keys of the frame as the machine does.

@@ -1,8 +1,8 @@
 //! A frame on a machine before prices: one timing can be priced by several energy tables.
 
 use super::{
-    Breach, CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, Label, ListOrder,
-    Measured, ModelReport, StageBytes, check, regions,
+    CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, InvariantViolated, Label,
+    ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
 };
 use crate::accel::regions::RegionWork;
 use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
@@ -43,13 +43,13 @@ impl Timed {
 /// Takes frame `frame` of a trace through a machine, and checks every account but those of energy.
 ///
 /// # Errors
-/// A [`Breach`] is a defect of the simulator, or a workload of another geometry.
+/// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
 pub fn time(
     frame: usize,
     workload: &FrameWorkload,
     measured: &Measured,
     machine: &Machine,
-) -> Result<Timed, Breach> {
+) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
     let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
     timed(frame, workload, measured, machine, replay)
@@ -65,7 +65,7 @@ pub fn time_again(
     measured: &Measured,
     machine: &Machine,
     memo: &Memo,
-) -> Result<Timed, Breach> {
+) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
     let replay = accel::replay_again(workload, machine, measured.given(), memo);
     timed(frame, workload, measured, machine, replay)
@@ -77,7 +77,7 @@ fn timed(
     measured: &Measured,
     machine: &Machine,
     replay: Replay,
-) -> Result<Timed, Breach> {
+) -> Result<Timed, SimError> {
     check::traffic(frame, &replay)?;
     check::timing(frame, &replay.timing, machine)?;
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
@@ -98,8 +98,12 @@ fn timed(
 /// What a timed frame costs with the prices of its machine (or of another energy table for it).
 ///
 /// # Errors
-/// A [`Breach`] is a defect of the simulator.
-pub fn priced(label: Label, timed: &Timed, prices: &Prices) -> Result<FrameReport, Breach> {
+/// [`InvariantViolated`]: a defect of the simulator.
+pub fn priced(
+    label: Label,
+    timed: &Timed,
+    prices: &Prices,
+) -> Result<FrameReport, InvariantViolated> {
     let activity = Activity {
         actions: &timed.actions,
         seconds: Cycles(timed.timing.frame).milliseconds(timed.clock) * 1e-3,

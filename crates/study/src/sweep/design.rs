@@ -7,7 +7,6 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::library::Document;
 use powergs_core::accel::Machine;
-use powergs_core::accel::machine::{DramModel, DramSpec};
 use powergs_core::dram::Device;
 use powergs_core::energy::{EnergyTable, Prices};
 use powergs_frame::display::Display;
@@ -146,61 +145,6 @@ impl Design {
     pub fn setting(&self, name: &str) -> Option<&Value> {
         self.settings.iter().find(|s| s.name == name).map(|s| &s.value)
     }
-}
-
-/// Hash of what decides timing.
-///
-/// Names, prices and gating are left out, and so are keys that cannot move anything: those of the
-/// DRAM models that are not used, and those of a cache that is not there (`inert.toml`).
-pub(super) fn timing_id(machine: &Machine, device: u128) -> u128 {
-    let Machine {
-        name: _,
-        description: _,
-        energy: _,
-        gating: _,
-        device: _,
-        clock,
-        geometry,
-        record,
-        ccu,
-        gsu,
-        vru,
-        fovea,
-        buffers,
-        cache,
-        schedule,
-        dram,
-    } = machine;
-    let mut bytes = Vec::with_capacity(4096);
-    let mut add = |part: Result<Vec<u8>, serde_json::Error>| {
-        bytes.extend(part.expect("a machine has only tables, numbers and strings"));
-        bytes.push(b'\n');
-    };
-    add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
-    add(serde_json::to_vec(fovea));
-    if cache.capacity.0 > 0 {
-        add(serde_json::to_vec(cache));
-    }
-    let DramSpec {
-        model,
-        bandwidth,
-        efficiency,
-        latency,
-        device: _,
-        channels,
-        mapping,
-        controller_latency,
-    } = dram;
-    match model {
-        DramModel::Bandwidth => {
-            add(serde_json::to_vec(&(model, bandwidth, efficiency, latency)));
-        }
-        DramModel::Window | DramModel::Banked => {
-            add(serde_json::to_vec(&(model, channels, mapping, controller_latency)));
-            bytes.extend(device.to_le_bytes());
-        }
-    }
-    xxhash_rust::xxh3::xxh3_128(&bytes)
 }
 
 /// Hash of what decides any result.

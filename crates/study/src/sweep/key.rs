@@ -17,44 +17,7 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_frame::display::Display;
 
-/// A kind of file that a design is made of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum FileKind {
-    /// The machine file.
-    Machine,
-    /// An energy table.
-    Energy,
-    /// The DRAM device.
-    Dram,
-    /// The display preset.
-    Display,
-}
-
-impl FileKind {
-    /// All kinds.
-    pub const ALL: [FileKind; 4] =
-        [FileKind::Machine, FileKind::Energy, FileKind::Dram, FileKind::Display];
-
-    /// What stands before the keys of the file, with the colon; nothing for the machine.
-    pub const fn prefix(self) -> &'static str {
-        match self {
-            FileKind::Machine => "",
-            FileKind::Energy => "energy:",
-            FileKind::Dram => "dram:",
-            FileKind::Display => "display:",
-        }
-    }
-
-    /// The name in messages.
-    pub const fn name(self) -> &'static str {
-        match self {
-            FileKind::Machine => "machine",
-            FileKind::Energy => "energy table",
-            FileKind::Dram => "DRAM device",
-            FileKind::Display => "display preset",
-        }
-    }
-}
+pub use powergs_core::run::FileKind;
 
 /// A key of a file.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -292,33 +255,5 @@ pub(super) fn get<'t>(table: &'t Table, path: &str) -> Option<&'t Value> {
     match path.split_once('.') {
         None => table.get(path),
         Some((first, rest)) => get(table.get(first)?.as_table()?, rest),
-    }
-}
-
-/// Puts a value at a dotted path, making tables on the way; `[]` means every item of a list.
-/// Returns whether there was a place for it.
-pub(super) fn put(table: &mut Table, path: &str, value: &Value) -> bool {
-    if path.contains("[]") {
-        return powergs_base::config::knob::change(table, path, &mut |_| Some(value.clone())) > 0;
-    }
-    match path.split_once('.') {
-        None => {
-            match table.get_mut(path) {
-                Some(place) => place.clone_from(value),
-                None => {
-                    table.insert(path.to_owned(), value.clone());
-                }
-            }
-            true
-        }
-        Some((first, rest)) => {
-            if !table.contains_key(first) {
-                table.insert(first.to_owned(), Value::Table(Table::new()));
-            }
-            match table.get_mut(first) {
-                Some(Value::Table(inner)) => put(inner, rest, value),
-                _ => false,
-            }
-        }
     }
 }

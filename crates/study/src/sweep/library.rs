@@ -5,15 +5,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::Serialize;
 use toml::{Table, Value};
-use xxhash_rust::xxh3::xxh3_128;
 
-use super::key::{FileKind, Key, put};
+use super::key::{FileKind, Key};
 use powergs_base::config::ConfigError;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
+use powergs_base::config::knob;
 use powergs_base::config::suggest::nearest;
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::identity::content_id;
 use powergs_frame::display::Display;
 
 /// Changed files that are kept; beyond that they are made anew for every point.
@@ -190,30 +191,20 @@ impl Library {
         let mut table = table_of(&value)?;
         if !changes.is_empty() {
             for (key, value) in changes {
-                if !put(&mut table, &key.path, value) {
+                if !knob::set(&mut table, &key.path, value) {
                     return Err(format!("{} `{name}` has no `{}`", T::KIND.name(), key.path));
                 }
             }
             value = T::read(&table.to_string()).map_err(|e| changed(T::KIND, name, &e))?;
             table = table_of(&value)?;
         }
-        let id = hash(&value)?;
+        let id = content_id(&value).map_err(|e| e.to_string())?;
         Ok(Document { value, origin: file.origin, table, id })
     }
 }
 
 fn table_of<T: Serialize>(value: &T) -> Result<Table, String> {
     Table::try_from(value).map_err(|e| e.to_string())
-}
-
-/// Hash of what decides numbers.
-fn hash<T: Serialize>(value: &T) -> Result<u128, String> {
-    let mut value = serde_json::to_value(value).map_err(|e| e.to_string())?;
-    if let Some(object) = value.as_object_mut() {
-        object.remove("name");
-        object.remove("description");
-    }
-    Ok(xxh3_128(value.to_string().as_bytes()))
 }
 
 /// Problems of a text that nobody has seen, without their lines.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use toml::{Table, Value};
 
 use super::axis::{self, Axis, Found};
-use super::design::{Design, Priced, Rejected, Setting, full_id, timing_id};
+use super::design::{Design, Priced, Rejected, Setting, full_id};
 use super::expr::Expr;
 use super::file::{Sampling, SweepFile};
 use super::key::{FileKind, Key, get};
@@ -18,6 +18,7 @@ use super::library::{Change, Document, Files, Library};
 use super::sample;
 use powergs_base::config::{ConfigError, Problem};
 use powergs_core::accel::Machine;
+use powergs_core::run::identity::timing_id;
 use powergs_core::sim;
 
 mod check;

@@ -5,7 +5,7 @@ use super::{
     Space, Table, Value, get, names,
 };
 use crate::sweep::expr;
-use crate::sweep::key::put;
+use powergs_base::config::knob;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_frame::display::Display;
@@ -63,7 +63,7 @@ impl<'a> Draft<'a> {
         }
         match key.file {
             FileKind::Machine => {
-                put(&mut self.machine, &key.path, value);
+                knob::set(&mut self.machine, &key.path, value);
             }
             FileKind::Energy | FileKind::Dram | FileKind::Display => {
                 self.changes.push((key, value.clone()));

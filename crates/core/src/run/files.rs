@@ -1,0 +1,185 @@
+//! Configuration files: those that come with the program, by name, and any others, by path.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use powergs_base::config::document::TEXT_MAX;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, Embedded, MACHINES, find, names};
+use powergs_base::config::suggest::nearest;
+
+use super::error::RunError;
+
+/// A kind of configuration file that a system is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FileKind {
+    /// The machine.
+    Machine,
+    /// Its energy table.
+    Energy,
+    /// Its DRAM device.
+    Dram,
+    /// The display.
+    Display,
+}
+
+impl FileKind {
+    /// All kinds.
+    pub const ALL: [FileKind; 4] =
+        [FileKind::Machine, FileKind::Energy, FileKind::Dram, FileKind::Display];
+
+    /// What stands before the keys of the file, with the colon; nothing for the machine.
+    pub const fn prefix(self) -> &'static str {
+        match self {
+            FileKind::Machine => "",
+            FileKind::Energy => "energy:",
+            FileKind::Dram => "dram:",
+            FileKind::Display => "display:",
+        }
+    }
+
+    /// What messages call it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            FileKind::Machine => "machine",
+            FileKind::Energy => "energy table",
+            FileKind::Dram => "DRAM device",
+            FileKind::Display => "display preset",
+        }
+    }
+
+    /// What it is in reports and records.
+    pub const fn role(self) -> &'static str {
+        match self {
+            FileKind::Machine => "machine",
+            FileKind::Energy => "energy",
+            FileKind::Dram => "dram",
+            FileKind::Display => "display",
+        }
+    }
+
+    /// The files of this kind that come with the program.
+    pub const fn embedded(self) -> &'static [Embedded] {
+        match self {
+            FileKind::Machine => MACHINES,
+            FileKind::Energy => ENERGY,
+            FileKind::Dram => DRAM,
+            FileKind::Display => DISPLAYS,
+        }
+    }
+}
+
+/// A configuration text and where it came from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigText {
+    /// What error messages call it: the path, or the name of an embedded file.
+    pub origin: String,
+    /// The folder that it lies in, for paths inside it; `None` for embedded files.
+    pub folder: Option<PathBuf>,
+    /// The text.
+    pub text: String,
+}
+
+/// Where configuration files come from.
+pub trait Files: Send + Sync {
+    /// The file of this name or path; a relative path is looked for in `folder` first.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: an unknown name (with the known ones), or a file that cannot be read
+    /// as text.
+    fn read(
+        &self,
+        kind: FileKind,
+        name: &str,
+        folder: Option<&Path>,
+    ) -> Result<ConfigText, RunError>;
+}
+
+/// The files that come with the program, and no others.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EmbeddedFiles;
+
+impl Files for EmbeddedFiles {
+    fn read(&self, kind: FileKind, name: &str, _: Option<&Path>) -> Result<ConfigText, RunError> {
+        let files = kind.embedded();
+        let Some(text) = find(files, name) else {
+            let message = unknown(kind.name(), name, files);
+            return Err(RunError::Config { place: String::new(), message });
+        };
+        Ok(ConfigText { origin: name.to_owned(), folder: None, text: text.to_owned() })
+    }
+}
+
+/// The files that come with the program by name, all others by path.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DiskFiles;
+
+impl Files for DiskFiles {
+    fn read(
+        &self,
+        kind: FileKind,
+        name: &str,
+        folder: Option<&Path>,
+    ) -> Result<ConfigText, RunError> {
+        read(kind.name(), name, kind.embedded(), folder)
+    }
+}
+
+fn unknown(kind: &str, name: &str, embedded: &[Embedded]) -> String {
+    let near = nearest(name, embedded.iter().map(|f| f.name));
+    let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
+    format!("no {kind} `{name}`; {near}known: {}", names(embedded))
+}
+
+/// Reads an embedded file by name, or any other by path, relative to `folder` if it is there;
+/// `kind` is what messages call such a file.
+///
+/// # Errors
+/// [`RunError::Config`]: an unknown name (with the known ones), or a file that cannot be read as
+/// text.
+pub fn read(
+    kind: &str,
+    name: &str,
+    embedded: &[Embedded],
+    folder: Option<&Path>,
+) -> Result<ConfigText, RunError> {
+    if let Some(text) = find(embedded, name) {
+        return Ok(ConfigText { origin: name.to_owned(), folder: None, text: text.to_owned() });
+    }
+    let beside = folder.map(|f| f.join(name)).filter(|p| p.exists());
+    let path = beside.unwrap_or_else(|| PathBuf::from(name));
+    let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml") || is_yaml(name);
+    if !path.exists() && !looks_like_path {
+        let message = format!("{}; or give a TOML file", unknown(kind, name, embedded));
+        return Err(RunError::Config { place: String::new(), message });
+    }
+    let text = read_text(&path)?;
+    let folder = path.parent().map(Path::to_path_buf);
+    Ok(ConfigText { origin: path.display().to_string(), folder, text })
+}
+
+/// Reads a text file that is small enough for a configuration.
+///
+/// # Errors
+/// [`RunError::Config`]: it cannot be read, or is no text.
+pub fn read_text(path: &Path) -> Result<String, RunError> {
+    let mut bytes = Vec::new();
+    let place = path.display();
+    let file = File::open(path).map_err(|e| RunError::config(place.to_string(), e))?;
+    file.take(TEXT_MAX as u64 + 1)
+        .read_to_end(&mut bytes)
+        .map_err(|e| RunError::config(place.to_string(), e))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let at = e.utf8_error().valid_up_to();
+        RunError::config(
+            place.to_string(),
+            format_args!("byte {at} is not UTF-8: this is no configuration file"),
+        )
+    })
+}
+
+/// Whether a file is read as a reference table of Accelergy.
+pub fn is_yaml(name: &str) -> bool {
+    let end = Path::new(name).extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    end == "yaml" || end == "yml"
+}

@@ -1,0 +1,486 @@
+//! Frames through any number of machines.
+//!
+//! Each frame is binned once per geometry. What is measured of it (the hits of a feature cache, the
+//! order of its lists, what lists keep of the frame before) is measured once for all machines that
+//! agree in it. Machines that agree in everything that decides timing are timed once. Frames and
+//! machines are worked on in parallel; results are handed on frame by frame, so that they do not
+//! depend on the number of threads.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use powergs_frame::display::Display;
+use powergs_frame::trace::{Frame, Preview};
+use rayon::prelude::*;
+
+use super::error::RunError;
+use super::frames::Frames;
+use super::paper::PaperModel;
+use super::system::System;
+use super::watch::Watch;
+use crate::accel::machine::{CacheSpec, DepthKey, PivotRule, TileOrder};
+use crate::accel::{Machine, Memo};
+use crate::sim::{FrameReport, Label, Lists, Measured, Timed, check, paper, priced, time_again};
+use crate::workload::{FrameWorkload, Geometry, bin};
+
+/// What a frame is taken through.
+#[derive(Debug, Clone, Copy)]
+pub enum Target<'a> {
+    /// The simulated machine.
+    System(&'a System),
+    /// The published closed-form model.
+    Paper(&'a PaperModel),
+}
+
+/// A machine in a session.
+#[derive(Debug, Clone)]
+pub struct Subject<'a> {
+    /// The machine.
+    pub target: Target<'a>,
+    /// Whether the order of the lists that it sorts is checked. That costs about as much as binning
+    /// the frame, and changes no time and no energy.
+    pub checks_order: bool,
+    /// The positions of the frames that it is simulated on; `None`: all.
+    pub only: Option<&'a [usize]>,
+}
+
+impl<'a> Subject<'a> {
+    /// A machine on all frames, without the check of orders.
+    pub fn of(system: &'a System) -> Subject<'a> {
+        Subject { target: Target::System(system), checks_order: false, only: None }
+    }
+
+    /// The published model on all frames.
+    pub fn paper(model: &'a PaperModel) -> Subject<'a> {
+        Subject { target: Target::Paper(model), checks_order: false, only: None }
+    }
+
+    /// The same with the check of orders.
+    pub fn checking_order(self) -> Subject<'a> {
+        Subject { checks_order: true, ..self }
+    }
+
+    /// The same on some frames only, by position.
+    pub fn only(self, positions: &'a [usize]) -> Subject<'a> {
+        Subject { only: Some(positions), ..self }
+    }
+
+    fn machine(&self) -> Option<&'a Machine> {
+        match self.target {
+            Target::System(system) => Some(system.machine()),
+            Target::Paper(_) => None,
+        }
+    }
+
+    fn geometry(&self) -> Geometry {
+        self.machine().map_or(Geometry::REFERENCE, |machine| machine.geometry)
+    }
+
+    fn wants(&self, position: usize) -> bool {
+        self.only.is_none_or(|positions| positions.contains(&position))
+    }
+}
+
+/// A frame that has gone through a machine.
+pub struct FrameView<'a> {
+    /// Position in the list of frames.
+    pub position: usize,
+    /// The frame as the machine sees it.
+    pub workload: &'a FrameWorkload,
+    /// What was measured of it.
+    pub measured: &'a Measured,
+    /// A small picture of it, where the trace has one.
+    pub preview: Option<&'a Preview>,
+    /// What came out.
+    pub report: FrameReport,
+}
+
+/// What a session leaves.
+#[derive(Debug)]
+pub struct Folded<S> {
+    /// One per subject, in their order.
+    pub states: Vec<S>,
+    /// Frames that went through all subjects that wanted them.
+    pub frames: usize,
+    /// Whether these are all frames; not after a cancellation.
+    pub is_complete: bool,
+}
+
+/// Frames, and who watches.
+pub struct Session<'a> {
+    frames: &'a mut dyn Frames,
+    watch: &'a dyn Watch,
+}
+
+/// A frame, binned.
+pub struct BinnedFrame {
+    /// Position in the list of frames.
+    pub position: usize,
+    /// Name of the view.
+    pub name: String,
+    /// Mean linear colour of its image, where the trace has it.
+    pub mean_linear_rgb: Option<[f64; 3]>,
+    /// A small picture, where the trace has one.
+    pub preview: Option<Preview>,
+    /// By geometry.
+    pub bins: BTreeMap<Geometry, Binned>,
+}
+
+/// A frame under one geometry.
+pub struct Binned {
+    /// The work.
+    pub workload: FrameWorkload,
+    /// Its preprocessing on machines that were met before.
+    pub memo: Memo,
+}
+
+impl BinnedFrame {
+    /// Bins a frame for some geometries.
+    pub fn new(position: usize, frame: &Frame, geometries: &[Geometry]) -> BinnedFrame {
+        let binned = |&geometry: &Geometry| {
+            (geometry, Binned { workload: bin(frame, geometry), memo: Memo::default() })
+        };
+        BinnedFrame {
+            position,
+            name: frame.facts.camera.name.clone(),
+            mean_linear_rgb: frame.facts.mean_linear_rgb,
+            preview: frame.preview.clone(),
+            bins: geometries.par_iter().map(binned).collect(),
+        }
+    }
+
+    /// What a report says about it, with the power of the display that shows it.
+    pub fn label(&self, display: Option<&Display>) -> Label {
+        let shown = display.zip(self.mean_linear_rgb);
+        Label {
+            frame: self.position,
+            name: self.name.clone(),
+            display_w: shown.map(|(display, mean)| display.power(mean).0),
+        }
+    }
+
+    /// Bytes that the binned frames take.
+    pub fn bytes(&self) -> usize {
+        self.bins.values().map(|b| b.workload.bytes()).sum()
+    }
+}
+
+/// What decides what is measured of a frame.
+#[derive(Debug, Clone, PartialEq)]
+struct MeasureKey {
+    geometry: Geometry,
+    /// The cache, the pitch of its records and the order of tiles, where there is a cache.
+    cache: Option<(CacheSpec, u64, TileOrder)>,
+    reuse_period: u32,
+    /// The key and the pivots of the sorter, where its order is checked.
+    sorter: Option<(DepthKey, u32, PivotRule)>,
+}
+
+impl MeasureKey {
+    fn of(subject: &Subject) -> Option<MeasureKey> {
+        let machine = subject.machine()?;
+        let has_cache = machine.cache.ways > 0;
+        let gsu = &machine.gsu;
+        Some(MeasureKey {
+            geometry: machine.geometry,
+            cache: has_cache.then(|| {
+                let pitch = machine.record.feature_pitch.0;
+                (machine.cache.clone(), pitch, machine.schedule.order)
+            }),
+            reuse_period: gsu.reuse_period,
+            sorter: subject.checks_order.then_some((gsu.depth, gsu.pivots, gsu.pivot_rule)),
+        })
+    }
+}
+
+/// A way to measure frames, and the lists of the frame before.
+struct Measurer<'a> {
+    key: MeasureKey,
+    machine: &'a Machine,
+    checks_order: bool,
+    lists: Lists,
+}
+
+impl Measurer<'_> {
+    /// Measures frames that come in order.
+    fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Measured> {
+        let machine = self.machine;
+        let (lists, checks_order) = (&mut self.lists, self.checks_order);
+        let workloads = frames.iter().map(|f| &f.bins[&machine.geometry].workload);
+        if self.key.reuse_period > 1 {
+            return workloads.map(|w| Measured::of(w, machine, lists, checks_order)).collect();
+        }
+        let workloads: Vec<&FrameWorkload> = workloads.collect();
+        workloads.par_iter().map(|w| Measured::first(w, machine, checks_order)).collect()
+    }
+}
+
+/// Subjects that share one timing.
+struct Group {
+    /// Places in the list of subjects.
+    subjects: Vec<usize>,
+    /// Place in the list of measurers; the `paper` model has none.
+    measurer: Option<usize>,
+}
+
+/// The reports of one frame by subject; `None` where it was not wanted.
+type Reports = Vec<Option<FrameReport>>;
+
+impl<'a> Session<'a> {
+    /// A session over `frames`.
+    pub fn new(frames: &'a mut dyn Frames, watch: &'a dyn Watch) -> Session<'a> {
+        Session { frames, watch }
+    }
+
+    /// How often a frame goes through a machine: what [`Watch::simulated`] counts up to.
+    pub fn steps(&self, subjects: &[Subject]) -> u64 {
+        let of = |s: &Subject| self.frames.range().filter(|&k| s.wants(k)).count() as u64;
+        subjects.iter().map(of).sum()
+    }
+
+    /// Takes all frames through all subjects. Every subject has a state, made by `start`; `step`
+    /// adds a frame to it, frame by frame in order.
+    ///
+    /// # Errors
+    /// The first [`RunError`] in the order of frames and subjects; nothing of what was done before
+    /// it is returned.
+    pub fn fold<S: Send>(
+        &mut self,
+        subjects: &[Subject<'_>],
+        start: impl Fn(usize) -> S,
+        step: impl Fn(&mut S, FrameView<'_>) + Sync,
+    ) -> Result<Folded<S>, RunError> {
+        let mut plan = Plan::new(subjects);
+        let mut states: Vec<S> = (0..subjects.len()).map(start).collect();
+        let range = self.frames.range();
+        let threads = rayon::current_num_threads().max(1);
+        let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
+        let (mut position, mut done) = (range.start, 0);
+        while position < range.end && !self.watch.is_cancelled() {
+            let end = (position + width).min(range.end);
+            let window = self.window(position, end, &plan.geometries)?;
+            let measured = plan.measure(&window);
+            let reports = self.reports(subjects, &plan, &window, &measured)?;
+            for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
+                let Some(reports) = reports else { break };
+                plan.step(subjects, frame, &measured, k, reports, &mut states, &step);
+                done += 1;
+                self.watch.frame_done();
+            }
+            position = end;
+        }
+        Ok(Folded { states, frames: done, is_complete: done == range.len() })
+    }
+
+    /// A frame as a machine sees it when it comes to it: with the order of the frame before, where
+    /// the machine keeps it.
+    ///
+    /// # Errors
+    /// [`RunError`]: a frame that cannot be read, or that the machine cannot run.
+    pub fn frame_on(
+        &mut self,
+        system: &System,
+        position: usize,
+    ) -> Result<(FrameWorkload, Measured), RunError> {
+        let machine = system.machine();
+        let first = match machine.gsu.reuse_period {
+            0 | 1 => position,
+            _ => self.frames.range().start,
+        };
+        let mut lists = Lists::default();
+        let mut last = None;
+        for k in first..=position {
+            let frame = self.frames.take(k)?()?;
+            let workload = bin(&frame, machine.geometry);
+            let name = &frame.facts.camera.name;
+            check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
+            let measured = Measured::of(&workload, machine, &mut lists, false);
+            last = Some((workload, measured));
+        }
+        last.ok_or_else(|| RunError::Request(format!("there is no frame {position}")))
+    }
+
+    /// Frames from `start` to `end`, decoded and binned in parallel.
+    fn window(
+        &mut self,
+        start: usize,
+        end: usize,
+        geometries: &[Geometry],
+    ) -> Result<Vec<BinnedFrame>, RunError> {
+        let pending: Vec<_> = (start..end).map(|k| (k, self.frames.take(k))).collect();
+        let binned = |(k, pending): (usize, Result<super::Pending, RunError>)| {
+            let frame: Arc<Frame> = pending?()?;
+            Ok(BinnedFrame::new(k, &frame, geometries))
+        };
+        let binned: Vec<Result<BinnedFrame, RunError>> =
+            pending.into_par_iter().map(binned).collect();
+        binned.into_iter().collect()
+    }
+
+    /// The reports of the frames of a window; `None` from the first frame on that was not finished
+    /// because the run was cancelled.
+    fn reports(
+        &self,
+        subjects: &[Subject<'_>],
+        plan: &Plan<'_>,
+        window: &[BinnedFrame],
+        measured: &[Vec<Measured>],
+    ) -> Result<Vec<Option<Reports>>, RunError> {
+        let pairs: Vec<(usize, usize)> =
+            (0..window.len()).flat_map(|k| (0..plan.groups.len()).map(move |g| (k, g))).collect();
+        let one = |&(k, g): &(usize, usize)| {
+            if self.watch.is_cancelled() {
+                return Ok(None);
+            }
+            let group = &plan.groups[g];
+            let frame = &window[k];
+            let measured = group.measurer.map(|m| &measured[m][k]);
+            let reports = on_group(subjects, group, frame, measured)?;
+            self.watch.simulated(reports.len() as u64);
+            Ok(Some(reports))
+        };
+        let all: Vec<Result<Option<Vec<(usize, FrameReport)>>, RunError>> =
+            pairs.par_iter().map(one).collect();
+        let mut frames: Vec<Option<Reports>> =
+            window.iter().map(|_| Some(vec![None; subjects.len()])).collect();
+        for (&(k, _), reports) in pairs.iter().zip(all) {
+            match (reports?, &mut frames[k]) {
+                (Some(reports), Some(frame)) => {
+                    reports.into_iter().for_each(|(i, report)| frame[i] = Some(report));
+                }
+                (_, frame) => *frame = None,
+            }
+        }
+        Ok(frames)
+    }
+}
+
+/// A frame on all machines of a group that want it: timed once, priced for each.
+fn on_group(
+    subjects: &[Subject<'_>],
+    group: &Group,
+    frame: &BinnedFrame,
+    measured: Option<&Measured>,
+) -> Result<Vec<(usize, FrameReport)>, RunError> {
+    let wanted = group.subjects.iter().copied().filter(|&i| subjects[i].wants(frame.position));
+    let mut timed: Option<Timed> = None;
+    let mut reports = Vec::new();
+    for i in wanted {
+        let report = match (subjects[i].target, measured) {
+            (Target::System(system), Some(measured)) => {
+                let timed = match &timed {
+                    Some(timed) => timed,
+                    None => timed.insert(time(system.machine(), frame, measured)?),
+                };
+                priced(frame.label(system.display()), timed, system.prices())
+                    .map_err(|e| RunError::in_frame(&frame.name, e.into()))?
+            }
+            (Target::Paper(model), _) => {
+                let workload = &frame.bins[&Geometry::REFERENCE].workload;
+                let label = frame.label(model.display.as_ref());
+                paper::simulate(label, workload, model.padding, &model.prices)
+            }
+            (Target::System(_), None) => unreachable!("every machine has a measurer"),
+        };
+        reports.push((i, report));
+    }
+    Ok(reports)
+}
+
+/// Times a binned frame on a machine; a panic is a defect that ends this run and no other.
+///
+/// # Errors
+/// [`RunError::Incompatible`]: the machine cannot run the frame; otherwise a defect.
+pub fn time(
+    machine: &Machine,
+    frame: &BinnedFrame,
+    measured: &Measured,
+) -> Result<Timed, RunError> {
+    let binned = &frame.bins[&machine.geometry];
+    let run = || time_again(frame.position, &binned.workload, measured, machine, &binned.memo);
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(timed) => timed.map_err(|e| RunError::in_frame(&frame.name, e)),
+        Err(panic) => {
+            let text = panic.downcast_ref::<&str>().copied();
+            let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+            let text = text.unwrap_or("it says no more");
+            Err(RunError::Internal(format!("frame {}: {text}", frame.name)))
+        }
+    }
+}
+
+/// Who is binned, measured and timed together.
+struct Plan<'a> {
+    geometries: Vec<Geometry>,
+    measurers: Vec<Measurer<'a>>,
+    groups: Vec<Group>,
+}
+
+impl<'a> Plan<'a> {
+    fn new(subjects: &[Subject<'a>]) -> Plan<'a> {
+        let mut geometries: Vec<Geometry> = subjects.iter().map(Subject::geometry).collect();
+        geometries.sort();
+        geometries.dedup();
+        let mut measurers: Vec<Measurer> = Vec::new();
+        let mut by_timing: BTreeMap<(u128, usize), usize> = BTreeMap::new();
+        let mut groups: Vec<Group> = Vec::new();
+        for (i, subject) in subjects.iter().enumerate() {
+            let Some(key) = MeasureKey::of(subject) else {
+                groups.push(Group { subjects: vec![i], measurer: None });
+                continue;
+            };
+            let known = measurers.iter().position(|m| m.key == key);
+            let measurer = known.unwrap_or_else(|| {
+                measurers.push(Measurer {
+                    key,
+                    machine: subject.machine().expect("it has a key"),
+                    checks_order: subject.checks_order,
+                    lists: Lists::default(),
+                });
+                measurers.len() - 1
+            });
+            let Target::System(system) = subject.target else { continue };
+            let place = *by_timing.entry((system.timing_id(), measurer)).or_insert(groups.len());
+            if place == groups.len() {
+                groups.push(Group { subjects: Vec::new(), measurer: Some(measurer) });
+            }
+            groups[place].subjects.push(i);
+        }
+        Plan { geometries, measurers, groups }
+    }
+
+    /// By measurer, by frame of the window.
+    fn measure(&mut self, window: &[BinnedFrame]) -> Vec<Vec<Measured>> {
+        self.measurers.par_iter_mut().map(|m| m.next(window)).collect()
+    }
+
+    /// Adds a frame to the states of all subjects.
+    fn step<S: Send>(
+        &self,
+        subjects: &[Subject<'_>],
+        frame: &BinnedFrame,
+        measured: &[Vec<Measured>],
+        k: usize,
+        reports: Reports,
+        states: &mut [S],
+        step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
+    ) {
+        let nothing = Measured::default();
+        let mut of_subject: Vec<&Measured> = vec![&nothing; subjects.len()];
+        for group in &self.groups {
+            let Some(m) = group.measurer else { continue };
+            group.subjects.iter().for_each(|&i| of_subject[i] = &measured[m][k]);
+        }
+        let jobs = states.par_iter_mut().zip(reports).zip(subjects).zip(of_subject);
+        jobs.for_each(|(((state, report), subject), measured)| {
+            let Some(report) = report else { return };
+            let workload = &frame.bins[&subject.geometry()].workload;
+            let preview = frame.preview.as_ref();
+            step(
+                state,
+                FrameView { position: frame.position, workload, measured, preview, report },
+            );
+        });
+    }
+}

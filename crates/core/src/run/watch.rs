@@ -1,0 +1,20 @@
+//! How whoever started a run stops it, and hears how far it is.
+
+/// Cancellation and progress. All methods may be called from any thread.
+pub trait Watch: Sync {
+    /// Whether the run is to stop. What is in flight is finished; what was done stays.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+
+    /// `n` more frames have gone through a machine each.
+    fn simulated(&self, n: u64) {
+        let _ = n;
+    }
+
+    /// A frame has gone through all machines.
+    fn frame_done(&self) {}
+}
+
+/// Runs to the end and tells nobody.
+impl Watch for () {}

@@ -1,0 +1,57 @@
+//! What commands run on: machines, displays and traces, opened as they are named on the command
+//! line.
+
+use std::path::Path;
+
+use super::Failure;
+use super::camera_file::FrameRange;
+use powergs_core::run::files::{DiskFiles, Files};
+use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
+use powergs_frame::display::Display;
+use powergs_report::TraceFacts;
+
+/// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
+///
+/// # Errors
+/// Exit code 2: an unknown name (with the known ones), a file that cannot be read, and everything
+/// that is wrong in it.
+pub fn system(arch: &str, sets: &[String], energy: Option<&str>) -> Result<System, Failure> {
+    let spec = SystemSpec {
+        machine: arch.to_owned(),
+        sets: sets.to_vec(),
+        energy: energy.map(str::to_owned),
+        display: None,
+    };
+    Ok(System::load(&spec, &DiskFiles)?)
+}
+
+/// A display preset by name or path.
+///
+/// # Errors
+/// As [`system`].
+pub fn display(name: &str) -> Result<Display, Failure> {
+    let file = DiskFiles.read(FileKind::Display, name, None)?;
+    let parsed = Display::parse(&file.text).map_err(|e| RunError::config(&file.origin, e))?;
+    Ok(parsed)
+}
+
+/// A trace, and the frames of it that `--frames` leaves.
+///
+/// # Errors
+/// Exit code 3 for a trace that cannot be read, 2 for a range that it has no frames in.
+pub fn trace(path: &Path, range: Option<FrameRange>) -> Result<TraceFile, Failure> {
+    let mut trace = TraceFile::open(path)?;
+    if let Some(range) = range {
+        trace.select(range.start, range.end)?;
+    }
+    Ok(trace)
+}
+
+/// What reports say about a trace.
+///
+/// # Errors
+/// Exit code 3: its first frame cannot be read.
+pub fn trace_facts(trace: &mut TraceFile) -> Result<TraceFacts, Failure> {
+    let (width, height) = trace.size()?;
+    Ok(TraceFacts { name: trace.name().to_owned(), frames: trace.range().len(), width, height })
+}
