@@ -10,7 +10,9 @@ use powergs_sim::config::embedded::{DRAM, find};
 use powergs_sim::dram::drive::{Access, WindowDrive, banked};
 use powergs_sim::dram::{Device, Mode};
 
-#[path = "../tests/it/dram/streams.rs"]
+// Tests use more of it.
+#[allow(dead_code)]
+#[path = "../crates/core/tests/it/dram/streams.rs"]
 mod streams;
 
 const ROUNDS: usize = 7;

@@ -3,19 +3,13 @@
 
 use std::path::PathBuf;
 
-#[path = "../tests/it/camera/encode.rs"]
-mod camera;
-#[path = "../tests/it/scene/encode.rs"]
-mod scene;
-// The tests use more of it than the seeds do.
-#[allow(dead_code)]
-#[path = "../tests/it/trace/support.rs"]
-mod trace;
+use powergs_testkit::{camera_files, scene_files, traces};
 
 fn main() -> std::io::Result<()> {
     let folder = std::env::args_os().nth(1).map_or("fuzz/corpus".into(), PathBuf::from);
     // A target of another reader adds its own `seeds()` to this chain.
-    let seeds = camera::seeds().into_iter().chain(scene::seeds()).chain(trace::seeds());
+    let seeds =
+        camera_files::seeds().into_iter().chain(scene_files::seeds()).chain(traces::seeds());
     for (target, name, bytes) in seeds {
         let corpus = folder.join(target);
         std::fs::create_dir_all(&corpus)?;

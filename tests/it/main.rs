@@ -1,32 +1,21 @@
-//! One test binary; a module per topic.
+//! What runs the program, and what reports look like (crates have their own tests).
 
-mod accel;
-mod analysis;
 mod camera;
 mod cli;
 mod config;
-mod display;
 mod dram;
-mod energy;
-mod fit;
 mod fovea;
 mod geometry;
-mod knobs;
+mod lpips;
 mod optimize;
-mod paper;
+mod pareto;
 mod photos;
-mod pipeline;
-mod quality;
-mod raster;
 mod report;
 mod scene;
 mod sensitivity;
+#[cfg(unix)]
 mod slurm;
 mod sweep_command;
-mod sweep_results;
-mod sweep_space;
 mod synth;
 mod tidy;
 mod trace;
-mod validate;
-mod workload;

@@ -1,15 +1,8 @@
-//! The optimiser: rules, numbers, runs.
+//! The optimiser as the user sees it.
 
-mod adam;
-mod checkpoint;
 mod command;
 mod foveated_command;
-mod lambda;
-mod levels;
-mod oracle;
-mod prune;
+// Tests of the crate use more of it.
+#[allow(dead_code)]
+#[path = "../../crates/optimize/tests/it/scenes.rs"]
 mod scenes;
-mod schedule;
-mod search;
-mod tune;
-mod views;

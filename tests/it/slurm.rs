@@ -1,231 +1,182 @@
-//! Sweeps on Slurm: settings, script, what Slurm answers. `tests/slurm.sh` runs on a real one.
+//! `sweep --slurm` against commands that answer as Slurm's do: tasks run at once, and those that
+//! the test names are lost instead.
 
-#[cfg(unix)]
-mod follow;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
 
-use std::process::Command;
+use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
 
-use powergs_sim::sweep::slurm::Settings;
-use powergs_sim::sweep::slurm::script::{Call, array, directive_value, quoted, script};
-use powergs_sim::sweep::slurm::state::{
-    Loss, State, Submitted, Verdict, given_up, judge, states, submitted,
-};
-
-const GOOD: &str = r#"
-shards = 12
-at-once = 4
-retries = 2
-poll = "500 ms"
-setup = ["module load gcc  # the site's", "ulimit -c 0"]
-
-[environment]
-LANG = "C"
-NOTE = "it's $HOME"
-
-[sbatch]
-partition = "long"
-cpus-per-task = 4
-exclusive = true
-no-requeue = false
-comment = "two words; rm -rf #x"
+/// Runs every task of the array, or loses it in the state that the file `lose-TASK` names, once.
+const SBATCH: &str = r#"#!/bin/sh
+n=$(($(cat jobs 2> /dev/null || echo 100) + 1))
+echo $n > jobs
+list=${2#--array=}
+for range in $(echo "${list%%\%*}" | tr , ' '); do
+    for task in $(seq "${range%-*}" "${range#*-}"); do
+        state=COMPLETED
+        if [ -e "lose-$task" ]; then
+            state=$(cat "lose-$task")
+            [ -e always ] || rm "lose-$task"
+        else
+            SLURM_ARRAY_JOB_ID=$n SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_ON_NODE=1 \
+                bash "$3" > "out/slurm/${n}_$task.log" 2>&1 || state=FAILED
+        fi
+        echo "${n}_$task|$state|None" >> "states-$n"
+    done
+done
+echo "$n"
 "#;
 
-#[test]
-fn settings_are_read() {
-    let settings = Settings::parse(GOOD).unwrap();
-    assert_eq!((settings.shards, settings.at_once, settings.retries), (12, Some(4), 2));
-    assert_eq!(settings.poll_s(), 0.5);
-    let least = Settings::parse("shards = 1").unwrap();
-    assert_eq!((least.retries, least.poll_s(), least.at_once), (3, 15.0, None));
-    assert!(least.program.is_none() && least.sbatch.is_empty());
-}
+const SQUEUE: &str = r#"#!/bin/sh
+for argument; do
+    case $argument in --jobs=*) job=${argument#--jobs=} ;; esac
+done
+[ ! -e away ] || { rm away; echo "squeue: error: Unable to contact slurm controller" >&2; exit 1; }
+[ ! -e forgotten ] || { echo "slurm_load_jobs error: Invalid job id specified" >&2; exit 1; }
+cat "states-$job"
+"#;
 
-#[track_caller]
-fn refused(text: &str, wanted: &[&str]) {
-    let error = Settings::parse(text).unwrap_err().to_string();
-    for part in wanted {
-        assert!(error.contains(part), "`{part}` is not in:\n{error}");
+const SWEEP: &str = r#"
+question = "Does it come back?"
+base = "gscore"
+[[axes]]
+key = "vru.cores"
+values = [1, 2, 3, 4, 5, 6]
+"#;
+
+/// A folder with the commands, the sweep and its settings.
+struct Cluster(tempfile::TempDir);
+
+impl Cluster {
+    fn new(settings: &str) -> Cluster {
+        let cluster = Cluster(tempfile::tempdir().unwrap());
+        for (name, text) in [("sbatch", SBATCH), ("squeue", SQUEUE)] {
+            let path = cluster.path().join("bin").join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(&path, text).unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        cluster.write("sweep.toml", SWEEP);
+        cluster.write("sbatch.toml", &format!("shards = 3\npoll = \"100 ms\"\n{settings}"));
+        cluster
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        fs::write(self.path().join(name), text).unwrap();
+    }
+
+    /// `sweep` in this folder, with only the commands of this folder and of the system.
+    fn sweep(&self, more: &[&str]) -> Command {
+        let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+        let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+        let path = format!("{}:/usr/bin:/bin", self.path().join("bin").display());
+        program.current_dir(self.path()).env("PATH", path);
+        program.args(["sweep", "sweep.toml", "--frames", "..1", "--traces", demo]).args(more);
+        program
+    }
+
+    fn on_slurm(&self, more: &[&str]) -> Command {
+        let mut program = self.sweep(&["--out", "out", "--slurm", "sbatch.toml"]);
+        program.args(more);
+        program
+    }
+
+    fn jobs(&self) -> String {
+        fs::read_to_string(self.path().join("jobs")).unwrap_or_default()
     }
 }
 
-#[test]
-fn mistakes_in_settings_are_found_with_their_line() {
-    refused("", &["missing key `shards`"]);
-    refused("shards = 0", &["line 1", "at least 1"]);
-    refused("shards = 100000", &["at most 99999"]);
-    refused("shards = 2\nretires = 3", &["line 2", "did you mean `retries`"]);
-    refused("shards = 2\npoll = 30", &["line 2", "needs its unit"]);
-    refused("shards = 2\npoll = \"2 ms\"", &["0.1 s to 1 h"]);
-    refused("shards = 2\npoll = \"1e300 s\"", &["line 2"]);
-    refused("shards = 2\n[sbatch]\narray = \"1-3\"", &["line 3", "`shards`"]);
-    refused("shards = 2\n[sbatch]\nmem_per_cpu = 1", &["`mem-per-cpu`"]);
-    refused("shards = 2\n[sbatch]\n--mem = 1", &["without dashes"]);
-    refused("shards = 2\n[sbatch]\np = \"x\"", &["short option"]);
-    refused("shards = 2\n[sbatch]\nmem = 1.5", &["a whole number"]);
-    refused("shards = 2\n[sbatch]\nmem = [1]", &["a whole number"]);
-    refused("shards = 2\n[sbatch]\ncomment = 'a \"b\"'", &["double quote"]);
-    refused("shards = 2\n[environment]\n\"A B\" = \"x\"", &["no name of a variable"]);
-    refused("shards = 2 x", &["not valid TOML"]);
-}
-
-#[test]
-fn no_line_can_be_smuggled_into_the_script() {
-    refused("shards = 2\nsetup = [\"true\\nrm x\"]", &["line break"]);
-    refused("shards = 2\nprogram = \"a\\nb\"", &["line break"]);
-    refused("shards = 2\n[sbatch]\nmem = \"1\\n#SBATCH --uid=0\"", &["line break"]);
-    refused("shards = 2\n[sbatch]\n\"mem\\n\" = \"1\"", &["no long option"]);
-    refused("shards = 2\n[environment]\nA = \"1\\nrm x\"", &["line break"]);
-    assert!(directive_value("a\nb").is_err() && directive_value("a\\b").is_err());
-    assert_eq!(directive_value("a b").unwrap(), "\"a b\"");
-    assert_eq!(directive_value("4G").unwrap(), "4G");
-}
-
-#[test]
-fn a_quoted_word_is_that_word_to_a_shell() {
-    let words = ["", "a", "a b", "it's", "$(rm x)", "`x`", "a\nb", "*", "~", "#", "\\", "\"", "-n"];
-    let mut line = b"printf '%s\\0'".to_vec();
-    for word in words {
-        line.push(b' ');
-        line.extend(quoted(word.as_bytes()));
+/// All results in a folder and in that of its analysis, by path.
+fn results(folder: PathBuf) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files = Vec::new();
+    for inside in ["", "analysis"] {
+        let Ok(entries) = fs::read_dir(folder.join(inside)) else { continue };
+        for entry in entries {
+            let path = entry.unwrap().path();
+            let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            if ["csv", "parquet", "md", "svg", "png", "html"].contains(&ending.as_str()) {
+                let name = path.strip_prefix(&folder).unwrap().to_owned();
+                files.push((name, fs::read(path).unwrap()));
+            }
+        }
     }
-    let line = String::from_utf8(line).unwrap();
-    let output = Command::new("sh").arg("-c").arg(line).output().unwrap();
-    let wanted: String = words.iter().map(|w| format!("{w}\0")).collect();
-    assert_eq!(String::from_utf8(output.stdout).unwrap(), wanted);
+    files.sort();
+    assert!(files.len() >= 2, "results.csv and results.parquet at least");
+    files
 }
 
 #[test]
-fn parts_become_an_array_expression() {
-    assert_eq!(array(&[1, 2, 3, 4], None), "1-4");
-    assert_eq!(array(&[7], Some(2)), "7%2");
-    assert_eq!(array(&[1, 2, 4, 6, 7, 8, 99], None), "1,2,4,6-8,99");
-}
+fn lost_parts_are_submitted_again_and_the_result_is_that_of_one_process() {
+    let cluster = Cluster::new("");
+    cluster.write("lose-1", "NODE_FAIL");
+    cluster.write("lose-3", "OUT_OF_MEMORY");
+    cluster.write("away", "");
+    let lost = contains("lost part 1: its node failed").and(contains("lost part 3: out of memory"));
+    let patient = contains("Unable to contact slurm controller (asking again)");
+    cluster.on_slurm(&[]).assert().success().stderr(lost.and(patient));
+    assert_eq!(cluster.jobs(), "102\n", "one job of three parts, one of two");
+    cluster.sweep(&["--out", "local", "--jobs", "2"]).assert().success();
+    assert!(results(cluster.path().join("out")) == results(cluster.path().join("local")));
 
-/// A script of GOOD in a folder of its own; the program prints its words.
-fn example(out: &[u8], folder: &[u8]) -> String {
-    let settings = Settings::parse(GOOD).unwrap();
-    let call = Call {
-        program: b"echo",
-        arguments: vec![b"my sweep.toml", b"--set", b"a='b'"],
-        out,
-        folder,
-    };
-    String::from_utf8(script(&settings, &call).unwrap()).unwrap()
-}
-
-#[test]
-fn the_script_says_what_the_settings_say() {
-    let text = example(b"/data/o ut%", b"/home/me");
-    for line in [
-        "#SBATCH --job-name=powergs-sweep",
-        "#SBATCH --array=1-12%4",
-        "#SBATCH --output=\"/data/o ut%%/slurm/%A_%a.log\"",
-        "#SBATCH --open-mode=append",
-        "#SBATCH --partition=long",
-        "#SBATCH --cpus-per-task=4",
-        "#SBATCH --exclusive",
-        "#SBATCH --comment=\"two words; rm -rf #x\"",
-        "export NOTE='it'\\''s $HOME'",
-        "module load gcc  # the site's",
-    ] {
-        assert!(text.lines().any(|l| l == line), "`{line}` is not in:\n{text}");
-    }
-    assert!(!text.contains("no-requeue"), "false leaves an option out");
-    let settings = Settings::parse("shards = 1").unwrap();
-    let call = Call { program: b"p", arguments: vec![], out: b"/a\"b", folder: b"/" };
-    assert!(script(&settings, &call).unwrap_err().to_string().contains("double quote"));
+    cluster.on_slurm(&[]).assert().code(2).stderr(contains("--resume"));
+    // Slurm forgets jobs after some minutes: what the tasks have noted is enough.
+    cluster.write("forgotten", "");
+    cluster.on_slurm(&["--resume"]).assert().success();
+    assert_eq!(cluster.jobs(), "102\n", "nothing was left to do");
 }
 
 #[test]
-fn the_script_runs_a_part_and_notes_its_exit_code() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("o u't");
-    std::fs::create_dir_all(out.join("slurm")).unwrap();
-    let bytes = out.as_os_str().as_encoded_bytes();
-    let text = example(bytes, folder.path().as_os_str().as_encoded_bytes());
-    let run = |text: &str| {
-        let mut bash = Command::new("bash");
-        bash.args(["-c", text]).env("SLURM_ARRAY_JOB_ID", "77").env("SLURM_ARRAY_TASK_ID", "3");
-        let output = bash.env("SLURM_CPUS_ON_NODE", "2").output().unwrap();
-        let note = std::fs::read_to_string(out.join("slurm/77_3.exit")).ok();
-        (output.status.code(), note, String::from_utf8(output.stdout).unwrap())
-    };
-    let good = text.replace("module load gcc", "true");
-    let printed =
-        format!("--jobs 2 sweep my sweep.toml --set a='b' --out {} --shard 3/12\n", out.display());
-    assert_eq!(run(&good), (Some(0), Some("0\n".into()), printed));
-    let (code, note, _) = run(&good.replace("ulimit -c 0", "false"));
-    assert_eq!((code, note), (Some(125), Some("125\n".into())), "a line of setup failed");
-    let (code, note, _) = run(&good.replace("\necho ", "\n(exit 3) && echo "));
-    assert_eq!((code, note), (Some(3), Some("3\n".into())), "the program failed");
-    let (code, note, _) = run(&good.replace("\necho ", "\nkill -9 $$; echo "));
-    assert_eq!((code, note), (None, None), "killed: the old note is gone");
+fn the_same_command_follows_only_the_same_sweep() {
+    let cluster = Cluster::new("retries = 0");
+    cluster.write("lose-2", "TIMEOUT");
+    let told = contains("part 2: time limit").and(contains("--resume submits"));
+    cluster.on_slurm(&[]).assert().code(1).stderr(told);
+    cluster.on_slurm(&["--resume", "--points", "2"]).assert().code(2);
+    cluster.write("sbatch.toml", "shards = 4");
+    cluster.on_slurm(&["--resume"]).assert().code(2).stderr(contains("shards = 4"));
+    cluster.write("sbatch.toml", "shards = 3\npoll = \"100 ms\"\n[sbatch]\ntime = 60");
+    cluster.on_slurm(&["--resume"]).assert().success().stderr(contains("submitted 1 part\n"));
 }
 
 #[test]
-fn the_number_of_a_job_is_read() {
-    let job = |id: &str, cluster: Option<&str>| {
-        Some(Submitted { id: id.into(), cluster: cluster.map(str::to_owned) })
-    };
-    assert_eq!(submitted("123\n"), job("123", None));
-    assert_eq!(submitted("Welcome!\n123;east\n"), job("123", Some("east")));
-    for text in ["", "Submitted batch job 12", "12;", "12;a b\u{7}", "-3", "9999999999999999999999"]
-    {
-        assert_eq!(submitted(text), None, "{text}");
-    }
+fn what_would_fail_again_is_not_submitted_again() {
+    let cluster = Cluster::new("retries = 2\nprogram = \"./broken\"");
+    cluster.write("broken", "#!/bin/sh\necho 'error: room.bin: damaged at byte 12'\nexit 3\n");
+    fs::set_permissions(cluster.path().join("broken"), fs::Permissions::from_mode(0o755)).unwrap();
+    let told = contains("exit code 3").and(contains("damaged at byte 12"));
+    cluster.on_slurm(&[]).assert().code(3).stderr(told);
+    assert_eq!(cluster.jobs(), "101\n");
+    cluster.write("broken", "#!/bin/sh\nkill -9 $$\n");
+    let told = contains("lost parts 1, 2, 3: killed by signal 9").and(contains("2 retries"));
+    cluster.on_slurm(&["--resume"]).assert().code(1).stderr(told);
+    assert_eq!(cluster.jobs(), "104\n", "one for --resume, two retries");
 }
 
 #[test]
-fn states_of_tasks_are_read() {
-    // As printed by `squeue --noheader --array --states=all --format=%i|%T|%r` of Slurm 22.05.
-    let text = "1_6|COMPLETED|None\n1_3|FAILED|NonZeroExitCode\n1_2|NODE_FAIL|NodeDown\n\
-                1_5|RUNNING|None\n1_7|PENDING|JobArrayTaskLimit\n1_8|CONFIGURING|None\n\
-                12_9|RUNNING|None\n1_[10-12]|PENDING|Resources\n1|COMPLETED|None\nCLUSTER: east\n\
-                1_4|TIMEOUT|TimeLimit\n1_9|COMPLETING|None";
-    let found = states(text, "1");
-    let wanted = [
-        (2, State::Lost(Loss::Node)),
-        (3, State::Failed),
-        (4, State::Lost(Loss::Time)),
-        (5, State::Running),
-        (6, State::Completed),
-        (7, State::Pending("JobArrayTaskLimit".into())),
-        (8, State::Pending("None".into())),
-        (9, State::Running),
-    ];
-    assert_eq!(found.into_iter().collect::<Vec<_>>(), wanted);
-    let text = "5_1|CANCELLED by 1000\n5_2|OUT_OF_ME+\n5_3|OUT_OF_MEMORY\n5_1.batch|FAILED";
-    let found = states(text, "5");
-    assert_eq!(found[&1], State::Cancelled);
-    assert_eq!(found[&3], State::Lost(Loss::Memory));
-    assert_eq!(found.len(), 3);
+fn cancelled_parts_stay_cancelled() {
+    let cluster = Cluster::new("");
+    cluster.write("lose-2", "CANCELLED");
+    cluster.on_slurm(&[]).assert().code(1).stderr(contains("part 2: cancelled"));
+    assert_eq!(cluster.jobs(), "101\n");
+    cluster.on_slurm(&["--resume"]).assert().success();
 }
 
 #[test]
-fn every_end_of_a_part_has_its_verdict() {
-    let failed = Some(State::Failed);
-    for (state, exit, wanted) in [
-        (Some(State::Running), None, Verdict::Open),
-        (Some(State::Pending(String::new())), Some(137), Verdict::Open), // requeued by Slurm
-        (Some(State::Running), Some(0), Verdict::Done),
-        (Some(State::Completed), None, Verdict::Done),
-        (None, Some(0), Verdict::Done),
-        (Some(State::Lost(Loss::Time)), None, Verdict::Lost(Loss::Time)),
-        (Some(State::Lost(Loss::Node)), Some(0), Verdict::Done),
-        (Some(State::Cancelled), Some(143), Verdict::Cancelled),
-        (failed.clone(), Some(3), Verdict::Failed(3)),
-        (failed.clone(), Some(4), Verdict::Failed(4)),
-        (failed.clone(), Some(1), Verdict::Failed(1)),
-        (failed.clone(), Some(2), Verdict::Lost(Loss::Refused)),
-        (failed.clone(), Some(125), Verdict::Lost(Loss::Setup)),
-        (failed.clone(), Some(127), Verdict::Lost(Loss::Start)),
-        (failed.clone(), Some(130), Verdict::Lost(Loss::Killed(Some(2)))),
-        (None, Some(137), Verdict::Lost(Loss::Killed(Some(9)))),
-        (failed.clone(), None, Verdict::Unclear),
-        (None, None, Verdict::Unclear),
-    ] {
-        assert_eq!(judge(state.as_ref(), exit), wanted, "{state:?} {exit:?}");
-    }
-    assert_eq!(given_up(failed.as_ref()), Loss::Killed(None));
-    assert_eq!(given_up(None), Loss::Vanished);
+fn without_slurm_there_is_the_script() {
+    let cluster = Cluster::new("");
+    let print = cluster.on_slurm(&["--print"]).assert().success();
+    let script = String::from_utf8(print.get_output().stdout.clone()).unwrap();
+    assert!(script.starts_with("#!/bin/bash\n") && script.contains("--array=1-3\n"), "{script}");
+    assert!(!cluster.path().join("out").exists());
+    let nowhere = cluster.path().join("nowhere");
+    cluster.on_slurm(&[]).env("PATH", nowhere).assert().code(2).stderr(contains("--print"));
+    cluster.write("sbatch.toml", "shards = 3\nretires = 1");
+    cluster.on_slurm(&[]).assert().code(2).stderr(contains("did you mean `retries`"));
 }

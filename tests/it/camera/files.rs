@@ -5,7 +5,7 @@ use std::fs;
 use powergs_sim::cli::Exit;
 use powergs_sim::cli::camera_file::read;
 
-use super::encode::binary_files;
+use powergs_testkit::camera_files::binary_files;
 
 #[test]
 fn colmap_folder_is_found_under_sparse() {

@@ -14,7 +14,7 @@ use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
 
 use super::scenes::{Tiny, tiny};
-use crate::quality::lpips::made::{Kind, Made};
+use powergs_testkit::lpips::{Kind, Made};
 
 /// Writes a scene and its views; returns it.
 pub fn stage(folder: &Path, points: usize) -> Tiny {

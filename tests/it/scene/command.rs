@@ -4,7 +4,7 @@ use assert_cmd::Command;
 use powergs_sim::cli::scene_file::load;
 use serde_json::Value;
 
-use super::encode::{self, sample};
+use powergs_testkit::scene_files::{self as encode, sample};
 
 fn program() -> Command {
     Command::cargo_bin("powergs-sim").expect("the program was built")

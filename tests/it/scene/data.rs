@@ -7,7 +7,8 @@ use powergs_sim::scene::SceneStats;
 use powergs_sim::scene::stats::Percentiles;
 use serde_json::Value;
 
-use super::{data, difference};
+use powergs_testkit::data;
+use powergs_testkit::difference::difference;
 
 fn open(path: &Path, lod: Option<u32>) -> LoadedScene {
     load(path, lod).unwrap_or_else(|e| panic!("{}: {e}", path.display()))

@@ -9,7 +9,7 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 9] = [
+const CRATES: [Row; 10] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame"]),
@@ -23,6 +23,8 @@ const CRATES: [Row; 9] = [
     ("optimize", &["base", "frame", "core", "scene", "raster", "quality"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
     ("report", &["base", "frame", "core", "study", "optimize"]),
+    // For tests alone.
+    ("testkit", &["frame", "scene"]),
 ];
 
 /// Packages that only one crate may depend on: a terminal, arguments and charts stay out of the

@@ -1,0 +1,3 @@
+//! Measures with units.
+
+mod quantities;

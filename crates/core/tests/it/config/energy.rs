@@ -1,0 +1,303 @@
+//! Energy tables: what they cost on GSCore, and what is refused.
+
+use approx::assert_relative_eq;
+use powergs_base::config::embedded::{ENERGY, find};
+use powergs_base::quantity::Bytes;
+use powergs_core::accel::Machine;
+use powergs_core::action::{Action, Buffer, Inventory, Memory};
+use powergs_core::energy::table::PriceError;
+use powergs_core::energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
+use powergs_core::sim::cost;
+
+use super::gscore;
+
+fn text(name: &str) -> &'static str {
+    find(ENERGY, name).expect("an embedded table")
+}
+
+fn table(name: &str) -> EnergyTable {
+    EnergyTable::parse(text(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn on_gscore(name: &str) -> Prices {
+    let machine = Machine::parse(gscore()).expect("gscore");
+    cost::prices(&table(name), &machine).expect("prices of gscore")
+}
+
+fn priced(table: &EnergyTable, inventory: &Inventory) -> Result<Prices, PriceError> {
+    table.prices(&Built { inventory, idle_leakage: 1.0, device: None })
+}
+
+/// Prices per byte of DRAM read, its background and refresh.
+fn dram(prices: &Prices) -> [f64; 3] {
+    match prices.dram {
+        DramCosts::Bytes { read_pj, background_w, refresh_w, .. } => {
+            [read_pj, background_w, refresh_w]
+        }
+        DramCosts::Commands(_) => panic!("flat prices"),
+    }
+}
+
+/// One bank of this size in every buffer, one unit of every kind.
+fn inventory(bytes: u64) -> Inventory {
+    let memory = Memory { bank: Bytes(bytes), banks: 1, word: Bytes(32), two_ports: false };
+    Inventory { memories: [memory; Buffer::ALL.len()], units: [1; 4], unit_percent: [100; 4] }
+}
+
+fn pj(prices: &Prices, action: Action) -> f64 {
+    prices.per_action[action.index()]
+}
+
+#[test]
+fn paper_prices_are_the_published_constants() {
+    let table = table("paper");
+    assert_eq!(table.flat_pj(), Some([0.53, 0.24, 10.88]));
+    let counts = [
+        (Action::Cull, 47),
+        (Action::Project, 169 + 39),
+        (Action::ObbPrepare, 38),
+        (Action::ObbTest, 48),
+        (Action::ShColour, 133),
+        (Action::Alpha, 13),
+        (Action::Blend, 11),
+        (Action::PixelFinish, 6),
+    ];
+    let prices = on_gscore("paper");
+    for (action, n) in counts {
+        assert_eq!(flops(action), n, "flops.toml");
+        assert_eq!(pj(&prices, action), f64::from(n) * 0.53);
+    }
+    assert_eq!(pj(&prices, Action::PivotKey), 0.0);
+    assert_eq!(pj(&prices, Action::SramWrite(Buffer::Feature)), 0.24);
+    assert_eq!(pj(&prices, Action::DramRead), 10.88);
+    assert_eq!((prices.leakage_w(), prices.area), (0.0, None));
+    assert_eq!(dram(&prices), [10.88, 0.0, 0.0]);
+}
+
+/// A busy unit draws its published power (NeRArch-Sim, Table VI), leakage included. The prices are
+/// written with four digits: 5e-4.
+#[test]
+fn a_busy_unit_draws_its_published_power() {
+    let prices = on_gscore("gscore-28nm");
+    let leakage = table("gscore-28nm").leakage;
+    let sum = |actions: &[Action]| actions.iter().map(|&a| pj(&prices, a)).sum::<f64>() * 1e-3;
+    use Action::*;
+    let ccu = sum(&[Cull, Project, ObbPrepare, ObbTest, ShColour]) + leakage.ccu.power.0;
+    assert_relative_eq!(ccu, 0.140, max_relative = 5e-4);
+    let qsu = sum(&[PivotKey]) + leakage.qsu.power.0;
+    assert_relative_eq!(qsu, 0.13e-3, max_relative = 5e-4);
+    let bsu = 80.0 * sum(&[CompareExchange]) + leakage.bsu.power.0;
+    assert_relative_eq!(bsu, 13.7e-3, max_relative = 5e-4);
+    let vrc = sum(&[Alpha, Blend]) + leakage.vru.power.0;
+    assert_relative_eq!(vrc, 3.27e-3, max_relative = 5e-4);
+    // Units only: the published 0.87 W are the chip.
+    let units = 4.0 * ccu + 8.0 * qsu + 4.0 * bsu + 64.0 * vrc;
+    assert_relative_eq!(units, 0.825, max_relative = 1e-3);
+}
+
+/// The published chip draws 0.87 W. With every unit busy and every bank accessed in every cycle, a
+/// bound that no frame reaches, ours draws a fifth more.
+#[test]
+fn gscore_at_its_peak() {
+    let machine = Machine::parse(gscore()).expect("gscore");
+    let peak = cost::peak_w(&machine, &on_gscore("gscore-28nm"));
+    let of = |name: &str| peak.iter().find(|(block, _)| *block == name).expect(name).1;
+    assert_relative_eq!(of("ccu"), 0.560, max_relative = 5e-4);
+    assert_relative_eq!(of("vru"), 64.0 * 3.27e-3, max_relative = 5e-4);
+    let units = ["ccu", "qsu", "bsu", "vru"].map(of).iter().sum::<f64>();
+    assert_relative_eq!(units, 0.825, max_relative = 1e-3);
+    let total: f64 = peak.iter().map(|(_, watts)| watts).sum();
+    assert!((0.9..1.2).contains(&total), "{total} W");
+}
+
+/// Published: 3.95 mm2 at 28 nm; 1.45 at 16 nm and 0.417 at 7 nm as others scale it.
+#[test]
+fn area_of_gscore() {
+    let total = |name: &str| on_gscore(name).area.expect("an area").total().0;
+    let area = on_gscore("gscore-28nm").area.expect("an area");
+    println!("{:?}", area.blocks());
+    for (name, published) in [("gscore-28nm", 3.95), ("gscore-16nm", 1.45), ("gscore-7nm", 0.417)] {
+        let ours = total(name);
+        println!("{name}: {ours} mm2 for {published}");
+        assert_relative_eq!(ours, published, max_relative = 0.1);
+    }
+    let parts: f64 = area.blocks().iter().map(|(_, x)| x.0).sum();
+    assert_relative_eq!(parts, area.total().0, max_relative = 1e-12);
+    // Buffers and the rest: the published total less units is 1.4 to 1.8 mm2.
+    let buffers: f64 = area.buffers.iter().map(|x| x.0).sum();
+    assert!((1.4..1.8).contains(&(buffers + area.rest.0)), "{buffers} + {}", area.rest.0);
+    assert_eq!(area.buffers[Buffer::Cache as usize].0, 0.0, "gscore has no cache");
+    assert_eq!(Area::BLOCKS, area.blocks().len());
+}
+
+#[test]
+fn area_grows_with_units_and_buffers() {
+    let base = Machine::parse(gscore()).expect("gscore");
+    let area = |machine: &Machine| {
+        table("gscore-28nm").area(&machine.inventory()).expect("prices").expect("an area")
+    };
+    let mut wide = base.clone();
+    wide.vru.units_per_core *= 2;
+    let (a, b) = (area(&base), area(&wide));
+    assert_relative_eq!(b.units[3].0, 2.0 * a.units[3].0, max_relative = 1e-12);
+    assert_eq!(b.buffers, a.buffers);
+    let mut large = base.clone();
+    large.buffers.feature.capacity = Bytes(2 * base.buffers.feature.capacity.0);
+    let c = area(&large);
+    assert!(c.buffers[Buffer::Feature as usize] > a.buffers[Buffer::Feature as usize]);
+    assert!(c.total().0 > a.total().0);
+}
+
+fn on_gscore_units_leakage() -> f64 {
+    4.0 * 14e-3 + 8.0 * 13e-6 + 4.0 * 1.37e-3 + 64.0 * 0.327e-3
+}
+
+#[test]
+fn leakage_grows_with_units_and_buffers() {
+    let prices = on_gscore("gscore-28nm");
+    let units: f64 = prices.unit_leakage_w.iter().sum();
+    assert_relative_eq!(units, on_gscore_units_leakage(), max_relative = 1e-12);
+    // 32 banks of 2 KiB and 8 of 16 KiB are rows of CACTI.
+    let [_, _, sorting, feature, ..] = prices.sram_leakage_w;
+    assert_relative_eq!(sorting, 32.0 * 0.39899e-3, max_relative = 1e-12);
+    assert_relative_eq!(feature, 8.0 * 2.66704e-3, max_relative = 1e-12);
+    assert_eq!(prices.leakage_w(), units + prices.sram_leakage_w.iter().sum::<f64>());
+}
+
+/// A table with prices by size in place of CACTI's.
+fn by_size(extrapolate: bool) -> String {
+    let text = text("gscore-28nm");
+    let (from, to) =
+        (text.find("[sram.cacti]").expect("it"), text.find("# 10.88 pJ/B").expect("it"));
+    let rows = [
+        r#"{ capacity = "1 KiB", read = "0.05 pJ/B", write = "0.06 pJ/B","#,
+        r#" leakage = "0.2 mW", area = "0.004 mm2" },"#,
+        r#"{ capacity = "64 KiB", read = "0.4 pJ/B", write = "0.3 pJ/B","#,
+        r#" leakage = "9 mW", area = "0.1 mm2" },"#,
+    ];
+    let head = format!("source = \"cacti\"\nallow-extrapolation = {extrapolate}\nsizes = [\n");
+    let sizes = ["[sram.table]\n", &head, &rows.concat(), "\n]\n\n"].concat();
+    [&text[..from], &sizes, &text[to..]].concat()
+}
+
+#[test]
+fn prices_by_size_are_interpolated_in_logarithms() {
+    let price = |text: &str, bytes: u64| {
+        let prices = priced(&EnergyTable::parse(text).expect("a good table"), &inventory(bytes))?;
+        Ok::<_, PriceError>(pj(&prices, Action::SramRead(Buffer::Sorting)))
+    };
+    let strict = by_size(false);
+    assert_relative_eq!(price(&strict, 1 << 10).expect("a row"), 0.05, max_relative = 1e-12);
+    // Half-way in the logarithm of the size is the geometric mean of the two rows.
+    let middle = price(&strict, 8 << 10).expect("between");
+    assert_relative_eq!(middle, (0.05f64 * 0.4).sqrt(), max_relative = 1e-9);
+    let error = price(&strict, 128 << 10).expect_err("above the table").to_string();
+    assert!(error.contains("128 KiB") && error.contains("1 KiB to 64 KiB"), "{error}");
+    assert!(error.contains("allow-extrapolation = true"), "{error}");
+    let beyond = price(&by_size(true), 128 << 10).expect("allowed");
+    assert_relative_eq!(beyond / 0.4, 8f64.powf(1.0 / 6.0), max_relative = 1e-9);
+    assert!(price(&by_size(true), 0).is_err(), "no bank has no bytes");
+}
+
+#[test]
+fn the_two_default_tables_differ_in_dram_only() {
+    let (low, high) = (on_gscore("gscore-28nm"), on_gscore("gscore-28nm-lpddr4"));
+    for action in Action::all() {
+        let same = pj(&low, action) == pj(&high, action);
+        assert_eq!(same, !matches!(action, Action::DramRead | Action::DramWrite), "{action:?}");
+    }
+    assert_eq!((low.leakage_w(), low.area), (high.leakage_w(), high.area));
+    assert_eq!((pj(&low, Action::DramRead), pj(&high, Action::DramWrite)), (10.88, 64.0));
+    assert_eq!(dram(&low), [10.88, 0.0252, 0.0228]);
+    assert_eq!(dram(&high), [64.0, 0.2728, 0.0456]);
+}
+
+#[test]
+fn smaller_nodes_are_the_same_prices_times_published_factors() {
+    let base = on_gscore("gscore-28nm");
+    let nodes = [("gscore-16nm", 0.28, 0.38, 0.6, 2.72), ("gscore-7nm", 0.11, 0.15, 0.3, 9.47)];
+    for (name, energy, sram, leak, area) in nodes {
+        let prices = on_gscore(name);
+        for action in Action::all() {
+            let factor = match action {
+                Action::SramRead(_) | Action::SramWrite(_) => sram,
+                Action::DramRead | Action::DramWrite => 1.0,
+                _ => energy,
+            };
+            let (ours, theirs) = (pj(&prices, action), pj(&base, action) * factor);
+            assert_relative_eq!(ours, theirs, max_relative = 1e-12);
+        }
+        let ratio = |i: usize| prices.unit_leakage_w[i] / base.unit_leakage_w[i];
+        assert_relative_eq!(ratio(0), energy, max_relative = 1e-12);
+        let buffers = prices.sram_leakage_w[2] / base.sram_leakage_w[2];
+        assert_relative_eq!(buffers, leak, max_relative = 1e-12);
+        let total = |p: &Prices| p.area.expect("an area").total().0;
+        assert_relative_eq!(total(&base) / total(&prices), area, max_relative = 1e-9);
+    }
+}
+
+#[test]
+fn nodes_without_a_row_are_refused_with_those_that_exist() {
+    let of = |from: &str, to: &str| {
+        let text = text("gscore-16nm").replacen(from, to, 1);
+        EnergyTable::parse(&text).expect_err(to).to_string()
+    };
+    let error = of("node = \"16 nm\"", "node = \"12 nm\"");
+    assert!(error.contains("no energy for 28 nm (`from`) to 12 nm (`node`)"), "{error}");
+    assert!(error.contains("28 nm to 22 nm") && error.contains("give `factor`"), "{error}");
+    let error = of("node = \"16 nm\"", "node = \"14 nm\"");
+    assert!(
+        error.contains("no area for 28 nm (`from`) to 14 nm (`node`): `deepscaletool` has"),
+        "{error}"
+    );
+    let error = of("fit = \"stillmaker\"", "fit = \"moore\"");
+    assert!(error.contains("no fit `moore`; there are deepscaletool, stillmaker"), "{error}");
+    let error = of("node = \"16 nm\"", "node = \"28 nm\"");
+    assert!(error.contains("`scaling.from` and `node` are both 28 nm"), "{error}");
+    let error = of("node = \"28 nm\"\ncell", "node = \"22 nm\"\ncell");
+    assert!(error.contains("`sram.cacti.node` = 22 nm and `scaling.from` = 28 nm"), "{error}");
+    let error = of("factor = 0.38, source = \"A53\"", "factor = 0.38");
+    assert!(error.contains("say where it is from"), "{error}");
+    let error = of("factor = 0.38, source = \"A53\"", "factor = 0.38, fit = \"stillmaker\"");
+    assert!(error.contains("exactly one of `fit` and `factor`"), "{error}");
+}
+
+#[track_caller]
+fn refused(from: &str, to: &str, because: &str) {
+    let good = text("gscore-28nm");
+    assert!(good.contains(from), "{from}");
+    let error = EnergyTable::parse(&good.replacen(from, to, 1)).expect_err(to).to_string();
+    assert!(error.contains(because), "{to}: {error}");
+    assert!(error.starts_with("line "), "{error}");
+}
+
+#[test]
+fn tables_that_would_lie_are_refused() {
+    let alpha = "alpha = { energy = \"1.594 pJ\", source = \"A10\" }";
+    refused(alpha, "", "missing key `alpha` in [actions]");
+    refused("\"1.594 pJ\"", "\"0 pJ\"", "zero: give a price, or say `free = true`");
+    refused("\"1.594 pJ\"", "1.594", "an energy needs its unit");
+    refused("\"1.594 pJ\"", "\"1.594 pJ/B\"", "unknown unit `pJ/B` for an energy:");
+    refused(alpha, "alpha = { flops = 13, source = \"A10\" }", "add [flop]");
+    let both = "alpha = { energy = \"1 pJ\", free = true, source = \"A10\" }";
+    refused(alpha, both, "exactly one of `energy`, `flops` and `free = true`");
+    refused(alpha, "alpha = { source = \"A10\" }", "exactly one of");
+    refused(alpha, "alpha = { energy = \"1 pJ\" }", "missing key `source`");
+    refused(alpha, "alpha = { energy = \"1 pJ\", source = \"me\" }", "neither a key of references");
+    refused("source = \"cacti\"", "source = \"cactus\"", "\"cactus\" is neither");
+    refused("\"25.2 mW\"", "\"0 W\"", "`dram.flat.background.power` is zero");
+    refused("\"22.8 mW\", source", "\"22.8 mW\", free = true, source", "free and has a price");
+    refused("[dram.flat]", "[dram]\ndevice = true\n[dram.flat]", "exactly one of [dram.flat] and");
+    refused(
+        "[sram.cacti]",
+        "[sram.flat]\nenergy = \"1 pJ/B\"\nsource = \"A1\"\n[sram.cacti]",
+        "exactly one of [sram.flat], [sram.table]",
+    );
+    let (rows, others) = ("node = \"28 nm\"\ncell = \"lop\"", "node = \"22 nm\"\ncell = \"hp\"");
+    refused(rows, others, "all prices of a file are for one node");
+    refused("cell = \"lop\"", "cell = \"lopp\"", "did you mean \"lop\"");
+    refused("temperature = 350", "temperature = 320", "no rows at 320 K: 300 K, 350 K");
+    refused("\"170000 um2\"", "\"0 um2\"", "no unit takes no area");
+    refused("node = \"28 nm\"\n\n#", "\n#", "missing key `node`");
+    refused("node = \"28 nm\"", "node = 28", "a technology node needs its unit");
+}

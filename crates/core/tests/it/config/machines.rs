@@ -1,0 +1,189 @@
+//! Machine files: the embedded ones, overlays, contradictions, the wording of errors.
+
+use expect_test::expect_file;
+use powergs_base::config::embedded::MACHINES;
+use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
+use powergs_core::accel::Machine;
+use powergs_core::accel::machine::Fetch;
+
+use super::{gscore, sets};
+
+#[test]
+fn gscore_is_as_published() {
+    let machine = Machine::parse(gscore()).expect("gscore");
+    assert_eq!(machine.clock, Hertz(1e9));
+    assert_eq!(machine.unit_counts(), [4, 8, 4, 64], "CCU, QSU, BSU, VRC as in NeRArch-Sim");
+    assert_eq!(machine.dram.bandwidth, BytesPerSecond(51.2e9));
+    let sum: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
+    assert_eq!(sum, 248 * 1024, "the buffers that NeRArch-Sim names");
+    let r = &machine.record;
+    assert_eq!((r.position.0, r.geometry.0, r.projected.0, r.list_entry.0), (6, 12, 10, 4));
+    assert_eq!((r.feature.0, r.colour.0, r.pixel.0), (19, 103, 3), "PowerGS's bytes");
+}
+
+#[test]
+fn embedded_machines_are_named_as_their_files_and_survive_a_round_trip() {
+    for file in MACHINES {
+        let machine = Machine::parse(file.text).unwrap_or_else(|e| panic!("{}: {e}", file.name));
+        assert_eq!(machine.name, file.name);
+        assert_eq!(Machine::parse(&machine.to_toml()).as_ref(), Ok(&machine), "{}", file.name);
+    }
+}
+
+#[test]
+fn banks_are_the_shares_of_units_and_cores() {
+    let inventory = Machine::parse(gscore()).expect("gscore").inventory();
+    let kib: Vec<(u64, u32)> =
+        inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
+    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), (0, 0)]);
+}
+
+#[test]
+fn overlays_change_one_key_and_the_last_one_wins() {
+    let overlays = sets(&[
+        "vru.cores=2",
+        "vru.cores = 8",
+        "clock=800MHz",
+        "ccu.fetch=everything",
+        "vru.subtile-skipping=false",
+        "buffers.feature.capacity=\"256 KiB\"",
+        "buffers.sorting.capacity=128 KiB",
+        "dram.efficiency=0.5",
+        "energy=paper",
+    ]);
+    let machine = Machine::parse_with(gscore(), &overlays).expect("a good overlay");
+    let mut expected = Machine::parse(gscore()).expect("gscore");
+    expected.vru.cores = 8;
+    expected.clock = Hertz(8e8);
+    expected.ccu.fetch = Fetch::Everything;
+    expected.vru.subtile_skipping = false;
+    expected.buffers.feature.capacity = Bytes(256 << 10);
+    expected.buffers.sorting.capacity = Bytes(128 << 10);
+    expected.dram.efficiency = 0.5;
+    expected.energy = "paper".into();
+    assert_eq!(machine, expected);
+    assert_eq!(Machine::parse(&machine.to_toml()), Ok(machine));
+}
+
+#[test]
+fn an_overlay_can_mend_what_is_wrong_in_the_file() {
+    let broken = gscore().replace("clock = \"1 GHz\"", "clock = 1");
+    assert!(Machine::parse(&broken).is_err());
+    assert!(Machine::parse_with(&broken, &sets(&["clock=1GHz"])).is_ok());
+    let missing = gscore().replace("clock = \"1 GHz\"", "");
+    assert!(Machine::parse_with(&missing, &sets(&["clock=1GHz"])).is_ok());
+}
+
+#[track_caller]
+fn contradicts(overlays: &[&str], key: &str, because: &str) {
+    let error = Machine::parse_with(gscore(), &sets(overlays)).expect_err("a contradiction");
+    let found = error.problems.iter().find(|p| p.key == key && p.message.contains(because));
+    assert!(found.is_some(), "{overlays:?}: {error}");
+}
+
+#[test]
+fn contradictions_are_refused_with_the_reason() {
+    contradicts(&["geometry.tile=24"], "geometry.tile", "a power of two: 16 or 32");
+    contradicts(&["geometry.subtile=12"], "geometry.subtile", "a power of two: 8 or 16");
+    contradicts(&["geometry.subtile=32"], "geometry.subtile", "does not divide");
+    contradicts(&["geometry.tile=32"], "geometry.sort-group", "`geometry.tile` = 32");
+    contradicts(&["geometry.sort-group=48"], "geometry.sort-group", "a power of two");
+    contradicts(&["geometry.sort-group=8"], "geometry.sort-group", "above it");
+    contradicts(&["gsu.bsu-width=12"], "gsu.bsu-width", "a power of two: 8 or 16");
+    contradicts(&["clock=1 Hz"], "clock", "from 10 kHz to 100 GHz");
+    contradicts(&["dram.bandwidth=1 kB/s"], "dram.bandwidth", "from 1 MB/s");
+    contradicts(&["dram.latency=1e9 ns"], "dram.latency", "at most 1000000 ns");
+    contradicts(&["record.feature=0 B"], "record.feature", "at least 1 B");
+    contradicts(&["record.pixel=1 MiB"], "record.pixel", "a typing error?");
+    contradicts(&["buffers.sorting.capacity=0 B"], "buffers.sorting.capacity", "above zero");
+    contradicts(&["buffers.sorting.capacity=2 GiB"], "buffers.sorting.capacity", "typing error");
+    contradicts(&["name=../x"], "name", "file names");
+    contradicts(&["energy="], "energy", "must name an energy table");
+    let feature = "buffers.feature.capacity";
+    // 2 x 4 x 256 x 19 B = 38,912 B: one byte less is too small.
+    let just = "buffers.feature.capacity=38912 B";
+    assert!(Machine::parse_with(gscore(), &sets(&[just])).is_ok());
+    contradicts(&["buffers.feature.capacity=38911 B"], feature, "need 38 KiB");
+    contradicts(&["geometry.chunk=1024"], feature, "`geometry.chunk` 1024");
+    contradicts(&["geometry.chunk=65536", "vru.cores=1024"], feature, "is too small");
+    assert!(Machine::parse_with(gscore(), &sets(&["buffers.sorting.capacity=4 KiB"])).is_ok());
+    let less = ["buffers.sorting.capacity=4095 B"];
+    contradicts(&less, "buffers.sorting.capacity", "one chunk per core");
+    contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
+    contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
+    contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
+}
+
+#[test]
+fn every_fetch_policy_and_tile_runs_on_gscore() {
+    for fetch in ["everything", "geometry-first", "lazy-colour"] {
+        for tile in [8, 16, 32, 64] {
+            let keys = [
+                format!("ccu.fetch={fetch}"),
+                format!("geometry.tile={tile}"),
+                format!("geometry.sort-group={tile}"),
+            ];
+            let overlays = sets(&keys.each_ref().map(String::as_str));
+            Machine::parse_with(gscore(), &overlays).unwrap_or_else(|e| panic!("{fetch}: {e}"));
+        }
+    }
+}
+
+#[test]
+fn independent_problems_are_reported_at_once_in_the_order_of_their_lines() {
+    let bad = gscore()
+        .replace("clock = \"1 GHz\"", "clock = 800")
+        .replace("chunk = 256", "chunk = 0")
+        .replace("fetch = \"lazy-colour\"", "fetch = \"lazy-color\"")
+        .replace("cores = 4 ", "core = 4 ")
+        .replace("subtile-skipping = true", "subtile-skipping = \"yes\"")
+        .replace("bandwidth = \"51.2 GB/s\"", "bandwidth = \"51.2 GB\"")
+        .replace("latency = \"100 ns\"", "");
+    let error = Machine::parse_with(&bad, &sets(&["gsu.pivot=3"])).expect_err("seven mistakes");
+    let keys: Vec<&str> = error.problems.iter().map(|p| p.key.as_str()).collect();
+    let expected = [
+        "clock",
+        "geometry.chunk",
+        "ccu.fetch",
+        "vru.core",
+        "vru.subtile-skipping",
+        "dram.latency",
+        "dram.bandwidth",
+        "gsu.pivot",
+    ];
+    assert_eq!(keys, expected, "{error}");
+    let all_contradictions = ["geometry.tile=24", "gsu.bsu-width=5", "record.list-entry=0 B"];
+    let error = Machine::parse_with(gscore(), &sets(&all_contradictions)).expect_err("three");
+    assert!(error.problems.len() >= 3, "{error}");
+}
+
+/// The wording of errors, one mistake after the other, as a user sees it.
+#[test]
+fn errors_read_well() {
+    let changes: &[(&str, &str, &[&str])] = &[
+        ("cores = 4 ", "coers = 4 ", &[]),
+        ("clock = \"1 GHz\"", "clock = 1 GHz", &[]),
+        ("clock = \"1 GHz\"", "clock = 1e9", &[]),
+        ("[vru]", "[vru", &[]),
+        ("latency = \"100 ns\"", "", &[]),
+        ("tile = 16 ", "tile = 128 ", &[]),
+        ("test = \"obb\"", "test = \"elipse\"", &[]),
+        (
+            "feature = { capacity = \"128 KiB\", word = \"32 B\", banks = 2, ports = \"1rw\" }",
+            "cores = 3",
+            &[],
+        ),
+        ("", "", &["vru.core=8", "clock=fast", "x"]),
+        ("", "", &["vru.core=8", "clock=fast"]),
+        ("", "", &["geometry.chunk=1024"]),
+    ];
+    let mut text = String::new();
+    for (from, to, overlays) in changes {
+        assert!(gscore().contains(from), "{from}");
+        let error = Machine::parse_with(&gscore().replacen(from, to, 1), &sets(overlays));
+        let error = error.expect_err("a mistake");
+        text.push_str(&format!("== `{from}` -> `{to}` {}\n{error}\n\n", overlays.join(" ")));
+    }
+    expect_file![concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/config-errors.txt")]
+        .assert_eq(&text);
+}

@@ -1,0 +1,292 @@
+//! Does energy add up? What do banks and reference tables cost? Prices are 1, 2, 3, ... so that no
+//! two actions can be confused.
+
+use powergs_base::config::embedded::{ENERGY, MACHINES, find};
+use powergs_core::accel::machine::{DramModel, GatingSpec};
+use powergs_core::accel::{FrameTiming, Machine, replay};
+use powergs_core::action::{Action, ActionCounts, Stage};
+use powergs_core::energy::prices::component_of;
+use powergs_core::energy::{
+    Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
+};
+use powergs_core::sim::{
+    FrameReport, InvariantViolated, Label, Measured, check, cost, frames, priced, simulate, time,
+};
+use powergs_core::workload::FrameWorkload;
+
+mod accelergy;
+mod alive;
+mod sram;
+
+use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
+
+fn prices() -> Prices {
+    let per_action: [f64; Action::COUNT] = std::array::from_fn(|i| (i + 1) as f64);
+    let [read_pj, write_pj] = [Action::DramRead, Action::DramWrite].map(|a| per_action[a.index()]);
+    Prices {
+        per_action,
+        unit_leakage_w: [0.0625, 0.03125, 0.03125, 0.0625],
+        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0],
+        idle_leakage: 1.0,
+        dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
+        area: None,
+    }
+}
+
+/// Prices of commands, no two of them alike.
+fn commands() -> Prices {
+    let mut prices = prices();
+    prices.per_action[Action::DramRead.index()] = 0.0;
+    prices.per_action[Action::DramWrite.index()] = 0.0;
+    prices.dram = DramCosts::Commands(DramCommandPrices {
+        activate_pj: 101.0,
+        read_pj: 211.0,
+        write_pj: 307.0,
+        refresh_pj: 401.0,
+        background_w: 0.5,
+        resting_w: 0.0625,
+        resting_refresh_w: 0.03125,
+    });
+    prices
+}
+
+fn activity(actions: &ActionCounts, seconds: f64) -> Activity<'_> {
+    Activity { actions, seconds, idle: [0.0; 4], dram: None }
+}
+
+fn small() -> (Machine, FrameWorkload) {
+    let machine = gscore();
+    let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
+    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    (machine, frame)
+}
+
+fn report() -> FrameReport {
+    let (machine, frame) = small();
+    simulate(Label::default(), &frame, &machine, &prices()).unwrap()
+}
+
+#[test]
+fn every_action_is_priced_once_in_its_component() {
+    for (i, action) in Action::all().into_iter().enumerate() {
+        let mut actions = ActionCounts::default();
+        actions.charge(Stage::Sorting, action, 10);
+        let energy = prices().breakdown(&activity(&actions, 0.0));
+        assert_eq!(action.index(), i);
+        assert_eq!(energy.part(Stage::Sorting, component_of(action)).0, 10.0 * (i + 1) as f64);
+        assert_eq!(energy.total().0, 10.0 * (i + 1) as f64, "{action:?}");
+    }
+}
+
+#[test]
+fn standby_is_paid_for_time() {
+    let energy = prices().breakdown(&activity(&ActionCounts::default(), 2e-3));
+    assert_eq!(energy.part(Stage::Standby, Component::Leakage).0, 0.25 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Stage::Standby, Component::Background).0, 0.375 * 2e-3 * 1e12);
+    assert_eq!(energy.part(Stage::Standby, Component::Refresh).0, 0.125 * 2e-3 * 1e12);
+    assert_eq!(energy.dynamic().0, 0.0);
+}
+
+#[test]
+fn commands_cost_what_they_are_and_bytes_nothing() {
+    let mut actions = ActionCounts::default();
+    actions.charge(Stage::Rendering, Action::DramRead, 1_000_000);
+    let mut work = DramWork { refreshes: 7, ..DramWork::default() };
+    work.stages[1] = StageWork { reads: 2, writes: 3, activates: 5 };
+    let done = Activity { dram: Some(work), ..activity(&actions, 1e-3) };
+    let energy = commands().breakdown(&done);
+    assert_eq!(energy.part(Stage::Sorting, Component::Dram).0, 2.0 * 211.0 + 3.0 * 307.0 + 505.0);
+    assert_eq!(energy.part(Stage::Rendering, Component::Dram).0, 0.0);
+    let refresh = energy.part(Stage::Standby, Component::Refresh).0;
+    // From energy to power and back: a few roundings.
+    assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
+    let standby = commands().standby(&done);
+    assert_eq!(standby.running_w[1..], [0.5, 7.0 * 401.0 * 1e-12 / 1e-3]);
+    assert_eq!(standby.resting_w[1..], [0.0625, 0.03125]);
+}
+
+#[test]
+fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
+    let actions = ActionCounts::default();
+    let done = Activity { idle: [0.5, 1.0, 0.0, 0.25], ..activity(&actions, 1e-3) };
+    let mut gated = prices();
+    gated.idle_leakage = 0.25;
+    let standby = gated.standby(&done);
+    let units = 0.0625 * 0.625 + 0.03125 * 0.25 + 0.03125 + 0.0625 * 0.8125;
+    assert_eq!(standby.running_w[0], units + 0.0625);
+    assert_eq!(standby.resting_w[0], 0.1875 * 0.25 + 0.0625, "buffers keep their contents");
+    assert_eq!(prices().standby(&done).running_w[0], 0.25, "not gated");
+    // Half of the time is rest at 500 frames a second, none at 2000.
+    let mean = (standby.running_w[0] + standby.resting_w[0]) / 2.0;
+    assert!((standby.at_rate(1e-3, 500.0)[0] - mean).abs() < 1e-15);
+    assert_eq!(standby.at_rate(1e-3, 2000.0)[0], standby.running_w[0]);
+    assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.resting_w[0]);
+}
+
+/// The preset: its buffers have prices.
+fn preset() -> (Machine, FrameWorkload) {
+    let machine = Machine::parse(find(MACHINES, "gscore").unwrap()).unwrap();
+    let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
+    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    (machine, frame)
+}
+
+#[test]
+fn gating_saves_leakage_and_nothing_else() {
+    let (mut machine, frame) = preset();
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
+    let run = |machine: &Machine| {
+        let prices = cost::prices(&table, machine).unwrap();
+        simulate(Label::default(), &frame, machine, &prices).unwrap()
+    };
+    let open = run(&machine);
+    machine.gating = GatingSpec { units: true, residual: 0.1 };
+    let gated = run(&machine);
+    assert_eq!(gated.model, open.model);
+    assert_eq!(gated.energy.dynamic(), open.energy.dynamic());
+    let leakage = |r: &FrameReport| r.energy.component(Component::Leakage).0;
+    assert!(leakage(&gated) < leakage(&open) && leakage(&gated) > 0.1 * leakage(&open));
+    assert!(gated.power_display_rate_w(60.0) < open.power_display_rate_w(60.0));
+    machine.gating.residual = 1.0;
+    let none = run(&machine);
+    assert!((leakage(&none) - leakage(&open)).abs() <= 1e-12 * leakage(&open));
+}
+
+#[test]
+fn commands_of_a_banked_machine_are_priced_by_its_device() {
+    let (mut machine, _) = preset();
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm-device").unwrap()).unwrap();
+    let refused = cost::prices(&table, &machine).unwrap_err().to_string();
+    assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
+    machine.dram.model = DramModel::Banked;
+    let frame = Dice::new(7).workload(machine.geometry);
+    let prices = cost::prices(&table, &machine).unwrap();
+    let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();
+    let commands = report.timing().unwrap().dram.commands.unwrap();
+    for (stage, used) in Stage::WORK.into_iter().zip(commands.stages) {
+        // Half of the published prices (A40): activate 1205, read 1348 + 821, write 990 + 298 pJ.
+        let pj =
+            used.activates as f64 * 602.5 + used.reads as f64 * 1084.5 + used.writes as f64 * 644.0;
+        let dram = report.energy.part(stage, Component::Dram).0;
+        assert!((dram - pj).abs() <= 1e-12 * pj, "{dram} for {pj}");
+        assert!(dram > 0.0);
+    }
+    // Eight channels with open rows, and powered down between frames.
+    assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5).abs() < 1e-12);
+    assert!((report.standby.resting_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn parts_sum_to_totals() {
+    let energy = report().energy;
+    let by_stage: f64 = Stage::ALL.iter().map(|&s| energy.stage(s).0).sum();
+    let by_component: f64 = Component::ALL.iter().map(|&c| energy.component(c).0).sum();
+    let total = energy.total().0;
+    // Sums of some twenty terms in different orders.
+    assert!((by_stage - total).abs() <= 1e-12 * total);
+    assert!((by_component - total).abs() <= 1e-12 * total);
+    assert_eq!(energy.stage(Stage::Standby) + energy.dynamic(), energy.total());
+}
+
+#[test]
+fn three_powers_are_three_numbers() {
+    let report = report();
+    let cycles = report.timing().unwrap().frame;
+    let seconds = cycles as f64 * 1e-9;
+    assert!((report.frame_time_s().unwrap() - seconds).abs() < 1e-15);
+    assert_eq!(report.achieved_fps().unwrap(), 1.0 / report.frame_time_s().unwrap());
+    let (total, work) = (report.energy.total().0 * 1e-12, report.energy.dynamic().0 * 1e-12);
+    // Rounding of a few products.
+    let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} for {b}");
+    close(report.power_full_rate_w().unwrap(), total / seconds);
+    close(report.power_full_rate_w().unwrap(), work / seconds + 0.75);
+    close(report.power_display_rate_w(60.0), work * 60.0 + 0.75);
+    assert!(!report.misses_deadline(0.999 / seconds));
+    assert!(report.misses_deadline(1.001 / seconds));
+}
+
+#[test]
+fn reports_repeat_the_charges_by_stage() {
+    let report = report();
+    for (stage, bytes) in Stage::WORK.into_iter().zip(report.stages) {
+        assert_eq!(bytes.read, report.actions.count(stage, Action::DramRead));
+        assert_eq!(bytes.write, report.actions.count(stage, Action::DramWrite));
+        assert!(bytes.sram > 0);
+    }
+    assert_eq!(report.cycle().unwrap().executed_evaluations, 3 * 560 * 64);
+    let dram = report.timing().unwrap().dram;
+    assert_eq!(dram.read_bytes, report.stages.iter().map(|s| s.read).sum::<u64>());
+}
+
+#[test]
+fn accounts_close_on_random_machines() {
+    for seed in 0..300 {
+        let mut dice = Dice::new(seed);
+        let machine = dice.machine();
+        let frame = dice.workload(machine.geometry);
+        if let Err(breach) = simulate(Label::default(), &frame, &machine, &prices()) {
+            panic!("seed {seed}: {breach}");
+        }
+    }
+}
+
+#[test]
+fn breaches_are_found_and_named() {
+    let (machine, frame) = small();
+    let good = replay(&frame, &machine);
+    let timing = |change: fn(&mut FrameTiming)| {
+        let mut bad = good.timing.clone();
+        change(&mut bad);
+        check::timing(0, &bad, &machine).unwrap_err().to_string()
+    };
+    let lost = timing(|t| t.units[3].idle += 1);
+    assert!(lost.contains("vru accounts for"), "{lost}");
+    let lost = timing(|t| t.dram.requests_served -= 1);
+    assert!(lost.contains("DRAM requests issued"), "{lost}");
+    let fast = timing(|t| t.dram.read_bytes *= 1000);
+    assert!(fast.contains("more than its 5.120e10 B/s"), "{fast}");
+    let mut bytes = good.clone();
+    bytes.served.stages[1].read += 1;
+    let bytes = check::traffic(0, &bytes).unwrap_err().to_string();
+    assert!(bytes.contains("sorting needs"), "{bytes}");
+    let mut bad = report();
+    bad.energy.add(Stage::Rendering, Component::Flop, bad.energy.total() * 2e-9);
+    assert!(matches!(check::energy(&bad, &prices()), Err(InvariantViolated::Energy { .. })));
+    let mut other = machine.clone();
+    other.geometry.chunk = 128;
+    let refused = simulate(Label::default(), &frame, &other, &prices()).unwrap_err();
+    assert!(refused.to_string().contains("bin it again"), "{refused}");
+}
+
+#[test]
+fn one_timing_is_priced_by_several_tables() {
+    let (machine, frame) = small();
+    let label = Label { frame: 7, ..Label::default() };
+    let timed = time(7, &frame, &Measured::needed(&frame, &machine), &machine).unwrap();
+    let one = priced(label.clone(), &timed, &prices()).unwrap();
+    assert_eq!(one, simulate(label.clone(), &frame, &machine, &prices()).unwrap());
+    let mut dearer = prices();
+    dearer.per_action[Action::DramRead.index()] *= 2.0;
+    let other = priced(label.clone(), &timed, &dearer).unwrap();
+    assert!(other.energy.total().0 > one.energy.total().0);
+    assert_eq!(other, simulate(label, &frame, &machine, &dearer).unwrap());
+}
+
+#[test]
+fn frames_come_back_in_order_and_stop_at_the_first_error() {
+    let run = |bad: usize| {
+        let mut seen = Vec::new();
+        let items = (0..20).map(|i| if i == bad { Err(i) } else { Ok(i) });
+        let result = frames::in_order(
+            items,
+            |i| if i == 13 { Err(i) } else { Ok(i * 10) },
+            |x| {
+                seen.push(x);
+                Ok(())
+            },
+        );
+        (result, seen)
+    };
+    assert_eq!(run(99), (Err(13), (0..13).map(|i| i * 10).collect()));
+    assert_eq!(run(4), (Err(4), vec![0, 10, 20, 30]));
+}

@@ -1,0 +1,94 @@
+//! Every price of every table moves an output: the energy of a frame in which everything happens,
+//! or the area.
+
+use powergs_base::config::embedded::{ENERGY, MACHINES, find};
+use powergs_core::accel::Machine;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::action::{Action, ActionCounts, Stage};
+use powergs_core::energy::{Activity, DramWork, EnergyTable, StageWork};
+use powergs_core::sim::cost;
+use toml::Value;
+
+/// Energy of a frame with some of everything, pJ, and area, mm².
+fn outputs(text: &str) -> (f64, f64) {
+    let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
+    let sets = ["cache.capacity=32 KiB".to_owned()];
+    let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
+    machine.dram.model = if table.dram.device { DramModel::Banked } else { DramModel::Bandwidth };
+    let prices = cost::prices(&table, &machine).unwrap();
+    let mut actions = ActionCounts::default();
+    for action in Action::all() {
+        actions.charge(Stage::Rendering, action, 1_000_000);
+    }
+    let stage = StageWork { reads: 1000, writes: 1000, activates: 1000 };
+    let dram = Some(DramWork { stages: [stage; 3], refreshes: 10 });
+    let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
+    (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0))
+}
+
+/// Every number in a table with its path, half as large again.
+fn larger(value: &Value, path: &str, all: &mut Vec<(String, Value)>) {
+    match value {
+        Value::Table(table) => {
+            for (key, inner) in table {
+                larger(inner, &format!("{path}.{key}"), all);
+            }
+        }
+        Value::String(text) => {
+            let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(0);
+            if let Ok(number) = text[..end].parse::<f64>() {
+                all.push((path.to_owned(), format!("{}{}", number * 1.5, &text[end..]).into()));
+            }
+        }
+        Value::Integer(n) => all.push((path.to_owned(), (n * 2).into())),
+        Value::Float(x) => all.push((path.to_owned(), (x * 1.5).into())),
+        Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) => {}
+    }
+}
+
+fn with(root: &Value, path: &str, new: &Value) -> String {
+    let mut root = root.clone();
+    let keys = path.trim_start_matches('.').split('.');
+    let place = keys.fold(&mut root, |at, key| &mut at[key]);
+    *place = new.clone();
+    toml::to_string(&root).unwrap()
+}
+
+#[test]
+fn every_price_moves_an_output() {
+    for file in ENERGY {
+        let root: Value = toml::from_str(file.text).unwrap();
+        let before = outputs(file.text);
+        let mut all = Vec::new();
+        larger(&root, "", &mut all);
+        let mut tried = 0;
+        for (path, new) in all {
+            let zero = new.as_str().is_some_and(|text| text.starts_with("0 "));
+            let free = file.name == "paper" && zero;
+            // Rows of another node and temperature are refused, and the name of a node is a name.
+            let node = [".node", ".scaling.from", ".sram.cacti.node", ".sram.cacti.temperature"];
+            if free || path == ".description" || node.contains(&path.as_str()) {
+                continue;
+            }
+            let after = outputs(&with(&root, &path, &new));
+            assert_ne!(before, after, "{}: {path} = {new} moves nothing", file.name);
+            tried += 1;
+        }
+        assert!(tried >= 11, "{}: {tried}", file.name);
+    }
+}
+
+#[test]
+fn cell_temperature_and_node_move_an_output() {
+    let text = find(ENERGY, "gscore-28nm").unwrap();
+    let before = outputs(text);
+    for (from, to) in
+        [("cell = \"lop\"", "cell = \"hp\""), ("temperature = 350", "temperature = 300")]
+    {
+        assert!(text.contains(from));
+        assert_ne!(before, outputs(&text.replacen(from, to, 1)), "{to}");
+    }
+    let scaled = find(ENERGY, "gscore-7nm").unwrap();
+    let fit = scaled.replacen("fit = \"deepscaletool\"", "fit = \"stillmaker\"", 1);
+    assert_ne!(outputs(scaled), outputs(&fit));
+}

@@ -1,0 +1,77 @@
+//! Every knob is alive: each key of each file that comes with the program moves some output, or is
+//! listed in `arch-configs/inert.toml` as inert under a condition that is then lifted. And every
+//! assumption has its knob, or a reason to have none.
+
+mod assumptions;
+mod dram;
+mod energy;
+mod inert;
+mod machine;
+mod support;
+
+use powergs_base::config::knob;
+use toml::Value;
+
+/// Values that are not the one that a key has, as they are written behind `--set key=`. `choices`
+/// are the names that it may have.
+fn others(value: &Value, choices: &[String]) -> Vec<Value> {
+    if !choices.is_empty() {
+        let names = choices.iter().filter(|c| Some(c.as_str()) != value.as_str());
+        return names.map(|c| c.as_str().into()).collect();
+    }
+    match value {
+        Value::Boolean(b) => return vec![Value::Boolean(!b)],
+        Value::Integer(0) => return vec![Value::Integer(3), Value::Integer(1000)],
+        Value::Float(x) if *x == 0.0 => return vec![Value::Float(0.5)],
+        Value::String(text) if text.starts_with("0 ") => {
+            return vec![if text == "0 B" {
+                "16 KiB".into()
+            } else {
+                text.replace("0 ", "50 ").into()
+            }];
+        }
+        _ => {}
+    }
+    [2.0, 0.5].into_iter().filter_map(|factor| knob::scaled(value, factor)).collect()
+}
+
+/// The names behind `one of a, b, c`.
+fn choices(unit: &str) -> Vec<String> {
+    let names = unit.strip_prefix("one of ").unwrap_or("");
+    names.split(", ").filter(|n| !n.is_empty()).map(str::to_owned).collect()
+}
+
+/// What became of a changed value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Moved,
+    Same,
+    /// An error that names the key, the table it is in, or the value.
+    Refused,
+    /// An error that names neither.
+    Misnamed,
+}
+
+impl Verdict {
+    fn of_error(error: &str, key: &str, value: &Value) -> Verdict {
+        let (table, last) = key.rsplit_once('.').unwrap_or((key, key));
+        let value = knob::shown(value);
+        let named = [table, last, &value].iter().any(|name| error.contains(*name));
+        if named { Verdict::Refused } else { Verdict::Misnamed }
+    }
+
+    fn of(moved: bool) -> Verdict {
+        if moved { Verdict::Moved } else { Verdict::Same }
+    }
+
+    /// Whether a key is alive. Of numbers it is enough that one moves something; of names each
+    /// must. An error counts for a name, and where there is no other number.
+    fn is_alive(all: &[Verdict], is_name: bool) -> bool {
+        let (moved, same) = (all.contains(&Verdict::Moved), all.contains(&Verdict::Same));
+        let misnamed = all.contains(&Verdict::Misnamed);
+        match is_name {
+            true => !same && !misnamed,
+            false => moved || (!same && !misnamed),
+        }
+    }
+}

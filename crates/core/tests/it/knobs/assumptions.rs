@@ -1,0 +1,116 @@
+//! Every assumption is in `arch-configs/assumptions.toml`, and everything there is explained.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use powergs_base::config::assumptions::{KnobFile, assumptions};
+use powergs_base::config::embedded::{DRAM, ENERGY, MACHINES, find};
+use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use toml::Table;
+
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let ends = path.extension().is_some_and(|e| ["md", "toml", "rs"].iter().any(|x| e == *x));
+        if path.is_dir() {
+            files(&path, found);
+        } else if ends {
+            found.push(path);
+        }
+    }
+}
+
+/// Numbers like A12, as words of their own.
+fn mentioned(text: &str) -> BTreeSet<u32> {
+    let mut found = BTreeSet::new();
+    for (at, _) in text.match_indices('A') {
+        let before = text[..at].chars().next_back();
+        let digits: String = text[at + 1..].chars().take_while(char::is_ascii_digit).collect();
+        let after = text[at + 1 + digits.len()..].chars().next();
+        let alone = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_');
+        if !digits.is_empty() && digits.len() <= 2 && alone(before) && alone(after) {
+            found.extend(digits.parse::<u32>());
+        }
+    }
+    found
+}
+
+#[test]
+fn every_assumption_that_is_named_is_in_the_table_and_the_other_way_round() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut all = Vec::new();
+    ["docs", "src", "arch-configs"].into_iter().for_each(|f| files(&root.join(f), &mut all));
+    let known: BTreeSet<u32> = assumptions().keys().copied().collect();
+    let mut named = BTreeSet::new();
+    for path in all {
+        if path.ends_with("assumptions.toml") || path.ends_with("sensitivity.md") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("text");
+        let numbers = mentioned(&text);
+        let unknown: Vec<_> = numbers.difference(&known).collect();
+        assert!(
+            unknown.is_empty(),
+            "{}: arch-configs/assumptions.toml lacks {unknown:?}",
+            path.display()
+        );
+        named.extend(numbers);
+    }
+    let unnamed: Vec<_> = known.difference(&named).collect();
+    assert!(unnamed.is_empty(), "arch-configs/assumptions.toml: nobody names {unnamed:?}");
+    assert_eq!(mentioned("A4, (A12) BA3 A100 A1b `A7`."), BTreeSet::from([4, 7, 12]));
+}
+
+#[test]
+fn every_assumption_has_a_knob_or_says_why_it_has_none() {
+    for (number, assumption) in assumptions() {
+        assert_eq!(assumption.knobs.is_empty(), assumption.none.is_some(), "A{number}");
+        assert!(
+            assumption.text.len() <= 52,
+            "A{number}: a few words, not {}",
+            assumption.text.len()
+        );
+    }
+}
+
+#[test]
+fn the_measured_table_has_a_row_for_every_assumption() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/sensitivity.md");
+    let page = std::fs::read_to_string(path).expect("docs/sensitivity.md");
+    for number in assumptions().keys() {
+        assert!(page.contains(&format!("\n| A{number} | ")), "docs/sensitivity.md lacks A{number}");
+    }
+}
+
+/// A knob names keys that exist: in the schema, and in the files of the machine that it is turned
+/// on.
+#[test]
+fn every_knob_has_keys() {
+    let names = |docs: Vec<KeyDoc>| docs.into_iter().map(|d| d.path).collect::<BTreeSet<String>>();
+    let schemas = [
+        names(key_docs::<Machine>()),
+        names(key_docs::<EnergyTable>()),
+        names(key_docs::<Device>()),
+    ];
+    for (number, assumption) in assumptions() {
+        for k in &assumption.knobs {
+            let on = k.on.as_deref().unwrap_or(MACHINES[0].name);
+            let machine = Machine::parse_with(find(MACHINES, on).expect("a machine"), &k.with)
+                .unwrap_or_else(|e| panic!("A{number}: {e}"));
+            let text = match k.file {
+                KnobFile::Machine => machine.to_toml(),
+                KnobFile::Energy => find(ENERGY, &machine.energy).expect("a table").to_owned(),
+                KnobFile::Dram => find(DRAM, &machine.dram.device).expect("a device").to_owned(),
+            };
+            let table: Table = text.parse().expect("TOML");
+            for key in &k.keys {
+                assert!(!knob::values(&table, key).is_empty(), "A{number}: nobody has `{key}`");
+                let schema = &schemas[k.file as usize];
+                assert!(key.contains('*') || schema.contains(key), "A{number}: no key `{key}`");
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Every key of every energy table: the same frame, priced again.
+
+use powergs_base::config::embedded::{ENERGY, Embedded, MACHINES};
+use powergs_base::config::{key_docs, knob};
+use powergs_core::accel::Machine;
+use powergs_core::energy::prices::{Activity, DramWork, StageWork};
+use powergs_core::energy::{Area, EnergyBreakdown, EnergyTable, Prices};
+use powergs_core::sim::cost;
+use toml::{Table, Value};
+
+use super::inert::list;
+use super::support::outcome;
+use super::{Verdict, choices, others};
+
+/// Text for people.
+const TEXT: [&str; 2] = ["name", "description"];
+
+#[derive(Debug, PartialEq)]
+struct Costs {
+    energy: EnergyBreakdown,
+    area: Option<Area>,
+    prices: Prices,
+}
+
+/// What a frame costs on a machine that has everything.
+fn costs(
+    text: &str,
+    machine: &Machine,
+    frame: &powergs_core::sim::FrameReport,
+) -> Result<Costs, String> {
+    let table = EnergyTable::parse(text).map_err(|e| e.to_string())?;
+    let prices = cost::prices(&table, machine).map_err(|e| e.to_string())?;
+    let work = StageWork { reads: 1000, writes: 100, activates: 300 };
+    let energy = prices.breakdown(&Activity {
+        actions: &frame.actions,
+        seconds: 1e-4,
+        idle: [0.3; 4],
+        dram: Some(DramWork { stages: [work; 3], refreshes: 7 }),
+    });
+    Ok(Costs { energy, area: prices.area, prices })
+}
+
+fn named(name: &str) -> &'static Embedded {
+    ENERGY.iter().find(|f| f.name == name).expect("a table that comes with the program")
+}
+
+/// Leaves of a table, lists with `[]`.
+fn leaves(table: &Table, prefix: &str, found: &mut Vec<String>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            Value::Table(inner) => leaves(inner, &path, found),
+            Value::Array(items) => {
+                let first = items.first().and_then(Value::as_table);
+                leaves(first.unwrap_or(&Table::new()), &format!("{path}[]"), found);
+            }
+            _ => found.push(path),
+        }
+    }
+}
+
+fn dead_keys(file: &Embedded) -> Vec<String> {
+    let needs_commands = file.text.contains("device = true");
+    let model = if needs_commands { "banked" } else { "bandwidth" };
+    let on = |lift: &[String]| {
+        let sets =
+            [&[format!("dram.model={model}"), "cache.capacity=64 KiB".into()], lift].concat();
+        Machine::parse_with(MACHINES[0].text, &sets).expect("a machine")
+    };
+    let machine = on(&[]);
+    let frame = outcome(&machine).expect("prices").frames.swap_remove(0);
+    let table: Table = file.text.parse().expect("TOML");
+    let (docs, list) = (key_docs::<EnergyTable>(), list());
+    let mut keys = Vec::new();
+    leaves(&table, "", &mut keys);
+    let is_dead = |key: &str, machine: &Machine| {
+        let base = costs(file.text, machine, &frame).expect("the table itself");
+        let unit = docs.iter().find(|d| d.path == key).map_or("", |d| &d.unit);
+        let value = knob::values(&table, key).swap_remove(0);
+        let is_source = key.ends_with("source") || key.ends_with("fit");
+        let tried = if is_source { vec!["nobody".into()] } else { others(&value, &choices(unit)) };
+        assert!(!tried.is_empty(), "{}: {key}: nothing to try", file.name);
+        let verdict = |new: &Value| {
+            let mut table = table.clone();
+            knob::change(&mut table, key, &mut |old| {
+                // A list is scaled item by item.
+                if key.contains("[]") { others(old, &[]).pop() } else { Some(new.clone()) }
+            });
+            match costs(&table.to_string(), machine, &frame) {
+                Ok(new) => Verdict::of(new != base),
+                Err(e) => Verdict::of_error(&e, key, new),
+            }
+        };
+        !Verdict::is_alive(&tried.iter().map(verdict).collect::<Vec<_>>(), false)
+    };
+    let dead = |key: &String| {
+        let inert = list.get("energy").and_then(|l| l.get(key));
+        !TEXT.contains(&key.as_str())
+            && is_dead(key, &machine)
+            && inert.is_none_or(|inert| match &inert.lift_file {
+                None => is_dead(key, &on(&inert.lift)),
+                Some(other) => {
+                    assert_ne!(other, file.name, "{key}: the condition is not lifted");
+                    dead_keys(named(other)).iter().any(|dead| dead.ends_with(&format!(": {key}")))
+                }
+            })
+    };
+    keys.into_iter().filter(dead).map(|key| format!("{}: {key}", file.name)).collect()
+}
+
+#[test]
+fn every_key_of_every_energy_table_moves_something() {
+    let dead: Vec<String> = ENERGY.iter().flat_map(dead_keys).collect();
+    assert!(dead.is_empty(), "nothing moved: {dead:#?}");
+}

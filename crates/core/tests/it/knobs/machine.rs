@@ -1,0 +1,127 @@
+//! Every key of every machine.
+
+use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
+use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_core::accel::Machine;
+use rayon::prelude::*;
+use toml::{Table, Value};
+
+use super::inert::{Inert, list};
+use super::support::{Outcome, outcome};
+use super::{Verdict, choices, others};
+
+/// Text for people.
+const TEXT: [&str; 2] = ["name", "description"];
+
+/// A machine with what comes out of it.
+struct Base {
+    values: Table,
+    outcome: Outcome,
+}
+
+impl Base {
+    fn of(text: &str, sets: &[String]) -> Base {
+        let machine = Machine::parse_with(text, sets).unwrap_or_else(|e| panic!("{sets:?}: {e}"));
+        let values = machine.to_toml().parse().expect("TOML");
+        let outcome = outcome(&machine).unwrap_or_else(|e| panic!("{}: {e}", machine.name));
+        Base { values, outcome }
+    }
+
+    /// What the key with this value does.
+    fn verdict(&self, key: &str, value: &Value) -> Verdict {
+        let mut table = self.values.clone();
+        let n = knob::change(&mut table, key, &mut |_| Some(value.clone()));
+        assert_eq!(n, 1, "{key}");
+        let priced = match Machine::parse(&table.to_string()) {
+            Ok(machine) => outcome(&machine),
+            Err(e) => Err(e.to_string()),
+        };
+        match priced {
+            Ok(new) => Verdict::of(new != self.outcome),
+            Err(e) => Verdict::of_error(&e, key, value),
+        }
+    }
+
+    /// What was tried in vain; `None` for a key that is alive.
+    fn dead(&self, doc: &KeyDoc) -> Option<String> {
+        let value = knob::values(&self.values, &doc.path).pop().expect("every key has a value");
+        // Files that may say the same in the keys that matter here.
+        let files = match doc.path.as_str() {
+            "energy" => ENERGY,
+            "dram.device" => DRAM,
+            _ => &[],
+        };
+        let names = match files {
+            [] => choices(&doc.unit),
+            files => files.iter().map(|f| f.name.to_owned()).collect(),
+        };
+        let tried = others(&value, &names);
+        assert!(!tried.is_empty(), "{}: nothing to try", doc.path);
+        let is_name = !names.is_empty() && files.is_empty();
+        let mut verdicts = Vec::new();
+        for value in &tried {
+            verdicts.push(self.verdict(&doc.path, value));
+            if !is_name && verdicts.contains(&Verdict::Moved) {
+                return None;
+            }
+        }
+        let tried: Vec<_> = tried.iter().zip(&verdicts).collect();
+        let dead = !Verdict::is_alive(&verdicts, is_name);
+        dead.then(|| format!("{}: {tried:?}", doc.path))
+    }
+}
+
+/// Keys of a machine that move nothing, and those of them that move nothing either once their
+/// condition is lifted.
+fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
+    let base = Base::of(file.text, &[]);
+    let list = list();
+    let docs = key_docs::<Machine>();
+    let keys: Vec<&KeyDoc> =
+        docs.iter().filter(|d| !d.table && !TEXT.contains(&d.path.as_str())).collect();
+    let inert: Vec<(&&KeyDoc, String)> =
+        keys.par_iter().filter_map(|doc| Some((doc, base.dead(doc)?))).collect();
+    let still = |(doc, dead): &(&&KeyDoc, String)| match list["machine"].get(&doc.path) {
+        Some(Inert { lift_file: Some(other), .. }) => {
+            assert_ne!(other, file.name, "{}: the condition is not lifted", doc.path);
+            let other = find(MACHINES, other).expect("a machine that comes with the program");
+            Base::of(other, &[]).dead(doc)
+        }
+        Some(inert) => Base::of(file.text, &inert.lift).dead(doc),
+        None => Some(dead.clone()),
+    };
+    let dead = inert.par_iter().filter_map(still).collect();
+    (inert.iter().map(|(doc, _)| doc.path.clone()).collect(), dead)
+}
+
+#[test]
+fn every_key_of_every_machine_moves_something() {
+    let mut dead = Vec::new();
+    let mut inert = Vec::new();
+    for file in MACHINES {
+        let (without_lift, with_lift) = dead_keys(file);
+        dead.extend(with_lift.into_iter().map(|key| format!("{}: {key}", file.name)));
+        inert.extend(without_lift);
+    }
+    assert!(dead.is_empty(), "nothing moved: {dead:#?}");
+    // A condition that nobody meets any more leaves the list, unless it depends on another key.
+    for (key, entry) in &list()["machine"] {
+        let met = inert.contains(key) || entry.lift.iter().any(|l| l == "dram.model=bandwidth");
+        assert!(met, "arch-configs/inert.toml: `{key}` is alive in every machine");
+    }
+}
+
+/// The keys of the `bandwidth` model are inert in the others.
+#[test]
+fn keys_of_one_memory_model_are_inert_in_the_other() {
+    let list = list();
+    let base = Base::of(MACHINES[0].text, &["dram.model=banked".to_owned()]);
+    for doc in key_docs::<Machine>().iter().filter(|d| !d.table) {
+        let bandwidth_only = list["machine"]
+            .get(&doc.path)
+            .is_some_and(|i| i.lift.iter().any(|l| l == "dram.model=bandwidth"));
+        if bandwidth_only {
+            assert!(base.dead(doc).is_some(), "`{}` is no longer inert", doc.path);
+        }
+    }
+}

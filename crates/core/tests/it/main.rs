@@ -1,0 +1,11 @@
+//! The simulator: units against their rules, frames against naive twins, energy, memory, knobs.
+
+mod accel;
+mod config;
+mod dram;
+mod energy;
+mod foveated;
+mod knobs;
+mod paper;
+mod pipeline;
+mod workload;

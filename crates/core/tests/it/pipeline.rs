@@ -1,0 +1,85 @@
+//! Does the pipeline keep its rules?
+
+mod laws;
+mod memo;
+mod oracle;
+pub mod support;
+mod timelines;
+
+use powergs_core::accel::timeline::Timeline;
+use powergs_core::accel::{Given, Machine, Replay, Stall, replay_with};
+use rayon::prelude::*;
+
+use self::support::Dice;
+
+/// How many random machines step through random frames.
+const CASES: u64 = 2500;
+
+/// Cycles by unit and state: busy, stalls by cause, idle.
+type States = [[u64; 2 + Stall::ALL.len()]; 4];
+
+fn states_of(replay: &Replay) -> States {
+    std::array::from_fn(|unit| {
+        let u = &replay.timing.units[unit];
+        let [a, b, c, d, e, f, g] = u.stalls;
+        [u.busy, a, b, c, d, e, f, g, u.idle]
+    })
+}
+
+/// The same, counted in the oracle's picture of every cycle.
+fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
+    let gangs = [1, machine.gsu.qsu_per_core, machine.gsu.bsu_per_core, machine.vru.units_per_core];
+    let is = |symbol: char, state: char| match state {
+        '0' => symbol.is_ascii_digit(),
+        other => symbol == other,
+    };
+    std::array::from_fn(|unit| {
+        "0rlsfiob."
+            .chars()
+            .collect::<Vec<_>>()
+            .try_into()
+            .map(|states: [char; 9]| {
+                states.map(|s| seen.cycles(unit, |c| is(c, s)) * u64::from(gangs[unit]))
+            })
+            .expect("nine states")
+    })
+}
+
+fn compare(seed: u64) -> States {
+    let mut dice = Dice::new(seed);
+    let mut machine = dice.machine();
+    let mut workload = dice.workload(machine.geometry);
+    let mut timeline = Timeline::default();
+    let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
+    // After everything else, so that plain frames are those that they were.
+    dice.foveate(&mut workload, &mut machine);
+    let given = Given { hits: hits.as_deref(), reuse: reuse.as_deref() };
+    let replay = replay_with(&workload, &machine, given, &mut timeline);
+    let seen = oracle::run(&workload, &machine, given);
+    let case = || format!("seed {seed}\n{machine:#?}\n{:#?}", workload.tiles);
+    if timeline.draw() != seen.draw() {
+        panic!("pipeline:\n{}\noracle:\n{}\n{}", timeline.draw(), seen.draw(), case());
+    }
+    assert_eq!(replay.timing.frame, seen.frame, "{}", case());
+    assert_eq!(replay.timing.preprocessing_end, seen.preprocessing_end, "{}", case());
+    assert_eq!(replay.timing.dram.requests_served, seen.requests, "{}", case());
+    assert_eq!(replay.served.stages.map(|s| s.read), seen.read, "{}", case());
+    assert_eq!(replay.served.stages.map(|s| s.write), seen.write, "{}", case());
+    let states = states_of(&replay);
+    assert_eq!(states, states_seen(&seen, &machine), "{}", case());
+    states
+}
+
+#[test]
+fn recurrences_equal_the_cycle_by_cycle_oracle() {
+    let all: Vec<States> = (0..CASES).into_par_iter().map(compare).collect();
+    // The cases reach every state that the rules know; others never come up.
+    let all = |unit: usize, state: usize| all.iter().map(|s| s[unit][state]).sum::<u64>();
+    let reached: Vec<String> = (0..4)
+        .map(|unit| {
+            let states = "0rlsfiob.".chars().enumerate();
+            states.filter(|(i, _)| all(unit, *i) > 0).map(|(_, s)| s).collect()
+        })
+        .collect();
+    assert_eq!(reached, ["0rob.", "0lsiob.", "0lsiob.", "0lsfiob."]);
+}

@@ -1,0 +1,280 @@
+//! What is true of every machine, and what is not although one might think so.
+
+use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::traffic::for_each_chunk;
+use powergs_core::accel::{Design, Given, Machine, Replay, Unit, replay};
+use powergs_core::action::{Action, Stage};
+use powergs_core::workload::FrameWorkload;
+
+use super::support::{Dice, TilePlan, gscore, workload};
+
+/// A change of one knob.
+type Change = fn(&mut Machine);
+
+const CASES: u64 = 1000;
+
+fn case(seed: u64) -> (Machine, FrameWorkload) {
+    let mut dice = Dice::new(seed);
+    let machine = dice.machine();
+    let workload = dice.workload(machine.geometry);
+    (machine, workload)
+}
+
+#[test]
+fn cycles_add_up_and_nothing_is_faster_than_its_parts() {
+    for seed in 0..CASES {
+        let (machine, workload) = case(seed);
+        let replay = replay(&workload, &machine);
+        let frame = replay.timing.frame;
+        for unit in &replay.timing.units {
+            let accounted = unit.busy + unit.stalls.iter().sum::<u64>() + unit.idle;
+            assert_eq!(accounted, u64::from(unit.instances) * frame, "seed {seed} {unit:?}");
+            assert!(unit.busy <= u64::from(unit.instances) * frame);
+        }
+        let dram = replay.timing.dram;
+        assert_eq!(dram.requests_issued, dram.requests_served);
+        assert!(dram.busy_cycles <= frame, "seed {seed}");
+        let total = replay.served.total();
+        assert_eq!((dram.read_bytes, dram.write_bytes), (total.read, total.write));
+    }
+}
+
+/// Busy cycles are the costs of the work, each once.
+#[test]
+fn units_are_busy_for_exactly_their_work() {
+    for seed in 0..CASES {
+        let (mut machine, workload) = case(seed);
+        machine.vru.speculation = 0;
+        let design = Design::new(&machine);
+        let plan = Plan::new(&workload, &machine, &design, &Given::default());
+        let units = replay(&workload, &machine).timing.units;
+        let mut sorts = 0;
+        for job in &plan.jobs {
+            for_each_chunk(&workload, &plan, job, |_, _, sort| sorts += design.bsu.cycles(&sort));
+        }
+        assert_eq!(units[2].busy, sorts * u64::from(machine.gsu.bsu_per_core), "seed {seed}");
+        let jobs = plan.jobs.iter();
+        let passes: u64 =
+            jobs.map(|j| u64::from(j.keys.passes) * design.qsu.pass_cycles(&j.keys)).sum();
+        assert_eq!(units[1].busy, passes * u64::from(machine.gsu.qsu_per_core), "seed {seed}");
+    }
+}
+
+/// Actions without those that nobody needed.
+fn needed(replay: &Replay) -> Vec<u64> {
+    let count = |stage, action| {
+        replay.actions.count(stage, action) - replay.speculation.count(stage, action)
+    };
+    Stage::WORK
+        .into_iter()
+        .flat_map(|stage| Action::all().map(|action| count(stage, action)))
+        .collect()
+}
+
+#[test]
+fn what_enters_a_buffer_leaves_it() {
+    let mut discarded = 0;
+    for seed in 0..CASES {
+        let (machine, workload) = case(seed);
+        let replay = replay(&workload, &machine);
+        for buffer in &replay.timing.buffers {
+            assert_eq!(buffer.filled, buffer.consumed + buffer.discarded, "seed {seed} {buffer:?}");
+            assert!(buffer.byte_cycles <= u128::from(buffer.peak * replay.timing.frame));
+            discarded += buffer.discarded;
+        }
+        let in_vain = replay.speculation.count(Stage::Rendering, Action::DramRead);
+        let discarded: u64 = replay.timing.buffers.iter().map(|b| b.discarded).sum();
+        let spec = &machine.record;
+        assert_eq!(in_vain, discarded, "seed {seed} {spec:?}");
+    }
+    assert!(discarded > 0);
+}
+
+#[test]
+fn work_does_not_depend_on_timing() {
+    for seed in 0..CASES {
+        let (mut machine, workload) = case(seed);
+        let before = replay(&workload, &machine);
+        machine.ccu.latency += 7;
+        machine.ccu.initiation_interval += 1;
+        machine.ccu.intersection_units += 1;
+        machine.ccu.units += 1;
+        machine.ccu.batch += 2;
+        machine.gsu.qsu_latency += 3;
+        machine.gsu.keys_per_cycle += 1;
+        machine.gsu.bsu_latency += 3;
+        machine.vru.latency += 5;
+        machine.vru.units_per_core *= 2;
+        machine.buffers.gaussian_in.capacity.0 *= 2;
+        machine.buffers.tile_list.capacity.0 /= 2;
+        machine.buffers.feature.capacity.0 /= 2;
+        machine.buffers.pixel_out.capacity.0 /= 3;
+        machine.dram.latency = Nanoseconds(3.5);
+        machine.dram.bandwidth = BytesPerSecond(7e9);
+        let after = replay(&workload, &machine);
+        assert_eq!(needed(&before), needed(&after), "seed {seed}");
+        if machine.vru.speculation == 0 {
+            assert_eq!(before.actions, after.actions, "seed {seed}");
+            assert_eq!(before.served, after.served, "seed {seed}");
+        }
+    }
+}
+
+type Knob = (&'static str, fn(&mut Machine));
+
+/// Changes that ought to help.
+const HELP: [Knob; 10] = [
+    ("a larger tile-list buffer", |m| m.buffers.tile_list.capacity.0 *= 2),
+    ("a larger sorting buffer", |m| m.buffers.sorting.capacity.0 *= 2),
+    ("a larger feature buffer", |m| m.buffers.feature.capacity.0 *= 2),
+    ("a larger pixel buffer", |m| m.buffers.pixel_out.capacity.0 *= 2),
+    ("a shorter interval", |m| m.ccu.initiation_interval = 1),
+    ("a shorter CCU", |m| m.ccu.latency = 0),
+    ("a shorter QSU", |m| m.gsu.qsu_latency = 0),
+    ("a shorter BSU", |m| m.gsu.bsu_latency = 0),
+    ("a shorter VRU", |m| m.vru.latency = 0),
+    ("more rendering units", |m| m.vru.units_per_core *= 4),
+];
+
+fn help(name: &str) -> Change {
+    HELP.iter().find(|knob| knob.0 == name).expect("a knob").1
+}
+
+/// Frame length before and after a change.
+fn effect(seed: u64, prepare: fn(&mut Machine), change: fn(&mut Machine)) -> (u64, u64) {
+    let (mut machine, workload) = case(seed);
+    machine.dram.model = DramModel::Bandwidth;
+    prepare(&mut machine);
+    let before = replay(&workload, &machine).timing.frame;
+    change(&mut machine);
+    (before, replay(&workload, &machine).timing.frame)
+}
+
+fn alone(machine: &mut Machine) {
+    machine.ccu.units = 1;
+    machine.vru.cores = 1;
+}
+
+fn alone_with_fast_memory(machine: &mut Machine) {
+    alone(machine);
+    machine.dram.bandwidth = BytesPerSecond(1e18);
+    machine.dram.latency = Nanoseconds(0.0);
+}
+
+#[test]
+fn nothing_that_helps_one_core_without_contention_makes_it_slower() {
+    for (name, change) in HELP {
+        let mut shorter = 0;
+        for seed in 0..CASES {
+            let (before, after) = effect(seed, alone_with_fast_memory, change);
+            assert!(after <= before, "{name}, seed {seed}: {before} to {after} cycles");
+            shorter += u64::from(after < before);
+        }
+        // Pixels leave at once when the memory is fast, so their buffer never matters here.
+        assert_eq!(shorter == 0, name == "a larger pixel buffer", "{name} helped {shorter} times");
+    }
+}
+
+/// With a shared memory the law fails: who asks earlier is served earlier, and a unit that is
+/// quicker or has more room may put a request that nobody waits for yet in front of one that
+/// somebody does. With several cores, the tile that a core takes depends on who is free first, and
+/// the last long tile may land behind another one. A larger input buffer holds larger batches, and
+/// the first of them arrives later. These cases exist; when they vanish, the rules have changed.
+#[test]
+fn contention_and_scheduling_have_anomalies() {
+    let faster: Change = |m| m.dram.bandwidth.0 *= 1.5;
+    let shared: [(&str, Change, Change); 5] = [
+        ("a larger input buffer, one core, fast memory", alone_with_fast_memory, |m| {
+            m.buffers.gaussian_in.capacity.0 *= 2;
+        }),
+        ("a faster memory, several cores", |_| (), faster),
+        ("a larger feature buffer, one core", alone, help("a larger feature buffer")),
+        ("a shorter CCU, one core", alone, help("a shorter CCU")),
+        ("a shorter VRU, several cores", |_| (), help("a shorter VRU")),
+    ];
+    for (name, prepare, change) in shared {
+        let effects: Vec<_> = (0..3 * CASES).map(|seed| effect(seed, prepare, change)).collect();
+        let worse = effects.iter().filter(|(before, after)| after > before).count();
+        let better = effects.iter().filter(|(before, after)| after < before).count();
+        assert!(worse > 0, "no anomaly is left: {name}");
+        assert!(worse * 3 < better, "{name}: {worse} worse, {better} better");
+    }
+}
+
+/// Tiles of one chunk each.
+fn even_tiles(n: usize, entries: u32, pairs: u32) -> Vec<TilePlan> {
+    let tile = || TilePlan { chunks: vec![(entries, pairs)], unfetched: 0, pixels: 256 };
+    std::iter::repeat_with(tile).take(n).collect()
+}
+
+#[test]
+fn one_tile_has_a_closed_form() {
+    let mut machine = gscore();
+    machine.dram.latency = Nanoseconds(50.0);
+    let frame = workload(machine.geometry, 0, &even_tiles(1, 200, 300));
+    // At 51.2 GB/s and 1 GHz a byte takes 20 of the 1024 ticks of a cycle.
+    let read = |from: f64, bytes: u32| (from + f64::from(bytes) * 20.0 / 1024.0 + 50.0).ceil();
+    // There is nothing to convert, so the tile begins at once.
+    let list = read(0.0, 200 * 4);
+    // The BSU takes ceil(200 / 16) = 13 rows through one sort and four merges of 4 + 13 cycles.
+    let sorted = list + 5.0 * 17.0;
+    let features = read(list, 200 * 19 + 100 * 103);
+    // 300 pairs of 4 cycles, 192 to drain, 256 pixels on 16 units.
+    let rendered = sorted.max(features) + 300.0 * 4.0 + 192.0 + 16.0;
+    let written = rendered + (256.0 * 3.0 * 20.0 / 1024.0f64).ceil();
+    let timing = replay(&frame, &machine).timing;
+    assert_eq!((timing.preprocessing_end, timing.frame), (0, written as u64));
+}
+
+#[test]
+fn rendering_bounds_a_frame_with_fast_memory() {
+    let mut machine = gscore();
+    machine.dram.bandwidth = BytesPerSecond(1e15);
+    machine.dram.latency = Nanoseconds(0.0);
+    let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
+    // 100 tiles a core, each 500 pairs of 4 cycles, 192 to drain, 16 to finish.
+    let bound = 100 * (500 * 4 + 192 + 16);
+    let timing = replay(&frame, &machine).timing;
+    // Above the bound: the first list and sort (16 rows, 5 levels of 20 cycles), the last write.
+    assert!((bound..bound + 110).contains(&timing.frame), "{} for {bound}", timing.frame);
+    assert_eq!(timing.units[3].busy, 4 * bound * 16);
+}
+
+#[test]
+fn bandwidth_bounds_a_frame_with_slow_memory() {
+    let mut machine = gscore();
+    machine.dram.bandwidth = BytesPerSecond(1e9);
+    machine.dram.efficiency = 0.8;
+    let frame = workload(machine.geometry, 20_000, &even_tiles(400, 256, 10));
+    let replay = replay(&frame, &machine);
+    let total = replay.served.total();
+    let bound = (total.read + total.write) as f64 / 0.8;
+    let frame = replay.timing.frame as f64;
+    // The memory idles only while the CCUs drain at the barrier and while the last tile renders.
+    assert!(bound <= frame && frame < bound * 1.01, "{frame} for {bound}");
+}
+
+#[test]
+fn more_ccus_and_wider_tests_help_when_they_are_the_limit() {
+    let mut machine = gscore();
+    machine.dram.bandwidth = BytesPerSecond(1e15);
+    machine.buffers.gaussian_in.capacity = Bytes(1 << 20);
+    machine.buffers.tile_list.capacity = Bytes(1 << 20);
+    machine.ccu.latency = 0;
+    let mut frame = workload(machine.geometry, 64_000, &[]);
+    frame.counters.obb_prepared = 16_000;
+    frame.counters.obb_tests = 96_000;
+    let end = |units, tests| {
+        let mut machine = machine.clone();
+        (machine.ccu.units, machine.ccu.intersection_units) = (units, tests);
+        replay(&frame, &machine).timing.preprocessing_end as f64
+    };
+    // 48,000 records without tests take a cycle each, 16,000 hold the entry for 6 tests.
+    for (units, tests, cycles) in [(1, 1, 144_000.0), (4, 1, 36_000.0), (4, 3, 20_000.0)] {
+        let end = end(units, tests);
+        // The fill: two reads of 100 cycles latency.
+        assert!((cycles..cycles + 250.0).contains(&end), "{end} for {cycles}");
+    }
+}

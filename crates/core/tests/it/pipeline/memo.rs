@@ -1,0 +1,59 @@
+//! Machines that take over the preprocessing of an earlier one do exactly what they do alone.
+
+use powergs_core::accel::{Given, Machine, Memo, replay, replay_again};
+
+use super::support::{Dice, TilePlan, gscore, workload};
+
+/// Variants of a machine that differ behind its CCUs, and in them.
+fn variants(base: &Machine) -> Vec<Machine> {
+    let mut all = Vec::new();
+    for cores in [1, 2, 3] {
+        for units in [1, 2] {
+            let mut machine = base.clone();
+            machine.vru.cores = cores;
+            machine.ccu.units = units;
+            all.push(machine.clone());
+            machine.vru.latency += 7;
+            all.push(machine.clone());
+            machine.ccu.latency += 3;
+            all.push(machine.clone());
+            machine.dram.latency.0 *= 2.0;
+            all.push(machine);
+        }
+    }
+    all
+}
+
+#[test]
+fn what_others_have_preprocessed_changes_nothing() {
+    let mut shared = 0;
+    for seed in 0..120 {
+        let mut dice = Dice::new(seed);
+        let base = dice.machine();
+        let frame = dice.workload(base.geometry);
+        let memo = Memo::default();
+        for machine in variants(&base) {
+            let given = Given::default();
+            let alone = replay(&frame, &machine);
+            let first = replay_again(&frame, &machine, given, &memo);
+            let again = replay_again(&frame, &machine, given, &memo);
+            assert_eq!(first, alone, "seed {seed}");
+            assert_eq!(again, alone, "seed {seed}");
+            shared += u32::from(alone.timing.preprocessing_end > 0);
+        }
+    }
+    assert!(shared > 1000, "{shared} machines preprocessed anything");
+}
+
+#[test]
+fn machines_that_differ_in_front_do_not_share() {
+    let machine = gscore();
+    let tile = || TilePlan { chunks: vec![(100, 200)], unfetched: 0, pixels: 256 };
+    let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
+    let memo = Memo::default();
+    let mut slow = machine.clone();
+    slow.ccu.initiation_interval = 9;
+    let fast = replay_again(&frame, &machine, Given::default(), &memo);
+    let slow = replay_again(&frame, &slow, Given::default(), &memo);
+    assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);
+}

@@ -1,0 +1,118 @@
+//! The machine once more, cycle by cycle, written from the rules in words (module documentation of
+//! `accel::pipeline` and its parts) and not from the recurrences: nothing is predicted, every unit
+//! counts down, the memory moves tick by tick. Only the cost of a piece of work is shared.
+
+mod converter;
+mod core;
+mod memory;
+
+use std::collections::BTreeMap;
+
+use powergs_core::accel::machine::Overlap;
+use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::{Design, Given, Machine};
+use powergs_core::workload::FrameWorkload;
+
+use self::converter::Converter;
+use self::core::Core;
+use self::memory::Memory;
+
+/// What the oracle saw.
+#[derive(Debug, Default)]
+pub struct Seen {
+    /// One character per cycle by unit and instance, as `Timeline::draw`.
+    pub rows: BTreeMap<(usize, usize), String>,
+    pub preprocessing_end: u64,
+    pub frame: u64,
+    pub requests: u64,
+    pub read: [u64; 3],
+    pub write: [u64; 3],
+}
+
+impl Seen {
+    pub fn draw(&self) -> String {
+        let names = ["ccu", "qsu", "bsu", "vru"];
+        self.rows.iter().map(|((u, i), row)| format!("{}{i} |{row}\n", names[*u])).collect()
+    }
+
+    fn put(&mut self, unit: usize, instance: usize, symbol: char) {
+        self.rows.entry((unit, instance)).or_default().push(symbol);
+    }
+
+    /// Cycles of all instances of a unit with this symbol.
+    pub fn cycles(&self, unit: usize, symbol: impl Fn(char) -> bool) -> u64 {
+        let rows = self.rows.iter().filter(|((u, _), _)| *u == unit);
+        rows.map(|(_, row)| row.chars().filter(|&c| symbol(c)).count() as u64).sum()
+    }
+}
+
+/// What does not change from cycle to cycle, and which batches have been written.
+pub struct Frame<'a> {
+    pub design: &'a Design,
+    pub workload: &'a FrameWorkload,
+    pub plan: &'a Plan,
+    pub given: Given<'a>,
+    waits_for_lists: bool,
+    written: BTreeMap<usize, u64>,
+}
+
+impl Frame<'_> {
+    /// Whether the first `splats` splats have been written, in batches without a gap.
+    fn is_binned(&self, splats: u32) -> bool {
+        let gapless = (0..).map_while(|batch| self.written.get(&batch));
+        !self.waits_for_lists || gapless.sum::<u64>() >= u64::from(splats)
+    }
+}
+
+/// Steps through a frame.
+pub fn run(workload: &FrameWorkload, machine: &Machine, given: Given) -> Seen {
+    let design = Design::for_frame(machine, workload);
+    let plan = Plan::new(workload, machine, &design, &given);
+    let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
+    let written = BTreeMap::new();
+    let mut frame =
+        Frame { design: &design, workload, plan: &plan, given, waits_for_lists, written };
+    let mut memory = Memory::new(workload, machine, &design);
+    let mut seen = Seen::default();
+    let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();
+    let mut cores: Vec<Core> = (0..machine.vru.cores as usize).map(Core::new).collect();
+    let (mut next_batch, mut next_job, mut now) = (0, 0, 0);
+    let (mut is_binned, mut can_render) = (false, machine.schedule.overlap != Overlap::None);
+    loop {
+        for converter in &mut converters {
+            converter.step(now, &mut frame, &mut next_batch, &mut memory);
+        }
+        let is_over = next_batch == converter::batches(&frame);
+        if !is_binned && is_over && converters.iter().all(Converter::is_done) {
+            (is_binned, can_render) = (true, true);
+            seen.preprocessing_end = now;
+        }
+        if can_render {
+            for core in &mut cores {
+                core.step(now, &frame, &mut next_job, &mut memory);
+            }
+        }
+        if is_binned && cores.iter().all(|core| core.is_done(now, &frame, next_job, &memory)) {
+            break;
+        }
+        for (i, converter) in converters.iter_mut().enumerate() {
+            seen.put(0, i, converter.symbol());
+            converter.tick();
+        }
+        for (i, core) in cores.iter_mut().enumerate() {
+            let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 3] };
+            (1..4).for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
+            core.tick();
+        }
+        memory.tick(now);
+        now += 1;
+    }
+    seen.frame = now;
+    (seen.requests, seen.read, seen.write) = (memory.requests, memory.read, memory.written);
+    seen
+}
+
+/// The last digit of an item.
+fn digit(item: usize) -> char {
+    char::from(b'0' + (item % 10) as u8)
+}

@@ -1,0 +1,156 @@
+//! The memory: a queue, and a bus that moves 1024 ticks' worth in a cycle; or a device that is
+//! asked in every cycle what is done.
+
+use std::collections::VecDeque;
+
+use powergs_core::accel::dram::{Dram, TICKS};
+use powergs_core::accel::layout::{Layout, Span};
+use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::{Design, Machine};
+use powergs_core::dram::{self, Banked, Windowed};
+use powergs_core::workload::FrameWorkload;
+
+/// A request, to ask for later.
+pub type Ticket = usize;
+
+struct Queued {
+    ticket: Ticket,
+    ticks_left: u64,
+    is_read: bool,
+}
+
+enum Kind {
+    Bus(Dram, VecDeque<Queued>),
+    Window(Box<Windowed>),
+    Banked(Box<Banked>, Vec<(Span, u64)>),
+}
+
+pub struct Memory<'a> {
+    kind: Kind,
+    /// Femtoseconds of a cycle and of a CK.
+    clocks: (u64, u64),
+    pub layout: Layout,
+    workload: &'a FrameWorkload,
+    /// Tick at which each ticket is done.
+    done: Vec<Option<u64>>,
+    pub requests: u64,
+    pub read: [u64; 3],
+    pub written: [u64; 3],
+}
+
+impl<'a> Memory<'a> {
+    pub fn new(workload: &'a FrameWorkload, machine: &Machine, design: &Design) -> Self {
+        let device = machine.device.as_ref().expect("linked");
+        let kind = match machine.dram.model {
+            DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
+            DramModel::Window => Kind::Window(Box::new(Windowed::new(device))),
+            DramModel::Banked => Kind::Banked(Box::new(Banked::new(device)), Vec::new()),
+        };
+        let fs = |ns: f64| (ns * 1e6).round() as u64;
+        Self {
+            kind,
+            clocks: (fs(1e9 / machine.clock.0), fs(device.clock_period.0)),
+            layout: Layout::new(workload, design),
+            workload,
+            done: Vec::new(),
+            requests: 0,
+            read: [0; 3],
+            written: [0; 3],
+        }
+    }
+
+    pub fn read(&mut self, now: u64, stage: usize, bytes: u64, span: Span) -> Ticket {
+        self.read[stage] += bytes;
+        self.issue(now, stage, bytes, span, true)
+    }
+
+    pub fn write(&mut self, now: u64, stage: usize, bytes: u64, span: Span) -> Ticket {
+        self.written[stage] += bytes;
+        self.issue(now, stage, bytes, span, false)
+    }
+
+    fn issue(&mut self, now: u64, stage: usize, bytes: u64, span: Span, is_read: bool) -> Ticket {
+        let ticket = self.done.len();
+        if bytes == 0 {
+            self.done.push(Some((now + 1) * TICKS));
+            if let Kind::Banked(_, spans) = &mut self.kind {
+                spans.push((span, 0));
+            }
+            return ticket;
+        }
+        self.requests += 1;
+        self.done.push(None);
+        let (cycle, ck) = self.clocks;
+        let arrival = (now * cycle).div_ceil(ck);
+        let (layout, workload) = (&self.layout, self.workload);
+        match &mut self.kind {
+            Kind::Bus(dram, queue) => {
+                queue.push_back(Queued { ticket, ticks_left: dram.service(bytes), is_read });
+            }
+            Kind::Window(device) => {
+                let mut cursor = 0;
+                let pieces =
+                    std::iter::from_fn(|| piece(layout, workload, &mut (span, &mut cursor)));
+                let end = device.serve(arrival, !is_read, stage as u8, pieces);
+                self.done[ticket] = Some((end * ck).div_ceil(cycle).max(now + 1) * TICKS);
+            }
+            Kind::Banked(device, spans) => {
+                spans.push((span, 0));
+                device.push(dram::Request {
+                    ticket: ticket as u32,
+                    write: !is_read,
+                    class: stage as u8,
+                    arrival,
+                });
+            }
+        }
+        ticket
+    }
+
+    pub fn is_done(&self, ticket: Ticket, now: u64) -> bool {
+        self.done[ticket].is_some_and(|tick| tick <= now * TICKS)
+    }
+
+    /// The memory works for one cycle, after everybody has issued.
+    pub fn tick(&mut self, now: u64) {
+        let (cycle, ck) = self.clocks;
+        match &mut self.kind {
+            Kind::Window(_) => {}
+            Kind::Banked(device, spans) => {
+                let (layout, workload) = (&self.layout, self.workload);
+                let until = (now + 1) * cycle / ck;
+                let mut pieces = |ticket: u32| {
+                    let (span, cursor) = &mut spans[ticket as usize];
+                    piece(layout, workload, &mut (*span, cursor))
+                };
+                while let Some((end, ticket)) = device.advance(until, &mut pieces) {
+                    let done = (end * ck).div_ceil(cycle).max(now + 1);
+                    self.done[ticket as usize] = Some(done * TICKS);
+                }
+            }
+            Kind::Bus(dram, queue) => {
+                let mut spent = 0;
+                while spent < TICKS {
+                    let Some(head) = queue.front_mut() else { return };
+                    let moved = head.ticks_left.min(TICKS - spent);
+                    head.ticks_left -= moved;
+                    spent += moved;
+                    if head.ticks_left == 0 {
+                        let latency = if head.is_read { dram.latency } else { 0 };
+                        self.done[head.ticket] = Some(now * TICKS + spent + latency);
+                        queue.pop_front();
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn piece(
+    layout: &Layout,
+    workload: &FrameWorkload,
+    (span, cursor): &mut (Span, &mut u64),
+) -> Option<dram::Span> {
+    let piece = layout.piece(span, cursor, workload)?;
+    Some(dram::Span { address: piece.address, bytes: piece.bytes as u32 })
+}

@@ -1,0 +1,473 @@
+//! Machines and workloads for the tests of the accelerator.
+
+use powergs_core::accel::Machine;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use powergs_base::config::embedded::DRAM;
+use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
+use powergs_core::accel::machine::*;
+use powergs_core::dram::Device;
+use powergs_core::dram::device::Order;
+use powergs_core::workload::reuse::ListReuse;
+use powergs_core::workload::{
+    ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
+    StoragePrefix, TileWork,
+};
+use powergs_frame::fovea::{Looking, Screen};
+use powergs_frame::splat::{Counters, FoveaCounters};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A buffer that is never in the way of itself.
+pub fn buffer(capacity: Bytes) -> BufferSpec {
+    BufferSpec { capacity, word: Bytes(1), banks: 1024, ports: Ports::ReadAndWrite }
+}
+
+/// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
+pub fn gscore() -> Machine {
+    let mut machine = unlinked();
+    machine.link(device("lpddr4-3200-x16x8")).expect("a device of this machine");
+    machine
+}
+
+/// A device that comes with the program.
+pub fn device(name: &str) -> &'static Device {
+    static DEVICES: LazyLock<BTreeMap<&str, Device>> = LazyLock::new(|| {
+        DRAM.iter().map(|f| (f.name, Device::parse(f.text).expect("a good file"))).collect()
+    });
+    &DEVICES[name]
+}
+
+fn unlinked() -> Machine {
+    let buffer = |kib: u64| buffer(Bytes(kib * 1024));
+    Machine {
+        name: "test".into(),
+        description: "for tests".into(),
+        clock: Hertz(1e9),
+        energy: "test".into(),
+        geometry: Geometry::REFERENCE,
+        record: RecordSpec {
+            position: Bytes(6),
+            geometry: Bytes(12),
+            colour: Bytes(103),
+            projected: Bytes(10),
+            list_entry: Bytes(4),
+            feature: Bytes(19),
+            pixel: Bytes(3),
+            feature_pitch: Bytes(32),
+            colour_pitch: Bytes(128),
+        },
+        ccu: CcuSpec {
+            units: 4,
+            initiation_interval: 1,
+            intersection_units: 1,
+            latency: 128,
+            batch: 32,
+            queue: 64,
+            fetch: Fetch::LazyColour,
+        },
+        gsu: GsuSpec {
+            qsu_per_core: 2,
+            pivots: 7,
+            keys_per_cycle: 1,
+            qsu_latency: 64,
+            bsu_per_core: 1,
+            bsu_width: 16,
+            bsu_latency: 4,
+            queue: 1,
+            spill: Spill::Overflow,
+            pivot_rule: PivotRule::Range,
+            depth: DepthKey::Fp16,
+            reuse_period: 1,
+        },
+        vru: VruSpec {
+            cores: 4,
+            units_per_core: 16,
+            pixels_per_unit: 4,
+            latency: 192,
+            recurrence: 4,
+            subtile_skipping: true,
+            termination: Termination::Subtile,
+            blend_stall: 0,
+            speculation: 0,
+            tile_overlap: false,
+        },
+        fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
+        buffers: BufferSpecs {
+            gaussian_in: buffer(8),
+            tile_list: buffer(32),
+            sorting: buffer(64),
+            feature: buffer(128),
+            pixel_out: buffer(16),
+        },
+        dram: DramSpec {
+            model: DramModel::Bandwidth,
+            bandwidth: BytesPerSecond(51.2e9),
+            efficiency: 1.0,
+            latency: Nanoseconds(100.0),
+            device: "test".into(),
+            channels: 8,
+            mapping: Order::RoBaCoCh,
+            controller_latency: Nanoseconds(40.0),
+        },
+        cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
+        schedule: ScheduleSpec {
+            order: TileOrder::Raster,
+            assignment: Assignment::Greedy,
+            merge_below: 0,
+            overlap: Overlap::None,
+        },
+        gating: GatingSpec { units: false, residual: 0.1 },
+        device: None,
+    }
+}
+
+/// Lists of tiles, each a list of (entries, sub-tile pairs) of chunks; `unfetched` entries follow.
+pub struct TilePlan {
+    pub chunks: Vec<(u32, u32)>,
+    pub unfetched: u32,
+    pub pixels: u32,
+}
+
+/// A workload of `plan`, with `points` Gaussians of which all survive and none is tested. Without
+/// points the frame begins with its tiles: nothing is converted.
+pub fn workload(geometry: Geometry, points: u64, plan: &[TilePlan]) -> FrameWorkload {
+    let mut w = FrameWorkload {
+        geometry,
+        width: geometry.tile * plan.len().max(1) as u32,
+        height: geometry.tile,
+        tiles_x: plan.len() as u32,
+        tiles_y: 1,
+        counters: Counters { points, survivors: points, ..Counters::default() },
+        ..FrameWorkload::empty(geometry)
+    };
+    for tile in plan {
+        let loaded: u32 = tile.chunks.iter().map(|c| c.0).sum();
+        w.tiles.push(TileWork {
+            list_start: w.counters.tile_pairs as u32,
+            entries: loaded + tile.unfetched,
+            loaded,
+            chunk_start: w.chunks.len() as u32,
+            chunks: tile.chunks.len() as u32,
+            pixels: tile.pixels,
+            alpha_evaluations: u64::from(loaded * tile.pixels),
+            blends: u64::from(loaded),
+            ..TileWork::default()
+        });
+        w.counters.tile_pairs += u64::from(loaded + tile.unfetched);
+        w.counters.tile_loads += u64::from(loaded);
+        w.counters.alpha_evaluations += u64::from(loaded * tile.pixels);
+        w.counters.blends += u64::from(loaded);
+        for &(entries, pairs) in &tile.chunks {
+            w.chunks.push(ChunkWork {
+                entries,
+                skipping: PairWork {
+                    subtile_pairs: pairs,
+                    live_evaluations: pairs,
+                    ..PairWork::default()
+                },
+                unskipped: PairWork {
+                    subtile_pairs: pairs.max(entries * geometry.subtiles()),
+                    ..PairWork::default()
+                },
+                first_loads: entries / 2,
+                ..ChunkWork::default()
+            });
+            w.counters.fetched_points += u64::from(entries / 2);
+        }
+    }
+    w.counters.intersecting_points = points.min(w.counters.tile_pairs);
+    (w.list, w.index, w.slot) = (vec![0; w.counters.tile_pairs as usize], vec![0], vec![0]);
+    if points == 0 {
+        w.counters.tile_pairs = 0;
+    }
+    w
+}
+
+/// A source of small random machines and workloads.
+pub struct Dice(Pcg64Mcg);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        Dice(Pcg64Mcg::seed_from_u64(seed))
+    }
+
+    /// Between `low` and `high`, both possible.
+    pub fn roll(&mut self, low: u32, high: u32) -> u32 {
+        self.0.random_range(low..=high)
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[self.0.random_range(0..from.len())]
+    }
+
+    /// Any machine that could pass a check, small enough that every limit is met: buffers that
+    /// hold nothing, one item or many, fast and slow memories, few and many units.
+    pub fn machine(&mut self) -> Machine {
+        let chunk = self.pick(&[1, 3, 4, 8]);
+        let mut machine = gscore();
+        let (subtile, sort_group) = (self.pick(&[4, 8]), self.pick(&[16, 16, 32, 64]));
+        machine.geometry = Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
+        let bytes = |dice: &mut Self, most| Bytes(u64::from(dice.roll(0, most)));
+        machine.record = RecordSpec {
+            position: bytes(self, 6),
+            geometry: bytes(self, 12),
+            colour: bytes(self, 20),
+            projected: bytes(self, 10),
+            list_entry: bytes(self, 4),
+            feature: bytes(self, 19),
+            pixel: bytes(self, 3),
+            feature_pitch: Bytes(32),
+            colour_pitch: Bytes(128),
+        };
+        machine.ccu = CcuSpec {
+            units: self.roll(1, 3),
+            initiation_interval: self.roll(1, 3),
+            intersection_units: self.roll(1, 3),
+            latency: self.roll(0, 9),
+            batch: self.roll(1, 6),
+            queue: self.pick(&[1, 2, 64]),
+            fetch: self.pick(&[Fetch::Everything, Fetch::GeometryFirst, Fetch::LazyColour]),
+        };
+        machine.gsu = GsuSpec {
+            qsu_per_core: self.roll(1, 2),
+            pivots: self.roll(1, 3),
+            keys_per_cycle: self.roll(1, 2),
+            qsu_latency: self.roll(0, 5),
+            bsu_per_core: self.roll(1, 2),
+            bsu_width: self.pick(&[1, 2, 4]),
+            bsu_latency: self.roll(0, 3),
+            queue: self.roll(1, 3),
+            spill: self.pick(&[Spill::Overflow, Spill::Overflow, Spill::All]),
+            pivot_rule: PivotRule::Range,
+            depth: DepthKey::Fp16,
+            reuse_period: 1,
+        };
+        machine.vru = VruSpec {
+            cores: self.roll(1, 3),
+            units_per_core: self.pick(&[1, 4, 16]),
+            pixels_per_unit: self.pick(&[1, 4]),
+            latency: self.roll(0, 9),
+            recurrence: self.pick(&[1, 4, 6]),
+            subtile_skipping: self.roll(0, 1) == 1,
+            termination: self.pick(&[
+                Termination::Pixel,
+                Termination::Quad,
+                Termination::Subtile,
+                Termination::Tile,
+            ]),
+            blend_stall: self.roll(0, 2),
+            speculation: self.roll(0, 3),
+            tile_overlap: self.roll(0, 1) == 1,
+        };
+        let buffer = |dice: &mut Self, most| BufferSpec {
+            capacity: bytes(dice, most),
+            word: Bytes(dice.pick(&[1, 4, 16, 64])),
+            banks: dice.pick(&[1, 2, 8]),
+            ports: dice.pick(&[Ports::ReadOrWrite, Ports::ReadAndWrite]),
+        };
+        machine.schedule = ScheduleSpec {
+            order: self.pick(&[TileOrder::Raster, TileOrder::Morton, TileOrder::Hilbert]),
+            assignment: self.pick(&[
+                Assignment::Static,
+                Assignment::Greedy,
+                Assignment::Greedy,
+                Assignment::LongestFirst,
+            ]),
+            merge_below: self.pick(&[0, 0, 10, 50]),
+            overlap: self.pick(&[Overlap::None, Overlap::None, Overlap::Tiles, Overlap::Frames]),
+        };
+        machine.buffers = BufferSpecs {
+            gaussian_in: buffer(self, 600),
+            tile_list: buffer(self, 400),
+            sorting: buffer(self, 150),
+            feature: buffer(self, 900),
+            pixel_out: buffer(self, 1000),
+        };
+        machine.dram = DramSpec {
+            model: self.pick(&[
+                DramModel::Bandwidth,
+                DramModel::Bandwidth,
+                DramModel::Window,
+                DramModel::Banked,
+            ]),
+            bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
+            efficiency: self.pick(&[0.6, 1.0]),
+            latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
+            device: "test".into(),
+            channels: self.pick(&[1, 2, 8]),
+            mapping: Order::RoBaCoCh,
+            controller_latency: Nanoseconds(f64::from(self.roll(0, 30))),
+        };
+        let devices = ["lpddr4-3200-x16x8", "lpddr4-3200-x32x4", "hbm2-8ch"];
+        machine.link(device(self.pick(&devices))).expect("a device of this machine");
+        machine
+    }
+
+    /// A small workload of a machine's geometry.
+    pub fn workload(&mut self, geometry: Geometry) -> FrameWorkload {
+        let n_tiles = self.roll(0, 8);
+        let most = self.pick(&[1, 5, 12]) * geometry.chunk;
+        let plan: Vec<TilePlan> = (0..n_tiles)
+            .map(|_| {
+                let entries = self.roll(0, 3).min(1) * self.roll(1, most);
+                let n_chunks = entries.div_ceil(geometry.chunk);
+                let fetched = self.roll(n_chunks.min(1), n_chunks);
+                let loaded = (fetched * geometry.chunk).min(entries);
+                let chunks = (0..fetched).map(|c| {
+                    let entries = geometry.chunk.min(loaded - c * geometry.chunk);
+                    (entries, self.roll(0, entries * geometry.subtiles().min(5)))
+                });
+                let chunks = chunks.collect();
+                TilePlan { chunks, unfetched: entries - loaded, pixels: self.roll(1, 256) }
+            })
+            .collect();
+        let points = u64::from(self.pick(&[10, 40, 100]) * self.roll(0, 10) / 10);
+        let mut w = workload(geometry, points, &plan);
+        let pairs = w.tiles.iter().map(|tile| u64::from(tile.entries)).sum();
+        let c = &mut w.counters;
+        c.tile_pairs = pairs;
+        c.survivors = u64::from(self.roll(0, points as u32));
+        c.obb_prepared = u64::from(self.roll(0, c.survivors as u32));
+        c.obb_tests = c.obb_prepared * u64::from(self.roll(1, 6));
+        c.intersecting_points = c.survivors.min(c.tile_pairs);
+        self.group(&mut w);
+        self.store(&mut w);
+        self.place(&mut w);
+        w
+    }
+
+    /// What a feature cache has, for every second frame.
+    pub fn hits(&mut self, workload: &FrameWorkload) -> Option<Vec<u32>> {
+        let has_cache = self.roll(0, 1) == 1;
+        has_cache.then(|| workload.chunks.iter().map(|c| self.roll(0, c.entries)).collect())
+    }
+
+    /// What tiles keep of the frame before, for every third frame; sort groups keep nothing.
+    pub fn reuse(&mut self, workload: &FrameWorkload) -> Option<Vec<ListReuse>> {
+        let keeps = self.roll(0, 2) == 0 && workload.groups.is_empty();
+        keeps.then(|| {
+            let tiles = workload.tiles.iter();
+            let of = |tile: &TileWork| {
+                let kept = self.roll(0, tile.entries);
+                ListReuse {
+                    kept,
+                    new: tile.entries - kept,
+                    gone: self.roll(0, 5),
+                    ..ListReuse::default()
+                }
+            };
+            tiles.map(of).collect()
+        })
+    }
+
+    /// Sort groups with the lists of their tiles.
+    fn group(&mut self, w: &mut FrameWorkload) {
+        let side = w.geometry.tiles_per_group_side() as usize;
+        if side == 1 {
+            return;
+        }
+        for tiles in w.tiles.chunks(side) {
+            let most: u32 = tiles.iter().map(|tile| tile.entries).sum();
+            let mut sorted = 0;
+            for tile in tiles {
+                let mut end = 0;
+                for chunk in &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
+                    end += chunk.entries;
+                    let later = end + self.roll(0, most - tile.entries);
+                    chunk.group_end = chunk.group_end.max(later).min(most);
+                    sorted = sorted.max(chunk.group_end.next_multiple_of(w.geometry.chunk));
+                }
+                let chunks = &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize];
+                let mut last = 0;
+                for chunk in chunks {
+                    last = chunk.group_end.max(last);
+                    chunk.group_end = last;
+                }
+            }
+            w.groups.push(GroupWork { entries: most, sorted: sorted.min(most) });
+        }
+    }
+
+    /// Makes a foveated frame of every second one: some tiles have two levels, and the machine one
+    /// or two accumulators.
+    pub fn foveate(&mut self, w: &mut FrameWorkload, machine: &mut Machine) {
+        if self.roll(0, 1) == 0 {
+            return;
+        }
+        machine.fovea = FoveaSpec {
+            accumulators: self.roll(1, 2),
+            level_tests: self.roll(1, 4),
+            record: Bytes(u64::from(self.roll(0, 19))),
+            feature: Bytes(u64::from(self.roll(0, 8))),
+        };
+        let mut fovea = FoveaWork {
+            looking: Looking { gaze: [0.5; 2], screen: Screen::PUBLISHED },
+            regions: w.tiles.iter().map(|_| self.roll(0, 3) as u8).collect(),
+            blending_tiles: 0,
+            counters: FoveaCounters::default(),
+        };
+        let lookups = w.counters.obb_tests as u32 + self.roll(0, 40);
+        fovea.counters.lookups = u64::from(lookups) * u64::from(w.counters.points > 0);
+        let (mut at, blocks) = (0, w.storage.len());
+        for (i, block) in w.storage.iter_mut().enumerate() {
+            at = if i + 1 == blocks { lookups } else { self.roll(at, lookups) };
+            block.lookups = at;
+        }
+        for tile in &mut w.tiles {
+            let blends = self.roll(0, 1) == 1;
+            for chunk in &mut w.chunks[tile.chunk_start as usize..][..tile.chunks as usize] {
+                chunk.level_loads = self.roll(0, 3 * chunk.first_loads);
+                if blends {
+                    chunk.seconds = self.roll(0, chunk.entries);
+                    // Skipping executes a part of what is executed without.
+                    chunk.skipping.both_pairs = self.roll(0, chunk.skipping.subtile_pairs);
+                    let least = chunk.skipping.both_pairs;
+                    let most = chunk.unskipped.subtile_pairs.max(least);
+                    chunk.unskipped.both_pairs = self.roll(least, most);
+                }
+            }
+            if blends {
+                tile.mixed = tile.pixels;
+                tile.blends_2 = u64::from(self.roll(0, tile.loaded));
+                tile.extra_alpha = tile.blends_2;
+                fovea.blending_tiles += 1;
+            }
+            fovea.counters.blends_2 += tile.blends_2;
+        }
+        w.fovea = Some(fovea);
+    }
+
+    /// Counters in storage order: of some frames only.
+    fn store(&mut self, w: &mut FrameWorkload) {
+        if self.roll(0, 2) == 0 || w.counters.points == 0 {
+            return;
+        }
+        let n = w.counters.points.div_ceil(STORAGE_BLOCK);
+        let c = w.counters;
+        let totals =
+            [c.survivors, c.obb_prepared, c.obb_tests, c.intersecting_points, c.tile_pairs];
+        let mut at = [0; 5];
+        for block in 1..=n {
+            for (x, total) in at.iter_mut().zip(totals) {
+                *x = if block == n { total as u32 } else { self.roll(*x, total as u32) };
+            }
+            let [survivors, prepared, tests, splats, pairs] = at;
+            let lookups = 0;
+            w.storage.push(StoragePrefix { survivors, prepared, tests, splats, pairs, lookups });
+        }
+        for tile in &mut w.tiles {
+            tile.complete_after = self.roll(0, c.intersecting_points as u32);
+        }
+    }
+
+    /// Lists and addresses.
+    fn place(&mut self, w: &mut FrameWorkload) {
+        let most = 50;
+        w.index = (0..=most).map(|_| self.roll(0, 1000)).collect();
+        w.slot = (0..=most).map(|_| self.roll(0, 1000)).collect();
+        let entries: u32 = w.tiles.iter().map(|tile| tile.entries).sum();
+        w.list = (0..entries).map(|_| self.roll(0, most)).collect();
+    }
+}

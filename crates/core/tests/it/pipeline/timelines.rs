@@ -1,0 +1,108 @@
+//! Pictures of small frames: one character per cycle, the digit of the batch or tile, the first
+//! letter of its cause for a stall (records, list, features, input, output, bank), `.` for idle.
+
+use expect_test::{Expect, expect};
+use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_core::accel::machine::Fetch;
+use powergs_core::accel::timeline::Timeline;
+use powergs_core::accel::{Given, Machine, replay_with};
+use powergs_core::workload::{FrameWorkload, Geometry};
+
+use super::support::{TilePlan, buffer, gscore, workload};
+
+/// One CCU and one core with short pipelines and chunks of 4.
+fn small() -> Machine {
+    let mut m = gscore();
+    m.geometry = Geometry { chunk: 4, ..Geometry::REFERENCE };
+    (m.ccu.units, m.ccu.batch, m.ccu.latency) = (1, 4, 2);
+    m.ccu.fetch = Fetch::LazyColour;
+    (m.gsu.qsu_per_core, m.gsu.qsu_latency) = (1, 1);
+    (m.gsu.bsu_width, m.gsu.bsu_latency) = (4, 1);
+    (m.vru.cores, m.vru.latency, m.vru.units_per_core) = (1, 2, 64);
+    (m.record.feature, m.record.colour) = (Bytes(16), Bytes(8));
+    (m.record.projected, m.record.pixel) = (Bytes(2), Bytes(1));
+    m.dram.bandwidth = BytesPerSecond(32e9);
+    m.dram.latency = Nanoseconds(3.0);
+    m
+}
+
+fn check(machine: &Machine, frame: &FrameWorkload, expected: Expect) {
+    let mut timeline = Timeline::default();
+    replay_with(frame, machine, Given::default(), &mut timeline);
+    expected.assert_eq(&timeline.draw());
+}
+
+fn tile(chunks: &[(u32, u32)]) -> TilePlan {
+    TilePlan { chunks: chunks.to_vec(), unfetched: 0, pixels: 64 }
+}
+
+/// Three tiles: two chunks after one pass, none, one chunk.
+fn three_tiles(machine: &Machine) -> FrameWorkload {
+    workload(machine.geometry, 10, &[tile(&[(4, 2), (3, 1)]), tile(&[]), tile(&[(4, 2)])])
+}
+
+#[test]
+fn a_small_frame() {
+    let machine = small();
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |rrrrrrrrr0000111122...................................................
+            qsu0 |......................llll00000000billllllloooooo.....................
+            bsu0 |......................lllliiiiiiiii0000oooooooooo22...................
+            vru0 |......................lllliiiiiiiiiffffff000000000000000122222222222..
+        "#]],
+    );
+}
+
+#[test]
+fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
+    let mut machine = small();
+    machine.buffers.feature = buffer(Bytes(64));
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |rrrrrrrrr0000111122...............................................................
+            qsu0 |......................llll00000000biooooooooooooollllll...........................
+            bsu0 |......................lllliiiiiiiii00oooooooooooo00oooloooooo22...................
+            vru0 |......................lllliiiiiiiiiffffff00000000fffff00000001fffffff22222222222..
+        "#]],
+    );
+}
+
+#[test]
+fn a_slow_memory_starves_everybody() {
+    let mut machine = small();
+    machine.dram.bandwidth = BytesPerSecond(16e9);
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |rrrrrrrrrrr0000111122........................................................
+            qsu0 |........................lllll00000000billllllllllllooo.......................
+            bsu0 |........................llllliiiiiiiii0000oooooooooooo22.....................
+            vru0 |........................llllliiiiiiiiiffffffff000000000000000122222222222....
+        "#]],
+    );
+}
+
+#[test]
+fn two_cores_share_the_queue_of_tiles() {
+    let mut machine = small();
+    machine.vru.cores = 2;
+    check(
+        &machine,
+        &three_tiles(&machine),
+        expect![[r#"
+            ccu0 |rrrrrrrrr0000111122.......................................
+            qsu0 |......................llll00000000b.......................
+            qsu1 |......................illll...............................
+            bsu0 |......................lllliiiiiiiii0000...................
+            bsu1 |......................illll22.............................
+            vru0 |......................lllliiiiiiiiiffffff000000000000000..
+            vru1 |......................ii1llffffff22222222222..............
+        "#]],
+    );
+}

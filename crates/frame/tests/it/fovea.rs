@@ -1,0 +1,4 @@
+//! Where somebody looks.
+
+mod levels;
+mod stream;

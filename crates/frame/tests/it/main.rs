@@ -1,0 +1,5 @@
+//! What a frame is: displays, gaze, trace files.
+
+mod display;
+mod fovea;
+mod trace;

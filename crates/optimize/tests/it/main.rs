@@ -1,0 +1,14 @@
+//! The optimiser: rules, numbers, runs.
+
+mod adam;
+mod checkpoint;
+mod fit;
+mod lambda;
+mod levels;
+mod oracle;
+mod prune;
+mod scenes;
+mod schedule;
+mod search;
+mod tune;
+mod views;

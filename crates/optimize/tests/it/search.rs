@@ -1,0 +1,201 @@
+//! From samples to the optimum, to the best model, to savings over ratios.
+
+use powergs_optimize::oracle::Watts;
+use powergs_optimize::plan::{Baseline, Campaign, Job, Outcome, Place, Role, Variant};
+use powergs_optimize::schedule::Plan;
+use powergs_optimize::search::conclude;
+use powergs_optimize::setup::Seen;
+use powergs_optimize::study::{RATIOS, ratios};
+use powergs_optimize::target::{Quality, Target, TargetRule};
+
+use super::scenes::tiny;
+
+const TARGET: Target = Target::Likeness(Quality::likeness(35.0, 0.9));
+
+fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) -> Outcome {
+    let quality = Quality::likeness(35.1, 0.95);
+    let seen = Seen { quality, display_w };
+    Outcome {
+        name: name.into(),
+        role,
+        place: Place::default(),
+        rho,
+        points: 100,
+        iterations: 10,
+        kept_at: Some(9),
+        lambda: Some(0.1),
+        passing_lambda: Some(0.2),
+        gate: seen,
+        passed: true,
+        test: seen,
+        flip_test: 0.0,
+        lpips_test: None,
+        watts: Watts { render_w, display_w, ..Watts::default() },
+    }
+}
+
+/// Samples of convex curves with their minimum inside, and a dense model.
+fn samples() -> Vec<Outcome> {
+    let mut done = vec![outcome("dense", Role::Dense, 0.0, (0.5, 1.0))];
+    for i in 0..5 {
+        let rho = 0.2 * f64::from(i);
+        let (u, x) = (rho / 0.8, 1.0 - rho / 0.8);
+        let display = 0.5 - 0.2 * 1.3 * x / (0.3 + x);
+        let render = 0.9 - 0.5 * 1.5 * u / (0.5 + u);
+        done.push(outcome(&format!("sample-{i}"), Role::Sample, rho, (display, render)));
+    }
+    done
+}
+
+#[test]
+fn the_fit_finds_the_minimum_and_promises_what_the_curves_say() {
+    let conclusion = conclude(&samples(), Some(TARGET));
+    assert_eq!(conclusion.passed, 5);
+    let rho = conclusion.rho.unwrap();
+    let total = |u: f64| {
+        let x = 1.0 - u;
+        1.4 - 0.26 * x / (0.3 + x) - 0.75 * u / (0.5 + u)
+    };
+    let least = (0..=1000).map(|i| total(f64::from(i) / 1000.0)).fold(f64::INFINITY, f64::min);
+    let promised = conclusion.predicted().unwrap().total_w();
+    assert!((promised - least).abs() < 1e-4, "{promised} W promised, {least} W there");
+    assert!((total(rho / 0.8) - least).abs() < 1e-4);
+}
+
+#[test]
+fn samples_that_missed_are_named_with_their_distance() {
+    let mut done = samples();
+    for i in [4, 5] {
+        done[i].passed = false;
+        done[i].gate.quality.psnr_db = 33.0;
+    }
+    let conclusion = conclude(&done, Some(TARGET));
+    assert_eq!((conclusion.passed, conclusion.missed.len()), (3, 2));
+    assert_eq!(conclusion.missed[0].name, "sample-3");
+    assert!((conclusion.missed[0].by.psnr_db - 2.0).abs() < 1e-12);
+    // Nothing beyond the last ratio that passed is promised.
+    assert!(conclusion.rho.unwrap() <= 0.4 + 1e-12);
+    for o in &mut done[1..] {
+        o.passed = false;
+        o.gate.quality.psnr_db = 20.0;
+    }
+    let conclusion = conclude(&done, Some(TARGET));
+    assert!(conclusion.rho.is_none() && conclusion.best.is_none() && conclusion.fit.is_err());
+}
+
+#[test]
+fn the_best_model_is_the_cheapest_that_passes_the_final_one_or_a_sample() {
+    let mut done = samples();
+    done.push(outcome("final", Role::Final, 0.35, (0.3, 0.4)));
+    assert_eq!(conclude(&done, Some(TARGET)).best.as_deref(), Some("final"));
+    done.last_mut().unwrap().passed = false;
+    let best = conclude(&done, Some(TARGET)).best.unwrap();
+    assert!(best.starts_with("sample-"), "{best}");
+    // A baseline is never ours, however cheap.
+    done.push(outcome("render-only", Role::Baseline(Baseline::RenderOnly), 0.5, (0.1, 0.1)));
+    assert_eq!(conclude(&done, Some(TARGET)).best.unwrap(), best);
+}
+
+#[test]
+fn savings_over_ratios_have_the_published_signs() {
+    let mut done = samples();
+    done.push(outcome("render-only", Role::Baseline(Baseline::RenderOnly), 0.8, (0.5, 0.39)));
+    done.push(outcome("display-only", Role::Baseline(Baseline::DisplayOnly), 0.0, (0.3, 0.9)));
+    let rows = ratios(&done);
+    assert_eq!(rows.len(), 13);
+    assert!((rows[0].ratio - RATIOS.0).abs() < 1e-12 && (rows[12].ratio - RATIOS.1).abs() < 1e-12);
+    let first = |of: fn(&powergs_optimize::study::RatioRow) -> f64| (of(&rows[0]), of(&rows[12]));
+    let (low, high) = first(|r| r.over_render_only.unwrap());
+    assert!(high > low, "the more the panel draws, the more we save over render-only");
+    let (low, high) = first(|r| r.over_display_only.unwrap());
+    assert!(high < low, "and the less over display-only");
+    assert!(rows.windows(2).all(|w| w[1].rho <= w[0].rho + 1e-9), "less is pruned");
+}
+
+/// The jobs of a campaign in which everything passes.
+fn jobs(campaign: &Campaign) -> Vec<Job> {
+    let settings = tiny(10, 24, (16, 12)).settings;
+    let (mut done, mut jobs) = (Vec::new(), Vec::new());
+    while let Some(job) = campaign.next(&settings, 1000, &done) {
+        let watts = (0.4 + 0.1 * job.rho, 1.0 - 0.5 * job.rho);
+        done.push(outcome(&job.name, job.role, job.rho, watts));
+        jobs.push(job);
+        assert!(jobs.len() < 100, "no end");
+    }
+    jobs
+}
+
+#[test]
+fn a_campaign_measures_samples_realises_and_compares() {
+    let campaign = Campaign {
+        schedule: Plan::Adaptive { count: 5, highest: 0.8 },
+        baselines: Baseline::ALL.to_vec(),
+        externals: vec!["mini".into()],
+        sweep: vec![0.1],
+        variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.99) }],
+        holds_out: false,
+        levels: 1,
+    };
+    let jobs = jobs(&campaign);
+    let names: Vec<&str> = jobs.iter().map(|j| j.name.as_str()).collect();
+    let expected = [
+        "dense",
+        "sample-01",
+        "sample-02",
+        "sample-03",
+        "sample-04",
+        "sample-05",
+        "final",
+        "display-only",
+        "render-only",
+        "two-stage",
+        "lightgs-66",
+        "lightgs-76",
+        "lightgs-86",
+        "mini",
+        "lambda-0.1",
+    ];
+    assert_eq!(names, expected);
+    assert!(jobs.len() <= campaign.most_jobs());
+    assert_eq!(jobs[2].from.as_deref(), Some("sample-01"));
+    assert_eq!(jobs[9].from.as_deref(), Some("render-only"));
+    let settings = tiny(10, 24, (16, 12)).settings;
+    let iterations: u64 =
+        jobs.iter().filter_map(|j| j.orders).map(|o| u64::from(o.iterations)).sum();
+    assert_eq!(iterations, campaign.most_iterations(&settings));
+}
+
+#[test]
+fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
+    let campaign = Campaign {
+        schedule: Plan::Listed(vec![0.0, 0.3]),
+        baselines: vec![Baseline::RenderOnly, Baseline::TwoStage],
+        externals: Vec::new(),
+        sweep: vec![0.1],
+        variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.5) }],
+        holds_out: true,
+        levels: 1,
+    };
+    let all = jobs(&campaign);
+    let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(names[..3], ["dense", "held-out", "sample-01"]);
+    assert!(all[1].orders.is_some() && all[1].from.is_none());
+    for (name, from) in [
+        ("sample-01", "held-out"),
+        ("sample-02", "sample-01"),
+        ("final", "held-out"),
+        ("render-only", "held-out"),
+        ("two-stage", "render-only"),
+        ("lambda-0.1", "held-out"),
+    ] {
+        let job = all.iter().find(|j| j.name == name).unwrap();
+        assert_eq!(job.from.as_deref(), Some(from), "{name}");
+    }
+    let mut held_out = outcome("held-out", Role::HeldOut, 0.0, (0.5, 1.0));
+    held_out.gate.quality = Quality::likeness(30.0, 0.9);
+    let done = [outcome("dense", Role::Dense, 0.0, (0.5, 1.0)), held_out];
+    assert_eq!(campaign.target(&done[..1], 0), None, "not before it is there");
+    let expected = Target::Likeness(Quality::likeness(15.0, 0.45));
+    assert_eq!(campaign.target(&done, 0), Some(expected));
+    assert!(all.len() <= campaign.most_jobs());
+}

@@ -1,0 +1,159 @@
+//! Fine-tunes on a tiny scene: they go on bit for bit, on any number of threads, and refuse
+//! numbers that are none.
+
+use std::num::NonZeroU32;
+
+use powergs_optimize::lambda::{Control, Rule};
+use powergs_optimize::prune::Score;
+use powergs_optimize::target::{Quality, Target};
+use powergs_optimize::tune::{
+    DisplayTerm, Keep, Model, Objective, Orders, Pruning, Row, State, Trains, TuneError, Tuner,
+};
+
+use super::scenes::{Tiny, tiny};
+
+const TARGET: Target = Target::Likeness(Quality::likeness(34.0, 0.9));
+
+fn orders(points: usize) -> Orders {
+    Orders {
+        iterations: 14,
+        pruning: Pruning::Steps {
+            score: Score::Dominance,
+            goal: points * 6 / 10,
+            steps: NonZeroU32::new(2).unwrap(),
+            every: 4,
+        },
+        display: DisplayTerm::Controlled {
+            from: 2,
+            control: Control {
+                rule: Rule::Damped,
+                start: 0.05,
+                interval: 3,
+                adjust: 9,
+                epsilon_db: 0.0,
+            },
+        },
+        objective: Objective::Likeness,
+        trains: Trains::All,
+        keep: Keep::Dimmest,
+    }
+}
+
+fn run(tiny: &Tiny, orders: Orders, state: State, stop: u32) -> (Vec<Row>, State) {
+    let setup = tiny.setup();
+    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, state);
+    let mut rows = Vec::new();
+    while !tuner.is_done() && tuner.state().iteration < stop {
+        rows.push(tuner.step().unwrap());
+    }
+    let state = tuner.state().clone();
+    (rows, state)
+}
+
+#[test]
+fn a_fine_tune_goes_on_bit_for_bit_from_any_iteration() {
+    let tiny = tiny(300, 4, (48, 36));
+    let orders = orders(300);
+    let begin = || State::begin(Model::fresh(&tiny.dense));
+    let (rows, whole) = run(&tiny, orders, begin(), u32::MAX);
+    assert_eq!(rows.len(), 14);
+    assert_eq!(whole.model.scene.len(), 180);
+    for stop in [1, 3, 5, 9] {
+        let (mut first, half) = run(&tiny, orders, begin(), stop);
+        let (second, end) = run(&tiny, orders, half, u32::MAX);
+        first.extend(second);
+        assert_eq!(first, rows, "stopped after {stop}");
+        assert_eq!(end, whole, "stopped after {stop}");
+    }
+}
+
+#[test]
+fn threads_do_not_matter() {
+    let tiny = tiny(300, 4, (48, 36));
+    let on = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
+        let state = State::begin(Model::fresh(&tiny.dense));
+        pool.install(|| run(&tiny, orders(300), state, u32::MAX))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
+    let tiny = tiny(300, 4, (48, 36));
+    let with = |display| {
+        let orders = Orders {
+            iterations: 40,
+            pruning: Pruning::Never,
+            display,
+            objective: Objective::Likeness,
+            trains: Trains::All,
+            keep: Keep::Last,
+        };
+        let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
+        state.last.unwrap().seen.display_w
+    };
+    let (plain, dimmed) = (with(DisplayTerm::Off), with(DisplayTerm::Fixed(0.5)));
+    assert!(dimmed < 0.95 * plain, "{dimmed} W is not below {plain} W");
+}
+
+#[test]
+fn only_colours_move_if_only_colours_may() {
+    let tiny = tiny(200, 6, (48, 36));
+    let orders = Orders { trains: Trains::Colours, pruning: Pruning::Never, ..orders(200) };
+    let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
+    let (now, before) = (&state.model.scene, &tiny.dense);
+    assert_ne!(now.sh, before.sh);
+    assert_eq!(now.means, before.means);
+    assert_eq!(now.logit_opacities, before.logit_opacities);
+}
+
+#[test]
+fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
+    let mut tiny = tiny(300, 4, (48, 36));
+    tiny.settings.interval = 2;
+    let orders = Orders {
+        iterations: 30,
+        pruning: Pruning::WhilePassing { count: 15 },
+        display: DisplayTerm::Off,
+        objective: Objective::Likeness,
+        trains: Trains::All,
+        keep: Keep::LastPassing,
+    };
+    let setup = tiny.setup();
+    let state = State::begin(Model::fresh(&tiny.dense));
+    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, state);
+    let (mut points, mut passed) = (300, true);
+    while !tuner.is_done() {
+        let row = tuner.step().unwrap();
+        if !passed {
+            assert_eq!(row.points, points, "pruned without passing");
+        }
+        points = row.points;
+        passed = row.check.is_none_or(|c| c.passed);
+    }
+    let (model, check, _) = tuner.finish();
+    assert!(check.unwrap().passed);
+    assert!(model.scene.len() < 300, "nothing was pruned");
+    assert!(TARGET.passes(setup.see(&model.scene, setup.gate_views(), None).quality));
+}
+
+#[test]
+fn numbers_that_are_none_are_named_and_change_nothing() {
+    let tiny = tiny(200, 6, (48, 36));
+    let mut model = Model::fresh(&tiny.dense);
+    // Its square overflows single precision.
+    model.scene.sh.fill(1e30);
+    let setup = tiny.setup();
+    let before = State::begin(model);
+    let orders = Orders { pruning: Pruning::Never, ..orders(200) };
+    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, before);
+    let error = tuner.step().unwrap_err();
+    let (TuneError::Loss { iteration, .. } | TuneError::Gradient { iteration, .. }) = &error else {
+        panic!("{error}")
+    };
+    assert_eq!(*iteration, 0);
+    assert!(error.to_string().contains("view view_"), "{error}");
+    assert_eq!(tuner.state().iteration, 0);
+    assert_eq!(tuner.state().model.adam.steps, 0);
+}

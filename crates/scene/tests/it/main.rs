@@ -1,0 +1,5 @@
+//! Readers of scenes and cameras.
+
+mod camera;
+mod foveated;
+mod scene;

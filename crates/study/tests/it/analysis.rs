@@ -1,0 +1,7 @@
+//! Pareto fronts, knees, marginal values and the stability of rankings.
+
+mod front;
+mod stability;
+mod support;
+mod table;
+mod whole;

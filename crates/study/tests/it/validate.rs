@@ -1,0 +1,250 @@
+//! `validate`: tables, verdicts, measuring, the page, and a subset of the published rows.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use expect_test::expect_file;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{System, SystemSpec, Watch};
+use powergs_study::validate::numbers::baseline_csv;
+use powergs_study::validate::run::{steps, value};
+use powergs_study::validate::{
+    Baseline, Built, Judged, MachineName, Metric, Row, Status, Tables, Tolerance, Verdict,
+    document, judge, measure, table,
+};
+
+fn build(name: &MachineName) -> Built {
+    let spec = SystemSpec { sets: name.sets.clone(), ..SystemSpec::named(&name.arch) };
+    let system = System::load(&spec, &EmbeddedFiles);
+    Built::new(system.unwrap_or_else(|e| panic!("{name}: {e}")))
+}
+
+fn machines(rows: &[&Row]) -> BTreeMap<MachineName, Built> {
+    let names = rows.iter().flat_map(|r| [Some(&r.machine), r.against.as_ref()]).flatten();
+    names.map(|name| (name.clone(), build(name))).collect()
+}
+
+/// Counts steps, and cancels once there are too many.
+struct Counting {
+    done: AtomicU64,
+    most: u64,
+}
+
+impl Watch for Counting {
+    fn is_cancelled(&self) -> bool {
+        self.done.load(Ordering::Relaxed) >= self.most
+    }
+
+    fn simulated(&self, n: u64) {
+        self.done.fetch_add(n, Ordering::Relaxed);
+    }
+}
+
+/// The header of `published.csv` and one row.
+fn published(cells: [&str; 5]) -> String {
+    let [id, workload, against, metric, value] = cells;
+    format!(
+        "id,section,what,workload,machine,against,metric,published,tolerance,status,origin,source,\
+         note\n{id},Section,what,{workload},gscore,{against},{metric},{value},10%,enforced,\
+         held_out,s,\n"
+    )
+}
+
+const HEAD: &str = "name,preset,points,seed,width,height,views,path,why\n";
+const NONE: &str = "id,ours\n";
+
+#[test]
+fn embedded_tables_are_complete() {
+    let tables = Tables::embedded();
+    assert!(tables.rows.len() > 50);
+    for row in &tables.rows {
+        assert!(!row.what.is_empty() && !row.source.is_empty(), "{}", row.id);
+        if row.status == Status::KnownGap {
+            assert!(row.note.len() > 30, "{}: a gap without a reason", row.id);
+        }
+        build(&row.machine);
+        row.against.iter().for_each(|name| drop(build(name)));
+        assert!(tables.baseline.contains_key(&row.id), "{}: validate --bless", row.id);
+    }
+    for workload in &tables.workloads {
+        let is_used = |row: &Row| row.workload.as_ref() == Some(&workload.name);
+        assert!(tables.rows.iter().any(is_used), "{} is not used", workload.name);
+        assert!(workload.why.len() > 10, "{}", workload.name);
+    }
+}
+
+/// Enforced rows hold and known gaps exist, in what the command measured the last time.
+#[test]
+fn the_baseline_is_what_the_statuses_say() {
+    let tables = Tables::embedded();
+    for row in &tables.rows {
+        let ours = tables.baseline.get(&row.id).copied();
+        let judged = judge(row, ours, ours);
+        let expected = match row.status {
+            Status::Enforced => Verdict::Holds,
+            Status::KnownGap => Verdict::Gap,
+        };
+        assert_eq!(judged.verdict, expected, "{}: {ours:?}", row.id);
+    }
+}
+
+#[test]
+fn the_page_is_that_of_the_tables() {
+    let tables = Tables::embedded();
+    let judged: Vec<Judged> = tables.rows.iter().map(|row| of_baseline(&tables, row)).collect();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/validation.md");
+    expect_file![path].assert_eq(&document::page(&tables, &judged));
+    for line in table::terminal(&judged).lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
+
+fn of_baseline<'a>(tables: &Tables, row: &'a Row) -> Judged<'a> {
+    let ours = tables.baseline.get(&row.id).copied();
+    judge(row, ours, ours)
+}
+
+/// What needs no frame, and Lego with one view in place of four: a view is within a tenth of the
+/// mean of four, so the tolerance is twice that of the row.
+#[test]
+fn a_subset_of_the_rows_holds() {
+    let mut tables = Tables::embedded();
+    tables.workloads.retain(|w| w.name == "lego");
+    tables.workloads[0].views = 1;
+    let wanted = |row: &&Row| {
+        !row.metric.needs_frames() || ["gscore-lego-fps", "nas-records"].contains(&&*row.id)
+    };
+    let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
+    assert!(rows.len() > 5);
+    let measured = measure(&tables, &rows, &machines(&rows), &()).expect("no defect");
+    let measured = measured.expect("not cancelled");
+    for row in rows {
+        let ours = value(row, &measured).unwrap_or_else(|| panic!("{}: not measured", row.id));
+        let holds = if row.metric.needs_frames() {
+            Tolerance::Share(0.2).holds(row.published, ours)
+        } else {
+            (judge(row, Some(ours), None).verdict == Verdict::Holds)
+                == (row.status == Status::Enforced)
+        };
+        assert!(holds, "{}: {ours} against {}", row.id, row.published);
+    }
+}
+
+#[test]
+fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
+    let rows = published(["a", "w", "gscore vru.cores=2", "speedup", "2"])
+        + "b,Section,what,path,neo,,lists_keeping,0.9,10%,enforced,held_out,s,\n";
+    let workloads =
+        format!("{HEAD}w,demo,3000,1,96,80,2,0,why\npath,demo,3000,1,96,80,2,200,why\n");
+    let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
+    let rows: Vec<&Row> = tables.rows.iter().collect();
+    let built = machines(&rows);
+    let counting = Counting { done: AtomicU64::new(0), most: u64::MAX };
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| measure(&tables, &rows, &built, &counting).expect("no defect").unwrap())
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!(one, three);
+    // Two machines on two views, and one on two views; the warm-up goes through no machine.
+    assert_eq!((steps(&tables, &rows), counting.done.into_inner()), (6, 12));
+    let speedup = value(rows[0], &one).expect("both machines");
+    assert!(speedup > 1.2, "four cores against two: {speedup}");
+    let keeping = value(rows[1], &one).expect("a path");
+    assert!((0.5..=1.0).contains(&keeping), "{keeping}");
+
+    for most in [0, 1, 3] {
+        let stop = Counting { done: AtomicU64::new(0), most };
+        assert!(measure(&tables, &rows, &built, &stop).expect("no defect").is_none(), "{most}");
+    }
+}
+
+#[test]
+fn verdicts() {
+    let text = published(["a", "", "", "area", "100"]);
+    let tables = Tables::parse(&text, HEAD, NONE).unwrap();
+    let enforced = tables.rows[0].clone();
+    let gap = Row { status: Status::KnownGap, ..enforced.clone() };
+    let check = |row: &Row, ours, before, verdict, bad| {
+        let judged = judge(row, ours, before);
+        assert_eq!((judged.verdict, judged.is_bad()), (verdict, bad), "{ours:?} {before:?}");
+    };
+    check(&enforced, Some(110.0), None, Verdict::Holds, false);
+    check(&enforced, Some(110.1), None, Verdict::Fails, true);
+    check(&enforced, Some(89.9), Some(89.9), Verdict::Fails, true);
+    check(&enforced, Some(105.0), Some(102.0), Verdict::Holds, true);
+    check(&enforced, Some(105.0), Some(104.5), Verdict::Holds, false);
+    check(&enforced, Some(97.0), Some(104.0), Verdict::Holds, false);
+    check(&enforced, None, Some(100.0), Verdict::Open, false);
+    check(&gap, Some(200.0), Some(200.5), Verdict::Gap, false);
+    check(&gap, Some(200.0), Some(150.0), Verdict::Gap, true);
+    check(&gap, Some(101.0), Some(200.0), Verdict::Closed, false);
+}
+
+#[test]
+fn tolerances_and_machine_names() {
+    let holds = |text, ours| Tolerance::parse(text).map(|t: Tolerance| t.holds(2.0, ours));
+    assert_eq!(holds("10%", 2.2), Some(true));
+    assert_eq!(holds("10 %", 1.79), Some(false));
+    assert_eq!(holds("0.5..0.7", 0.7), Some(true));
+    assert_eq!(holds("0.5..0.7", 2.0), Some(false));
+    for bad in ["", "10", "x%", "-1%", "nan%", "2..1", "..", "1..inf"] {
+        assert_eq!(Tolerance::parse(bad), None, "{bad}");
+    }
+    let name = MachineName::parse(" gscore  vru.cores=2 clock=1GHz").unwrap();
+    assert_eq!(name.to_string(), "gscore vru.cores=2 clock=1GHz");
+    assert_eq!(MachineName::parse("  "), None);
+    for metric in Metric::ALL {
+        assert_eq!(Metric::named(metric.name()), Some(metric));
+    }
+}
+
+#[test]
+fn the_baseline_keeps_what_was_not_measured() {
+    let text = published(["a", "", "", "area", "1"])
+        + "b,Section,what,,gscore,,area,1,10%,enforced,held_out,s,\n";
+    let tables = Tables::parse(&text, HEAD, "id,ours\na,1.5\nold,3\n").unwrap();
+    let measured = Baseline::from([("b".to_owned(), 2.0)]);
+    let after = baseline_csv(&tables.rows, &tables.baseline, &measured);
+    assert_eq!(after, "id,ours\na,1.500000\nb,2.000000\n");
+    assert_eq!(Tables::parse(&text, HEAD, &after).unwrap().baseline.len(), 2);
+}
+
+fn fault(published: &str, workloads: &str, baseline: &str) -> String {
+    Tables::parse(published, workloads, baseline).expect_err("a bad table").to_string()
+}
+
+#[test]
+fn broken_tables_name_the_cell() {
+    let good = published(["a", "", "", "area", "1"]);
+    let lego = format!("{HEAD}w,lego,1000,1,8,8,1,0,why\n");
+    let with = |cells| fault(&published(cells), &lego, NONE);
+    let all = [
+        with(["a b", "", "", "area", "1"]),
+        with(["a", "", "", "heat", "1"]),
+        with(["a", "", "", "fps", "1"]),
+        with(["a", "x", "", "fps", "1"]),
+        with(["a", "w", "", "area", "1"]),
+        with(["a", "w", "", "speedup", "1"]),
+        with(["a", "w", "edge", "fps", "1"]),
+        with(["a", "", "", "area", "inf"]),
+        with(["a", "", "", "area", "many"]),
+        fault(&good.replace("10%", "ten"), HEAD, NONE),
+        fault(&good.replace("enforced", "hoped"), HEAD, NONE),
+        fault(&good.replace("held_out", "fitted"), HEAD, NONE),
+        fault(&good.replace(",gscore,", ",,"), HEAD, NONE),
+        fault(&(good.clone() + good.lines().last().unwrap()), HEAD, NONE),
+        fault(&good.replace("section,", ""), HEAD, NONE),
+        fault("", HEAD, NONE),
+        fault(&good, &lego.replace(",lego,", ",castle,"), NONE),
+        fault(&good, &lego.replace(",1000,", ",99999999999,"), NONE),
+        fault(&good, &lego.replace(",8,8,", ",0,8,"), NONE),
+        fault(&good, &lego.replace(",1,0,", ",9,9,"), NONE),
+        fault(&good, &lego.replace("w,", "\u{0},\u{0},"), NONE),
+        fault(&good, HEAD, "id,ours\na,nan\n"),
+        fault(&good, HEAD, "id,ours\na,1\na,2\n"),
+        fault(&good, HEAD, "id\na\n"),
+    ];
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/validation-errors.txt");
+    expect_file![path].assert_eq(&(all.join("\n") + "\n"));
+}

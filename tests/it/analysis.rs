@@ -1,8 +1,0 @@
-//! Pareto fronts, knees, marginal values and the stability of rankings.
-
-mod front;
-mod report;
-mod stability;
-mod support;
-mod table;
-mod whole;

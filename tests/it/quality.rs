@@ -1,9 +1,0 @@
-//! Losses and metrics: the published vectors, naive twins, finite differences, hostile pictures.
-
-mod d22;
-mod flip;
-mod hvsq;
-mod loss;
-pub mod lpips;
-mod pictures;
-mod sight;
