@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use powergs_sim::cli::camera_file;
-use powergs_sim::fovea::{Looking, Screen};
+use powergs_sim::fovea::{Screen, ScreenGaze};
 use powergs_sim::raster::{Detail, Options, render, render_foveated};
 use powergs_sim::scene::camera::edit;
 use powergs_sim::scene::foveated::LevelPaint;
@@ -146,7 +146,7 @@ fn model(scene: &Gaussians, kept_of_ten: usize) -> Foveated {
 
 /// Foveated over plain, on two threads: with whole levels, and with levels of half the one before.
 fn report_foveated(name: &str, case: &Case) {
-    let looking = Looking { gaze: [0.5, 0.5], screen: Screen::PUBLISHED };
+    let looking = ScreenGaze { point: [0.5, 0.5], screen: Screen::PUBLISHED };
     for (kept, what) in [(10, "whole levels"), (5, "levels of half")] {
         let model = model(&case.scene, kept);
         for detail in [Detail::Image, Detail::Counters] {

@@ -51,7 +51,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             "red_w": parts[0],
             "green_w": parts[1],
             "blue_w": parts[2],
-            "static_w": display.standing.0,
+            "static_w": display.static_power.0,
             "mean_linear_rgb": mean,
         }))?;
         return Ok(Exit::Done);
@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     out::text(&format!(
         "power        {:.4} W on {} (red {:.4}, green {:.4}, blue {:.4}, static {:.4})\n\
          linear mean  red {r:.4}, green {g:.4}, blue {b:.4} of full\n",
-        power.0, display.name, parts[0], parts[1], parts[2], display.standing.0
+        power.0, display.name, parts[0], parts[1], parts[2], display.static_power.0
     ))?;
     Ok(Exit::Done)
 }

@@ -16,7 +16,7 @@ use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_frame::fovea::Looking;
+use powergs_frame::fovea::ScreenGaze;
 use powergs_frame::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::Camera;
@@ -90,7 +90,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 fn frame_of(
     scene: &Shown,
     camera: &Camera,
-    looking: &Looking,
+    looking: &ScreenGaze,
     options: &Options,
 ) -> Result<Frame, Failure> {
     match scene {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::filter::pair;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_frame::fovea::stream::Eye;
-use powergs_frame::fovea::{GAZE_CYCLE, GazeStream, Looking, REGIONS, Screen};
+use powergs_frame::fovea::{GAZE_CYCLE, GazeStream, REGIONS, Screen, ScreenGaze};
 use powergs_scene::Camera;
 
 /// Where somebody looks in each view, and on which screen.
@@ -76,7 +76,7 @@ impl GazeArgs {
     /// # Errors
     /// Exit code 2 for a gaze or a screen that cannot be, 3 for a stream that cannot be read or has
     /// a gap.
-    pub fn looking(&self, cameras: &[Camera]) -> Result<Vec<Looking>, Failure> {
+    pub fn looking(&self, cameras: &[Camera]) -> Result<Vec<ScreenGaze>, Failure> {
         let screen = Screen { pooling_rate: self.pooling_rate, ..self.screen };
         screen.check().or_exit(Exit::Usage, "--screen, --pooling-rate")?;
         let gazes: Vec<[f32; 2]> = match (&self.gaze_stream, self.gaze_cycle) {
@@ -86,12 +86,12 @@ impl GazeArgs {
                 let (x, y) = self.gaze.unwrap_or((0.5, 0.5));
                 // Before it is rounded: just outside is outside.
                 let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
-                let sight = powergs_frame::fovea::Sight::on(screen, [x, y], size);
+                let sight = powergs_frame::fovea::EccentricityMap::on(screen, [x, y], size);
                 sight.or_exit(Exit::Usage, "--gaze")?;
                 vec![[x as f32, y as f32]; cameras.len()]
             }
         };
-        Ok(gazes.into_iter().map(|gaze| Looking { gaze, screen }).collect())
+        Ok(gazes.into_iter().map(|gaze| ScreenGaze { point: gaze, screen }).collect())
     }
 
     fn streamed(&self, path: &PathBuf, cameras: &[Camera]) -> Result<Vec<[f32; 2]>, Failure> {
@@ -123,13 +123,13 @@ impl GazeArgs {
 }
 
 /// The regions that no view shows, 0 for R1: images that are too small for all four.
-pub fn missing(cameras: &[Camera], looking: &[Looking]) -> Vec<u8> {
+pub fn missing(cameras: &[Camera], looking: &[ScreenGaze]) -> Vec<u8> {
     let mut missing: Vec<u8> = (0..4).collect();
     for (camera, looking) in cameras.iter().zip(looking) {
         if missing.is_empty() {
             break;
         }
-        if let Ok(sight) = looking.sight([camera.width, camera.height]) {
+        if let Ok(sight) = looking.eccentricity_map([camera.width, camera.height]) {
             let own = sight.missing_regions();
             missing.retain(|region| own.contains(region));
         }
@@ -138,7 +138,7 @@ pub fn missing(cameras: &[Camera], looking: &[Looking]) -> Vec<u8> {
 }
 
 /// Says which levels no view shows.
-pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[Looking]) {
+pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[ScreenGaze]) {
     let missing = missing(cameras, looking);
     if !missing.is_empty() && !context.global.quiet {
         let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::background::Background;
 use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
 use powergs_base::picture::Picture;
-use powergs_frame::fovea::{POOLINGS, Sight};
+use powergs_frame::fovea::{EccentricityMap, POOLINGS};
 use powergs_quality::{Hvsq, flip, likeness};
 
 /// Shown under `quality --help`.
@@ -107,7 +107,7 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>,
 fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
     let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
     let size = [picture.width, picture.height];
-    let sight = Sight::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
+    let sight = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
     let hvsq = Hvsq::new(size[0], size[1], &POOLINGS);
     let mut hvsq = hvsq.or_exit(Exit::BadInput, args.picture.display())?;
     let reference = hvsq.reference(reference);

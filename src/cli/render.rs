@@ -12,7 +12,7 @@ use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::picture::Picture;
-use powergs_frame::fovea::Looking;
+use powergs_frame::fovea::ScreenGaze;
 use powergs_raster::{Detail, Options, regions, render, render_foveated};
 use powergs_scene::Camera;
 use powergs_scene::camera::orbit::SceneBounds;
@@ -102,7 +102,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 
 /// The views, and where somebody looks in each: the place in the sequence counts, also where only
 /// one of them is rendered.
-fn chosen(args: &Args, mut cameras: Vec<Camera>) -> Result<(Vec<Camera>, Vec<Looking>), Failure> {
+fn chosen(
+    args: &Args,
+    mut cameras: Vec<Camera>,
+) -> Result<(Vec<Camera>, Vec<ScreenGaze>), Failure> {
     let mut looking = args.gaze.looking(&cameras)?;
     let frame = match args.frame {
         Some(frame) => frame,

@@ -7,7 +7,6 @@ pub mod batch;
 pub mod bsu;
 pub mod buffer;
 pub mod ccu;
-pub mod design;
 pub mod divide;
 pub mod dram;
 pub mod layout;
@@ -16,6 +15,8 @@ pub mod memory;
 pub mod pipeline;
 pub mod qsu;
 pub mod regions;
+pub mod resolved;
+pub mod rules;
 pub mod schedule;
 pub mod timeline;
 pub mod traffic;
@@ -27,9 +28,10 @@ use crate::workload::FrameWorkload;
 use crate::workload::reuse::ListReuse;
 use powergs_frame::fovea::LEVELS;
 
-pub use design::Design;
 pub use machine::Machine;
 pub use pipeline::memo::Memo;
+pub use resolved::ResolvedUnits;
+pub use rules::{Rule, RuleError, UnitRule, UnitRules};
 pub use traffic::Traffic;
 pub use unit::Unit;
 
@@ -37,7 +39,7 @@ use regions::RegionWork;
 use schedule::Plan;
 use timeline::Observer;
 
-/// Why a unit could not work although it had work.
+/// Why a unit that had work could not proceed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stall {
     /// Records of Gaussians are still in DRAM or on the way.
@@ -233,14 +235,14 @@ impl FrameTiming {
     }
 }
 
-/// What the frame before and the feature cache contribute; both are measured once for a geometry
-/// and not by the pipeline.
+/// Frame context: what the feature cache and the frame before contribute. Both are measured once
+/// for a geometry, outside of the pipeline.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Given<'a> {
-    /// Feature records of every chunk that the cache has; `None` without a cache.
+pub struct FrameContext<'a> {
+    /// Feature records of each chunk that hit the feature cache; `None` without a cache.
     pub hits: Option<&'a [u32]>,
-    /// What every list (of a tile, or of a sort group) keeps of the frame before; `None` where
-    /// lists are sorted from nothing.
+    /// What each list (of a tile, or of a sort group) reuses of the frame before; `None` where
+    /// lists are sorted from scratch.
     pub reuse: Option<&'a [ListReuse]>,
 }
 
@@ -249,61 +251,70 @@ pub struct Given<'a> {
 pub struct Replay {
     /// When everything happened.
     pub timing: FrameTiming,
-    /// How often everything happened, counted from the frame's totals and not from its timing, and
-    /// what was done in vain, which does depend on time.
+    /// How often everything happened: counted from the totals of the frame, and the speculative
+    /// work, which depends on timing.
     pub actions: ActionCounts,
-    /// The part of `actions` that nobody needed.
+    /// The part of `actions` that is speculative work whose result was not used.
     pub speculation: ActionCounts,
     /// What the DRAM served.
     pub served: Traffic,
     /// The regions of a foveated frame.
     pub regions: Option<[RegionWork; LEVELS]>,
+    /// How a unit rule from outside of the crate broke its contract. The rest then means nothing;
+    /// [`sim`](crate::sim) refuses to report it.
+    pub rule_error: Option<RuleError>,
 }
 
-/// Takes `workload` through `machine`.
+/// Replays `workload` on `machine`, as the first frame of its trace.
 ///
 /// # Panics
 /// When the workload was binned with another geometry than the machine's, or when the machine is
 /// one that no check lets through (a unit count, width or interval of zero).
 pub fn replay(workload: &FrameWorkload, machine: &Machine) -> Replay {
-    replay_with(workload, machine, Given::default(), &mut ())
+    replay_with(workload, machine, FrameContext::default(), &mut ())
 }
 
-/// As [`replay`], with what was measured before, and tells `observer` what every unit did when.
+/// As [`replay`], in a frame context, and tells `observer` what every unit did when.
 pub fn replay_with(
     workload: &FrameWorkload,
     machine: &Machine,
-    given: Given,
+    context: FrameContext,
     observer: &mut impl Observer,
 ) -> Replay {
-    through(workload, machine, given, None, observer)
+    through(workload, machine, context, None, observer)
 }
 
-/// As [`replay`], with what was measured before, for many machines on one frame: `memo` is of this
-/// frame alone. The same result, sooner where an earlier machine has preprocessed alike.
+/// As [`replay`], in a frame context, for many machines on one frame: `memo` belongs to this frame.
+/// The result is the same, and is there sooner if an earlier machine preprocessed alike.
 pub fn replay_again(
     workload: &FrameWorkload,
     machine: &Machine,
-    given: Given,
+    context: FrameContext,
     memo: &Memo,
 ) -> Replay {
-    through(workload, machine, given, Some(memo), &mut ())
+    through(workload, machine, context, Some(memo), &mut ())
 }
 
 fn through(
     workload: &FrameWorkload,
     machine: &Machine,
-    given: Given,
+    context: FrameContext,
     memo: Option<&Memo>,
     observer: &mut impl Observer,
 ) -> Replay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
-    let design = Design::for_frame(machine, workload);
-    let plan = Plan::new(workload, machine, &design, &given);
-    let outcome = pipeline::run(workload, machine, &design, &plan, given, memo, observer);
-    let mut actions = traffic::actions(workload, &design, &plan, &given);
+    let units = ResolvedUnits::for_frame(machine, workload);
+    let plan = Plan::new(workload, machine, &units, &context);
+    let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
+    let mut check = outcome.rule_check;
+    let mut actions = traffic::actions(workload, &units, &plan, &context, &mut check);
     actions.add(&outcome.speculation);
-    let (timing, served) = (outcome.timing, outcome.traffic);
-    let regions = regions::regions(workload, machine, &design, &plan, &given);
-    Replay { timing, actions, speculation: outcome.speculation, served, regions }
+    Replay {
+        timing: outcome.timing,
+        actions,
+        speculation: outcome.speculation,
+        served: outcome.traffic,
+        regions: regions::regions(workload, machine, &units, &plan, &context, &mut check),
+        rule_error: check.error,
+    }
 }

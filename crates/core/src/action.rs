@@ -256,7 +256,8 @@ impl ActionCounts {
     /// Charges `n` times `action` to `stage`. `Standby` does no work and cannot be charged.
     pub fn charge(&mut self, stage: Stage, action: Action, n: u64) {
         assert!(stage != Stage::Standby, "standby does no work: {action:?}");
-        self.counts[stage as usize][action.index()] += n;
+        let count = &mut self.counts[stage as usize][action.index()];
+        *count = count.saturating_add(n);
     }
 
     /// How often `action` happened for `stage`.
@@ -267,6 +268,17 @@ impl ActionCounts {
     /// How often `action` happened in all stages.
     pub fn total(&self, action: Action) -> u64 {
         self.counts.iter().map(|row| row[action.index()]).sum()
+    }
+
+    /// Adds the counts of `other` unless one of them would exceed `most`; returns whether it did.
+    pub(crate) fn add_within(&mut self, other: &ActionCounts, most: u64) -> bool {
+        let fits = |(n, m): (&u64, &u64)| n.checked_add(*m).is_some_and(|sum| sum <= most);
+        let rows = || self.counts.iter().zip(&other.counts);
+        let is_within = rows().all(|(row, theirs)| row.iter().zip(theirs).all(fits));
+        if is_within {
+            self.add(other);
+        }
+        is_within
     }
 
     /// Adds the counts of `other`.

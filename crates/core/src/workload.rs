@@ -11,7 +11,7 @@ pub mod reuse;
 mod storage;
 mod tile;
 
-use powergs_frame::fovea::Looking;
+use powergs_frame::fovea::ScreenGaze;
 use powergs_frame::splat::{Counters, FoveaCounters, Intersection};
 
 pub use bin::bin;
@@ -179,7 +179,7 @@ pub struct StoragePrefix {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoveaWork {
     /// Where somebody looks.
-    pub looking: Looking,
+    pub gaze: ScreenGaze,
     /// The region of every tile, 0 for R1 to 3 for R4, row-major.
     pub regions: Vec<u8>,
     /// Tiles that blend two levels.

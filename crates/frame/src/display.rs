@@ -32,7 +32,7 @@ pub struct Display {
     pub blue: Watts,
     /// Power of a black image.
     #[serde(rename = "static")]
-    pub standing: Watts,
+    pub static_power: Watts,
     /// Key of `references.toml` or assumption number.
     pub source: String,
 }
@@ -60,7 +60,7 @@ impl Display {
     /// Watts of an image with these means of linear R, G, B.
     pub fn power(&self, mean_linear: [f64; 3]) -> Watts {
         let sum: f64 = self.coefficients().iter().zip(mean_linear).map(|(k, m)| k * m).sum();
-        Watts(sum + self.standing.0)
+        Watts(sum + self.static_power.0)
     }
 
     /// Watts per unit of the sRGB value of one channel (0 red, 1 green, 2 blue) of one pixel, in

@@ -1,15 +1,15 @@
 //! Foveation: where somebody looks, how coarsely the eye sees the rest, and which level of a model
 //! each tile shows. `docs/foveation.md` has the formulas.
 //!
-//! [`Sight`] knows eccentricity, pooling size and level of every place of a screen,
+//! [`EccentricityMap`] knows eccentricity, pooling size and level of every place of a screen,
 //! [`TileLevels`] the levels of the tiles of a grid and how neighbouring levels are blended,
 //! [`GazeStream`] where somebody looks over time.
 
-pub mod sight;
+pub mod eccentricity;
 pub mod stream;
 pub mod tiles;
 
-pub use sight::{POOLINGS, Sight};
+pub use eccentricity::{EccentricityMap, POOLINGS};
 pub use stream::{GazeSample, GazeStream, StreamError};
 pub use tiles::{TileLevel, TileLevels};
 
@@ -100,21 +100,21 @@ impl Screen {
 
 /// Where somebody looks on which screen, as traces keep it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Looking {
+pub struct ScreenGaze {
     /// Gaze, shares of width and height from the upper left corner.
-    pub gaze: [f32; 2],
+    pub point: [f32; 2],
     /// The screen.
     pub screen: Screen,
 }
 
-impl Looking {
+impl ScreenGaze {
     /// The sight of a picture of `width` x `height` pixels.
     ///
     /// # Errors
     /// A gaze outside the picture, or a screen that cannot be.
-    pub fn sight(&self, size: [u32; 2]) -> Result<Sight, GazeError> {
+    pub fn eccentricity_map(&self, size: [u32; 2]) -> Result<EccentricityMap, GazeError> {
         // The same numbers whether they come from a trace or not.
-        Sight::on(self.screen, self.gaze.map(f64::from), size)
+        EccentricityMap::on(self.screen, self.point.map(f64::from), size)
     }
 }
 

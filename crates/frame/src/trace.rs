@@ -33,7 +33,7 @@ pub use transform::Transform;
 pub use verify::{Damage, VerifyReport, verify, visit_intact};
 pub use writer::Writer;
 
-use crate::fovea::{Looking, Screen};
+use crate::fovea::{Screen, ScreenGaze};
 use crate::scene::Camera;
 use crate::splat::Splat;
 
@@ -96,8 +96,8 @@ pub struct Fovea {
 
 impl Fovea {
     /// Where somebody looks.
-    pub fn looking(&self) -> Looking {
-        Looking { gaze: self.gaze, screen: self.screen }
+    pub fn screen_gaze(&self) -> ScreenGaze {
+        ScreenGaze { point: self.gaze, screen: self.screen }
     }
 }
 

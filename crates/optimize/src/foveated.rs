@@ -14,7 +14,9 @@ use powergs_core::action::Stage;
 use powergs_core::energy::Component;
 use powergs_core::sim::SimError;
 use powergs_frame::display::d22::{Filter, Gaze};
-use powergs_frame::fovea::{GAZE_CYCLE, GazeError, LEVELS, Looking, POOLINGS, Screen, Sight};
+use powergs_frame::fovea::{
+    EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, Screen, ScreenGaze,
+};
 use powergs_quality::hvsq::Measures;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
@@ -178,8 +180,8 @@ struct Shown {
 
 impl Viewer<'_> {
     /// Where somebody looks in view `i`.
-    pub fn looking(&self, i: usize) -> Looking {
-        Looking { gaze: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen: self.screen }
+    pub fn looking(&self, i: usize) -> ScreenGaze {
+        ScreenGaze { point: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen: self.screen }
     }
 
     /// Measures the model of `levels`.
@@ -237,7 +239,7 @@ impl Viewer<'_> {
         &self,
         model: &Foveated,
         camera: &Camera,
-        looking: &Looking,
+        looking: &ScreenGaze,
         is_filtered: bool,
     ) -> Result<Shown, FovealError> {
         let setup = self.setup;
@@ -272,15 +274,15 @@ impl Viewer<'_> {
     ///
     /// # Errors
     /// A gaze or a screen that cannot be.
-    pub fn filtered(&self, picture: &Picture, looking: &Looking) -> Result<Picture, GazeError> {
-        let [x, y] = looking.gaze.map(f64::from);
+    pub fn filtered(&self, picture: &Picture, looking: &ScreenGaze) -> Result<Picture, GazeError> {
+        let [x, y] = looking.point.map(f64::from);
         let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
         Ok(Filter::new(self.setup.display).apply(picture, &gaze))
     }
 
     /// Pixels that the filter changes.
-    fn filtered_pixels(&self, camera: &Camera, looking: &Looking) -> Result<f64, GazeError> {
-        let [x, y] = looking.gaze.map(f64::from);
+    fn filtered_pixels(&self, camera: &Camera, looking: &ScreenGaze) -> Result<f64, GazeError> {
+        let [x, y] = looking.point.map(f64::from);
         let gaze = Gaze::new(x, y, self.screen.fov_deg)?;
         let size = Picture { width: camera.width, height: camera.height, pixels: Vec::new() };
         let all = (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y)));
@@ -319,7 +321,8 @@ impl Viewer<'_> {
             }
             setup.references.write_to(view, &mut reference);
             let size = [camera.width, camera.height];
-            let regions = Sight::on(self.screen, looking.gaze.map(f64::from), size)?.regions();
+            let regions =
+                EccentricityMap::on(self.screen, looking.point.map(f64::from), size)?.regions();
             let Ok(measure) = measures.of(&picture, &POOLINGS) else { continue };
             let reference = measure.reference(&reference);
             let all = measure.regional(&picture, &reference, &regions);

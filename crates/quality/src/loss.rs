@@ -84,7 +84,7 @@ impl Loss {
         job.l1_slope = ((1.0 - SSIM_WEIGHT) / n) as f32;
         job.ssim_slope = (-SSIM_WEIGHT / n) as f32;
         let mean = self.run(&job, Some(gradient.as_flattened_mut()));
-        let display_w = mean.watts * n + display.standing.0;
+        let display_w = mean.watts * n + display.static_power.0;
         Parts {
             l1: mean.l1,
             ssim: mean.ssim,

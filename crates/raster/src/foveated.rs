@@ -20,7 +20,7 @@ use super::blend::{Counted, ImageOnly, Record};
 use super::forward::{Detail, Options, preview};
 use super::row::TileCount;
 use powergs_base::picture::Picture;
-use powergs_frame::fovea::{GazeError, Looking, TileLevels};
+use powergs_frame::fovea::{GazeError, ScreenGaze, TileLevels};
 use powergs_frame::splat::runs::{Levels, Reach, Runs, Touch};
 use powergs_frame::splat::{Counters, FoveaCounters, Splat, TileGrid};
 use powergs_frame::trace::{Fovea, Frame, FrameFacts, PixelColumns};
@@ -64,7 +64,7 @@ pub struct FoveatedFrame {
     /// Tiles, row-major.
     pub tiles: Vec<FoveatedTile>,
     /// Where somebody looks.
-    pub looking: Looking,
+    pub gaze: ScreenGaze,
 }
 
 /// Renders one view of a foveated model. [`Detail::Dominance`] counts as [`Detail::Counters`].
@@ -74,16 +74,16 @@ pub struct FoveatedFrame {
 pub fn render_foveated(
     model: &Foveated,
     camera: &Camera,
-    looking: &Looking,
+    gaze: &ScreenGaze,
     options: &Options,
 ) -> Result<FoveatedFrame, GazeError> {
-    let sight = looking.sight([camera.width, camera.height])?;
+    let map = gaze.eccentricity_map([camera.width, camera.height])?;
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
-    let levels = TileLevels::new(&sight, grid);
+    let levels = TileLevels::new(&map, grid);
     Ok(match options.detail {
-        Detail::Image => render_as(model, camera, *looking, &levels, options, ImageOnly),
+        Detail::Image => render_as(model, camera, *gaze, &levels, options, ImageOnly),
         Detail::Counters | Detail::Dominance => {
-            render_as(model, camera, *looking, &levels, options, Counted)
+            render_as(model, camera, *gaze, &levels, options, Counted)
         }
     })
 }
@@ -91,7 +91,7 @@ pub fn render_foveated(
 fn render_as<R: Record>(
     model: &Foveated,
     camera: &Camera,
-    looking: Looking,
+    gaze: ScreenGaze,
     levels: &TileLevels,
     options: &Options,
     record: R,
@@ -120,7 +120,7 @@ fn render_as<R: Record>(
         fetches: &fetches,
         level: options.level,
     };
-    let mut frame = FoveatedFrame::sized::<R>(camera, looking);
+    let mut frame = FoveatedFrame::sized::<R>(camera, gaze);
     frame.tiles = targets(&mut frame, levels.grid)
         .into_par_iter()
         .enumerate()
@@ -179,7 +179,7 @@ fn totals(model: &Foveated, frame: &FoveatedFrame) -> (Counters, FoveaCounters) 
 }
 
 impl FoveatedFrame {
-    fn sized<R: Record>(camera: &Camera, looking: Looking) -> FoveatedFrame {
+    fn sized<R: Record>(camera: &Camera, gaze: ScreenGaze) -> FoveatedFrame {
         let n = camera.width as usize * camera.height as usize;
         let column = || vec![0; if R::COUNT { n } else { 0 }];
         let (width, height) = (camera.width, camera.height);
@@ -195,7 +195,7 @@ impl FoveatedFrame {
             pixels: PixelColumns { stop_rank: column(), blended: column() },
             second: [column(), column(), column()],
             tiles: Vec::new(),
-            looking,
+            gaze,
         }
     }
 
@@ -217,8 +217,8 @@ impl FoveatedFrame {
             survivor_bits: Some(self.survivor_bits),
             pixels: self.pixels,
             fovea: Some(Fovea {
-                gaze: self.looking.gaze,
-                screen: self.looking.screen,
+                gaze: self.gaze.point,
+                screen: self.gaze.screen,
                 highest_level: self.highest,
                 stop_rank_2,
                 extra_alpha,

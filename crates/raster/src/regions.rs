@@ -1,10 +1,10 @@
 //! The regions R1 to R4 of a foveated picture, drawn over it.
 
 use powergs_base::picture::Picture;
-use powergs_frame::fovea::{GazeError, Looking, TileLevels};
+use powergs_frame::fovea::{GazeError, ScreenGaze, TileLevels};
 use powergs_frame::splat::TileGrid;
 
-/// Tints of R1 (not used: it is shown as it is) to R4, sRGB: apart for all kinds of sight.
+/// Tints of R1 (not used: it is shown as it is) to R4, sRGB: apart for all kinds of map.
 pub const TINTS: [[f32; 3]; 4] =
     [[0.5, 0.5, 0.5], [0.0, 0.45, 0.70], [0.90, 0.62, 0.0], [0.80, 0.25, 0.55]];
 /// How strong they are.
@@ -17,13 +17,13 @@ const CROSS: f32 = 0.012;
 ///
 /// # Errors
 /// A gaze or a screen that cannot be.
-pub fn draw(picture: &Picture, looking: &Looking) -> Result<Picture, GazeError> {
+pub fn draw(picture: &Picture, gaze: &ScreenGaze) -> Result<Picture, GazeError> {
     let (width, height) = (picture.width, picture.height);
-    let sight = looking.sight([width, height])?;
-    let levels = TileLevels::new(&sight, TileGrid::new(width, height, 16));
-    let regions = sight.regions();
+    let map = gaze.eccentricity_map([width, height])?;
+    let levels = TileLevels::new(&map, TileGrid::new(width, height, 16));
+    let regions = map.regions();
     let mut out = picture.clone();
-    let [gaze_x, gaze_y] = [looking.gaze[0] * width as f32, looking.gaze[1] * height as f32];
+    let [gaze_x, gaze_y] = [gaze.point[0] * width as f32, gaze.point[1] * height as f32];
     let reach = (CROSS * width as f32).max(3.0);
     for (i, pixel) in out.pixels.iter_mut().enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);

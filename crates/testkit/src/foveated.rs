@@ -1,6 +1,6 @@
 //! Small foveated models, and somebody who looks at them.
 
-use powergs_frame::fovea::{Looking, Screen};
+use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::scene::Gaussians;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -8,8 +8,8 @@ use rand_pcg::Pcg64Mcg;
 /// A screen on which small pictures show all levels.
 pub const EAGER: Screen = Screen { fov_deg: 100.0, pooling_rate: 0.4 };
 
-pub fn looking(gaze: [f32; 2]) -> Looking {
-    Looking { gaze, screen: EAGER }
+pub fn looking(gaze: [f32; 2]) -> ScreenGaze {
+    ScreenGaze { point: gaze, screen: EAGER }
 }
 
 /// The four levels of a random model in front of a camera at the origin that looks along z: each

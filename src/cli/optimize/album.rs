@@ -1,7 +1,7 @@
 //! Pictures of a foveated run: the first test view, somebody looking at its middle.
 
 use powergs_base::picture::Picture;
-use powergs_frame::fovea::{GazeError, LEVELS, Looking};
+use powergs_frame::fovea::{GazeError, LEVELS, ScreenGaze};
 use powergs_optimize::foveated::Viewer;
 use powergs_raster::regions::{self, TINTS};
 use powergs_raster::{Detail, Options, render, render_foveated};
@@ -29,7 +29,7 @@ pub fn album(
     let setup = viewer.setup;
     let view = setup.split.test[0];
     let camera = &setup.cameras[view];
-    let looking = Looking { gaze: GAZE, screen: viewer.screen };
+    let looking = ScreenGaze { point: GAZE, screen: viewer.screen };
     let options = Options { background: setup.background, ..Options::reference(Detail::Image) };
     let shown = |model: &Foveated| -> Result<Picture, GazeError> {
         Ok(render_foveated(model, camera, &looking, &options)?.picture)
@@ -46,7 +46,7 @@ pub fn album(
     let picture = shown(ours)?;
     shots.push(shot("PowerGS", &picture));
     let size = [camera.width, camera.height];
-    let of_pixel = looking.sight(size)?.regions();
+    let of_pixel = looking.eccentricity_map(size)?.regions();
     let pixels = of_pixel.len().max(1) as f64;
     let share = |i: usize| of_pixel.iter().filter(|r| usize::from(**r) == i).count() as f64;
     let dense = render(setup.dense, camera, &options).picture;

@@ -9,7 +9,7 @@ use super::finish::{Finished, write_charts};
 use super::folder::Folder;
 use super::inputs::{Inputs, published_prices};
 use super::{Args, PowerArgs, album, demo};
-use powergs_frame::fovea::{GAZE_CYCLE, LEVELS, Looking, Screen, TileLevels};
+use powergs_frame::fovea::{GAZE_CYCLE, LEVELS, Screen, ScreenGaze, TileLevels};
 use powergs_frame::splat::TileGrid;
 use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
 use powergs_optimize::checkpoint::Progress;
@@ -53,16 +53,16 @@ pub fn clock(args: &PowerArgs) -> Result<(CycleOracle, f64), Failure> {
 }
 
 /// Where somebody looks in each view.
-fn looking(screen: &Screen, views: usize) -> Vec<Looking> {
+fn looking(screen: &Screen, views: usize) -> Vec<ScreenGaze> {
     let gaze = |i: usize| GAZE_CYCLE[i % GAZE_CYCLE.len()];
-    (0..views).map(|i| Looking { gaze: gaze(i), screen: *screen }).collect()
+    (0..views).map(|i| ScreenGaze { point: gaze(i), screen: *screen }).collect()
 }
 
 /// Levels that some view shows, from 1.
 pub fn levels(screen: &Screen, views: &[Camera]) -> u8 {
-    let of_view = |(camera, looking): (&Camera, Looking)| {
+    let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
         let (width, height) = (camera.width, camera.height);
-        let sight = looking.sight([width, height]).ok()?;
+        let sight = looking.eccentricity_map([width, height]).ok()?;
         let tiles = TileLevels::new(&sight, TileGrid::new(width, height, 16)).tiles;
         tiles.iter().map(|t| t.first + u8::from(t.blends)).max()
     };

@@ -297,8 +297,8 @@ fn scaled(
         return Err(Failure::new(Exit::BadInput, what));
     }
     let factor = ratio * watts.render_w / watts.display_w;
-    let standing = powergs_base::quantity::Watts(display.standing.0 * factor);
-    Ok(Display { scale: display.scale * factor, standing, ..display })
+    let static_power = powergs_base::quantity::Watts(display.static_power.0 * factor);
+    Ok(Display { scale: display.scale * factor, static_power, ..display })
 }
 
 fn own_renders(

@@ -1,16 +1,16 @@
-//! Room in a buffer, and what passed through it.
+//! Buffer allocator: admits items to one share of an on-chip buffer and keeps its statistics.
 //!
-//! Rule of every buffer: an item enters when it fits beside what is there, or when the buffer is
-//! empty. The second half means that an item larger than its buffer streams through it alone; what
-//! it costs to be that large is said by the unit (a list that does not fit spills to DRAM). Buffers
-//! of a machine are divided evenly among the units or cores that use them.
+//! Rule of every buffer: an item is admitted when it fits in the free space, or when the buffer is
+//! empty. By the second half of the rule an item larger than its buffer streams through it alone;
+//! the unit charges what that costs (a list that does not fit spills to DRAM). Each buffer of a
+//! machine is divided evenly among the units or cores that use it.
 
 use super::BufferUse;
 use crate::action::Buffer;
 
-/// The room of one unit or core in one buffer.
+/// Occupancy of the share of one buffer that one unit or core has to itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Room {
+pub struct BufferAllocator {
     capacity: u64,
     used: u64,
     peak: u64,
@@ -20,52 +20,58 @@ pub struct Room {
     since: u64,
 }
 
-impl Room {
+impl BufferAllocator {
     /// An empty buffer of `capacity` bytes.
     pub fn new(capacity: u64) -> Self {
         let (used, peak, filled, discarded) = (0, 0, 0, 0);
         Self { capacity, used, peak, filled, discarded, byte_cycles: 0, since: 0 }
     }
 
-    /// Bytes that it holds.
+    /// Bytes allocated.
     pub fn used(&self) -> u64 {
         self.used
     }
 
-    /// Whether `bytes` may enter now.
+    /// Whether an item of `bytes` is admitted now.
     pub fn admits(&self, bytes: u64) -> bool {
         self.used == 0 || self.used.saturating_add(bytes) <= self.capacity
     }
 
-    /// Takes room in cycle `now`.
+    /// Allocates `bytes` in cycle `now`.
     pub fn fill(&mut self, now: u64, bytes: u64) {
-        self.pass(now);
+        self.advance(now);
         self.used += bytes;
         self.filled += bytes;
         self.peak = self.peak.max(self.used);
     }
 
-    /// Gives room back in cycle `now`: the bytes have been used.
+    /// Frees `bytes` in cycle `now`: their consumer has read them.
+    ///
+    /// # Panics
+    /// When fewer bytes are allocated.
     pub fn release(&mut self, now: u64, bytes: u64) {
-        assert!(self.used >= bytes, "a buffer gives back what it took: {} < {bytes}", self.used);
-        self.pass(now);
+        assert!(self.used >= bytes, "more bytes freed than allocated: {} < {bytes}", self.used);
+        self.advance(now);
         self.used -= bytes;
     }
 
-    /// Gives room back in cycle `now`: nobody needed the bytes.
+    /// Frees `bytes` in cycle `now` that were fetched speculatively and not used.
+    ///
+    /// # Panics
+    /// When fewer bytes are allocated.
     pub fn discard(&mut self, now: u64, bytes: u64) {
         self.release(now, bytes);
         self.discarded += bytes;
     }
 
-    fn pass(&mut self, now: u64) {
+    fn advance(&mut self, now: u64) {
         self.byte_cycles += u128::from(self.used) * u128::from(now - self.since);
         self.since = now;
     }
 }
 
-/// Adds up the shares of a buffer.
-pub fn usage<'a>(buffer: Buffer, shares: impl Iterator<Item = &'a Room>) -> BufferUse {
+/// Sums the statistics of all shares of a buffer.
+pub fn usage<'a>(buffer: Buffer, shares: impl Iterator<Item = &'a BufferAllocator>) -> BufferUse {
     let mut sum = BufferUse {
         buffer,
         capacity: 0,
@@ -75,13 +81,13 @@ pub fn usage<'a>(buffer: Buffer, shares: impl Iterator<Item = &'a Room>) -> Buff
         consumed: 0,
         discarded: 0,
     };
-    for room in shares {
-        sum.capacity += room.capacity;
-        sum.peak += room.peak;
-        sum.byte_cycles += room.byte_cycles;
-        sum.filled += room.filled;
-        sum.consumed += room.filled - room.discarded - room.used;
-        sum.discarded += room.discarded;
+    for share in shares {
+        sum.capacity += share.capacity;
+        sum.peak += share.peak;
+        sum.byte_cycles += share.byte_cycles;
+        sum.filled += share.filled;
+        sum.consumed += share.filled - share.discarded - share.used;
+        sum.discarded += share.discarded;
     }
     sum
 }

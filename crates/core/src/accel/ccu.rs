@@ -56,13 +56,15 @@ const LEVEL_ENTRY: u64 = 2;
 const LEVEL_AS_TESTS: u64 = 2;
 
 impl Ccu {
-    /// A unit with `share` bytes of the input buffer: two batches fit, so that one is read while
-    /// the other is converted.
+    /// A unit with `share` bytes of the input buffer, in which two batches fit: one is read while
+    /// the other is converted. `fovea` is context for foveated frames.
     pub fn new(
-        (spec, record): (CcuSpec, RecordSpec),
+        spec: CcuSpec,
+        record: RecordSpec,
         fovea: Option<FoveaSpec>,
         share: u64,
-        (input, output): (Banks, Banks),
+        input: Banks,
+        output: Banks,
     ) -> Self {
         let level_bytes = fovea.as_ref().map_or(0, |fovea| match spec.fetch {
             Fetch::Everything | Fetch::GeometryFirst => 1 + 3 * fovea.record.0,
@@ -110,8 +112,8 @@ impl Ccu {
             + self.output.words(batch.pairs * self.record.list_entry.0)
     }
 
-    /// Room that a batch reserves in the input buffer: that of a full batch of survivors, because
-    /// the read is issued before anybody knows.
+    /// Bytes that a batch allocates in the input buffer: those of a batch in which every record
+    /// survives, because the allocation is made before culling.
     #[inline]
     pub fn reserved(&self) -> u64 {
         u64::from(self.batch) * (self.reads.0 + self.reads.1)
@@ -123,16 +125,6 @@ impl Ccu {
         let bytes = self.output.words(tiles * LEVEL_ENTRY) * self.output.word();
         actions.charge(stage, Action::ObbTest, LEVEL_AS_TESTS * tiles);
         actions.charge(stage, Action::SramWrite(Buffer::TileList), bytes);
-    }
-
-    /// [`Unit::cycles`] and [`Unit::bank_stalls`] of a batch. Records stream through both buffers
-    /// while the next ones arrive.
-    #[inline]
-    pub fn times(&self, batch: &Batch) -> (u64, u64) {
-        let cycles = self.cycles(batch);
-        let (input, output) = (self.input_words(batch), self.output_words(batch));
-        let stalls = self.input.excess(input, input, cycles);
-        (cycles, stalls.max(self.output.excess(output, output, cycles)))
     }
 }
 
@@ -150,6 +142,15 @@ impl Unit for Ccu {
 
     fn bank_stalls(&self, batch: &Batch) -> u64 {
         self.times(batch).1
+    }
+
+    /// Records stream through both buffers while the next ones arrive.
+    #[inline]
+    fn times(&self, batch: &Batch) -> (u64, u64) {
+        let cycles = self.cycles(batch);
+        let (input, output) = (self.input_words(batch), self.output_words(batch));
+        let stalls = self.input.excess(input, input, cycles);
+        (cycles, stalls.max(self.output.excess(output, output, cycles)))
     }
 
     fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {

@@ -8,9 +8,9 @@
 //! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
 //! order.
 
-use super::design::Design;
 use super::machine::Fetch;
-use super::traffic::Load;
+use super::resolved::ResolvedUnits;
+use super::traffic::ChunkLoad;
 use crate::workload::FrameWorkload;
 
 /// Regions begin at multiples of this.
@@ -18,7 +18,7 @@ const REGION: u64 = 1 << 20;
 
 /// A contiguous piece of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Piece {
+pub struct AddressRange {
     /// First byte.
     pub address: u64,
     /// Bytes.
@@ -27,11 +27,11 @@ pub struct Piece {
 
 /// What a request touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Span {
+pub enum AccessPattern {
     /// Bytes in a row.
-    Run(Piece),
+    Run(AddressRange),
     /// What a CCU writes: projected splats and list entries.
-    Two(Piece, Piece),
+    Two(AddressRange, AddressRange),
     /// Records of the survivors of a batch, evenly among its records.
     Survivors {
         /// Record of the first one in the batch.
@@ -49,7 +49,7 @@ pub enum Span {
         entries: u64,
         /// How many of their records are read: those of evenly chosen entries, since it is not
         /// known which entries hit the cache or were loaded before.
-        load: Load,
+        load: ChunkLoad,
     },
 }
 
@@ -70,18 +70,18 @@ pub struct Layout {
 
 impl Layout {
     /// Lays a frame out.
-    pub fn new(workload: &FrameWorkload, design: &Design) -> Layout {
-        let (r, c) = (&design.ccu.record, &workload.counters);
+    pub fn new(workload: &FrameWorkload, units: &ResolvedUnits) -> Layout {
+        let (r, c) = (&units.ccu.record, &workload.counters);
         let mut end = 0u64;
         let mut region = |bytes: u64| {
             let start = end;
             end = (start + bytes).next_multiple_of(REGION);
             start
         };
-        let fovea = &design.vru.fovea;
-        let geometry = r.geometry.0 + design.ccu.level_bytes;
+        let fovea = &units.vru.fovea;
+        let geometry = r.geometry.0 + units.ccu.level_bytes;
         let all = r.position.0 + geometry + r.colour.0;
-        let sizes = match design.ccu.spec.fetch {
+        let sizes = match units.ccu.spec.fetch {
             Fetch::Everything => [(all, all), (0, 0), (0, 0)],
             Fetch::GeometryFirst | Fetch::LazyColour => {
                 [(r.position.0, r.position.0), (geometry, geometry), (r.colour.0, r.colour_pitch.0)]
@@ -91,7 +91,7 @@ impl Layout {
             sizes.map(|(bytes, pitch)| (region(c.points.saturating_mul(pitch)), bytes, pitch));
         let entries = workload.list.len() as u64;
         Layout {
-            fetch: design.ccu.spec.fetch,
+            fetch: units.ccu.spec.fetch,
             scene,
             projected: (region(c.intersecting_points * r.projected.0), r.projected.0),
             lists: (region(entries.max(c.tile_pairs) * r.list_entry.0), r.list_entry.0),
@@ -107,53 +107,73 @@ impl Layout {
                     (region(c.intersecting_points * fovea.feature.0), fovea.feature.0),
                 ],
             },
-            spill: region(u64::from(design.vru.spec.cores) * REGION),
+            spill: region(u64::from(units.vru.spec.cores) * REGION),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
         }
     }
 
     /// First read of a batch.
-    pub fn first_read(&self, first: u64, bytes: u64) -> Span {
+    pub fn first_read(&self, first: u64, bytes: u64) -> AccessPattern {
         let (base, _, pitch) = self.scene[0];
-        Span::Run(Piece { address: base + first * pitch, bytes })
+        AccessPattern::Run(AddressRange { address: base + first * pitch, bytes })
     }
 
     /// Results of a batch.
-    pub fn results(&self, first_splat: u64, splats: u64, first_pair: u64, pairs: u64) -> Span {
-        let at = |(base, size): (u64, u64), first: u64, n: u64| Piece {
+    pub fn results(
+        &self,
+        first_splat: u64,
+        splats: u64,
+        first_pair: u64,
+        pairs: u64,
+    ) -> AccessPattern {
+        let at = |(base, size): (u64, u64), first: u64, n: u64| AddressRange {
             address: base + first * size,
             bytes: n * size,
         };
-        Span::Two(at(self.projected, first_splat, splats), at(self.lists, first_pair, pairs))
+        AccessPattern::Two(
+            at(self.projected, first_splat, splats),
+            at(self.lists, first_pair, pairs),
+        )
     }
 
     /// A list that begins with this entry.
-    pub fn list(&self, start: u32, bytes: u64) -> Span {
-        Span::Run(Piece { address: self.lists.0 + u64::from(start) * self.lists.1, bytes })
+    pub fn list(&self, start: u32, bytes: u64) -> AccessPattern {
+        AccessPattern::Run(AddressRange {
+            address: self.lists.0 + u64::from(start) * self.lists.1,
+            bytes,
+        })
     }
 
     /// Keys of a core that do not fit.
-    pub fn spill(&self, core: u32, bytes: u64) -> Span {
-        Span::Run(Piece { address: self.spill + u64::from(core) * REGION, bytes })
+    pub fn spill(&self, core: u32, bytes: u64) -> AccessPattern {
+        AccessPattern::Run(AddressRange { address: self.spill + u64::from(core) * REGION, bytes })
     }
 
     /// The pixels of a tile.
-    pub fn pixels(&self, tile: u32, bytes: u64) -> Span {
-        Span::Run(Piece { address: self.pixels.0 + u64::from(tile) * self.pixels.1, bytes })
+    pub fn pixels(&self, tile: u32, bytes: u64) -> AccessPattern {
+        AccessPattern::Run(AddressRange {
+            address: self.pixels.0 + u64::from(tile) * self.pixels.1,
+            bytes,
+        })
     }
 
     /// The next piece of a request of which `cursor` pieces are done.
-    pub fn piece(&self, span: &Span, cursor: &mut u64, workload: &FrameWorkload) -> Option<Piece> {
+    pub fn piece(
+        &self,
+        span: &AccessPattern,
+        cursor: &mut u64,
+        workload: &FrameWorkload,
+    ) -> Option<AddressRange> {
         loop {
             let step = *cursor;
             *cursor += 1;
             let piece = match *span {
-                Span::Run(piece) => part(piece, step)?,
-                Span::Two(a, b) => *[a, b].get(step as usize)?,
-                Span::Survivors { first, records, survivors } => {
+                AccessPattern::Run(piece) => part(piece, step)?,
+                AccessPattern::Two(a, b) => *[a, b].get(step as usize)?,
+                AccessPattern::Survivors { first, records, survivors } => {
                     self.survivor(first, records, survivors, step)?
                 }
-                Span::Chunk { start, entries, load } => {
+                AccessPattern::Chunk { start, entries, load } => {
                     self.record(start, entries, load, step, workload)?
                 }
             };
@@ -163,7 +183,13 @@ impl Layout {
         }
     }
 
-    fn survivor(&self, first: u64, records: u64, survivors: u64, step: u64) -> Option<Piece> {
+    fn survivor(
+        &self,
+        first: u64,
+        records: u64,
+        survivors: u64,
+        step: u64,
+    ) -> Option<AddressRange> {
         let both = self.fetch == Fetch::GeometryFirst;
         let (index, part) = if both { (step / 2, step % 2) } else { (step, 0) };
         if index >= survivors {
@@ -171,29 +197,29 @@ impl Layout {
         }
         let record = first + index * records / survivors;
         let (base, bytes, pitch) = self.scene[1 + part as usize];
-        Some(Piece { address: base + record * pitch, bytes })
+        Some(AddressRange { address: base + record * pitch, bytes })
     }
 
     fn record(
         &self,
         start: u64,
         entries: u64,
-        load: Load,
+        load: ChunkLoad,
         step: u64,
         workload: &FrameWorkload,
-    ) -> Option<Piece> {
+    ) -> Option<AddressRange> {
         let rank =
             |nth: u64, of: u64| workload.list[(start + nth * entries / of) as usize] as usize;
         if step < load.features {
             let (base, bytes, pitch) = self.features;
             let slot = u64::from(workload.slot[rank(step, load.features)]);
-            return Some(Piece { address: base + slot * pitch, bytes });
+            return Some(AddressRange { address: base + slot * pitch, bytes });
         }
         let step = step - load.features;
         if step < load.colours {
             let (base, bytes, pitch) = self.scene[2];
             let index = u64::from(workload.index[rank(step, load.colours)]);
-            return Some(Piece { address: base + index * pitch, bytes });
+            return Some(AddressRange { address: base + index * pitch, bytes });
         }
         let step = step - load.colours;
         if step < load.levels {
@@ -201,7 +227,7 @@ impl Layout {
             let (base, bytes) = self.levels[0];
             let (nth, level) = (step * entries / load.levels, step % 3);
             let index = u64::from(workload.index[rank(nth, entries)]);
-            return Some(Piece { address: base + (3 * index + level) * bytes, bytes });
+            return Some(AddressRange { address: base + (3 * index + level) * bytes, bytes });
         }
         let step = step - load.levels;
         if step >= load.seconds {
@@ -209,13 +235,13 @@ impl Layout {
         }
         let (base, bytes) = self.levels[1];
         let slot = u64::from(workload.slot[rank(step, load.seconds)]);
-        Some(Piece { address: base + slot * bytes, bytes })
+        Some(AddressRange { address: base + slot * bytes, bytes })
     }
 }
 
 /// The `step`-th MiB of a piece.
-fn part(piece: Piece, step: u64) -> Option<Piece> {
+fn part(piece: AddressRange, step: u64) -> Option<AddressRange> {
     let done = step * REGION;
     let bytes = piece.bytes.checked_sub(done)?.min(REGION);
-    (bytes > 0).then_some(Piece { address: piece.address + done, bytes })
+    (bytes > 0).then_some(AddressRange { address: piece.address + done, bytes })
 }

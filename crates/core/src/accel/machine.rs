@@ -6,6 +6,7 @@ use std::sync::{Arc, LazyLock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::rules::UnitRules;
 use crate::action::{Buffer, Inventory, Memory};
 use crate::dram::Device;
 use crate::dram::device::Order;
@@ -62,6 +63,10 @@ pub struct Machine {
     #[serde(skip)]
     #[schemars(skip)]
     pub device: Option<Arc<Device>>,
+    /// Timing rules of units; all built in unless a program replaces them. Not in the file.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub rules: UnitRules,
 }
 
 impl Machine {

@@ -5,7 +5,7 @@
 //! in between.
 
 use super::dram::{Channel, Dram};
-use super::layout::{Layout, Piece, Span};
+use super::layout::{AccessPattern, AddressRange, Layout};
 use super::machine::{DramModel, Machine};
 use super::timeline::Observer;
 use super::traffic::Traffic;
@@ -62,7 +62,7 @@ struct Queued {
     device: Banked,
     /// Requests by number: what they touch, how far that is done, who asked, and when they were
     /// done.
-    requests: Vec<(Span, u64, u32, u64)>,
+    requests: Vec<(AccessPattern, u64, u32, u64)>,
 }
 
 /// Cycles of the machine against CK of the device, both in femtoseconds.
@@ -131,7 +131,7 @@ impl<'a> Memory<'a> {
         &mut self,
         now: u64,
         request: Request,
-        span: impl FnOnce(&Layout) -> Span,
+        span: impl FnOnce(&Layout) -> AccessPattern,
         observer: &mut O,
     ) -> Arrival {
         if request.bytes == 0 {
@@ -152,7 +152,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Issues a request to a memory that may want to know where.
-    fn issue_at(&mut self, now: u64, request: Request, span: Span) -> Arrival {
+    fn issue_at(&mut self, now: u64, request: Request, span: AccessPattern) -> Arrival {
         let (layout, workload) = (&self.layout, self.workload);
         let class = request.stage as u8;
         match &mut self.timer {
@@ -179,7 +179,7 @@ impl<'a> Memory<'a> {
         }
     }
 
-    fn tell<O: Observer>(&self, request: &Request, span: &Span, observer: &mut O) {
+    fn tell<O: Observer>(&self, request: &Request, span: &AccessPattern, observer: &mut O) {
         if !O::WANTS_REQUESTS {
             return;
         }
@@ -197,6 +197,14 @@ impl<'a> Memory<'a> {
                 queued.requests[(arrival.0 & !UNKNOWN) as usize].3
             }
             Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => arrival.0,
+        }
+    }
+
+    /// Cycle in which a request completes, if that is known already; otherwise 0.
+    pub fn known_end(&self, arrival: Arrival) -> u64 {
+        match self.at(arrival) {
+            NEVER => 0,
+            cycle => cycle,
         }
     }
 
@@ -255,7 +263,7 @@ impl<'a> Memory<'a> {
     }
 }
 
-fn in_device(piece: Piece) -> dram::Span {
+fn in_device(piece: AddressRange) -> dram::Span {
     let bytes = u32::try_from(piece.bytes).expect("pieces of at most 1 MiB");
     dram::Span { address: piece.address, bytes }
 }

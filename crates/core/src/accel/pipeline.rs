@@ -1,72 +1,78 @@
 //! Decides when: finite buffers between the units, several cores, one shared DRAM.
 //!
-//! **Preprocessing.** Batches wait in storage order. A CCU takes the next batch when it has fewer
-//! than `ccu.queue` and its share of the input buffer has room for a full one, at most one a
-//! cycle, and issues its first read at once; when that has arrived it issues the second. The CCU
-//! works on its batches in order. A batch enters when all its data is there and the tile-list
-//! buffer has room for what it will write; the input room is free again when the last record has
-//! entered. `latency` cycles later the batch is written to DRAM, and its tile-list room is free
-//! when the write has left. Preprocessing ends when all writes have left.
+//! **Preprocessing.** Batches are taken in storage order. A CCU takes the next batch when it holds
+//! fewer than `ccu.queue` and its share of the input buffer admits a full one, at most one a cycle.
+//! It issues the first read of the batch at once, and the second when the first has arrived. It
+//! processes its batches in order: a batch enters the unit when all its data has arrived and the
+//! tile-list buffer admits its results, and frees its input buffer when its last record has
+//! entered. `latency` cycles later its results are written to DRAM; the tile-list buffer is freed
+//! when the write is complete. Preprocessing ends when all writes are complete.
 //!
-//! **Tiles.** Jobs (`schedule`) wait in their order. Every core is a chain of three places for
-//! jobs, and one queue of chunks (`core`): its front takes the next job as soon as it has place,
-//! reads the list and runs the QSU passes; its middle sends the chunks of one job, in order, into
-//! the feature buffer; its VRU renders the chunks in order and writes the pixels.
+//! **Tiles.** Jobs are taken in the order of the schedule (`schedule`). Every core is a pipeline of
+//! three stages (`core`): the list-fetch stage takes the next job when it has a free slot, reads
+//! the job's list and runs the QSU passes; the chunk-issue stage sends the chunks of one job, in
+//! order, into the feature buffer and to the BSU; the VRU renders the chunks in order and writes
+//! the pixels.
 //!
 //! **Overlap.** A tile's list is complete only when its last Gaussian has been binned and written,
 //! so with `schedule.overlap = "none"` cores begin when preprocessing has ended (A28). With `tiles`
-//! a list is read as soon as it is complete itself. With `frames` cores begin at once: they work on
-//! this frame while the CCUs work on the next, which is taken to be like this one (A81).
+//! each list is read as soon as it is complete. With `frames` cores begin at once: they render this
+//! frame while the CCUs preprocess the next one, which is taken to be like this one (A81).
 //!
-//! **Ties.** Within a cycle, CCUs and then cores act in the order of their number, which decides
-//! who gets the next batch or job, and whose DRAM request is first.
+//! **Ties.** Within a cycle, CCUs act before cores, each in the order of their number; this decides
+//! which one gets the next batch or job, and whose DRAM request is issued first.
 //!
-//! Events are batches and chunks, never cycles or splats. `tests/it/pipeline/oracle.rs` steps
-//! through the same rules cycle by cycle.
+//! Events are batches and chunks, never cycles or splats. A test oracle steps through the same
+//! rules cycle by cycle (`pipeline/oracle.rs` of the tests).
 
-mod binned;
+mod ccu_state;
+mod chunk_issue;
 mod core;
-mod front;
+mod event_queue;
+mod feature_queue;
 mod ledger;
+mod list_completion;
+mod list_fetch;
 pub mod memo;
-mod middle;
-mod preprocess;
-mod turns;
+mod render;
 
 use std::ops::Range;
 
-use self::binned::Binned;
+use self::ccu_state::CcuState;
 use self::core::Core;
+use self::event_queue::EventQueue;
 use self::ledger::Ledger;
+use self::list_completion::ListCompletion;
 use self::memo::Memo;
-use self::preprocess::Converter;
-use self::turns::Turns;
 use super::batch::Batches;
-use super::buffer::{Room, usage};
-use super::design::Design;
-use super::layout::{Layout, Span};
+use super::buffer::{BufferAllocator, usage};
+use super::layout::{AccessPattern, Layout};
 use super::machine::Overlap;
 use super::memory::{Arrival, Memory, NEVER, Request};
+use super::resolved::ResolvedUnits;
+use super::rules::RuleCheck;
 use super::schedule::{Job, Plan};
 use super::timeline::Observer;
 use super::traffic::{Traffic, pairs_written};
-use super::{BufferUse, FrameTiming, Given, Histogram, Machine, Stall, UnitCycles};
+use super::{BufferUse, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles};
 use crate::action::{ActionCounts, Buffer, Stage, UnitKind};
 use crate::workload::FrameWorkload;
 
-/// What CCUs and cores share.
+/// State that CCUs and cores share.
 struct Shared<'a, O> {
-    design: &'a Design,
+    units: &'a ResolvedUnits,
     workload: &'a FrameWorkload,
     plan: &'a Plan,
-    given: Given<'a>,
+    context: FrameContext<'a>,
     memory: Memory<'a>,
-    /// Whether the requests of a CCU are done in order, and nobody waits for their cycles.
+    /// Whether the requests of a CCU complete in order and no core waits for list completion.
     in_order: bool,
     batches: Batches<'a>,
     next_batch: u32,
     next_job: u32,
-    binned: Binned,
+    lists: ListCompletion,
+    /// Checks what unit rules from outside of the crate return.
+    rule_check: RuleCheck,
     observer: &'a mut O,
 }
 
@@ -78,7 +84,7 @@ impl<O: Observer> Shared<'_, O> {
         owner: u32,
         stage: Stage,
         bytes: u64,
-        span: impl FnOnce(&Layout) -> Span,
+        span: impl FnOnce(&Layout) -> AccessPattern,
     ) -> Arrival {
         let request = Request { owner, stage, write: false, bytes };
         self.memory.issue(now, request, span, self.observer)
@@ -91,7 +97,7 @@ impl<O: Observer> Shared<'_, O> {
         owner: u32,
         stage: Stage,
         bytes: u64,
-        span: impl FnOnce(&Layout) -> Span,
+        span: impl FnOnce(&Layout) -> AccessPattern,
     ) -> Arrival {
         let request = Request { owner, stage, write: true, bytes };
         self.memory.issue(now, request, span, self.observer)
@@ -99,60 +105,60 @@ impl<O: Observer> Shared<'_, O> {
 }
 
 impl<O> Shared<'_, O> {
-    /// Whether the pipeline of a VRU drains behind this tile: behind the last one of a job that has
-    /// chunks at all.
+    /// Whether the pipeline of a VRU drains behind this tile: it does behind the last tile of a job
+    /// that has chunks.
     fn drains(&self, job: &Job, tile: u32) -> bool {
         let tiles = self.plan.tiles_of(job);
         let is_filled = |t: &&u32| self.workload.tiles[**t as usize].chunks > 0;
-        !self.design.vru.spec.tile_overlap && tiles.iter().rfind(is_filled) == Some(&tile)
+        !self.units.vru.spec.tile_overlap && tiles.iter().rfind(is_filled) == Some(&tile)
     }
 }
 
-/// Everybody who acts at events: CCUs, then cores.
+/// The agents of the event queue: CCUs, then cores.
 struct Agents {
-    converters: Vec<Converter>,
+    ccus: Vec<CcuState>,
     cores: Vec<Core>,
 }
 
 impl Agents {
-    fn new(design: &Design) -> Self {
-        let units = design.ccu.spec.units;
-        let cores = 0..design.vru.spec.cores;
+    fn new(units: &ResolvedUnits) -> Self {
+        let ccus = units.ccu.spec.units;
+        let cores = 0..units.vru.spec.cores;
         Self {
-            converters: (0..units).map(|unit| Converter::new(unit, unit, design)).collect(),
-            cores: cores.map(|core| Core::new(core, units + core, design)).collect(),
+            ccus: (0..ccus).map(|ccu| CcuState::new(ccu, ccu, units)).collect(),
+            cores: cores.map(|core| Core::new(core, ccus + core, units)).collect(),
         }
     }
 
-    /// Lets `agents` act from cycle `start` on, until nobody has anything to do.
+    /// Runs `agents` from cycle `start` until none has an event left.
     fn drive<O: Observer>(&mut self, agents: Range<usize>, start: u64, shared: &mut Shared<O>) {
-        let mut turns = Turns::new(&agents, start);
+        let mut events = EventQueue::new(&agents, start);
         let mut now = start;
         while now != NEVER {
-            while turns.soonest() == now {
-                let agent = turns.next();
+            while events.next_cycle() == now {
+                let agent = events.next_agent();
                 let wake = self.step(agent, now, shared);
                 debug_assert!(wake > now, "no event after cycle {now}");
-                turns.set(agent, wake);
-                if shared.binned.take_news() {
+                events.set(agent, wake);
+                if shared.lists.take_growth() {
                     // Cores act after CCUs in the same cycle.
-                    (self.converters.len()..agents.end).for_each(|core| turns.set(core, now));
+                    (self.ccus.len()..agents.end).for_each(|core| events.set(core, now));
                 }
             }
-            while let Some((cycle, owner)) = shared.memory.advance(turns.soonest()) {
-                turns.hasten(owner as usize, cycle.max(now + 1));
+            while let Some((cycle, owner)) = shared.memory.advance(events.next_cycle()) {
+                events.wake_by(owner as usize, cycle.max(now + 1));
             }
-            now = turns.soonest();
+            now = events.next_cycle();
         }
     }
 
     #[inline]
     fn step<O: Observer>(&mut self, agent: usize, now: u64, shared: &mut Shared<O>) -> u64 {
-        let units = self.converters.len();
-        match self.converters.get_mut(agent) {
-            Some(converter) => converter.step(now, shared),
+        let ccus = self.ccus.len();
+        match self.ccus.get_mut(agent) {
+            Some(ccu) => ccu.step(now, shared),
             None => {
-                let core = &mut self.cores[agent - units];
+                let core = &mut self.cores[agent - ccus];
                 core.account(now, shared.observer);
                 core.step(now, shared)
             }
@@ -160,25 +166,25 @@ impl Agents {
     }
 
     fn account(&mut self, now: u64, observer: &mut impl Observer) {
-        self.converters.iter_mut().for_each(|c| c.account(now, observer));
+        self.ccus.iter_mut().for_each(|c| c.account(now, observer));
         self.cores.iter_mut().for_each(|c| c.account(now, observer));
     }
 
-    fn rooms(&self) -> Vec<BufferUse> {
-        let of = |c: &'_ Core, buffer| -> Room {
+    fn buffers(&self) -> Vec<BufferUse> {
+        let of = |c: &'_ Core, buffer| -> BufferAllocator {
             match buffer {
-                Buffer::Sorting => c.front.keys.clone(),
-                Buffer::Feature => c.features.clone(),
-                _ => c.pixels.clone(),
+                Buffer::Sorting => c.list_fetch.keys.clone(),
+                Buffer::Feature => c.features.buffer.clone(),
+                _ => c.render.pixels.clone(),
             }
         };
         let cores = |buffer| {
-            let rooms: Vec<Room> = self.cores.iter().map(|c| of(c, buffer)).collect();
-            usage(buffer, rooms.iter())
+            let buffers: Vec<BufferAllocator> = self.cores.iter().map(|c| of(c, buffer)).collect();
+            usage(buffer, buffers.iter())
         };
         vec![
-            usage(Buffer::GaussianIn, self.converters.iter().map(|c| &c.input)),
-            usage(Buffer::TileList, self.converters.iter().map(|c| &c.output)),
+            usage(Buffer::GaussianIn, self.ccus.iter().map(|c| &c.input)),
+            usage(Buffer::TileList, self.ccus.iter().map(|c| &c.output)),
             cores(Buffer::Sorting),
             cores(Buffer::Feature),
             cores(Buffer::PixelOut),
@@ -186,62 +192,65 @@ impl Agents {
     }
 }
 
-/// What a frame did.
+/// What the pipeline measured in a frame.
 #[derive(Debug)]
 pub struct Outcome {
     /// When.
     pub timing: FrameTiming,
     /// DRAM bytes, speculation included.
     pub traffic: Traffic,
-    /// What was done that nobody needed.
+    /// Actions of speculative work that was not used.
     pub speculation: ActionCounts,
+    /// Whether unit rules from outside of the crate kept to their contract.
+    pub(super) rule_check: RuleCheck,
 }
 
-/// Takes a frame through the pipeline. `memo` is of this frame, and never given together with an
-/// observer who wants to see preprocessing.
+/// Runs a frame through the pipeline. `memo` must belong to this frame; an observer that wants to
+/// see preprocessing must not pass one.
 pub fn run<O: Observer>(
     workload: &FrameWorkload,
     machine: &Machine,
-    design: &Design,
+    units: &ResolvedUnits,
     plan: &Plan,
-    given: Given,
+    context: FrameContext,
     memo: Option<&Memo>,
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.schedule.overlap;
-    let memory = Memory::new(workload, Layout::new(workload, design), machine, design.dram);
+    let memory = Memory::new(workload, Layout::new(workload, units), machine, units.dram);
     let mut shared = Shared {
-        design,
+        units,
         workload,
         plan,
-        given,
+        context,
         in_order: memory.keeps_order() && overlap != Overlap::Tiles,
         memory,
-        batches: Batches::new(workload, design.ccu.batch, pairs_written(workload, &given)),
+        batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context)),
         next_batch: 0,
         next_job: 0,
-        binned: Binned::new(overlap == Overlap::Tiles),
+        lists: ListCompletion::new(overlap == Overlap::Tiles),
+        rule_check: RuleCheck::new(instances(units)),
         observer,
     };
-    let mut agents = Agents::new(design);
-    let (units, all) = (agents.converters.len(), agents.converters.len() + agents.cores.len());
+    let mut agents = Agents::new(units);
+    let (ccus, all) = (agents.ccus.len(), agents.ccus.len() + agents.cores.len());
     let preprocessing_end = match overlap {
         Overlap::None => {
             let memo = memo.filter(|_| memo::is_apart(machine, &shared));
             memo::preprocess(&mut agents, &mut shared, memo);
-            let end = agents.converters.iter().map(|c| c.end).max().unwrap_or(0);
+            let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
-            agents.drive(units..all, end, &mut shared);
+            agents.drive(ccus..all, end, &mut shared);
             end
         }
         Overlap::Tiles | Overlap::Frames => {
             agents.drive(0..all, 0, &mut shared);
-            agents.converters.iter().map(|c| c.end).max().unwrap_or(0)
+            agents.ccus.iter().map(|c| c.end).max().unwrap_or(0)
         }
     };
     let frame = agents.cores.iter().map(|c| c.end).fold(preprocessing_end, u64::max);
     let shared = finish(&mut agents, frame, shared);
-    outcome(&agents, preprocessing_end, frame, &shared)
+    outcome(&agents, preprocessing_end, frame, shared)
 }
 
 /// Closes all accounts at the end of the frame.
@@ -251,32 +260,41 @@ fn finish<'a, O: Observer>(
     shared: Shared<'a, O>,
 ) -> Shared<'a, O> {
     agents.account(frame, shared.observer);
-    let ccu = &shared.design.ccu;
-    agents.converters.iter_mut().for_each(|c| c.close(frame, |batch| ccu.written(batch)));
+    let ccu = &shared.units.ccu;
+    agents.ccus.iter_mut().for_each(|c| c.close(frame, |batch| ccu.written(batch)));
     agents.cores.iter_mut().for_each(|core| core.close(frame));
     shared
 }
 
-fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: &Shared<O>) -> Outcome {
-    let (design, cores) = (shared.design, &agents.cores);
-    let units = [
-        sum(UnitKind::Ccu, 1, agents.converters.iter().map(|c| &c.ledger)),
-        sum(UnitKind::Qsu, design.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
-        sum(UnitKind::Bsu, design.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.bsu)),
-        sum(UnitKind::Vru, design.vru.spec.units_per_core, cores.iter().map(|c| &c.vru)),
+fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: Shared<O>) -> Outcome {
+    let (units, cores) = (shared.units, &agents.cores);
+    let unit_cycles = [
+        sum(UnitKind::Ccu, 1, agents.ccus.iter().map(|c| &c.ledger)),
+        sum(UnitKind::Qsu, units.qsu.spec.qsu_per_core, cores.iter().map(|c| &c.qsu)),
+        sum(UnitKind::Bsu, units.bsu.spec.bsu_per_core, cores.iter().map(|c| &c.issue.ledger)),
+        sum(UnitKind::Vru, units.vru.spec.units_per_core, cores.iter().map(|c| &c.render.ledger)),
     ];
     let mut speculation = ActionCounts::default();
     let mut tile_cycles = Histogram::EMPTY;
     for core in cores {
-        speculation.add(&core.speculation);
-        tile_cycles.add(&core.tile_cycles);
+        speculation.add(&core.issue.speculation);
+        tile_cycles.add(&core.render.tile_cycles);
     }
-    let (dram, buffers) = (shared.memory.usage(), agents.rooms());
-    let timing = FrameTiming { frame, preprocessing_end, units, dram, buffers, tile_cycles };
-    Outcome { timing, traffic: shared.memory.traffic(), speculation }
+    let (dram, buffers) = (shared.memory.usage(), agents.buffers());
+    let timing =
+        FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
+    let traffic = shared.memory.traffic();
+    Outcome { timing, traffic, speculation, rule_check: shared.rule_check }
 }
 
-/// Adds the ledgers of gangs of `gang` units each.
+/// Units of all kinds in the machine.
+fn instances(units: &ResolvedUnits) -> u64 {
+    let (gsu, vru) = (&units.qsu.spec, &units.vru.spec);
+    let per_core = [gsu.qsu_per_core, gsu.bsu_per_core, vru.units_per_core].map(u64::from);
+    u64::from(units.ccu.spec.units) + u64::from(vru.cores) * per_core.iter().sum::<u64>()
+}
+
+/// Sums the ledgers of gangs of `gang` units each.
 fn sum<'a>(unit: UnitKind, gang: u32, ledgers: impl Iterator<Item = &'a Ledger>) -> UnitCycles {
     let stalls = [0; Stall::ALL.len()];
     let mut sum = UnitCycles { unit, instances: 0, busy: 0, stalls, idle: 0 };

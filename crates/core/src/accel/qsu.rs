@@ -66,7 +66,7 @@ impl Qsu {
         self.banks.excess_of_dealing(keys.sorted, self.key, self.pass_cycles(keys))
     }
 
-    /// Room that the keys take in the sorting buffer.
+    /// Bytes that the keys occupy in the sorting buffer.
     pub fn resident(&self, keys: &Keys) -> u64 {
         (keys.held * self.key).min(self.share)
     }

@@ -2,14 +2,14 @@
 //!
 //! A tile belongs to the region of the level in its middle, R1 to R4; what a job with several tiles
 //! sorts together belongs to the region of its first one. Preprocessing, the feature cache, what is
-//! done in vain and what is paid for time belong to no region.
+//! speculative work and static energy belong to no region.
 
-use super::design::Design;
-use super::schedule::{Plan, SortFront};
-use super::traffic::Load;
-use super::unit::Unit;
+use super::resolved::ResolvedUnits;
+use super::rules::RuleCheck;
+use super::schedule::{Plan, SortProgress};
+use super::traffic::ChunkLoad;
 use super::vru::Render;
-use super::{Given, Machine};
+use super::{FrameContext, Machine};
 use crate::action::{Action, ActionCounts, Stage};
 use crate::workload::FrameWorkload;
 use powergs_frame::fovea::LEVELS;
@@ -28,25 +28,27 @@ pub struct RegionWork {
 }
 
 /// The regions of a foveated frame; `None` for plain ones.
-pub fn regions(
+pub(super) fn regions(
     workload: &FrameWorkload,
     machine: &Machine,
-    design: &Design,
+    units: &ResolvedUnits,
     plan: &Plan,
-    given: &Given,
+    context: &FrameContext,
+    check: &mut RuleCheck,
 ) -> Option<[RegionWork; LEVELS]> {
     let fovea = workload.fovea.as_ref()?;
     let region_of = |tile: u32| usize::from(fovea.regions[tile as usize]);
+    let rules = &units.rules;
     let mut all: [RegionWork; LEVELS] = Default::default();
     for job in &plan.jobs {
         let tiles = plan.tiles_of(job);
         let Some(&first) = tiles.first() else { continue };
         let own = &mut all[region_of(first)].actions;
-        design.qsu.charge(&job.keys, own);
-        let spill = u64::from(job.keys.passes) * design.qsu.overflow(&job.keys);
+        rules.qsu.charge(&units.qsu, &job.keys, own, check);
+        let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
         own.charge(Stage::Sorting, Action::DramRead, job.read + spill);
         own.charge(Stage::Sorting, Action::DramWrite, job.kept + spill);
-        let mut front = SortFront::default();
+        let mut front = SortProgress::default();
         for &index in tiles {
             let tile = &workload.tiles[index as usize];
             let own = &mut all[region_of(index)];
@@ -56,16 +58,16 @@ pub fn regions(
                 let sort = front.next(workload, job, tile, k);
                 let at = (tile.chunk_start + k) as usize;
                 let render = Render { chunk: workload.chunks[at], ..Render::default() };
-                design.bsu.charge(&sort, &mut own.actions);
-                design.vru.charge(&render, &mut own.actions);
-                own.cycles += design.vru.cycles(&render);
-                let bytes = Load::new(workload, at, design, given).bytes(design);
+                rules.bsu.charge(&units.bsu, &sort, &mut own.actions, check);
+                rules.vru.charge(&units.vru, &render, &mut own.actions, check);
+                own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));
+                let bytes = ChunkLoad::new(workload, at, units, context).bytes(units);
                 own.actions.charge(Stage::Rendering, Action::DramRead, bytes);
             }
             let end = Render { last: Some(*tile), ..Render::default() };
-            design.vru.charge(&end, &mut own.actions);
-            own.cycles += design.vru.cycles(&end);
-            let pixels = design.vru.pixel_bytes(tile);
+            rules.vru.charge(&units.vru, &end, &mut own.actions, check);
+            own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &end));
+            let pixels = units.vru.pixel_bytes(tile);
             own.actions.charge(Stage::Rendering, Action::DramWrite, pixels);
         }
     }

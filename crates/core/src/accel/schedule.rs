@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use super::bsu::Sort;
-use super::design::Design;
 use super::machine::Assignment;
 use super::qsu::Keys;
-use super::{Given, Machine};
+use super::resolved::ResolvedUnits;
+use super::{FrameContext, Machine};
 use crate::workload::order::tiles as tile_order;
 use crate::workload::{FrameWorkload, TileWork};
 
@@ -49,8 +49,8 @@ impl Plan {
     pub fn new(
         workload: &FrameWorkload,
         machine: &Machine,
-        design: &Design,
-        given: &Given,
+        units: &ResolvedUnits,
+        context: &FrameContext,
     ) -> Plan {
         let order = machine.schedule.order;
         let grouped = !workload.groups.is_empty();
@@ -59,7 +59,7 @@ impl Plan {
             jobs: Vec::new(),
             is_static: machine.schedule.assignment == Assignment::Static,
         };
-        let planner = Planner { workload, design, given };
+        let planner = Planner { workload, units, context };
         if grouped {
             let side = workload.geometry.tiles_per_group_side();
             let (nx, ny) = (workload.groups_x(), workload.groups_y());
@@ -118,19 +118,19 @@ fn push_tiles_of_group(w: &FrameWorkload, side: u32, (gx, gy): (u32, u32), tiles
 /// What makes jobs.
 struct Planner<'a> {
     workload: &'a FrameWorkload,
-    design: &'a Design,
-    given: &'a Given<'a>,
+    units: &'a ResolvedUnits,
+    context: &'a FrameContext<'a>,
 }
 
 impl Planner<'_> {
     fn job(&self, all: &[u32], tiles: Range<u32>, group: Option<u32>) -> Job {
-        let qsu = &self.design.qsu;
+        let qsu = &self.units.qsu;
         let mine = &all[tiles.start as usize..tiles.end as usize];
         let works = || mine.iter().map(|&t| &self.workload.tiles[t as usize]);
         let mut keys = Keys::default();
         let mut kept = 0;
         let lists = group.as_ref().map_or(mine, std::slice::from_ref);
-        if let Some(reuse) = self.given.reuse {
+        if let Some(reuse) = self.context.reuse {
             for list in lists.iter().map(|&l| &reuse[l as usize]) {
                 let new = u64::from(list.new);
                 keys.held += u64::from(list.kept) + u64::from(list.gone) + new;
@@ -163,12 +163,12 @@ impl Planner<'_> {
 
 /// How far the list of a job has been sorted, and looked through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SortFront {
+pub struct SortProgress {
     sorted: u32,
     looked: u32,
 }
 
-impl SortFront {
+impl SortProgress {
     /// What has to be sorted before chunk `index` of `tile` can be rendered.
     pub fn next(
         &mut self,

@@ -3,13 +3,13 @@
 //! Nothing here depends on time. The pipeline moves the same bytes request by request; that both
 //! agree is checked in every run.
 
-use super::Given;
+use super::FrameContext;
 use super::batch::Batch;
 use super::bsu::Sort;
-use super::design::Design;
 use super::machine::Fetch;
-use super::schedule::{Job, Plan, SortFront};
-use super::unit::Unit;
+use super::resolved::ResolvedUnits;
+use super::rules::RuleCheck;
+use super::schedule::{Job, Plan, SortProgress};
 use super::vru::Render;
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::workload::{FrameWorkload, TileWork};
@@ -40,7 +40,7 @@ impl Traffic {
 
 /// What a chunk loads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Load {
+pub struct ChunkLoad {
     /// Feature records from DRAM: those that the cache does not have.
     pub features: u64,
     /// Feature records from the cache.
@@ -53,25 +53,30 @@ pub struct Load {
     pub seconds: u64,
 }
 
-impl Load {
+impl ChunkLoad {
     /// Of the chunk at this position in [`FrameWorkload::chunks`].
-    pub fn new(workload: &FrameWorkload, chunk: usize, design: &Design, given: &Given) -> Load {
+    pub fn new(
+        workload: &FrameWorkload,
+        chunk: usize,
+        units: &ResolvedUnits,
+        context: &FrameContext,
+    ) -> ChunkLoad {
         let work = &workload.chunks[chunk];
-        let hits = given.hits.map_or(0, |hits| u64::from(hits[chunk]));
-        let (colours, levels) = match design.ccu.spec.fetch {
+        let hits = context.hits.map_or(0, |hits| u64::from(hits[chunk]));
+        let (colours, levels) = match units.ccu.spec.fetch {
             Fetch::LazyColour => (u64::from(work.first_loads), u64::from(work.level_loads)),
             Fetch::Everything | Fetch::GeometryFirst => (0, 0),
         };
         let features = u64::from(work.entries) - hits;
         // The cache keeps both levels of a record together.
         let seconds = u64::from(work.seconds) * features / u64::from(work.entries.max(1));
-        Load { features, hits, colours, levels, seconds }
+        ChunkLoad { features, hits, colours, levels, seconds }
     }
 
     /// Bytes from DRAM.
-    pub fn bytes(&self, design: &Design) -> u64 {
-        let record = &design.ccu.record;
-        let fovea = &design.vru.fovea;
+    pub fn bytes(&self, units: &ResolvedUnits) -> u64 {
+        let record = &units.ccu.record;
+        let fovea = &units.vru.fovea;
         self.features * record.feature.0
             + self.colours * record.colour.0
             + self.levels * fovea.record.0
@@ -80,8 +85,8 @@ impl Load {
 }
 
 /// Pairs that the CCUs write to lists: all, or the new ones where lists are updated.
-pub fn pairs_written(workload: &FrameWorkload, given: &Given) -> u64 {
-    match given.reuse {
+pub fn pairs_written(workload: &FrameWorkload, context: &FrameContext) -> u64 {
+    match context.reuse {
         None => workload.counters.tile_pairs,
         Some(tiles) => tiles.iter().map(|tile| u64::from(tile.new)).sum(),
     }
@@ -95,7 +100,7 @@ pub fn for_each_chunk(
     job: &Job,
     mut each: impl FnMut(&TileWork, u32, Sort),
 ) {
-    let mut front = SortFront::default();
+    let mut front = SortProgress::default();
     for &tile in plan.tiles_of(job) {
         let tile = &workload.tiles[tile as usize];
         for index in 0..tile.chunks {
@@ -106,60 +111,70 @@ pub fn for_each_chunk(
 }
 
 /// The DRAM bytes of a frame, without speculation.
-pub fn traffic(workload: &FrameWorkload, design: &Design, plan: &Plan, given: &Given) -> Traffic {
-    let whole = Batch::whole(workload, pairs_written(workload, given));
-    let ccu = &design.ccu;
+pub fn traffic(
+    workload: &FrameWorkload,
+    units: &ResolvedUnits,
+    plan: &Plan,
+    context: &FrameContext,
+) -> Traffic {
+    let whole = Batch::whole(workload, pairs_written(workload, context));
+    let ccu = &units.ccu;
     let preprocessing = StageTraffic {
         read: ccu.first_read(&whole) + ccu.second_read(&whole),
         write: ccu.written(&whole),
     };
     let mut sorting = StageTraffic::default();
     for job in &plan.jobs {
-        let spill = u64::from(job.keys.passes) * design.qsu.overflow(&job.keys);
+        let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
         sorting.read += job.read + spill;
         sorting.write += job.kept + spill;
     }
-    let loads = (0..workload.chunks.len()).map(|c| Load::new(workload, c, design, given));
+    let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
     let rendering = StageTraffic {
-        read: loads.map(|load| load.bytes(design)).sum(),
-        write: workload.tiles.iter().map(|tile| design.vru.pixel_bytes(tile)).sum(),
+        read: loads.map(|load| load.bytes(units)).sum(),
+        write: workload.tiles.iter().map(|tile| units.vru.pixel_bytes(tile)).sum(),
     };
     Traffic { stages: [preprocessing, sorting, rendering] }
 }
 
 /// All actions of a frame, without speculation.
-pub fn actions(
+pub(super) fn actions(
     workload: &FrameWorkload,
-    design: &Design,
+    units: &ResolvedUnits,
     plan: &Plan,
-    given: &Given,
+    context: &FrameContext,
+    check: &mut RuleCheck,
 ) -> ActionCounts {
     let mut actions = ActionCounts::default();
-    design.ccu.charge(&Batch::whole(workload, pairs_written(workload, given)), &mut actions);
+    let rules = &units.rules;
+    let whole = Batch::whole(workload, pairs_written(workload, context));
+    rules.ccu.charge(&units.ccu, &whole, &mut actions, check);
     if workload.fovea.is_some() {
-        design.ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
+        units.ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
     }
     for job in &plan.jobs {
-        design.qsu.charge(&job.keys, &mut actions);
+        rules.qsu.charge(&units.qsu, &job.keys, &mut actions, check);
         for_each_chunk(workload, plan, job, |tile, index, sort| {
             let chunk = workload.chunks_of(tile)[index as usize];
-            design.bsu.charge(&sort, &mut actions);
-            design.vru.charge(&Render { chunk, ..Render::default() }, &mut actions);
+            rules.bsu.charge(&units.bsu, &sort, &mut actions, check);
+            let render = Render { chunk, ..Render::default() };
+            rules.vru.charge(&units.vru, &render, &mut actions, check);
         });
     }
     for tile in &workload.tiles {
         let end = Render { last: Some(*tile), ..Render::default() };
-        design.vru.charge(&end, &mut actions);
+        rules.vru.charge(&units.vru, &end, &mut actions, check);
     }
-    if given.hits.is_some() {
-        let loads = (0..workload.chunks.len()).map(|c| Load::new(workload, c, design, given));
+    if context.hits.is_some() {
+        let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
         let (hits, misses) =
             loads.fold((0, 0), |sum, load| (sum.0 + load.hits, sum.1 + load.features));
-        let record = design.ccu.record.feature.0.next_multiple_of(design.cache_word.max(1));
+        let record = units.ccu.record.feature.0.next_multiple_of(units.cache_word.max(1));
         actions.charge(Stage::Rendering, Action::SramRead(Buffer::Cache), hits * record);
         actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Cache), misses * record);
     }
-    for (stage, bytes) in Stage::WORK.into_iter().zip(traffic(workload, design, plan, given).stages)
+    for (stage, bytes) in
+        Stage::WORK.into_iter().zip(traffic(workload, units, plan, context).stages)
     {
         actions.charge(stage, Action::DramRead, bytes.read);
         actions.charge(stage, Action::DramWrite, bytes.write);

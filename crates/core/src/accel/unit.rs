@@ -2,8 +2,9 @@
 
 use crate::action::ActionCounts;
 
-/// A hardware unit. It keeps no run state: queues, buffers and stalls belong to the pipeline, so
-/// the same work always costs the same.
+/// A hardware unit and its built-in timing rule. It keeps no run state: queues, buffers and stalls
+/// belong to the pipeline, so that the same work always costs the same. A
+/// [`UnitRule`](super::rules::UnitRule) replaces the rule of a unit on one machine.
 pub trait Unit {
     /// One piece of work: a batch, a list, a chunk.
     type Work;
@@ -11,8 +12,13 @@ pub trait Unit {
     const NAME: &'static str;
     /// Cycles for which `work` occupies the unit, at least 1.
     fn cycles(&self, work: &Self::Work) -> u64;
-    /// Further cycles in which the banks of its buffers keep it waiting.
+    /// Further cycles for which `work` waits for the banks of the unit's buffers.
     fn bank_stalls(&self, work: &Self::Work) -> u64;
+    /// Both of them.
+    #[inline]
+    fn times(&self, work: &Self::Work) -> (u64, u64) {
+        (self.cycles(work), self.bank_stalls(work))
+    }
     /// Charges what `work` does inside the chip. DRAM bytes are charged by
     /// [`traffic`](super::traffic), from the totals of the frame.
     fn charge(&self, work: &Self::Work, actions: &mut ActionCounts);

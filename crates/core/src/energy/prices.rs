@@ -56,9 +56,9 @@ pub struct DramCommandPrices {
     /// Standby of all channels while a frame runs, watts.
     pub background_w: f64,
     /// The same between frames, watts: powered down.
-    pub resting_w: f64,
+    pub idle_background_w: f64,
     /// Refresh between frames, watts.
-    pub resting_refresh_w: f64,
+    pub idle_refresh_w: f64,
 }
 
 impl DramCosts {
@@ -110,7 +110,7 @@ pub struct Standby {
     /// While the frame runs, on average.
     pub running_w: [f64; 3],
     /// Between frames: nothing works.
-    pub resting_w: [f64; 3],
+    pub idle_w: [f64; 3],
 }
 
 impl Standby {
@@ -120,7 +120,7 @@ impl Standby {
 
     /// The same all the time.
     pub const fn constant(watts: [f64; 3]) -> Standby {
-        Standby { running_w: watts, resting_w: watts }
+        Standby { running_w: watts, idle_w: watts }
     }
 
     /// Mean powers when a frame of `seconds` starts `fps` times a second; a frame that takes longer
@@ -130,7 +130,7 @@ impl Standby {
         // Both ends are exact, also in rounding.
         let mean =
             |(run, rest): (f64, f64)| if run == rest { run } else { rest + (run - rest) * duty };
-        std::array::from_fn(|i| mean((self.running_w[i], self.resting_w[i])))
+        std::array::from_fn(|i| mean((self.running_w[i], self.idle_w[i])))
     }
 }
 
@@ -189,11 +189,11 @@ impl Prices {
                 let refreshes = activity.dram.map_or(0, |d| d.refreshes) as f64;
                 let running = refreshes * p.refresh_pj * 1e-12 / activity.seconds;
                 let running = if activity.seconds > 0.0 { running } else { 0.0 };
-                [[p.background_w, p.resting_w], [running, p.resting_refresh_w]]
+                [[p.background_w, p.idle_background_w], [running, p.idle_refresh_w]]
             }
         };
         let all = [leakage, background, refresh];
-        Standby { running_w: all.map(|p| p[0]), resting_w: all.map(|p| p[1]) }
+        Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
     }
 
     /// Energy of a frame. What is paid for time is for the frame's own time.

@@ -42,6 +42,7 @@ pub fn timing_id(machine: &Machine, device: u128) -> u128 {
         cache,
         schedule,
         dram,
+        rules,
     } = machine;
     let mut bytes = Vec::with_capacity(4096);
     let mut add = |part: Result<Vec<u8>, serde_json::Error>| {
@@ -71,6 +72,9 @@ pub fn timing_id(machine: &Machine, device: u128) -> u128 {
             add(serde_json::to_vec(&(model, channels, mapping, controller_latency)));
             bytes.extend(device.to_le_bytes());
         }
+    }
+    for (unit, rule) in rules.names() {
+        bytes.extend(format!("{unit} rule {rule:?}\n").into_bytes());
     }
     xxh3_128(&bytes)
 }

@@ -1,7 +1,7 @@
 //! Accounts that must close in every run. One that does not is a defect, never a warning.
 
 use super::FrameReport;
-use crate::accel::{FrameTiming, Machine, Replay, StageCommands};
+use crate::accel::{FrameTiming, Machine, Replay, RuleError, StageCommands};
 use crate::action::{Action, Stage};
 use crate::energy::{Prices, StageWork};
 use crate::workload::{FrameWorkload, Geometry};
@@ -36,6 +36,9 @@ pub enum Incompatible {
         /// Name of the machine.
         machine: String,
     },
+    /// A unit rule from outside of the crate broke its contract.
+    #[error(transparent)]
+    Rule(#[from] RuleError),
 }
 
 /// An account that did not close: a defect of the simulator.
@@ -137,6 +140,14 @@ pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompati
         return Ok(());
     }
     Err(Incompatible::Geometry { workload: workload.geometry, machine: machine.geometry })
+}
+
+/// Unit rules from outside of the crate kept to their contract.
+///
+/// # Errors
+/// [`Incompatible::Rule`].
+pub fn rules(replay: &Replay) -> Result<(), Incompatible> {
+    replay.rule_error.clone().map_or(Ok(()), |error| Err(error.into()))
 }
 
 /// DRAM bytes charged from the frame's totals equal the bytes that the DRAM served, by stage and

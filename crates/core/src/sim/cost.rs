@@ -39,7 +39,7 @@ pub fn device_costs(device: &Device) -> DramCosts {
     let refresh_pj = prices.refresh.energy.0 * scale;
     let interval_s = device.ns(u64::from(device.timing.refresh_interval)) * 1e-9;
     let ranks = f64::from(organisation.channels * organisation.pseudo_channels);
-    let resting_refresh_w = match device.controller.refresh {
+    let idle_refresh_w = match device.controller.refresh {
         Refresh::None => 0.0,
         _ => refresh_pj * 1e-12 * ranks / interval_s,
     };
@@ -49,8 +49,8 @@ pub fn device_costs(device: &Device) -> DramCosts {
         write_pj: (prices.write.energy.0 + prices.write_io.energy.0) * scale,
         refresh_pj,
         background_w: prices.background.active.power.0 * channels,
-        resting_w: prices.background.power_down.power.0 * channels,
-        resting_refresh_w,
+        idle_background_w: prices.background.power_down.power.0 * channels,
+        idle_refresh_w,
     })
 }
 

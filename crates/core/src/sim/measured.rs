@@ -3,7 +3,7 @@
 
 use super::{CacheSummary, ListOrder, OrderSummary, ReuseSummary};
 use crate::accel::timeline::Observer;
-use crate::accel::{Given, Machine, Replay, replay_with};
+use crate::accel::{FrameContext, Machine, Replay, replay_with};
 use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
@@ -55,8 +55,8 @@ impl Measured {
     }
 
     /// What the pipeline is told.
-    pub fn given(&self) -> Given<'_> {
-        Given {
+    pub fn context(&self) -> FrameContext<'_> {
+        FrameContext {
             hits: self.cache.as_ref().map(|cache| cache.hits.as_slice()),
             reuse: self.reuse.as_ref().map(|reuse| reuse.lists.as_slice()),
         }
@@ -88,7 +88,7 @@ pub fn observed(
     machine: &Machine,
     observer: &mut impl Observer,
 ) -> Replay {
-    replay_with(workload, machine, measured.given(), observer)
+    replay_with(workload, machine, measured.context(), observer)
 }
 
 /// Sorts the real keys of the frame as the machine does.

@@ -232,7 +232,7 @@ impl FoveaSummary {
     pub fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
         let fovea = workload.fovea.as_ref()?;
         Some(FoveaSummary {
-            gaze: fovea.looking.gaze,
+            gaze: fovea.gaze.point,
             tiles: workload.tiles.len() as u64,
             blending_tiles: fovea.blending_tiles,
             counters: fovea.counters,

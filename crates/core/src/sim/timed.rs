@@ -51,7 +51,7 @@ pub fn time(
     machine: &Machine,
 ) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
-    let replay = accel::replay_with(workload, machine, measured.given(), &mut ());
+    let replay = accel::replay_with(workload, machine, measured.context(), &mut ());
     timed(frame, workload, measured, machine, replay)
 }
 
@@ -67,7 +67,7 @@ pub fn time_again(
     memo: &Memo,
 ) -> Result<Timed, SimError> {
     check::fits(workload, machine)?;
-    let replay = accel::replay_again(workload, machine, measured.given(), memo);
+    let replay = accel::replay_again(workload, machine, measured.context(), memo);
     timed(frame, workload, measured, machine, replay)
 }
 
@@ -78,6 +78,7 @@ fn timed(
     machine: &Machine,
     replay: Replay,
 ) -> Result<Timed, SimError> {
+    check::rules(&replay)?;
     check::traffic(frame, &replay)?;
     check::timing(frame, &replay.timing, machine)?;
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));

@@ -3,7 +3,7 @@
 use super::FoveaWork;
 use super::bin::NOBODY;
 use super::tile::RowPart;
-use powergs_frame::fovea::{Looking, TileLevels};
+use powergs_frame::fovea::{ScreenGaze, TileLevels};
 use powergs_frame::splat::levels::LevelFilter;
 use powergs_frame::splat::runs::{Levels, Touch};
 use powergs_frame::splat::{FoveaCounters, TileGrid};
@@ -12,7 +12,7 @@ use powergs_frame::trace::Fovea;
 /// The levels of tiles and splats of one frame.
 #[derive(Debug)]
 pub struct TileFovea<'a> {
-    looking: Looking,
+    gaze: ScreenGaze,
     tiles: TileLevels,
     /// What decides which splats take part in which tiles.
     pub filter: LevelFilter,
@@ -23,12 +23,12 @@ pub struct TileFovea<'a> {
 impl<'a> TileFovea<'a> {
     /// Finds the levels of the tiles of `grid`.
     pub fn new(fovea: &'a Fovea, grid: TileGrid) -> Self {
-        let looking = fovea.looking();
-        let sight = looking.sight([grid.width, grid.height]);
-        let sight = sight.expect("a frame that was checked has its gaze on a screen");
-        let tiles = TileLevels::new(&sight, grid);
+        let gaze = fovea.screen_gaze();
+        let map = gaze.eccentricity_map([grid.width, grid.height]);
+        let map = map.expect("a frame that was checked has its gaze on a screen");
+        let tiles = TileLevels::new(&map, grid);
         let filter = tiles.filter();
-        TileFovea { looking, tiles, filter, highest: &fovea.highest_level }
+        TileFovea { gaze, tiles, filter, highest: &fovea.highest_level }
     }
 
     /// For the intersection tests.
@@ -62,7 +62,7 @@ impl<'a> TileFovea<'a> {
             counters.blends_2 += tile.blends_2;
         }
         FoveaWork {
-            looking: self.looking,
+            gaze: self.gaze,
             regions: self.tiles.tiles.iter().map(|tile| tile.region()).collect(),
             blending_tiles: self.filter.blends.iter().filter(|b| **b).count() as u64,
             counters,

@@ -4,23 +4,23 @@ use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_core::accel::bank::Banks;
 use powergs_core::accel::batch::{Batch, Batches};
 use powergs_core::accel::bsu::Sort;
-use powergs_core::accel::buffer::{Room, usage};
+use powergs_core::accel::buffer::{BufferAllocator, usage};
 use powergs_core::accel::divide::Divisor;
 use powergs_core::accel::dram::{Channel, Dram, TICKS};
 use powergs_core::accel::machine::{BufferSpec, DramModel, DramSpec, Fetch, Ports};
 use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::vru::Render;
-use powergs_core::accel::{Design, Machine, Unit, replay};
+use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
 use powergs_core::action::{Action, ActionCounts, Buffer, Stage};
 use powergs_core::dram::device::Order;
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, TileWork};
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
-fn design(change: impl FnOnce(&mut Machine)) -> Design {
+fn design(change: impl FnOnce(&mut Machine)) -> ResolvedUnits {
     let mut machine = gscore();
     change(&mut machine);
-    Design::new(&machine)
+    ResolvedUnits::new(&machine)
 }
 
 fn chunk(entries: u32, pairs: u32) -> ChunkWork {
@@ -257,7 +257,7 @@ fn dram_rate_scales_with_clock_and_efficiency_and_is_never_above_peak() {
 
 #[test]
 fn rooms_admit_what_fits_and_anything_when_empty() {
-    let mut room = Room::new(100);
+    let mut room = BufferAllocator::new(100);
     assert!(room.admits(1000));
     room.fill(0, 60);
     assert!(room.admits(40) && !room.admits(41));
@@ -271,9 +271,9 @@ fn rooms_admit_what_fits_and_anything_when_empty() {
 }
 
 #[test]
-#[should_panic(expected = "gives back what it took")]
-fn rooms_do_not_give_back_more_than_they_took() {
-    let mut room = Room::new(100);
+#[should_panic(expected = "more bytes freed than allocated")]
+fn buffers_do_not_free_more_than_is_allocated() {
+    let mut room = BufferAllocator::new(100);
     room.fill(0, 5);
     room.release(0, 6);
 }

@@ -44,8 +44,8 @@ fn commands() -> Prices {
         write_pj: 307.0,
         refresh_pj: 401.0,
         background_w: 0.5,
-        resting_w: 0.0625,
-        resting_refresh_w: 0.03125,
+        idle_background_w: 0.0625,
+        idle_refresh_w: 0.03125,
     });
     prices
 }
@@ -102,7 +102,7 @@ fn commands_cost_what_they_are_and_bytes_nothing() {
     assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
     let standby = commands().standby(&done);
     assert_eq!(standby.running_w[1..], [0.5, 7.0 * 401.0 * 1e-12 / 1e-3]);
-    assert_eq!(standby.resting_w[1..], [0.0625, 0.03125]);
+    assert_eq!(standby.idle_w[1..], [0.0625, 0.03125]);
 }
 
 #[test]
@@ -114,13 +114,13 @@ fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
     let standby = gated.standby(&done);
     let units = 0.0625 * 0.625 + 0.03125 * 0.25 + 0.03125 + 0.0625 * 0.8125;
     assert_eq!(standby.running_w[0], units + 0.0625);
-    assert_eq!(standby.resting_w[0], 0.1875 * 0.25 + 0.0625, "buffers keep their contents");
+    assert_eq!(standby.idle_w[0], 0.1875 * 0.25 + 0.0625, "buffers keep their contents");
     assert_eq!(prices().standby(&done).running_w[0], 0.25, "not gated");
     // Half of the time is rest at 500 frames a second, none at 2000.
-    let mean = (standby.running_w[0] + standby.resting_w[0]) / 2.0;
+    let mean = (standby.running_w[0] + standby.idle_w[0]) / 2.0;
     assert!((standby.at_rate(1e-3, 500.0)[0] - mean).abs() < 1e-15);
     assert_eq!(standby.at_rate(1e-3, 2000.0)[0], standby.running_w[0]);
-    assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.resting_w[0]);
+    assert_eq!(standby.at_rate(0.0, 60.0)[0], standby.idle_w[0]);
 }
 
 /// The preset: its buffers have prices.
@@ -173,7 +173,7 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     }
     // Eight channels with open rows, and powered down between frames.
     assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5).abs() < 1e-12);
-    assert!((report.standby.resting_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
+    assert!((report.standby.idle_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
 }
 
 #[test]

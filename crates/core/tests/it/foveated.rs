@@ -125,7 +125,7 @@ fn lists_and_chunks_by_definition_under_other_geometries() {
     for geometry in GEOMETRIES {
         let w = bin(&frame, geometry);
         let grid = TileGrid::new(150, 90, geometry.tile);
-        let sight = looking([0.4, 0.6]).sight([150, 90]).expect("a gaze");
+        let sight = looking([0.4, 0.6]).eccentricity_map([150, 90]).expect("a gaze");
         let tiles = powergs_frame::fovea::TileLevels::new(&sight, grid);
         let naive = Naive { frame: &frame, w: &w, tiles };
         w.tiles.iter().enumerate().for_each(|(i, tile)| naive.check_tile(i, tile));
@@ -227,5 +227,5 @@ fn traces_keep_gaze_and_screen() {
     let mut reader = Reader::open(Cursor::new(bytes)).expect("a trace");
     let again = reader.read_block(0).expect("a block").decode().expect("a frame");
     assert_eq!(again, frame);
-    assert_eq!(again.fovea.expect("foveated").looking(), looking([0.4, 0.6]));
+    assert_eq!(again.fovea.expect("foveated").screen_gaze(), looking([0.4, 0.6]));
 }

@@ -3,11 +3,12 @@
 mod laws;
 mod memo;
 mod oracle;
+mod rules;
 pub mod support;
 mod timelines;
 
 use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::{Given, Machine, Replay, Stall, replay_with};
+use powergs_core::accel::{FrameContext, Machine, Replay, Stall, replay_with};
 use rayon::prelude::*;
 
 use self::support::Dice;
@@ -53,7 +54,7 @@ fn compare(seed: u64) -> States {
     let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
     // After everything else, so that plain frames are those that they were.
     dice.foveate(&mut workload, &mut machine);
-    let given = Given { hits: hits.as_deref(), reuse: reuse.as_deref() };
+    let given = FrameContext { hits: hits.as_deref(), reuse: reuse.as_deref() };
     let replay = replay_with(&workload, &machine, given, &mut timeline);
     let seen = oracle::run(&workload, &machine, given);
     let case = || format!("seed {seed}\n{machine:#?}\n{:#?}", workload.tiles);

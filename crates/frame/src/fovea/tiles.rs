@@ -5,7 +5,7 @@
 //! of it is beyond the middle between two levels. The published code measures from the corner that
 //! is nearest to the gaze and takes an absolute value, so that its seams are not symmetric.
 
-use super::Sight;
+use super::EccentricityMap;
 use crate::splat::TileGrid;
 use crate::splat::levels::{LEVEL_MAX, LevelFilter};
 
@@ -60,7 +60,7 @@ pub struct TileLevels {
 
 impl TileLevels {
     /// The levels of the tiles of `grid`.
-    pub fn new(sight: &Sight, grid: TileGrid) -> TileLevels {
+    pub fn new(sight: &EccentricityMap, grid: TileGrid) -> TileLevels {
         let side = f64::from(grid.tile);
         let at =
             |x: u32, y: u32| sight.level((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side);

@@ -36,7 +36,7 @@ pub fn display_term(
             dispatch!(level, simd => part(simd, values, gradient, &watts, &slopes))
         })
         .collect();
-    sums.iter().sum::<f64>() + display.standing.0
+    sums.iter().sum::<f64>() + display.static_power.0
 }
 
 #[inline(always)]

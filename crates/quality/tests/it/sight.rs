@@ -1,7 +1,7 @@
 //! Eccentricity, pooling size and level; HVSQ of the regions around a gaze.
 
 use powergs_frame::display::d22::GazeError;
-use powergs_frame::fovea::{POOLINGS, Sight};
+use powergs_frame::fovea::{EccentricityMap, POOLINGS};
 use powergs_quality::Hvsq;
 
 use super::pictures::shown;
@@ -17,7 +17,8 @@ fn the_published_levels() {
     for row in rows.records() {
         let row = row.expect("a row");
         let v: Vec<f64> = row.iter().map(|f| f.parse().expect("a number")).collect();
-        let sight = Sight::new([v[2], v[3]], 90.0, [v[0] as u32, v[1] as u32]).expect("a gaze");
+        let sight =
+            EccentricityMap::new([v[2], v[3]], 90.0, [v[0] as u32, v[1] as u32]).expect("a gaze");
         assert!((sight.eccentricity_deg(v[4], v[5]) - v[6]).abs() < 1e-6, "{row:?}");
         assert!((sight.pooling_px(v[4], v[5]) - v[7]).abs() < 1e-6, "{row:?}");
         assert!((sight.level(v[4], v[5]) - v[8]).abs() < 1e-6, "{row:?}");
@@ -28,17 +29,17 @@ fn the_published_levels() {
 
 #[test]
 fn extremes_of_sight() {
-    let sight = Sight::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
-    // Looking at it: no eccentricity, not NaN.
+    let sight = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
+    // ScreenGaze at it: no eccentricity, not NaN.
     assert_eq!(sight.level(0.3 * 640.0, 0.6 * 480.0), 0.0);
     // A very wide screen seen from its corner: the far corner is as coarse as can be.
-    let wide = Sight::new([0.0, 0.0], 179.0, [640, 480]).expect("a gaze");
+    let wide = EccentricityMap::new([0.0, 0.0], 179.0, [640, 480]).expect("a gaze");
     assert_eq!(wide.level(639.5, 479.5), 3.9);
     for (gaze, fov) in [([1.1, 0.5], 90.0), ([0.5, f64::NAN], 90.0)] {
-        assert!(matches!(Sight::new(gaze, fov, [8, 8]), Err(GazeError::Gaze { .. })));
+        assert!(matches!(EccentricityMap::new(gaze, fov, [8, 8]), Err(GazeError::Gaze { .. })));
     }
     for fov in [0.0, 180.0, f64::NAN] {
-        let refused = Sight::new([0.5, 0.5], fov, [8, 8]);
+        let refused = EccentricityMap::new([0.5, 0.5], fov, [8, 8]);
         assert!(matches!(refused, Err(GazeError::FieldOfView { .. })), "{fov}");
     }
 }

@@ -1,6 +1,6 @@
 //! Foveated pictures against a twin that renders every level whole and mixes pixel by pixel.
 
-use powergs_frame::fovea::{GazeError, Looking, Screen, TileLevels};
+use powergs_frame::fovea::{GazeError, Screen, ScreenGaze, TileLevels};
 use powergs_frame::splat::{Cover, Intersection, TileGrid};
 use powergs_frame::trace::NEVER;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render, render_foveated};
@@ -29,7 +29,7 @@ fn case(seed: u64, size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case 
     let looking = looking(gaze);
     let frame = render_foveated(&model, &camera, &looking, options).expect("a gaze");
     let whole = parts.iter().map(|part| render(part, &camera, options)).collect();
-    let sight = looking.sight([size.0, size.1]).expect("a gaze");
+    let sight = looking.eccentricity_map([size.0, size.1]).expect("a gaze");
     let tiles = TileLevels::new(&sight, TileGrid::new(size.0, size.1, options.tile));
     Case { parts, camera, frame, whole, tiles }
 }
@@ -128,7 +128,7 @@ fn other_tiles_show_their_own_levels() {
         let model = Foveated::compose(&parts).expect("nested levels");
         let camera = front_camera(256, 192);
         let frame = render_foveated(&model, &camera, &looking([0.4, 0.5]), &options).expect("x");
-        let sight = looking([0.4, 0.5]).sight([256, 192]).expect("a gaze");
+        let sight = looking([0.4, 0.5]).eccentricity_map([256, 192]).expect("a gaze");
         let tiles = TileLevels::new(&sight, TileGrid::new(256, 192, tile));
         let whole: Vec<_> = parts.iter().map(|p| render(p, &camera, &options)).collect();
         for i in 0..256 * 192usize {
@@ -228,7 +228,7 @@ fn a_gaze_beside_the_picture_is_refused() {
     let model = Foveated::compose(&levels(1, 10, 0, 0.9)).expect("nested levels");
     let camera = front_camera(32, 32);
     for gaze in [[1.000_001, 0.5], [0.5, -f32::MIN_POSITIVE], [f32::NAN, 0.5]] {
-        let looking = Looking { gaze, screen: Screen::PUBLISHED };
+        let looking = ScreenGaze { point: gaze, screen: Screen::PUBLISHED };
         let refused = render_foveated(&model, &camera, &looking, &options());
         assert!(matches!(refused, Err(GazeError::Gaze { .. })), "{gaze:?}");
     }

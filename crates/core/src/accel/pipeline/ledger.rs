@@ -1,9 +1,9 @@
-//! Where the cycles of one unit, or of one gang of units, went.
+//! Cycle account of one unit, or of a gang of units that work together: busy, stalled by cause, idle.
 
 use crate::accel::Stall;
 use crate::accel::timeline::{Observer, Span, State};
 
-/// The cycles of one unit so far.
+/// The account.
 #[derive(Debug, Clone)]
 pub(super) struct Ledger {
     unit: &'static str,

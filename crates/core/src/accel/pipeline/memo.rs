@@ -1,30 +1,30 @@
-//! What preprocessing leaves behind, kept for machines that preprocess alike.
+//! Memo of preprocessing: its results, shared by machines that preprocess a frame alike.
 //!
-//! With `schedule.overlap = "none"` cores begin when all CCUs have ended (A28). With the
-//! `bandwidth` model nothing about the memory depends on addresses. So on one frame everything up
-//! to that cycle follows from the CCUs, their buffers, the records and the rate of the memory:
-//! machines that differ elsewhere share it.
+//! With `schedule.overlap = "none"` cores begin when all CCUs are done (A28), and the `bandwidth`
+//! model ignores addresses. Preprocessing of a frame then depends only on the CCUs, their buffers,
+//! the record sizes and the rate of the memory, so machines that differ in other keys share it.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::preprocess::Converter;
+use super::ccu_state::CcuState;
 use super::{Agents, Shared};
 use crate::accel::Machine;
 use crate::accel::bank::Banks;
-use crate::accel::design::Design;
 use crate::accel::dram::{Channel, Dram};
 use crate::accel::machine::{CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
+use crate::accel::resolved::ResolvedUnits;
+use crate::accel::rules::Rule;
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
 
-/// Most that is kept; machines beyond that are preprocessed each for itself.
+/// Most results that are kept; further machines preprocess on their own.
 const KEPT_MAX: usize = 4096;
 
-/// The preprocessing of one frame on machines that were met before.
+/// Preprocessing results of one frame, by machine.
 #[derive(Debug, Default)]
-pub struct Memo(Mutex<Vec<(Key, Arc<Left>)>>);
+pub struct Memo(Mutex<Vec<(Key, Arc<CcuResults>)>>);
 
-/// Everything that preprocessing depends on, beside the frame.
+/// Everything that preprocessing depends on besides the frame.
 #[derive(Debug, PartialEq)]
 struct Key {
     ccu: CcuSpec,
@@ -37,30 +37,31 @@ struct Key {
     dram: Dram,
 }
 
-/// What is there when preprocessing ends.
+/// The state at the end of preprocessing.
 #[derive(Debug)]
-struct Left {
-    converters: Vec<Converter>,
+struct CcuResults {
+    ccus: Vec<CcuState>,
     channel: Channel,
     traffic: Traffic,
 }
 
 impl Memo {
-    /// What machines have in common that share their preprocessing on a frame; `None` for one that
-    /// always preprocesses for itself.
+    /// A key that is equal for machines that share their preprocessing; `None` for a machine that
+    /// always preprocesses on its own.
     pub fn shared_by(machine: &Machine) -> Option<String> {
         let is_apart = machine.schedule.overlap == Overlap::None
+            && machine.rules.ccu == Rule::BUILT_IN
             && machine.dram.model == DramModel::Bandwidth
             && machine.gsu.reuse_period == 1;
-        is_apart.then(|| format!("{:?}", Key::of(&Design::new(machine))))
+        is_apart.then(|| format!("{:?}", Key::of(&ResolvedUnits::new(machine))))
     }
 
-    fn find(&self, key: &Key) -> Option<Arc<Left>> {
+    fn find(&self, key: &Key) -> Option<Arc<CcuResults>> {
         let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(k, _)| k == key).map(|(_, left)| Arc::clone(left))
     }
 
-    fn keep(&self, key: Key, left: Left) {
+    fn keep(&self, key: Key, left: CcuResults) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() < KEPT_MAX && !kept.iter().any(|(k, _)| *k == key) {
             kept.push((key, Arc::new(left)));
@@ -69,44 +70,46 @@ impl Memo {
 }
 
 impl Key {
-    fn of(design: &Design) -> Key {
+    fn of(units: &ResolvedUnits) -> Key {
         Key {
-            ccu: design.ccu.spec.clone(),
-            record: design.ccu.record.clone(),
-            fovea: design.vru.fovea.clone(),
-            batch: design.ccu.batch,
-            banks: [design.ccu.input, design.ccu.output],
-            shares: [design.shares.gaussian_in, design.shares.tile_list],
-            dram: design.dram,
+            ccu: units.ccu.spec.clone(),
+            record: units.ccu.record.clone(),
+            fovea: units.vru.fovea.clone(),
+            batch: units.ccu.batch,
+            banks: [units.ccu.input, units.ccu.output],
+            shares: [units.shares.gaussian_in, units.shares.tile_list],
+            dram: units.dram,
         }
     }
 }
 
-/// Whether what a machine leaves may be kept: not with another overlap or memory model, and not
-/// where lists are updated, which changes what CCUs write.
+/// Whether the preprocessing of a machine may be shared: not with another overlap or memory model,
+/// not where lists are updated, which changes what CCUs write, and not with a CCU rule from outside
+/// of the crate, whose calls are checked in every frame.
 pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bool {
     machine.schedule.overlap == Overlap::None
+        && machine.rules.ccu == Rule::BUILT_IN
         && shared.memory.flat().is_some()
-        && shared.given.reuse.is_none()
+        && shared.context.reuse.is_none()
 }
 
-/// Preprocesses, or takes over what a machine that preprocesses alike has left.
+/// Preprocesses the frame, or takes over the results of a machine that preprocesses alike.
 pub(super) fn preprocess<O: Observer>(
     agents: &mut Agents,
     shared: &mut Shared<O>,
     memo: Option<&Memo>,
 ) {
-    let units = agents.converters.len();
-    let Some(memo) = memo else { return agents.drive(0..units, 0, shared) };
-    let key = Key::of(shared.design);
+    let ccus = agents.ccus.len();
+    let Some(memo) = memo else { return agents.drive(0..ccus, 0, shared) };
+    let key = Key::of(shared.units);
     if let Some(left) = memo.find(&key) {
-        agents.converters.clone_from(&left.converters);
+        agents.ccus.clone_from(&left.ccus);
         shared.memory.set_flat(left.channel.clone(), left.traffic);
         return;
     }
-    agents.drive(0..units, 0, shared);
+    agents.drive(0..ccus, 0, shared);
     if let Some((channel, traffic)) = shared.memory.flat() {
-        let converters = agents.converters.clone();
-        memo.keep(key, Left { converters, channel: channel.clone(), traffic });
+        let ccus = agents.ccus.clone();
+        memo.keep(key, CcuResults { ccus, channel: channel.clone(), traffic });
     }
 }

@@ -8,7 +8,7 @@ use powergs_core::accel::Machine;
 use powergs_core::energy::{EnergyTable, Prices};
 use powergs_core::sim::{self, FrameReport, Label, Lists, Measured, simulate_measured};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
-use powergs_frame::fovea::{Looking, Screen};
+use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::foveated::LevelPaint;
@@ -51,7 +51,7 @@ fn foveated(scene: &Gaussians) -> Frame {
         paints: (0..scene.len()).map(|i| [paint(i); 3]).collect(),
     };
     let screen = Screen { pooling_rate: 0.4, ..Screen::PUBLISHED };
-    let looking = Looking { gaze: [0.4, 0.5], screen };
+    let looking = ScreenGaze { point: [0.4, 0.5], screen };
     let (camera, options) = (front_camera(136, 96), Options::reference(Detail::Counters));
     let rendered = render_foveated(&model, &camera, &looking, &options).expect("a gaze");
     rendered.into_frame(&camera, [0.0; 3])

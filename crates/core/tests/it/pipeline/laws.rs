@@ -4,7 +4,7 @@ use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_core::accel::machine::DramModel;
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::traffic::for_each_chunk;
-use powergs_core::accel::{Design, Given, Machine, Replay, Unit, replay};
+use powergs_core::accel::{FrameContext, Machine, Replay, ResolvedUnits, Unit, replay};
 use powergs_core::action::{Action, Stage};
 use powergs_core::workload::FrameWorkload;
 
@@ -47,8 +47,8 @@ fn units_are_busy_for_exactly_their_work() {
     for seed in 0..CASES {
         let (mut machine, workload) = case(seed);
         machine.vru.speculation = 0;
-        let design = Design::new(&machine);
-        let plan = Plan::new(&workload, &machine, &design, &Given::default());
+        let design = ResolvedUnits::new(&machine);
+        let plan = Plan::new(&workload, &machine, &design, &FrameContext::default());
         let units = replay(&workload, &machine).timing.units;
         let mut sorts = 0;
         for job in &plan.jobs {

@@ -1,6 +1,6 @@
 //! Machines that take over the preprocessing of an earlier one do exactly what they do alone.
 
-use powergs_core::accel::{Given, Machine, Memo, replay, replay_again};
+use powergs_core::accel::{FrameContext, Machine, Memo, replay, replay_again};
 
 use super::support::{Dice, TilePlan, gscore, workload};
 
@@ -33,7 +33,7 @@ fn what_others_have_preprocessed_changes_nothing() {
         let frame = dice.workload(base.geometry);
         let memo = Memo::default();
         for machine in variants(&base) {
-            let given = Given::default();
+            let given = FrameContext::default();
             let alone = replay(&frame, &machine);
             let first = replay_again(&frame, &machine, given, &memo);
             let again = replay_again(&frame, &machine, given, &memo);
@@ -53,7 +53,7 @@ fn machines_that_differ_in_front_do_not_share() {
     let memo = Memo::default();
     let mut slow = machine.clone();
     slow.ccu.initiation_interval = 9;
-    let fast = replay_again(&frame, &machine, Given::default(), &memo);
-    let slow = replay_again(&frame, &slow, Given::default(), &memo);
+    let fast = replay_again(&frame, &machine, FrameContext::default(), &memo);
+    let slow = replay_again(&frame, &slow, FrameContext::default(), &memo);
     assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);
 }

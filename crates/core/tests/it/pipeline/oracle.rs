@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use powergs_core::accel::machine::Overlap;
 use powergs_core::accel::schedule::Plan;
-use powergs_core::accel::{Design, Given, Machine};
+use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
 use powergs_core::workload::FrameWorkload;
 
 use self::converter::Converter;
@@ -48,10 +48,10 @@ impl Seen {
 
 /// What does not change from cycle to cycle, and which batches have been written.
 pub struct Frame<'a> {
-    pub design: &'a Design,
+    pub design: &'a ResolvedUnits,
     pub workload: &'a FrameWorkload,
     pub plan: &'a Plan,
-    pub given: Given<'a>,
+    pub given: FrameContext<'a>,
     waits_for_lists: bool,
     written: BTreeMap<usize, u64>,
 }
@@ -65,8 +65,8 @@ impl Frame<'_> {
 }
 
 /// Steps through a frame.
-pub fn run(workload: &FrameWorkload, machine: &Machine, given: Given) -> Seen {
-    let design = Design::for_frame(machine, workload);
+pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> Seen {
+    let design = ResolvedUnits::for_frame(machine, workload);
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
     let written = BTreeMap::new();

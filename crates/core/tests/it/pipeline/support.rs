@@ -1,6 +1,6 @@
 //! Machines and workloads for the tests of the accelerator.
 
-use powergs_core::accel::Machine;
+use powergs_core::accel::{Machine, UnitRules};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -14,7 +14,7 @@ use powergs_core::workload::{
     ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
     StoragePrefix, TileWork,
 };
-use powergs_frame::fovea::{Looking, Screen};
+use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::splat::{Counters, FoveaCounters};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -120,6 +120,7 @@ fn unlinked() -> Machine {
         },
         gating: GatingSpec { units: false, residual: 0.1 },
         device: None,
+        rules: UnitRules::default(),
     }
 }
 
@@ -403,7 +404,7 @@ impl Dice {
             feature: Bytes(u64::from(self.roll(0, 8))),
         };
         let mut fovea = FoveaWork {
-            looking: Looking { gaze: [0.5; 2], screen: Screen::PUBLISHED },
+            gaze: ScreenGaze { point: [0.5; 2], screen: Screen::PUBLISHED },
             regions: w.tiles.iter().map(|_| self.roll(0, 3) as u8).collect(),
             blending_tiles: 0,
             counters: FoveaCounters::default(),

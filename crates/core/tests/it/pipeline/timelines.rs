@@ -5,7 +5,7 @@ use expect_test::{Expect, expect};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_core::accel::machine::Fetch;
 use powergs_core::accel::timeline::Timeline;
-use powergs_core::accel::{Given, Machine, replay_with};
+use powergs_core::accel::{FrameContext, Machine, replay_with};
 use powergs_core::workload::{FrameWorkload, Geometry};
 
 use super::support::{TilePlan, buffer, gscore, workload};
@@ -28,7 +28,7 @@ fn small() -> Machine {
 
 fn check(machine: &Machine, frame: &FrameWorkload, expected: Expect) {
     let mut timeline = Timeline::default();
-    replay_with(frame, machine, Given::default(), &mut timeline);
+    replay_with(frame, machine, FrameContext::default(), &mut timeline);
     expected.assert_eq(&timeline.draw());
 }
 

@@ -1,6 +1,8 @@
 //! The level of every tile.
 
-use powergs_frame::fovea::{GAZE_CYCLE, GazeError, Looking, Screen, Sight, TileLevels};
+use powergs_frame::fovea::{
+    EccentricityMap, GAZE_CYCLE, GazeError, Screen, ScreenGaze, TileLevels,
+};
 use powergs_frame::splat::TileGrid;
 use powergs_frame::splat::cover::TileRect;
 use serde_json::Value;
@@ -19,7 +21,7 @@ fn published_levels_and_slopes_of_tiles() {
         let n = |key: &str| case[key].as_u64().expect("a number") as u32;
         let gaze = [0, 1].map(|i| case["gaze"][i].as_f64().expect("a gaze"));
         let (width, height) = (n("W"), n("H"));
-        let sight = Sight::on(Screen::PUBLISHED, gaze, [width, height]).expect("a gaze");
+        let sight = EccentricityMap::on(Screen::PUBLISHED, gaze, [width, height]).expect("a gaze");
         let grid = TileGrid::new(width, height, 16);
         assert_eq!((grid.nx, grid.ny), (n("tiles_x"), n("tiles_y")));
         let tiles = TileLevels::new(&sight, grid).tiles;
@@ -48,7 +50,7 @@ fn published_levels_and_slopes_of_tiles() {
 /// which the published ones are not (B10).
 #[test]
 fn seams_are_symmetric() {
-    let sight = Sight::new([0.5, 0.5], 90.0, [640, 480]).expect("a gaze");
+    let sight = EccentricityMap::new([0.5, 0.5], 90.0, [640, 480]).expect("a gaze");
     let levels = TileLevels::new(&sight, TileGrid::new(640, 480, 16));
     let mut mixed = 0;
     for (x, y) in (0..320).flat_map(|x| (0..240).map(move |y| (x, y))) {
@@ -70,7 +72,7 @@ fn seams_are_symmetric() {
 /// Within a tile the share never falls away from the gaze, and it is 0 at its least level.
 #[test]
 fn shares_grow_with_the_level() {
-    let sight = Sight::new([0.1, 0.8], 110.0, [500, 300]).expect("a gaze");
+    let sight = EccentricityMap::new([0.1, 0.8], 110.0, [500, 300]).expect("a gaze");
     let levels = TileLevels::new(&sight, TileGrid::new(500, 300, 16));
     for tile in &levels.tiles {
         assert!(tile.first <= 3 && !(tile.first == 3 && tile.blends));
@@ -85,7 +87,7 @@ fn shares_grow_with_the_level() {
 
 #[test]
 fn filters_count_what_they_keep() {
-    let sight = Sight::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
+    let sight = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
     let grid = TileGrid::new(640, 480, 16);
     let filter = TileLevels::new(&sight, grid).filter();
     for (highest, rect) in (0..4u8).flat_map(|h| {
@@ -102,7 +104,8 @@ fn filters_count_what_they_keep() {
 #[test]
 fn small_pictures_lack_regions() {
     let missing = |width: u32, screen: Screen| {
-        let sight = Sight::on(screen, [0.5, 0.5], [width, width * 3 / 4]).expect("a gaze");
+        let sight =
+            EccentricityMap::on(screen, [0.5, 0.5], [width, width * 3 / 4]).expect("a gaze");
         sight.missing_regions()
     };
     assert_eq!(missing(64, Screen::PUBLISHED), [1, 2, 3]);
@@ -126,7 +129,8 @@ fn screens_and_gazes_that_cannot_be() {
         let screen = Screen { pooling_rate: rate, ..Screen::PUBLISHED };
         assert!(matches!(screen.check(), Err(GazeError::PoolingRate { .. })), "{rate}");
     }
-    let looking = |x, y| Looking { gaze: [x, y], screen: Screen::PUBLISHED }.sight([64, 48]);
+    let looking =
+        |x, y| ScreenGaze { point: [x, y], screen: Screen::PUBLISHED }.eccentricity_map([64, 48]);
     // Just outside is outside.
     for gaze in [(1.000_000_1, 0.5), (-1e-9, 0.5), (0.5, f32::NAN)] {
         assert!(matches!(looking(gaze.0, gaze.1), Err(GazeError::Gaze { .. })), "{gaze:?}");

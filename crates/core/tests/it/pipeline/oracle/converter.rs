@@ -2,7 +2,7 @@
 
 use powergs_core::accel::Unit;
 use powergs_core::accel::batch::Batch;
-use powergs_core::accel::layout::Span;
+use powergs_core::accel::layout::AccessPattern;
 use powergs_core::accel::traffic::pairs_written;
 
 use super::memory::{Memory, Ticket};
@@ -137,7 +137,7 @@ impl Converter {
                         0 => Data::Here,
                         _ => {
                             let Batch { first, records, survivors, .. } = held.batch;
-                            let span = Span::Survivors { first, records, survivors };
+                            let span = AccessPattern::Survivors { first, records, survivors };
                             Data::Second(memory.read(now, 0, bytes, span))
                         }
                     };

@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use powergs_core::accel::bsu::Sort;
-use powergs_core::accel::layout::Span;
+use powergs_core::accel::layout::AccessPattern;
 use powergs_core::accel::schedule::Job;
-use powergs_core::accel::traffic::Load;
+use powergs_core::accel::traffic::ChunkLoad;
 use powergs_core::accel::vru::Render;
-use powergs_core::accel::{Design, Unit};
+use powergs_core::accel::{ResolvedUnits, Unit};
 
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
@@ -312,13 +312,13 @@ impl Core {
                 sort.filtered += 1;
             }
         }
-        let load = Load::new(frame.workload, at, design, &frame.given);
+        let load = ChunkLoad::new(frame.workload, at, design, &frame.given);
         let render = frame.render(job, index, Some(middle.chunk));
         self.features_used += bytes;
         middle.chunk += 1;
         let is_last = middle.chunk == tile.chunks;
         let start = u64::from(tile.list_start + (middle.chunk - 1) * frame.workload.geometry.chunk);
-        let span = Span::Chunk { start, entries: u64::from(chunk.entries), load };
+        let span = AccessPattern::Chunk { start, entries: u64::from(chunk.entries), load };
         let features = Some(memory.read(now, RENDERING, load.bytes(design), span));
         let sort = Some(self.queue(design, sort, index));
         self.chunks.push_back(Chunk {
@@ -335,7 +335,7 @@ impl Core {
         true
     }
 
-    fn queue(&mut self, design: &Design, sort: Sort, tile: usize) -> usize {
+    fn queue(&mut self, design: &ResolvedUnits, sort: Sort, tile: usize) -> usize {
         let (busy, bank) = (design.bsu.cycles(&sort), design.bsu.bank_stalls(&sort));
         self.sorts.push_back(Sorting { number: self.n_sorts, tile, busy, bank });
         self.n_sorts += 1;
@@ -370,8 +370,8 @@ impl Core {
         self.features_used += bytes;
         middle.speculated += 1;
         let start = u64::from(tile.list_start + tile.loaded + (middle.speculated - 1) * size);
-        let load = Load { features: entries, ..Load::default() };
-        let span = Span::Chunk { start, entries, load };
+        let load = ChunkLoad { features: entries, ..ChunkLoad::default() };
+        let span = AccessPattern::Chunk { start, entries, load };
         let features = Some(memory.read(now, RENDERING, bytes, span));
         let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));
         let (busy, bank, pixels, wanted) = (0, 0, None, false);

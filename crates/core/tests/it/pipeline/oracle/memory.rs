@@ -4,9 +4,9 @@
 use std::collections::VecDeque;
 
 use powergs_core::accel::dram::{Dram, TICKS};
-use powergs_core::accel::layout::{Layout, Span};
+use powergs_core::accel::layout::{AccessPattern, Layout};
 use powergs_core::accel::machine::DramModel;
-use powergs_core::accel::{Design, Machine};
+use powergs_core::accel::{Machine, ResolvedUnits};
 use powergs_core::dram::{self, Banked, Windowed};
 use powergs_core::workload::FrameWorkload;
 
@@ -22,7 +22,7 @@ struct Queued {
 enum Kind {
     Bus(Dram, VecDeque<Queued>),
     Window(Box<Windowed>),
-    Banked(Box<Banked>, Vec<(Span, u64)>),
+    Banked(Box<Banked>, Vec<(AccessPattern, u64)>),
 }
 
 pub struct Memory<'a> {
@@ -39,7 +39,7 @@ pub struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    pub fn new(workload: &'a FrameWorkload, machine: &Machine, design: &Design) -> Self {
+    pub fn new(workload: &'a FrameWorkload, machine: &Machine, design: &ResolvedUnits) -> Self {
         let device = machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
@@ -59,17 +59,24 @@ impl<'a> Memory<'a> {
         }
     }
 
-    pub fn read(&mut self, now: u64, stage: usize, bytes: u64, span: Span) -> Ticket {
+    pub fn read(&mut self, now: u64, stage: usize, bytes: u64, span: AccessPattern) -> Ticket {
         self.read[stage] += bytes;
         self.issue(now, stage, bytes, span, true)
     }
 
-    pub fn write(&mut self, now: u64, stage: usize, bytes: u64, span: Span) -> Ticket {
+    pub fn write(&mut self, now: u64, stage: usize, bytes: u64, span: AccessPattern) -> Ticket {
         self.written[stage] += bytes;
         self.issue(now, stage, bytes, span, false)
     }
 
-    fn issue(&mut self, now: u64, stage: usize, bytes: u64, span: Span, is_read: bool) -> Ticket {
+    fn issue(
+        &mut self,
+        now: u64,
+        stage: usize,
+        bytes: u64,
+        span: AccessPattern,
+        is_read: bool,
+    ) -> Ticket {
         let ticket = self.done.len();
         if bytes == 0 {
             self.done.push(Some((now + 1) * TICKS));
@@ -149,7 +156,7 @@ impl<'a> Memory<'a> {
 fn piece(
     layout: &Layout,
     workload: &FrameWorkload,
-    (span, cursor): &mut (Span, &mut u64),
+    (span, cursor): &mut (AccessPattern, &mut u64),
 ) -> Option<dram::Span> {
     let piece = layout.piece(span, cursor, workload)?;
     Some(dram::Span { address: piece.address, bytes: piece.bytes as u32 })

@@ -1,4 +1,4 @@
-//! A CCU with its buffers: the agent of preprocessing.
+//! CCU state: the batches that a CCU holds, and its buffers. The agent of preprocessing.
 
 use std::collections::VecDeque;
 
@@ -6,55 +6,55 @@ use super::ledger::Ledger;
 use super::{NEVER, Shared};
 use crate::accel::Stall;
 use crate::accel::batch::Batch;
-use crate::accel::buffer::Room;
+use crate::accel::buffer::BufferAllocator;
 use crate::accel::ccu::Ccu;
-use crate::accel::design::Design;
-use crate::accel::layout::{Layout, Span};
+use crate::accel::layout::{AccessPattern, Layout};
 use crate::accel::machine::Fetch;
 use crate::accel::memory::Arrival;
+use crate::accel::resolved::ResolvedUnits;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
 use crate::action::{Buffer, Stage};
 
-/// A batch, from its claim until its results have left.
+/// A batch that a CCU holds, from its claim until its results have been written.
 #[derive(Debug, Clone)]
 struct Held {
     index: u32,
-    /// Before it enters, whether the read that is under way is the last one; behind the pipeline,
-    /// whether its results have left.
+    /// Until it enters the unit: whether the read in flight is its last one. After that: whether its
+    /// results have been written.
     is_through: bool,
     batch: Batch,
-    /// The read, or the write, that is under way.
+    /// The read or write in flight.
     transfer: Arrival,
-    /// When the pipeline gives its results.
+    /// Cycle in which its results leave the unit's pipeline.
     until: u64,
 }
 
-/// A batch that enters.
+/// The batch that is entering the unit.
 #[derive(Debug, Clone, Copy)]
 struct Entering {
     index: u32,
-    /// When its last record would have entered if no bank were in the way.
+    /// Cycle in which its last record would have entered if no bank were in conflict.
     busy: u64,
-    /// When it has.
+    /// Cycle in which it has entered.
     end: u64,
 }
 
 /// One CCU.
 #[derive(Debug, Clone)]
-pub(super) struct Converter {
+pub(super) struct CcuState {
     owner: u32,
     pub ledger: Ledger,
     state: State,
     since: u64,
-    pub input: Room,
-    pub output: Room,
-    /// In the order of their claims: batches whose results are under way to DRAM, then those in the
-    /// pipeline, then those in the input buffer.
+    pub input: BufferAllocator,
+    pub output: BufferAllocator,
+    /// In the order of their claims: batches whose results are being written to DRAM, then those in
+    /// the unit's pipeline, then those in the input buffer.
     held: VecDeque<Held>,
-    /// Of these, how many are under way to DRAM.
+    /// How many of these are being written to DRAM.
     writing: usize,
-    /// How many have entered, those included.
+    /// How many have entered the unit, those included.
     entered: usize,
     /// How many have issued their last read, those included.
     asked: usize,
@@ -62,15 +62,15 @@ pub(super) struct Converter {
     pub end: u64,
 }
 
-impl Converter {
-    pub fn new(unit: u32, owner: u32, design: &Design) -> Self {
+impl CcuState {
+    pub fn new(unit: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             owner,
             ledger: Ledger::new(Ccu::NAME, unit),
             state: State::Idle,
             since: 0,
-            input: Room::new(design.shares.gaussian_in),
-            output: Room::new(design.shares.tile_list),
+            input: BufferAllocator::new(units.shares.gaussian_in),
+            output: BufferAllocator::new(units.shares.tile_list),
             held: VecDeque::new(),
             writing: 0,
             entered: 0,
@@ -80,21 +80,21 @@ impl Converter {
         }
     }
 
-    /// The oldest batch is forgotten.
-    fn forget(&mut self) {
+    /// Removes the oldest batch.
+    fn pop_oldest(&mut self) {
         self.held.pop_front();
         (self.writing, self.entered, self.asked) =
             (self.writing - 1, self.entered - 1, self.asked - 1);
     }
 
-    /// Gives back the room of results that have left. Those of no bytes take none, so nobody
-    /// notices when they are found behind others that have not.
+    /// Frees the results that have been written. Results of no bytes occupy nothing, so it does not
+    /// matter when they are found late, behind others that are still being written.
     fn collect<O>(&mut self, now: u64, shared: &mut Shared<O>) {
-        let ccu = &shared.design.ccu;
+        let ccu = &shared.units.ccu;
         if shared.in_order {
             while self.writing > 0 && shared.memory.at(self.held[0].transfer) <= now {
                 self.output.release(now, ccu.written(&self.held[0].batch));
-                self.forget();
+                self.pop_oldest();
             }
             return;
         }
@@ -102,11 +102,11 @@ impl Converter {
             if shared.memory.at(held.transfer) <= now {
                 held.is_through = true;
                 self.output.release(now, ccu.written(&held.batch));
-                shared.binned.complete(held.index, held.batch.splats);
+                shared.lists.complete(held.index, held.batch.splats);
             }
         }
         while self.writing > 0 && self.held[0].is_through {
-            self.forget();
+            self.pop_oldest();
         }
     }
 
@@ -114,7 +114,7 @@ impl Converter {
         self.collect(now, shared);
         while self.writing < self.entered && self.held[self.writing].until <= now {
             let held = &mut self.held[self.writing];
-            let (b, bytes) = (held.batch, shared.design.ccu.written(&held.batch));
+            let (b, bytes) = (held.batch, shared.units.ccu.written(&held.batch));
             let span =
                 |layout: &Layout| layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
             held.transfer = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
@@ -124,7 +124,7 @@ impl Converter {
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
         }
         if self.entering.take_if(|e| e.end <= now).is_some() {
-            self.input.release(now, shared.design.ccu.reserved());
+            self.input.release(now, shared.units.ccu.reserved());
         }
     }
 
@@ -140,9 +140,9 @@ impl Converter {
             }
             held.is_through = true;
             let Batch { first, records, survivors, .. } = held.batch;
-            let bytes = shared.design.ccu.second_read(&held.batch);
+            let bytes = shared.units.ccu.second_read(&held.batch);
             if bytes > 0 {
-                let span = |_: &Layout| Span::Survivors { first, records, survivors };
+                let span = |_: &Layout| AccessPattern::Survivors { first, records, survivors };
                 held.transfer = shared.read(now, owner, Stage::Preprocessing, bytes, span);
             }
             true
@@ -157,15 +157,17 @@ impl Converter {
         }
     }
 
-    fn enter<O>(&mut self, now: u64, shared: &Shared<O>) {
-        let ccu = &shared.design.ccu;
-        let is_here = |h: &&mut Held| h.is_through && shared.memory.at(h.transfer) <= now;
+    fn enter<O>(&mut self, now: u64, shared: &mut Shared<O>) {
+        let ccu = &shared.units.ccu;
+        let memory = &shared.memory;
+        let is_here = |h: &&mut Held| h.is_through && memory.at(h.transfer) <= now;
         let Some(head) = self.held.get_mut(self.entered).filter(is_here) else { return };
         let bytes = ccu.written(&head.batch);
         if self.entering.is_some() || !self.output.admits(bytes) {
             return;
         }
-        let (cycles, stalls) = ccu.times(&head.batch);
+        let rule = &shared.units.rules.ccu;
+        let (cycles, stalls) = rule.times(ccu, &head.batch, &mut shared.rule_check);
         let busy = now + cycles;
         let end = busy + stalls;
         self.output.fill(now, bytes);
@@ -174,16 +176,16 @@ impl Converter {
         self.entered += 1;
     }
 
-    /// Whether there is room for one more batch.
-    fn has_room(&self, ccu: &Ccu) -> bool {
+    /// Whether it can take one more batch.
+    fn can_claim(&self, ccu: &Ccu) -> bool {
         self.held.len() - self.entered < ccu.spec.queue as usize
             && self.input.admits(ccu.reserved())
     }
 
     /// Takes the next batch; says whether it could take one more in the next cycle.
     fn claim<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> bool {
-        let ccu = &shared.design.ccu;
-        if !self.has_room(ccu) {
+        let ccu = &shared.units.ccu;
+        if !self.can_claim(ccu) {
             return false;
         }
         let Some(batch) = shared.batches.next() else { return false };
@@ -196,7 +198,7 @@ impl Converter {
         let index = shared.next_batch;
         self.held.push_back(Held { index, is_through, batch, transfer, until: NEVER });
         shared.next_batch += 1;
-        self.has_room(ccu) && !shared.batches.is_empty()
+        self.can_claim(ccu) && !shared.batches.is_empty()
     }
 
     fn state<O>(&self, now: u64, shared: &Shared<O>) -> State {
@@ -233,12 +235,12 @@ impl Converter {
             wake = wake.min(at(head));
         }
         if shared.in_order {
-            // Writes give room back.
+            // Writes free the tile-list buffer.
             return if waits && self.writing > 0 { wake.min(at(&self.held[0])) } else { wake };
         }
         wake = self.held.range(self.asked..).map(open).fold(wake, u64::min);
-        if waits || shared.binned.is_watched {
-            // They complete lists, too.
+        if waits || shared.lists.is_watched {
+            // Writes also complete lists.
             wake = self.held.range(..self.writing).map(open).fold(wake, u64::min);
         }
         wake
@@ -261,7 +263,7 @@ impl Converter {
         self.wake(now, shared, claims_more)
     }
 
-    /// Says what its buffers hold.
+    /// Reports the occupancy of its buffers.
     fn tell(&self, from: u64, observer: &mut impl Observer) {
         let instance = self.ledger.instance();
         for (buffer, room) in [(Buffer::GaussianIn, &self.input), (Buffer::TileList, &self.output)]
@@ -270,13 +272,13 @@ impl Converter {
         }
     }
 
-    /// Books what it did up to now.
+    /// Books the cycles up to `now` in the ledger.
     pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
         self.ledger.book(self.state, self.since, now, observer);
         self.since = now;
     }
 
-    /// Ends the accounts of its buffers.
+    /// Closes the accounts of its buffers at the end of the frame.
     pub fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
         let left = self.held.drain(..).filter(|held| !held.is_through);
         left.for_each(|held| self.output.release(now, written(&held.batch)));

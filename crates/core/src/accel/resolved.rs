@@ -1,4 +1,5 @@
-//! A machine taken apart into its units and the shares of its buffers.
+//! Resolved unit parameters: a machine as its units, with the share of each buffer that one unit or
+//! core has to itself.
 
 use super::bank::Banks;
 use super::bsu::Bsu;
@@ -6,6 +7,7 @@ use super::ccu::Ccu;
 use super::dram::Dram;
 use super::machine::{BufferSpec, Machine};
 use super::qsu::Qsu;
+use super::rules::UnitRules;
 use super::vru::Vru;
 use crate::workload::FrameWorkload;
 
@@ -24,9 +26,9 @@ pub struct Shares {
     pub pixel_out: u64,
 }
 
-/// The units of a machine.
+/// The units of a machine with their resolved parameters.
 #[derive(Debug, Clone)]
-pub struct Design {
+pub struct ResolvedUnits {
     /// One of the `ccu.spec.units` culling and conversion units.
     pub ccu: Ccu,
     /// The quick sorting units of one core.
@@ -41,10 +43,12 @@ pub struct Design {
     pub shares: Shares,
     /// Bytes of a word of the feature cache.
     pub cache_word: u64,
+    /// The rules of the units.
+    pub rules: UnitRules,
 }
 
-impl Design {
-    /// Takes a checked machine apart.
+impl ResolvedUnits {
+    /// Resolves a checked machine.
     ///
     /// # Panics
     /// When a count, width or interval is zero: checks of machine files refuse that.
@@ -52,10 +56,10 @@ impl Design {
         Self::of(machine, false)
     }
 
-    /// The same for a frame: foveated ones have further records.
+    /// Resolves a checked machine for a frame: foveated frames have further records.
     ///
     /// # Panics
-    /// As [`Design::new`]; when the machine cannot show a foveated frame.
+    /// As [`ResolvedUnits::new`]; when the machine cannot show a foveated frame.
     pub fn for_frame(machine: &Machine, workload: &FrameWorkload) -> Self {
         let is_foveated = workload.fovea.is_some();
         let can = !is_foveated || machine.fovea.accumulators > 0;
@@ -96,13 +100,14 @@ impl Design {
         };
         let sorting = Banks::new(&buffers.sorting);
         let (key, chunk) = (machine.record.list_entry.0, u64::from(machine.geometry.chunk));
-        let banks = (Banks::new(&buffers.gaussian_in), Banks::new(&buffers.tile_list));
         Self {
             ccu: Ccu::new(
-                (ccu.clone(), machine.record.clone()),
+                ccu.clone(),
+                machine.record.clone(),
                 is_foveated.then(|| machine.fovea.clone()),
                 shares.gaussian_in,
-                banks,
+                Banks::new(&buffers.gaussian_in),
+                Banks::new(&buffers.tile_list),
             ),
             qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
             bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
@@ -119,6 +124,7 @@ impl Design {
             dram: Dram::new(&machine.dram, machine.clock),
             shares,
             cache_word: machine.cache.word.0,
+            rules: machine.rules.clone(),
         }
     }
 }

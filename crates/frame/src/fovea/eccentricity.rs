@@ -12,7 +12,7 @@ pub const POOLINGS: [f64; 4] = [1.0, 3.0, 7.0, 12.0];
 
 /// Somebody who looks at a place of a screen of some pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct EccentricityMap {
     size: [f64; 2],
     /// Half the width of the screen at distance 1.
     half: f64,
@@ -20,30 +20,34 @@ pub struct Sight {
     gaze: [f64; 3],
 }
 
-impl Sight {
+impl EccentricityMap {
     /// A gaze at (`x`, `y`), shares of width and height from the upper left corner, on a screen of
     /// `width` x `height` pixels that is `fov_deg` wide. Published: 90 degrees.
     ///
     /// # Errors
     /// A gaze outside the picture, an angle that is not between 0 and 180 degrees, or NaN.
-    pub fn new(gaze: [f64; 2], fov_deg: f64, size: [u32; 2]) -> Result<Sight, GazeError> {
-        Sight::on(Screen { fov_deg, ..Screen::PUBLISHED }, gaze, size)
+    pub fn new(gaze: [f64; 2], fov_deg: f64, size: [u32; 2]) -> Result<EccentricityMap, GazeError> {
+        EccentricityMap::on(Screen { fov_deg, ..Screen::PUBLISHED }, gaze, size)
     }
 
-    /// As [`Sight::new`], with everything of the screen.
+    /// As [`EccentricityMap::new`], with everything of the screen.
     ///
     /// # Errors
-    /// As [`Sight::new`]; a pooling rate that cannot be.
-    pub fn on(screen: Screen, [x, y]: [f64; 2], size: [u32; 2]) -> Result<Sight, GazeError> {
+    /// As [`EccentricityMap::new`]; a pooling rate that cannot be.
+    pub fn on(
+        screen: Screen,
+        [x, y]: [f64; 2],
+        size: [u32; 2],
+    ) -> Result<EccentricityMap, GazeError> {
         if !(0.0..=1.0).contains(&x) || !(0.0..=1.0).contains(&y) {
             return Err(GazeError::Gaze { x, y });
         }
         screen.check()?;
         let half = (screen.fov_deg.to_radians() / 2.0).tan();
         let (size, pooling_rate) = (size.map(f64::from), screen.pooling_rate);
-        let mut sight = Sight { size, half, pooling_rate, gaze: [0.0, 0.0, 1.0] };
-        sight.gaze = sight.place(x * size[0], y * size[1]);
-        Ok(sight)
+        let mut map = EccentricityMap { size, half, pooling_rate, gaze: [0.0, 0.0, 1.0] };
+        map.gaze = map.place(x * size[0], y * size[1]);
+        Ok(map)
     }
 
     /// The place of a point in pixels on the screen, seen from the eye.

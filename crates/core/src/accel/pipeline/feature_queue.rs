@@ -1,0 +1,113 @@
+//! The feature buffer of a core: a queue of chunks between the chunk-issue stage and the VRU.
+//!
+//! A chunk occupies the buffer from the cycle in which its feature read is issued until it has been
+//! rendered. Speculative chunks are dropped when the last needed chunk of their tile has been
+//! rendered; the bytes of a dropped chunk are freed when its read has completed.
+
+use std::collections::VecDeque;
+
+use crate::accel::buffer::BufferAllocator;
+use crate::accel::memory::{Arrival, Memory};
+
+/// A chunk in the feature buffer, or a tile without chunks.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Chunk {
+    pub tile: u32,
+    /// Cycles for which it occupies the VRU.
+    pub cycles: u64,
+    /// Further cycles for which the VRU waits for banks.
+    pub stalls: u64,
+    /// Its feature read.
+    pub features: Arrival,
+    /// Cycle in which the BSU has sorted it.
+    pub sorted: u64,
+    /// Bytes in the feature buffer.
+    pub bytes: u64,
+    /// Bytes of the tile's pixels, with its last chunk.
+    pub pixels: Option<u64>,
+    /// Whether it lies behind the last needed chunk of its tile.
+    pub speculative: bool,
+}
+
+/// The queue, and the buffer that holds it.
+#[derive(Debug)]
+pub(super) struct FeatureQueue {
+    chunks: VecDeque<Chunk>,
+    pub buffer: BufferAllocator,
+    /// Reads of dropped chunks that are in flight, with their bytes.
+    dropped: Vec<(Arrival, u64)>,
+    /// Whether the last needed chunk of the tile that is being issued is in the queue: the
+    /// chunk-issue stage then runs ahead speculatively.
+    pub may_speculate: bool,
+}
+
+impl FeatureQueue {
+    /// An empty buffer of `capacity` bytes.
+    pub fn new(capacity: u64) -> Self {
+        Self {
+            chunks: VecDeque::new(),
+            buffer: BufferAllocator::new(capacity),
+            dropped: Vec::new(),
+            may_speculate: false,
+        }
+    }
+
+    /// Whether no chunk waits for the VRU.
+    pub fn is_empty(&self) -> bool {
+        self.chunks.is_empty()
+    }
+
+    /// The chunk that the VRU renders next.
+    pub fn first(&self) -> Option<&Chunk> {
+        self.chunks.front()
+    }
+
+    /// Allocates the bytes of a chunk and queues it.
+    pub fn push(&mut self, now: u64, chunk: Chunk) {
+        self.buffer.fill(now, chunk.bytes);
+        self.chunks.push_back(chunk);
+    }
+
+    /// Takes the first chunk out for rendering if it is needed, sorted, and its features are there.
+    /// Its bytes stay allocated until it has been rendered.
+    pub fn pop_ready(&mut self, now: u64, memory: &Memory) -> Option<Chunk> {
+        self.chunks.pop_front_if(|chunk| {
+            chunk.sorted <= now && memory.at(chunk.features) <= now && !chunk.speculative
+        })
+    }
+
+    /// The last needed chunk of a tile has been rendered: drops the speculative ones behind it.
+    pub fn end_tile(&mut self, now: u64, memory: &Memory) {
+        while let Some(unused) = self.chunks.pop_front_if(|next| next.speculative) {
+            if memory.at(unused.features) <= now {
+                self.buffer.discard(now, unused.bytes);
+            } else {
+                self.dropped.push((unused.features, unused.bytes));
+            }
+        }
+        let is_queued = self.chunks.iter().any(|next| next.pixels.is_some());
+        self.may_speculate &= is_queued;
+    }
+
+    /// Frees the bytes of dropped chunks whose reads have completed.
+    pub fn free_dropped(&mut self, now: u64, memory: &Memory) {
+        let buffer = &mut self.buffer;
+        self.dropped.retain(|&(read, bytes)| {
+            let in_flight = memory.at(read) > now;
+            if !in_flight {
+                buffer.discard(now, bytes);
+            }
+            in_flight
+        });
+    }
+
+    /// Reads of dropped chunks that are in flight.
+    pub fn dropped(&self) -> &[(Arrival, u64)] {
+        &self.dropped
+    }
+
+    /// Closes the account of the buffer at the end of the frame.
+    pub fn close(&mut self, now: u64) {
+        self.dropped.drain(..).for_each(|(_, bytes)| self.buffer.discard(now, bytes));
+    }
+}

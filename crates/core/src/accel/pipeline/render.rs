@@ -1,0 +1,143 @@
+//! The render stage of a core: the VRU and the pixel buffer.
+//!
+//! The VRU takes chunks in order, each when it is sorted and its features have arrived. After the
+//! last chunk of a tile the pixels move to the pixel buffer and their write is issued; while the
+//! buffer does not admit them, the VRU stalls.
+
+use super::feature_queue::{Chunk, FeatureQueue};
+use super::ledger::Ledger;
+use super::{NEVER, Shared};
+use crate::accel::buffer::BufferAllocator;
+use crate::accel::layout::Layout;
+use crate::accel::memory::{Arrival, Memory};
+use crate::accel::resolved::ResolvedUnits;
+use crate::accel::timeline::{Observer, State};
+use crate::accel::unit::Unit;
+use crate::accel::vru::Vru;
+use crate::accel::{Histogram, Stall};
+use crate::action::Stage;
+
+/// The chunk that is being rendered.
+#[derive(Debug, Clone, Copy)]
+struct Rendering {
+    chunk: Chunk,
+    /// Cycle in which it would be done if no bank were in conflict.
+    busy: u64,
+    /// Cycle in which it is done.
+    end: u64,
+}
+
+/// The rendering units of one core, which work as one gang.
+#[derive(Debug)]
+pub(super) struct RenderStage {
+    owner: u32,
+    pub ledger: Ledger,
+    rendering: Option<Rendering>,
+    /// Pixels of a finished tile that the pixel buffer does not admit yet, bytes.
+    finished: Option<u64>,
+    pub pixels: BufferAllocator,
+    /// Pixel writes in flight, with their bytes.
+    writing: Vec<(Arrival, u64)>,
+    /// First cycle of the tile that is being rendered.
+    tile_since: Option<u64>,
+    /// The tile that was rendered last.
+    last_tile: u32,
+    pub tile_cycles: Histogram,
+    /// Cycle in which the last pixel write is complete, as far as it is known.
+    pub end: u64,
+}
+
+impl RenderStage {
+    pub fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
+        Self {
+            owner,
+            ledger: Ledger::new(Vru::NAME, core),
+            rendering: None,
+            finished: None,
+            pixels: BufferAllocator::new(units.shares.pixel_out),
+            writing: Vec::new(),
+            tile_since: None,
+            last_tile: 0,
+            tile_cycles: Histogram::EMPTY,
+            end: 0,
+        }
+    }
+
+    /// Frees the pixels that have been written, and retires the chunk that has been rendered.
+    pub fn retire(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
+        let pixels = &mut self.pixels;
+        self.writing.retain(|&(write, bytes)| {
+            let in_flight = memory.at(write) > now;
+            if !in_flight {
+                pixels.release(now, bytes);
+            }
+            in_flight
+        });
+        let Some(Rendering { chunk, .. }) = self.rendering.take_if(|r| r.end <= now) else {
+            return;
+        };
+        features.buffer.release(now, chunk.bytes);
+        if chunk.pixels.is_some() {
+            self.finished = chunk.pixels;
+            self.tile_cycles.count(now - self.tile_since.take().unwrap_or(now));
+            features.end_tile(now, memory);
+        }
+    }
+
+    /// Moves the pixels of a finished tile to the pixel buffer and issues their write.
+    pub fn write_pixels<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        let Some(bytes) = self.finished.take_if(|bytes| self.pixels.admits(*bytes)) else { return };
+        self.pixels.fill(now, bytes);
+        let tile = self.last_tile;
+        let pattern = |layout: &Layout| layout.pixels(tile, bytes);
+        let write = shared.write(now, self.owner, Stage::Rendering, bytes, pattern);
+        self.writing.push((write, bytes));
+        self.end = self.end.max(shared.memory.known_end(write));
+    }
+
+    /// Begins the next chunk if the VRU is free.
+    pub fn begin(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
+        if self.rendering.is_some() || self.finished.is_some() {
+            return;
+        }
+        let Some(chunk) = features.pop_ready(now, memory) else { return };
+        let busy = now + chunk.cycles;
+        self.rendering = Some(Rendering { chunk, busy, end: busy + chunk.stalls });
+        self.tile_since.get_or_insert(now);
+        self.last_tile = chunk.tile;
+    }
+
+    /// What the VRU does, as of the end of the events of cycle `now`; `None` when it has no chunk.
+    pub fn state(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> Option<State> {
+        match (&self.rendering, self.finished, features.first()) {
+            (Some(r), _, _) if r.busy > now => Some(State::Busy(r.chunk.tile)),
+            (Some(_), _, _) => Some(State::Stalled(Stall::Bank)),
+            (None, Some(_), _) => Some(State::Stalled(Stall::Output)),
+            (None, None, Some(chunk)) if memory.at(chunk.features) > now => {
+                Some(State::Stalled(Stall::Features))
+            }
+            (None, None, Some(_)) => Some(State::Stalled(Stall::Input)),
+            (None, None, None) => None,
+        }
+    }
+
+    /// The next cycle in which it acts.
+    pub fn wake(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> u64 {
+        let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
+        let at = |arrival: Arrival| later(memory.at(arrival));
+        let first = |all: &[(Arrival, u64)]| all.iter().map(|one| at(one.0)).fold(NEVER, u64::min);
+        let vru = match (&self.rendering, self.finished, features.first()) {
+            (Some(r), _, _) => r.end.min(later(r.busy)),
+            (None, Some(_), _) => first(&self.writing),
+            (None, None, Some(chunk)) if memory.at(chunk.features) > now => at(chunk.features),
+            (None, None, Some(chunk)) => later(chunk.sorted),
+            (None, None, None) => NEVER,
+        };
+        vru.min(first(features.dropped()))
+    }
+
+    /// Closes the account of the pixel buffer at the end of the frame.
+    pub fn close(&mut self, now: u64) {
+        self.writing.drain(..).for_each(|(_, bytes)| self.pixels.release(now, bytes));
+    }
+}
