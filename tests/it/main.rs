@@ -3,6 +3,7 @@
 mod camera;
 mod cli;
 mod config;
+mod contract;
 mod dram;
 mod fovea;
 mod geometry;

@@ -273,6 +273,16 @@ impl<'a> Session<'a> {
         Ok(Folded { states, frames: done, is_complete: done == range.len() })
     }
 
+    /// The reports of all frames on each of some systems.
+    ///
+    /// # Errors
+    /// As [`Session::fold`].
+    pub fn reports(&mut self, systems: &[System]) -> Result<Vec<Vec<FrameReport>>, RunError> {
+        let subjects: Vec<Subject> = systems.iter().map(Subject::of).collect();
+        let folded = self.fold(&subjects, |_| Vec::new(), |all, view| all.push(view.report))?;
+        Ok(folded.states)
+    }
+
     /// A frame as a machine sees it when it comes to it: with the order of the frame before, where
     /// the machine keeps it.
     ///
