@@ -39,12 +39,7 @@ const CASES: [Case; 5] = [
         trace: "demo.bin",
     },
     Case { name: "banked", arch: "gscore", sets: &["dram.model=banked"], trace: "demo.bin" },
-    Case {
-        name: "foveated",
-        arch: "gscore",
-        sets: &["fovea.accumulators=2"],
-        trace: "gazed.bin",
-    },
+    Case { name: "foveated", arch: "gscore", sets: &["fovea.accumulators=2"], trace: "gazed.bin" },
 ];
 
 /// A folder with a plain and a foveated trace.
@@ -213,12 +208,7 @@ fn sensitivity(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: 
 }
 
 /// The baseline of a sweep is the run: every column that both have.
-fn sweep(
-    bench: &Bench,
-    case: &Case,
-    rows: &BTreeMap<String, BTreeMap<String, String>>,
-    i: usize,
-) {
+fn sweep(bench: &Bench, case: &Case, rows: &BTreeMap<String, BTreeMap<String, String>>, i: usize) {
     let file = format!(
         "question = \"q\"\nbase = \"{}\"\n[[axes]]\nkey = \"vru.cores\"\nvalues = [2, 4]\n",
         case.arch
@@ -262,9 +252,13 @@ fn the_oracle_of_the_optimiser_is_the_session() {
         for view in &views {
             let mut frames = RenderedViews::new("views", Arc::clone(&scene), vec![view.clone()]);
             let folded = Session::new(&mut frames, &())
-                .fold(&[Subject::of(&system)], |_| 0.0, |watts, view| {
-                    *watts += view.report.power_display_rate_w(60.0);
-                })
+                .fold(
+                    &[Subject::of(&system)],
+                    |_| 0.0,
+                    |watts, view| {
+                        *watts += view.report.power_display_rate_w(60.0);
+                    },
+                )
                 .expect("a session");
             let shot = render(&scene, view, &Options::reference(Detail::Counters));
             let parts = oracle.frame(Shot::Plain(shot), view, [0.0; 3]).expect("the oracle");

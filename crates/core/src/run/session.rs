@@ -261,7 +261,7 @@ impl<'a> Session<'a> {
             let end = (position + width).min(range.end);
             let window = self.window(position, end, &plan.geometries)?;
             let measured = plan.measure(&window);
-            let reports = self.reports(subjects, &plan, &window, &measured)?;
+            let reports = self.simulate(subjects, &plan, &window, &measured)?;
             for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
                 let Some(reports) = reports else { break };
                 plan.step(subjects, frame, &measured, k, reports, &mut states, &step);
@@ -330,7 +330,7 @@ impl<'a> Session<'a> {
 
     /// The reports of the frames of a window; `None` from the first frame on that was not finished
     /// because the run was cancelled.
-    fn reports(
+    fn simulate(
         &self,
         subjects: &[Subject<'_>],
         plan: &Plan<'_>,
