@@ -123,7 +123,7 @@ fn every_command_prints_the_same_numbers() {
         what_if(case, &replay);
         compare(&bench, case, &rows["mean"], i);
         sensitivity(&bench, case, &rows["mean"], i);
-        sweep(&bench, case, &rows, i);
+        sweep(&bench, case, (&replay, &rows), i);
     }
 }
 
@@ -208,7 +208,12 @@ fn sensitivity(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: 
 }
 
 /// The baseline of a sweep is the run: every column that both have.
-fn sweep(bench: &Bench, case: &Case, rows: &BTreeMap<String, BTreeMap<String, String>>, i: usize) {
+fn sweep(
+    bench: &Bench,
+    case: &Case,
+    (replay, rows): (&Value, &BTreeMap<String, BTreeMap<String, String>>),
+    i: usize,
+) {
     let file = format!(
         "question = \"q\"\nbase = \"{}\"\n[[axes]]\nkey = \"vru.cores\"\nvalues = [2, 4]\n",
         case.arch
@@ -221,8 +226,12 @@ fn sweep(bench: &Bench, case: &Case, rows: &BTreeMap<String, BTreeMap<String, St
     bench.run(&arguments);
     let baseline = bench.rows(&format!("{folder}/results.csv"), 1)["true"].clone();
     assert_eq!(baseline["status"], "ok", "{}: {}", case.name, baseline["reason"]);
+    // Over all frames together, which is not the mean of the powers of the frames.
+    let throughput = replay["throughput_power_w"].as_f64().expect("a power");
+    let full_rate = number(&baseline["power_full_rate_w"]).expect("a power");
+    same(&format!("{}: power_full_rate_w", case.name), throughput, full_rate);
     let mut compared = 0;
-    for (column, cell) in &baseline {
+    for (column, cell) in baseline.iter().filter(|(name, _)| *name != "power_full_rate_w") {
         let (name, row) = match column.rsplit_once('.') {
             Some((name, row @ ("mean" | "p50" | "p95" | "p99" | "max"))) => (name, row),
             _ => (column.as_str(), "mean"),
