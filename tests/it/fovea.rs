@@ -4,9 +4,8 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use powergs_sim::scene::write_ply;
-use serde_json::Value;
-
 use powergs_testkit::foveated::levels;
+use serde_json::Value;
 
 fn program() -> Command {
     Command::cargo_bin("powergs-sim").expect("the program was built")

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use powergs_sim::trace::Frame;
-use serde_json::Value;
-
 use powergs_testkit::traces::{SMALL, Shape, frame, read_all, written};
+use serde_json::Value;
 
 struct Folder(tempfile::TempDir);
 

@@ -4,7 +4,6 @@ use std::fs;
 
 use powergs_sim::cli::Exit;
 use powergs_sim::cli::camera_file::read;
-
 use powergs_testkit::camera_files::binary_files;
 
 #[test]

@@ -12,9 +12,9 @@ use powergs_sim::picture::Picture;
 use powergs_sim::report::results::Results;
 use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::{OneFile, read, write_ply};
+use powergs_testkit::lpips::{Kind, Made};
 
 use super::scenes::{Tiny, tiny};
-use powergs_testkit::lpips::{Kind, Made};
 
 /// Writes a scene and its views; returns it.
 pub fn stage(folder: &Path, points: usize) -> Tiny {

@@ -2,9 +2,8 @@
 
 use assert_cmd::Command;
 use powergs_sim::cli::scene_file::load;
-use serde_json::Value;
-
 use powergs_testkit::scene_files::{self as encode, sample};
+use serde_json::Value;
 
 fn program() -> Command {
     Command::cargo_bin("powergs-sim").expect("the program was built")

@@ -5,10 +5,9 @@ use std::path::Path;
 use powergs_sim::cli::scene_file::{LoadedScene, load};
 use powergs_sim::scene::SceneStats;
 use powergs_sim::scene::stats::Percentiles;
-use serde_json::Value;
-
 use powergs_testkit::data;
 use powergs_testkit::difference::difference;
+use serde_json::Value;
 
 fn open(path: &Path, lod: Option<u32>) -> LoadedScene {
     load(path, lod).unwrap_or_else(|e| panic!("{}: {e}", path.display()))

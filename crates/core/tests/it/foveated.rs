@@ -12,11 +12,10 @@ use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_raster::{Detail, FoveatedFrame, Options, render, render_foveated};
 use powergs_scene::Foveated;
+use powergs_testkit::foveated::{levels, looking};
+use powergs_testkit::scenes::front_camera;
 
 use crate::workload::support::GEOMETRIES;
-use powergs_testkit::foveated::levels;
-use powergs_testkit::foveated::looking;
-use powergs_testkit::scenes::front_camera;
 
 fn rendered(seed: u64, points: usize) -> (FoveatedFrame, Frame) {
     let mut parts = levels(seed, points, 0, 0.7);

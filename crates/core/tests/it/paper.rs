@@ -10,10 +10,10 @@ use powergs_core::workload::paper::{
 use powergs_core::workload::{Geometry, bin};
 use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_raster::{Detail, Options, render};
+use powergs_testkit::scenes::{floats, load};
 use serde_json::Value;
 
 use crate::pipeline::support::Dice;
-use powergs_testkit::scenes::{floats, load};
 
 /// The published numbers are sums of a few exact products; only the order of additions differs.
 const TOLERANCE: f64 = 1e-9;

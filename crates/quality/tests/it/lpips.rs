@@ -4,9 +4,9 @@ mod twin;
 
 use powergs_base::picture::Picture;
 use powergs_quality::{Lpips, LpipsError};
+use powergs_testkit::lpips::{ALEX, Kind, Made, VGG};
 
 use super::pictures::{noisy, on_threads, shown};
-use powergs_testkit::lpips::{ALEX, Kind, Made, VGG};
 
 fn alex() -> Made {
     Made::alex(7)

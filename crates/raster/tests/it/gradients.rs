@@ -7,12 +7,12 @@ use powergs_frame::splat::simd::reciprocal;
 use powergs_raster::train::{Clamp, Gradients, Options, Tape, Which};
 use powergs_raster::{Detail, render};
 use powergs_scene::{Camera, Gaussians};
+use powergs_testkit::scenes::{camera, floats, front_camera, load, random_scene, rows};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde_json::Value;
 
 use super::gradient_naive::{BEFORE_SH, Twin};
-use powergs_testkit::scenes::{camera, floats, front_camera, load, random_scene, rows};
 
 /// `[coefficient][channel]` per Gaussian to `[channel][coefficient]`.
 fn channel_major(sh: &[f64]) -> Vec<f32> {

@@ -5,9 +5,8 @@ use powergs_frame::splat::project::colours;
 use powergs_frame::splat::{Cover, Intersection, TileGrid};
 use powergs_raster::{Detail, Options, Rendered, render};
 use powergs_scene::Gaussians;
-use serde_json::Value;
-
 use powergs_testkit::scenes::{camera, floats, forward_input, ints, load, rows};
+use serde_json::Value;
 
 fn forward_case() -> (Value, Gaussians, Rendered) {
     let (case, scene, camera, background) = forward_input();

@@ -6,9 +6,9 @@ use powergs_frame::splat::Intersection;
 use powergs_frame::splat::project::colours;
 use powergs_frame::trace::NEVER;
 use powergs_raster::{Detail, Options, render};
+use powergs_testkit::scenes::{front_camera, random_scene};
 
 use super::naive;
-use powergs_testkit::scenes::{front_camera, random_scene};
 
 #[test]
 fn projection_equals_the_twin() {

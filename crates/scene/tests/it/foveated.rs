@@ -2,9 +2,8 @@
 
 use powergs_scene::foveated::ComposeError;
 use powergs_scene::{Foveated, Gaussians, OneFile, SceneError, read};
-use proptest::prelude::*;
-
 use powergs_testkit::foveated::levels;
+use proptest::prelude::*;
 
 fn file(model: &Foveated) -> Vec<u8> {
     let mut bytes = Vec::new();

@@ -13,7 +13,6 @@ use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::foveated::LevelPaint;
 use powergs_scene::{Foveated, Gaussians};
-
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 /// Frames, so that an order can be updated.

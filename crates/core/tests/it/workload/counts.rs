@@ -4,9 +4,9 @@ use powergs_core::workload::{Geometry, bin};
 use powergs_frame::splat::Intersection;
 use powergs_frame::trace::NEVER;
 use powergs_raster::{Detail, Options, render};
+use powergs_testkit::scenes::{front_camera, random_scene};
 
 use super::support::{dense_scene, rendered};
-use powergs_testkit::scenes::{front_camera, random_scene};
 
 #[test]
 fn reference_geometry_equals_the_rasteriser() {

@@ -5,7 +5,6 @@ use powergs_frame::splat::Intersection;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};
-
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 pub fn rendered(scene: &Gaussians, camera: &Camera) -> (Rendered, Frame) {

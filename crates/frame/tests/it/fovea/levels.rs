@@ -5,9 +5,8 @@ use powergs_frame::fovea::{
 };
 use powergs_frame::splat::TileGrid;
 use powergs_frame::splat::cover::TileRect;
-use serde_json::Value;
-
 use powergs_testkit::scenes::load;
+use serde_json::Value;
 
 fn rows(value: &Value) -> Vec<f64> {
     let rows = value.as_array().expect("rows").iter();

@@ -4,7 +4,6 @@ use glam::{DMat3, DVec3};
 use powergs_frame::scene::Camera;
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, TraceHeader, Writer};
-
 use powergs_testkit::traces::read_all;
 
 fn example() -> Vec<u8> {

@@ -3,12 +3,12 @@
 use std::io::Cursor;
 
 use powergs_frame::trace::{Frame, Reader, TraceError, verify};
+use powergs_testkit::traces::{SMALL, Shape, frame, read_all, seeds, written};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::seal::seal;
-use powergs_testkit::traces::{SMALL, Shape, frame, read_all, seeds, written};
 
 fn small() -> Vec<u8> {
     written(&[frame(1, SMALL), frame(2, Shape { foveated: false, ..SMALL })])

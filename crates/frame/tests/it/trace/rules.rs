@@ -1,7 +1,6 @@
 //! Frames that break a rule are not written.
 
 use powergs_frame::trace::{Frame, FrameFault, TraceError, Writer};
-
 use powergs_testkit::traces::{SMALL, Shape, frame, header};
 
 /// `change` breaks exactly the rule that `expected` names.

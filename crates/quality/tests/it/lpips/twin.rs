@@ -1,7 +1,6 @@
 //! The definition word for word, in double precision.
 
 use powergs_base::picture::Picture;
-
 use powergs_testkit::lpips::{Layer, Made};
 
 /// Planes of one size.

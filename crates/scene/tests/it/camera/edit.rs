@@ -4,7 +4,6 @@ use glam::DVec3;
 use powergs_scene::Camera;
 use powergs_scene::camera::edit::{resized, stereo};
 use powergs_scene::camera::path::Path;
-
 use powergs_testkit::camera_files::{poses, sample};
 
 use super::difference;

@@ -1,7 +1,6 @@
 //! What the readers refuse, and with which words.
 
 use powergs_scene::camera::{colmap, inria, json};
-
 use powergs_testkit::camera_files::{binary_files, sample};
 
 /// Reading must fail, and the message must hold every one of `words`.

@@ -2,7 +2,6 @@
 
 use powergs_scene::Split;
 use powergs_scene::camera::{CameraFile, colmap, inria, json};
-
 use powergs_testkit::camera_files::{binary_files, sample};
 use powergs_testkit::data;
 

@@ -1,10 +1,10 @@
 //! Bytes that no writer makes: errors, never a panic, a hang or an allocation beyond the data.
 
 use powergs_scene::{Model, SceneError, read};
-
-use super::read_bytes;
 use powergs_testkit::bombs::{bombs, planes};
 use powergs_testkit::scene_files::{self as encode, Files, gzip, sample};
+
+use super::read_bytes;
 
 #[test]
 fn empty_and_unknown_files() {

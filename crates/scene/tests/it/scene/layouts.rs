@@ -1,9 +1,9 @@
 //! PLY as people write it, and what the boundary does with bad parameters.
 
 use powergs_scene::{Gaussians, SceneStats, Warning};
+use powergs_testkit::scene_files::{self as encode, sample};
 
 use super::read_bytes;
-use powergs_testkit::scene_files::{self as encode, sample};
 
 /// A PLY with one row of the given columns.
 fn ply_of(columns: &[(&str, &str, f64)], encoding: &str) -> Vec<u8> {

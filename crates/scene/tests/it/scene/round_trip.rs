@@ -1,7 +1,6 @@
 //! What is written in a format is read back, up to that format's quantisation.
 
 use powergs_scene::{Format, Gaussians, Warning, read};
-
 use powergs_testkit::difference::{Difference, difference};
 use powergs_testkit::scene_files::{self as encode, sample};
 
