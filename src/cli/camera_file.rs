@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::{Context, Exit, Failure, OrExit, out};
+use super::{Context, Exit, Failure, OrExit, out, picture_file};
 use powergs_scene::camera::check::{MAX_DISTANCE, MAX_SIZE};
 use powergs_scene::camera::orbit::{Orbit, SceneBounds};
 use powergs_scene::camera::{CameraError, CameraFile, colmap, edit, json, path};
@@ -310,9 +310,10 @@ fn read_colmap(folder: &Path) -> Result<CameraFile, Failure> {
 fn image_size_beside(file: &Path, file_path: &str) -> Option<(u32, u32)> {
     let folder = file.parent()?;
     let candidates = ["", ".png", ".jpg"].map(|end| folder.join(format!("{file_path}{end}")));
-    let size = candidates.iter().filter(|p| p.is_file()).find_map(|p| {
-        image::ImageReader::open(p).ok()?.with_guessed_format().ok()?.into_dimensions().ok()
-    })?;
+    let size = candidates
+        .iter()
+        .filter(|p| p.is_file())
+        .find_map(|p| powergs_pixels::size(&picture_file::bytes(p).ok()?).ok())?;
     (1..=MAX_SIZE).contains(&size.0).then_some(size)
 }
 

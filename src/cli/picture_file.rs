@@ -1,17 +1,36 @@
 //! Pictures from PNG, JPEG and WebP files.
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
-
-use image::{DynamicImage, ImageReader, Limits};
 
 use super::background::Background;
 use super::{Exit, Failure, OrExit};
 use powergs_base::picture::Picture;
+use powergs_pixels::{DecodeError, Decoded, Limits};
 
-/// The longest side of a picture, pixels.
-const SIDE_MAX: u32 = 32_768;
-/// Most memory that a decoder may ask for.
-const DECODER_BYTES_MAX: u64 = 2 << 30;
+/// The largest picture that is read.
+const LIMITS: Limits = Limits { side: 32_768, bytes: 2 << 30 };
+/// The longest file that is read, bytes.
+const FILE_MAX: u64 = 2 << 30;
+
+/// The bytes of a picture file.
+///
+/// # Errors
+/// The file cannot be read, or is longer than any picture.
+pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    read_all(File::open(path)?)
+}
+
+fn read_all(file: File) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > FILE_MAX {
+        let what = format!("longer than {FILE_MAX} bytes: this is no picture");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, what));
+    }
+    Ok(bytes)
+}
 
 /// Reads a picture; its format is told from its content. Transparent pixels show `background`.
 ///
@@ -19,20 +38,15 @@ const DECODER_BYTES_MAX: u64 = 2 << 30;
 /// Exit code 2: the file cannot be opened. Exit code 3: it is no picture, broken, or too large.
 pub fn read(path: &Path, background: Background) -> Result<Picture, Failure> {
     let name = path.display();
-    let reader = ImageReader::open(path).or_exit(Exit::Usage, &name)?;
-    let mut reader = reader.with_guessed_format().or_exit(Exit::BadInput, &name)?;
-    if reader.format().is_none() {
-        let what = format!("{name}: this is no PNG, JPEG or WebP picture");
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(SIDE_MAX);
-    limits.max_image_height = Some(SIDE_MAX);
-    limits.max_alloc = Some(DECODER_BYTES_MAX);
-    reader.limits(limits);
-    let what = format!("{name}: the picture cannot be decoded");
-    let image = reader.decode().or_exit(Exit::BadInput, what)?;
-    if image.width() == 0 || image.height() == 0 {
+    let file = File::open(path).or_exit(Exit::Usage, &name)?;
+    let bytes = read_all(file).or_exit(Exit::BadInput, &name)?;
+    let image = match powergs_pixels::decode(&bytes, LIMITS) {
+        Err(e @ DecodeError::Unknown) => {
+            return Err(Failure::new(Exit::BadInput, format!("{name}: {e}")));
+        }
+        image => image.or_exit(Exit::BadInput, format!("{name}: the picture cannot be decoded"))?,
+    };
+    if image.width == 0 || image.height == 0 {
         return Err(Failure::new(Exit::BadInput, format!("{name}: the picture has no pixels")));
     }
     Ok(picture(&image, background))
@@ -65,20 +79,13 @@ pub fn read_pair(
 }
 
 /// Values from 0 to 1, at the depth that the file has.
-fn picture(image: &DynamicImage, Background(background): Background) -> Picture {
+fn picture(image: &Decoded, Background(background): Background) -> Picture {
     let over = |rgba: [f32; 4]| {
         let a = rgba[3];
         std::array::from_fn(|c| {
             if a == 1.0 { rgba[c] } else { rgba[c] * a + background[c] * (1.0 - a) }
         })
     };
-    let bytes = u32::from(image.color().bytes_per_pixel() / image.color().channel_count());
-    let pixels = if bytes == 1 {
-        let rgba = image.to_rgba8();
-        rgba.pixels().map(|p| over(p.0.map(|v| f32::from(v) / 255.0))).collect()
-    } else {
-        let rgba = image.to_rgba16();
-        rgba.pixels().map(|p| over(p.0.map(|v| f32::from(v) / 65535.0))).collect()
-    };
-    Picture { width: image.width(), height: image.height(), pixels }
+    let pixels = image.rgba().map(over).collect();
+    Picture { width: image.width, height: image.height, pixels }
 }

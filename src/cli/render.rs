@@ -138,15 +138,7 @@ fn targets(output: &Path, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     let bytes = picture.to_rgb8();
     write_aside(path, |writer| {
-        let encoder = image::codecs::png::PngEncoder::new(writer);
-        image::ImageEncoder::write_image(
-            encoder,
-            &bytes,
-            picture.width,
-            picture.height,
-            image::ExtendedColorType::Rgb8,
-        )
-        .map_err(std::io::Error::other)
+        powergs_pixels::write_png(writer, picture.width, picture.height, &bytes)
     })
 }
 

@@ -26,7 +26,8 @@ fn the_command_prints_it_with_weights_only() {
     for (name, seed) in [("a.png", 1), ("b.png", 2)] {
         let mut dice = Pcg64Mcg::seed_from_u64(seed);
         let bytes = (0..3 * 40 * 36).map(|_| dice.random()).collect();
-        image::RgbImage::from_raw(40, 36, bytes).unwrap().save(at(name)).unwrap();
+        let image = powergs_pixels::RgbImage::from_bytes(40, 36, bytes).unwrap();
+        std::fs::write(at(name), image.png().unwrap()).unwrap();
     }
     let made = Made::alex(7);
     std::fs::write(at("w.safetensors"), made.bytes(Kind::F32)).unwrap();

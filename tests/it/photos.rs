@@ -21,13 +21,15 @@ fn a_trained_model_fits_its_photos() {
     let eval: Value = serde_json::from_str(&text).unwrap();
     for index in [0, 8, 40] {
         let camera = &cameras[index];
-        let photo = image::open(folder.join("images").join(&camera.name)).unwrap().to_rgb8();
+        let photo = std::fs::read(folder.join("images").join(&camera.name)).unwrap();
+        let limits = powergs_pixels::Limits { side: 1 << 14, bytes: 1 << 30 };
+        let photo = powergs_pixels::decode(&photo, limits).unwrap();
         let picture = render(&scene, camera, &Options::reference(Detail::Image)).picture;
         let square: f64 = picture
             .pixels
             .iter()
-            .zip(photo.pixels())
-            .flat_map(|(p, q)| (0..3).map(move |c| (p[c].clamp(0.0, 1.0), q.0[c])))
+            .zip(photo.rgba8())
+            .flat_map(|(p, q)| (0..3).map(move |c| (p[c].clamp(0.0, 1.0), q[c])))
             .map(|(p, q)| (f64::from(p) - f64::from(q) / 255.0).powi(2))
             .sum();
         let psnr = -10.0 * (square / (3 * picture.pixels.len()) as f64).log10();

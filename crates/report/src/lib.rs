@@ -170,9 +170,6 @@ pub enum ReportError {
     /// A table could not be written.
     #[error("results.csv: {0}; please report this")]
     Csv(#[from] ::csv::Error),
-    /// The HTML report of a sweep could not be filled in.
-    #[error("report.html: {0}; please report this")]
-    Template(String),
     /// The configuration could not be written.
     #[error("run.toml: {0}; please report this")]
     Toml(#[from] toml::ser::Error),

@@ -156,7 +156,7 @@ impl Made {
             for v in values {
                 match kind {
                     Kind::F32 => body.extend(v.to_le_bytes()),
-                    Kind::F16 => body.extend(half::f16::from_f32(*v).to_le_bytes()),
+                    Kind::F16 => body.extend(half(*v).to_le_bytes()),
                     Kind::Bf16 => body.extend(&v.to_le_bytes()[2..]),
                     Kind::I32 => body.extend((*v as i32).to_le_bytes()),
                 }
@@ -175,4 +175,15 @@ impl Made {
         let head = format!("{{{}}}", head.join(","));
         [&(head.len() as u64).to_le_bytes()[..], head.as_bytes(), &body].concat()
     }
+}
+
+/// The half-precision number (IEEE 754 binary16) nearest to a weight, the even one of two.
+fn half(value: f32) -> u16 {
+    let sign = (value.to_bits() >> 16) as u16 & 0x8000;
+    let size = value.abs();
+    assert!(size < 65_504.0, "weights are small");
+    // Steps of 2^-24 below 2^-14, else of a 1024th of the power of two below.
+    let power = (size.log2().floor() as i32).max(-14);
+    let steps = (size / 2f32.powi(power - 10)).round_ties_even() as u16;
+    sign + steps + if steps < 1024 { 0 } else { ((power + 14) as u16) << 10 }
 }

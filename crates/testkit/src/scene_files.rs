@@ -231,10 +231,9 @@ fn webp(mut pixels: Vec<[u8; 4]>, width: usize) -> Vec<u8> {
     let height = pixels.len().div_ceil(width);
     pixels.resize(width * height, [0; 4]);
     let mut bytes = Vec::new();
-    let encoder = image::codecs::webp::WebPEncoder::new_lossless(Cursor::new(&mut bytes));
     let (width, height) = (width as u32, height as u32);
-    encoder
-        .encode(pixels.as_flattened(), width, height, image::ExtendedColorType::Rgba8)
+    image_webp::WebPEncoder::new(&mut bytes)
+        .encode(pixels.as_flattened(), width, height, image_webp::ColorType::Rgba8)
         .expect("memory takes all");
     bytes
 }

@@ -1,20 +1,17 @@
 //! Photos as references: found by the names of views, checked, composited, averaged down.
 
-use std::fs;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageReader, Limits};
-
-use super::super::{Exit, Failure, OrExit};
+use super::super::{Exit, Failure, OrExit, picture_file};
 use powergs_base::picture::Picture;
 use powergs_optimize::setup::Reference;
+use powergs_pixels::{Decoded, Limits};
 use powergs_scene::Camera;
 
 /// Endings that are tried where the name of a view has none.
 const ENDINGS: [&str; 5] = ["", ".png", ".jpg", ".jpeg", ".webp"];
-/// Most bytes that decoding an image may take.
-const MOST_BYTES: u64 = 1 << 30;
+/// The largest photo that is read.
+const LIMITS: Limits = Limits { side: u32::MAX, bytes: 1 << 30 };
 /// How many missing photos an error names.
 const NAMED: usize = 5;
 
@@ -81,18 +78,13 @@ fn photo(
     wanted: &Camera,
     background: [f32; 3],
 ) -> Result<Picture, Failure> {
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_BYTES);
-    let bytes = fs::read(file).or_exit(Exit::BadInput, file.display())?;
+    let bytes = picture_file::bytes(file).or_exit(Exit::BadInput, file.display())?;
     if is_cut_jpeg(&bytes) {
         let what = format!("{}: the JPEG ends too early; copy it anew", file.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let decoded = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-    let mut reader = decoded.or_exit(Exit::BadInput, file.display())?;
-    reader.limits(limits);
-    let image = reader.decode().or_exit(Exit::BadInput, file.display())?;
-    let size = (image.width(), image.height());
+    let image = powergs_pixels::decode(&bytes, LIMITS).or_exit(Exit::BadInput, file.display())?;
+    let size = (image.width, image.height);
     if size != (camera.width, camera.height) {
         let what = format!(
             "{}: is {}x{}, the camera says {}x{}; give the photos that the poses were made for",
@@ -120,8 +112,8 @@ fn is_cut_jpeg(bytes: &[u8]) -> bool {
 }
 
 /// The image over the background.
-fn composited(image: &DynamicImage, background: [f32; 3]) -> Picture {
-    let (width, height) = (image.width(), image.height());
+fn composited(image: &Decoded, background: [f32; 3]) -> Picture {
+    let (width, height) = (image.width, image.height);
     let over = |p: [f32; 4]| {
         let mut out = [0.0; 3];
         for (c, value) in out.iter_mut().enumerate() {
@@ -129,7 +121,7 @@ fn composited(image: &DynamicImage, background: [f32; 3]) -> Picture {
         }
         out
     };
-    let pixels = image.to_rgba32f().pixels().map(|p| over(p.0)).collect();
+    let pixels = image.rgba().map(over).collect();
     Picture { width, height, pixels }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use powergs_pixels::RgbImage;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::picture::Picture;
 use powergs_sim::report::results::Results;
@@ -229,14 +230,13 @@ fn photos_are_checked_and_used() {
     for (camera, reference) in tiny.cameras.iter().zip(&tiny.references) {
         let mut picture = Picture::default();
         reference.write_to(&mut picture);
-        let image =
-            image::RgbImage::from_raw(picture.width, picture.height, picture.to_rgb8()).unwrap();
-        image.save(photos.join(format!("{}.png", camera.name))).unwrap();
+        let image = RgbImage::from_bytes(picture.width, picture.height, picture.to_rgb8()).unwrap();
+        fs::write(photos.join(format!("{}.png", camera.name)), image.png().unwrap()).unwrap();
     }
     fs::copy(folder.path().join("cameras.json"), photos.join("cameras.json")).unwrap();
     let first = photos.join(format!("{}.png", tiny.cameras[0].name));
     let whole = fs::read(&first).unwrap();
-    for (bytes, says) in [(&b"no image"[..], "format"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")] {
+    for (bytes, says) in [(&b"no image"[..], "no PNG"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")] {
         fs::write(&first, bytes).unwrap();
         fails(folder.path(), &images, Exit::BadInput, says);
     }
@@ -252,7 +252,7 @@ fn photos_are_checked_and_used() {
     fails(folder.path(), &sized("24x30"), Exit::Usage, "aspect");
     fails(folder.path(), &sized("96x72"), Exit::Usage, "smaller size");
     let first = photos.join(format!("{}.png", tiny.cameras[0].name));
-    image::RgbImage::new(20, 20).save(&first).unwrap();
+    fs::write(&first, RgbImage::filled(20, 20, [0; 3]).png().unwrap()).unwrap();
     fails(folder.path(), &short, Exit::BadInput, "is 20x20, the camera says 48x36");
     fs::write(&first, b"\x89PNG\r\n\x1a\nbroken").unwrap();
     fails(folder.path(), &short, Exit::BadInput, &tiny.cameras[0].name);

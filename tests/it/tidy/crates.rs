@@ -9,11 +9,13 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 10] = [
+const CRATES: [Row; 11] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame"]),
-    ("scene", &["base", "frame"]),
+    // Picture files: knows no scene and no chart.
+    ("pixels", &[]),
+    ("scene", &["base", "frame", "pixels"]),
     ("raster", &["base", "frame", "scene"]),
     // A display is a term of the training loss.
     ("quality", &["base", "frame"]),
@@ -22,7 +24,7 @@ const CRATES: [Row; 10] = [
     // A trainer that renders, measures quality and asks the simulator for watts.
     ("optimize", &["base", "frame", "core", "scene", "raster", "quality"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
-    ("report", &["base", "frame", "core", "study", "optimize"]),
+    ("report", &["base", "frame", "pixels", "core", "study", "optimize"]),
     // For tests alone.
     ("testkit", &["frame", "scene"]),
 ];
@@ -37,7 +39,7 @@ const BOUND: [(&str, &str); 8] = [
     ("anyhow", "."),
     ("plotters", "report"),
     ("resvg", "report"),
-    ("minijinja", "report"),
+    ("png", "pixels"),
 ];
 
 /// Modules that a module may use, inside the crates that hold several. A module without a row

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use yaml::Node;
 
 use super::table::{
     ActionPrice, ActionPrices, AreaPrice, BytePrice, DramPrices, EnergyTable, FlatDram, Overhead,
@@ -14,6 +14,8 @@ use super::table::{
 };
 use crate::action::Buffer;
 use powergs_base::quantity::{Hertz, Picojoules, PicojoulesPerByte, SquareMillimetres, Watts};
+
+mod yaml;
 
 /// The longest text that is looked at, bytes.
 pub const TEXT_MAX: usize = 1 << 20;
@@ -105,55 +107,57 @@ pub enum AccelergyError {
     },
 }
 
-#[derive(Debug, Deserialize)]
-struct ErtFile {
-    #[serde(rename = "ERT")]
-    ert: Tables<ErtTable>,
-}
-
-#[derive(Debug, Deserialize)]
-struct ArtFile {
-    #[serde(rename = "ART")]
-    art: Tables<ArtTable>,
-}
-
-#[derive(Debug, Deserialize)]
+/// The part of a file that says what components cost.
 struct Tables<T> {
-    version: Version,
+    version: String,
     tables: Vec<T>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Version {
-    Number(f64),
-    Text(String),
-}
-
-#[derive(Debug, Deserialize)]
 struct ErtTable {
     name: String,
     actions: Vec<ErtAction>,
 }
 
-#[derive(Debug, Deserialize)]
 struct ErtAction {
     name: String,
     energy: f64,
-    #[serde(default)]
-    arguments: Option<Arguments>,
-}
-
-/// Only one argument has a meaning here; the others are of Accelergy's own.
-#[derive(Debug, Deserialize)]
-struct Arguments {
+    /// The only argument with a meaning here; the others are of Accelergy's own.
     bytes: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
 struct ArtTable {
     name: String,
     area: f64,
+}
+
+impl ErtTable {
+    fn read(node: &Node) -> Result<Self, String> {
+        let name = node.get("name")?.text()?.to_owned();
+        let actions = node.get("actions")?.list()?.iter().map(ErtAction::read);
+        Ok(ErtTable { name, actions: actions.collect::<Result<_, _>>()? })
+    }
+}
+
+impl ErtAction {
+    fn read(node: &Node) -> Result<Self, String> {
+        let name = node.get("name")?.text()?.to_owned();
+        let energy = node.get("energy")?.number()?;
+        let there = |node: &&Node| !node.is_null();
+        let bytes = match node.find("arguments")?.filter(there) {
+            Some(arguments) => arguments.find("bytes")?.filter(there).map(Node::number),
+            None => None,
+        };
+        Ok(ErtAction { name, energy, bytes: bytes.transpose()? })
+    }
+}
+
+impl ArtTable {
+    fn read(node: &Node) -> Result<Self, String> {
+        Ok(ArtTable {
+            name: node.get("name")?.text()?.to_owned(),
+            area: node.get("area")?.number()?,
+        })
+    }
 }
 
 /// The last part of a component's name, without its range: `chip.ccu[0..3]` is `ccu`.
@@ -163,16 +167,23 @@ fn short(name: &str) -> String {
     last.split('[').next().unwrap_or(last).replace('-', "_").to_ascii_lowercase()
 }
 
-fn read<T: for<'de> Deserialize<'de>>(text: &str, root: &'static str) -> Result<T, AccelergyError> {
+fn read<T>(
+    text: &str,
+    root: &'static str,
+    table: impl Fn(&Node) -> Result<T, String>,
+) -> Result<Tables<T>, AccelergyError> {
     if text.len() > TEXT_MAX {
         return Err(AccelergyError::TooLong);
     }
-    serde_saphyr::from_str(text).map_err(|e| {
-        let what = e.to_string();
-        let what = what.lines().next().unwrap_or_default();
-        let what = what.strip_prefix("error: ").unwrap_or(what).to_owned();
-        AccelergyError::Shape { root, what }
-    })
+    let tables = || {
+        let file = yaml::parse(text)?;
+        let body = file.get(root)?;
+        let version = body.get("version")?.label()?;
+        let tables =
+            body.get("tables")?.list()?.iter().map(&table).collect::<Result<_, String>>()?;
+        Ok(Tables { version, tables })
+    };
+    tables().map_err(|what| AccelergyError::Shape { root, what })
 }
 
 /// Tables by the last part of their name; those that nobody looks for are left out.
@@ -181,10 +192,7 @@ fn by_name<T>(
     file: Tables<T>,
     name: impl Fn(&T) -> &str,
 ) -> Result<BTreeMap<String, T>, AccelergyError> {
-    let version = match file.version {
-        Version::Number(n) => n.to_string(),
-        Version::Text(text) => text,
-    };
+    let version = file.version;
     if !["0.3", "0.4"].contains(&version.as_str()) {
         return Err(AccelergyError::Version { root, version });
     }
@@ -232,9 +240,8 @@ impl ErtTable {
         let mut values = [0.0; N];
         for (value, wanted) in values.iter_mut().zip(actions) {
             let action = find(wanted).expect("nothing is missing");
-            let bytes = action.arguments.as_ref().and_then(|a| a.bytes);
             *value = number(&self.name, &format!("energy of `{wanted}`"), action.energy)?;
-            if let Some(bytes) = bytes {
+            if let Some(bytes) = action.bytes {
                 let bytes = number(&self.name, "argument `bytes`", bytes)?;
                 *value = number(&self.name, "energy per byte", *value / bytes)?;
             }
@@ -279,8 +286,7 @@ pub fn table(
     art: Option<&str>,
     clock: Hertz,
 ) -> Result<EnergyTable, AccelergyError> {
-    let file: ErtFile = read(ert, "ERT")?;
-    let found = by_name("ERT", file.ert, |t| &t.name)?;
+    let found = by_name("ERT", read(ert, "ERT", ErtTable::read)?, |t| &t.name)?;
     missing("ERT", &found, &NEEDED)?;
     let areas = match art {
         Some(text) => Some(areas(text, found.contains_key("cache"))?),
@@ -362,8 +368,7 @@ fn macros(
 }
 
 fn areas(text: &str, cache: bool) -> Result<BTreeMap<String, SquareMillimetres>, AccelergyError> {
-    let file: ArtFile = read(text, "ART")?;
-    let found = by_name("ART", file.art, |t| &t.name)?;
+    let found = by_name("ART", read(text, "ART", ArtTable::read)?, |t| &t.name)?;
     let on_chip = NEEDED.into_iter().filter(|n| *n != "dram").chain(cache.then_some("cache"));
     missing("ART", &found, &on_chip.collect::<Vec<_>>())?;
     let area = |(name, table): (String, ArtTable)| {

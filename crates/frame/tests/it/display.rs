@@ -101,10 +101,11 @@ fn reference_images_cost_what_their_pixels_say() {
         return;
     }
     let open = |name: &str| {
-        let image = image::open(Path::new(folder).join(name)).expect(name).to_rgb8();
-        let (width, height) = image.dimensions();
-        let pixels = image.pixels().map(|p| p.0.map(|v| f32::from(v) / 255.0)).collect();
-        Picture { width, height, pixels }
+        let bytes = std::fs::read(Path::new(folder).join(name)).expect(name);
+        let limits = powergs_pixels::Limits { side: 1 << 12, bytes: 1 << 26 };
+        let image = powergs_pixels::decode(&bytes, limits).expect(name);
+        let pixels = image.rgba().map(|[r, g, b, _]| [r, g, b]).collect();
+        Picture { width: image.width, height: image.height, pixels }
     };
     let display = preset("oled-powergs");
     let white = open("D_white.png");

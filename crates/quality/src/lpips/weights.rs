@@ -1,6 +1,5 @@
 //! Weights from safetensors bytes.
 
-use half::{bf16, f16};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
 use super::Lpips;
@@ -210,8 +209,23 @@ fn decoded(view: &TensorView<'_>) -> Option<Vec<f32>> {
     let pairs = || data.as_chunks::<2>().0.iter();
     Some(match view.dtype() {
         Dtype::F32 => data.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect(),
-        Dtype::F16 => pairs().map(|b| f16::from_le_bytes(*b).to_f32()).collect(),
-        Dtype::BF16 => pairs().map(|b| bf16::from_le_bytes(*b).to_f32()).collect(),
+        Dtype::F16 => pairs().map(|b| half(u16::from_le_bytes(*b))).collect(),
+        Dtype::BF16 => {
+            pairs().map(|b| f32::from_bits(u32::from(u16::from_le_bytes(*b)) << 16)).collect()
+        }
         _ => return None,
     })
+}
+
+/// A half-precision number (IEEE 754 binary16).
+fn half(bits: u16) -> f32 {
+    let sign = u32::from(bits & 0x8000) << 16;
+    let (exponent, fraction) = (u32::from(bits >> 10 & 0x1f), u32::from(bits & 0x3ff));
+    let magnitude = match exponent {
+        // Multiples of 2^-24, which `f32` holds exactly.
+        0 => fraction as f32 / 16_777_216.0,
+        0x1f => f32::from_bits(0x7f80_0000 | fraction << 13),
+        _ => f32::from_bits((exponent + 112) << 23 | fraction << 13),
+    };
+    f32::from_bits(magnitude.to_bits() | sign)
 }

@@ -59,10 +59,11 @@ fn the_published_statistics() {
         return;
     }
     let open = |name: &str| {
-        let image = image::open(folder.join(name)).expect(name).to_rgb8();
-        let (width, height) = image.dimensions();
-        let pixels = image.pixels().map(|p| p.0.map(|v| f32::from(v) / 255.0)).collect();
-        Picture { width, height, pixels }
+        let bytes = std::fs::read(folder.join(name)).expect(name);
+        let limits = powergs_pixels::Limits { side: 1 << 12, bytes: 1 << 26 };
+        let image = powergs_pixels::decode(&bytes, limits).expect(name);
+        let pixels = image.rgba().map(|[r, g, b, _]| [r, g, b]).collect();
+        Picture { width: image.width, height: image.height, pixels }
     };
     let (a, b) = (open("B_mix.png"), open("B_gt.png"));
     let mut hvsq = Hvsq::new(a.width, a.height, &[1.0, 3.0, 7.0, 12.0]).expect("good poolings");

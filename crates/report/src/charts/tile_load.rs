@@ -1,6 +1,5 @@
 //! List length per tile, as colour over a grey picture of the frame.
 
-use image::{Rgb, RgbImage};
 use plotters::style::colors::colormaps::ViridisRGB;
 use plotters::style::{RGBColor, colors::colormaps::ColorMap};
 
@@ -10,6 +9,7 @@ use crate::plot::{Align, Canvas, Drawn, GREY, HEIGHT, INK, Page, Scale, Underlay
 use crate::tile_load::{Picture, TileLoad};
 use crate::{ReportError, Run};
 use powergs_core::sim::Model;
+use powergs_pixels::RgbImage;
 
 const NAME: &str = "tile_load";
 const TITLE: &str = "List length per tile";
@@ -74,9 +74,9 @@ fn heatmap(tiles: &TileLoad, longest: u32) -> Underlay {
         let RGBColor(r, g, b) = colour(f64::from(n) / f64::from(longest.max(1)));
         let at = ((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
         let Some(grey) = tiles.picture.as_ref().and_then(|p| luma(p, at)) else {
-            return Rgb([r, g, b]);
+            return [r, g, b];
         };
-        Rgb([r, g, b].map(|c| (COVER * f32::from(c) + (1.0 - COVER) * grey) as u8))
+        [r, g, b].map(|c| (COVER * f32::from(c) + (1.0 - COVER) * grey) as u8)
     });
     // Even, so that it falls on whole pixels of the PNG.
     let spare = ROOM.2 - (width * ZOOM.1 / ZOOM.0) as i32;

@@ -1,12 +1,11 @@
 //! A strip of images: the dense model, the optimised one, their difference, and what each channel
 //! lost.
 
-use image::{Rgb, RgbImage};
-
 use super::Story;
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{Align, Canvas, Drawn, GREY, INK, Page, Underlay, ZOOM, palette, text_width};
+use powergs_pixels::RgbImage;
 
 const NAME: &str = "strip";
 const TITLE: &str = "Before and after";
@@ -124,7 +123,7 @@ fn zoomed(length: f64) -> u32 {
 fn sheet(strip: &Strip) -> RgbImage {
     let layout = Layout::of(strip);
     let size = layout.size();
-    let mut sheet = RgbImage::from_pixel(zoomed(size.0) + 1, zoomed(size.1) + 1, Rgb([255; 3]));
+    let mut sheet = RgbImage::filled(zoomed(size.0) + 1, zoomed(size.1) + 1, [255; 3]);
     let code = |v: f32| v.clamp(0.0, 255.0).round() as u8;
     let distance = |a: [f32; 3], b: [f32; 3]| {
         let d = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
@@ -143,12 +142,10 @@ fn sheet(strip: &Strip) -> RgbImage {
     let (w, h) = (zoomed(layout.image.0).max(1), zoomed(layout.image.1).max(1));
     for (i, look) in looks.iter().enumerate() {
         let pixels: Vec<u8> = strip.pixels().flat_map(|(a, b)| look(a, b)).collect();
-        let Some(image) = RgbImage::from_raw(strip.width, strip.height, pixels) else { continue };
-        let filter = image::imageops::FilterType::Triangle;
-        let image = image::imageops::resize(&image, w, h, filter);
+        let Some(image) = RgbImage::from_bytes(strip.width, strip.height, pixels) else { continue };
+        let image = image.resized(w, h);
         let at = layout.at(i);
-        let at = (i64::from(zoomed(at.0)), i64::from(zoomed(at.1)));
-        image::imageops::replace(&mut sheet, &image, at.0, at.1);
+        sheet.paste(&image, zoomed(at.0), zoomed(at.1));
     }
     sheet
 }

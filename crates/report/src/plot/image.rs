@@ -1,13 +1,12 @@
 //! From SVG to PNG, and raster images below a drawing.
 
-use std::io::Cursor;
 use std::sync::{Arc, LazyLock};
 
-use ::image::{ImageFormat, RgbImage};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
 use super::{HEIGHT, WIDTH, ZOOM};
+use powergs_pixels::RgbImage;
 
 /// A raster image that lies below the drawing. Its pixels are those of the PNG: [`ZOOM`] per SVG
 /// unit.
@@ -37,11 +36,11 @@ pub(super) fn png(svg: &str, underlay: Option<&Underlay>) -> Result<Vec<u8>, Str
     page.data_mut().fill(255);
     if let Some(underlay) = underlay {
         let (left, top) = (zoomed(underlay.left), zoomed(underlay.top));
-        for (x, y, pixel) in underlay.image.enumerate_pixels() {
-            let (x, y) = (x + left, y + top);
-            if x < width && y < height {
-                let start = 4 * (y * width + x) as usize;
-                page.data_mut()[start..start + 3].copy_from_slice(&pixel.0);
+        let image = &underlay.image;
+        for y in 0..image.height().min(height.saturating_sub(top)) {
+            for x in 0..image.width().min(width.saturating_sub(left)) {
+                let start = 4 * ((y + top) * width + x + left) as usize;
+                page.data_mut()[start..start + 3].copy_from_slice(&image.pixel(x, y));
             }
         }
     }
@@ -49,13 +48,11 @@ pub(super) fn png(svg: &str, underlay: Option<&Underlay>) -> Result<Vec<u8>, Str
     resvg::render(&tree, Transform::from_scale(zoom, zoom), &mut page.as_mut());
     // Every pixel is opaque, so colours are not premultiplied by anything.
     let rgb: Vec<u8> = page.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    encoded(&RgbImage::from_raw(width, height, rgb).ok_or("no page")?)
+    encoded(&RgbImage::from_bytes(width, height, rgb).ok_or("no page")?)
 }
 
 fn encoded(image: &RgbImage) -> Result<Vec<u8>, String> {
-    let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
-    Ok(bytes.into_inner())
+    image.png().map_err(|e| e.to_string())
 }
 
 /// `svg` with a white page and the underlay in it, for viewers.

@@ -1,8 +1,5 @@
 //! `report.html`: the whole answer in one file that needs no network and prints well.
 
-use minijinja::Environment;
-use serde_json::{Value as Json, json};
-
 use super::page::{self, Grid};
 use super::words;
 use crate::ReportError;
@@ -21,7 +18,7 @@ pub struct Provenance {
     pub commands: Vec<String>,
 }
 
-const TEMPLATE: &str = include_str!("report.html");
+const STYLE: &str = include_str!("report.css");
 
 /// The page, with the charts inside.
 ///
@@ -32,48 +29,126 @@ pub fn html(
     charts: &[Chart],
     provenance: &Provenance,
 ) -> Result<String, ReportError> {
-    let figure = |chart: &Chart| -> Result<Json, ReportError> {
-        Ok(json!({ "title": chart.title, "svg": chart.drawing.svg()? }))
-    };
-    let figures: Vec<Json> = charts.iter().map(figure).collect::<Result<_, _>>()?;
-    let sheet = |(title, head, rows): Grid| json!({ "title": title, "head": head, "rows": rows });
-    let mut sheets = vec![sheet(page::front_grid(analysis))];
-    if !analysis.stability.alternatives.is_empty() {
-        sheets.push(sheet(page::stability_grid(analysis)));
-        sheets.push(sheet(page::ranks_grid(analysis)));
+    let title = escaped(&provenance.title);
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n"
+    );
+    page += &question(analysis);
+    page += "<h2>Answer</h2>\n";
+    page += &elements("p", &page::answer(analysis));
+    page += "\n<h2>Charts</h2>\n";
+    for chart in charts {
+        let title = escaped(chart.title);
+        page += &format!("<figure role=\"img\" aria-label=\"{title}\">\n");
+        page += &chart.drawing.svg()?;
+        page += "\n</figure>\n";
     }
-    sheets.push(sheet(page::axes_grid(analysis)));
-    let around = |row: u32, steps: &[Neighbour]| {
-        let line = |step| words::neighbour(analysis, row, step);
-        let lines: Vec<String> = steps.iter().map(line).collect();
-        json!({ "label": analysis.table.label(row), "lines": lines })
-    };
-    let mut neighbours = vec![around(analysis.knee, &analysis.around_knee)];
-    neighbours.extend(analysis.baseline.map(|row| around(row, &analysis.around_baseline)));
+    page += "\n";
+    page += &neighbours(analysis, analysis.knee, &analysis.around_knee);
+    if let Some(row) = analysis.baseline {
+        page += &neighbours(analysis, row, &analysis.around_baseline);
+    }
+    page += "\n";
+    page += &table(&page::front_grid(analysis));
+    if !analysis.stability.alternatives.is_empty() {
+        page += &table(&page::stability_grid(analysis));
+        page += &table(&page::ranks_grid(analysis));
+    }
+    page += &table(&page::axes_grid(analysis));
+    page += "\n";
     let reasons: Vec<String> =
         analysis.table.reasons.iter().take(20).map(|(why, n)| format!("{n} x {why}")).collect();
-    let mut environment = Environment::new();
-    let failed = |e: minijinja::Error| ReportError::Template(e.to_string());
-    // The ending tells the engine to escape for HTML.
-    environment.add_template("report.html", TEMPLATE).map_err(failed)?;
-    let template = environment.get_template("report.html").map_err(failed)?;
+    if !reasons.is_empty() {
+        page += "<h2>Designs that were not simulated</h2>\n<ul>\n";
+        page += &elements("li", &reasons);
+        page += "</ul>\n";
+    }
+    page += "\n";
+    if !provenance.commands.is_empty() {
+        page += "<h2>Commands</h2>\n<pre>";
+        for command in &provenance.commands {
+            page += &escaped(command);
+            page.push('\n');
+        }
+        page += "</pre>\n";
+    }
+    page += &format!(
+        "\n<h2>Limits</h2>\n<p>{}</p>\n<p class=\"facts\">Model version {MODEL_VERSION}; \
+         powergs-sim {}.</p>\n</body>\n</html>",
+        escaped(page::LIMITS),
+        escaped(TOOL_VERSION),
+    );
+    Ok(page)
+}
+
+/// The question, and what it was asked about.
+fn question(analysis: &Analysis) -> String {
     let question = &analysis.question;
-    let filling = json!({
-        "title": provenance.title,
-        "question": question.text,
-        "objectives": words::objectives(&question.objectives),
-        "condition": question.condition.as_ref().map(|c| c.text()),
-        "scope": question.scope.to_string(),
-        "energy_table": analysis.energy_table,
-        "answer": page::answer(analysis),
-        "figures": figures,
-        "sheets": sheets,
-        "neighbours": neighbours,
-        "reasons": reasons,
-        "commands": provenance.commands,
-        "limits": page::LIMITS,
-        "tool_version": TOOL_VERSION,
-        "model_version": MODEL_VERSION,
-    });
-    template.render(minijinja::value::Serde(&filling)).map_err(failed)
+    let mut text = match question.text.is_empty() {
+        true => "\n".to_owned(),
+        false => format!("<blockquote>{}</blockquote>\n", escaped(&question.text)),
+    };
+    text += &format!(
+        "<p class=\"facts\">{}; {}, energy table {}",
+        escaped(&words::objectives(&question.objectives)),
+        escaped(&question.scope.to_string()),
+        escaped(&analysis.energy_table),
+    );
+    if let Some(condition) = &question.condition {
+        text += &format!("; condition <code>{}</code>", escaped(&condition.text()));
+    }
+    text + "</p>\n"
+}
+
+fn neighbours(analysis: &Analysis, row: u32, steps: &[Neighbour]) -> String {
+    if steps.is_empty() {
+        return String::new();
+    }
+    let lines: Vec<String> =
+        steps.iter().map(|step| words::neighbour(analysis, row, step)).collect();
+    let label = escaped(&analysis.table.label(row));
+    format!("<h2>One step from {label}</h2>\n<ul>\n{}</ul>\n", elements("li", &lines))
+}
+
+fn table((title, head, rows): &Grid) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let cells = |tag: &str, cells: &[String]| {
+        let cell = |text: &String| format!("<{tag}>{}</{tag}>", escaped(text));
+        cells.iter().map(cell).collect::<String>()
+    };
+    let mut text = format!(
+        "<h2>{}</h2>\n<div class=\"scroll\"><table>\n<thead><tr>{}</tr></thead>\n<tbody>\n",
+        escaped(title),
+        cells("th", head),
+    );
+    for row in rows {
+        text += &format!("<tr>{}</tr>\n", cells("td", row));
+    }
+    text + "</tbody>\n</table></div>\n"
+}
+
+/// An element a line.
+fn elements(tag: &str, texts: &[String]) -> String {
+    texts.iter().map(|text| format!("<{tag}>{}</{tag}>\n", escaped(text))).collect()
+}
+
+/// Text that stands for itself in HTML.
+fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            '\'' => safe += "&#x27;",
+            '/' => safe += "&#x2f;",
+            other => safe.push(other),
+        }
+    }
+    safe
 }

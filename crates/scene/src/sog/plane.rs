@@ -1,12 +1,9 @@
 //! The images of SOG.
 
-use std::io::Cursor;
-
-use image::{ImageFormat, ImageReader, Limits};
-
 use super::super::convert::{degree_of, rest_of};
 use super::super::error::{DAMAGED, REEXPORT, SceneError};
 use super::super::input::clip;
+use powergs_pixels::Limits;
 
 /// Palette entries in a row of the centroids image.
 pub(super) const ENTRIES_PER_ROW: usize = 64;
@@ -72,9 +69,10 @@ fn degree_of_width(width: usize) -> Option<u8> {
     rest.flatten().filter(|degree| (1..=3).contains(degree))
 }
 
-fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, SceneError> {
+/// PNG, or lossless WebP that is all there.
+fn check_format(name: &str, bytes: &[u8]) -> Result<(), SceneError> {
     if bytes.starts_with(b"\x89PNG") {
-        return Ok(ImageFormat::Png);
+        return Ok(());
     }
     if !bytes.starts_with(b"RIFF") || bytes.get(8..12) != Some(b"WEBP") {
         return Err(SceneError::malformed(clip(name), "neither WebP nor PNG", REEXPORT));
@@ -87,22 +85,18 @@ fn format(name: &str, bytes: &[u8]) -> Result<ImageFormat, SceneError> {
     if bytes.get(12..16) == Some(b"VP8 ") {
         return Err(SceneError::malformed(clip(name), "lossy WebP", REEXPORT));
     }
-    Ok(ImageFormat::WebP)
+    Ok(())
 }
 
 fn size(name: &str, bytes: &[u8]) -> Result<(u32, u32), SceneError> {
-    let reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes)?);
-    reader.into_dimensions().map_err(|e| wrong(name, e.to_string()))
+    check_format(name, bytes)?;
+    powergs_pixels::size(bytes).map_err(|e| wrong(name, e.to_string()))
 }
 
 fn decode(name: &str, bytes: &[u8], pixels: u64) -> Result<Plane, SceneError> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes)?);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(8 * pixels + DECODER_BYTES);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|e| wrong(name, e.to_string()))?.into_rgba8();
-    let width = image.width() as usize;
-    Ok(Plane { name: clip(name), width, pixels: bytemuck::allocation::cast_vec(image.into_raw()) })
+    let limits = Limits { side: u32::MAX, bytes: 8 * pixels + DECODER_BYTES };
+    let image = powergs_pixels::decode(bytes, limits).map_err(|e| wrong(name, e.to_string()))?;
+    Ok(Plane { name: clip(name), width: image.width as usize, pixels: image.rgba8() })
 }
 
 fn wrong(name: &str, what: impl Into<String>) -> SceneError {

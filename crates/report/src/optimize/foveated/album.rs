@@ -1,6 +1,5 @@
 //! Pictures of one view side by side: the frame, what is at the gaze, and a piece of the periphery.
 
-use image::{Rgb, RgbImage, imageops};
 use plotters::style::RGBColor;
 
 use super::Show;
@@ -8,6 +7,7 @@ use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{Align, Canvas, Drawn, GREY, INK, Page, Underlay, ZOOM, palette};
 use powergs_frame::fovea::LEVELS;
+use powergs_pixels::RgbImage;
 
 const NAME: &str = "foveated_pictures";
 const TITLE: &str = "The same view and gaze, method by method";
@@ -159,18 +159,17 @@ fn zoomed(length: f64) -> u32 {
 }
 
 fn sheet(album: &Album, layout: &Layout, pieces: [Piece; 2]) -> RgbImage {
-    let mut sheet = RgbImage::from_pixel(zoomed(ROOM.0), zoomed(ROOM.1), Rgb([255; 3]));
+    let mut sheet = RgbImage::filled(zoomed(ROOM.0), zoomed(ROOM.1), [255; 3]);
     let mut put = |image: &RgbImage, (left, top): (f64, f64), (wide, high): (f64, f64)| {
-        let filter = imageops::FilterType::Triangle;
-        let image = imageops::resize(image, zoomed(wide).max(1), zoomed(high).max(1), filter);
-        imageops::replace(&mut sheet, &image, zoomed(left).into(), zoomed(top).into());
+        let image = image.resized(zoomed(wide).max(1), zoomed(high).max(1));
+        sheet.paste(&image, zoomed(left), zoomed(top));
     };
     for (i, shot) in album.shots.iter().enumerate() {
-        let raw = RgbImage::from_raw(album.width, album.height, shot.rgb.clone());
+        let raw = RgbImage::from_bytes(album.width, album.height, shot.rgb.clone());
         let Some(frame) = raw else { continue };
         put(&frame, (layout.frame_left(i), 0.0), layout.frame);
         for ([x, y, w, h], top) in pieces.into_iter().zip(layout.tops()) {
-            let crop = imageops::crop_imm(&frame, x, y, w, h).to_image();
+            let crop = frame.cropped(x, y, w, h);
             put(&crop, (layout.left(i), top), layout.crop);
         }
     }

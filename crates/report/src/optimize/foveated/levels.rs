@@ -1,6 +1,5 @@
 //! A frame with the regions of its levels.
 
-use image::{Rgb, RgbImage, imageops};
 use plotters::style::RGBColor;
 
 use super::Show;
@@ -9,6 +8,7 @@ use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{Align, Canvas, Drawn, GREY, Page, Underlay, ZOOM, legend, palette};
 use powergs_frame::fovea::{LEVELS, POOLINGS, REGIONS};
+use powergs_pixels::RgbImage;
 
 const NAME: &str = "foveated_levels";
 const TITLE: &str = "Levels over a frame";
@@ -29,16 +29,16 @@ pub(super) fn chart(show: &Show<'_>) -> Result<Option<Chart>, ReportError> {
 }
 
 fn sheet(album: &Album) -> Option<RgbImage> {
-    let image = RgbImage::from_raw(album.width, album.height, album.levels.clone())?;
+    let image = RgbImage::from_bytes(album.width, album.height, album.levels.clone())?;
     let zoom = f64::from(ZOOM.0) / f64::from(ZOOM.1);
     let (w, h) = (f64::from(album.width.max(1)), f64::from(album.height.max(1)));
     let scale = (zoom * ROOM.0 / w).min(zoom * ROOM.1 / h);
     let size = |v: f64| ((v * scale).round() as u32).max(1);
-    let image = imageops::resize(&image, size(w), size(h), imageops::FilterType::Triangle);
+    let image = image.resized(size(w), size(h));
     // In the middle of the page.
-    let mut page = RgbImage::from_pixel((zoom * ROOM.0) as u32, image.height(), Rgb([255; 3]));
-    let left = i64::from(page.width().saturating_sub(image.width()) / 2);
-    imageops::replace(&mut page, &image, left, 0);
+    let mut page = RgbImage::filled((zoom * ROOM.0) as u32, image.height(), [255; 3]);
+    let left = page.width().saturating_sub(image.width()) / 2;
+    page.paste(&image, left, 0);
     Some(page)
 }
 

@@ -1,0 +1,200 @@
+//! YAML as a tree that knows its lines. Depth and aliases are bounded; keys are texts.
+
+use std::collections::HashMap;
+
+use granit_parser::{Event, Parser, ScalarStyle};
+
+/// Lists and mappings inside of each other, at most.
+const DEPTH_MAX: usize = 64;
+/// Nodes of a document, each alias counted as what it stands for.
+const NODES_MAX: usize = 1 << 18;
+
+/// A value and where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    kind: Kind,
+    line: usize,
+    column: usize,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    /// A text; `plain` without quotes.
+    Text {
+        text: String,
+        plain: bool,
+    },
+    List(Vec<Node>),
+    Map(Vec<(String, Node)>),
+}
+
+/// A list or mapping that has not ended, with its anchor and the key that waits for its value.
+struct Open {
+    node: Node,
+    anchor: usize,
+    key: Option<String>,
+}
+
+/// The one document of a text.
+///
+/// # Errors
+/// What is wrong, after its line and column.
+pub(super) fn parse(text: &str) -> Result<Node, String> {
+    let mut open: Vec<Open> = Vec::new();
+    let mut anchors: HashMap<usize, (Node, usize)> = HashMap::new();
+    let mut root: Option<Node> = None;
+    let mut count = 0;
+    for next in Parser::new_from_str(text) {
+        let (event, span) = next.map_err(|e| {
+            format!("line {} column {}: {}", e.marker().line(), e.marker().col() + 1, e.info())
+        })?;
+        let (line, column) = (span.start.line(), span.start.col() + 1);
+        let at = |kind| Node { kind, line, column };
+        let wrong = |what: &str| Err(format!("line {line} column {column}: {what}"));
+        let (node, anchor) = match event {
+            Event::SequenceStart(_, anchor, _) => {
+                open.push(Open { node: at(Kind::List(Vec::new())), anchor, key: None });
+                if open.len() > DEPTH_MAX {
+                    return wrong("too deep");
+                }
+                continue;
+            }
+            Event::MappingStart(_, anchor, _) => {
+                open.push(Open { node: at(Kind::Map(Vec::new())), anchor, key: None });
+                if open.len() > DEPTH_MAX {
+                    return wrong("too deep");
+                }
+                continue;
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                let Some(Open { node, anchor, .. }) = open.pop() else { continue };
+                (node, anchor)
+            }
+            Event::Scalar(value, style, anchor, _) => {
+                let plain = matches!(style, ScalarStyle::Plain);
+                (at(Kind::Text { text: value.into_owned(), plain }), anchor)
+            }
+            Event::Alias(anchor) => match anchors.get(&anchor) {
+                Some((node, nodes)) => {
+                    count += nodes;
+                    if count > NODES_MAX {
+                        return wrong("too many aliases");
+                    }
+                    (node.clone(), 0)
+                }
+                None => return wrong("an alias inside of its own anchor"),
+            },
+            Event::DocumentStart(..) if root.is_some() => {
+                return wrong("multiple YAML documents detected");
+            }
+            _ => continue,
+        };
+        count += 1;
+        if anchor != 0 {
+            anchors.insert(anchor, (node.clone(), node.nodes()));
+        }
+        let Some(parent) = open.last_mut() else {
+            root = Some(node);
+            continue;
+        };
+        match (&mut parent.node.kind, parent.key.take()) {
+            (Kind::List(items), _) => items.push(node),
+            (Kind::Map(pairs), Some(key)) => pairs.push((key, node)),
+            (Kind::Map(pairs), None) => match node.kind {
+                Kind::Text { text, .. } if pairs.iter().any(|(key, _)| *key == text) => {
+                    return wrong(&format!("duplicate mapping key: {text}"));
+                }
+                Kind::Text { text, .. } => parent.key = Some(text),
+                _ => return wrong("a key that is no text"),
+            },
+            (Kind::Text { .. }, _) => {}
+        }
+    }
+    root.ok_or_else(|| "unexpected end of input at line 1, column 1".into())
+}
+
+impl Node {
+    /// Itself and what is inside.
+    fn nodes(&self) -> usize {
+        1 + match &self.kind {
+            Kind::Text { .. } => 0,
+            Kind::List(items) => items.iter().map(Node::nodes).sum(),
+            Kind::Map(pairs) => pairs.iter().map(|(_, node)| node.nodes()).sum::<usize>(),
+        }
+    }
+
+    fn wrong(&self, what: &str) -> String {
+        format!("line {} column {}: {what}", self.line, self.column)
+    }
+
+    /// The value of a key of a mapping, or of the one that is merged into it, if it is there.
+    pub fn find(&self, key: &str) -> Result<Option<&Node>, String> {
+        match &self.kind {
+            Kind::Map(pairs) => {
+                let of = |key: &str| pairs.iter().find(|(name, _)| name == key).map(|(_, n)| n);
+                match (of(key), of("<<")) {
+                    (None, Some(merged)) if key != "<<" => merged.find(key),
+                    (found, _) => Ok(found),
+                }
+            }
+            _ => Err(self.wrong("expected mapping start")),
+        }
+    }
+
+    /// The value of a key of a mapping.
+    pub fn get(&self, key: &str) -> Result<&Node, String> {
+        self.find(key)?.ok_or_else(|| self.wrong(&format!("missing field `{key}`")))
+    }
+
+    /// The values of a list.
+    pub fn list(&self) -> Result<&[Node], String> {
+        match &self.kind {
+            Kind::List(items) => Ok(items),
+            _ => Err(self.wrong("expected sequence start")),
+        }
+    }
+
+    /// Whether nothing is there, or `~` or `null`.
+    pub fn is_null(&self) -> bool {
+        let nulls = ["", "~", "null", "Null", "NULL"];
+        matches!(&self.kind, Kind::Text { text, plain: true } if nulls.contains(&text.as_str()))
+    }
+
+    pub fn text(&self) -> Result<&str, String> {
+        match &self.kind {
+            _ if self.is_null() => Err(self.wrong("expected a text, not nothing")),
+            Kind::Text { text, .. } => Ok(text),
+            _ => Err(self.wrong("expected a text")),
+        }
+    }
+
+    /// A number without quotes or with them.
+    pub fn number(&self) -> Result<f64, String> {
+        let Kind::Text { text, .. } = &self.kind else {
+            return Err(self.wrong("expected a number"));
+        };
+        let (sign, size) = match text.strip_prefix('-') {
+            Some(size) => (-1.0, size),
+            None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+        };
+        match size {
+            ".inf" | ".Inf" | ".INF" => Ok(sign * f64::INFINITY),
+            ".nan" | ".NaN" | ".NAN" => Ok(f64::NAN),
+            _ if size.starts_with(|c: char| c.is_ascii_digit() || c == '.') => size
+                .parse()
+                .map(|size: f64| sign * size)
+                .map_err(|_| self.wrong("invalid floating point")),
+            _ => Err(self.wrong("invalid floating point")),
+        }
+    }
+
+    /// A text, or a number written in the shortest way.
+    pub fn label(&self) -> Result<String, String> {
+        match &self.kind {
+            Kind::Text { plain: true, .. } => {
+                self.number().map(|n| n.to_string()).or_else(|_| self.text().map(str::to_owned))
+            }
+            _ => self.text().map(str::to_owned),
+        }
+    }
+}
