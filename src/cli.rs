@@ -127,7 +127,6 @@ pub enum Command {
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::EXAMPLES)]
     Claims(claims::Args),
-    /// Turn every modelling assumption and see what moves
     /// Turn every key or every assumption and see what moves
     #[command(after_help = sensitivity::EXAMPLES)]
     Sensitivity(sensitivity::Args),
