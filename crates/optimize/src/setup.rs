@@ -101,11 +101,11 @@ pub struct Settings {
     pub interval: u32,
     /// The share of a fine-tune in which λ is adjusted; then it rests.
     pub adjust_share: f64,
-    /// The display term of the loss at the first λ, had the image the power of the dense model's:
-    /// λ itself is this over the dense model's display power.
-    pub lambda: f64,
-    /// The same where the periphery begins; HVSQ is a smaller number than L1.
-    pub level_lambda: f64,
+    /// Weight of the display term at the start, without unit: the term of an image that needs the
+    /// display power of the dense model. λ, in 1/W, is this over that power.
+    pub display_weight: f64,
+    /// The same for the levels of the periphery; HVSQ is a smaller number than L1.
+    pub level_display_weight: f64,
     /// How λ is controlled.
     pub rule: Rule,
     /// The quality has settled when it is less than this above the target, decibels.

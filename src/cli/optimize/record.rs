@@ -118,7 +118,7 @@ fn foveation(screen: &Screen, args: &Args, settings: &Settings, levels: u8) -> V
         ("pooling-rate", screen.pooling_rate.into()),
         ("levels", i64::from(levels).into()),
         ("level-effort", settings.level_effort.into()),
-        ("level-lambda", settings.level_lambda.into()),
+        ("level-lambda", settings.level_display_weight.into()),
         ("filter-flops", args.fovea.filter_flops.into()),
     ])
 }
@@ -139,7 +139,7 @@ fn search(campaign: &Campaign, settings: &Settings) -> Value {
         ("final-iterations", i64::from(settings.final_iterations).into()),
         ("interval", i64::from(settings.interval).into()),
         ("adjust-share", settings.adjust_share.into()),
-        ("lambda", settings.lambda.into()),
+        ("lambda", settings.display_weight.into()),
         ("rule", format!("{:?}", settings.rule).to_lowercase().into()),
         ("opacity-cap", f64::from(settings.opacity_cap).into()),
         ("rate-scale", settings.rate_scale.into()),

@@ -55,9 +55,9 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         final_iterations,
         interval: s.interval,
         adjust_share: s.adjust_share,
-        lambda: s.lambda,
+        display_weight: s.lambda,
         level_effort: args.fovea.level_effort,
-        level_lambda: args.fovea.level_lambda,
+        level_display_weight: args.fovea.level_lambda,
         rule: match s.rule {
             RuleArg::Damped => Rule::Damped,
             RuleArg::Published => Rule::Published,

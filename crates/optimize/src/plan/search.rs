@@ -198,11 +198,11 @@ impl<'a> Search<'a> {
         self.job(&baseline.name(), Role::Baseline(baseline), 0.0, orders)
     }
 
-    /// A fixed λ without pruning.
-    pub fn sweep(&self, lambda: f64) -> Job {
-        let display = DisplayTerm::Fixed(lambda * self.unit);
+    /// A fixed λ without pruning; `weight` is that of the display term, without unit.
+    pub fn sweep(&self, weight: f64) -> Job {
+        let display = DisplayTerm::Fixed(weight * self.unit);
         let orders = Orders { display, ..self.plain(self.settings.final_budget(0)) };
-        self.job(&format!("lambda-{lambda}"), Role::Sweep(lambda), 0.0, orders)
+        self.job(&format!("lambda-{weight}"), Role::Sweep(weight), 0.0, orders)
     }
 
     /// Orders that neither prune nor dim.
@@ -233,13 +233,13 @@ impl<'a> Search<'a> {
     fn controlled(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
         let settings = self.settings;
         let first = || match self.place.level {
-            0 => settings.lambda * self.unit,
+            0 => settings.display_weight * self.unit,
             // What the level before ended with is near.
             level if level > 1 => self
                 .start
                 .and_then(|o| o.passing_lambda)
-                .unwrap_or(settings.level_lambda * self.unit),
-            _ => settings.level_lambda * self.unit,
+                .unwrap_or(settings.level_display_weight * self.unit),
+            _ => settings.level_display_weight * self.unit,
         };
         let control = Control {
             rule: settings.rule,
