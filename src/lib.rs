@@ -45,7 +45,7 @@ pub use powergs_core::{accel, action, dram, energy, run, sim, workload};
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]
 pub use powergs_report as report;
-pub use powergs_study::{analysis, sweep, validate, views};
+pub use powergs_study::{analysis, findings, run_record, sweep, validate, views};
 pub use {
     powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,
     powergs_scene as scene,

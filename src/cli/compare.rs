@@ -14,8 +14,9 @@ use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Session, Subject, System, SystemSpec};
 use powergs_core::sim::{FrameReport, Model};
-use powergs_report::compare::{self, Comparison, Side};
-use powergs_report::{Extras, Facts, Run, Table};
+use powergs_report::compare;
+use powergs_study::findings::compare::{Comparison, Side};
+use powergs_study::run_record::{Extras, Facts, Run};
 
 /// Shown under `compare --help`.
 pub const EXAMPLES: &str = "\
@@ -205,12 +206,9 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
         |_| Vec::new(),
         |reports: &mut Vec<FrameReport>, view| reports.push(view.report),
     )?;
-    if folded.frames == 0 {
-        return Ok(None);
-    }
     let side = |(facts, frames)| {
         let run = Run { facts, frames, tiles: None, extras: Extras::default() };
-        Side::of_run(&run, &Table::of(&run))
+        Side::of_run(&run)
     };
-    Ok(Some(facts.into_iter().zip(folded.states).map(side).collect()))
+    Ok(facts.into_iter().zip(folded.states).map(side).collect())
 }

@@ -8,7 +8,7 @@ use super::camera_file::FrameRange;
 use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
-use powergs_report::TraceFacts;
+use powergs_study::run_record::TraceFacts;
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
 ///

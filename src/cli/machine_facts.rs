@@ -3,8 +3,8 @@
 use powergs_core::action::Action;
 use powergs_core::energy;
 use powergs_core::run::System;
-use powergs_report::MachineFacts;
-use powergs_report::roofline::Roofline;
+use powergs_study::findings::roofline::Roofline;
+use powergs_study::run_record::MachineFacts;
 
 /// What reports say about a machine.
 pub fn machine_facts(system: &System) -> MachineFacts {
@@ -13,6 +13,7 @@ pub fn machine_facts(system: &System) -> MachineFacts {
         energy_table: system.energy_table().name.clone(),
         clock_hz: Some(system.machine().clock.0),
         dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
+        dram_model: Some(system.machine().dram.model),
         roofline: Some(roofline(system)),
     }
 }

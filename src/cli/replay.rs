@@ -20,11 +20,9 @@ use powergs_core::run::{
 use powergs_core::sim::{self, FrameReport, observed};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
-use powergs_report::tile_load::Picture;
-use powergs_report::{
-    self as report, DramModels, Extras, Facts, MachineFacts, Run, Table, TileLoad, TraceFacts,
-    terminal,
-};
+use powergs_report::{self as report, terminal};
+use powergs_study::findings::{Picture, TileLoad};
+use powergs_study::run_record::{DramModels, Extras, Facts, MachineFacts, Run, TraceFacts};
 
 /// Shown under `replay --help`.
 pub const EXAMPLES: &str = "\
@@ -308,6 +306,7 @@ fn facts(
                 energy_table: model.table().origin.clone(),
                 clock_hz: None,
                 dram_peak_gb_s: None,
+                dram_model: None,
                 roofline: None,
             };
             (machine, model.inputs(), model.configuration())
@@ -409,16 +408,15 @@ pub fn publish(
 
 fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(), Failure> {
     if context.global.json {
-        return out::json(&report::json::report(run, &Table::of(run)));
+        return out::json(&report::json::report(run));
     }
     if context.global.quiet {
         return Ok(());
     }
-    let table = Table::of(run);
     let best = run.extras.what_if.as_ref().and_then(|w| w.best());
     let next = next_command(args, best.map_or(&[], |step| &step.sets));
     let summary = folder.join("summary.md").display().to_string();
-    out::text(&terminal::summary(run, &table, Some(&summary), Some(&next)))
+    out::text(&terminal::summary(run, Some(&summary), Some(&next)))
 }
 
 /// The same command with the step that buys most; without one, the other model.

@@ -22,9 +22,9 @@ use measure::Machines;
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::knob;
 use powergs_core::run::{System, TraceFile};
-use powergs_report::sensitivity::Sensitivity;
-use powergs_report::sensitivity::interactions::Interactions;
-use powergs_report::sensitivity::keys::{KeyRow, Keys, Turned};
+use powergs_study::findings::sensitivity::Sensitivity;
+use powergs_study::findings::sensitivity::interactions::Interactions;
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Turned};
 
 /// Shown under `sensitivity --help`.
 pub const EXAMPLES: &str = "\

@@ -5,8 +5,7 @@ use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::run::{Change, RunError, System};
 use powergs_core::sim::FrameReport;
-use powergs_report::WhatIf;
-use powergs_report::what_if::{Cost, Skipped, Step};
+use powergs_study::findings::what_if::{Cost, Skipped, Step, WhatIf};
 
 /// A resource of a machine: its name, the `--set` values that double it, and the assumptions that
 /// decide how fast it is.

@@ -149,6 +149,43 @@ pub struct DramCommands {
     pub refreshes: u64,
 }
 
+impl DramUse {
+    /// Bytes that the units asked for, read and written.
+    pub fn requested_bytes(&self) -> u64 {
+        self.read_bytes + self.write_bytes
+    }
+}
+
+impl StageCommands {
+    /// Bursts read and written.
+    pub fn bursts(&self) -> u64 {
+        self.reads + self.writes
+    }
+
+    /// Share of the bursts that found their row open, 0 to 1; `None` without bursts.
+    pub fn row_hit_frac(&self) -> Option<f64> {
+        let bursts = self.bursts();
+        (bursts > 0).then(|| (1.0 - self.activates as f64 / bursts as f64).max(0.0))
+    }
+}
+
+impl DramCommands {
+    /// Reads, writes and activates of all stages.
+    pub fn total(&self) -> StageCommands {
+        let sum = |field: fn(&StageCommands) -> u64| self.stages.iter().map(field).sum();
+        StageCommands {
+            reads: sum(|s| s.reads),
+            writes: sum(|s| s.writes),
+            activates: sum(|s| s.activates),
+        }
+    }
+
+    /// Bytes that bursts moved; more than were asked for where records do not fill them.
+    pub fn moved_bytes(&self) -> u64 {
+        self.total().bursts() * self.burst_bytes
+    }
+}
+
 /// What one buffer held and passed on, all its shares together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BufferUse {
@@ -229,6 +266,16 @@ pub struct FrameTiming {
 }
 
 impl FrameTiming {
+    /// A buffer; `None` where the machine has no such buffer.
+    pub fn buffer(&self, buffer: Buffer) -> Option<&BufferUse> {
+        self.buffers.iter().find(|b| b.buffer == buffer)
+    }
+
+    /// Share of the frame in which the DRAM's data bus moved data, 0 to 1.
+    pub fn dram_busy_frac(&self) -> f64 {
+        if self.frame == 0 { 0.0 } else { self.dram.busy_cycles as f64 / self.frame as f64 }
+    }
+
     /// The units of one kind.
     pub fn unit(&self, kind: UnitKind) -> &UnitCycles {
         &self.units[kind as usize]

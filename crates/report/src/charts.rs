@@ -16,7 +16,8 @@ pub(super) use energy::colour as component_colour;
 
 use super::format::shortened;
 use super::plot::Drawing;
-use super::{ReportError, Run, Table};
+use super::{ReportError, summary_of};
+use powergs_study::run_record::Run;
 
 /// A drawn chart.
 #[derive(Debug, Clone)]
@@ -30,13 +31,20 @@ pub struct Chart {
 }
 
 /// All charts that `run` has data for, in report order.
-pub fn all(run: &Run, table: &Table) -> Result<Vec<Chart>, ReportError> {
+///
+/// # Errors
+/// [`ReportError::Chart`], which would be a mistake of ours.
+///
+/// # Panics
+/// Without frames.
+pub fn all(run: &Run) -> Result<Vec<Chart>, ReportError> {
+    let summary = summary_of(run);
     let drawn = [
-        energy::chart(run, table)?,
-        cycles::chart(run, table)?,
+        energy::chart(run, &summary)?,
+        cycles::chart(run, &summary)?,
         roofline::chart(run)?,
-        buffers::chart(run, table)?,
-        frame_time::chart(run, table)?,
+        buffers::chart(run, &summary)?,
+        frame_time::chart(run, &summary)?,
         tiles::chart(run)?,
         tile_load::chart(run)?,
     ];

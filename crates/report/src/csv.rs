@@ -1,20 +1,23 @@
 //! `results.csv`: the record. One row per frame, then one per aggregate.
 
-use super::{ReportError, Run, Table};
+use super::ReportError;
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
-
-/// Columns before the statistics.
-pub const FIRST: [&str; 4] = ["row", "frame", "name", "incomplete"];
+use powergs_study::findings::compare::RESULTS_FIRST;
+use powergs_study::run_record::{Run, Table};
 
 /// The header: what kind of row it is (`frame`, `mean`, `p50`, …), frame number and name of the
 /// view (empty in aggregates), whether the run is incomplete, then every statistic.
 pub fn header() -> Vec<String> {
     let statistics = catalogue().iter().map(|s| s.name.clone());
-    FIRST.iter().map(|s| (*s).to_owned()).chain(statistics).collect()
+    RESULTS_FIRST.iter().map(|s| (*s).to_owned()).chain(statistics).collect()
 }
 
 /// The file. What was not measured is an empty cell; numbers are exact and never rounded.
-pub fn results(run: &Run, table: &Table) -> Result<Vec<u8>, ReportError> {
+///
+/// # Errors
+/// [`ReportError::Csv`], which would be a mistake of ours.
+pub fn results(run: &Run) -> Result<Vec<u8>, ReportError> {
+    let table = Table::of(run);
     let incomplete = run.incomplete().to_string();
     let mut writer = ::csv::Writer::from_writer(Vec::new());
     writer.write_record(header())?;

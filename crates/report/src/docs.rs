@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{FILE_NAMES, SCHEMA_VERSION};
+use super::FILE_NAMES;
 use powergs_core::sim::statistics::{Kind, Statistic, catalogue};
+use powergs_study::run_record::SCHEMA_VERSION;
 
 /// What each file of a report folder is, in the order of [`FILE_NAMES`] (charts once).
 const FILES: [(&str, &str); 14] = [

@@ -2,19 +2,22 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::{Bottleneck, Run, SCHEMA_VERSION, Table};
-use super::{bottleneck, limits};
+use super::summary_of;
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
+use powergs_study::findings::{Bottleneck, bottleneck, limits};
+use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
 
 /// The run as JSON. Statistics are nested by the dots of their names; what was not measured is
 /// null.
-pub fn report(run: &Run, table: &Table) -> Json {
-    let facts = &run.facts;
-    let means = table.means();
-    let found = bottleneck::of(&means);
-    let mattered = limits::mattered(&means, found.as_ref(), run.extras.what_if.as_ref());
+///
+/// # Panics
+/// Without frames.
+pub fn report(run: &Run) -> Json {
+    let (facts, table, summary) = (&run.facts, Table::of(run), summary_of(run));
+    let found = bottleneck::of(&summary);
+    let mattered = limits::mattered(&summary, found.as_ref(), run.extras.what_if.as_ref());
     let frames: Vec<Json> =
         run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
     json!({
@@ -38,39 +41,35 @@ pub fn report(run: &Run, table: &Table) -> Json {
             "role": input.role,
             "name": input.name,
             "bytes": input.bytes,
-            "xxh3_128": format!("{:032x}", input.xxh3),
+            "xxh3_128": hash_text(input),
         })).collect::<Vec<_>>(),
         "fps": facts.display_fps,
         "incomplete": run.incomplete(),
-        "throughput_fps": table.throughput_fps,
-        "throughput_power_w": table.throughput_power_w,
-        "deadline_misses": table.deadline_misses,
-        "bottleneck": bottleneck(found.as_ref()),
+        "throughput_fps": summary.throughput_fps(),
+        "throughput_power_w": summary.throughput_power_w(),
+        "deadline_misses": summary.cycle.as_ref().map(|c| c.deadline_misses),
+        "bottleneck": bottleneck_json(found.as_ref()),
         "what_if": what_if(run),
         "dram_models": dram_models(run),
         "roofline": roofline(run),
         "not_modelled": not_modelled(run),
         "assumptions_that_mattered": mattered.iter().map(|m| json!({
             "assumption": m.assumption,
-            "why": m.why,
+            "why": super::limits::why(&m.why),
         })).collect::<Vec<_>>(),
-        "aggregate": aggregates(table),
+        "aggregate": aggregates(&table),
         "frames": frames,
     })
 }
 
 /// The bottleneck, in numbers and as the sentence.
-pub(super) fn bottleneck(found: Option<&Bottleneck>) -> Json {
+pub(super) fn bottleneck_json(found: Option<&Bottleneck>) -> Json {
     let Some(found) = found else { return Json::Null };
-    let limit = match found.limit {
-        super::Limit::Unit(unit) => unit,
-        super::Limit::Dram => "dram",
-    };
     json!({
-        "limit": limit,
-        "sentence": found.sentence,
+        "limit": found.limit.name(),
+        "sentence": super::bottleneck::sentence(found),
         "bounds": found.bounds.iter().map(|b| json!({
-            "unit": b.unit,
+            "unit": b.unit.name(),
             "frame_frac": b.share,
         })).collect::<Vec<_>>(),
         "waits": found.waits.iter().map(|w| json!({
@@ -130,7 +129,7 @@ fn roofline(run: &Run) -> Json {
 }
 
 fn not_modelled(run: &Run) -> Vec<Json> {
-    let effects = limits::left_out(&run.facts.configuration);
+    let effects = limits::left_out(run.facts.machine.dram_model);
     let entry = |e: limits::Effect| {
         let see = (!e.assumption.is_empty()).then_some(e.assumption);
         json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })

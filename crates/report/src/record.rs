@@ -1,58 +1,13 @@
-//! `run.toml`: what the numbers of a report folder depend on, and nothing else: no time, no place,
-//! so that the same inputs give the same bytes.
+//! `run.toml`: what a report folder was made from.
 
-use toml::{Table, Value};
-
-use super::{ReportError, Run, SCHEMA_VERSION};
-use powergs_base::TOOL_VERSION;
-use powergs_core::sim::MODEL_VERSION;
+use super::ReportError;
+use powergs_study::run_record::{Run, record};
 
 /// The file: versions, run, inputs with checksums, configuration as resolved.
+///
+/// # Errors
+/// [`ReportError::Toml`], which would be a mistake of ours.
 pub fn run_toml(run: &Run) -> Result<String, ReportError> {
     let head = "# What this report was made from. The command that was typed: invocation.toml.\n";
-    Ok(format!("{head}{}", toml::to_string_pretty(&table(run))?))
-}
-
-/// The contents of the file.
-pub fn table(run: &Run) -> Table {
-    let facts = &run.facts;
-    let mut root = Table::new();
-    root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
-    root.insert("tool-version".into(), TOOL_VERSION.into());
-    root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
-    root.insert("model".into(), facts.model.name().into());
-    root.insert("display-fps".into(), facts.display_fps.into());
-    root.insert("incomplete".into(), run.incomplete().into());
-    root.insert("frames-asked-for".into(), count(facts.trace.frames as u64));
-    root.insert("frames-reported".into(), count(run.frames.len() as u64));
-    let inputs = facts.inputs.iter().map(|input| {
-        let mut table = Table::new();
-        table.insert("role".into(), input.role.into());
-        table.insert("name".into(), input.name.clone().into());
-        table.insert("bytes".into(), count(input.bytes));
-        table.insert("xxh3-128".into(), format!("{:032x}", input.xxh3).into());
-        Value::Table(table)
-    });
-    let (trace, machine) = (&facts.trace, &facts.machine);
-    let mut table = Table::new();
-    table.insert("trace".into(), trace.name.clone().into());
-    table.insert("width-px".into(), i64::from(trace.width).into());
-    table.insert("height-px".into(), i64::from(trace.height).into());
-    table.insert("machine".into(), machine.name.clone().into());
-    table.insert("energy-table".into(), machine.energy_table.clone().into());
-    let measures = [("clock-hz", machine.clock_hz), ("dram-peak-gb-s", machine.dram_peak_gb_s)];
-    for (key, value) in measures {
-        if let Some(value) = value {
-            table.insert(key.into(), value.into());
-        }
-    }
-    root.insert("facts".into(), Value::Table(table));
-    root.insert("inputs".into(), Value::Array(inputs.collect()));
-    root.insert("configuration".into(), Value::Table(facts.configuration.clone()));
-    root
-}
-
-/// TOML integers are signed; nothing that we count comes near 2⁶³.
-fn count(n: u64) -> Value {
-    Value::Integer(i64::try_from(n).unwrap_or(i64::MAX))
+    Ok(format!("{head}{}", toml::to_string_pretty(&record(run))?))
 }

@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use super::SCHEMA_VERSION;
 use powergs_core::sim::statistics::{Aggregate, Kind, Statistic, catalogue};
+use powergs_study::run_record::SCHEMA_VERSION;
 
 /// The schema (draft 2020-12) of what [`super::json::report`] returns.
 pub fn schema() -> Json {

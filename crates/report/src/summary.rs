@@ -2,41 +2,52 @@
 
 use std::fmt::Write;
 
-use super::breakdown::{Breakdown, CycleRow};
 use super::charts::Chart;
 use super::format::{engineering, percent, rate, significant};
+use super::summary_of;
 use super::terminal::applies;
 use super::what_if::signed_percent;
-use super::{Means, Run, Table, bottleneck, limits};
 use powergs_base::TOOL_VERSION;
 use powergs_core::energy::Component;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;
+use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::findings::summary::{CycleSummary, UnitSummary};
+use powergs_study::findings::what_if::Cost;
+use powergs_study::findings::{Bottleneck, RunSummary, bottleneck, limits};
+use powergs_study::run_record::{Run, Table};
 
 /// The summary, with links to `charts` in the same folder.
-pub fn markdown(run: &Run, table: &Table, charts: &[Chart]) -> String {
+///
+/// # Panics
+/// Without frames.
+pub fn markdown(run: &Run, charts: &[Chart]) -> String {
+    let summary = summary_of(run);
     let mut text = format!("# {}\n\n", escaped(&run.title()));
     if let Some(note) = run.incomplete_note() {
         let _ = writeln!(text, "**{note}.** All numbers are for these frames only.\n");
     }
-    let means = table.means();
-    let found = bottleneck::of(&means);
+    let found = bottleneck::of(&summary);
     if let Some(found) = &found {
-        let _ = writeln!(text, "{}\n", found.sentence);
+        let _ = writeln!(text, "{}\n", super::bottleneck::sentence(found));
     }
     facts(&mut text, run);
-    key_numbers(&mut text, run, table);
-    power(&mut text, run, &means);
-    cycles(&mut text, run, &means);
-    regions(&mut text, table);
+    key_numbers(&mut text, run, &summary);
+    power(&mut text, run, &summary);
+    if let Some(cycle) = &summary.cycle {
+        cycles(&mut text, run, cycle);
+        regions(&mut text, cycle);
+    }
     what_if(&mut text, run);
-    buffers(&mut text, &means);
-    frames(&mut text, table);
+    if let Some(cycle) = &summary.cycle {
+        buffers(&mut text, cycle);
+    }
+    frames(&mut text, &Table::of(run));
     for chart in charts {
         let _ = writeln!(text, "![{}]({}.png)\n", chart.title, chart.name);
     }
-    if table.throughput_fps.is_some() {
-        left_out(&mut text, run, &means, found.as_ref());
+    if summary.throughput_fps().is_some() {
+        left_out(&mut text, run, &summary, found.as_ref());
     }
     text.push_str(
         "Every number with its unit: `results.csv`, one row per frame; `powergs-sim explain NAME` \
@@ -76,54 +87,48 @@ fn facts(text: &mut String, run: &Run) {
     text.push('\n');
 }
 
-fn key_numbers(text: &mut String, run: &Run, table: &Table) {
+fn key_numbers(text: &mut String, run: &Run, summary: &RunSummary) {
     let fps = rate(run.facts.display_fps);
     let _ = writeln!(text, "| what | value |\n|---|--:|");
     let mut row = |name: String, value: Option<String>| {
         let _ = writeln!(text, "| {name} | {} |", value.as_deref().unwrap_or("not measured"));
     };
     let ms = |x: f64| format!("{} ms", significant(x));
-    let time = table.aggregate("frame_time_ms");
-    row("frame time, mean".into(), time.map(|t| ms(t.mean)));
-    row("frame time, p99".into(), time.map(|t| ms(t.p99.as_f64())));
-    row("frames per second".into(), table.throughput_fps.map(significant));
+    let cycle = summary.cycle.as_ref();
+    row("frame time, mean".into(), cycle.map(|c| ms(c.frame_time_ms)));
+    row("frame time, p99".into(), cycle.map(|c| ms(c.frame_time_p99_ms)));
+    row("frames per second".into(), summary.throughput_fps().map(significant));
     row(
         format!("deadline misses at {fps} FPS"),
-        table.deadline_misses.map(|n| format!("{n} of {}", run.frames.len())),
+        cycle.map(|c| format!("{} of {}", c.deadline_misses, run.frames.len())),
     );
-    let energy = table.mean("energy_pj.total").map(|pj| engineering(pj * 1e-12, "J"));
-    row("energy per frame".into(), energy);
+    let energy = engineering(summary.energy.total_pj * 1e-12, "J");
+    row("energy per frame".into(), Some(energy));
     let watts = |x: Option<f64>| x.map(|w| engineering(w, "W"));
-    row("power at full rate".into(), watts(table.throughput_power_w));
-    row(format!("power at the display rate, {fps} FPS"), watts(table.mean("power_w.total")));
-    row("display power".into(), watts(table.mean("display_power_w")));
+    row("power at full rate".into(), watts(summary.throughput_power_w()));
+    row(format!("power at the display rate, {fps} FPS"), watts(Some(summary.power_w)));
+    row("display power".into(), watts(summary.display_w));
     row(
         "accelerator at the display rate + display".into(),
-        watts(table.mean("rendering_plus_display_w")),
+        watts(summary.rendering_plus_display_w),
     );
     text.push('\n');
 }
 
 /// R1 to R4, where frames are foveated and have a time.
-fn regions(text: &mut String, table: &Table) {
-    let mean =
-        |region: &str, name: &str| table.mean(&format!("regions.{}.{name}", region.to_lowercase()));
-    if mean(REGIONS[0], "tiles").is_none() {
-        return;
-    }
+fn regions(text: &mut String, cycle: &CycleSummary) {
+    let Some(regions) = &cycle.regions else { return };
     let _ = writeln!(text, "## Regions around the gaze, a frame\n");
     let _ = writeln!(text, "| region | tiles | splats loaded | VRU cycles | energy |");
     let _ = writeln!(text, "|---|--:|--:|--:|--:|");
-    for region in REGIONS {
-        let number = |name: &str| mean(region, name).map_or("-".into(), significant);
-        let energy = mean(region, "energy_pj").map(|pj| engineering(pj * 1e-12, "J"));
+    for (name, region) in REGIONS.into_iter().zip(regions) {
         let _ = writeln!(
             text,
-            "| {region} | {} | {} | {} | {} |",
-            number("tiles"),
-            number("entries"),
-            number("cycles"),
-            energy.unwrap_or("-".into())
+            "| {name} | {} | {} | {} | {} |",
+            significant(region.tiles),
+            significant(region.entries),
+            significant(region.cycles),
+            engineering(region.energy_pj * 1e-12, "J")
         );
     }
     let _ = writeln!(
@@ -133,9 +138,9 @@ fn regions(text: &mut String, table: &Table) {
     );
 }
 
-fn power(text: &mut String, run: &Run, means: &Means) {
+fn power(text: &mut String, run: &Run, summary: &RunSummary) {
     let fps = run.facts.display_fps;
-    let Some(power) = Breakdown::power_w(means, fps) else { return };
+    let power = Breakdown::power_w(summary, fps);
     let _ = writeln!(text, "## Power at {} FPS, mW\n", rate(fps));
     let names = Component::ALL.map(Component::name).join(" | ");
     let _ = writeln!(text, "| stage | {names} | total |");
@@ -153,35 +158,31 @@ fn power(text: &mut String, run: &Run, means: &Means) {
     for c in Component::ALL {
         let _ = write!(text, " {} |", mw(power.component(c)));
     }
-    let total = means.get("power_w.total").unwrap_or_default();
-    let _ = writeln!(text, " {} |\n", mw(total));
+    let _ = writeln!(text, " {} |\n", mw(summary.power_w));
 }
 
-fn cycles(text: &mut String, run: &Run, means: &Means) {
-    let rows = CycleRow::all(means);
-    if rows.is_empty() {
-        return;
-    }
+fn cycles(text: &mut String, run: &Run, cycle: &CycleSummary) {
     let _ = writeln!(text, "## Where the cycles go, %\n");
-    let columns = "--:|".repeat(CycleRow::PARTS.len());
-    let _ = writeln!(text, "| unit | {} |\n|---|{columns}", CycleRow::PARTS.join(" | "));
-    for row in rows {
+    let columns = "--:|".repeat(UnitSummary::PARTS.len());
+    let _ = writeln!(text, "| unit | {} |\n|---|{columns}", UnitSummary::PARTS.join(" | "));
+    for row in &cycle.units {
         let shares = row.shares().map(percent).join(" | ");
-        let _ = writeln!(text, "| {} x{} | {shares} |", row.unit, row.instances);
+        let _ = writeln!(text, "| {} x{} | {shares} |", row.unit.name(), row.instances);
     }
     text.push_str("\nBetween busy and idle: what a unit with work waited for.\n");
-    let rate = means.get("dram.bandwidth_gb_s").map(significant);
+    let dram = &cycle.dram;
+    let rate = dram.bandwidth_gb_s.map(significant);
     if let (Some(rate), Some(peak)) = (rate, run.facts.machine.dram_peak_gb_s) {
         let _ = write!(text, "\nDRAM: {rate} of {} GB/s over the frame time", significant(peak));
-        if let Some(hits) = means.get("dram.row_hit_frac") {
+        if let Some(hits) = dram.row_hit_frac {
             let _ = write!(text, ", {} % row hits", percent(hits));
         }
-        if let Some(ratio) = means.get("dram.moved_per_requested") {
+        if let Some(ratio) = dram.moved_per_requested {
             let _ = write!(text, ", {} bytes moved per byte asked for", significant(ratio));
         }
         text.push_str(".\n");
     }
-    if let Some(lanes) = means.get("units.vru.lane_utilisation") {
+    if let Some(lanes) = cycle.lane_utilisation {
         let share = percent(lanes);
         let _ = writeln!(text, "\nLanes of a rendering core at work while it is busy: {share} %.");
     }
@@ -197,7 +198,7 @@ fn what_if(text: &mut String, run: &Run) {
     let _ = writeln!(text, "Each resource doubled, simulated on {which} {}.\n", frames.join(", "));
     let _ = writeln!(text, "| doubled | ms per frame | change | mJ per frame | change |");
     let _ = writeln!(text, "|---|--:|--:|--:|--:|");
-    let mut row = |name: &str, cost: &super::what_if::Cost, changes: [String; 2]| {
+    let mut row = |name: &str, cost: &Cost, changes: [String; 2]| {
         let (ms, mj) = (significant(cost.frame_time_ms), significant(cost.energy_pj * 1e-9));
         let [time, energy] = changes;
         let _ = writeln!(text, "| {name} | {ms} | {time} | {mj} | {energy} |");
@@ -216,28 +217,23 @@ fn what_if(text: &mut String, run: &Run) {
         text.push('\n');
     }
     if let Some(models) = run.extras.dram_models {
-        let _ = writeln!(text, "{}", models.line());
+        let _ = writeln!(text, "{}", super::terminal::dram_models(&models));
     }
 }
 
 /// What the buffers held, where it was measured.
-fn buffers(text: &mut String, means: &Means) {
+fn buffers(text: &mut String, cycle: &CycleSummary) {
     let mut rows = String::new();
-    for name in powergs_core::action::Buffer::ALL.map(|b| b.name()) {
-        let get = |end: &str| means.get(&format!("buffers.{name}.{end}"));
-        let (Some(capacity), Some(peak), Some(mean)) =
-            (get("capacity_bytes").filter(|c| *c > 0.0), get("peak_bytes"), get("mean_bytes"))
-        else {
-            continue;
-        };
-        let moved = ["filled_bytes", "consumed_bytes", "discarded_bytes"];
-        let [filled, consumed, discarded] =
-            moved.map(|end| engineering(get(end).unwrap_or(0.0), "B"));
+    for buffer in cycle.buffers.iter().filter(|b| b.capacity > 0) {
+        let Some(mean) = buffer.mean else { continue };
+        let (name, capacity) = (buffer.buffer.name(), buffer.capacity as f64);
+        let moved = [buffer.filled, buffer.consumed, buffer.discarded];
+        let [filled, consumed, discarded] = moved.map(|bytes| engineering(bytes, "B"));
         let _ = writeln!(
             rows,
             "| {name} | {:.0} | {} | {} | {filled} | {consumed} | {discarded} |",
             capacity / 1024.0,
-            percent(peak / capacity),
+            percent(buffer.peak / capacity),
             percent(mean / capacity),
         );
     }
@@ -250,19 +246,20 @@ fn buffers(text: &mut String, means: &Means) {
 }
 
 /// What the model leaves out, and the assumptions that mattered.
-fn left_out(text: &mut String, run: &Run, means: &Means, found: Option<&bottleneck::Bottleneck>) {
+fn left_out(text: &mut String, run: &Run, summary: &RunSummary, found: Option<&Bottleneck>) {
     let _ = writeln!(text, "## What is not modelled\n");
     let _ = writeln!(text, "| effect | simulated time is | see |\n|---|---|---|");
-    for effect in limits::left_out(&run.facts.configuration) {
+    for effect in limits::left_out(run.facts.machine.dram_model) {
         let _ =
             writeln!(text, "| {} | {} | {} |", effect.what, effect.bias.name(), effect.assumption);
     }
-    let mattered = limits::mattered(means, found, run.extras.what_if.as_ref());
+    let mattered = limits::mattered(summary, found, run.extras.what_if.as_ref());
     if !mattered.is_empty() {
         let _ = writeln!(text, "\nAssumptions that mattered most in this run:\n");
         for same in mattered.chunk_by(|a, b| a.why == b.why) {
             let numbers: Vec<&str> = same.iter().map(|m| m.assumption).collect();
-            let _ = writeln!(text, "- {}: {}", numbers.join(", "), same[0].why);
+            let _ =
+                writeln!(text, "- {}: {}", numbers.join(", "), super::limits::why(&same[0].why));
         }
     }
     text.push('\n');

@@ -2,6 +2,8 @@
 //! ours.
 
 pub mod analysis;
+pub mod findings;
+pub mod run_record;
 pub mod sweep;
 pub mod validate;
 pub mod views;

@@ -9,9 +9,9 @@ use super::measure::{self, Machines};
 use crate::cli::{Context, Exit, Failure};
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System, TraceFile};
-use powergs_report::sensitivity::interactions::{Interactions, Point, Results};
-use powergs_report::sensitivity::{Measure, Outcome};
 use powergs_study::analysis::{indices, morris};
+use powergs_study::findings::sensitivity::interactions::{Interactions, Point, Results};
+use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// The most machines of one experiment: about a gigabyte of them.
 const MOST: usize = 100_000;

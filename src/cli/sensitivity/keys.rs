@@ -14,7 +14,7 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
-use powergs_report::sensitivity::keys::{NotTried, Reach};
+use powergs_study::findings::sensitivity::keys::{NotTried, Reach};
 
 /// Last parts of keys that are text for people.
 const TEXT: [&str; 4] = ["name", "description", "source", "scale-source"];

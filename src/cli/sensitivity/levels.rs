@@ -8,9 +8,9 @@ use crate::cli::{Exit, Failure};
 use powergs_base::config::knob;
 use powergs_base::config::suggest::nearest;
 use powergs_core::run::System;
-use powergs_report::sensitivity::Measure;
-use powergs_report::sensitivity::interactions::Factor;
-use powergs_report::sensitivity::keys::Keys;
+use powergs_study::findings::sensitivity::Measure;
+use powergs_study::findings::sensitivity::interactions::Factor;
+use powergs_study::findings::sensitivity::keys::Keys;
 
 /// Values of a number over its range.
 const LEVELS: usize = 4;
@@ -149,7 +149,7 @@ pub fn levelled(
 /// The keys that move frame rate and energy most, in the order of the files.
 fn chosen<'a>(keys: &'a [Key], found: &Keys) -> Vec<&'a Key> {
     let effect = |key: &Key| {
-        let is_row = |r: &&powergs_report::sensitivity::keys::KeyRow| {
+        let is_row = |r: &&powergs_study::findings::sensitivity::keys::KeyRow| {
             r.key == key.path && r.file == key.file.name()
         };
         let row = found.rows.iter().find(is_row);

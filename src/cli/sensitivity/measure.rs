@@ -7,7 +7,7 @@ use crate::cli::progress::{Counts, Watched};
 use crate::cli::what_if::cost;
 use crate::cli::{Context, Failure};
 use powergs_core::run::{FrameView, Frames, Session, Subject, System, TraceFile};
-use powergs_report::sensitivity::{Outcome, Row, Side, Traced};
+use powergs_study::findings::sensitivity::{Outcome, Row, Side, Traced};
 
 /// The distinct machines of an experiment, the one that others are compared with first.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use powergs_base::config::assumptions::{Assumption, Knob};
 use powergs_base::config::knob;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System, SystemSpec};
-use powergs_report::sensitivity::Fixed;
+use powergs_study::findings::sensitivity::Fixed;
 
 /// Half.
 const LOW: f64 = 0.5;

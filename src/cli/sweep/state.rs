@@ -10,7 +10,7 @@ use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
 use powergs_core::run::Input;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_report::SCHEMA_VERSION;
+use powergs_study::run_record::SCHEMA_VERSION;
 use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Its name in the folder.

@@ -9,9 +9,9 @@ use powergs_sim::cli::replay::{Args, folder, publish};
 use powergs_sim::cli::timeline::{Asked, asked};
 use powergs_sim::cli::what_if::Experiment;
 use powergs_sim::cli::{Context, Exit, Failure, Global, dram_dump};
-use powergs_sim::report::{Extras, Run};
 use powergs_sim::run::files::EmbeddedFiles;
 use powergs_sim::run::{System, SystemSpec};
+use powergs_sim::run_record::{Extras, Run};
 
 use crate::report::builder;
 

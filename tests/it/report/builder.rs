@@ -5,13 +5,12 @@ use powergs_sim::accel::{
 };
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
+use powergs_sim::findings::roofline::Roofline;
+use powergs_sim::findings::what_if::{Cost, Skipped, Step};
+use powergs_sim::findings::{Picture, TileLoad, WhatIf};
 use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
-use powergs_sim::report::roofline::Roofline;
-use powergs_sim::report::what_if::{Cost, Skipped, Step};
-use powergs_sim::report::{
-    Extras, Facts, MachineFacts, Picture, Run, TileLoad, TraceFacts, WhatIf,
-};
 use powergs_sim::run::Input;
+use powergs_sim::run_record::{Extras, Facts, MachineFacts, Run, TraceFacts};
 use powergs_sim::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
     OrderSummary, PaperReport, RegionReport, ReuseSummary, StageBytes,
@@ -250,6 +249,7 @@ pub fn facts(frames: usize) -> Facts {
             energy_table: "gscore-28nm".into(),
             clock_hz: Some(1e9),
             dram_peak_gb_s: Some(51.2),
+            dram_model: None,
             roofline: Some(roofline()),
         },
         inputs: vec![Input {
@@ -319,6 +319,7 @@ pub fn paper() -> Run {
         energy_table: "paper".into(),
         clock_hz: None,
         dram_peak_gb_s: None,
+        dram_model: None,
         roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();

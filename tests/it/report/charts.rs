@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use powergs_sim::report::charts::{Chart, all};
-use powergs_sim::report::{Run, Table};
+use powergs_sim::run_record::Run;
 
 use super::builder;
 
@@ -21,7 +21,7 @@ struct Drawn {
 /// takes most of a second each in this profile, so PNGs are made for the ordinary run only, or for
 /// all with `RUN_SLOW_TESTS=1`.
 fn draw(name: &str, run: &Run) -> Vec<Drawn> {
-    let charts = all(run, &Table::of(run)).expect("charts");
+    let charts = all(run).expect("charts");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("charts").join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
     let rasterised = name == "garden" || std::env::var_os("RUN_SLOW_TESTS").is_some();

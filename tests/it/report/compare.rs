@@ -1,14 +1,14 @@
 //! Runs beside each other.
 
-use powergs_sim::report::compare::{
-    Comparison, Side, SideError, charts, compare_csv, json, markdown, run_toml, terminal,
-};
-use powergs_sim::report::{Run, Table, csv, record};
+use powergs_sim::findings::compare::{Comparison, Measure, Side, SideError};
+use powergs_sim::report::compare::{charts, compare_csv, json, markdown, note, run_toml, terminal};
+use powergs_sim::report::{csv, record};
+use powergs_sim::run_record::Run;
 
 use super::builder;
 
 fn side(run: &Run) -> Side {
-    Side::of_run(run, &Table::of(run))
+    Side::of_run(run).expect("frames")
 }
 
 /// A machine that takes `factor` times as long, with half the bandwidth.
@@ -23,8 +23,8 @@ fn pair() -> Comparison {
     Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&slower(2.0))])
 }
 
-fn value(comparison: &Comparison, name: &str, i: usize) -> f64 {
-    comparison.measure(name).and_then(|m| m.values[i]).expect(name)
+fn value(comparison: &Comparison, measure: Measure, i: usize) -> f64 {
+    comparison.row(measure).values[i].expect(measure.name())
 }
 
 /// Means are sums of a few terms in another order.
@@ -38,39 +38,37 @@ fn same(a: f64, b: f64) {
 #[test]
 fn measures_of_two_machines() {
     let c = pair();
-    same(value(&c, "frame_time_ms", 0), 5.0);
-    same(value(&c, "frame_time_ms", 1), 10.0);
-    same(value(&c, "throughput_fps", 1), 100.0);
-    same(c.measure("throughput_fps").and_then(|m| m.ratio(1)).expect("times"), 0.5);
+    same(value(&c, Measure::FrameTime, 0), 5.0);
+    same(value(&c, Measure::FrameTime, 1), 10.0);
+    same(value(&c, Measure::Throughput, 1), 100.0);
+    same(c.row(Measure::Throughput).ratio(1).expect("times"), 0.5);
     same(c.least_speedup().expect("times"), 0.5);
     // Frames per joule: power at full rate times the energy of a frame is frames per second.
-    let (fps, watts) = (value(&c, "throughput_fps", 0), value(&c, "power_full_rate_w", 0));
-    same(value(&c, "fps_per_w", 0), fps / watts);
-    same(value(&c, "iso_bandwidth_fps", 0), 200.0);
-    same(value(&c, "iso_bandwidth_fps", 1), 200.0);
-    let area = c.measure("area_mm2").expect("a row");
-    same(area.values[0].expect("an area"), 3.812);
+    let (fps, watts) = (value(&c, Measure::Throughput, 0), value(&c, Measure::PowerFullRate, 0));
+    same(value(&c, Measure::FpsPerWatt, 0), fps / watts);
+    same(value(&c, Measure::FpsAtBandwidth, 0), 200.0);
+    same(value(&c, Measure::FpsAtBandwidth, 1), 200.0);
+    same(value(&c, Measure::Area, 0), 3.812);
 }
 
 #[test]
 fn iso_area_scales_with_the_area() {
     let mut sides = [side(&builder::run(&[5.0])), side(&builder::run(&[10.0]))];
     for (side, area) in sides.iter_mut().zip([4.0, 1.0]) {
-        side.means.0.insert("area_mm2.total".into(), area);
+        side.summary.area_mm2 = Some(area);
     }
     let c = Comparison::new(sides.to_vec());
-    same(value(&c, "fps_per_mm2", 0), 50.0);
-    same(value(&c, "iso_area_fps", 0), 200.0);
-    same(value(&c, "iso_area_fps", 1), 400.0);
+    same(value(&c, Measure::FpsPerArea, 0), 50.0);
+    same(value(&c, Measure::FpsAtArea, 0), 200.0);
+    same(value(&c, Measure::FpsAtArea, 1), 400.0);
     assert_eq!(c.labels(), ["gscore-1", "gscore-2"], "one name is numbered");
 }
 
 #[test]
 fn a_folder_says_the_same_as_the_run() {
     let run = builder::garden();
-    let table = Table::of(&run);
     let toml = record::run_toml(&run).expect("TOML");
-    let results = csv::results(&run, &table).expect("CSV");
+    let results = csv::results(&run).expect("CSV");
     let mut read = Side::of_folder("folder", &toml, &results).expect("a report");
     read.label = "gscore".into();
     assert_eq!(read, side(&run));
@@ -80,7 +78,7 @@ fn a_folder_says_the_same_as_the_run() {
 fn broken_folders_name_file_and_place() {
     let run = builder::run(&[4.0]);
     let toml = record::run_toml(&run).expect("TOML");
-    let results = csv::results(&run, &Table::of(&run)).expect("CSV");
+    let results = csv::results(&run).expect("CSV");
     let text = String::from_utf8(results.clone()).expect("text");
     let read = |toml: &str, csv: &str| match Side::of_folder("x", toml, csv.as_bytes()) {
         Ok(_) => panic!("it was taken"),
@@ -107,13 +105,14 @@ fn broken_folders_name_file_and_place() {
 
 #[test]
 fn what_else_differs_is_said() {
-    assert_eq!(pair().notes, Vec::<String>::new());
+    assert_eq!(pair().notes, []);
     let mut other = slower(1.0);
     other.facts.machine.energy_table = "lpddr4".into();
     other.facts.display_fps = 72.0;
     other.facts.inputs[0].xxh3 = 7;
     other.facts.trace.frames = 9;
     let notes = Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&other)]).notes;
+    let notes: Vec<String> = notes.iter().map(note).collect();
     let said = |what: &str| notes.iter().any(|n| n.starts_with(what));
     for what in ["traces differ", "energy tables differ", "display rates differ (60, 72)"] {
         assert!(said(what), "{what}: {notes:?}");

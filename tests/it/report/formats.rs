@@ -1,7 +1,10 @@
 //! CSV, run.toml, and the generated documents.
 
 use expect_test::{expect, expect_file};
-use powergs_sim::report::{Table, csv, docs, files, limits, record, schema};
+use powergs_sim::findings::limits::NOT_MODELLED;
+use powergs_sim::report::{csv, docs, files, limits, record, schema};
+use powergs_sim::run_record::Table;
+use powergs_sim::sim::statistics::find;
 
 use super::builder;
 
@@ -20,7 +23,7 @@ fn limits_page_is_up_to_date() {
 fn assumptions_of_the_limits_are_documented() {
     let docs =
         [include_str!("../../../docs/model.md"), include_str!("../../../docs/model-accel.md")];
-    for effect in limits::NOT_MODELLED {
+    for effect in NOT_MODELLED {
         let number = effect.assumption;
         let known = number.is_empty() || docs.iter().any(|d| d.contains(&format!("**{number}.")));
         assert!(known, "{number}: no such assumption");
@@ -42,7 +45,7 @@ fn csv_header() {
 fn csv_holds_frames_and_aggregates_exactly() {
     let run = builder::garden();
     let table = Table::of(&run);
-    let bytes = csv::results(&run, &table).expect("CSV");
+    let bytes = csv::results(&run).expect("CSV");
     let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
     let header = reader.headers().expect("a header").clone();
     let rows: Vec<_> = reader.records().map(|r| r.expect("a row")).collect();
@@ -53,9 +56,12 @@ fn csv_holds_frames_and_aggregates_exactly() {
     let column = header.iter().position(|h| h == "power_w.total").expect("a column");
     let written: Vec<f64> =
         rows[..24].iter().map(|r| r[column].parse().expect("a number")).collect();
-    assert_eq!(Some(written), table.values("power_w.total"), "numbers survive the text exactly");
+    let power = find("power_w.total").expect("a statistic");
+    let values: Vec<f64> =
+        run.frames.iter().filter_map(|f| power.of(f, 60.0)).map(|v| v.as_f64()).collect();
+    assert_eq!(written, values, "numbers survive the text exactly");
     let mean: f64 = rows[24][column].parse().expect("a number");
-    assert_eq!(Some(mean), table.mean("power_w.total"));
+    assert_eq!(Some(mean), table.aggregate("power_w.total").map(|a| a.mean));
 }
 
 #[test]
@@ -63,7 +69,7 @@ fn csv_quotes_names_and_leaves_the_unmeasured_empty() {
     let mut run = builder::paper();
     run.frames[0].name = "a \"view\", with\nall of it".into();
     run.frames.truncate(3);
-    let bytes = csv::results(&run, &Table::of(&run)).expect("CSV");
+    let bytes = csv::results(&run).expect("CSV");
     let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
     let header = reader.headers().expect("a header").clone();
     let time = header.iter().position(|h| h == "frame_time_ms").expect("a column");

@@ -1,12 +1,13 @@
 //! `--json` against its own schema, and the paths that programs rely on.
 
-use powergs_sim::report::{Run, Table, json, schema};
+use powergs_sim::report::{json, schema};
+use powergs_sim::run_record::Run;
 use serde_json::Value;
 
 use super::builder;
 
 fn report(run: &Run) -> Value {
-    let value = json::report(run, &Table::of(run));
+    let value = json::report(run);
     // As a reader sees it: through text.
     serde_json::from_str(&value.to_string()).expect("JSON")
 }

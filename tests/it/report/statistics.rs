@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use powergs_sim::energy::Area;
-use powergs_sim::report::Table;
+use powergs_sim::findings::RunSummary;
 use powergs_sim::sim::statistics::{Aggregate, Kind, Value, catalogue, find, name_in, values};
 
 use super::builder;
@@ -153,11 +153,12 @@ fn an_aggregate_needs_every_frame() {
 #[test]
 fn the_rate_of_a_run_is_frames_over_time() {
     // 10 ms and 30 ms: 50 frames a second, although the mean of 100 and 33.3 is 66.7.
-    let table = Table::of(&builder::run(&[10.0, 30.0]));
-    same(table.throughput_fps.expect("time"), 50.0);
-    let energy = table.sum("energy_pj.total").expect("energy") * 1e-12;
-    same(table.throughput_power_w.expect("time"), energy / 40e-3);
-    assert_eq!(table.deadline_misses, Some(1));
+    let run = builder::run(&[10.0, 30.0]);
+    let summary = RunSummary::of(&run).expect("frames");
+    same(summary.throughput_fps().expect("time"), 50.0);
+    let energy = run.frames.iter().map(|f| f.energy.total().0).sum::<f64>() * 1e-12;
+    same(summary.throughput_power_w().expect("time"), energy / 40e-3);
+    assert_eq!(summary.cycle.expect("a time").deadline_misses, 1);
 }
 
 #[test]

@@ -1,16 +1,18 @@
 //! Terminal summary, summary.md, the bottleneck sentence, numbers for people.
 
 use expect_test::{expect, expect_file};
+use powergs_sim::action::UnitKind;
+use powergs_sim::findings::{Bottleneck, Limit, RunSummary, bottleneck};
+use powergs_sim::report::bottleneck::sentence;
 use powergs_sim::report::format::{engineering, percent, rate, shortened, significant, wrapped};
-use powergs_sim::report::{Limit, Run, Table, bottleneck, charts, summary, terminal};
+use powergs_sim::report::{charts, summary, terminal};
+use powergs_sim::run_record::Run;
 
 use super::builder;
 
 fn terminal(run: &Run) -> String {
-    let table = Table::of(run);
     let text = terminal::summary(
         run,
-        &table,
         Some("reports/garden-gscore/summary.md"),
         Some("powergs-sim replay garden.bin --set vru.units-per-core=32"),
     );
@@ -103,9 +105,8 @@ fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
 #[test]
 fn summary_page() {
     let run = builder::garden();
-    let table = Table::of(&run);
-    let charts = charts::all(&run, &table).expect("charts");
-    let text = summary::markdown(&run, &table, &charts);
+    let charts = charts::all(&run).expect("charts");
+    let text = summary::markdown(&run, &charts);
     expect_file!["summary.md"].assert_eq(&text);
 }
 
@@ -114,17 +115,15 @@ fn summary_page_of_an_interrupted_run() {
     let mut run = builder::garden();
     run.frames.truncate(3);
     run.facts.trace.name = "a|b*c\n# d".into();
-    let text = summary::markdown(&run, &Table::of(&run), &[]);
+    let text = summary::markdown(&run, &[]);
     assert!(text.starts_with("# a\\|b\\*c?\\# d on gscore\n\n**INCOMPLETE: 3 of 24 frames.**"));
 }
 
 /// The bottleneck of a run of one frame whose units and DRAM are changed by `change`.
-fn limited(
-    change: impl FnOnce(&mut powergs_sim::accel::FrameTiming),
-) -> Option<bottleneck::Bottleneck> {
+fn limited(change: impl FnOnce(&mut powergs_sim::accel::FrameTiming)) -> Option<Bottleneck> {
     let mut run = builder::run(&[8.0]);
     change(&mut builder::cycle(&mut run.frames[0]).timing);
-    let found = bottleneck::of(&Table::of(&run).means())?;
+    let found = bottleneck::of(&RunSummary::of(&run)?)?;
     let parts = found.bounds.iter().map(|b| b.share).chain(found.waits.iter().map(|w| w.share));
     let sum = parts.sum::<f64>() + found.without_work;
     // Cycles are cut to integers for 64 units.
@@ -143,37 +142,38 @@ fn refill(t: &mut powergs_sim::accel::FrameTiming, i: usize, busy: f64, stalls: 
 
 #[test]
 fn bottleneck_follows_the_cycles() {
-    let limit = |found: Option<bottleneck::Bottleneck>| found.map(|f| f.limit);
-    assert_eq!(limit(limited(|_| {})), Some(Limit::Unit("vru")));
+    let limit = |found: Option<Bottleneck>| found.map(|f| f.limit);
+    assert_eq!(limit(limited(|_| {})), Some(Limit::Unit(UnitKind::Vru)));
     let full = limited(|t| t.dram.busy_cycles = t.frame * 9 / 10);
-    assert!(full.as_ref().is_some_and(|f| f.sentence.starts_with("The DRAM bus is full")));
+    assert!(full.as_ref().is_some_and(|f| sentence(f).starts_with("The DRAM bus is full")));
     assert_eq!(limit(full), Some(Limit::Dram));
     let waits = [0.0, 0.05, 0.0, 0.30, 0.05, 0.0, 0.0];
     let starved = limited(|t| refill(t, 3, 0.3, waits)).expect("time");
     assert_eq!(starved.limit, Limit::Dram, "leading units wait longer than they work");
     assert_eq!(
-        starved.sentence,
+        sentence(&starved),
         "DRAM-bound 47 % of the frame: feature loads 30 % (row-miss 41 %), records of Gaussians \
          12 % (row-miss 8 %), tile lists 5 % (row-miss 25 %); VRU-bound 30 %, CCU-bound 10 %; the \
          rest waits for the unit before 5 %, room in the output 1 %; 7 % without work."
     );
-    assert_eq!(limit(limited(|t| refill(t, 2, 0.7, [0.0; 7]))), Some(Limit::Unit("bsu")));
+    assert_eq!(limit(limited(|t| refill(t, 2, 0.7, [0.0; 7]))), Some(Limit::Unit(UnitKind::Bsu)));
     let early = limited(|t| {
         t.preprocessing_end = t.frame * 3 / 4;
         refill(t, 0, 0.6, [0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         (1..4).for_each(|i| refill(t, i, 0.2, [0.0; 7]));
     });
-    assert_eq!(limit(early), Some(Limit::Unit("ccu")));
+    assert_eq!(limit(early), Some(Limit::Unit(UnitKind::Ccu)));
     let overlapped = limited(|t| refill(t, 3, 0.9, [0.0; 7])).expect("time");
     assert_eq!(overlapped.bounds.len(), 1, "where phases overlap one unit leads the whole frame");
     assert_eq!(limit(limited(|t| t.frame = 0)), None);
-    assert_eq!(bottleneck::of(&Table::of(&builder::paper()).means()), None);
+    assert_eq!(bottleneck::of(&RunSummary::of(&builder::paper()).expect("frames")), None);
 }
 
 #[test]
 fn without_a_device_nothing_is_said_of_rows() {
     let found = limited(|t| t.dram.commands = None).expect("time");
-    assert!(!found.sentence.contains("row"), "{}", found.sentence);
+    let text = sentence(&found);
+    assert!(!text.contains("row"), "{text}");
 }
 
 #[test]

@@ -74,6 +74,12 @@ impl CycleReport {
     pub fn frame_time_s(&self) -> f64 {
         self.timing.frame as f64 / self.clock.0
     }
+
+    /// DRAM bytes that were asked for over the time of the frame, 10⁹ bytes per second; not finite
+    /// where the frame takes no time.
+    pub fn dram_bandwidth_gb_s(&self) -> f64 {
+        self.timing.dram.requested_bytes() as f64 * 1e-9 / self.frame_time_s()
+    }
 }
 
 /// What was measured of the sorted lists of a frame: a frame either sorts its lists from nothing,

@@ -1,10 +1,12 @@
 //! What the buffers held: mean and peak against capacity, and what left unused.
 
 use super::{Chart, frames, subtitle};
+use crate::ReportError;
 use crate::format::{engineering, percent};
 use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, legend, palette};
-use crate::{Means, ReportError, Run, Table};
-use powergs_core::action::Buffer;
+use powergs_study::findings::RunSummary;
+use powergs_study::findings::summary::{BufferSummary, CycleSummary};
+use powergs_study::run_record::Run;
 
 const NAME: &str = "buffers";
 const TITLE: &str = "What the buffers hold";
@@ -19,24 +21,22 @@ struct Row {
     discarded: f64,
 }
 
-fn rows(means: &Means) -> Vec<Row> {
-    let row = |buffer: Buffer| {
-        let name = buffer.name();
-        let get = |end: &str| means.get(&format!("buffers.{name}.{end}"));
+fn rows(cycle: &CycleSummary) -> Vec<Row> {
+    let row = |buffer: &BufferSummary| {
         Some(Row {
-            name,
-            capacity: get("capacity_bytes").filter(|c| *c > 0.0)?,
-            peak: get("peak_bytes")?,
-            mean: get("mean_bytes")?,
-            filled: get("filled_bytes")?,
-            discarded: get("discarded_bytes")?,
+            name: buffer.buffer.name(),
+            capacity: buffer.capacity as f64,
+            peak: buffer.peak,
+            mean: buffer.mean?,
+            filled: buffer.filled,
+            discarded: buffer.discarded,
         })
     };
-    Buffer::ALL.into_iter().filter_map(row).collect()
+    cycle.buffers.iter().filter(|b| b.capacity > 0).filter_map(row).collect()
 }
 
-pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
-    let rows = rows(&table.means());
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
+    let rows = summary.cycle.as_ref().map(rows).unwrap_or_default();
     if rows.is_empty() {
         return Ok(None);
     }

@@ -3,18 +3,20 @@
 use plotters::style::RGBColor;
 
 use super::{Chart, frames, subtitle};
-use crate::breakdown::CycleRow;
+use crate::ReportError;
 use crate::format::{percent, significant};
 use crate::plot::{
     Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, legend, palette, text_width,
 };
-use crate::{ReportError, Run, Table};
+use powergs_study::findings::RunSummary;
+use powergs_study::findings::summary::{DramSummary, UnitSummary};
+use powergs_study::run_record::Run;
 
 const NAME: &str = "cycles";
 const TITLE: &str = "Where the cycles go";
 
-/// Colours of [`CycleRow::PARTS`], and of the text on them.
-const COLOURS: [(RGBColor, RGBColor); CycleRow::PARTS.len()] = [
+/// Colours of [`UnitSummary::PARTS`], and of the text on them.
+const COLOURS: [(RGBColor, RGBColor); UnitSummary::PARTS.len()] = [
     (palette::GREEN, WHITE),
     (NAVY, WHITE),
     (palette::BLUE, WHITE),
@@ -27,7 +29,7 @@ const COLOURS: [(RGBColor, RGBColor); CycleRow::PARTS.len()] = [
 ];
 
 /// Colours of the parts, and of the text on them.
-pub(crate) fn part_colours() -> [(RGBColor, RGBColor); CycleRow::PARTS.len()] {
+pub(crate) fn part_colours() -> [(RGBColor, RGBColor); UnitSummary::PARTS.len()] {
     COLOURS
 }
 
@@ -36,11 +38,9 @@ const WHITE: RGBColor = RGBColor(255, 255, 255);
 /// The darkest of the blues: waits for DRAM are blues and purple, other waits are warm.
 const NAVY: RGBColor = RGBColor(0, 62, 110);
 
-pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
-    let rows = CycleRow::all(&table.means());
-    if rows.is_empty() {
-        return Ok(None);
-    }
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
+    let Some(cycle) = &summary.cycle else { return Ok(None) };
+    let rows = &cycle.units;
     let page = Page {
         name: NAME,
         title: TITLE.into(),
@@ -50,7 +50,7 @@ pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportErr
     let panel = Panel { left: 150.0, top: 160.0, right: 1080.0, bottom: 630.0 };
     let drawing = page.draw(|canvas| {
         let names: Vec<_> =
-            CycleRow::PARTS.into_iter().zip(COLOURS).map(|(n, (c, _))| (n, c)).collect();
+            UnitSummary::PARTS.into_iter().zip(COLOURS).map(|(n, (c, _))| (n, c)).collect();
         legend(canvas, 40.0, 112.0, &names)?;
         let scale = Scale::exact(0.0, 100.0, panel.horizontal());
         let ticks = scale.ticks(10);
@@ -61,13 +61,13 @@ pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportErr
         let middle = |i: usize| panel.top + (i as f64 + 0.5) * slot;
         let half = (0.34 * slot).min(44.0);
         for (i, row) in rows.iter().enumerate() {
-            let text = format!("{} x{}", row.unit, row.instances);
+            let text = format!("{} x{}", row.unit.name(), row.instances);
             canvas.text(&text, (panel.left - 14.0, middle(i)), Align::Right, INK)?;
             bar(canvas, &scale, (middle(i), half), &row.shares(), &COLOURS)?;
-            let busy = format!("{} M busy", significant(row.cycles[0] / 1e6));
+            let busy = format!("{} M busy", significant(row.busy / 1e6));
             canvas.text(&busy, (panel.right + 14.0, middle(i)), Align::Left, GREY)?;
         }
-        dram(canvas, run, table, &panel, &scale, (middle(lines - 1), half))
+        dram(canvas, run, &cycle.dram, &panel, &scale, (middle(lines - 1), half))
     })?;
     Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
 }
@@ -76,16 +76,16 @@ pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportErr
 fn dram(
     canvas: &Canvas,
     run: &Run,
-    table: &Table,
+    dram: &DramSummary,
     panel: &Panel,
     scale: &Scale,
     place: (f64, f64),
 ) -> Drawn {
-    let Some(busy) = table.mean("dram.busy_frac") else { return Ok(()) };
+    let busy = dram.busy_frac;
     canvas.text("dram bus", (panel.left - 14.0, place.0), Align::Right, INK)?;
     let colours = [COLOURS[0], COLOURS[COLOURS.len() - 1]];
     bar(canvas, scale, place, &[busy, 1.0 - busy], &colours)?;
-    let Some(rate) = table.mean("dram.bandwidth_gb_s") else { return Ok(()) };
+    let Some(rate) = dram.bandwidth_gb_s else { return Ok(()) };
     let at = |dy: f64| (panel.right + 14.0, place.0 + dy);
     let rate = format!("{} GB/s", significant(rate));
     match run.facts.machine.dram_peak_gb_s {

@@ -3,12 +3,14 @@
 use plotters::style::RGBColor;
 
 use super::{Chart, frames, subtitle};
-use crate::breakdown::Breakdown;
+use crate::ReportError;
 use crate::format::{engineering, prefix_of, rate, significant};
 use crate::plot::{Align, Canvas, Drawn, GRID, INK, Page, Panel, Scale, legend, palette};
-use crate::{ReportError, Run, Table};
 use powergs_core::action::Stage;
 use powergs_core::energy::Component;
+use powergs_study::findings::RunSummary;
+use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::run_record::Run;
 
 const NAME: &str = "energy";
 const TITLE: &str = "Where the energy goes";
@@ -24,15 +26,10 @@ pub(crate) fn colour(component: Component) -> RGBColor {
     }
 }
 
-pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
     let fps = run.facts.display_fps;
-    let means = table.means();
-    let (Some(energy), Some(power)) =
-        (Breakdown::energy_j(&means), Breakdown::power_w(&means, fps))
-    else {
-        return Ok(None);
-    };
-    let display = table.mean("display_power_w");
+    let (energy, power) = (Breakdown::energy_j(summary), Breakdown::power_w(summary, fps));
+    let display = summary.display_w;
     let page = Page {
         name: NAME,
         title: TITLE.into(),

@@ -1,9 +1,11 @@
 //! Frame time along the path, with the deadline at the display rate.
 
 use super::{Chart, subtitle};
+use crate::ReportError;
 use crate::format::significant;
 use crate::plot::{Align, Canvas, Drawn, INK, Page, Panel, Scale, palette, text_width};
-use crate::{ReportError, Run, Table};
+use powergs_study::findings::RunSummary;
+use powergs_study::run_record::Run;
 
 const NAME: &str = "frame_time";
 const TITLE: &str = "Frame time along the path";
@@ -15,18 +17,16 @@ const FAR: f64 = 4.0;
 /// Above this number of frames single frames get no dots.
 const CROWDED: usize = 150;
 
-pub(super) fn chart(run: &Run, table: &Table) -> Result<Option<Chart>, ReportError> {
-    let (Some(times), Some(all)) =
-        (table.values("frame_time_ms"), table.aggregate("frame_time_ms"))
-    else {
-        return Ok(None);
-    };
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
+    let Some(cycle) = &summary.cycle else { return Ok(None) };
+    let times: Vec<f64> =
+        run.frames.iter().filter_map(|f| f.frame_time_s()).map(|s| s * 1e3).collect();
     let deadline = 1e3 / run.facts.display_fps;
-    let misses = table.deadline_misses.unwrap_or(0);
+    let misses = cycle.deadline_misses;
     let numbers = format!(
         "mean {} ms, p99 {} ms; {misses} of {} over {} ms",
-        significant(all.mean),
-        significant(all.p99.as_f64()),
+        significant(cycle.frame_time_ms),
+        significant(cycle.frame_time_p99_ms),
         times.len(),
         significant(deadline)
     );

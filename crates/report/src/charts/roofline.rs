@@ -3,11 +3,12 @@
 use plotters::style::RGBColor;
 
 use super::{Chart, frames, subtitle};
+use crate::ReportError;
 use crate::format::engineering;
 use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, palette, text_width};
-use crate::roofline::{Point, Roofline};
-use crate::{ReportError, Run};
 use powergs_core::action::Stage;
+use powergs_study::findings::roofline::{Point, Roofline};
+use powergs_study::run_record::Run;
 
 const NAME: &str = "roofline";
 const TITLE: &str = "Roofline";

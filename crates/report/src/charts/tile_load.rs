@@ -4,12 +4,13 @@ use plotters::style::colors::colormaps::ViridisRGB;
 use plotters::style::{RGBColor, colors::colormaps::ColorMap};
 
 use super::{Chart, subtitle};
+use crate::ReportError;
 use crate::format::significant;
 use crate::plot::{Align, Canvas, Drawn, GREY, HEIGHT, INK, Page, Scale, Underlay, WIDTH, ZOOM};
-use crate::tile_load::{Picture, TileLoad};
-use crate::{ReportError, Run};
 use powergs_core::sim::Model;
 use powergs_pixels::RgbImage;
+use powergs_study::findings::{Picture, TileLoad};
+use powergs_study::run_record::Run;
 
 const NAME: &str = "tile_load";
 const TITLE: &str = "List length per tile";

@@ -1,10 +1,11 @@
 //! Histograms over tiles: list lengths of one frame, times of all frames.
 
 use super::{Chart, subtitle};
+use crate::ReportError;
 use crate::format::engineering;
 use crate::plot::{Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, palette};
-use crate::{ReportError, Run};
 use powergs_core::accel::Histogram;
+use powergs_study::run_record::Run;
 
 const NAME: &str = "tiles";
 const TITLE: &str = "How uneven the tiles are";

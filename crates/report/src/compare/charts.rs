@@ -2,17 +2,17 @@
 
 use plotters::style::RGBColor;
 
-use super::{Comparison, component_mj};
 use crate::ReportError;
-use crate::breakdown::CycleRow;
 use crate::charts::{Chart, component_colour, part_colours};
 use crate::format::{percent, significant};
 use crate::plot::{
     Align, Canvas, Drawing, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend, palette,
     text_width,
 };
-use powergs_core::action::Stage;
+use powergs_core::action::{Stage, UnitKind};
 use powergs_core::energy::Component;
+use powergs_study::findings::compare::Comparison;
+use powergs_study::findings::summary::UnitSummary;
 
 /// Sides in one chart; a slide has no room for more.
 const MOST: usize = 8;
@@ -24,7 +24,7 @@ const MOST: usize = 8;
 pub fn charts(comparison: &Comparison) -> Result<Vec<Chart>, ReportError> {
     let mut charts =
         vec![Chart { name: "energy", title: "Energy per frame", drawing: energy(comparison)? }];
-    if comparison.sides.iter().take(MOST).all(|s| !CycleRow::all(&s.means).is_empty()) {
+    if comparison.sides.iter().take(MOST).all(|s| s.summary.cycle.is_some()) {
         let (name, title) = ("cycles", "Where the cycles go");
         charts.push(Chart { name, title, drawing: cycles(comparison)? });
     }
@@ -53,15 +53,15 @@ fn energy(comparison: &Comparison) -> Result<Drawing, ReportError> {
     let by_component: Vec<Bar> = sides
         .iter()
         .map(|s| {
-            let part = |c: Component| (component_mj(s, c).unwrap_or(0.0), component_colour(c));
+            let part =
+                |c: Component| (known(s.summary.energy.component(c)) * 1e-9, component_colour(c));
             Component::ALL.map(part).to_vec()
         })
         .collect();
     let by_stage: Vec<Bar> = sides
         .iter()
         .map(|s| {
-            let mj = |stage: Stage| s.means.get(&format!("energy_pj.{}", stage.name()));
-            Stage::ALL.map(|t| (mj(t).unwrap_or(0.0) * 1e-9, stage_colour(t))).to_vec()
+            Stage::ALL.map(|t| (known(s.summary.energy.stage(t)) * 1e-9, stage_colour(t))).to_vec()
         })
         .collect();
     let left = Panel { left: 190.0, top: 200.0, right: 680.0, bottom: 640.0 };
@@ -81,6 +81,11 @@ fn energy(comparison: &Comparison) -> Result<Drawing, ReportError> {
         bars(canvas, left, &by_component)?;
         bars(canvas, right, &by_stage)
     })
+}
+
+/// What an older report does not say is not drawn.
+fn known(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value }
 }
 
 fn stage_colour(stage: Stage) -> RGBColor {
@@ -127,10 +132,10 @@ fn bars(canvas: &Canvas, panel: Panel, bars: &[Bar]) -> Drawn {
 fn cycles(comparison: &Comparison) -> Result<Drawing, ReportError> {
     let sides = &comparison.sides[..comparison.sides.len().min(MOST)];
     let panel = Panel { left: 290.0, top: 140.0, right: 1220.0, bottom: 640.0 };
-    let units = ["ccu", "qsu", "bsu", "vru"];
+    let units = UnitKind::ALL;
     page(comparison, "cycles", "Where the cycles go").draw(|canvas| {
         let names: Vec<_> =
-            CycleRow::PARTS.into_iter().zip(part_colours()).map(|(n, (c, _))| (n, c)).collect();
+            UnitSummary::PARTS.into_iter().zip(part_colours()).map(|(n, (c, _))| (n, c)).collect();
         legend(canvas, 40.0, 108.0, &names)?;
         let scale = Scale::exact(0.0, 100.0, panel.horizontal());
         let name = "share of the unit's cycles, %; between busy and idle: what it waits for";
@@ -139,13 +144,13 @@ fn cycles(comparison: &Comparison) -> Result<Drawing, ReportError> {
         let slot = (group - 14.0) / sides.len() as f64;
         for (u, unit) in units.into_iter().enumerate() {
             let top = panel.top + u as f64 * group;
-            canvas.bold(unit, (40.0, top + (group - 14.0) / 2.0), Align::Left, INK)?;
+            canvas.bold(unit.name(), (40.0, top + (group - 14.0) / 2.0), Align::Left, INK)?;
             for (i, side) in sides.iter().enumerate() {
                 let middle = top + (i as f64 + 0.5) * slot;
                 let label = fitted(&side.label, panel.left - 120.0);
                 canvas.text(&label, (panel.left - 12.0, middle), Align::Right, GREY)?;
-                let rows = CycleRow::all(&side.means);
-                let Some(row) = rows.iter().find(|r| r.unit == unit) else { continue };
+                let Some(cycle) = &side.summary.cycle else { continue };
+                let row = &cycle.units[unit as usize];
                 shares(canvas, &scale, (middle, 0.42 * slot), &row.shares())?;
             }
         }

@@ -3,12 +3,14 @@
 use serde_json::{Map, Value as Json, json};
 use toml::Value;
 
-use super::{Better, Comparison};
-use crate::bottleneck;
-use crate::{ReportError, SCHEMA_VERSION};
+use super::note;
+use crate::ReportError;
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::catalogue;
+use powergs_study::findings::bottleneck;
+use powergs_study::findings::compare::{Better, Comparison, Side};
+use powergs_study::run_record::SCHEMA_VERSION;
 
 /// The comparison as one object: sides, measures with ratios and differences to the first side,
 /// means of all statistics.
@@ -29,19 +31,19 @@ pub fn json(comparison: &Comparison) -> Json {
                 "fps": s.display_fps,
                 "frames": s.frames,
                 "incomplete": s.incomplete,
-                "bottleneck": crate::json::bottleneck(bottleneck::of(&s.means).as_ref()),
+                "bottleneck": crate::json::bottleneck_json(bottleneck::of(&s.summary).as_ref()),
             })
         })
         .collect();
     let n = comparison.sides.len();
     let measures: Vec<Json> = comparison
-        .measures
+        .rows
         .iter()
         .map(|m| {
             let difference = |i: usize| Some(m.values[i]? - m.values[0]?);
             json!({
-                "name": m.name,
-                "better": match m.better {
+                "name": m.measure.name(),
+                "better": match m.measure.better() {
                     Better::Less => Some("less"),
                     Better::More => Some("more"),
                     Better::Neither => None,
@@ -53,9 +55,8 @@ pub fn json(comparison: &Comparison) -> Json {
         })
         .collect();
     let mut statistics = Map::new();
-    for statistic in catalogue() {
-        let values: Vec<Option<f64>> =
-            comparison.sides.iter().map(|s| s.means.get(&statistic.name)).collect();
+    for (i, statistic) in catalogue().iter().enumerate() {
+        let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
         statistics.insert(statistic.name.clone(), json!(values));
     }
     json!({
@@ -63,7 +64,7 @@ pub fn json(comparison: &Comparison) -> Json {
         "tool_version": TOOL_VERSION,
         "model_version": MODEL_VERSION,
         "sides": sides,
-        "notes": comparison.notes,
+        "notes": comparison.notes.iter().map(note).collect::<Vec<_>>(),
         "measures": measures,
         "means": statistics,
     })
@@ -91,12 +92,11 @@ pub fn compare_csv(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
         cells.extend(values[1..].iter().map(|v| cell(ratio(v))));
         writer.write_record(cells)
     };
-    for m in &comparison.measures {
-        row("measure", m.name, &m.values)?;
+    for m in &comparison.rows {
+        row("measure", m.measure.name(), &m.values)?;
     }
-    for statistic in catalogue() {
-        let of = |s: &super::Side| s.means.get(&statistic.name);
-        let values: Vec<Option<f64>> = comparison.sides.iter().map(of).collect();
+    for (i, statistic) in catalogue().iter().enumerate() {
+        let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
         row("mean", &statistic.name, &values)?;
     }
     Ok(writer.into_inner().expect("writing to memory cannot fail"))
@@ -111,7 +111,7 @@ pub fn run_toml(comparison: &Comparison) -> Result<String, ReportError> {
     root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
     root.insert("tool-version".into(), TOOL_VERSION.into());
     root.insert("model-version".into(), i64::from(MODEL_VERSION).into());
-    let side = |s: &super::Side| {
+    let side = |s: &Side| {
         let mut table = toml::Table::new();
         table.insert("label".into(), s.label.clone().into());
         table.insert("record".into(), Value::Table(s.record.clone()));

@@ -3,13 +3,13 @@
 
 use plotters::style::RGBColor;
 
-use super::{Change, Row, Sensitivity};
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::format::{shortened, significant};
 use crate::plot::{
     Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend, palette,
 };
+use powergs_study::findings::sensitivity::{Change, Row, Sensitivity};
 
 /// File names; further traces have no chart.
 const NAMES: [&str; 4] = ["tornado", "tornado_2", "tornado_3", "tornado_4"];

@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{Change, Fixed, Row, Sensitivity, Side};
 use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
+use powergs_study::findings::sensitivity::{Change, Fixed, Row, Sensitivity, Side};
 
 /// Traces beside each other on the terminal; more go below.
 const ABREAST: usize = 2;

@@ -5,13 +5,13 @@ use std::io::Read;
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::SCHEMA_VERSION;
 use powergs_base::TOOL_VERSION;
 use powergs_study::analysis::axes::Axis;
 use powergs_study::analysis::distance::Better;
 use powergs_study::analysis::marginal::{Marginal, Neighbour};
 use powergs_study::analysis::stability::Alternative;
 use powergs_study::analysis::{Analysis, Goal, Scope};
+use powergs_study::run_record::SCHEMA_VERSION;
 
 /// The answer as one object. Values are in the units of their columns.
 pub fn json(analysis: &Analysis) -> Json {

@@ -2,14 +2,15 @@
 
 use plotters::style::RGBColor;
 
-use super::{Interactions, subtitle};
+use super::subtitle;
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{
     Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend, palette,
 };
-use crate::sensitivity::outcome::Measure;
 use powergs_study::analysis::indices::{Estimate, Index, Indices};
+use powergs_study::findings::sensitivity::Measure;
+use powergs_study::findings::sensitivity::interactions::Interactions;
 
 const NAME: &str = "sobol";
 const TITLE: &str = "Which keys explain the variance";

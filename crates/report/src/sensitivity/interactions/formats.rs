@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{Factor, Interactions, Results};
 use crate::ReportError;
 use crate::sensitivity::outcome::traces_json;
 use powergs_study::analysis::indices::{Estimate, Index};
 use powergs_study::analysis::morris::Effect;
+use powergs_study::findings::sensitivity::interactions::{Factor, Interactions, Results};
 
 /// One line a key and measure. Effects are percent of the machine as it is, indices shares of the
 /// variance with their 95 % intervals; the columns of the other method are empty.

@@ -3,15 +3,16 @@
 
 use plotters::style::RGBColor;
 
-use super::{Interactions, subtitle};
+use super::subtitle;
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::format::significant;
 use crate::plot::{
     Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, TEXT, fitted, palette, text_width,
 };
-use crate::sensitivity::outcome::Measure;
 use powergs_study::analysis::morris::Effect;
+use powergs_study::findings::sensitivity::Measure;
+use powergs_study::findings::sensitivity::interactions::Interactions;
 
 const CHARTS: [(Measure, &str, &str); 3] = [
     (Measure::Fps, "morris_fps", "How keys act together: frames per second"),

@@ -2,13 +2,14 @@
 
 use std::fmt::Write;
 
-use super::{Interactions, Results};
+use super::sample;
 use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
-use crate::sensitivity::outcome::Measure;
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::indices::{Estimate, Index};
+use powergs_study::findings::sensitivity::Measure;
+use powergs_study::findings::sensitivity::interactions::{Interactions, Results};
 
 /// Measures on the terminal; the page has all.
 const SHOWN: [Measure; 3] = [Measure::Fps, Measure::Energy, Measure::Area];
@@ -25,7 +26,7 @@ pub fn terminal(all: &Interactions, folder: Option<&str>) -> String {
     if let Some(note) = all.incomplete_note() {
         let _ = writeln!(text, "{note}");
     }
-    let _ = writeln!(text, "{}\n", wrapped(&format!("  {}", all.sample()), WIDTH));
+    let _ = writeln!(text, "{}\n", wrapped(&format!("  {}", sample(all)), WIDTH));
     let head = match all.results {
         Results::Morris(_) => ["mu*", "sigma"],
         Results::Sobol(_) => ["first", "total"],
@@ -112,7 +113,7 @@ pub fn markdown(all: &Interactions, charts: &[Chart]) -> String {
         Results::Sobol(_) => "Sobol indices",
     };
     let names: Vec<&str> = all.traces.iter().map(|t| t.name.as_str()).collect();
-    let _ = writeln!(text, "{method} on {}: {}.", names.join(", "), all.sample());
+    let _ = writeln!(text, "{method} on {}: {}.", names.join(", "), sample(all));
     if all.redrawn > 0 {
         text.push_str(DRAWN_AGAIN);
     }

@@ -3,14 +3,14 @@
 
 use plotters::style::RGBColor;
 
-use super::{KeyRow, Keys, Reach};
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::format::{rate, shortened, significant};
 use crate::plot::{
     Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend, palette,
 };
-use crate::sensitivity::outcome::{Measure, Outcome};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach};
+use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// The measures that have a chart, with its file name and title.
 const CHARTS: [(Measure, &str, &str); 3] = [

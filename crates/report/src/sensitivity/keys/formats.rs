@@ -2,9 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
-use super::{KeyRow, Keys, NotTried, Reach, Turned};
 use crate::ReportError;
-use crate::sensitivity::outcome::{Measure, Outcome, traces_json};
+use crate::sensitivity::outcome::{outcome_json, traces_json};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, NotTried, Reach, Turned};
+use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 fn number(x: Option<f64>) -> String {
     x.map_or(String::new(), |x| x.to_string())
@@ -111,7 +112,7 @@ pub fn json(all: &Keys) -> Value {
     let turned = |t: &Turned| {
         let mut value = json!({ "reach": t.reach.name(), "value": t.value, "ratio": t.ratio });
         match &t.outcomes {
-            Ok(outcomes) => value["outcomes"] = outcomes.iter().map(Outcome::json).collect(),
+            Ok(outcomes) => value["outcomes"] = outcomes.iter().map(outcome_json).collect(),
             Err(reason) => value["refused"] = reason.clone().into(),
         }
         value

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{KeyRow, Keys, Reach, Status};
 use crate::charts::Chart;
 use crate::format::{rate, shortened, significant, wrapped};
-use crate::sensitivity::outcome::{Measure, Outcome};
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Status};
+use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// Widest line.
 const WIDTH: usize = 80;

@@ -1,9 +1,9 @@
 //! What the DRAM did, and what was in the buffers.
 
 use super::{List, count, real};
-use crate::accel::{BufferUse, DramCommands, DramUse, StageCommands};
+use crate::accel::{BufferUse, DramCommands, DramUse, FrameTiming, StageCommands};
 use crate::action::{Buffer, Stage};
-use crate::sim::FrameReport;
+use crate::sim::{CycleReport, FrameReport};
 
 fn usage(frame: &FrameReport) -> Option<&DramUse> {
     Some(&frame.timing()?.dram)
@@ -11,15 +11,6 @@ fn usage(frame: &FrameReport) -> Option<&DramUse> {
 
 fn commands(frame: &FrameReport) -> Option<&DramCommands> {
     usage(frame)?.commands.as_ref()
-}
-
-fn accesses(stage: &StageCommands) -> u64 {
-    stage.reads + stage.writes
-}
-
-/// Share of accesses that found their row open; `None` without accesses.
-fn hits(accesses: u64, activates: u64) -> Option<f64> {
-    (accesses > 0).then(|| (1.0 - activates as f64 / accesses as f64).max(0.0))
 }
 
 pub(super) fn dram(list: &mut List) {
@@ -34,29 +25,21 @@ pub(super) fn dram(list: &mut List) {
         "dram.busy_frac",
         "1",
         "Share of the frame in which the data bus moved data, 0 to 1.",
-        |f, _| {
-            let t = f.timing()?;
-            Some(if t.frame == 0 { 0.0 } else { t.dram.busy_cycles as f64 / t.frame as f64 })
-        },
+        |f, _| f.timing().map(FrameTiming::dram_busy_frac),
     );
     real(
         list,
         "dram.bandwidth_gb_s",
         "GB/s",
         "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
-        |f, _| {
-            let d = usage(f)?;
-            Some((d.read_bytes + d.write_bytes) as f64 * 1e-9 / f.frame_time_s()?)
-        },
+        |f, _| f.cycle().map(CycleReport::dram_bandwidth_gb_s),
     );
     moved(list);
     device(list);
 }
 
-/// Bytes that bursts moved; more than were asked for where records do not fill them.
 fn moved_bytes(frame: &FrameReport) -> Option<u64> {
-    let c = commands(frame)?;
-    Some(c.stages.iter().map(accesses).sum::<u64>() * c.burst_bytes)
+    commands(frame).map(DramCommands::moved_bytes)
 }
 
 fn moved(list: &mut List) {
@@ -65,10 +48,7 @@ fn moved(list: &mut List) {
         "dram.requested_bytes",
         "B",
         "Bytes that the units asked for, read and written.",
-        |f| {
-            let d = usage(f)?;
-            Some(d.read_bytes + d.write_bytes)
-        },
+        |f| usage(f).map(DramUse::requested_bytes),
     );
     count(
         list,
@@ -84,10 +64,7 @@ fn moved(list: &mut List) {
         "1",
         "`dram.moved_bytes` over `dram.requested_bytes`: above 1 where records do not fill their \
          bursts.",
-        |f, _| {
-            let d = usage(f)?;
-            Some(moved_bytes(f)? as f64 / (d.read_bytes + d.write_bytes) as f64)
-        },
+        |f, _| Some(moved_bytes(f)? as f64 / usage(f)?.requested_bytes() as f64),
     );
 }
 
@@ -112,10 +89,7 @@ fn device(list: &mut List) {
     let text = "Refreshes, of one channel and all its banks each.";
     count(list, "dram.refreshes", "1", text, |f| Some(commands(f)?.refreshes));
     let text = "Share of the bursts that found their row open: 1 - `dram.activates` over bursts.";
-    real(list, "dram.row_hit_frac", "1", text, |f, _| {
-        let stages = &commands(f)?.stages;
-        hits(stages.iter().map(accesses).sum(), stages.iter().map(|s| s.activates).sum())
-    });
+    real(list, "dram.row_hit_frac", "1", text, |f, _| commands(f)?.total().row_hit_frac());
     for (i, stage) in Stage::WORK.into_iter().enumerate() {
         let path = |end: &str| format!("dram.stages.{}.{end}", stage.name());
         for (name, text, field) in COLUMNS {
@@ -127,14 +101,13 @@ fn device(list: &mut List) {
             super::cost::stage_words(stage)
         );
         real(list, path("row_hit_frac"), "1", text, move |f, _| {
-            let s = &commands(f)?.stages[i];
-            hits(accesses(s), s.activates)
+            commands(f)?.stages[i].row_hit_frac()
         });
     }
 }
 
 fn buffer(frame: &FrameReport, which: Buffer) -> Option<&BufferUse> {
-    frame.timing()?.buffers.iter().find(|b| b.buffer == which)
+    frame.timing()?.buffer(which)
 }
 
 /// A count of one buffer: end of the name, definition, field.

@@ -1,6 +1,6 @@
 //! The roofline: floating-point operations per DRAM byte against operations per second.
 
-use super::Run;
+use crate::run_record::Run;
 use powergs_core::action::{Action, Stage};
 
 /// What a machine could do at most, and what its actions count.

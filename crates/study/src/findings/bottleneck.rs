@@ -1,0 +1,165 @@
+//! Which unit bounds what share of the frame, and what the rest waits for.
+//!
+//! Every cycle of a frame is given to one unit that leads: in preprocessing the CCU, in the tile
+//! phase the busiest of QSU, BSU and VRU; where the phases overlap, the busiest of all over the
+//! whole frame. What the leading unit does in its phase (works, waits for a cause, has no work)
+//! adds up to the phase, so the shares add up to the frame.
+
+use super::RunSummary;
+use super::summary::{CycleSummary, UnitSummary};
+use powergs_core::accel::Stall;
+use powergs_core::action::{Stage, UnitKind};
+
+/// What to make faster first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Limit {
+    /// A kind of unit.
+    Unit(UnitKind),
+    /// The bandwidth or the latency of the DRAM.
+    Dram,
+}
+
+impl Limit {
+    /// The name in every output: of the unit, or `dram`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Limit::Unit(unit) => unit.name(),
+            Limit::Dram => "dram",
+        }
+    }
+}
+
+/// A leading unit at work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bound {
+    /// Which kind of unit.
+    pub unit: UnitKind,
+    /// Share of the frame in which it works, 0 to 1.
+    pub share: f64,
+}
+
+/// A leading unit that waits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wait {
+    /// What for.
+    pub cause: Stall,
+    /// Share of the frame, 0 to 1; all leading units together.
+    pub share: f64,
+    /// Share of the bursts of the stage that waits that had to open a row, where that is known.
+    pub row_miss: Option<f64>,
+}
+
+/// What limits a run, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bottleneck {
+    /// What to make faster first.
+    pub limit: Limit,
+    /// Leading units at work, largest share first.
+    pub bounds: Vec<Bound>,
+    /// Leading units waiting, largest share first; causes that do not occur are left out.
+    pub waits: Vec<Wait>,
+    /// Share of the frame in which leading units have no work: fill, drain, uneven load.
+    pub without_work: f64,
+    /// Share of the frame for which leading units wait for DRAM, 0 to 1.
+    pub dram_wait: f64,
+    /// Share of the frame in which the DRAM's data bus moves data, 0 to 1.
+    pub bus_busy: f64,
+}
+
+impl Bottleneck {
+    /// Whether the DRAM's data bus is full, so that nothing else can be the limit.
+    pub fn is_bus_full(&self) -> bool {
+        self.bus_busy > BUS_FULL
+    }
+}
+
+/// A DRAM bus that is busy for more than this share of the frame is the limit whatever else waits.
+const BUS_FULL: f64 = 0.85;
+
+/// Shares below this are rounding.
+const NOTHING: f64 = 1e-9;
+
+/// What one kind of unit does, as shares of the frame.
+struct Leader {
+    unit: UnitKind,
+    busy: f64,
+    stalls: [f64; Stall::ALL.len()],
+    idle: f64,
+}
+
+impl Leader {
+    fn new(unit: &UnitSummary, frame: f64) -> Leader {
+        let all = f64::from(unit.instances) * frame;
+        Leader {
+            unit: unit.unit,
+            busy: unit.busy / all,
+            stalls: unit.stalls.map(|cycles| cycles / all),
+            idle: unit.idle / all,
+        }
+    }
+
+    fn is_known(&self) -> bool {
+        self.busy.is_finite() && self.idle.is_finite() && self.stalls.iter().all(|s| s.is_finite())
+    }
+}
+
+/// The bottleneck of a run; `None` in a model without time, for frames that take none, and for an
+/// older report that does not say where its cycles went.
+pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
+    let cycle = summary.cycle.as_ref()?;
+    let frame = Some(cycle.frame_cycles).filter(|f| *f > 0.0)?;
+    let first = cycle.preprocessing_cycles / frame;
+    let units = cycle.units.each_ref().map(|unit| Leader::new(unit, frame));
+    if !units.iter().all(Leader::is_known) {
+        return None;
+    }
+    let [ccu, others @ ..] = units;
+    let tiles = others.into_iter().max_by(|a, b| a.busy.total_cmp(&b.busy))?;
+    // A unit that has no work outside of its phase idles at least as long as that.
+    let apart = ccu.idle > 1.0 - first - NOTHING && tiles.idle > first - NOTHING;
+    let leaders = if apart {
+        let ccu_idle = (ccu.idle - (1.0 - first)).max(0.0);
+        let tiles_idle = (tiles.idle - first).max(0.0);
+        vec![Leader { idle: ccu_idle, ..ccu }, Leader { idle: tiles_idle, ..tiles }]
+    } else {
+        vec![if ccu.busy > tiles.busy { ccu } else { tiles }]
+    };
+    Some(found(cycle, &leaders))
+}
+
+fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
+    let mut bounds: Vec<Bound> =
+        leaders.iter().map(|u| Bound { unit: u.unit, share: u.busy }).collect();
+    bounds.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let mut waits: Vec<Wait> = Stall::ALL
+        .map(|cause| {
+            let share = leaders.iter().map(|u| u.stalls[cause as usize]).sum();
+            Wait { cause, share, row_miss: misses(cycle, cause) }
+        })
+        .into_iter()
+        .filter(|w| w.share > NOTHING)
+        .collect();
+    waits.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let dram_wait: f64 = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share).sum();
+    let bus_busy = cycle.dram.busy_frac;
+    let limit = if bus_busy > BUS_FULL || dram_wait > bounds[0].share {
+        Limit::Dram
+    } else {
+        Limit::Unit(bounds[0].unit)
+    };
+    let without_work = leaders.iter().map(|u| u.idle).sum();
+    Bottleneck { limit, bounds, waits, without_work, dram_wait, bus_busy }
+}
+
+/// Share of the bursts of the stage that waits for `cause` that had to open a row.
+fn misses(cycle: &CycleSummary, cause: Stall) -> Option<f64> {
+    let stage = match cause {
+        Stall::Records => Stage::Preprocessing,
+        Stall::List | Stall::Spill => Stage::Sorting,
+        Stall::Features => Stage::Rendering,
+        Stall::Input | Stall::Output | Stall::Bank => return None,
+    };
+    let commands = &cycle.dram.commands.as_ref()?[stage as usize];
+    let bursts = commands.reads + commands.writes;
+    (bursts > 0.0).then(|| (commands.activates / bursts).min(1.0))
+}

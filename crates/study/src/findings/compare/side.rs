@@ -1,0 +1,78 @@
+//! One side of a comparison: a run that was just simulated, or a finished report folder.
+
+use powergs_base::TOOL_VERSION;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::sim::MODEL_VERSION;
+
+use crate::findings::RunSummary;
+use crate::run_record::{Run, SCHEMA_VERSION, Table, hash_text, record};
+
+/// What a comparison needs to know about a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Side {
+    /// What the columns are called: the machine or the folder.
+    pub label: String,
+    /// Name of the machine.
+    pub machine: String,
+    /// Name of the energy table.
+    pub energy_table: String,
+    /// `cycle` or `paper`.
+    pub model: String,
+    /// `dram.model` of the machine; empty in the `paper` model.
+    pub dram_model: String,
+    /// Name of the trace.
+    pub trace: String,
+    /// XXH3 of the trace, hexadecimal.
+    pub trace_hash: String,
+    /// XXH3 of the energy table, hexadecimal.
+    pub energy_hash: String,
+    /// Version of the program.
+    pub tool_version: String,
+    /// Version of the model.
+    pub model_version: i64,
+    /// Version of the names.
+    pub schema_version: i64,
+    /// Display rate, frames per second.
+    pub display_fps: f64,
+    /// Frames that were reported.
+    pub frames: i64,
+    /// Whether frames are missing.
+    pub incomplete: bool,
+    /// Peak DRAM rate, 10⁹ bytes per second.
+    pub dram_peak_gb_s: Option<f64>,
+    /// What the run comes to.
+    pub summary: RunSummary,
+    /// Means of all statistics, in the order of the catalogue; `None` where a frame has no value.
+    pub means: Vec<Option<f64>>,
+    /// The record of the run, as in `run.toml`.
+    pub record: toml::Table,
+}
+
+impl Side {
+    /// A run that was just simulated; `None` without frames.
+    pub fn of_run(run: &Run) -> Option<Side> {
+        let facts = &run.facts;
+        let input = |role: &str| facts.inputs.iter().find(|input| input.role == role);
+        let hash = |role| input(role).map_or("?".to_owned(), hash_text);
+        Some(Side {
+            label: facts.machine.name.clone(),
+            machine: facts.machine.name.clone(),
+            energy_table: facts.machine.energy_table.clone(),
+            model: facts.model.name().to_owned(),
+            dram_model: facts.machine.dram_model.map_or("", DramModel::name).to_owned(),
+            trace: input("trace").map_or("?".to_owned(), |input| input.name.clone()),
+            trace_hash: hash("trace"),
+            energy_hash: hash("energy"),
+            tool_version: TOOL_VERSION.to_owned(),
+            model_version: i64::from(MODEL_VERSION),
+            schema_version: i64::from(SCHEMA_VERSION),
+            display_fps: facts.display_fps,
+            frames: run.frames.len() as i64,
+            incomplete: run.incomplete(),
+            dram_peak_gb_s: facts.machine.dram_peak_gb_s,
+            summary: RunSummary::of(run)?,
+            means: Table::of(run).means(),
+            record: record(run),
+        })
+    }
+}

@@ -1,0 +1,173 @@
+//! What is not modelled, and which assumptions mattered most: said with every report.
+
+use super::bottleneck::{Bottleneck, Limit};
+use super::summary::RunSummary;
+use super::what_if::WhatIf;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::action::UnitKind;
+use powergs_core::energy::Component;
+
+/// What an effect that is left out does to the frame time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bias {
+    /// Real frames take longer than simulated ones.
+    Optimistic,
+    /// Real frames take less time than simulated ones.
+    Pessimistic,
+    /// Depends on the scene or the design.
+    Either,
+}
+
+impl Bias {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Bias::Optimistic => "optimistic",
+            Bias::Pessimistic => "pessimistic",
+            Bias::Either => "either",
+        }
+    }
+}
+
+/// An effect that is left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effect {
+    /// What is left out.
+    pub what: &'static str,
+    /// Which way the frame time is wrong for it.
+    pub bias: Bias,
+    /// The assumption that says more; empty where none does.
+    pub assumption: &'static str,
+    /// Left out only by machines with this model of the DRAM; `None`: by all.
+    pub dram: Option<DramModel>,
+}
+
+impl Effect {
+    /// Whether a run with this model of the DRAM left it out. A run without one (`paper`) did.
+    pub fn applies(&self, dram: Option<DramModel>) -> bool {
+        self.dram.is_none() || dram.is_none() || self.dram == dram
+    }
+}
+
+const fn effect(what: &'static str, bias: Bias, assumption: &'static str) -> Effect {
+    Effect { what, bias, assumption, dram: None }
+}
+
+/// The effects that a run with this model of the DRAM left out.
+pub fn left_out(dram: Option<DramModel>) -> Vec<Effect> {
+    NOT_MODELLED.into_iter().filter(|e| e.applies(dram)).collect()
+}
+
+/// Everything that is known to be left out.
+pub const NOT_MODELLED: [Effect; 9] = [
+    Effect {
+        dram: Some(DramModel::Bandwidth),
+        ..effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+    },
+    effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
+    effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
+    effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
+    effect("address translation, interconnect and other users of the DRAM", Bias::Optimistic, ""),
+    effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
+    effect("clock and voltage changes, temperature, wake-up times", Bias::Optimistic, ""),
+    effect("reads of one unit served before older ones of another", Bias::Either, "A33"),
+    effect("lists of early tiles used before preprocessing ends", Bias::Pessimistic, "A28"),
+];
+
+/// An assumption, and why it mattered in this run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mattered {
+    /// Number in `docs/model.md` or `docs/model-accel.md`, or a key of `references.toml`.
+    pub assumption: &'static str,
+    /// Why.
+    pub why: Why,
+}
+
+/// Why an assumption mattered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Why {
+    /// It decides how fast a resource is that moves the time.
+    Doubled {
+        /// What was doubled, in the words of the machine file.
+        resource: &'static str,
+        /// Relative change of the frame time.
+        change: f64,
+    },
+    /// It is behind the bottleneck of the run.
+    Bottleneck,
+    /// It prices a large part of the energy.
+    Energy {
+        /// The part.
+        part: Component,
+        /// Its share of the energy of a frame, 0 to 1.
+        share: f64,
+    },
+}
+
+/// A doubled resource that moves the time by at least this share matters.
+const MATTERS: f64 = 0.03;
+
+/// A part of the energy of at least this share matters.
+const LARGE: f64 = 0.15;
+
+/// The assumptions that mattered most: those behind the resources that move the time most when they
+/// are doubled (without that experiment: behind the bottleneck), then those behind the largest
+/// parts of the energy. Each is named once, for its first reason.
+pub fn mattered(
+    summary: &RunSummary,
+    bottleneck: Option<&Bottleneck>,
+    what_if: Option<&WhatIf>,
+) -> Vec<Mattered> {
+    let mut all: Vec<Mattered> = Vec::new();
+    let mut add = |numbers: &[&'static str], why: Why| {
+        for &assumption in numbers {
+            if !all.iter().any(|m| m.assumption == assumption) {
+                all.push(Mattered { assumption, why });
+            }
+        }
+    };
+    match what_if {
+        Some(what_if) => {
+            for step in &what_if.steps {
+                let change = what_if.time_change(step);
+                if change.abs() >= MATTERS {
+                    add(step.assumptions, Why::Doubled { resource: step.resource, change });
+                }
+            }
+        }
+        None => {
+            if let Some(found) = bottleneck {
+                let numbers: &[&str] = match found.limit {
+                    Limit::Dram => &["A4", "A5"],
+                    Limit::Unit(UnitKind::Ccu) => &["A1", "A2"],
+                    Limit::Unit(UnitKind::Qsu) => &["A23", "A24"],
+                    Limit::Unit(UnitKind::Bsu) => &["A25"],
+                    Limit::Unit(UnitKind::Vru) => &["A26", "A27"],
+                };
+                add(numbers, Why::Bottleneck);
+            }
+        }
+    }
+    let total = summary.energy.total_pj;
+    if total > 0.0 {
+        let share = |part| summary.energy.component(part) / total;
+        let mut large: Vec<_> = Component::ALL.map(|part| (share(part), part)).to_vec();
+        large.retain(|(share, _)| *share >= LARGE);
+        large.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (share, part) in large {
+            add(behind(part), Why::Energy { part, share });
+        }
+    }
+    all
+}
+
+/// The assumptions behind the price of a part of the energy.
+fn behind(part: Component) -> &'static [&'static str] {
+    match part {
+        Component::Dram => &["powergs"],
+        Component::Sram => &["A13"],
+        Component::Flop => &["A8", "A10"],
+        Component::Leakage => &["A9"],
+        Component::Background | Component::Refresh => &["A11"],
+    }
+}

@@ -1,0 +1,133 @@
+//! A run of one machine over one trace: what went in, the frames that came out, and the table of
+//! every statistic of every frame.
+
+mod file;
+mod table;
+
+pub use file::record;
+pub use table::Table;
+
+use powergs_core::accel::machine::DramModel;
+use powergs_core::run::Input;
+use powergs_core::sim::{FrameReport, Model};
+
+use crate::findings::roofline::Roofline;
+use crate::findings::tile_load::TileLoad;
+use crate::findings::what_if::WhatIf;
+
+/// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
+/// goes away; new names alone do not raise it.
+pub const SCHEMA_VERSION: u32 = 2;
+
+/// What went into a run besides the frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facts {
+    /// Which model counted.
+    pub model: Model,
+    /// The display rate, frames per second, for power and deadlines; positive and finite.
+    pub display_fps: f64,
+    /// The trace.
+    pub trace: TraceFacts,
+    /// The machine.
+    pub machine: MachineFacts,
+    /// Files that were read, in a fixed order.
+    pub inputs: Vec<Input>,
+    /// The configuration as resolved (`machine`, `energy`, …): goes into `run.toml` as it is.
+    pub configuration: toml::Table,
+}
+
+/// The trace of a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TraceFacts {
+    /// Name for people: the file name without its ending.
+    pub name: String,
+    /// Frames that were asked for. Fewer reported frames make the run incomplete.
+    pub frames: usize,
+    /// Width of the first frame, pixels.
+    pub width: u32,
+    /// Height of the first frame, pixels.
+    pub height: u32,
+}
+
+/// The machine of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineFacts {
+    /// Name of the machine.
+    pub name: String,
+    /// Name of the energy table.
+    pub energy_table: String,
+    /// Clock, hertz; `None` in the `paper` model.
+    pub clock_hz: Option<f64>,
+    /// Peak DRAM rate, 10⁹ bytes per second; `None` in the `paper` model.
+    pub dram_peak_gb_s: Option<f64>,
+    /// The model of the DRAM; `None` in the `paper` model.
+    pub dram_model: Option<DramModel>,
+    /// Peaks and operation counts for the roofline; `None` in the `paper` model.
+    pub roofline: Option<Roofline>,
+}
+
+/// XXH3 of a file as files and reports write it: 32 hexadecimal digits.
+pub fn hash_text(input: &Input) -> String {
+    format!("{:032x}", input.xxh3)
+}
+
+/// A finished (or interrupted) run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// What went in.
+    pub facts: Facts,
+    /// Reported frames, in order: all that were asked for, or those done before an interruption.
+    pub frames: Vec<FrameReport>,
+    /// Tile lists of the slowest frame (in the `paper` model: the one with most loads).
+    pub tiles: Option<TileLoad>,
+    /// What was simulated beside the frames.
+    pub extras: Extras,
+}
+
+/// What a run may carry beside its frames.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Extras {
+    /// What doubling single resources would buy.
+    pub what_if: Option<WhatIf>,
+    /// The same frames under two models of the DRAM.
+    pub dram_models: Option<DramModels>,
+}
+
+/// The same frames with the DRAM in windows and with its banks.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct DramModels {
+    /// Frame time of the `window` model, milliseconds, mean over the frames.
+    pub window_ms: f64,
+    /// Frame time of the `banked` model, milliseconds, mean over the frames.
+    pub banked_ms: f64,
+    /// Bytes that the `window` model moved, mean over the frames.
+    pub window_bytes: f64,
+    /// Bytes that the `banked` model moved, mean over the frames.
+    pub banked_bytes: f64,
+}
+
+impl DramModels {
+    /// `window` against `banked`: relative differences of time and of bytes moved.
+    pub fn differences(&self) -> [f64; 2] {
+        let of = |window: f64, banked: f64| if banked == 0.0 { 0.0 } else { window / banked - 1.0 };
+        [of(self.window_ms, self.banked_ms), of(self.window_bytes, self.banked_bytes)]
+    }
+}
+
+impl Run {
+    /// Whether frames are missing. Every output says so.
+    pub fn incomplete(&self) -> bool {
+        self.frames.len() < self.facts.trace.frames
+    }
+
+    /// `INCOMPLETE: 3 of 24 frames`, if so.
+    pub fn incomplete_note(&self) -> Option<String> {
+        let (done, all) = (self.frames.len(), self.facts.trace.frames);
+        self.incomplete().then(|| format!("INCOMPLETE: {done} of {all} frames"))
+    }
+
+    /// `garden on gscore`, for titles.
+    pub fn title(&self) -> String {
+        format!("{} on {}", self.facts.trace.name, self.facts.machine.name)
+    }
+}
