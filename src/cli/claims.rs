@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::aside::write_aside;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_report::claims::{self, Run};
-use powergs_report::results::{FILE, Results};
+use powergs_optimize::claims::{self, Run};
+use powergs_optimize::results::{FILE, Results};
+use powergs_report::claims as pages;
 
 /// Shown under `claims --help`.
 pub const EXAMPLES: &str = "\
@@ -40,13 +41,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let runs = args.runs.iter().map(|path| read(path)).collect::<Result<Vec<Run>, Failure>>()?;
     let book = claims::check(&named_apart(runs));
     if let Some(path) = &args.write {
-        let page = claims::markdown(&book);
+        let page = pages::markdown(&book);
         write_aside(path, |w| w.write_all(page.as_bytes()))?;
     }
     if context.global.json {
-        out::json(&claims::json(&book))?;
+        out::json(&pages::json(&book))?;
     } else if !context.global.quiet {
-        out::text(&claims::terminal(&book))?;
+        out::text(&pages::terminal(&book))?;
     }
     Ok(Exit::Done)
 }

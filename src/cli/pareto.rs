@@ -5,6 +5,7 @@ mod question;
 
 use std::path::PathBuf;
 
+use super::sweep::finish;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_report::sweep;
 use powergs_study::analysis::{Analysis, AnalysisError};
@@ -66,7 +67,9 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let typed: Vec<String> =
         std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
-    let Some(answer) = answer(args, &typed, context)? else { return Ok(Exit::Interrupted) };
+    let Some(answer) = answer(args, &typed, finish::excluded(&args.folder), context)? else {
+        return Ok(Exit::Interrupted);
+    };
     if context.global.json {
         out::json(&answer.json)?;
     } else if !context.global.quiet {
@@ -88,11 +91,16 @@ pub struct Answer {
     pub json: serde_json::Value,
 }
 
-/// Answers the question of the sweep file in `folder` and writes the analysis beside its results.
+/// Answers the question of the sweep file in `folder`, of which constraints left out `excluded`
+/// designs, and writes the analysis beside its results.
 ///
 /// # Errors
 /// As the command.
-pub fn analyse(folder: &std::path::Path, context: &Context) -> Result<Option<Answer>, Failure> {
+pub fn analyse(
+    folder: &std::path::Path,
+    excluded: u64,
+    context: &Context,
+) -> Result<Option<Answer>, Failure> {
     let args = Args {
         folder: folder.to_owned(),
         minimize: Vec::new(),
@@ -106,14 +114,20 @@ pub fn analyse(folder: &std::path::Path, context: &Context) -> Result<Option<Ans
         out: None,
         csv: None,
     };
-    answer(&args, &[], context)
+    answer(&args, &[], Some(excluded), context)
 }
 
 /// Reads, analyses and writes; `None` if the user broke off.
-fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
+fn answer(
+    args: &Args,
+    typed: &[String],
+    excluded: Option<u64>,
+    context: &Context,
+) -> Result<Option<Answer>, Failure> {
     let sweep = folder::SweepFolder::open(&args.folder)?;
     let question = question::question(args, &sweep)?;
-    let table = sweep.table(&question)?;
+    let mut table = sweep.table(&question)?;
+    table.leave_out(excluded.unwrap_or(0) as usize);
     let analysis = match Analysis::of(&table, &question) {
         Ok(analysis) => analysis,
         Err(error) => return Err(failure(args, error)),

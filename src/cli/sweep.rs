@@ -5,7 +5,7 @@ mod columns;
 mod dry_run;
 mod estimate;
 mod files;
-mod finish;
+pub(super) mod finish;
 mod folder;
 mod meter;
 mod opened;

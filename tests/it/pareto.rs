@@ -203,6 +203,8 @@ fn folder() -> tempfile::TempDir {
     let sweep = "question = \"Which units?\"\nbase = \"gscore\"\n\
                  [objectives]\nminimize = [\"area_mm2\"]\nmaximize = [\"fps.mean\"]\n";
     fs::write(root.path().join("sweep.toml"), sweep).expect("written");
+    let finished = "state = \"0\"\nresults = \"0\"\nok = 50\nfailed = 1\nexcluded = 13\n";
+    fs::write(root.path().join("finished.toml"), finished).expect("written");
     root
 }
 
@@ -225,6 +227,7 @@ fn the_command_writes_its_folder_again_and_again() {
     assert!(rows.lines().any(|l| l.starts_with("knee,")) && rows.contains("\nbaseline,"));
     let json = program(&[&dir, "--json", "--where", "vru.cores >= 4", "--design", "3"]).code(0);
     let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");
+    assert_eq!(json["points"]["excluded"], 13, "as the sweep says");
     assert_eq!(json["named"]["design"]["point"], 3);
     assert_eq!(json["named"]["meets_condition"], false);
     assert!(json["knee"]["design"]["values"]["fps.mean"].as_f64().is_some());

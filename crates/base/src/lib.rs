@@ -4,6 +4,7 @@
 #![warn(clippy::missing_errors_doc)]
 
 pub mod config;
+pub mod format;
 pub mod picture;
 pub mod quantity;
 

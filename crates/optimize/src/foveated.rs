@@ -4,6 +4,8 @@
 //! View i is looked at where the i-th gaze of the published cycle of nine says. Power is a mean
 //! over the power views, HVSQ one over the test views.
 
+use serde::{Deserialize, Serialize};
+
 use rayon::prelude::*;
 
 use super::oracle::{CycleOracle, Parts, Shot, Watts};
@@ -22,15 +24,19 @@ use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// A foveated method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Method {
     /// Pruning and colours together: ours.
+    #[serde(rename = "PowerGS")]
     PowerGs,
     /// Pruning alone, as MetaSapiens (RTGS).
+    #[serde(rename = "FR-Render")]
     FrRender,
     /// Colours alone, without pruning.
+    #[serde(rename = "FR-Display")]
     FrDisplay,
     /// [`Method::FrRender`], and the colour filter of Duinkharjav et al. on every frame.
+    #[serde(rename = "RTGS+D22")]
     RtgsD22,
 }
 
@@ -74,7 +80,8 @@ pub struct Levels {
 }
 
 /// What a level of a foveated model is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LevelState {
     /// A model of its own that reaches its target.
     Passed,
@@ -84,6 +91,18 @@ pub enum LevelState {
     Fallback,
     /// The model of the level before: no view shows the level.
     NotShown,
+}
+
+impl LevelState {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            LevelState::Passed => "passed",
+            LevelState::Missed => "missed",
+            LevelState::Fallback => "fallback",
+            LevelState::NotShown => "not_shown",
+        }
+    }
 }
 
 /// The foveated models of a run: variant by variant, in the order of [`Method::ALL`].

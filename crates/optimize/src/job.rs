@@ -1,5 +1,7 @@
 //! A job of a run, and what became of it.
 
+use serde::{Deserialize, Serialize};
+
 use super::oracle::Watts;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
@@ -84,7 +86,56 @@ pub enum Role {
     Sweep(f64),
 }
 
+/// What a model was made for, without the particulars: the one spelling of every output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RoleKind {
+    /// The model that the user brought.
+    Dense,
+    /// The dense model, trained on without the views that gate.
+    #[serde(alias = "held_out")]
+    HeldOut,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that was trained.
+    Baseline,
+    /// Another model of the user.
+    External,
+    /// A fixed λ without pruning.
+    Sweep,
+}
+
+impl RoleKind {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            RoleKind::Dense => "dense",
+            RoleKind::HeldOut => "held-out",
+            RoleKind::Sample => "sample",
+            RoleKind::Final => "final",
+            RoleKind::Baseline => "baseline",
+            RoleKind::External => "external",
+            RoleKind::Sweep => "sweep",
+        }
+    }
+}
+
 impl Role {
+    /// What the model was made for, without the particulars.
+    pub const fn kind(self) -> RoleKind {
+        match self {
+            Role::Dense => RoleKind::Dense,
+            Role::HeldOut => RoleKind::HeldOut,
+            Role::Sample => RoleKind::Sample,
+            Role::Final => RoleKind::Final,
+            Role::Baseline(_) => RoleKind::Baseline,
+            Role::External(_) => RoleKind::External,
+            Role::Sweep(_) => RoleKind::Sweep,
+        }
+    }
+
     /// The kind of models that it belongs to: a baseline, or ours.
     pub fn line(self) -> Option<Baseline> {
         match self {

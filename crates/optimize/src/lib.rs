@@ -16,6 +16,7 @@
 
 pub mod adam;
 pub mod checkpoint;
+pub mod claims;
 pub mod fit;
 pub mod foveated;
 pub mod job;
@@ -23,6 +24,7 @@ pub mod lambda;
 pub mod oracle;
 pub mod plan;
 pub mod prune;
+pub mod results;
 pub mod schedule;
 pub mod search;
 pub mod setup;

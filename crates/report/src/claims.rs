@@ -1,213 +1,150 @@
-//! The published claims, checked on finished runs: each with the published number, ours, and
-//! whether sign and order agree. What a claim expects of a small scene is fixed here, before
-//! anything is measured; a claim that does not hold is shown with its numbers.
-//!
-//! Source: `powergs`; the numbering is ours and follows the paper from its abstract to its project
-//! page.
+//! The published claims, checked: the answer for terminals, pages and programs.
 
-mod colours;
-mod curves;
-mod facts;
-mod fovea;
-mod pairs;
-mod periphery;
-mod plain;
-mod text;
+use std::fmt::Write as _;
 
-pub use text::{json, markdown, table, terminal};
+use serde_json::{Value, json as object};
 
-use super::results::Results;
+use crate::format::{shortened, wrapped};
+use powergs_optimize::claims::{Book, LEFT_OUT, Row, Verdict};
 
-/// A finished run.
-#[derive(Debug, Clone)]
-pub struct Run {
-    /// What it is called in the answer.
-    pub label: String,
-    /// What it found.
-    pub results: Results,
+/// Columns of a terminal.
+const WIDTH: usize = 80;
+/// Column of what is said about a claim.
+const INDENT: usize = 5;
+
+/// What sign and order can show.
+const NOTE: &str = "Sign and order are what small scenes and short runs can show; the published \
+                    numbers are for full-size scenes and 150,000 iterations.";
+
+/// Lines of at most `width` columns, each after `indent` blanks.
+fn block(text: &str, indent: usize, width: usize) -> String {
+    let blank = " ".repeat(indent);
+    wrapped(text, width - indent).lines().map(|line| format!("{blank}{line}\n")).collect()
 }
 
-/// What a run says about a claim.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// Sign and order agree.
-    Yes,
-    /// They do not.
-    No,
-    /// It cannot be said.
-    Unchecked,
+/// The first line of a block with something in its margin.
+fn marked(mark: &str, text: &str, indent: usize) -> String {
+    let lines = block(text, indent, WIDTH);
+    format!("{mark:<indent$}{}", lines.get(indent..).unwrap_or_default())
 }
 
-impl Verdict {
-    /// The name in every output.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Verdict::Yes => "yes",
-            Verdict::No => "no",
-            Verdict::Unchecked => "not checkable",
-        }
+/// The answer in 80 columns.
+pub fn terminal(book: &Book) -> String {
+    let mut text = String::new();
+    for (label, about) in &book.runs {
+        text += &marked("run  ", &format!("{}: {about}", shortened(label, 40)), INDENT);
     }
-}
-
-/// Our number for a claim.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Here {
-    /// The numbers.
-    text: String,
-    /// Whether sign and order agree.
-    holds: bool,
-    /// Why not, where it follows from the results.
-    why: Option<String>,
-}
-
-/// Numbers, or why there are none.
-type Answer = Result<Here, String>;
-
-fn here(text: String, holds: bool) -> Answer {
-    Ok(Here { text, holds, why: None })
-}
-
-/// How the verdicts of runs become one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Rule {
-    /// Every run that can be checked agrees.
-    All,
-    /// One run that agrees is enough: claims of the best case.
-    Any,
-}
-
-/// Who is asked.
-#[derive(Clone, Copy)]
-enum Asks {
-    /// Each run.
-    Each(fn(&Results) -> Answer),
-    /// All together.
-    Together(fn(&[Run]) -> Answer),
-}
-
-/// A claim and how it is checked.
-struct Check {
-    id: &'static str,
-    what: &'static str,
-    published: &'static str,
-    expects: &'static str,
-    rule: Rule,
-    asks: Asks,
-}
-
-/// What one run, or all together, say about a claim.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The run; `None` for all together.
-    pub run: Option<String>,
-    /// Our numbers, or why there are none.
-    pub here: String,
-    /// Whether sign and order agree.
-    pub verdict: Verdict,
-}
-
-/// A claim with everything that is known of it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Row {
-    /// Its number; letters tell parts apart.
-    pub id: &'static str,
-    /// What is claimed.
-    pub what: &'static str,
-    /// The published number.
-    pub published: &'static str,
-    /// What sign and order would have to be here.
-    pub expects: &'static str,
-    /// What the runs say.
-    pub findings: Vec<Finding>,
-    /// All of them together.
-    pub verdict: Verdict,
-}
-
-/// All claims.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Book {
-    /// A line about each run: its name, what it is and which regions count.
-    pub runs: Vec<(String, String)>,
-    /// Those that can be checked with the right runs.
-    pub rows: Vec<Row>,
-}
-
-/// Claims that no run of this program can check: number, what, why.
-pub const LEFT_OUT: [(&str, &str, &str); 8] = [
-    ("6", "a learned proxy model is next to useless", "not published: no data"),
-    ("7", "0.3 W for the display and 1 W for rendering are budgets of AR", "context: cited"),
-    ("8", "0.53 pJ a FLOP, 0.24 and 10.88 pJ a byte, 60 FPS", "constants: the table `paper`"),
-    ("10", "2.5 hours of optimisation, once", "hardware: a desktop GPU"),
-    ("13", "nobody sees a difference from FR-Render and FR-Display", "people: a study with 9"),
-    ("14", "fewer artifacts than LightGaussian", "people: a study with 9"),
-    ("18", "13.7x less rendering power on a mobile GPU", "hardware: a mobile GPU"),
-    ("22", "the filter costs 10 % of the time, our training 60 % more", "hardware: a mobile GPU"),
-];
-
-/// All checks, by number.
-fn checks() -> Vec<&'static Check> {
-    let groups = [
-        curves::CHECKS,
-        fovea::CHECKS,
-        periphery::CHECKS,
-        plain::CHECKS,
-        colours::CHECKS,
-        pairs::CHECKS,
-    ];
-    let mut all: Vec<&Check> = groups.into_iter().flatten().collect();
-    let number = |id: &str| {
-        let digits = id.trim_end_matches(|c: char| c.is_ascii_lowercase());
-        (digits.parse::<u32>().unwrap_or(u32::MAX), id.to_owned())
-    };
-    all.sort_by_key(|check| number(check.id));
-    all
-}
-
-/// Checks everything.
-pub fn check(runs: &[Run]) -> Book {
-    let lines = runs.iter().map(|run| (run.label.clone(), facts::about(&run.results)));
-    Book { runs: lines.collect(), rows: checks().into_iter().map(|c| row(c, runs)).collect() }
-}
-
-fn row(check: &Check, runs: &[Run]) -> Row {
-    let findings: Vec<Finding> = match check.asks {
-        Asks::Each(ask) => {
-            let of = |run: &Run| finding(Some(run.label.clone()), ask(&run.results));
-            runs.iter().map(of).collect()
-        }
-        Asks::Together(ask) => vec![finding(None, ask(runs))],
-    };
-    let count = |verdict: Verdict| findings.iter().filter(|f| f.verdict == verdict).count();
-    let (yes, no) = (count(Verdict::Yes), count(Verdict::No));
-    let verdict = match (yes, no, check.rule) {
-        (0, 0, _) => Verdict::Unchecked,
-        (_, 0, _) => Verdict::Yes,
-        (1.., _, Rule::Any) => Verdict::Yes,
-        (_, _, Rule::All | Rule::Any) => Verdict::No,
-    };
-    let Check { id, what, published, expects, .. } = *check;
-    Row { id, what, published, expects, findings, verdict }
-}
-
-fn finding(run: Option<String>, answer: Answer) -> Finding {
-    match answer {
-        Ok(Here { text, holds, why }) => {
-            let verdict = if holds { Verdict::Yes } else { Verdict::No };
-            let here = match why.filter(|_| !holds) {
-                Some(why) => format!("{text}; {why}"),
-                None => text,
+    text.push('\n');
+    for row in &book.rows {
+        let verdict = row.verdict.name();
+        text += &marked(row.id, &format!("{}: {verdict}", row.what), INDENT);
+        text += &marked("     paper", row.published, 15);
+        text += &marked("     expected", row.expects, 15);
+        for finding in &row.findings {
+            let run =
+                finding.run.as_ref().map_or(String::new(), |r| format!("{}: ", shortened(r, 24)));
+            let mark = match finding.verdict {
+                Verdict::Yes => "     here  yes",
+                Verdict::No => "     here  no",
+                Verdict::Unchecked => "     here  -",
             };
-            Finding { run, here, verdict }
+            text += &marked(mark, &format!("{run}{}", finding.here), 15);
         }
-        Err(why) => Finding { run, here: why, verdict: Verdict::Unchecked },
     }
+    text += "\nNot checkable by simulation:\n";
+    for (id, what, why) in LEFT_OUT {
+        text += &marked(id, &format!("{what} ({why})"), INDENT);
+    }
+    text.push('\n');
+    text += &wrapped(NOTE, WIDTH);
+    let _ = write!(text, "\n\n{}\n", summary(book));
+    text
 }
 
-impl Book {
-    /// Claims that agree, and those that could be checked.
-    pub fn agreed(&self) -> (usize, usize) {
-        let count = |verdict: Verdict| self.rows.iter().filter(|r| r.verdict == verdict).count();
-        let yes = count(Verdict::Yes);
-        (yes, yes + count(Verdict::No))
+/// `12 of 20 claims agree, 5 could not be checked`.
+fn summary(book: &Book) -> String {
+    let (yes, checked) = book.agreed();
+    let rest = book.rows.len() - checked;
+    let rest = if rest > 0 { format!(", {rest} could not be checked") } else { String::new() };
+    format!("{yes} of {checked} claims agree{rest}")
+}
+
+/// Text in a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|").replace(['\n', '\r'], " ")
+}
+
+/// A table of the claims that some run can check, for a page about that run.
+pub fn table(book: &Book) -> String {
+    let mut text =
+        "| | claim | published | expected | here | agrees |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for row in &book.rows {
+        let Row { id, what, published, expects, .. } = row;
+        let label = |run: &Option<String>| match run {
+            Some(run) if book.runs.len() > 1 => format!("{run}: "),
+            _ => String::new(),
+        };
+        let findings = row.findings.iter().map(|f| {
+            let (run, here, verdict) = (label(&f.run), &f.here, f.verdict.name());
+            let said = if row.findings.len() > 1 { format!(" ({verdict})") } else { String::new() };
+            cell(&format!("{run}{here}{said}"))
+        });
+        let here = findings.collect::<Vec<String>>().join("<br>");
+        let verdict = row.verdict.name();
+        let _ = writeln!(text, "| {id} | {what} | {published} | {expects} | {here} | {verdict} |");
+    }
+    text
+}
+
+/// A page.
+pub fn markdown(book: &Book) -> String {
+    let mut text = format!("# Published claims, checked\n\n{}.\n\n{NOTE}\n\n", summary(book));
+    for (label, about) in &book.runs {
+        let _ = writeln!(text, "- **{}**: {}", cell(label), cell(about));
+    }
+    let _ = write!(text, "\n{}\n## Not checkable by simulation\n\n", table(book));
+    text += "| | claim | why |\n|---|---|---|\n";
+    for (id, what, why) in LEFT_OUT {
+        let _ = writeln!(text, "| {id} | {what} | {why} |");
+    }
+    text
+}
+
+/// One object.
+pub fn json(book: &Book) -> Value {
+    let (agree, checked) = book.agreed();
+    let row = |row: &Row| {
+        let findings = row
+            .findings
+            .iter()
+            .map(|f| object!({ "run": f.run, "here": f.here, "agrees": verdict(&f.verdict) }));
+        object!({
+            "claim": row.id,
+            "what": row.what,
+            "published": row.published,
+            "expected": row.expects,
+            "agrees": verdict(&row.verdict),
+            "findings": findings.collect::<Vec<Value>>(),
+        })
+    };
+    let run = |(label, about): &(String, String)| object!({ "run": label, "about": about });
+    let left = LEFT_OUT.map(|(id, what, why)| object!({ "claim": id, "what": what, "why": why }));
+    object!({
+        "agree": agree,
+        "checked": checked,
+        "not_checked": book.rows.len() - checked,
+        "runs": book.runs.iter().map(run).collect::<Vec<Value>>(),
+        "claims": book.rows.iter().map(row).collect::<Vec<Value>>(),
+        "not_reproducible": left.to_vec(),
+    })
+}
+
+/// `true`, `false`, or `null` where it cannot be said.
+fn verdict(verdict: &Verdict) -> Value {
+    match verdict {
+        Verdict::Yes => Value::Bool(true),
+        Verdict::No => Value::Bool(false),
+        Verdict::Unchecked => Value::Null,
     }
 }

@@ -10,14 +10,12 @@ pub mod compare;
 pub mod csv;
 pub mod docs;
 pub mod fit;
-pub mod format;
 pub mod json;
 pub mod limits;
 pub mod optimize;
 pub mod perfetto;
 pub mod plot;
 pub mod record;
-pub mod results;
 pub mod schema;
 pub mod sensitivity;
 pub mod summary;
@@ -25,6 +23,8 @@ pub mod sweep;
 pub mod terminal;
 pub mod timeline;
 pub mod what_if;
+
+pub use powergs_base::format;
 
 use powergs_study::findings::RunSummary;
 use powergs_study::run_record::Run;

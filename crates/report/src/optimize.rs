@@ -15,9 +15,9 @@ use plotters::style::RGBColor;
 
 use super::ReportError;
 use super::charts::Chart;
-use super::claims::Book;
 use super::format::{shortened, significant};
 use super::plot::{Align, Canvas, Drawn, INK, Page, Scale, palette, text_width};
+use powergs_optimize::claims::Book;
 use powergs_optimize::plan::{Baseline, Outcome, Role};
 use powergs_optimize::search::Conclusion;
 use powergs_optimize::study::RatioRow;

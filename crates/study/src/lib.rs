@@ -1,5 +1,5 @@
-//! Many machines on many frames: sweeps, the analysis of their tables, and published numbers beside
-//! ours.
+//! What runs say ([`findings`]), and many machines on many frames: sweeps, the analysis of their
+//! tables, and published numbers beside ours.
 
 pub mod analysis;
 pub mod findings;

@@ -24,6 +24,7 @@ pub mod search;
 pub mod slurm;
 pub mod space;
 pub mod table;
+pub mod unit;
 
 pub use design::{Design, Rejected};
 pub use file::SweepFile;

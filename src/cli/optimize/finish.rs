@@ -10,17 +10,17 @@ use super::foveated;
 use super::inputs::Inputs;
 use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
 use powergs_optimize::checkpoint::Progress;
-use powergs_optimize::plan::{Campaign, Outcome, Place, Role, at};
+use powergs_optimize::claims::{self, Run};
+use powergs_optimize::plan::{Campaign, Outcome, Place, at};
+use powergs_optimize::results::{ChangeRecord, FILE, Results, Sources};
 use powergs_optimize::setup::{Seen, Setup};
 use powergs_optimize::study::ratios;
 use powergs_optimize::tune::Model;
 use powergs_raster::{Detail, Options, render};
 use powergs_report::charts::Chart;
-use powergs_report::claims::{self, Run};
 use powergs_report::optimize::{
     Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
 };
-use powergs_report::results::{ChangeRecord, FILE, Results, Sources};
 use powergs_scene::write_ply;
 
 /// Longer side of the images of the strip, pixels.
@@ -243,18 +243,9 @@ fn seen(seen: &Seen) -> Value {
 }
 
 fn model(outcome: &Outcome) -> Value {
-    let role = match outcome.role {
-        Role::Dense => "dense",
-        Role::HeldOut => "held-out",
-        Role::Sample => "sample",
-        Role::Final => "final",
-        Role::Baseline(_) => "baseline",
-        Role::External(_) => "external",
-        Role::Sweep(_) => "sweep",
-    };
     let mut value = json!({
         "name": outcome.name,
-        "role": role,
+        "role": outcome.role.kind(),
         "rho": outcome.rho,
         "gaussians": outcome.points,
         "iterations": outcome.iterations,

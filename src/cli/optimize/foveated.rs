@@ -16,11 +16,11 @@ use powergs_optimize::checkpoint::Progress;
 use powergs_optimize::foveated::{FilterCost, Foveal, Levels, Method, Viewer, lines};
 use powergs_optimize::oracle::CycleOracle;
 use powergs_optimize::plan::Place;
+use powergs_optimize::results::Results;
 use powergs_raster::{Detail, Options, render_foveated};
 use powergs_report::optimize::foveated::{
     Album, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
 };
-use powergs_report::results::Results;
 use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.

@@ -51,6 +51,13 @@ impl Finished {
     }
 }
 
+/// Designs that constraints exclude, as a finished sweep in `folder` says; `None` if it says
+/// nothing.
+pub fn excluded(folder: &Path) -> Option<u64> {
+    let text = fs::read_to_string(folder.join(FILE)).ok()?;
+    Some(toml::from_str::<Finished>(&text).ok()?.excluded)
+}
+
 fn hash(path: &Path) -> std::io::Result<String> {
     let mut hash = xxhash_rust::xxh3::Xxh3::new();
     let mut file = fs::File::open(path)?;
@@ -93,7 +100,7 @@ pub fn finish(
         failed: tally.failed,
         excluded: plan.excluded.values().sum(),
     };
-    let answer = match pareto::analyse(&path, context) {
+    let answer = match pareto::analyse(&path, finished.excluded, context) {
         Ok(Some(answer)) => answer.terminal,
         Ok(None) => return Ok(Exit::Interrupted),
         // The table is whole all the same: a question can be asked anew.

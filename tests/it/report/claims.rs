@@ -1,8 +1,10 @@
 //! Published claims on made-up results: those that hold, those that do not, those that cannot be
 //! said.
 
-use powergs_sim::report::claims::{Book, Verdict, check, json, markdown, terminal};
-use powergs_sim::report::results::Results;
+use powergs_sim::optimize::claims::{Book, Verdict, check};
+use powergs_sim::optimize::foveated::{LevelState, Method};
+use powergs_sim::optimize::results::Results;
+use powergs_sim::report::claims::{json, markdown, terminal};
 
 use super::foveated_run::{labelled, run};
 
@@ -51,7 +53,7 @@ fn the_published_powers_agree_with_every_claim_that_one_run_can_check() {
 #[test]
 fn claims_fail_with_their_numbers() {
     let ours = |r: &mut Results, change: &dyn Fn(&mut f64, &mut f64)| {
-        for f in r.foveated.iter_mut().filter(|f| f.method == "PowerGS") {
+        for f in r.foveated.iter_mut().filter(|f| f.method == Method::PowerGs) {
             change(&mut f.display_w, &mut f.render_w);
         }
     };
@@ -94,7 +96,7 @@ fn claims_fail_with_their_numbers() {
 #[test]
 fn a_failing_claim_names_levels_that_fell_back() {
     let mut results = run();
-    results.foveated[0].states[2] = "fallback".into();
+    results.foveated[0].states[2] = LevelState::Fallback;
     results.foveated[0].hvsq[2] = Some(9e-5);
     let (_, here) = verdict(&alone(&results), "21d");
     assert!(here.contains("L3 of PowerGS-H missed the target"), "{here}");
@@ -115,7 +117,7 @@ fn what_is_missing_is_said_with_the_flag_that_makes_it() {
     assert_eq!(verdict(&book, "23").0, Verdict::Yes);
     assert!(book.runs[0].1.contains("--foveated"), "{}", book.runs[0].1);
     let mut lonely = run();
-    lonely.foveated.retain(|f| f.method == "PowerGS");
+    lonely.foveated.retain(|f| f.method == Method::PowerGs);
     lonely.models.retain(|m| m.baseline.is_none() && m.sweep_lambda.is_none());
     let book = alone(&lonely);
     for (id, flag) in [("15a", "--baselines"), ("20a", "--baselines"), ("25", "--study lambda")] {

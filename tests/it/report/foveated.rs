@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use powergs_sim::optimize::fit::{Sample, fit};
+use powergs_sim::optimize::foveated::Method;
+use powergs_sim::optimize::results::{Results, saving_at};
 use powergs_sim::report::optimize::foveated::{
-    Album, Shot, Show, charts, foveated_csv, levels_csv, markdown, regions_csv, saving_at,
+    Album, Shot, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
 };
-use powergs_sim::report::results::Results;
 
 use super::foveated_run::run;
 
@@ -138,7 +139,7 @@ fn charts_are_drawn_and_the_summary_shows_them_with_the_tables() {
 #[test]
 fn a_run_with_little_to_show_has_few_charts_and_no_panic() {
     let mut results = run();
-    results.foveated.retain(|f| f.method == "PowerGS" && f.variant == "H");
+    results.foveated.retain(|f| f.method == Method::PowerGs && f.variant == "H");
     results.models.retain(|m| m.baseline.is_none());
     results.foveated[0].hvsq = [None; 4];
     results.foveated[0].region_j = [0.0; 4];

@@ -1,15 +1,17 @@
 //! A made-up foveated run in which every published claim holds.
 
-use powergs_sim::report::claims::Run;
-use powergs_sim::report::results::{
-    ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, RoleRecord,
-    ScreenRecord, SeenRecord, VERSION, VariantRecord,
+use powergs_sim::optimize::claims::Run;
+use powergs_sim::optimize::foveated::{LevelState, Method};
+use powergs_sim::optimize::job::RoleKind;
+use powergs_sim::optimize::results::{
+    ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
+    SeenRecord, VERSION, VariantRecord,
 };
 
 /// A model of level 1: display and rendering power, PSNR.
 fn model(
     name: &str,
-    role: RoleRecord,
+    role: RoleKind,
     variant: &str,
     (display_w, render_w): (f64, f64),
     db: f64,
@@ -42,29 +44,26 @@ fn model(
 
 fn baseline(name: &str, variant: &str, watts: (f64, f64), db: f64) -> ModelRecord {
     let job = if variant == "H" { name.into() } else { format!("{variant}-{name}") };
-    let own = model(&job, RoleRecord::Baseline, variant, watts, db);
+    let own = model(&job, RoleKind::Baseline, variant, watts, db);
     ModelRecord { baseline: Some(name.into()), ..own }
 }
 
 fn level(name: &str, level: u8, watts: (f64, f64)) -> ModelRecord {
-    let own = model(name, RoleRecord::Final, "H", watts, 25.0);
+    let own = model(name, RoleKind::Final, "H", watts, 25.0);
     let gate = SeenRecord { hvsq: Some(2.0e-5), ..own.gate };
     ModelRecord { level, rho: 0.3, target_hvsq: Some(2.1e-5), gate, flip_test: None, ..own }
 }
 
 fn models() -> Vec<ModelRecord> {
-    let mut all = vec![model("dense", RoleRecord::Dense, "H", (0.27, 0.71), 27.5)];
+    let mut all = vec![model("dense", RoleKind::Dense, "H", (0.27, 0.71), 27.5)];
     for i in 0..5 {
         let rho = 0.2 * f64::from(i);
         let watts = (0.19 + 0.03 * rho, 0.60 - 0.7 * rho);
         let name = format!("sample-{:02}", i + 1);
-        all.push(ModelRecord { rho, ..model(&name, RoleRecord::Sample, "H", watts, 27.3) });
+        all.push(ModelRecord { rho, ..model(&name, RoleKind::Sample, "H", watts, 27.3) });
     }
-    all.push(ModelRecord {
-        rho: 0.7,
-        ..model("final", RoleRecord::Final, "H", (0.21, 0.11), 27.35)
-    });
-    all.push(model("L-final", RoleRecord::Final, "L", (0.18, 0.09), 27.0));
+    all.push(ModelRecord { rho: 0.7, ..model("final", RoleKind::Final, "H", (0.21, 0.11), 27.35) });
+    all.push(model("L-final", RoleKind::Final, "L", (0.18, 0.09), 27.0));
     for (variant, db) in [("H", 27.36), ("L", 27.05)] {
         all.push(baseline("render-only", variant, (0.26, 0.15), db));
         all.push(baseline("display-only", variant, (0.20, 0.72), db));
@@ -77,7 +76,7 @@ fn models() -> Vec<ModelRecord> {
     for i in 0..4 {
         let lambda = 0.1 * f64::from(i);
         let name = format!("lambda-{lambda}");
-        let own = model(&name, RoleRecord::Sweep, "H", (0.27 - lambda / 4.0, 0.7), 27.0 - lambda);
+        let own = model(&name, RoleKind::Sweep, "H", (0.27 - lambda / 4.0, 0.7), 27.0 - lambda);
         all.push(ModelRecord { sweep_lambda: Some(lambda), ..own });
     }
     all
@@ -106,27 +105,27 @@ fn fit(variant: &str, level: u8, best: &str) -> FitRecord {
 
 /// A foveated model; HVSQ in 1e-5, no test view has R4.
 pub fn foveal(
-    method: &str,
+    method: Method,
     variant: &str,
     first: &str,
     (display_w, render_w): (f64, f64),
     hvsq: [f64; 3],
 ) -> FovealRecord {
     let [a, b, c] = hvsq.map(|v| Some(1e-5 * v));
-    let state = |s: &str| s.to_owned();
+    let name = |s: &str| s.to_owned();
     FovealRecord {
-        method: method.into(),
+        method,
         variant: variant.into(),
         jobs: match first {
-            "final" => ["final", "L2-final", "L3-final", "L3-final"].map(state),
-            _ => [first; 4].map(state),
+            "final" => ["final", "L2-final", "L3-final", "L3-final"].map(name),
+            _ => [first; 4].map(name),
         },
-        states: [state("passed"), state("passed"), state("passed"), state("not_shown")],
+        states: [LevelState::Passed, LevelState::Passed, LevelState::Passed, LevelState::NotShown],
         gaussians: [3000, 2000, 1000, 1000],
         display_w,
         render_w,
-        filter_w: if method == "RTGS+D22" { 0.01 } else { 0.0 },
-        fps: Some(if method == "PowerGS" { 84.0 } else { 78.0 }),
+        filter_w: if method == Method::RtgsD22 { 0.01 } else { 0.0 },
+        fps: Some(if method == Method::PowerGs { 84.0 } else { 78.0 }),
         hvsq: [a, b, c, None],
         tiles: [40.0, 30.0, 20.0, 0.0],
         region_j: [1e-3, 5e-4, 2e-4, 0.0],
@@ -141,10 +140,10 @@ pub fn run() -> Results {
     ];
     let of_variant = |(v, ours, render, display, less): (&str, &str, &str, &str, f64)| {
         [
-            foveal("PowerGS", v, ours, (0.21 - less, 0.11 - less), [2.1, 2.1, 2.0]),
-            foveal("FR-Render", v, render, (0.26, 0.13 - less), [2.1, 2.1, 2.1]),
-            foveal("FR-Display", v, display, (0.20, 0.72), [2.1, 2.1, 2.1]),
-            foveal("RTGS+D22", v, render, (0.23, 0.15), [2.1, 2.6, 5.0]),
+            foveal(Method::PowerGs, v, ours, (0.21 - less, 0.11 - less), [2.1, 2.1, 2.0]),
+            foveal(Method::FrRender, v, render, (0.26, 0.13 - less), [2.1, 2.1, 2.1]),
+            foveal(Method::FrDisplay, v, display, (0.20, 0.72), [2.1, 2.1, 2.1]),
+            foveal(Method::RtgsD22, v, render, (0.23, 0.15), [2.1, 2.6, 5.0]),
         ]
     };
     Results {

@@ -1,6 +1,7 @@
 //! `results.json`: round trip, other versions, damage.
 
-use powergs_sim::report::results::{Results, ResultsError};
+use powergs_sim::optimize::job::RoleKind;
+use powergs_sim::optimize::results::{Results, ResultsError};
 
 use super::foveated_run::run;
 
@@ -11,6 +12,17 @@ fn results_are_read_back_as_they_were_written() {
     assert_eq!(Results::parse(&text).unwrap(), results);
     assert_eq!(results.to_json(), text);
     assert!(text.ends_with("}\n"));
+}
+
+/// One spelling in every output; older files spelt it with an underscore.
+#[test]
+fn a_held_out_model_has_one_name() {
+    let mut results = run();
+    results.models[1].role = RoleKind::HeldOut;
+    let text = results.to_json();
+    assert!(text.contains("\"role\": \"held-out\"") && RoleKind::HeldOut.name() == "held-out");
+    let older = text.replace("\"role\": \"held-out\"", "\"role\": \"held_out\"");
+    assert_eq!(Results::parse(&older).unwrap(), results);
 }
 
 #[track_caller]

@@ -11,7 +11,6 @@ mod tables;
 mod words;
 
 pub use album::{Album, Shot};
-pub use ratio::saving_at;
 pub use tables::{foveated_csv, levels_csv, regions_csv};
 pub use words::{headline, markdown};
 
@@ -21,8 +20,9 @@ use super::{around, labels};
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{Canvas, Drawn, INK, Page, palette};
-use crate::results::Results;
 use powergs_optimize::fit::Fit;
+use powergs_optimize::foveated::Method;
+use powergs_optimize::results::Results;
 
 /// Everything that the charts of a foveated run show.
 #[derive(Debug, Clone)]
@@ -64,12 +64,12 @@ pub fn charts(show: &Show<'_>) -> Result<Vec<Chart>, ReportError> {
 }
 
 /// The colour of a foveated method in every chart.
-fn colour(method: &str) -> RGBColor {
+fn colour(method: Method) -> RGBColor {
     match method {
-        "PowerGS" => palette::VERMILION,
-        "FR-Render" => palette::ORANGE,
-        "FR-Display" => palette::BLUE,
-        _ => palette::PURPLE,
+        Method::PowerGs => palette::VERMILION,
+        Method::FrRender => palette::ORANGE,
+        Method::FrDisplay => palette::BLUE,
+        Method::RtgsD22 => palette::PURPLE,
     }
 }
 

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use super::Story;
 use crate::charts::Chart;
-use crate::claims::{Verdict, table};
+use crate::claims::table;
 use crate::format::{engineering, watt_unit};
+use powergs_optimize::claims::Verdict;
 use powergs_optimize::plan::{Outcome, Role};
 
 /// A result as a list of names and values, for `--json` and the terminal.

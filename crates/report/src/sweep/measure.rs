@@ -1,6 +1,7 @@
 //! Columns of results for people: what they are called, and their values with a unit.
 
 use crate::format::{prefix_of, significant};
+use powergs_study::sweep::unit::Unit;
 
 /// How the values of a column are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,28 +33,38 @@ const NAMES: [(&str, &str); 13] = [
     ("deadline_missed_frac", "frames over the deadline"),
 ];
 
-/// Last parts of names: unit, factor, whether it takes prefixes.
-const UNITS: [(&str, &str, f64, bool); 10] = [
-    ("edp_pj_s", "Js", 1e-12, true),
-    ("_pj", "J", 1e-12, true),
-    ("_ms", "s", 1e-3, true),
-    ("_mm2", "mm²", 1.0, false),
-    ("_w", "W", 1.0, true),
-    ("_gb_s", "B/s", 1e9, true),
-    ("_bytes", "B", 1.0, true),
-    ("_frac", "%", 100.0, false),
-    ("_cycles", "cycles", 1.0, false),
-    ("fps", "FPS", 1.0, false),
-];
+/// How numbers of a unit are shown: unit, factor, whether it takes prefixes.
+fn shown(unit: Unit) -> (&'static str, f64, bool) {
+    match unit {
+        Unit::PicojouleSeconds => ("Js", 1e-12, true),
+        Unit::Picojoules => ("J", 1e-12, true),
+        Unit::Milliseconds => ("s", 1e-3, true),
+        Unit::SquareMillimetres => ("mm²", 1.0, false),
+        Unit::Watts => ("W", 1.0, true),
+        Unit::GigabytesPerSecond => ("B/s", 1e9, true),
+        Unit::Bytes => ("B", 1.0, true),
+        Unit::Fraction => ("%", 100.0, false),
+        Unit::Cycles => ("cycles", 1.0, false),
+        Unit::FramesPerSecond => ("FPS", 1.0, false),
+        // No column of ours has them.
+        Unit::Megahertz
+        | Unit::Hertz
+        | Unit::Nanoseconds
+        | Unit::Microseconds
+        | Unit::Seconds
+        | Unit::Nanojoules
+        | Unit::Microjoules
+        | Unit::Millijoules
+        | Unit::Milliwatts
+        | Unit::Nanometres => ("", 1.0, false),
+    }
+}
 
 impl Measure {
     /// How the column `name` is shown.
     pub fn of(name: &str) -> Measure {
         let (first, rest) = name.split_once('.').unwrap_or((name, ""));
-        let ending = |part: &str| UNITS.into_iter().find(|u| part.ends_with(u.0));
-        let last = name.rsplit('.').next().unwrap_or(name);
-        let found = ending(first).or_else(|| ending(last));
-        let (unit, scale, prefixed) = found.map_or(("", 1.0, false), |u| (u.1, u.2, u.3));
+        let (unit, scale, prefixed) = Unit::of_column(name).map_or(("", 1.0, false), shown);
         let known = NAMES.into_iter().find(|n| n.0 == first).map(|n| n.1);
         let words = match (known, rest) {
             (None, _) => name.to_owned(),

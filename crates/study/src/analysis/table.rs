@@ -94,7 +94,7 @@ pub struct Counts {
     pub ok: usize,
     /// Points that failed on at least one trace.
     pub failed: usize,
-    /// Points that a constraint of the sweep left out.
+    /// Points that a constraint of the sweep left out, where that is known.
     pub excluded: usize,
     /// Points that are not finished: the sweep was interrupted.
     pub missing: usize,
@@ -125,7 +125,7 @@ pub struct Table {
     pub metric_names: Vec<String>,
     /// What became of the points.
     pub counts: Counts,
-    /// Why points failed or were left out, with the number of rows, the most frequent first.
+    /// Why points failed, with the number of rows, the most frequent first.
     pub reasons: Vec<(String, usize)>,
 }
 
@@ -152,6 +152,11 @@ impl Table {
     pub fn axis(&self, name: &str) -> Option<&Words> {
         let mut all = self.axes.iter().chain(&self.followers);
         all.find(|(axis, _)| axis == name).map(|(_, words)| words)
+    }
+
+    /// Counts designs that the sweep left out by its constraints: they have no rows.
+    pub fn leave_out(&mut self, designs: usize) {
+        self.counts.excluded += designs;
     }
 
     /// Takes the columns of these names from the axes: derived keys, and all keys but one of those

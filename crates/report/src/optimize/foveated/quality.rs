@@ -8,7 +8,9 @@ use crate::ReportError;
 use crate::charts::Chart;
 use crate::format::watt_unit;
 use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Panel, legend, palette};
-use crate::results::{Reference, Results, RoleRecord};
+use powergs_optimize::foveated::Method;
+use powergs_optimize::job::RoleKind;
+use powergs_optimize::results::{Reference, Results};
 
 const NAME: &str = "foveated_quality";
 const TITLE: &str = "Quality against total power";
@@ -19,7 +21,7 @@ struct Mark {
     psnr_db: Option<f64>,
     hvsq: Option<f64>,
     /// Method of a foveated model.
-    method: Option<String>,
+    method: Option<Method>,
     colour: RGBColor,
     label: String,
 }
@@ -39,16 +41,16 @@ fn marks(r: &Results) -> Vec<Mark> {
         watts: f.total_w(),
         psnr_db: r.model(&f.jobs[0]).and_then(|m| m.test.psnr_db),
         hvsq: f.worst().map(|(hvsq, _)| hvsq),
-        method: Some(f.method.clone()),
-        colour: colour(&f.method),
+        method: Some(f.method),
+        colour: colour(f.method),
         label: f.variant.clone(),
     });
     let ours: Vec<&str> =
         r.variants.iter().filter_map(|v| Some(r.ours(&v.name)?.name.as_str())).collect();
     let plain = r.models.iter().filter(|m| m.level == 1).filter_map(|m| {
-        let is_dense = m.role == RoleRecord::Dense;
+        let is_dense = m.role == RoleKind::Dense;
         let is_ours = ours.contains(&m.name.as_str());
-        let compared = matches!(m.role, RoleRecord::Baseline | RoleRecord::External);
+        let compared = matches!(m.role, RoleKind::Baseline | RoleKind::External);
         // Against its own renders the dense model is perfect: no place on a scale.
         let is_perfect = is_dense && r.reference == Reference::Own;
         (is_dense || is_ours || compared).then(|| Mark {
@@ -146,11 +148,11 @@ fn join(
     shown: &[(&Mark, f64)],
     place: &dyn Fn(&Mark, f64) -> (f64, f64),
 ) -> Drawn {
-    let mut methods: Vec<&String> = shown.iter().filter_map(|(m, _)| m.method.as_ref()).collect();
-    methods.sort();
+    let mut methods: Vec<Method> = shown.iter().filter_map(|(m, _)| m.method).collect();
+    methods.sort_by_key(|method| method.name());
     methods.dedup();
     for method in methods {
-        let of = shown.iter().filter(|(m, _)| m.method.as_ref() == Some(method));
+        let of = shown.iter().filter(|(m, _)| m.method == Some(method));
         let points: Vec<(f64, f64)> = of.map(|(m, v)| place(m, *v)).collect();
         if points.len() > 1 {
             canvas.line(&points, colour(method), 2)?;

@@ -6,34 +6,14 @@ use super::{Show, around, colour};
 use crate::ReportError;
 use crate::charts::Chart;
 use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Panel, Scale, legend};
-use crate::results::ModelRecord;
+use powergs_optimize::foveated::Method;
+use powergs_optimize::results::saving_at;
 use powergs_optimize::study::RATIOS;
 
 const NAME: &str = "foveated_ratio";
 const TITLE: &str = "Foveated saving against the display-to-render ratio";
 /// Places in the range, evenly spaced.
 const PLACES: usize = 25;
-
-/// The share that a foveated model saves over another with a panel that takes `ratio` times the
-/// rendering power of the dense model. Powers are display and rendering, watts. The models stay as
-/// they are.
-///
-/// # Errors
-/// Why there is no number: powers of 0.
-pub fn saving_at(
-    dense: &ModelRecord,
-    ours: (f64, f64),
-    other: (f64, f64),
-    ratio: f64,
-) -> Result<f64, String> {
-    if dense.display_w <= 0.0 {
-        return Err("the dense model shows black: no display power".into());
-    }
-    let scale = ratio * dense.render_w / dense.display_w;
-    let total = |(display_w, render_w): (f64, f64)| scale * display_w + render_w;
-    let other = total(other);
-    if other > 0.0 { Ok(1.0 - total(ours) / other) } else { Err("a model without power".into()) }
-}
 
 struct Series {
     name: String,
@@ -56,7 +36,7 @@ pub(super) fn chart(show: &Show<'_>) -> Result<Option<Chart>, ReportError> {
 fn series(show: &Show<'_>) -> Option<Vec<Series>> {
     let (r, variant) = (show.results, show.variant());
     let dense = r.dense()?;
-    let ours = r.foveal("PowerGS", variant)?;
+    let ours = r.foveal(Method::PowerGs, variant)?;
     let ours = (ours.display_w, ours.render_w);
     let ratio = |i: usize| RATIOS.0 + (RATIOS.1 - RATIOS.0) * i as f64 / (PLACES - 1) as f64;
     let of = |name: &str, colour: RGBColor, other: (f64, f64)| {
@@ -67,10 +47,10 @@ fn series(show: &Show<'_>) -> Option<Vec<Series>> {
             points: (0..PLACES).filter_map(at).collect(),
         }
     };
-    let methods = ["FR-Render", "FR-Display", "RTGS+D22"].into_iter();
+    let methods = [Method::FrRender, Method::FrDisplay, Method::RtgsD22].into_iter();
     let compared = methods.filter_map(|m| Some((m, r.foveal(m, variant)?)));
     let mut all: Vec<Series> =
-        compared.map(|(m, f)| of(m, colour(m), (f.display_w, f.render_w))).collect();
+        compared.map(|(m, f)| of(m.name(), colour(m), (f.display_w, f.render_w))).collect();
     all.push(of("the dense model", INK, (dense.display_w, dense.render_w)));
     Some(all)
 }

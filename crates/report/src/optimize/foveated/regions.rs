@@ -5,15 +5,16 @@ use crate::ReportError;
 use crate::charts::Chart;
 use crate::format::{significant, watt_unit};
 use crate::plot::{Align, Canvas, Drawn, GREY, INK, Panel, Scale, legend, palette};
-use crate::results::FovealRecord;
 use powergs_frame::fovea::{LEVELS, REGIONS};
+use powergs_optimize::foveated::Method;
+use powergs_optimize::results::FovealRecord;
 
 const NAME: &str = "foveated_regions";
 const TITLE: &str = "Power and quality of the regions";
 
 pub(super) fn chart(show: &Show<'_>) -> Result<Option<Chart>, ReportError> {
     let (r, variant) = (show.results, show.variant());
-    let methods = ["RTGS+D22", "PowerGS"];
+    let methods = [Method::RtgsD22, Method::PowerGs];
     let shown: Vec<&FovealRecord> =
         methods.into_iter().filter_map(|m| r.foveal(m, variant)).collect();
     if shown.is_empty() {
@@ -30,7 +31,7 @@ type Value<'a> = &'a dyn Fn(&FovealRecord, usize) -> Option<f64>;
 fn draw(canvas: &Canvas, shown: &[&FovealRecord], fps: f64) -> Drawn {
     let left = Panel { left: 120.0, top: 180.0, right: 620.0, bottom: 600.0 };
     let right = Panel { left: 760.0, right: 1240.0, ..left };
-    let entries: Vec<_> = shown.iter().map(|f| (f.method.as_str(), colour(&f.method))).collect();
+    let entries: Vec<_> = shown.iter().map(|f| (f.method.name(), colour(f.method))).collect();
     legend(canvas, 40.0, 112.0, &entries)?;
     let watts = |f: &FovealRecord, i: usize| {
         (f.tiles[i] > 0.0).then_some(f.region_j[i] * fps).filter(|w| w.is_finite())
@@ -70,7 +71,7 @@ fn bars(
             let Some(v) = value(f, i) else { continue };
             is_empty = false;
             let (x, top) = (begin + j as f64 * width, y.at(v));
-            canvas.fill((x + 2.0, top), (x + width - 2.0, panel.bottom), colour(&f.method))?;
+            canvas.fill((x + 2.0, top), (x + width - 2.0, panel.bottom), colour(f.method))?;
             let at = (x + width / 2.0, top - 12.0);
             canvas.text(&significant(v), at, Align::Centre, INK)?;
         }

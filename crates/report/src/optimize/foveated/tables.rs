@@ -1,8 +1,8 @@
 //! Tables as CSV: the record that everything else is derived from. What was not measured is an
 //! empty cell.
 
-use crate::results::Results;
 use powergs_frame::fovea::REGIONS;
+use powergs_optimize::results::Results;
 
 fn optional(value: Option<f64>) -> String {
     value.map_or(String::new(), |v| v.to_string())
@@ -52,12 +52,12 @@ pub fn foveated_csv(r: &Results) -> String {
         .to_owned();
     for f in &r.foveated {
         let first = r.model(&f.jobs[0]);
-        let of = |value: fn(&crate::results::ModelRecord) -> Option<f64>| {
+        let of = |value: fn(&powergs_optimize::results::ModelRecord) -> Option<f64>| {
             optional(first.and_then(value))
         };
         text += &format!(
             "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-            f.method,
+            f.method.name(),
             f.variant,
             optional(f.fps),
             f.total_w(),
@@ -67,7 +67,7 @@ pub fn foveated_csv(r: &Results) -> String {
             joined(&f.hvsq, |v| optional(*v)),
             joined(&f.level_hvsq(r), |v| optional(*v)),
             joined(&f.gaussians, u64::to_string),
-            joined(&f.states, String::clone),
+            joined(&f.states, |s| s.name().to_owned()),
             of(|m| m.test.psnr_db),
             of(|m| m.test.ssim),
             of(|m| m.flip_test),
@@ -84,7 +84,7 @@ pub fn regions_csv(r: &Results) -> String {
         for (i, region) in REGIONS.iter().enumerate() {
             text += &format!(
                 "{},{},{},{},{},{},{}\n",
-                f.method,
+                f.method.name(),
                 f.variant,
                 region,
                 f.tiles[i],

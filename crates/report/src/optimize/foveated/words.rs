@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use super::Show;
 use crate::charts::Chart;
 use crate::format::{engineering, watt_unit};
-use crate::results::{FovealRecord, ModelRecord, Results, RoleRecord};
 use powergs_frame::fovea::{LEVELS, REGIONS};
+use powergs_optimize::job::RoleKind;
+use powergs_optimize::results::{FovealRecord, ModelRecord, Results};
 
 /// The part; empty if nothing was measured.
 pub fn markdown(show: &Show<'_>, charts: &[Chart]) -> String {
@@ -86,7 +87,7 @@ fn methods(text: &mut String, r: &Results) {
         let or_none = |v: &Option<f64>| v.map_or("none".into(), |v| e5(Some(v)));
         let whole: Vec<String> = f.level_hvsq(r).iter().map(or_none).collect();
         let counts: Vec<String> = f.gaussians.iter().map(u64::to_string).collect();
-        let states: Vec<String> = f.states.iter().map(|s| s.replace('_', " ")).collect();
+        let states: Vec<String> = f.states.iter().map(|s| s.name().replace('_', " ")).collect();
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
@@ -137,8 +138,8 @@ fn plain(text: &mut String, r: &Results) {
     let variant = &r.variants[0].name;
     let ours = r.ours(variant).map(|m| m.name.clone());
     let is_shown = |m: &&ModelRecord| {
-        let compared = matches!(m.role, RoleRecord::Dense | RoleRecord::External);
-        let is_own = m.role == RoleRecord::Baseline && m.variant == *variant;
+        let compared = matches!(m.role, RoleKind::Dense | RoleKind::External);
+        let is_own = m.role == RoleKind::Baseline && m.variant == *variant;
         m.level == 1 && (compared || is_own || Some(&m.name) == ours.as_ref())
     };
     let mut shown: Vec<&ModelRecord> = r.models.iter().filter(is_shown).collect();

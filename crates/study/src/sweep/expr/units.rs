@@ -5,37 +5,11 @@
 
 use super::{ExprError, Node, What, visit};
 use crate::sweep::measure::Measure;
+use crate::sweep::unit::Unit;
 
-/// Endings of statistics: the measure, and how many of that unit are in one of [`Measure`].
-const ENDINGS: [(&str, Measure, f64); 16] = [
-    ("_bytes", Measure::Size, 1.0),
-    ("_gb_s", Measure::Bandwidth, 1e-9),
-    ("_mhz", Measure::Frequency, 1e-6),
-    ("_hz", Measure::Frequency, 1.0),
-    ("_ns", Measure::Time, 1e9),
-    ("_us", Measure::Time, 1e6),
-    ("_ms", Measure::Time, 1e3),
-    ("_s", Measure::Time, 1.0),
-    ("_pj", Measure::Energy, 1e12),
-    ("_nj", Measure::Energy, 1e9),
-    ("_uj", Measure::Energy, 1e6),
-    ("_mj", Measure::Energy, 1e3),
-    ("_mw", Measure::Power, 1e3),
-    ("_w", Measure::Power, 1.0),
-    ("_mm2", Measure::Area, 1.0),
-    ("_nm", Measure::Node, 1.0),
-];
-
-/// The measure and unit in the name of a statistic: `frame_time_ms.p99`.
+/// The measure of a column, and how many of its unit are in one of [`Measure`].
 fn of_name(name: &str) -> Option<(Measure, f64)> {
-    if name.contains(['-', ':']) {
-        return None;
-    }
-    let ending = |part: &str| {
-        let found = ENDINGS.iter().find(|(ending, ..)| part.ends_with(ending));
-        found.map(|&(_, measure, per_base)| (measure, per_base))
-    };
-    name.split('.').find_map(ending)
+    Unit::of_column(name)?.measure()
 }
 
 /// Brings numbers with units to the units of the names beside them. A chain of operators is as deep

@@ -1,6 +1,8 @@
 //! Metrics of a trace and of several.
 
+use powergs_core::sim::statistics::catalogue;
 use powergs_study::sweep::metric::{metrics, values};
+use powergs_study::sweep::unit::Unit;
 use proptest::prelude::*;
 
 use super::outcome;
@@ -22,6 +24,20 @@ fn names_are_unique_and_defined() {
     assert_eq!(names.len(), all);
     for wanted in ["energy_pj.mean", "area_mm2", "fps.mean", "frame_time_ms.p99", "power_w.mean"] {
         assert!(names.contains(&wanted), "{wanted}");
+    }
+}
+
+/// The one table of endings says of every metric and statistic what the catalogue says.
+#[test]
+fn names_end_in_their_unit() {
+    let metrics = metrics().iter().map(|m| (m.name.as_str(), m.unit));
+    let statistics = catalogue().iter().map(|s| (s.name.as_str(), s.unit));
+    for (name, unit) in metrics.chain(statistics) {
+        match Unit::of_column(name) {
+            Some(found) => assert_eq!(found.name(), unit, "{name}"),
+            // A part that is only its unit says it in words.
+            None => assert!(unit == "1" || name.ends_with(".cycles"), "{name}: {unit}"),
+        }
     }
 }
 

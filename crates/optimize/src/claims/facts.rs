@@ -1,7 +1,8 @@
 //! What checks take out of results, or why they cannot.
 
-use crate::format::engineering;
+use crate::foveated::{LevelState, Method};
 use crate::results::{FovealRecord, ModelRecord, Reference, Results};
+use powergs_base::format::engineering;
 
 /// A line about a run.
 pub(super) fn about(r: &Results) -> String {
@@ -75,7 +76,7 @@ pub(super) fn baseline<'a>(
 
 /// Our foveated model.
 pub(super) fn foveated<'a>(r: &'a Results, variant: &str) -> Result<&'a FovealRecord, String> {
-    match r.foveal("PowerGS", variant) {
+    match r.foveal(Method::PowerGs, variant) {
         Some(found) => Ok(found),
         None if r.screen.is_none() => Err("not foveated (optimize --foveated)".into()),
         None => Err("no model of ours reached the target".into()),
@@ -85,13 +86,13 @@ pub(super) fn foveated<'a>(r: &'a Results, variant: &str) -> Result<&'a FovealRe
 /// A foveated comparison.
 pub(super) fn compared<'a>(
     r: &'a Results,
-    method: &str,
+    method: Method,
     variant: &str,
 ) -> Result<&'a FovealRecord, String> {
     match r.foveal(method, variant) {
         Some(found) => Ok(found),
         None if r.screen.is_none() => Err("not foveated (optimize --foveated)".into()),
-        None => Err(format!("no {method}-{variant} (optimize --baselines)")),
+        None => Err(format!("no {}-{variant} (optimize --baselines)", method.name())),
     }
 }
 
@@ -102,7 +103,7 @@ pub(super) fn first<'a>(r: &'a Results, f: &FovealRecord) -> Result<&'a ModelRec
 
 /// Levels that show the model of the level before although views show them.
 pub(super) fn fallbacks(f: &FovealRecord) -> Option<String> {
-    let is_fallback = |i: &usize| f.states[*i] == "fallback";
+    let is_fallback = |i: &usize| f.states[*i] == LevelState::Fallback;
     let levels: Vec<String> =
         (0..f.states.len()).filter(is_fallback).map(|i| format!("L{}", i + 1)).collect();
     let names = levels.join(", ");

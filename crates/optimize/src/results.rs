@@ -12,6 +12,8 @@ pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
+use crate::foveated::{LevelState, Method};
+use crate::job::RoleKind;
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// What the file is.
@@ -101,41 +103,6 @@ pub struct VariantRecord {
     pub target_ssim: Option<f64>,
 }
 
-/// What a model was made for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum RoleRecord {
-    /// The model that the user brought.
-    Dense,
-    /// The dense model, trained on without the views that gate.
-    HeldOut,
-    /// A sample of the iso-quality curve.
-    Sample,
-    /// The predicted optimum, made real.
-    Final,
-    /// A comparison that was trained.
-    Baseline,
-    /// Another model of the user.
-    External,
-    /// A fixed λ without pruning.
-    Sweep,
-}
-
-impl RoleRecord {
-    /// The name in every output.
-    pub const fn name(self) -> &'static str {
-        match self {
-            RoleRecord::Dense => "dense",
-            RoleRecord::HeldOut => "held-out",
-            RoleRecord::Sample => "sample",
-            RoleRecord::Final => "final",
-            RoleRecord::Baseline => "baseline",
-            RoleRecord::External => "external",
-            RoleRecord::Sweep => "sweep",
-        }
-    }
-}
-
 /// Quality and display power over some views, means.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SeenRecord {
@@ -155,7 +122,7 @@ pub struct ModelRecord {
     /// Its job.
     pub name: String,
     /// What it was made for.
-    pub role: RoleRecord,
+    pub role: RoleKind,
     /// Which comparison it is.
     pub baseline: Option<String>,
     /// λ of the sweep, in units of one over the dense model's display power.
@@ -241,14 +208,14 @@ pub struct FitRecord {
 /// A foveated model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FovealRecord {
-    /// The method: `PowerGS`, `FR-Render`, `FR-Display`, `RTGS+D22`.
-    pub method: String,
+    /// The method.
+    pub method: Method,
     /// The variant.
     pub variant: String,
     /// Models of its levels.
     pub jobs: [String; LEVELS],
-    /// What is known of each: `passed`, `missed`, `fallback`, `not_shown`.
-    pub states: [String; LEVELS],
+    /// What is known of each.
+    pub states: [LevelState; LEVELS],
     /// Gaussians of each level.
     pub gaussians: [u64; LEVELS],
     /// Display power, watts.
@@ -278,8 +245,8 @@ impl FovealRecord {
     /// for RTGS+D22, whose models are shown filtered.
     pub fn level_hvsq(&self, results: &Results) -> [Option<f64>; LEVELS] {
         std::array::from_fn(|i| {
-            let is_own = matches!(self.states[i].as_str(), "passed" | "missed");
-            let is_shown = self.filter_w == 0.0 && self.method != "RTGS+D22";
+            let is_own = matches!(self.states[i], LevelState::Passed | LevelState::Missed);
+            let is_shown = self.filter_w == 0.0 && self.method != Method::RtgsD22;
             let model = results.model(&self.jobs[i]).filter(|_| is_own && is_shown)?;
             model.test.hvsq
         })
@@ -287,7 +254,7 @@ impl FovealRecord {
 
     /// `PowerGS-H`.
     pub fn label(&self) -> String {
-        format!("{}-{}", self.method, self.variant)
+        format!("{}-{}", self.method.name(), self.variant)
     }
 
     /// The largest HVSQ of a region, and which one.
@@ -314,7 +281,7 @@ pub struct ChangeRecord {
 impl Results {
     /// The dense model.
     pub fn dense(&self) -> Option<&ModelRecord> {
-        self.models.iter().find(|m| m.role == RoleRecord::Dense)
+        self.models.iter().find(|m| m.role == RoleKind::Dense)
     }
 
     /// A model by its name.
@@ -341,7 +308,7 @@ impl Results {
     }
 
     /// A foveated model.
-    pub fn foveal(&self, method: &str, variant: &str) -> Option<&FovealRecord> {
+    pub fn foveal(&self, method: Method, variant: &str) -> Option<&FovealRecord> {
         self.foveated.iter().find(|f| f.method == method && f.variant == variant)
     }
 
@@ -369,4 +336,25 @@ impl Results {
             ),
         })
     }
+}
+
+/// The share that a foveated model saves over another with a panel that takes `ratio` times the
+/// rendering power of the dense model. Powers are display and rendering, watts. The models stay as
+/// they are.
+///
+/// # Errors
+/// Why there is no number: powers of 0.
+pub fn saving_at(
+    dense: &ModelRecord,
+    ours: (f64, f64),
+    other: (f64, f64),
+    ratio: f64,
+) -> Result<f64, String> {
+    if dense.display_w <= 0.0 {
+        return Err("the dense model shows black: no display power".into());
+    }
+    let scale = ratio * dense.render_w / dense.display_w;
+    let total = |(display_w, render_w): (f64, f64)| scale * display_w + render_w;
+    let other = total(other);
+    if other > 0.0 { Ok(1.0 - total(ours) / other) } else { Err("a model without power".into()) }
 }

@@ -6,6 +6,7 @@ use super::facts::{
     saved, watts,
 };
 use super::{Answer, Asks, Check, Here, Rule};
+use crate::foveated::Method;
 use crate::results::{FovealRecord, ModelRecord, Results};
 
 /// A large factor: more than half is saved.
@@ -127,8 +128,8 @@ fn over_dense(r: &Results) -> Answer {
 fn high_against_others(r: &Results) -> Answer {
     let (high, low) = (high(r), low(r));
     let ours = foveated(r, high)?;
-    let render = compared(r, "FR-Render", high)?;
-    let display = compared(r, "FR-Display", low)?;
+    let render = compared(r, Method::FrRender, high)?;
+    let display = compared(r, Method::FrDisplay, low)?;
     let light = baseline(r, "lightgs-86", &r.variants[0].name)?;
     let against = |w: f64| saved(ours.total_w(), w);
     let [a, b, c] = [light.total_w(), render.total_w(), display.total_w()].map(against);
@@ -164,8 +165,8 @@ fn triples(r: &Results) -> Result<Vec<[&FovealRecord; 3]>, String> {
     let of = |variant: &str| {
         Ok([
             foveated(r, variant)?,
-            compared(r, "FR-Render", variant)?,
-            compared(r, "FR-Display", variant)?,
+            compared(r, Method::FrRender, variant)?,
+            compared(r, Method::FrDisplay, variant)?,
         ])
     };
     let all: Vec<Result<[&FovealRecord; 3], String>> =
@@ -267,7 +268,7 @@ fn front(r: &Results) -> Answer {
 fn four(r: &Results) -> Result<(&ModelRecord, [&FovealRecord; 3]), String> {
     let variant = high(r);
     let fr = |method| compared(r, method, variant);
-    Ok((dense(r)?, [fr("FR-Render")?, fr("FR-Display")?, foveated(r, variant)?]))
+    Ok((dense(r)?, [fr(Method::FrRender)?, fr(Method::FrDisplay)?, foveated(r, variant)?]))
 }
 
 fn render_order(r: &Results) -> Answer {

@@ -3,12 +3,12 @@
 use super::facts::{compared, dense, fallbacks, foveated, high, less, watts};
 use super::fovea::about;
 use super::{Answer, Asks, Check, Here, Rule};
-use crate::optimize::foveated::saving_at;
-use crate::results::{FovealRecord, Results};
+use crate::foveated::Method;
+use crate::results::{FovealRecord, Results, saving_at};
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// The published range of display power over rendering power.
-const RATIOS: (f64, f64) = powergs_optimize::study::RATIOS;
+const RATIOS: (f64, f64) = crate::study::RATIOS;
 /// A level or a region may be this far above level 1: they are of other poolings.
 const SLACK: f64 = 1.1;
 
@@ -99,13 +99,13 @@ fn ends_text((low, high): (f64, f64)) -> String {
 }
 
 fn ratio_render(r: &Results) -> Answer {
-    let other = compared(r, "FR-Render", high(r))?;
+    let other = compared(r, Method::FrRender, high(r))?;
     let ends = ends(r, (other.display_w, other.render_w))?;
     about(ends_text(ends), ends.1 > ends.0, &[foveated(r, high(r))?])
 }
 
 fn ratio_display(r: &Results) -> Answer {
-    let other = compared(r, "FR-Display", high(r))?;
+    let other = compared(r, Method::FrDisplay, high(r))?;
     let ends = ends(r, (other.display_w, other.render_w))?;
     about(ends_text(ends), ends.1 < ends.0, &[foveated(r, high(r))?])
 }
@@ -118,7 +118,7 @@ fn ratio_dense(r: &Results) -> Answer {
 
 /// Ours and RTGS+D22.
 fn two(r: &Results) -> Result<[&FovealRecord; 2], String> {
-    Ok([foveated(r, high(r))?, compared(r, "RTGS+D22", high(r))?])
+    Ok([foveated(r, high(r))?, compared(r, Method::RtgsD22, high(r))?])
 }
 
 fn filter_power(r: &Results) -> Answer {
@@ -152,8 +152,8 @@ fn shared(a: &FovealRecord, b: &FovealRecord, first: usize) -> Vec<(usize, f64, 
 }
 
 fn filter_quality(r: &Results) -> Answer {
-    let plain = compared(r, "FR-Render", high(r))?;
-    let filtered = compared(r, "RTGS+D22", high(r))?;
+    let plain = compared(r, Method::FrRender, high(r))?;
+    let filtered = compared(r, Method::RtgsD22, high(r))?;
     let regions = shared(filtered, plain, 1);
     if regions.is_empty() {
         return Err("no test view has a region beyond R1".into());

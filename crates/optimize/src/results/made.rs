@@ -1,15 +1,15 @@
 //! From a run to its results.
 
 use super::{
-    FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, RoleRecord, ScreenRecord,
-    SeenRecord, VERSION, VariantRecord,
+    FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord, SeenRecord,
+    VERSION, VariantRecord,
 };
+use crate::foveated::Foveal;
+use crate::plan::{Campaign, Outcome, Place, Role};
+use crate::setup::Seen;
+use crate::target::Target;
 use powergs_base::TOOL_VERSION;
 use powergs_frame::fovea::{REGIONS, Screen};
-use powergs_optimize::foveated::{Foveal, LevelState};
-use powergs_optimize::plan::{Campaign, Outcome, Place, Role};
-use powergs_optimize::setup::Seen;
-use powergs_optimize::target::Target;
 
 /// What results are made from.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +85,7 @@ fn name_of(run: &Sources<'_>, variant: u8) -> String {
 }
 
 fn variants(run: &Sources<'_>) -> Vec<VariantRecord> {
-    let record = |(i, v): (usize, &powergs_optimize::plan::Variant)| {
+    let record = |(i, v): (usize, &crate::plan::Variant)| {
         let target = run.campaign.target(run.done, i as u8).and_then(|t| t.likeness_target());
         VariantRecord {
             name: v.name.clone(),
@@ -113,15 +113,7 @@ fn model(run: &Sources<'_>, o: &Outcome) -> ModelRecord {
     };
     ModelRecord {
         name: o.name.clone(),
-        role: match o.role {
-            Role::Dense => RoleRecord::Dense,
-            Role::HeldOut => RoleRecord::HeldOut,
-            Role::Sample => RoleRecord::Sample,
-            Role::Final => RoleRecord::Final,
-            Role::Baseline(_) => RoleRecord::Baseline,
-            Role::External(_) => RoleRecord::External,
-            Role::Sweep(_) => RoleRecord::Sweep,
-        },
+        role: o.role.kind(),
         baseline: o.role.line().map(|b| b.name()),
         sweep_lambda: if let Role::Sweep(lambda) = o.role { Some(lambda) } else { None },
         variant: name_of(run, o.place.variant),
@@ -179,17 +171,11 @@ fn fit(run: &Sources<'_>, place: Place) -> FitRecord {
 }
 
 fn foveal(run: &Sources<'_>, f: &Foveal) -> FovealRecord {
-    let state = |state: LevelState| match state {
-        LevelState::Passed => "passed",
-        LevelState::Missed => "missed",
-        LevelState::Fallback => "fallback",
-        LevelState::NotShown => "not_shown",
-    };
     FovealRecord {
-        method: f.levels.method.name().into(),
+        method: f.levels.method,
         variant: name_of(run, f.levels.variant),
         jobs: f.levels.jobs.clone(),
-        states: f.levels.state.map(|s| state(s).to_owned()),
+        states: f.levels.state,
         gaussians: f.counts.map(|n| n as u64),
         display_w: f.watts.display_w,
         render_w: f.watts.render_w,

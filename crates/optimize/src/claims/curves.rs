@@ -2,7 +2,8 @@
 
 use super::facts::{dense, high, saved};
 use super::{Answer, Asks, Check, Rule, here};
-use crate::results::{FitRecord, ModelRecord, Results, RoleRecord};
+use crate::job::RoleKind;
+use crate::results::{FitRecord, ModelRecord, Results};
 
 /// A mean relative error that is a few percent.
 const MRE_MOST: f64 = 0.05;
@@ -99,7 +100,7 @@ fn fits(r: &Results) -> Answer {
 fn samples(r: &Results) -> Result<Vec<&ModelRecord>, String> {
     let variant = high(r);
     let is = |m: &&ModelRecord| {
-        m.role == RoleRecord::Sample && m.level == 1 && m.variant == variant && m.passed
+        m.role == RoleKind::Sample && m.level == 1 && m.variant == variant && m.passed
     };
     let mut samples: Vec<&ModelRecord> = r.models.iter().filter(is).collect();
     samples.sort_by(|a, b| a.rho.total_cmp(&b.rho));
@@ -180,7 +181,7 @@ fn sweep(r: &Results) -> Answer {
 }
 
 fn settles(r: &Results) -> Answer {
-    let is = |m: &&ModelRecord| m.role == RoleRecord::Sample && m.level == 1 && m.passed;
+    let is = |m: &&ModelRecord| m.role == RoleKind::Sample && m.level == 1 && m.passed;
     let samples: Vec<&ModelRecord> = r.models.iter().filter(is).collect();
     let margins: Vec<f64> = samples.iter().filter_map(|m| m.margin_db).collect();
     if margins.is_empty() {

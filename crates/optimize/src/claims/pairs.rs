@@ -2,7 +2,8 @@
 
 use super::facts::{dense, high};
 use super::{Answer, Asks, Check, Rule, Run, here};
-use crate::results::{Results, RoleRecord};
+use crate::job::RoleKind;
+use crate::results::Results;
 
 /// Optima as near as this are the same.
 const NEAR: f64 = 0.1;
@@ -32,7 +33,7 @@ pub(super) const CHECKS: &[Check] = &[
 fn samples_of(r: &Results) -> usize {
     let variant = high(r);
     let is = |m: &&crate::results::ModelRecord| {
-        m.role == RoleRecord::Sample && m.level == 1 && m.variant == variant
+        m.role == RoleKind::Sample && m.level == 1 && m.variant == variant
     };
     r.models.iter().filter(is).count()
 }
