@@ -11,36 +11,27 @@ mod timeline;
 
 pub use timeline::chart as timeline;
 
-pub(super) use cycles::part_colours;
-pub(super) use energy::colour as component_colour;
+pub(super) use cycles::{
+    COLOURS as CYCLES_COLOURS, axis as cycles_axis, bar as cycles_bar, entries as cycles_entries,
+};
+pub(super) use energy::{colour as component_colour, entries as component_entries};
 
 use super::format::shortened;
-use super::plot::Drawing;
-use super::{ReportError, Run, Table};
-
-/// A drawn chart.
-#[derive(Debug, Clone)]
-pub struct Chart {
-    /// File name without ending.
-    pub name: &'static str,
-    /// What it shows.
-    pub title: &'static str,
-    /// The drawing, for SVG and PNG.
-    pub drawing: Drawing,
-}
+use super::{Run, Table};
+use powergs_chart::Chart;
 
 /// All charts that `run` has data for, in report order.
-pub fn all(run: &Run, table: &Table) -> Result<Vec<Chart>, ReportError> {
-    let drawn = [
-        energy::chart(run, table)?,
-        cycles::chart(run, table)?,
-        roofline::chart(run)?,
-        buffers::chart(run, table)?,
-        frame_time::chart(run, table)?,
-        tiles::chart(run)?,
-        tile_load::chart(run)?,
+pub fn all(run: &Run, table: &Table) -> Vec<Chart> {
+    let charts = [
+        energy::chart(run, table),
+        cycles::chart(run, table),
+        roofline::chart(run),
+        buffers::chart(run, table),
+        frame_time::chart(run, table),
+        tiles::chart(run),
+        tile_load::chart(run),
     ];
-    Ok(drawn.into_iter().flatten().collect())
+    charts.into_iter().flatten().collect()
 }
 
 /// The line under a title: what was run, and whether it is incomplete.

@@ -17,7 +17,6 @@ pub mod limits;
 pub mod means;
 pub mod optimize;
 pub mod perfetto;
-pub mod plot;
 pub mod record;
 pub mod results;
 pub mod roofline;
@@ -160,13 +159,8 @@ impl Run {
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A chart could not be drawn.
-    #[error("chart {chart}: {reason}; please report this")]
-    Chart {
-        /// Name of the chart.
-        chart: &'static str,
-        /// What the drawing library said.
-        reason: String,
-    },
+    #[error(transparent)]
+    Chart(#[from] powergs_chart::DrawError),
     /// A table could not be written.
     #[error("results.csv: {0}; please report this")]
     Csv(#[from] ::csv::Error),
@@ -274,7 +268,7 @@ pub const ASKED_FOR: [&str; 30] = [
 /// The files of the report folder, all but `invocation.toml`.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
     let table = Table::of(run);
-    let charts = charts::all(run, &table)?;
+    let charts = charts::all(run, &table);
     let summary = summary::markdown(run, &table, &charts);
     let mut files = vec![
         File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
@@ -282,11 +276,8 @@ pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
         File { name: "summary.md".into(), bytes: summary.into_bytes() },
     ];
     for chart in charts {
-        files.push(File { name: format!("{}.png", chart.name), bytes: chart.drawing.png()? });
-        files.push(File {
-            name: format!("{}.svg", chart.name),
-            bytes: chart.drawing.svg()?.into_bytes(),
-        });
+        files.push(File { name: format!("{}.png", chart.name), bytes: chart.png()? });
+        files.push(File { name: format!("{}.svg", chart.name), bytes: chart.svg()?.into_bytes() });
     }
     Ok(files)
 }

@@ -3,12 +3,12 @@
 use std::fmt::Write;
 
 use super::breakdown::{Breakdown, CycleRow};
-use super::charts::Chart;
 use super::format::{engineering, percent, rate, significant};
 use super::terminal::applies;
 use super::what_if::signed_percent;
 use super::{Means, Run, Table, bottleneck, limits};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::energy::Component;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;

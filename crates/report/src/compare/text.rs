@@ -5,9 +5,9 @@ use std::fmt::Write;
 use super::{Comparison, Measure, Side};
 use crate::bottleneck;
 use crate::breakdown::CycleRow;
-use crate::charts::Chart;
 use crate::format::{percent, shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::action::Stage;
 use powergs_core::sim::MODEL_VERSION;
 

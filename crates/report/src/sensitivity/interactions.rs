@@ -9,8 +9,7 @@ pub use formats::{csv, designs_csv, json};
 pub use text::{markdown, terminal};
 
 use super::outcome::{Measure, Outcome, Traced, incomplete_note};
-use crate::ReportError;
-use crate::charts::Chart;
+use powergs_chart::Chart;
 use powergs_study::analysis::indices::Indices;
 use powergs_study::analysis::morris::Effect;
 
@@ -135,13 +134,10 @@ impl Interactions {
 }
 
 /// The charts: a scatter for each measure after Morris, bars for Sobol indices.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn charts(all: &Interactions) -> Result<Vec<Chart>, ReportError> {
+pub fn charts(all: &Interactions) -> Vec<Chart> {
     match &all.results {
         Results::Morris(found) => scatter::charts(all, found),
-        Results::Sobol(found) => Ok(bars::chart(all, found)?.into_iter().collect()),
+        Results::Sobol(found) => bars::chart(all, found).into_iter().collect(),
     }
 }
 

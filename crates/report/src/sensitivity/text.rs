@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::{Change, Fixed, Row, Sensitivity, Side};
-use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 
 /// Traces beside each other on the terminal; more go below.

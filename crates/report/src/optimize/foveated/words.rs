@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Show;
-use crate::charts::Chart;
 use crate::format::{engineering, watt_unit};
 use crate::results::{FovealRecord, ModelRecord, Results, RoleRecord};
+use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// The part; empty if nothing was measured.

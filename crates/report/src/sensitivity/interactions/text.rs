@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::{Interactions, Results};
-use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use crate::sensitivity::outcome::Measure;
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::indices::{Estimate, Index};
 

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::{KeyRow, Keys, Reach, Status};
-use crate::charts::Chart;
 use crate::format::{rate, shortened, significant, wrapped};
 use crate::sensitivity::outcome::{Measure, Outcome};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 
 /// Widest line.
