@@ -69,8 +69,8 @@ const MODULES: [(&str, &[Row]); 4] = [
             ("dram", &[]),
             // When and how often, never at what cost.
             ("accel", &["action", "workload", "dram"]),
-            // What it costs, never on which tile.
-            ("energy", &["action"]),
+            // What it costs, never on which tile; the prices of a DRAM device are the device's.
+            ("energy", &["action", "dram"]),
             ("sim", &["action", "workload", "dram", "accel", "energy"]),
         ],
     ),
