@@ -123,12 +123,12 @@ fn write(folder: &RunFolder, comparison: &Comparison) -> Result<(), Failure> {
     folder.write("run.toml", record.as_bytes())?;
     let csv = compare::compare_csv(comparison).or_exit(Exit::Internal, "compare.csv")?;
     folder.write("compare.csv", &csv)?;
-    let charts = compare::charts(comparison).or_exit(Exit::Internal, "charts")?;
+    let charts = compare::charts(comparison);
     folder.write("summary.md", compare::markdown(comparison, &charts).as_bytes())?;
     for chart in charts {
-        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
     }
     Ok(())

@@ -50,7 +50,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 
 fn draw(path: &Path, fitted: &Fit, samples: &Path) -> Result<(), Failure> {
     let title = samples.file_stem().unwrap_or_default().to_string_lossy();
-    let drawing = report::fit::chart(fitted, &title).or_exit(Exit::Internal, path.display())?;
+    let drawing = report::fit::chart(fitted, &title);
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let bytes = match ending.as_str() {
         "png" => drawing.png().or_exit(Exit::Internal, path.display())?,

@@ -93,10 +93,9 @@ pub fn write(
     let mut picture = Picture::new(cycles);
     observed(workload, measured, machine, &mut picture);
     picture.finish();
-    let chart =
-        charts::timeline(&picture, machine.clock.0, &what).or_exit(Exit::Internal, "timeline")?;
-    folder.write("timeline.png", &chart.drawing.png().or_exit(Exit::Internal, "timeline")?)?;
-    let svg = chart.drawing.svg().or_exit(Exit::Internal, "timeline")?;
+    let chart = charts::timeline(&picture, machine.clock.0, &what);
+    folder.write("timeline.png", &chart.png().or_exit(Exit::Internal, "timeline")?)?;
+    let svg = chart.svg().or_exit(Exit::Internal, "timeline")?;
     folder.write("timeline.svg", svg.as_bytes())?;
     let file = BufWriter::new(folder.stream("trace.json.gz")?);
     let dropped =

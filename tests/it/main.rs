@@ -9,6 +9,7 @@ mod fovea;
 mod geometry;
 mod lpips;
 mod optimize;
+mod own_unit;
 mod pareto;
 mod photos;
 mod report;

@@ -9,7 +9,6 @@ mod foveated;
 pub mod foveated_run;
 mod json;
 mod results;
-mod scale;
 mod statistics;
 mod text;
 mod timeline;

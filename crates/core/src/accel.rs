@@ -147,6 +147,8 @@ pub struct DramCommands {
     pub precharges: u64,
     /// Refreshes, of one channel and all its banks each.
     pub refreshes: u64,
+    /// Refreshes of one bank.
+    pub bank_refreshes: u64,
 }
 
 impl DramUse {

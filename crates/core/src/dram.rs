@@ -23,7 +23,7 @@ pub mod windowed;
 pub use banked::{Banked, Request, Span};
 pub use device::{Device, Energy};
 pub use drive::{Drive, Mode, Run};
-pub use energy::EnergyUse;
+pub use energy::{CommandPrices, EnergyUse};
 pub use mapping::{Decoder, Place};
 pub use stats::{Latency, Stats};
 pub use windowed::Windowed;

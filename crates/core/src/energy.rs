@@ -13,7 +13,7 @@ use powergs_base::quantity::Picojoules;
 
 pub use area::Area;
 pub use flops::flops;
-pub use prices::{Activity, DramCommandPrices, DramCosts, DramWork, Prices, StageWork, Standby};
+pub use prices::{Activity, DramCosts, DramWork, Prices, StageWork, Standby};
 pub use table::{Built, EnergyTable};
 
 /// Where energy is spent.
@@ -25,11 +25,11 @@ pub enum Component {
     Sram,
     /// Arithmetic and control of the units.
     Flop,
-    /// Leakage of the chip, paid for time.
+    /// Leakage of the chip.
     Leakage,
-    /// Background of the DRAM, paid for time.
+    /// Background power of the DRAM.
     Background,
-    /// Refresh of the DRAM, paid for time.
+    /// Refresh of the DRAM.
     Refresh,
 }
 
@@ -90,7 +90,7 @@ impl EnergyBreakdown {
         Stage::ALL.iter().map(|&s| self.stage(s)).sum()
     }
 
-    /// What is paid for work: everything but standby.
+    /// Dynamic energy: everything but standby.
     pub fn dynamic(&self) -> Picojoules {
         Stage::WORK.iter().map(|&s| self.stage(s)).sum()
     }

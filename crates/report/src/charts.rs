@@ -11,44 +11,32 @@ mod timeline;
 
 pub use timeline::chart as timeline;
 
-pub(super) use cycles::part_colours;
-pub(super) use energy::colour as component_colour;
+pub(super) use cycles::{
+    COLOURS as CYCLES_COLOURS, axis as cycles_axis, bar as cycles_bar, entries as cycles_entries,
+};
+pub(super) use energy::{colour as component_colour, entries as component_entries};
 
 use super::format::shortened;
-use super::plot::Drawing;
-use super::{ReportError, summary_of};
+use super::summary_of;
+use powergs_chart::Chart;
 use powergs_study::run_record::Run;
-
-/// A drawn chart.
-#[derive(Debug, Clone)]
-pub struct Chart {
-    /// File name without ending.
-    pub name: &'static str,
-    /// What it shows.
-    pub title: &'static str,
-    /// The drawing, for SVG and PNG.
-    pub drawing: Drawing,
-}
 
 /// All charts that `run` has data for, in report order.
 ///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-///
 /// # Panics
 /// Without frames.
-pub fn all(run: &Run) -> Result<Vec<Chart>, ReportError> {
+pub fn all(run: &Run) -> Vec<Chart> {
     let summary = summary_of(run);
-    let drawn = [
-        energy::chart(run, &summary)?,
-        cycles::chart(run, &summary)?,
-        roofline::chart(run)?,
-        buffers::chart(run, &summary)?,
-        frame_time::chart(run, &summary)?,
-        tiles::chart(run)?,
-        tile_load::chart(run)?,
+    let charts = [
+        energy::chart(run, &summary),
+        cycles::chart(run, &summary),
+        roofline::chart(run),
+        buffers::chart(run, &summary),
+        frame_time::chart(run, &summary),
+        tiles::chart(run),
+        tile_load::chart(run),
     ];
-    Ok(drawn.into_iter().flatten().collect())
+    charts.into_iter().flatten().collect()
 }
 
 /// The line under a title: what was run, and whether it is incomplete.

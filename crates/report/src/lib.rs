@@ -14,7 +14,6 @@ pub mod json;
 pub mod limits;
 pub mod optimize;
 pub mod perfetto;
-pub mod plot;
 pub mod record;
 pub mod schema;
 pub mod sensitivity;
@@ -33,13 +32,8 @@ use powergs_study::run_record::Run;
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// A chart could not be drawn.
-    #[error("chart {chart}: {reason}; please report this")]
-    Chart {
-        /// Name of the chart.
-        chart: &'static str,
-        /// What the drawing library said.
-        reason: String,
-    },
+    #[error(transparent)]
+    Chart(#[from] powergs_chart::DrawError),
     /// A table could not be written.
     #[error("results.csv: {0}; please report this")]
     Csv(#[from] ::csv::Error),
@@ -160,7 +154,7 @@ fn summary_of(run: &Run) -> RunSummary {
 /// # Panics
 /// Without frames.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
-    let charts = charts::all(run)?;
+    let charts = charts::all(run);
     let summary = summary::markdown(run, &charts);
     let mut files = vec![
         File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
@@ -168,11 +162,8 @@ pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
         File { name: "summary.md".into(), bytes: summary.into_bytes() },
     ];
     for chart in charts {
-        files.push(File { name: format!("{}.png", chart.name), bytes: chart.drawing.png()? });
-        files.push(File {
-            name: format!("{}.svg", chart.name),
-            bytes: chart.drawing.svg()?.into_bytes(),
-        });
+        files.push(File { name: format!("{}.png", chart.name), bytes: chart.png()? });
+        files.push(File { name: format!("{}.svg", chart.name), bytes: chart.svg()?.into_bytes() });
     }
     Ok(files)
 }

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::charts::Chart;
 use super::format::{engineering, percent, rate, significant};
 use super::summary_of;
 use super::terminal::applies;
 use super::what_if::signed_percent;
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::energy::Component;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;

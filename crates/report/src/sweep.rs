@@ -7,7 +7,6 @@ mod energy;
 mod front;
 mod html;
 mod keys;
-mod labels;
 mod marginal;
 mod measure;
 mod output;
@@ -22,8 +21,7 @@ pub use output::{json, pareto_csv};
 pub use page::markdown;
 pub use terminal::terminal;
 
-use super::ReportError;
-use super::charts::Chart;
+use powergs_chart::Chart;
 use powergs_study::analysis::Analysis;
 
 /// Names of all files of the folder `analysis`.
@@ -48,14 +46,11 @@ pub const FILE_NAMES: [&str; 17] = [
 ];
 
 /// All charts that the analysis has data for, in report order: files `NAME.png` and `NAME.svg`.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn charts(analysis: &Analysis) -> Result<Vec<Chart>, ReportError> {
-    let mut charts = front::charts(analysis)?;
-    charts.extend(energy::chart(analysis)?);
-    charts.extend(keys::chart(analysis)?);
-    charts.extend(marginal::chart(analysis)?);
-    charts.extend(ranks::chart(analysis)?);
-    Ok(charts)
+pub fn charts(analysis: &Analysis) -> Vec<Chart> {
+    let mut charts = front::charts(analysis);
+    charts.extend(energy::chart(analysis));
+    charts.extend(keys::chart(analysis));
+    charts.extend(marginal::chart(analysis));
+    charts.extend(ranks::chart(analysis));
+    charts
 }

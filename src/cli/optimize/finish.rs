@@ -8,6 +8,7 @@ use super::super::{Context, Exit, Failure, OrExit, out};
 use super::folder::Folder;
 use super::foveated;
 use super::inputs::Inputs;
+use powergs_chart::Chart;
 use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
 use powergs_optimize::checkpoint::Progress;
 use powergs_optimize::claims::{self, Run};
@@ -17,7 +18,6 @@ use powergs_optimize::setup::{Seen, Setup};
 use powergs_optimize::study::ratios;
 use powergs_optimize::tune::Model;
 use powergs_raster::{Detail, Options, render};
-use powergs_report::charts::Chart;
 use powergs_report::optimize::{
     Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
 };
@@ -87,7 +87,7 @@ pub fn finish(
         claims: claims::check(std::slice::from_ref(&whole)),
     };
     let results = &whole.results;
-    let drawn = charts(&story).or_exit(Exit::Internal, "charts")?;
+    let drawn = charts(&story);
     write_charts(folder, &drawn)?;
     let mut summary = markdown(&story, &drawn);
     if let Some(shown) = shown {
@@ -101,8 +101,8 @@ pub fn finish(
 /// Draws and writes charts.
 pub fn write_charts(folder: &Folder, drawn: &[Chart]) -> Result<(), Failure> {
     for chart in drawn {
-        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
-        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
+        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.png", chart.name), &png)?;
         folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
     }

@@ -159,7 +159,7 @@ pub fn report(
     };
     let fits = (0..run.campaign.levels).filter_map(fit).collect();
     let show = Show { results, fits, album: shown.album };
-    let drawn = charts(&show).or_exit(Exit::Internal, "charts")?;
+    let drawn = charts(&show);
     write_charts(folder, &drawn)?;
     Ok(markdown(&show, &drawn))
 }

@@ -173,7 +173,7 @@ pub(super) fn write(
     let path = args.out.clone().unwrap_or_else(|| sweep.path.join("analysis"));
     // A report follows from the results: an older one is simply replaced.
     let folder = RunFolder::create(Some(&path), "analysis", true)?;
-    let charts = sweep::charts(analysis).or_exit(Exit::Internal, "charts")?;
+    let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
     let page = sweep::markdown(analysis, &charts, provenance);
     folder.write("summary.md", page.as_bytes())?;
@@ -183,9 +183,9 @@ pub(super) fn write(
         if context.is_cancelled() {
             return Ok(None);
         }
-        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
     }
     Ok(Some(folder.finish()?))

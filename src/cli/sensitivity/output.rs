@@ -6,9 +6,9 @@ use super::{Args, Found};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::run::{Input, System, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
-use powergs_report::charts::Chart;
 use powergs_report::sensitivity::{self, interactions, keys};
 
 /// Writes tables, charts and summary; returns the main table.
@@ -21,7 +21,7 @@ pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
         Found::Assumptions(all) => {
             let table = sensitivity::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
             folder.write("sensitivity.csv", &table)?;
-            let charts = sensitivity::charts(all).or_exit(INTERNAL, "charts")?;
+            let charts = sensitivity::charts(all);
             folder.write("summary.md", sensitivity::markdown(all, &charts).as_bytes())?;
             write_charts(folder, &charts)?;
             Ok(table)
@@ -31,7 +31,7 @@ pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
             folder.write("sensitivity.csv", &every)?;
             let mut table = keys::elasticities_csv(all).or_exit(INTERNAL, "elasticity.csv")?;
             folder.write("elasticity.csv", &table)?;
-            let mut charts = keys::charts(all).or_exit(INTERNAL, "charts")?;
+            let mut charts = keys::charts(all);
             let mut summary = keys::markdown(all, &charts);
             if let Some(together) = together {
                 table = interactions::csv(together).or_exit(INTERNAL, "interactions.csv")?;
@@ -39,7 +39,7 @@ pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
                 let designs =
                     interactions::designs_csv(together).or_exit(INTERNAL, "designs.csv")?;
                 folder.write("designs.csv", &designs)?;
-                let more = interactions::charts(together).or_exit(INTERNAL, "charts")?;
+                let more = interactions::charts(together);
                 summary.push('\n');
                 summary.push_str(&interactions::markdown(together, &more));
                 charts.extend(more);
@@ -53,9 +53,9 @@ pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
 
 fn write_charts(folder: &RunFolder, charts: &[Chart]) -> Result<(), Failure> {
     for chart in charts {
-        let png = chart.drawing.png().or_exit(Exit::Internal, chart.name)?;
+        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.drawing.svg().or_exit(Exit::Internal, chart.name)?;
+        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
         folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
     }
     Ok(())

@@ -191,6 +191,7 @@ fn commands(n: u64) -> DramCommands {
         ],
         precharges: n / 6,
         refreshes: n / 400,
+        bank_refreshes: 0,
     }
 }
 

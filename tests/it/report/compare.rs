@@ -142,10 +142,10 @@ fn terminal_of_two() {
 #[test]
 fn page_csv_json_and_record() {
     let c = pair();
-    let charts = charts(&c).expect("charts");
+    let charts = charts(&c);
     assert_eq!(charts.iter().map(|c| c.name).collect::<Vec<_>>(), ["energy", "cycles"]);
     for chart in &charts {
-        let svg = chart.drawing.svg().expect("SVG");
+        let svg = chart.svg().expect("SVG");
         assert!(svg.contains("slow") && !svg.contains("NaN"), "{}", chart.name);
     }
     let page = markdown(&c, &charts);

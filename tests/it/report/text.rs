@@ -105,7 +105,7 @@ fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
 #[test]
 fn summary_page() {
     let run = builder::garden();
-    let charts = charts::all(&run).expect("charts");
+    let charts = charts::all(&run);
     let text = summary::markdown(&run, &charts);
     expect_file!["summary.md"].assert_eq(&text);
 }

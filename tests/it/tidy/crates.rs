@@ -9,7 +9,7 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 11] = [
+const CRATES: [Row; 12] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame"]),
@@ -23,22 +23,26 @@ const CRATES: [Row; 11] = [
     ("study", &["base", "frame", "core", "scene", "raster"]),
     // A trainer that renders, measures quality and asks the simulator for watts.
     ("optimize", &["base", "frame", "core", "scene", "raster", "quality"]),
+    // Charts as values: knows nothing of what they show.
+    ("chart", &["pixels"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
-    ("report", &["base", "frame", "pixels", "core", "study", "optimize"]),
+    ("report", &["base", "frame", "pixels", "core", "study", "optimize", "chart"]),
     // For tests alone.
     ("testkit", &["frame", "scene"]),
 ];
 
 /// Packages that only one crate may depend on: a terminal, arguments and charts stay out of the
 /// simulator.
-const BOUND: [(&str, &str); 8] = [
+const BOUND: [(&str, &str); 10] = [
     ("clap", "."),
     ("clap_complete", "."),
     ("indicatif", "."),
     ("ctrlc", "."),
     ("anyhow", "."),
-    ("plotters", "report"),
-    ("resvg", "report"),
+    ("plotters", "chart"),
+    ("plotters-backend", "chart"),
+    ("tiny-skia", "chart"),
+    ("ttf-parser", "chart"),
     ("png", "pixels"),
 ];
 
@@ -65,8 +69,8 @@ const MODULES: [(&str, &[Row]); 4] = [
             ("dram", &[]),
             // When and how often, never at what cost.
             ("accel", &["action", "workload", "dram"]),
-            // What it costs, never on which tile.
-            ("energy", &["action"]),
+            // What it costs, never on which tile; the prices of a DRAM device are the device's.
+            ("energy", &["action", "dram"]),
             ("sim", &["action", "workload", "dram", "accel", "energy"]),
         ],
     ),

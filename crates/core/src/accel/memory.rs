@@ -283,6 +283,7 @@ fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUs
             stages,
             precharges: stats.precharges + stats.precharges_all,
             refreshes: stats.refreshes_all,
+            bank_refreshes: stats.refreshes_bank,
         }),
         ..DramUse::default()
     }

@@ -4,6 +4,7 @@
 use super::area::Area;
 use super::{Component, EnergyBreakdown};
 use crate::action::{Action, ActionCounts, Buffer, Stage};
+use crate::dram::CommandPrices;
 use powergs_base::quantity::Picojoules;
 
 /// What everything costs on one machine.
@@ -39,26 +40,7 @@ pub enum DramCosts {
         refresh_w: f64,
     },
     /// A price per command.
-    Commands(DramCommandPrices),
-}
-
-/// Prices of the commands of a device, and the powers of the whole memory.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DramCommandPrices {
-    /// Picojoules per activate with its precharge.
-    pub activate_pj: f64,
-    /// Picojoules per read burst, data pins included.
-    pub read_pj: f64,
-    /// Picojoules per write burst, data pins included.
-    pub write_pj: f64,
-    /// Picojoules per refresh of all banks of a channel.
-    pub refresh_pj: f64,
-    /// Standby of all channels while a frame runs, watts.
-    pub background_w: f64,
-    /// The same between frames, watts: powered down.
-    pub idle_background_w: f64,
-    /// Refresh between frames, watts.
-    pub idle_refresh_w: f64,
+    Commands(CommandPrices),
 }
 
 impl DramCosts {
@@ -76,8 +58,10 @@ impl DramCosts {
 pub struct DramWork {
     /// In the order of [`Stage::WORK`].
     pub stages: [StageWork; 3],
-    /// Refreshes of all banks of one channel.
+    /// Refreshes of all banks of a pseudo channel.
     pub refreshes: u64,
+    /// Refreshes of one bank.
+    pub bank_refreshes: u64,
 }
 
 /// Commands for one stage.
@@ -104,12 +88,12 @@ pub struct Activity<'a> {
     pub dram: Option<DramWork>,
 }
 
-/// Powers that are paid for time, watts: leakage, DRAM background, DRAM refresh.
+/// Static power, watts: leakage, DRAM background, DRAM refresh. It does not depend on the work.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Standby {
     /// While the frame runs, on average.
     pub running_w: [f64; 3],
-    /// Between frames: nothing works.
+    /// Between frames, when the machine is idle.
     pub idle_w: [f64; 3],
 }
 
@@ -165,15 +149,13 @@ impl Prices {
 
     /// Energy of the commands of one stage.
     pub fn commands(&self, work: &StageWork) -> Picojoules {
-        let DramCosts::Commands(p) = &self.dram else { return Picojoules(0.0) };
-        Picojoules(
-            work.activates as f64 * p.activate_pj
-                + work.reads as f64 * p.read_pj
-                + work.writes as f64 * p.write_pj,
-        )
+        match &self.dram {
+            DramCosts::Bytes { .. } => Picojoules(0.0),
+            DramCosts::Commands(p) => p.commands(work.reads, work.writes, work.activates),
+        }
     }
 
-    /// What is paid for time during and after a frame.
+    /// Static power while a frame runs and between frames: leakage, DRAM background and refresh.
     pub fn standby(&self, activity: &Activity<'_>) -> Standby {
         let units = self.unit_leakage_w.iter().zip(activity.idle);
         let gated = 1.0 - self.idle_leakage;
@@ -186,17 +168,18 @@ impl Prices {
                 [[*background_w; 2], [*refresh_w; 2]]
             }
             DramCosts::Commands(p) => {
-                let refreshes = activity.dram.map_or(0, |d| d.refreshes) as f64;
+                let refreshes =
+                    activity.dram.map_or(0.0, |d| p.refreshes(d.refreshes, d.bank_refreshes));
                 let running = refreshes * p.refresh_pj * 1e-12 / activity.seconds;
                 let running = if activity.seconds > 0.0 { running } else { 0.0 };
-                [[p.background_w, p.idle_background_w], [running, p.idle_refresh_w]]
+                [[p.active_w(), p.power_down_w()], [running, p.refresh_w]]
             }
         };
         let all = [leakage, background, refresh];
         Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
     }
 
-    /// Energy of a frame. What is paid for time is for the frame's own time.
+    /// Energy of a frame; static energy is that of the frame's own time.
     pub fn breakdown(&self, activity: &Activity<'_>) -> EnergyBreakdown {
         let mut energy = EnergyBreakdown::default();
         for (i, stage) in Stage::WORK.into_iter().enumerate() {

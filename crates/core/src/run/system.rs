@@ -16,8 +16,8 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
-use crate::accel::Machine;
 use crate::accel::machine::DramModel;
+use crate::accel::{Machine, UnitRules};
 use crate::dram::Device;
 use crate::energy::{EnergyTable, Prices, accelergy};
 use crate::sim::{self, SimError};
@@ -196,6 +196,12 @@ impl System {
         self.with_from(changes, &DiskFiles)
     }
 
+    /// The system with other timing rules of its units. Later changes of keys keep them.
+    pub fn with_rules(mut self, rules: UnitRules) -> System {
+        self.machine.rules = rules;
+        self
+    }
+
     /// Takes over the file that a changed key of the machine names.
     fn take_over(&mut self, change: &Change, files: &dyn Files) -> Result<(), RunError> {
         let kind = match change.path.as_str() {
@@ -219,7 +225,8 @@ impl System {
         let wrong = |e| invalid(one_line(&e));
         match kind {
             FileKind::Machine => {
-                self.machine = Machine::parse(&text).map_err(wrong)?;
+                let rules = std::mem::take(&mut self.machine.rules);
+                self.machine = Machine { rules, ..Machine::parse(&text).map_err(wrong)? };
                 return Ok(());
             }
             FileKind::Energy => {
@@ -354,12 +361,16 @@ impl System {
         timing_id(&self.machine, device)
     }
 
-    /// Hash of all files as they are used: systems that agree in it give the same results.
+    /// Hash of all files as they are used, and of the names of unit rules: systems that agree in it
+    /// give the same results.
     pub fn id(&self) -> u128 {
         let mut hash = Xxh3::new();
         for kind in self.kinds() {
             hash.update(kind.role().as_bytes());
             hash.update(self.table(kind).unwrap_or_default().to_string().as_bytes());
+        }
+        for (unit, rule) in self.machine.rules.names() {
+            hash.update(format!("{unit} rule {rule:?}").as_bytes());
         }
         hash.digest128()
     }

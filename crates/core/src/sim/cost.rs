@@ -3,10 +3,9 @@
 use crate::accel::Machine;
 use crate::accel::machine::DramModel;
 use crate::action::{Action, Buffer};
-use crate::dram::Device;
-use crate::dram::device::Refresh;
+use crate::dram::{CommandPrices, Device};
 use crate::energy::table::PriceError;
-use crate::energy::{Area, Built, DramCommandPrices, DramCosts, EnergyTable, Prices};
+use crate::energy::{Area, Built, DramCosts, EnergyTable, Prices};
 
 /// The prices of `table` on `machine`; those of its DRAM device, where its DRAM model counts
 /// commands.
@@ -24,34 +23,14 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
     })
 }
 
-/// What the commands of a device cost, all channels together. Its standby is that of open rows
-/// while a frame runs, and power-down between frames (A56).
+/// What the requests of a device cost: a price per byte, or one per command.
 pub fn device_costs(device: &Device) -> DramCosts {
     let energy = &device.energy;
-    let scale = energy.scale;
     if let Some(flat) = &energy.flat {
-        let pj = flat.energy.0 * scale;
+        let pj = flat.energy.0 * energy.scale;
         return DramCosts::Bytes { read_pj: pj, write_pj: pj, background_w: 0.0, refresh_w: 0.0 };
     }
-    let prices = energy.actions.as_ref().expect("checked: flat or actions");
-    let organisation = &device.organisation;
-    let channels = f64::from(organisation.channels) * scale;
-    let refresh_pj = prices.refresh.energy.0 * scale;
-    let interval_s = device.ns(u64::from(device.timing.refresh_interval)) * 1e-9;
-    let ranks = f64::from(organisation.channels * organisation.pseudo_channels);
-    let idle_refresh_w = match device.controller.refresh {
-        Refresh::None => 0.0,
-        _ => refresh_pj * 1e-12 * ranks / interval_s,
-    };
-    DramCosts::Commands(DramCommandPrices {
-        activate_pj: prices.activate.energy.0 * scale,
-        read_pj: (prices.read.energy.0 + prices.read_io.energy.0) * scale,
-        write_pj: (prices.write.energy.0 + prices.write_io.energy.0) * scale,
-        refresh_pj,
-        background_w: prices.background.active.power.0 * channels,
-        idle_background_w: prices.background.power_down.power.0 * channels,
-        idle_refresh_w,
-    })
+    DramCosts::Commands(CommandPrices::of(device).expect("checked: flat or actions"))
 }
 
 /// Power of every block of the chip when each does all that it can in every cycle, leakage

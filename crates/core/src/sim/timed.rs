@@ -151,7 +151,7 @@ fn dram_work(commands: &DramCommands) -> DramWork {
         writes: s.writes,
         activates: s.activates,
     });
-    DramWork { stages, refreshes: commands.refreshes }
+    DramWork { stages, refreshes: commands.refreshes, bank_refreshes: commands.bank_refreshes }
 }
 
 fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {

@@ -5,9 +5,10 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::machine::{DramModel, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
 use powergs_core::action::{Action, ActionCounts, Stage};
+use powergs_core::dram::CommandPrices;
 use powergs_core::energy::prices::component_of;
 use powergs_core::energy::{
-    Activity, Component, DramCommandPrices, DramCosts, DramWork, EnergyTable, Prices, StageWork,
+    Activity, Component, DramCosts, DramWork, EnergyTable, Prices, StageWork,
 };
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, frames, priced, simulate, time,
@@ -38,14 +39,17 @@ fn commands() -> Prices {
     let mut prices = prices();
     prices.per_action[Action::DramRead.index()] = 0.0;
     prices.per_action[Action::DramWrite.index()] = 0.0;
-    prices.dram = DramCosts::Commands(DramCommandPrices {
+    prices.dram = DramCosts::Commands(CommandPrices {
         activate_pj: 101.0,
-        read_pj: 211.0,
-        write_pj: 307.0,
+        read_pj: 200.0,
+        read_io_pj: 11.0,
+        write_pj: 300.0,
+        write_io_pj: 7.0,
         refresh_pj: 401.0,
-        background_w: 0.5,
-        idle_background_w: 0.0625,
-        idle_refresh_w: 0.03125,
+        banks: 8.0,
+        refresh_w: 0.03125,
+        background_w: [0.125, 0.0625, 0.015625, 0.0078125],
+        channels: 4.0,
     });
     prices
 }
@@ -100,6 +104,10 @@ fn commands_cost_what_they_are_and_bytes_nothing() {
     let refresh = energy.part(Stage::Standby, Component::Refresh).0;
     // From energy to power and back: a few roundings.
     assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
+    // Eight refreshes of one bank cost as much as one of all banks.
+    let both = DramWork { refreshes: 6, bank_refreshes: 8, ..work };
+    let both = commands().breakdown(&Activity { dram: Some(both), ..done });
+    assert_eq!(both.part(Stage::Standby, Component::Refresh).0, refresh);
     let standby = commands().standby(&done);
     assert_eq!(standby.running_w[1..], [0.5, 7.0 * 401.0 * 1e-12 / 1e-3]);
     assert_eq!(standby.idle_w[1..], [0.0625, 0.03125]);

@@ -8,4 +8,5 @@ mod foveated;
 mod knobs;
 mod paper;
 mod pipeline;
+mod run;
 mod workload;

@@ -1,9 +1,8 @@
 //! What the buffers held: mean and peak against capacity, and what left unused.
 
-use super::{Chart, frames, subtitle};
-use crate::ReportError;
+use super::{frames, subtitle};
 use crate::format::{engineering, percent};
-use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, legend, palette};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
 use powergs_study::findings::RunSummary;
 use powergs_study::findings::summary::{BufferSummary, CycleSummary};
 use powergs_study::run_record::Run;
@@ -35,58 +34,38 @@ fn rows(cycle: &CycleSummary) -> Vec<Row> {
     cycle.buffers.iter().filter(|b| b.capacity > 0).filter_map(row).collect()
 }
 
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let rows = summary.cycle.as_ref().map(rows).unwrap_or_default();
     if rows.is_empty() {
-        return Ok(None);
+        return None;
     }
-    let page = Page {
-        name: NAME,
-        title: TITLE.into(),
-        subtitle: subtitle(run, &frames(run)),
-        underlay: None,
-    };
-    let panel = Panel { left: 160.0, top: 160.0, right: 940.0, bottom: 630.0 };
-    let drawing = page.draw(|canvas| {
-        let names =
-            [("mean", palette::BLUE), ("peak", palette::SKY), ("never used", palette::PALE)];
-        legend(canvas, 40.0, 112.0, &names)?;
-        let scale = Scale::exact(0.0, 100.0, panel.horizontal());
-        for tick in scale.ticks(10) {
-            canvas.line(&[(scale.at(tick), panel.top), (scale.at(tick), panel.bottom)], GRID, 1)?;
-        }
-        panel.horizontal_axis(canvas, &scale, &scale.ticks(10), "share of the capacity, %")?;
-        let slot = (panel.bottom - panel.top) / rows.len() as f64;
-        for (i, row) in rows.iter().enumerate() {
-            let middle = panel.top + (i as f64 + 0.5) * slot;
-            bar(canvas, panel, &scale, row, (middle, (0.34 * slot).min(40.0)))?;
-        }
-        Ok(())
-    })?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    let x = Axis::new("share of the capacity, %", Scale::linear(0.0, 100.0)).ticks(10);
+    let mut panel = Panel::new(x, Axis::names(rows.iter().map(|r| r.name)));
+    panel.marks = vec![Mark::Bars(rows.iter().enumerate().map(|(i, r)| bar(i, r)).collect())];
+    panel.right = rows.iter().enumerate().map(|(i, r)| (i as f64 + 0.5, facts(r))).collect();
+    let entries = [("mean", Colour::BLUE), ("peak", Colour::SKY), ("never used", Colour::PALE)];
+    let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
+    Some(chart.legend(entries.map(|(name, colour)| Entry::fill(name, colour))).panel(panel))
 }
 
-fn bar(
-    canvas: &Canvas,
-    panel: Panel,
-    scale: &Scale,
-    row: &Row,
-    (middle, half): (f64, f64),
-) -> Drawn {
-    canvas.text(row.name, (panel.left - 14.0, middle), Align::Right, INK)?;
-    let parts =
-        [(row.capacity, palette::PALE), (row.peak, palette::SKY), (row.mean, palette::BLUE)];
-    for (bytes, colour) in parts {
-        let end = scale.at(bytes / row.capacity * 100.0);
-        if end > panel.left {
-            canvas.fill((panel.left, middle - half), (end, middle + half), colour)?;
-        }
-    }
-    let kib =
-        format!("{:.0} KiB, mean {} %", row.capacity / 1024.0, percent(row.mean / row.capacity));
-    canvas.text(&kib, (panel.right + 16.0, middle - 12.0), Align::Left, INK)?;
+/// The mean, what the peak adds to it, and what was never used.
+fn bar(i: usize, row: &Row) -> Bar {
+    let share = |bytes: f64| (bytes / row.capacity * 100.0).clamp(0.0, 100.0);
+    let (mean, peak) = (share(row.mean), share(row.peak));
+    let parts = [
+        Part::new(mean, Colour::BLUE),
+        Part::new((peak - mean).max(0.0), Colour::SKY),
+        Part::new(100.0 - peak.max(mean), Colour::PALE),
+    ];
+    Bar::new(i, parts.into())
+}
+
+fn facts(row: &Row) -> Vec<Words> {
+    let mean = percent(row.mean / row.capacity);
     let unused = if row.filled > 0.0 { row.discarded / row.filled } else { 0.0 };
     let filled = engineering(row.filled, "B");
-    let text = format!("{filled} in, {} % of it unused", percent(unused));
-    canvas.text(&text, (panel.right + 16.0, middle + 12.0), Align::Left, GREY)
+    vec![
+        Words::from(format!("{:.0} KiB, mean {mean} %", row.capacity / 1024.0)),
+        Words::note(format!("{filled} in, {} % of it unused", percent(unused))),
+    ]
 }

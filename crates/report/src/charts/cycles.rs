@@ -1,122 +1,81 @@
 //! Where the cycles go: per kind of unit, busy, stalls by cause, idle.
 
-use plotters::style::RGBColor;
-
-use super::{Chart, frames, subtitle};
-use crate::ReportError;
+use super::{frames, subtitle};
 use crate::format::{percent, significant};
-use crate::plot::{
-    Align, Canvas, Drawn, GREY, INK, Page, Panel, Scale, legend, palette, text_width,
-};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
 use powergs_study::findings::RunSummary;
 use powergs_study::findings::summary::{DramSummary, UnitSummary};
 use powergs_study::run_record::Run;
 
 const NAME: &str = "cycles";
 const TITLE: &str = "Where the cycles go";
+/// Title of the axis.
+const SHARE: &str = "share of the unit's cycles, %; between busy and idle: what it waits for";
 
-/// Colours of [`UnitSummary::PARTS`], and of the text on them.
-const COLOURS: [(RGBColor, RGBColor); UnitSummary::PARTS.len()] = [
-    (palette::GREEN, WHITE),
-    (NAVY, WHITE),
-    (palette::BLUE, WHITE),
-    (palette::PURPLE, INK),
-    (palette::SKY, INK),
-    (palette::ORANGE, INK),
-    (palette::VERMILION, WHITE),
-    (palette::GREY, WHITE),
-    (palette::PALE, INK),
+/// Colours of [`UnitSummary::PARTS`]: waits for DRAM are blues and purple, other waits are warm.
+pub(crate) const COLOURS: [Colour; UnitSummary::PARTS.len()] = [
+    Colour::GREEN,
+    Colour::NAVY,
+    Colour::BLUE,
+    Colour::PURPLE,
+    Colour::SKY,
+    Colour::ORANGE,
+    Colour::VERMILION,
+    Colour::GREY,
+    Colour::PALE,
 ];
 
-/// Colours of the parts, and of the text on them.
-pub(crate) fn part_colours() -> [(RGBColor, RGBColor); UnitSummary::PARTS.len()] {
-    COLOURS
+/// The legend of [`COLOURS`].
+pub(crate) fn entries() -> impl Iterator<Item = Entry> {
+    UnitSummary::PARTS.into_iter().zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour))
 }
 
-const WHITE: RGBColor = RGBColor(255, 255, 255);
+/// The axis of shares.
+pub(crate) fn axis() -> Axis {
+    Axis::new(SHARE, Scale::linear(0.0, 100.0)).ticks(10)
+}
 
-/// The darkest of the blues: waits for DRAM are blues and purple, other waits are warm.
-const NAVY: RGBColor = RGBColor(0, 62, 110);
-
-pub(super) fn chart(run: &Run, summary: &RunSummary) -> Result<Option<Chart>, ReportError> {
-    let Some(cycle) = &summary.cycle else { return Ok(None) };
-    let rows = &cycle.units;
-    let page = Page {
-        name: NAME,
-        title: TITLE.into(),
-        subtitle: subtitle(run, &frames(run)),
-        underlay: None,
+/// A bar of shares, each with its percentage where it has room.
+pub(crate) fn bar(row: usize, shares: impl IntoIterator<Item = (f64, Colour)>) -> Bar {
+    let part = |(share, colour): (f64, Colour)| {
+        let value = share * 100.0;
+        Part { value, colour, label: percent(share) }
     };
-    let panel = Panel { left: 150.0, top: 160.0, right: 1080.0, bottom: 630.0 };
-    let drawing = page.draw(|canvas| {
-        let names: Vec<_> =
-            UnitSummary::PARTS.into_iter().zip(COLOURS).map(|(n, (c, _))| (n, c)).collect();
-        legend(canvas, 40.0, 112.0, &names)?;
-        let scale = Scale::exact(0.0, 100.0, panel.horizontal());
-        let ticks = scale.ticks(10);
-        let name = "share of the unit's cycles, %; between busy and idle: what it waits for";
-        panel.horizontal_axis(canvas, &scale, &ticks, name)?;
-        let lines = rows.len() + 1;
-        let slot = (panel.bottom - panel.top) / lines as f64;
-        let middle = |i: usize| panel.top + (i as f64 + 0.5) * slot;
-        let half = (0.34 * slot).min(44.0);
-        for (i, row) in rows.iter().enumerate() {
-            let text = format!("{} x{}", row.unit.name(), row.instances);
-            canvas.text(&text, (panel.left - 14.0, middle(i)), Align::Right, INK)?;
-            bar(canvas, &scale, (middle(i), half), &row.shares(), &COLOURS)?;
-            let busy = format!("{} M busy", significant(row.busy / 1e6));
-            canvas.text(&busy, (panel.right + 14.0, middle(i)), Align::Left, GREY)?;
-        }
-        dram(canvas, run, &cycle.dram, &panel, &scale, (middle(lines - 1), half))
-    })?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    Bar::new(row, shares.into_iter().map(part).collect())
 }
 
-/// The data bus as a bar of its own: busy or not.
-fn dram(
-    canvas: &Canvas,
-    run: &Run,
-    dram: &DramSummary,
-    panel: &Panel,
-    scale: &Scale,
-    place: (f64, f64),
-) -> Drawn {
-    let busy = dram.busy_frac;
-    canvas.text("dram bus", (panel.left - 14.0, place.0), Align::Right, INK)?;
-    let colours = [COLOURS[0], COLOURS[COLOURS.len() - 1]];
-    bar(canvas, scale, place, &[busy, 1.0 - busy], &colours)?;
-    let Some(rate) = dram.bandwidth_gb_s else { return Ok(()) };
-    let at = |dy: f64| (panel.right + 14.0, place.0 + dy);
-    let rate = format!("{} GB/s", significant(rate));
-    match run.facts.machine.dram_peak_gb_s {
-        Some(peak) => {
-            canvas.text(&rate, at(-11.0), Align::Left, GREY)?;
-            canvas.text(&format!("of {} GB/s", significant(peak)), at(11.0), Align::Left, GREY)
-        }
-        None => canvas.text(&rate, at(0.0), Align::Left, GREY),
+pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
+    let cycle = summary.cycle.as_ref()?;
+    let rows = &cycle.units;
+    let mut names: Vec<String> =
+        rows.iter().map(|r| format!("{} x{}", r.unit.name(), r.instances)).collect();
+    let mut bars = Vec::new();
+    let mut right = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        bars.push(bar(i, row.shares().into_iter().zip(COLOURS)));
+        let busy = format!("{} M busy", significant(row.busy / 1e6));
+        right.push((i as f64 + 0.5, vec![Words::note(busy)]));
     }
+    // The data bus has a bar of its own: busy or not.
+    let (i, busy) = (names.len(), cycle.dram.busy_frac);
+    names.push("dram bus".into());
+    let idle = COLOURS[COLOURS.len() - 1];
+    bars.push(bar(i, [(busy, COLOURS[0]), (1.0 - busy, idle)]));
+    right.push((i as f64 + 0.5, rates(run, &cycle.dram)));
+    let mut panel = Panel::new(axis(), Axis::names(names)).mark(Mark::Bars(bars));
+    panel.right = right;
+    let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
+    Some(chart.legend(entries()).panel(panel))
 }
 
-/// One stacked bar; shares that have room carry their percentage.
-fn bar(
-    canvas: &Canvas,
-    scale: &Scale,
-    (middle, half): (f64, f64),
-    shares: &[f64],
-    colours: &[(RGBColor, RGBColor)],
-) -> Drawn {
-    let mut before = 0.0;
-    for (share, (fill, ink)) in shares.iter().zip(colours) {
-        let after = before + share * 100.0;
-        let (x0, x1) = (scale.at(before).round(), scale.at(after).round());
-        if x1 > x0 {
-            canvas.fill((x0, middle - half), (x1, middle + half), *fill)?;
-            let text = percent(*share);
-            if text_width(&text) + 10.0 < x1 - x0 {
-                canvas.text(&text, ((x0 + x1) / 2.0, middle), Align::Centre, *ink)?;
-            }
-        }
-        before = after;
-    }
-    Ok(())
+/// The rate of the data bus, and its peak.
+fn rates(run: &Run, dram: &DramSummary) -> Vec<Words> {
+    let rate = dram.bandwidth_gb_s.map(|r| format!("{} GB/s", significant(r)));
+    let peak = run.facts.machine.dram_peak_gb_s;
+    let peak = peak.map(|p| format!("of {} GB/s", significant(p)));
+    rate.into_iter()
+        .flat_map(|rate| [Some(rate), peak.clone()])
+        .flatten()
+        .map(Words::note)
+        .collect()
 }

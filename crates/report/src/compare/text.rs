@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::charts::Chart;
 use crate::format::{percent, rate, shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::action::{Stage, UnitKind};
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::findings::bottleneck;

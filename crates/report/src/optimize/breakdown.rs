@@ -1,19 +1,16 @@
 //! Where the power goes before and after: a bar per model, rendering by stage, and the display.
 
-use plotters::style::RGBColor;
-
 use super::{Story, label};
-use crate::ReportError;
-use crate::charts::Chart;
 use crate::format::{engineering, watt_unit};
-use crate::plot::{Align, Canvas, Drawn, GRID, INK, Panel, Scale, legend, palette};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
 use powergs_core::action::Stage;
 use powergs_optimize::plan::{Outcome, Role};
 
 const NAME: &str = "breakdown";
 const TITLE: &str = "Where the power goes";
+const DISPLAY: Colour = Colour::SKY;
 
-pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
+pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let ours = story.best().map(|o| o.name.clone());
     let is_shown = |o: &&Outcome| {
         let other = matches!(o.role, Role::Dense | Role::Baseline(_) | Role::External(_));
@@ -21,51 +18,36 @@ pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
     };
     let shown: Vec<&Outcome> = story.done.iter().filter(is_shown).collect();
     if shown.len() < 2 {
-        return Ok(None);
+        return None;
     }
+    let entries = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let what = format!("display {}", story.display);
-    let drawing = story.page(NAME, TITLE, &what).draw(|canvas| draw(canvas, &shown))?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    let chart = story.chart(NAME, TITLE, &what).panel(panel(&shown));
+    Some(chart.legend(entries.into_iter().chain([Entry::fill("display", DISPLAY)])))
 }
 
-fn stage_colour(stage: Stage) -> RGBColor {
+fn stage_colour(stage: Stage) -> Colour {
     match stage {
-        Stage::Preprocessing => palette::GREEN,
-        Stage::Sorting => palette::ORANGE,
-        Stage::Rendering => palette::VERMILION,
-        Stage::Standby => palette::GREY,
+        Stage::Preprocessing => Colour::GREEN,
+        Stage::Sorting => Colour::ORANGE,
+        Stage::Rendering => Colour::VERMILION,
+        Stage::Standby => Colour::GREY,
     }
 }
 
-fn draw(canvas: &Canvas, shown: &[&Outcome]) -> Drawn {
-    let panel = Panel { left: 210.0, top: 150.0, right: 1100.0, bottom: 630.0 };
+fn panel(shown: &[&Outcome]) -> Panel {
     let highest = shown.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max);
     let (per_watt, unit) = watt_unit(highest);
-    let x = Scale::from_zero(per_watt * highest, panel.horizontal());
-    let stages = Stage::ALL.map(|s| (s.name(), stage_colour(s)));
-    let entries: Vec<_> = stages.into_iter().chain([("display", palette::SKY)]).collect();
-    legend(canvas, 40.0, 112.0, &entries)?;
-    for tick in x.ticks(8) {
-        canvas.line(&[(x.at(tick), panel.top), (x.at(tick), panel.bottom)], GRID, 1)?;
-    }
-    panel.horizontal_axis(canvas, &x, &x.ticks(8), &format!("power, {unit}"))?;
-    let slot = (panel.bottom - panel.top) / shown.len() as f64;
-    let half = (0.32 * slot).min(36.0);
-    for (i, outcome) in shown.iter().enumerate() {
-        let middle = panel.top + (i as f64 + 0.5) * slot;
-        let name = if outcome.role == Role::Sample { "ours".into() } else { label(outcome) };
-        canvas.text(&name, (panel.left - 14.0, middle), Align::Right, INK)?;
-        let parts = Stage::ALL.map(|s| (outcome.watts.parts.stage_w(s), stage_colour(s)));
-        let mut from = 0.0;
-        for (watts, ink) in parts.into_iter().chain([(outcome.watts.display_w, palette::SKY)]) {
-            let (a, b) = (x.at(per_watt * from), x.at(per_watt * (from + watts)));
-            if b - a >= 0.5 {
-                canvas.fill((a, middle - half), (b, middle + half), ink)?;
-            }
-            from += watts;
-        }
-        let total = engineering(from, "W");
-        canvas.text(&total, (x.at(per_watt * from) + 10.0, middle), Align::Left, INK)?;
-    }
-    Ok(())
+    let bar = |(i, outcome): (usize, &&Outcome)| {
+        let watts = &outcome.watts;
+        let stage = |s| (watts.parts.stage_w(s), stage_colour(s));
+        let all = Stage::ALL.map(stage).into_iter().chain([(watts.display_w, DISPLAY)]);
+        let parts: Vec<Part> = all.map(|(w, colour)| Part::new(per_watt * w, colour)).collect();
+        let sum = parts.iter().map(|p| p.value).sum::<f64>() / per_watt;
+        Bar::new(i, parts).end(engineering(sum, "W"))
+    };
+    let name = |o: &&Outcome| if o.role == Role::Sample { "ours".into() } else { label(o) };
+    let x = Axis::new(format!("power, {unit}"), Scale::from_zero(per_watt * highest)).ticks(8);
+    Panel::new(x, Axis::names(shown.iter().map(name)))
+        .mark(Mark::Bars(shown.iter().enumerate().map(bar).collect()))
 }

@@ -1,10 +1,8 @@
 //! λ and the quality over the iterations of all fine-tunes with a display term.
 
-use super::{Story, around, dashed};
-use crate::ReportError;
-use crate::charts::Chart;
+use super::Story;
 use crate::format::shortened;
-use crate::plot::{Align, Canvas, Drawn, GREY, GRID, Panel, Scale, palette, text_width};
+use powergs_chart::{Axis, Chart, Colour, Line, Mark, Panel, Rule, Scale, Words};
 
 const NAME: &str = "course";
 const TITLE: &str = "λ and PSNR while tuning";
@@ -32,16 +30,14 @@ struct Stretch<'a> {
     moments: Vec<&'a Moment>,
 }
 
-pub(super) fn chart(story: &Story<'_>) -> Result<Option<Chart>, ReportError> {
+pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let shown = stretches(story);
-    let Some(last) = shown.last() else { return Ok(None) };
-    let Some(end) = last.moments.last().map(|m| last.begin + f64::from(m.iteration)) else {
-        return Ok(None);
-    };
+    let last = shown.last()?;
+    let end = last.moments.last().map(|m| last.begin + f64::from(m.iteration))?;
     let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.psnr_db));
     let what = format!("gate views; samples in order, then the final model{target}");
-    let drawing = story.page(NAME, TITLE, &what).draw(|c| draw(c, story, &shown, end))?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    let chart = story.chart(NAME, TITLE, &what);
+    Some(chart.panel(quality(story, &shown, end)).panel(weight(&shown, end)))
 }
 
 fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
@@ -62,44 +58,54 @@ fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
     shown
 }
 
-fn draw(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Drawn {
-    let upper = Panel { left: 150.0, top: 130.0, right: 1240.0, bottom: 360.0 };
-    let lower = Panel { top: 400.0, bottom: 630.0, ..upper };
-    let x = Scale::exact(0.0, end.max(1.0), upper.horizontal());
-    let all = || shown.iter().flat_map(|s| &s.moments);
+/// PSNR over the iterations.
+fn quality(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Panel {
     let target = story.target.map(|t| t.psnr_db);
     // The first checks against its own renders are near perfect: they would flatten the rest.
     let ceiling = target.map_or(f64::INFINITY, |t| t + 12.0);
-    let psnr = all().map(|m| m.psnr_db.min(ceiling));
-    let y = around(psnr.chain(target), 0.08, upper.vertical());
-    upper.vertical_axis(canvas, &y, "PSNR, dB")?;
-    let positive = || all().map(|m| m.lambda).filter(|l| *l > 0.0);
-    let high = positive().fold(0.0, f64::max);
-    let low = positive().fold(f64::INFINITY, f64::min).max(SHOWN * high);
-    let weight = if low <= high {
-        Scale::logarithmic(low, high, lower.vertical())
-    } else {
-        Scale::from_zero(1.0, lower.vertical())
-    };
-    lower.vertical_axis(canvas, &weight, "λ, 1/W (logarithmic)")?;
-    lower.horizontal_axis(canvas, &x, &x.whole_ticks(10), "iteration")?;
-    for stretch in shown {
-        let at = x.at(stretch.begin);
-        canvas.line(&[(at, upper.top), (at, upper.bottom)], GRID, 1)?;
-        canvas.line(&[(at, lower.top), (at, lower.bottom)], GRID, 1)?;
-        curve(canvas, stretch, &x, |m| Some(y.at(m.psnr_db)), palette::BLUE)?;
-        let height = |m: &Moment| (m.lambda > 0.0).then(|| weight.at(m.lambda));
-        curve(canvas, stretch, &x, height, palette::ORANGE)?;
+    let psnr = shown.iter().flat_map(|s| &s.moments).map(|m| m.psnr_db.min(ceiling));
+    let y = Axis::new("PSNR, dB", Scale::around(psnr.chain(target), 0.08));
+    let mut panel = panel(shown, end, y, |m| m.psnr_db, Colour::BLUE);
+    panel.x = panel.x.hidden();
+    panel.over = names(story, shown, end);
+    match target {
+        Some(target) => panel.dashed(Rule::Y(target), Colour::VERMILION),
+        None => panel,
     }
-    names(canvas, story, shown, &x, end)?;
-    let Some(target) = target else { return Ok(()) };
-    let height = y.at(target);
-    dashed(canvas, (upper.left, height), (upper.right, height), palette::VERMILION)
 }
 
-/// Names of the jobs above their stretch, where there is room.
-fn names(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], x: &Scale, end: f64) -> Drawn {
-    for (i, stretch) in shown.iter().enumerate() {
+/// λ over the iterations.
+fn weight(shown: &[Stretch<'_>], end: f64) -> Panel {
+    let all = shown.iter().flat_map(|s| &s.moments).map(|m| m.lambda);
+    let positive: Vec<f64> = all.filter(|l| *l > 0.0).collect();
+    let high = positive.iter().copied().fold(0.0, f64::max);
+    let low = positive.iter().copied().fold(f64::INFINITY, f64::min).max(SHOWN * high);
+    let scale = if low <= high { Scale::logarithmic(low, high) } else { Scale::from_zero(1.0) };
+    let y = Axis::new("λ, 1/W (logarithmic)", scale);
+    let height = |m: &Moment| if m.lambda > 0.0 { m.lambda } else { f64::NAN };
+    panel(shown, end, y, height, Colour::ORANGE)
+}
+
+/// A line for every stretch, and where each begins.
+fn panel(
+    shown: &[Stretch<'_>],
+    end: f64,
+    y: Axis,
+    height: impl Fn(&Moment) -> f64,
+    colour: Colour,
+) -> Panel {
+    let x = Axis::new("iteration", Scale::linear(0.0, end.max(1.0))).whole(10).plain();
+    shown.iter().fold(Panel::new(x, y), |panel, stretch| {
+        let point = |m: &&Moment| (stretch.begin + f64::from(m.iteration), height(m));
+        let line = Line::thin(stretch.moments.iter().map(point).collect(), colour);
+        let at = Rule::X(stretch.begin);
+        panel.mark(Mark::Rule { at, colour: Colour::GRID, dashed: false }).line(line)
+    })
+}
+
+/// Names of the jobs in the middle of their stretches.
+fn names(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
+    let name = |(i, stretch): (usize, &Stretch<'_>)| {
         let next = shown.get(i + 1).map_or(end, |s| s.begin);
         let rho = story.done.iter().find(|o| o.name == stretch.job).map(|o| o.rho);
         let text = match rho {
@@ -107,22 +113,7 @@ fn names(canvas: &Canvas, story: &Story<'_>, shown: &[Stretch<'_>], x: &Scale, e
             Some(rho) => format!("ρ {rho:.2}"),
             None => shortened(stretch.job, 12),
         };
-        let middle = (x.at(stretch.begin) + x.at(next)) / 2.0;
-        if text_width(&text) + 6.0 < x.at(next) - x.at(stretch.begin) {
-            canvas.text(&text, (middle, 112.0), Align::Centre, GREY)?;
-        }
-    }
-    Ok(())
-}
-
-fn curve(
-    canvas: &Canvas,
-    stretch: &Stretch<'_>,
-    x: &Scale,
-    height: impl Fn(&Moment) -> Option<f64>,
-    colour: plotters::style::RGBColor,
-) -> Drawn {
-    let point = |m: &&Moment| Some((x.at(stretch.begin + f64::from(m.iteration)), height(m)?));
-    let points: Vec<(f64, f64)> = stretch.moments.iter().filter_map(point).collect();
-    if points.len() > 1 { canvas.line(&points, colour, 2) } else { Ok(()) }
+        ((stretch.begin + next) / 2.0, next - stretch.begin, Words::note(text))
+    };
+    shown.iter().enumerate().map(name).collect()
 }

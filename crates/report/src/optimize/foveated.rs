@@ -14,12 +14,7 @@ pub use album::{Album, Shot};
 pub use tables::{foveated_csv, levels_csv, regions_csv};
 pub use words::{headline, markdown};
 
-use plotters::style::RGBColor;
-
-use super::{around, labels};
-use crate::ReportError;
-use crate::charts::Chart;
-use crate::plot::{Canvas, Drawn, INK, Page, palette};
+use powergs_chart::{Chart, Colour};
 use powergs_optimize::fit::Fit;
 use powergs_optimize::foveated::Method;
 use powergs_optimize::results::Results;
@@ -36,9 +31,9 @@ pub struct Show<'a> {
 }
 
 impl Show<'_> {
-    fn page(&self, name: &'static str, title: &str, what: &str) -> Page {
+    fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
         let r = self.results;
-        super::page(name, title, (&r.scene, &r.oracle, r.fps), what)
+        Chart::new(name, title, super::subtitle(&r.scene, &r.oracle, r.fps, what))
     }
 
     /// The variant of the run.
@@ -48,45 +43,37 @@ impl Show<'_> {
 }
 
 /// All charts that the run has data for, in the order of the summary.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn charts(show: &Show<'_>) -> Result<Vec<Chart>, ReportError> {
-    let drawn = [
-        quality::chart(show)?,
-        regions::chart(show)?,
-        album::chart(show)?,
-        levels::chart(show)?,
-        ratio::chart(show)?,
-        fits::chart(show)?,
+pub fn charts(show: &Show<'_>) -> Vec<Chart> {
+    let charts = [
+        quality::chart(show),
+        regions::chart(show),
+        album::chart(show),
+        levels::chart(show),
+        ratio::chart(show),
+        fits::chart(show),
     ];
-    Ok(drawn.into_iter().flatten().collect())
+    charts.into_iter().flatten().collect()
 }
 
 /// The colour of a foveated method in every chart.
-fn colour(method: Method) -> RGBColor {
+fn colour(method: Method) -> Colour {
     match method {
-        Method::PowerGs => palette::VERMILION,
-        Method::FrRender => palette::ORANGE,
-        Method::FrDisplay => palette::BLUE,
-        Method::RtgsD22 => palette::PURPLE,
+        Method::PowerGs => Colour::VERMILION,
+        Method::FrRender => Colour::ORANGE,
+        Method::FrDisplay => Colour::BLUE,
+        Method::RtgsD22 => Colour::PURPLE,
     }
 }
 
 /// The colour of the model of level 1 that is shown without foveation.
-fn plain_colour(baseline: Option<&str>, is_dense: bool, is_ours: bool) -> RGBColor {
+fn plain_colour(baseline: Option<&str>, is_dense: bool, is_ours: bool) -> Colour {
     match baseline {
-        Some("render-only") => palette::ORANGE,
-        Some("display-only") => palette::BLUE,
-        Some("two-stage") => palette::PURPLE,
-        Some(_) => palette::GREEN,
-        None if is_dense => INK,
-        None if is_ours => palette::VERMILION,
-        None => palette::GREY,
+        Some("render-only") => Colour::ORANGE,
+        Some("display-only") => Colour::BLUE,
+        Some("two-stage") => Colour::PURPLE,
+        Some(_) => Colour::GREEN,
+        None if is_dense => Colour::INK,
+        None if is_ours => Colour::VERMILION,
+        None => Colour::GREY,
     }
-}
-
-/// A square around a point.
-fn square(canvas: &Canvas, (x, y): (f64, f64), half: f64, colour: RGBColor) -> Drawn {
-    canvas.fill((x - half, y - half), (x + half, y + half), colour)
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Story;
-use crate::charts::Chart;
 use crate::claims::table;
 use crate::format::{engineering, watt_unit};
+use powergs_chart::Chart;
 use powergs_optimize::claims::Verdict;
 use powergs_optimize::plan::{Outcome, Role};
 

@@ -8,18 +8,14 @@ mod text;
 pub use formats::{csv, designs_csv, json};
 pub use text::{markdown, terminal};
 
-use crate::ReportError;
-use crate::charts::Chart;
+use powergs_chart::Chart;
 use powergs_study::findings::sensitivity::interactions::{Interactions, Results};
 
 /// The charts: a scatter for each measure after Morris, bars for Sobol indices.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn charts(all: &Interactions) -> Result<Vec<Chart>, ReportError> {
+pub fn charts(all: &Interactions) -> Vec<Chart> {
     match &all.results {
         Results::Morris(found) => scatter::charts(all, found),
-        Results::Sobol(found) => Ok(bars::chart(all, found)?.into_iter().collect()),
+        Results::Sobol(found) => bars::chart(all, found).into_iter().collect(),
     }
 }
 

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::findings::sensitivity::{Change, Fixed, Row, Sensitivity, Side};
 

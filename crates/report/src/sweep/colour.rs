@@ -1,10 +1,8 @@
 //! Colours of the points of a chart by a third column: a scale for numbers, a list for names.
 
-use plotters::style::RGBColor;
-
 use super::measure::Measure;
 use crate::format::{rounded, shortened};
-use crate::plot::{Align, Canvas, Drawn, GREY, INK, palette};
+use powergs_chart::{Beside, Colour, Entry, Symbol};
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::table::{Values, Words};
 
@@ -12,37 +10,16 @@ use powergs_study::analysis::table::{Values, Words};
 const LISTED: usize = 8;
 
 /// Colours of names.
-const NAMES: [RGBColor; LISTED] = [
-    palette::BLUE,
-    palette::ORANGE,
-    palette::GREEN,
-    palette::VERMILION,
-    palette::SKY,
-    palette::PURPLE,
-    palette::YELLOW,
-    palette::GREY,
+const NAMES: [Colour; LISTED] = [
+    Colour::BLUE,
+    Colour::ORANGE,
+    Colour::GREEN,
+    Colour::VERMILION,
+    Colour::SKY,
+    Colour::PURPLE,
+    Colour::YELLOW,
+    Colour::GREY,
 ];
-
-/// Dark to light in equal steps of brightness, for any colour vision (viridis).
-const STOPS: [(u8, u8, u8); 7] = [
-    (68, 1, 84),
-    (68, 58, 131),
-    (49, 104, 142),
-    (33, 145, 140),
-    (53, 183, 121),
-    (143, 215, 68),
-    (240, 220, 40),
-];
-
-/// The colour at a share of the scale, from 0 to 1.
-pub fn at(share: f64) -> RGBColor {
-    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
-    let i = (place as usize).min(STOPS.len() - 2);
-    let part = place - i as f64;
-    let (a, b) = (STOPS[i], STOPS[i + 1]);
-    let mix = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
-    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
-}
 
 /// Above this ratio of the largest to the smallest value colours are logarithmic.
 const FACTORS: f64 = 5.0;
@@ -73,7 +50,7 @@ pub enum Key<'t> {
     /// By a number, dark to light.
     Scale { measure: Measure, numbers: Vec<f64>, low: f64, high: f64 },
     /// By a word; what has no colour of its own is grey.
-    List { name: String, words: &'t Words, colours: Vec<Option<RGBColor>>, order: Vec<u32> },
+    List { name: String, words: &'t Words, colours: Vec<Option<Colour>>, order: Vec<u32> },
     /// All alike.
     None,
 }
@@ -115,7 +92,7 @@ impl<'t> Key<'t> {
         let mut colours = vec![None; words.distinct().len()];
         for (i, &code) in order.iter().take(LISTED).enumerate() {
             let share = i as f64 / (order.len() - 1).max(1) as f64;
-            colours[code as usize] = Some(if numeric { at(share) } else { NAMES[i] });
+            colours[code as usize] = Some(if numeric { Colour::at(share) } else { NAMES[i] });
         }
         Key::List { name: name.to_owned(), words, colours, order }
     }
@@ -130,58 +107,40 @@ impl<'t> Key<'t> {
     }
 
     /// The colour of a row.
-    pub fn colour(&self, row: u32) -> RGBColor {
+    pub fn colour(&self, row: u32) -> Colour {
         match self {
-            Key::None => palette::BLUE,
+            Key::None => Colour::BLUE,
             Key::Scale { numbers, low, high, .. } => {
                 let x = numbers[row as usize];
-                if x.is_nan() { palette::PALE } else { at(share(x, *low, *high)) }
+                if x.is_nan() { Colour::PALE } else { Colour::at(share(x, *low, *high)) }
             }
             Key::List { words, colours, .. } => {
-                colours[words.code(row) as usize].unwrap_or(palette::PALE)
+                colours[words.code(row) as usize].unwrap_or(Colour::PALE)
             }
         }
     }
 
-    /// The legend, in a column `width` wide from `(left, top)` down.
-    pub fn legend(&self, canvas: &Canvas, (left, top): (f64, f64), width: usize) -> Drawn {
+    /// What explains the colours.
+    pub fn beside(&self) -> Option<Beside> {
         match self {
-            Key::None => Ok(()),
+            Key::None => None,
             Key::Scale { measure, low, high, .. } => {
-                let words = measure.words.as_str();
-                canvas.bold(&shortened(words, width), (left, top), Align::Left, INK)?;
-                const STEPS: i32 = 40;
-                let (first, height) = (top + 24.0, 5.0);
-                let bottom = first + f64::from(STEPS) * height;
-                for i in (0..STEPS).rev() {
-                    let y = first + f64::from(STEPS - 1 - i) * height;
-                    let colour = at((f64::from(i) + 0.5) / f64::from(STEPS));
-                    // Down to the end, so that no seam shows between the steps.
-                    canvas.fill((left, y), (left + 22.0, bottom), colour)?;
-                }
-                let middle = (first + bottom) / 2.0;
-                for (x, y) in
-                    [(*high, first + 8.0), (centre(*low, *high), middle), (*low, bottom - 8.0)]
-                {
-                    canvas.text(&measure.text(x), (left + 32.0, y), Align::Left, GREY)?;
-                }
-                Ok(())
+                let middle = centre(*low, *high);
+                let labels = [(0.0, *low), (0.5, middle), (1.0, *high)];
+                let labels = labels.map(|(share, x)| (share, measure.text(x))).into();
+                Some(Beside::Scale { title: measure.words.clone(), labels })
             }
             Key::List { name, words, colours, order } => {
-                canvas.bold(&shortened(name, width), (left, top), Align::Left, INK)?;
-                let mut y = top + 30.0;
-                for &code in order.iter().take(LISTED) {
-                    let colour = colours[code as usize].unwrap_or(palette::PALE);
-                    canvas.dot((left + 8.0, y), 7, colour)?;
-                    let word = shortened(&rounded(&words.distinct()[code as usize]), width - 3);
-                    canvas.text(&word, (left + 26.0, y), Align::Left, INK)?;
-                    y += 26.0;
-                }
+                let entry = |&code: &u32| {
+                    let colour = colours[code as usize].unwrap_or(Colour::PALE);
+                    let word = rounded(&words.distinct()[code as usize]);
+                    Entry::new(shortened(&word, 24), Symbol::Dot(colour))
+                };
+                let mut entries: Vec<Entry> = order.iter().take(LISTED).map(entry).collect();
                 if order.len() > LISTED {
-                    canvas.dot((left + 8.0, y), 7, palette::PALE)?;
-                    canvas.text("other", (left + 26.0, y), Align::Left, INK)?;
+                    entries.push(Entry::new("other", Symbol::Dot(Colour::PALE)));
                 }
-                Ok(())
+                Some(Beside::Entries { title: name.clone(), entries })
             }
         }
     }

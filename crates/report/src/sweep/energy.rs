@@ -2,9 +2,8 @@
 
 use super::measure::Measure;
 use super::words;
-use crate::ReportError;
-use crate::charts::{Chart, component_colour};
-use crate::plot::{Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend};
+use crate::charts::{component_colour, component_entries};
+use powergs_chart::{Axis, Bar, Chart, Mark, Panel, Part, Scale, Words};
 use powergs_core::energy::Component;
 use powergs_study::analysis::Analysis;
 
@@ -12,17 +11,13 @@ const NAME: &str = "energy_front";
 const TITLE: &str = "Energy per frame along the front";
 /// Bars that a slide has room for.
 const MOST: usize = 16;
-const PANEL: Panel = Panel { left: 220.0, top: 140.0, right: 860.0, bottom: 640.0 };
 
 /// The chart; `None` where the results have no parts of the energy.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
+pub fn chart(analysis: &Analysis) -> Option<Chart> {
     let rows = shown(analysis);
     let parts: Option<Vec<[f64; Component::ALL.len()]>> =
         rows.iter().map(|&row| parts(analysis, row)).collect();
-    let Some(parts) = parts else { return Ok(None) };
+    let parts = parts?;
     let first = Measure::of(&analysis.question.objectives[0].name).words;
     let all = analysis.front.len();
     let which = if all + 1 > MOST { format!("some of the {all}") } else { format!("all {all}") };
@@ -30,13 +25,8 @@ pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
         "{which} designs on the front, the best in {first} first; {}, energy table {}",
         analysis.question.scope, analysis.energy_table
     );
-    let page = Page { name: NAME, title: TITLE.into(), subtitle, underlay: None };
-    let drawing = page.draw(|canvas| {
-        let names: Vec<_> = Component::ALL.map(|c| (c.name(), component_colour(c))).to_vec();
-        legend(canvas, 40.0, 108.0, &names)?;
-        bars(canvas, analysis, &rows, &parts)
-    })?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    let chart = Chart::new(NAME, TITLE, subtitle).legend(component_entries());
+    Some(chart.panel(panel(analysis, &rows, &parts)))
 }
 
 /// The named design, then designs of the front in equal steps, the knee among them.
@@ -70,46 +60,25 @@ fn parts(analysis: &Analysis, row: u32) -> Option<[f64; Component::ALL.len()]> {
     Some(parts)
 }
 
-fn bars(
-    canvas: &Canvas,
-    analysis: &Analysis,
-    rows: &[u32],
-    parts: &[[f64; Component::ALL.len()]],
-) -> Drawn {
-    let sums: Vec<f64> = parts.iter().map(|p| p.iter().sum()).collect();
-    let largest = sums.iter().copied().fold(0.0, f64::max);
+fn panel(analysis: &Analysis, rows: &[u32], parts: &[[f64; Component::ALL.len()]]) -> Panel {
+    let sum = |p: &[f64; Component::ALL.len()]| p.iter().sum::<f64>();
+    let largest = parts.iter().map(sum).fold(0.0, f64::max);
     let (factor, name) = Measure::of("energy_pj.mean").axis(largest);
-    let scale = Scale::from_zero(largest * factor, PANEL.horizontal());
-    for tick in scale.ticks(6) {
-        let x = scale.at(tick);
-        canvas.line(&[(x, PANEL.top), (x, PANEL.bottom)], GRID, 1)?;
-    }
-    PANEL.horizontal_axis(canvas, &scale, &scale.ticks(6), &name)?;
-    let slot = (PANEL.bottom - PANEL.top) / rows.len() as f64;
-    let half = (0.36 * slot).min(22.0);
-    for (i, (&row, parts)) in rows.iter().zip(parts).enumerate() {
-        let y = PANEL.top + (i as f64 + 0.5) * slot;
+    let part = |(value, c): (&f64, Component)| Part::new(value * factor, component_colour(c));
+    let bar = |(i, parts): (usize, &[f64; Component::ALL.len()])| {
+        Bar::new(i, parts.iter().zip(Component::ALL).map(part).collect())
+    };
+    let name_of = |&row: &u32| {
         let label = analysis.table.label(row);
-        let at = (PANEL.left - 14.0, y);
-        if row == analysis.knee {
-            canvas.bold(&format!("knee {label}"), at, Align::Right, INK)?;
-        } else {
-            canvas.text(&label, at, Align::Right, INK)?;
-        }
-        let mut before = 0.0;
-        for (part, component) in parts.iter().zip(Component::ALL) {
-            let after = before + part * factor;
-            let (x0, x1) = (scale.at(before).round(), scale.at(after).round());
-            if x1 > x0 {
-                canvas.fill((x0, y - half), (x1, y + half), component_colour(component))?;
-            }
-            before = after;
-        }
-        let facts = others(analysis, row);
-        let facts = fitted(&facts, 1250.0 - PANEL.right - 20.0);
-        canvas.text(&facts, (PANEL.right + 16.0, y), Align::Left, GREY)?;
-    }
-    Ok(())
+        if row == analysis.knee { Words::bold(format!("knee {label}")) } else { label.into() }
+    };
+    let x = Axis::new(name, Scale::from_zero(largest * factor));
+    let facts =
+        |(i, &row): (usize, &u32)| (i as f64 + 0.5, vec![Words::note(others(analysis, row))]);
+    let mut panel = Panel::new(x, Axis::names(rows.iter().map(name_of)))
+        .mark(Mark::Bars(parts.iter().enumerate().map(bar).collect()));
+    panel.right = rows.iter().enumerate().map(facts).collect();
+    panel
 }
 
 /// The objectives that are no energy.

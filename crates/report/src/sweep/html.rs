@@ -3,8 +3,8 @@
 use super::page::{self, Grid};
 use super::words;
 use crate::ReportError;
-use crate::charts::Chart;
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::marginal::Neighbour;
@@ -42,7 +42,7 @@ pub fn html(
     for chart in charts {
         let title = escaped(chart.title);
         page += &format!("<figure role=\"img\" aria-label=\"{title}\">\n");
-        page += &chart.drawing.svg()?;
+        page += &chart.svg()?;
         page += "\n</figure>\n";
     }
     page += "\n";

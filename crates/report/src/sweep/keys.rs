@@ -6,9 +6,7 @@ mod heat;
 mod parallel;
 
 use super::words::count;
-use crate::ReportError;
-use crate::charts::Chart;
-use crate::plot::Page;
+use powergs_chart::Chart;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::table::Words;
 
@@ -17,10 +15,7 @@ const NAME: &str = "keys";
 const CELLS: usize = 24;
 
 /// The chart; `None` if nothing varies.
-///
-/// # Errors
-/// [`ReportError::Chart`], which would be a mistake of ours.
-pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
+pub fn chart(analysis: &Analysis) -> Option<Chart> {
     let axes: Vec<Lane> = analysis
         .axes
         .iter()
@@ -28,14 +23,14 @@ pub fn chart(analysis: &Analysis) -> Result<Option<Chart>, ReportError> {
         .filter_map(|axis| Lane::of(analysis, &axis.name))
         .collect();
     match axes.as_slice() {
-        [] => Ok(None),
-        [one] => curve::chart(analysis, one).map(Some),
+        [] => None,
+        [one] => Some(curve::chart(analysis, one)),
         [a, b] if a.order.len() <= CELLS && b.order.len() <= CELLS => {
             // More columns than rows: pages are wide.
             let (x, y) = if a.order.len() >= b.order.len() { (a, b) } else { (b, a) };
-            heat::chart(analysis, x, y).map(Some)
+            Some(heat::chart(analysis, x, y))
         }
-        axes => parallel::chart(analysis, axes).map(Some),
+        axes => Some(parallel::chart(analysis, axes)),
     }
 }
 
@@ -71,12 +66,12 @@ impl<'t> Lane<'t> {
     }
 }
 
-fn page(analysis: &Analysis, title: &str) -> Page {
+fn chart_of(analysis: &Analysis, title: &'static str) -> Chart {
     let subtitle = format!(
         "{}, {}, energy table {}",
         count(analysis.rows.len(), "design"),
         analysis.question.scope,
         analysis.energy_table
     );
-    Page { name: NAME, title: title.into(), subtitle, underlay: None }
+    Chart::new(NAME, title, subtitle)
 }

@@ -1,7 +1,7 @@
 //! Energy of the memory: commands first, then prices.
 
 use powergs_core::dram::drive::{Access, Run, banked};
-use powergs_core::dram::{Device, EnergyUse, Mode};
+use powergs_core::dram::{CommandPrices, Device, EnergyUse, Mode};
 
 use super::device;
 use super::streams::traffic;
@@ -112,4 +112,26 @@ fn both_readings_of_lpddr4_are_there() {
     assert!((full / half - 2.0).abs() < 1e-9);
     // The published totals of a sequential read: 37.7 and 75.3 pJ/B.
     assert!((full - 75.3).abs() < 1.5, "{full}");
+}
+
+/// One formula: a run of the device alone and a frame of the simulator cost the same for the same
+/// commands. Background differs by what is known of the channels (A56).
+#[test]
+fn a_device_alone_and_a_replay_pay_the_same_for_commands() {
+    for (refresh, is_per_bank) in [("all-bank", false), ("per-bank", true)] {
+        let device = device("lpddr4-3200-x32x4", &[&format!("controller.refresh={refresh}")]);
+        let run = run(&device, "rate0.3", 4000);
+        let stats = &run.stats;
+        assert_eq!(stats.refreshes_bank > 0, is_per_bank, "{refresh}");
+        let alone = EnergyUse::new(&device, stats, run.cycles);
+        let prices = CommandPrices::of(&device).expect("prices of commands");
+        let work = prices.commands(stats.reads, stats.writes, stats.activates).0;
+        let parts = alone.activate.0 + alone.read.0 + alone.read_io.0;
+        let parts = parts + alone.write.0 + alone.write_io.0;
+        assert!((work / parts - 1.0).abs() < 1e-12, "{refresh}: {work} for {parts}");
+        if stats.self_refresh == 0 && stats.until == run.cycles {
+            let refreshes = prices.refreshes(stats.refreshes_all, stats.refreshes_bank);
+            assert_eq!(refreshes * prices.refresh_pj, alone.refresh.0, "{refresh}");
+        }
+    }
 }

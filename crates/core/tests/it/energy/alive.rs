@@ -21,7 +21,7 @@ fn outputs(text: &str) -> (f64, f64) {
         actions.charge(Stage::Rendering, action, 1_000_000);
     }
     let stage = StageWork { reads: 1000, writes: 1000, activates: 1000 };
-    let dram = Some(DramWork { stages: [stage; 3], refreshes: 10 });
+    let dram = Some(DramWork { stages: [stage; 3], refreshes: 10, bank_refreshes: 0 });
     let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
     (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0))
 }

@@ -35,7 +35,7 @@ fn costs(
         actions: &frame.actions,
         seconds: 1e-4,
         idle: [0.3; 4],
-        dram: Some(DramWork { stages: [work; 3], refreshes: 7 }),
+        dram: Some(DramWork { stages: [work; 3], refreshes: 7, bank_refreshes: 0 }),
     });
     Ok(Costs { energy, area: prices.area, prices })
 }

@@ -1,33 +1,25 @@
 //! Pictures of one view side by side: the frame, what is at the gaze, and a piece of the periphery.
 
-use plotters::style::RGBColor;
+use powergs_pixels::RgbImage;
 
 use super::Show;
-use crate::ReportError;
-use crate::charts::Chart;
-use crate::plot::{Align, Canvas, Drawn, GREY, INK, Page, Underlay, ZOOM, palette};
+use powergs_chart::{Chart, Colour, Line, Mark, Panel, Words};
 use powergs_frame::fovea::LEVELS;
-use powergs_pixels::RgbImage;
 
 const NAME: &str = "foveated_pictures";
 const TITLE: &str = "The same view and gaze, method by method";
-/// Upper left corner of the images, SVG units.
-const CORNER: (i32, i32) = (40, 122);
-/// Room for them.
-const ROOM: (f64, f64) = (1200.0, 562.0);
-/// Between them.
-const GAP: f64 = 14.0;
-/// A frame is at most this high.
-const FRAME_MOST: f64 = 250.0;
+/// Width over height of the room for pictures.
+const ROOM: f64 = 2.1;
+/// A frame is at most this high, of that room.
+const FRAME_MOST: f64 = 0.44;
 /// Width of a crop, of that of the frame.
 const CROP: f64 = 0.2;
 /// Pieces of the periphery are at least this far from the gaze, of the farthest corner.
 const FAR: f64 = 0.5;
 /// Places that are looked at for one, across and down.
 const PLACES: u32 = 12;
-/// Lines around what is enlarged.
-const FOVEA: RGBColor = palette::YELLOW;
-const PERIPHERY: RGBColor = palette::SKY;
+/// Lines around what is enlarged: at the gaze, in the periphery.
+const COLOURS: [Colour; 2] = [Colour::YELLOW, Colour::SKY];
 
 /// Pictures of one view.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,45 +54,19 @@ pub struct Shot {
 /// A rectangle of a picture: left, top, width, height, pixels.
 type Piece = [u32; 4];
 
-/// Where everything goes, SVG units from [`CORNER`].
-struct Layout {
-    column: f64,
-    frame: (f64, f64),
-    crop: (f64, f64),
-}
-
-impl Layout {
-    fn of(album: &Album) -> Layout {
-        let n = album.shots.len().max(1) as f64;
-        let column = (ROOM.0 - (n - 1.0) * GAP) / n;
-        let aspect = f64::from(album.width.max(1)) / f64::from(album.height.max(1));
-        let high = (column / aspect).min(FRAME_MOST);
-        let crop = (column, (ROOM.1 - high - 2.0 * GAP) / 2.0);
-        Layout { column, frame: (high * aspect, high), crop }
-    }
-
-    fn left(&self, i: usize) -> f64 {
-        i as f64 * (self.column + GAP)
-    }
-
-    /// Left edge of the frame, in the middle of its column.
-    fn frame_left(&self, i: usize) -> f64 {
-        self.left(i) + (self.column - self.frame.0) / 2.0
-    }
-
-    /// Top of the crops, at the gaze and in the periphery.
-    fn tops(&self) -> [f64; 2] {
-        let first = self.frame.1 + GAP;
-        [first, first + self.crop.1 + GAP]
-    }
-}
-
 impl Album {
+    /// Width over height of a crop, so that a frame and two crops below each other fill the page.
+    fn crop_aspect(&self) -> f64 {
+        let column = ROOM / self.shots.len().max(1) as f64;
+        let frame = column * f64::from(self.height.max(1)) / f64::from(self.width.max(1));
+        2.0 * column / (1.0 - frame.min(FRAME_MOST))
+    }
+
     /// What is enlarged: the piece at the gaze, and the richest far from it.
-    fn pieces(&self, layout: &Layout) -> [Piece; 2] {
+    fn pieces(&self) -> [Piece; 2] {
         let (w, h) = (f64::from(self.width), f64::from(self.height));
         let wide = (CROP * w).clamp(1.0, w);
-        let high = (wide * layout.crop.1 / layout.crop.0).clamp(1.0, h);
+        let high = (wide / self.crop_aspect()).clamp(1.0, h);
         let piece = |x: f64, y: f64| {
             let left = (x - wide / 2.0).clamp(0.0, w - wide);
             let top = (y - high / 2.0).clamp(0.0, h - high);
@@ -141,78 +107,41 @@ impl Album {
     }
 }
 
-pub(super) fn chart(show: &Show<'_>) -> Result<Option<Chart>, ReportError> {
-    let Some(album) = show.album.as_ref().filter(|a| a.shots.len() > 1) else { return Ok(None) };
-    let layout = Layout::of(album);
-    let pieces = album.pieces(&layout);
-    let underlay = Underlay { left: CORNER.0, top: CORNER.1, image: sheet(album, &layout, pieces) };
+pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
+    let album = show.album.as_ref().filter(|a| a.shots.len() > 1)?;
+    let pieces = album.pieces();
+    let frames: Vec<(&Shot, RgbImage)> = album
+        .shots
+        .iter()
+        .filter_map(|s| Some((s, RgbImage::from_bytes(album.width, album.height, s.rgb.clone())?)))
+        .collect();
     let what =
         format!("variant {}, view {}", show.variant(), super::super::shortened(&album.view, 30));
-    let page = Page { underlay: Some(underlay), ..show.page(NAME, TITLE, &what) };
-    let drawing = page.draw(|canvas| captions(canvas, album, &layout, pieces))?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
-}
-
-/// SVG units as PNG pixels.
-fn zoomed(length: f64) -> u32 {
-    (length * f64::from(ZOOM.0) / f64::from(ZOOM.1)).round() as u32
-}
-
-fn sheet(album: &Album, layout: &Layout, pieces: [Piece; 2]) -> RgbImage {
-    let mut sheet = RgbImage::filled(zoomed(ROOM.0), zoomed(ROOM.1), [255; 3]);
-    let mut put = |image: &RgbImage, (left, top): (f64, f64), (wide, high): (f64, f64)| {
-        let image = image.resized(zoomed(wide).max(1), zoomed(high).max(1));
-        sheet.paste(&image, zoomed(left), zoomed(top));
-    };
-    for (i, shot) in album.shots.iter().enumerate() {
-        let raw = RgbImage::from_bytes(album.width, album.height, shot.rgb.clone());
-        let Some(frame) = raw else { continue };
-        put(&frame, (layout.frame_left(i), 0.0), layout.frame);
-        for ([x, y, w, h], top) in pieces.into_iter().zip(layout.tops()) {
-            let crop = frame.cropped(x, y, w, h);
-            put(&crop, (layout.left(i), top), layout.crop);
-        }
-    }
-    sheet
-}
-
-fn captions(canvas: &Canvas, album: &Album, layout: &Layout, pieces: [Piece; 2]) -> Drawn {
-    let (left, top) = (f64::from(CORNER.0), f64::from(CORNER.1));
-    let scale = layout.frame.0 / f64::from(album.width.max(1));
-    let colours = [FOVEA, PERIPHERY];
-    for (i, shot) in album.shots.iter().enumerate() {
-        let middle = left + layout.left(i) + layout.column / 2.0;
+    let mut chart = show.chart(NAME, TITLE, &what).columns(frames.len());
+    for (shot, frame) in &frames {
         let name = super::super::shortened(&shot.name, 28);
-        canvas.text(&name, (middle, top - 16.0), Align::Centre, INK)?;
-        let corner = (left + layout.frame_left(i), top);
-        for ([x, y, w, h], colour) in pieces.into_iter().zip(colours) {
-            let [x, y, w, h] = [x, y, w, h].map(|v| scale * f64::from(v));
-            frame(canvas, (corner.0 + x, corner.1 + y), (w, h), colour)?;
-        }
-        let gaze =
-            (corner.0 + album.gaze[0] * layout.frame.0, corner.1 + album.gaze[1] * layout.frame.1);
-        cross(canvas, gaze)?;
-        for (crop_top, colour) in layout.tops().into_iter().zip(colours) {
-            frame(canvas, (left + layout.left(i), top + crop_top), layout.crop, colour)?;
+        let panel = Panel::picture(frame.clone(), name);
+        let panel =
+            pieces.into_iter().zip(COLOURS).fold(panel, |p, (piece, c)| border(p, piece, c));
+        let [x, y] = album.gaze;
+        let gaze = (x * f64::from(album.width), y * f64::from(album.height));
+        chart = chart.panel(panel.mark(Mark::Cross(gaze)));
+    }
+    for ([x, y, w, h], colour) in pieces.into_iter().zip(COLOURS) {
+        for (_, frame) in &frames {
+            let crop = frame.cropped(x, y, w, h);
+            chart =
+                chart.panel(border(Panel::picture(crop, Words::from("")), [0, 0, w, h], colour));
         }
     }
-    let zoom = layout.crop.0 / (CROP * layout.frame.0);
-    let note = format!(
-        "cross: gaze; middle row: at the gaze, lower row: periphery, both {zoom:.1} times the frame"
-    );
-    canvas.text(&note, (left, top + ROOM.1 + 20.0), Align::Left, GREY)
+    let note =
+        "cross: gaze; middle row: enlarged at the gaze, lower row: enlarged in the periphery";
+    Some(chart.note(note))
 }
 
-fn frame(canvas: &Canvas, (x, y): (f64, f64), (w, h): (f64, f64), colour: RGBColor) -> Drawn {
-    let corners = [(x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y)];
-    canvas.line(&corners, colour, 3)
-}
-
-/// White in dark, to be seen on everything.
-fn cross(canvas: &Canvas, (x, y): (f64, f64)) -> Drawn {
-    for (colour, width, reach) in [(INK, 5, 10.0), (RGBColor(255, 255, 255), 2, 9.0)] {
-        canvas.line(&[(x - reach, y), (x + reach, y)], colour, width)?;
-        canvas.line(&[(x, y - reach), (x, y + reach)], colour, width)?;
-    }
-    Ok(())
+/// A frame around a piece of a picture.
+fn border(panel: Panel, piece: Piece, colour: Colour) -> Panel {
+    let [x, y, w, h] = piece.map(f64::from);
+    let corners = vec![(x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y)];
+    panel.line(Line::curve(corners, colour))
 }

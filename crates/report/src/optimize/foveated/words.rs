@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::Show;
-use crate::charts::Chart;
 use crate::format::{engineering, watt_unit};
+use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
 use powergs_optimize::job::RoleKind;
 use powergs_optimize::results::{FovealRecord, ModelRecord, Results};

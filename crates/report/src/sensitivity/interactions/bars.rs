@@ -1,103 +1,51 @@
-//! Sobol indices as bars with their intervals: first order inside total, one panel a measure.
-
-use plotters::style::RGBColor;
+//! Sobol indices as bars with their intervals: first order beside total, one panel a measure.
 
 use super::subtitle;
-use crate::ReportError;
-use crate::charts::Chart;
-use crate::plot::{
-    Align, Canvas, Drawn, GREY, GRID, INK, Page, Panel, Scale, fitted, legend, palette,
-};
-use powergs_study::analysis::indices::{Estimate, Index, Indices};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
+use powergs_study::analysis::indices::{Index, Indices};
 use powergs_study::findings::sensitivity::Measure;
 use powergs_study::findings::sensitivity::interactions::Interactions;
 
 const NAME: &str = "sobol";
 const TITLE: &str = "Which keys explain the variance";
 /// First order, total.
-const COLOURS: [RGBColor; 2] = [palette::BLUE, palette::ORANGE];
+const COLOURS: [Colour; 2] = [Colour::BLUE, Colour::ORANGE];
 /// Keys that a slide has room for.
 const MOST: usize = 16;
 const PANELS: [Measure; 3] = [Measure::Fps, Measure::Energy, Measure::Area];
 
 /// The chart; `None` if no measure varies.
-pub(super) fn chart(
-    all: &Interactions,
-    found: &[(Measure, Indices)],
-) -> Result<Option<Chart>, ReportError> {
+pub(super) fn chart(all: &Interactions, found: &[(Measure, Indices)]) -> Option<Chart> {
     let varies = |indices: &[Index]| indices.iter().any(|i| i.total.value > 0.0);
     let of = |m: &Measure| found.iter().find(|(other, i)| other == m && varies(&i.each));
     let panels: Vec<&(Measure, Indices)> = PANELS.iter().filter_map(of).collect();
     if panels.is_empty() {
-        return Ok(None);
+        return None;
     }
     let mut order = all.order();
     order.truncate(MOST);
-    let page = Page { name: NAME, title: TITLE.into(), subtitle: subtitle(all), underlay: None };
-    let (left, gap, end) = (340.0, 56.0, 1235.0);
-    let width = (end - left + gap) / panels.len() as f64 - gap;
-    let drawing = page.draw(|canvas| {
-        let entries = [("first order: alone", COLOURS[0]), ("total: with others", COLOURS[1])];
-        legend(canvas, 40.0, 110.0, &entries)?;
-        canvas.text("lines: 95 % intervals", (520.0, 110.0), Align::Left, GREY)?;
-        for (k, (measure, indices)) in panels.iter().enumerate() {
-            let start = left + k as f64 * (width + gap);
-            let panel = Panel { left: start, top: 150.0, right: start + width, bottom: 630.0 };
-            for (n, &i) in order.iter().enumerate().filter(|_| k == 0) {
-                let label = fitted(&all.factors[i].key, left - 50.0);
-                let (middle, _) = place(panel, order.len(), n);
-                canvas.text(&label, (left - 12.0, middle), Align::Right, INK)?;
-            }
-            draw(canvas, panel, &order, &indices.each, measure.title())?;
-        }
-        Ok(())
-    })?;
-    Ok(Some(Chart { name: NAME, title: TITLE, drawing }))
+    let names = Axis::names(order.iter().map(|&i| all.factors[i].key.as_str()));
+    let [first, total] = COLOURS;
+    let chart = Chart::new(NAME, TITLE, subtitle(all)).columns(panels.len()).legend([
+        Entry::fill("first order: alone", first),
+        Entry::fill("total: with others", total),
+        Entry::note("lines: 95 % intervals"),
+    ]);
+    Some(panels.iter().enumerate().fold(chart, |chart, (k, (measure, indices))| {
+        let y = if k == 0 { names.clone() } else { names.clone().hidden() };
+        let title = format!("share, {}", measure.title());
+        let x = Axis::new(title, Scale::linear(0.0, 1.0)).ticks(5);
+        let pairs = order.iter().enumerate().map(|(n, &i)| (n, &indices.each[i]));
+        chart.panel(Panel::new(x, y).mark(Mark::Bars(pairs.flat_map(bars).collect())))
+    }))
 }
 
-/// Middle and half height of the bars of key `n` of `count`.
-fn place(panel: Panel, count: usize, n: usize) -> (f64, f64) {
-    let slot = (panel.bottom - panel.top) / count.max(1) as f64;
-    (panel.top + (n as f64 + 0.5) * slot, (0.38 * slot).min(18.0))
-}
-
-fn draw(canvas: &Canvas, panel: Panel, order: &[usize], indices: &[Index], name: &str) -> Drawn {
-    let scale = Scale::exact(0.0, 1.0, panel.horizontal());
-    let ticks = scale.ticks(5);
-    for &tick in &ticks {
-        canvas.line(&[(scale.at(tick), panel.top), (scale.at(tick), panel.bottom)], GRID, 1)?;
-    }
-    panel.horizontal_axis(canvas, &scale, &ticks, &format!("share, {name}"))?;
-    for (n, &i) in order.iter().enumerate() {
-        let (middle, height) = place(panel, order.len(), n);
-        let pair = [(indices[i].first, -1.0), (indices[i].total, 1.0)];
-        for ((estimate, side), colour) in pair.into_iter().zip(COLOURS) {
-            let y = middle + side * height / 2.0;
-            bar(canvas, &scale, &estimate, y, height * 0.45, colour)?;
-        }
-    }
-    Ok(())
-}
-
-fn bar(
-    canvas: &Canvas,
-    scale: &Scale,
-    estimate: &Estimate,
-    y: f64,
-    half: f64,
-    colour: RGBColor,
-) -> Drawn {
-    let (zero, end) = (scale.at(0.0), scale.at(estimate.value));
-    if end - zero >= 0.5 {
-        canvas.fill((zero, y - half), (end, y + half), colour)?;
-    }
-    let (low, high) = (scale.at(estimate.low), scale.at(estimate.high));
-    if high - low < 1.0 {
-        return Ok(());
-    }
-    canvas.line(&[(low, y), (high, y)], INK, 1)?;
-    for x in [low, high] {
-        canvas.line(&[(x, y - half * 0.6), (x, y + half * 0.6)], INK, 1)?;
-    }
-    Ok(())
+/// The bars of a key.
+fn bars((row, index): (usize, &Index)) -> [Bar; 2] {
+    let bar = |lane: usize, estimate: powergs_study::analysis::indices::Estimate| {
+        let part = Part::new(estimate.value.max(0.0), COLOURS[lane]);
+        let interval = Some((estimate.low, estimate.high));
+        Bar { lane: (lane, 2), interval, ..Bar::new(row, vec![part]) }
+    };
+    [bar(0, index.first), bar(1, index.total)]
 }

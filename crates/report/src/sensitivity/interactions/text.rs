@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::sample;
-use crate::charts::Chart;
 use crate::format::{shortened, significant, wrapped};
 use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::indices::{Estimate, Index};
 use powergs_study::findings::sensitivity::Measure;

@@ -1,12 +1,13 @@
 //! More axes: parallel coordinates, a line per design through its settings to its objectives.
 
-use super::{Lane, NAME, page};
-use crate::ReportError;
-use crate::charts::Chart;
+use super::{Lane, chart_of};
 use crate::format::{rounded, shortened};
-use crate::plot::{Align, Canvas, Drawn, GREY, INK, fitted, palette, text_width};
 use crate::sweep::axis::Axis;
 use crate::sweep::colour::Key;
+use powergs_chart::{
+    Chart, Colour, Entry, Line, Mark, Panel, Place, Rule, Scale, Side, Symbol, Weight, Words,
+    tick_label,
+};
 use powergs_study::analysis::Analysis;
 
 const TITLE: &str = "Settings and results of every design";
@@ -15,80 +16,80 @@ const LANES: usize = 6;
 const OBJECTIVES: usize = 4;
 /// Lines off the front that are drawn; more are a grey wall.
 const LINES: usize = 600;
-const TOP: f64 = 155.0;
-const BOTTOM: f64 = 610.0;
+/// Values of an axis that are named.
+const NAMED: usize = 18;
 
-pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Result<Chart, ReportError> {
+pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Chart {
     let lanes = &lanes[..lanes.len().min(LANES)];
     let objectives = &analysis.question.objectives;
     let objectives = &objectives[..objectives.len().min(OBJECTIVES)];
     let axes: Vec<Axis> = (0..objectives.len())
         .map(|j| {
             let values = analysis.rows.iter().map(|&row| analysis.value(j, row));
-            Axis::of(&objectives[j].name, values, (BOTTOM, TOP))
+            Axis::of(&objectives[j].name, values)
         })
         .collect();
-    let n = lanes.len() + axes.len();
-    let x = |i: usize| 120.0 + i as f64 * (1150.0 - 120.0) / (n - 1) as f64;
-    let at = |lane: &Lane, place: usize| {
-        BOTTOM - (place as f64 + 0.5) * (BOTTOM - TOP) / lane.order.len() as f64
-    };
-    let line = |row: u32| -> Vec<(f64, f64)> {
-        let settings = lanes.iter().map(|lane| at(lane, lane.place(row)));
-        let results = axes.iter().enumerate().map(|(j, axis)| axis.at(analysis.value(j, row)));
-        settings.chain(results).enumerate().map(|(i, y)| (x(i), y)).collect()
-    };
     let key = Key::named(analysis, &objectives[0].name, &analysis.front);
-    let drawing = page(analysis, TITLE).draw(|canvas| {
-        let step = analysis.rows.len().div_ceil(LINES).max(1);
-        for &row in analysis.rows.iter().step_by(step) {
-            canvas.line(&line(row), palette::PALE, 1)?;
-        }
-        for &row in &analysis.front {
-            canvas.line(&line(row), key.colour(row), 2)?;
-        }
-        canvas.line(&line(analysis.knee), palette::VERMILION, 5)?;
-        for (i, lane) in lanes.iter().enumerate() {
-            rule(canvas, x(i), lane.name, i, n)?;
-            let every = (lane.order.len() as f64 * 24.0 / (BOTTOM - TOP)).ceil() as usize;
-            for place in (0..lane.order.len()).step_by(every.max(1)) {
-                tick(canvas, (x(i), at(lane, place)), &shortened(&rounded(lane.word(place)), 12))?;
-            }
-        }
-        for (j, axis) in axes.iter().enumerate() {
-            let i = lanes.len() + j;
-            rule(canvas, x(i), &axis.name, i, n)?;
-            let ticks = axis.scale.ticks(6);
-            for value in &ticks {
-                let text = crate::plot::tick_label(*value, &ticks);
-                tick(canvas, (x(i), axis.scale.at(*value)), &text)?;
-            }
-        }
-        canvas.line(&[(40.0, 690.0), (70.0, 690.0)], palette::VERMILION, 5)?;
-        let words = format!("knee {}", analysis.table.label(analysis.knee));
-        canvas.text(&words, (80.0, 690.0), Align::Left, INK)?;
-        let after = 80.0 + text_width(&words) + 30.0;
-        let first = &axes[0].name;
-        let front = format!("coloured: the front, by {first}; grey: other designs");
-        canvas.text(&front, (after, 690.0), Align::Left, GREY)
-    })?;
-    Ok(Chart { name: NAME, title: TITLE, drawing })
+    let first = axes.first().map_or("", |a| &a.axis.title);
+    let knee = format!("knee {}", analysis.table.label(analysis.knee));
+    chart_of(analysis, TITLE)
+        .legend([
+            Entry::new(knee, Symbol::Line(Colour::VERMILION)),
+            Entry::note(format!("coloured: the front, by {first}; grey: other designs")),
+        ])
+        .panel(panel(analysis, lanes, &axes, &key))
 }
 
-/// A vertical axis with its name; names of neighbours take turns above and below.
-fn rule(canvas: &Canvas, x: f64, name: &str, i: usize, n: usize) -> Drawn {
-    canvas.line(&[(x, TOP), (x, BOTTOM)], GREY, 2)?;
-    let y = if i.is_multiple_of(2) { TOP - 30.0 } else { BOTTOM + 34.0 };
-    let room = 2.0 * (1150.0 - 120.0) / (n - 1).max(1) as f64 - 16.0;
-    let room = room.min(2.0 * (x - 16.0)).min(2.0 * (1264.0 - x));
-    canvas.bold(&fitted(name, room / 1.125), (x, y), Align::Centre, INK)
-}
-
-/// A value of an axis, on white so that it can be read over the lines.
-fn tick(canvas: &Canvas, (x, y): (f64, f64), text: &str) -> Drawn {
-    let white = plotters::style::RGBColor(255, 255, 255);
-    let width = text_width(text);
-    canvas.fill((x + 5.0, y - 10.0), (x + 13.0 + width, y + 10.0), white)?;
-    canvas.line(&[(x - 5.0, y), (x + 5.0, y)], GREY, 2)?;
-    canvas.text(text, (x + 9.0, y), Align::Left, INK)
+/// Heights are shares of the panel: every upright axis has its own values.
+fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &Key) -> Panel {
+    let height = |lane: &Lane, place: usize| (place as f64 + 0.5) / lane.order.len() as f64;
+    let line = |row: u32| -> Vec<Place> {
+        let settings = lanes.iter().map(|lane| height(lane, lane.place(row)));
+        let results = axes
+            .iter()
+            .enumerate()
+            .map(|(j, a)| a.axis.scale.share(analysis.value(j, row) * a.factor));
+        settings.chain(results).enumerate().map(|(i, y)| (i as f64 + 0.5, y)).collect()
+    };
+    // Names of neighbours take turns above and below.
+    let names: Vec<&str> =
+        lanes.iter().map(|l| l.name).chain(axes.iter().map(|a| a.axis.title.as_str())).collect();
+    let below = |(i, name): (usize, &&str)| Words::bold(if i % 2 == 1 { *name } else { "" });
+    let mut panel = Panel::new(
+        powergs_chart::Axis::names(names.iter().enumerate().map(below)),
+        powergs_chart::Axis::new("", Scale::linear(-0.03, 1.05)).hidden(),
+    );
+    let step = analysis.rows.len().div_ceil(LINES).max(1);
+    for &row in analysis.rows.iter().step_by(step) {
+        let line = Line::curve(line(row), Colour::PALE);
+        panel = panel.line(Line { weight: Weight::Hair, ..line });
+    }
+    for &row in &analysis.front {
+        panel = panel.line(Line::thin(line(row), key.colour(row)));
+    }
+    let knee = Line::curve(line(analysis.knee), Colour::VERMILION);
+    panel = panel.line(Line { weight: Weight::Bold, ..knee });
+    for (i, name) in names.iter().enumerate() {
+        let x = i as f64 + 0.5;
+        panel = panel.mark(Mark::Rule { at: Rule::X(x), colour: Colour::NOTE, dashed: false });
+        if i % 2 == 0 {
+            panel.over.push((x, 1.9, Words::bold(*name)));
+        }
+    }
+    for (i, lane) in lanes.iter().enumerate() {
+        let every = lane.order.len().div_ceil(NAMED).max(1);
+        for place in (0..lane.order.len()).step_by(every) {
+            let text = shortened(&rounded(lane.word(place)), 12);
+            panel = panel.label(text, (i as f64 + 0.5, height(lane, place)), Side::Right);
+        }
+    }
+    for (j, axis) in axes.iter().enumerate() {
+        let scale = &axis.axis.scale;
+        let ticks = scale.ticks(6);
+        for value in &ticks {
+            let at = ((lanes.len() + j) as f64 + 0.5, scale.share(*value));
+            panel = panel.label(tick_label(*value, &ticks), at, Side::Right);
+        }
+    }
+    panel
 }

@@ -1,0 +1,71 @@
+//! Colours of charts.
+
+/// An opaque colour: red, green, blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Colour(pub u8, pub u8, pub u8);
+
+/// Colours that people with any common colour vision can tell apart (Okabe and Ito), and greys.
+impl Colour {
+    /// Text.
+    pub const INK: Colour = Colour(34, 34, 34);
+    /// Text that is less important, and axes.
+    pub const NOTE: Colour = Colour(96, 96, 96);
+    /// Grid lines.
+    pub const GRID: Colour = Colour(222, 222, 222);
+    /// The page.
+    pub const PAPER: Colour = Colour(255, 255, 255);
+    /// Blue.
+    pub const BLUE: Colour = Colour(0, 114, 178);
+    /// Dark blue.
+    pub const NAVY: Colour = Colour(0, 62, 110);
+    /// Sky blue.
+    pub const SKY: Colour = Colour(86, 180, 233);
+    /// Bluish green.
+    pub const GREEN: Colour = Colour(0, 158, 115);
+    /// A darker green, beside the other.
+    pub const PINE: Colour = Colour(0, 120, 88);
+    /// Orange.
+    pub const ORANGE: Colour = Colour(230, 159, 0);
+    /// Yellow.
+    pub const YELLOW: Colour = Colour(240, 228, 66);
+    /// Vermilion.
+    pub const VERMILION: Colour = Colour(213, 94, 0);
+    /// Reddish purple.
+    pub const PURPLE: Colour = Colour(204, 121, 167);
+    /// Indigo (Tol), the darkest.
+    pub const INDIGO: Colour = Colour(51, 34, 136);
+    /// Light grey, for what is not there.
+    pub const PALE: Colour = Colour(221, 221, 221);
+    /// Middle grey.
+    pub const GREY: Colour = Colour(140, 140, 140);
+
+    /// The colour of text on this one.
+    pub fn text(self) -> Colour {
+        let Colour(r, g, b) = self;
+        let [r, g, b] = [r, g, b].map(f64::from);
+        if 0.299 * r + 0.587 * g + 0.114 * b > 145.0 { Colour::INK } else { Colour::PAPER }
+    }
+
+    /// The colour at a share from 0 to 1 of a scale from dark to light in equal steps of
+    /// brightness, for any colour vision (viridis).
+    pub fn at(share: f64) -> Colour {
+        let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        let place = share * (STOPS.len() - 1) as f64;
+        let i = (place as usize).min(STOPS.len() - 2);
+        let part = place - i as f64;
+        let (a, b) = (STOPS[i], STOPS[i + 1]);
+        let mix =
+            |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
+        Colour(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+    }
+}
+
+const STOPS: [Colour; 7] = [
+    Colour(68, 1, 84),
+    Colour(68, 58, 131),
+    Colour(49, 104, 142),
+    Colour(33, 145, 140),
+    Colour(53, 183, 121),
+    Colour(143, 215, 68),
+    Colour(240, 220, 40),
+];

@@ -1,0 +1,189 @@
+//! From a chart to files. The only place that knows pixels and the drawing library: plotters draws
+//! coordinate systems, meshes and series into shapes, and writers turn shapes into SVG, PNG and
+//! PDF.
+
+mod backend;
+mod beside;
+mod coord;
+mod font;
+pub mod labels;
+mod legend;
+mod marks;
+mod page;
+mod panel;
+pub(crate) mod pdf;
+pub(crate) mod png;
+pub mod scene;
+pub(crate) mod svg;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use self::backend::{FINE, Recorder, fine};
+use self::scene::{Point, Rgb, Scene, Shape, Text};
+use crate::{Chart, Colour, Words};
+
+/// Width and height of a page, page units.
+const SIZE: (f64, f64) = (1280.0, 720.0);
+/// Size of normal text: readable on a slide.
+const TEXT: f64 = 18.0;
+/// Size of the title.
+const TITLE: f64 = 28.0;
+/// Left edge of text.
+const LEFT: f64 = 40.0;
+/// Right edge of everything.
+const RIGHT: f64 = SIZE.0 - 28.0;
+/// From one line of text to the next.
+const LINE: f64 = 24.0;
+
+/// Characters that a line of text has at most.
+const LONGEST: usize = 400;
+
+/// Drawing failed, in the words of the library.
+type Drawn = Result<(), String>;
+
+/// The page of a chart.
+///
+/// # Errors
+/// What the drawing library said, which would be a mistake of ours.
+pub(crate) fn drawn(chart: &Chart) -> Result<Scene, String> {
+    let page = Page::new();
+    page::draw(&page, chart)?;
+    let shapes = page.shapes.take();
+    let (title, description) = (chart.title.to_owned(), chart.subtitle.clone());
+    Ok(Scene { size: SIZE, title, description, shapes })
+}
+
+/// What a point of a text is to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Align {
+    Left,
+    Centre,
+    Right,
+}
+
+/// A page being drawn.
+struct Page {
+    /// The whole page for plotters.
+    root: DrawingArea<Recorder, Shift>,
+    shapes: Rc<RefCell<Vec<Shape>>>,
+}
+
+impl Page {
+    fn new() -> Page {
+        let shapes: Rc<RefCell<Vec<Shape>>> = Rc::default();
+        let size = (fine(SIZE.0) as u32, fine(SIZE.1) as u32);
+        let root = Recorder { size, shapes: Rc::clone(&shapes) }.into_drawing_area();
+        Page { root, shapes }
+    }
+
+    fn push(&self, shape: Shape) {
+        self.shapes.borrow_mut().push(shape);
+    }
+
+    /// Text of normal size, half-way up at a point.
+    fn text(&self, words: &Words, at: Point, align: Align) {
+        self.sized(words, at, align, TEXT, false);
+    }
+
+    /// As [`Page::text`], with white around the letters.
+    fn over(&self, words: &Words, at: Point, align: Align) {
+        self.sized(words, at, align, TEXT, true);
+    }
+
+    fn sized(&self, words: &Words, at: Point, align: Align, size: f64, halo: bool) {
+        if words.text.trim().is_empty() {
+            return;
+        }
+        let width = font::width(&words.text, size, words.bold);
+        let left = match align {
+            Align::Left => 0.0,
+            Align::Centre => width / 2.0,
+            Align::Right => width,
+        };
+        let start = (at.0 - left, at.1 + font::MIDDLE * size);
+        let fill = rgb(words.colour);
+        let text = words.text.clone();
+        let bold = words.bold;
+        self.push(Shape::Text(Text { text, start, width, size, bold, upwards: false, fill, halo }));
+    }
+
+    fn fill(&self, [l, t, r, b]: scene::Area, colour: Colour) -> Drawn {
+        let corners = [fine_point((l, t)), fine_point((r, b))];
+        self.root.draw(&Rectangle::new(corners, style(colour).filled())).map_err(failed)
+    }
+
+    fn line(&self, points: &[Point], colour: Colour, width: f64) -> Drawn {
+        let points: Vec<_> = points.iter().copied().map(fine_point).collect();
+        self.root.draw(&PathElement::new(points, stroke(colour, width))).map_err(failed)
+    }
+
+    fn dot(&self, centre: Point, radius: f64, colour: Colour) -> Drawn {
+        let style = style(colour).filled();
+        self.root.draw(&Circle::new(fine_point(centre), fine(radius), style)).map_err(failed)
+    }
+}
+
+fn failed(error: impl std::fmt::Display) -> String {
+    error.to_string()
+}
+
+fn fine_point((x, y): Point) -> (i32, i32) {
+    (fine(x), fine(y))
+}
+
+fn rgb(Colour(r, g, b): Colour) -> Rgb {
+    (r, g, b)
+}
+
+fn style(Colour(r, g, b): Colour) -> RGBColor {
+    RGBColor(r, g, b)
+}
+
+/// A line of a width in page units.
+fn stroke(colour: Colour, width: f64) -> ShapeStyle {
+    style(colour).stroke_width((width * f64::from(FINE)) as u32)
+}
+
+/// Width of text of normal size, page units.
+fn width(words: &Words) -> f64 {
+    font::width(&words.text, TEXT, words.bold)
+}
+
+fn plain_width(text: &str) -> f64 {
+    font::width(text, TEXT, false)
+}
+
+/// Cuts words to a width.
+fn fitted(words: &Words, room: f64) -> Words {
+    sized_to(words, room, TEXT)
+}
+
+fn sized_to(words: &Words, room: f64, size: f64) -> Words {
+    // One line, whatever it came from.
+    let whole = words.text.replace(['\n', '\r', '\t'], " ");
+    let fits = |text: &str| font::width(text, size, words.bold) <= room;
+    let length = whole.chars().count();
+    if length <= LONGEST && fits(&whole) {
+        return Words { text: whole, ..words.clone() };
+    }
+    // The longest beginning that fits is between these.
+    let (mut fitting, mut too_long) = (1, length.min(LONGEST) + 1);
+    while too_long - fitting > 1 {
+        let middle = (fitting + too_long) / 2;
+        if fits(&shortened(&whole, middle)) { fitting = middle } else { too_long = middle }
+    }
+    Words { text: shortened(&whole, fitting), ..words.clone() }
+}
+
+/// At most `width` characters, the last one an ellipsis if some were cut off.
+fn shortened(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.into();
+    }
+    let kept: String = text.chars().take(width.saturating_sub(1)).collect();
+    format!("{}…", kept.trim_end())
+}

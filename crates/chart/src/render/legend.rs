@@ -1,0 +1,68 @@
+//! Rows of what colours and symbols mean.
+
+use super::{Align, Drawn, LEFT, LINE, Page, RIGHT, fitted, width};
+use crate::{Colour, Entry, Symbol, Words};
+
+/// Between two entries.
+const GAP: f64 = 28.0;
+
+/// Draws the rows below `top`; where they end.
+pub fn rows(page: &Page, rows: &[Vec<Entry>], top: f64) -> Result<f64, String> {
+    let mut y = top;
+    for row in rows.iter().filter(|r| !r.is_empty()) {
+        let mut x = LEFT;
+        for entry in row {
+            let wide = symbol_width(entry.symbol) + width(&words(entry));
+            // A row that is too long goes on in the next line.
+            if x > LEFT && x + wide > RIGHT {
+                (x, y) = (LEFT, y + LINE + 4.0);
+            }
+            draw(page, entry, (x, y), RIGHT - x)?;
+            x += wide + GAP;
+        }
+        y += LINE + 6.0;
+    }
+    Ok(y)
+}
+
+fn words(entry: &Entry) -> Words {
+    let colour = if entry.symbol == Symbol::None { Colour::NOTE } else { Colour::INK };
+    Words::new(entry.name.clone(), colour)
+}
+
+/// Room for a symbol and its distance to the name.
+pub fn symbol_width(symbol: Symbol) -> f64 {
+    match symbol {
+        Symbol::Line(_) | Symbol::Curve(_) | Symbol::Dashed(_) => 42.0,
+        Symbol::None => 0.0,
+        Symbol::Fill(_) | Symbol::Dot(_) | Symbol::Ring(..) | Symbol::Square(_) => 26.0,
+    }
+}
+
+/// Draws an entry, its left end half-way up at `at`.
+pub fn draw(page: &Page, entry: &Entry, at: (f64, f64), room: f64) -> Drawn {
+    let (x, y) = at;
+    let dot = (x + 9.0, y);
+    match entry.symbol {
+        Symbol::Fill(colour) => page.fill([x, y - 9.0, x + 18.0, y + 9.0], colour)?,
+        Symbol::Dot(colour) => page.dot(dot, 7.0, colour)?,
+        Symbol::Ring(ring, colour) => {
+            page.dot(dot, 9.0, ring)?;
+            page.dot(dot, 6.5, colour)?;
+        }
+        Symbol::Square(colour) => page.fill([x + 3.0, y - 6.0, x + 15.0, y + 6.0], colour)?,
+        Symbol::Line(colour) => page.line(&[(x, y), (x + 32.0, y)], colour, 3.0)?,
+        Symbol::Curve(colour) => {
+            page.line(&[(x, y), (x + 32.0, y)], colour, 2.0)?;
+            page.dot((x + 16.0, y), 4.0, colour)?;
+        }
+        Symbol::Dashed(colour) => {
+            page.line(&[(x, y), (x + 12.0, y)], colour, 2.0)?;
+            page.line(&[(x + 20.0, y), (x + 32.0, y)], colour, 2.0)?;
+        }
+        Symbol::None => {}
+    }
+    let before = symbol_width(entry.symbol);
+    page.text(&fitted(&words(entry), room - before), (x + before, y), Align::Left);
+    Ok(())
+}

@@ -1,0 +1,463 @@
+//! Marks of a panel as series of plotters, and labels beside them.
+
+use std::collections::HashSet;
+
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::prelude::*;
+
+use super::coord::Coord;
+use super::labels::{self, Wish};
+use super::scene::{Area, Point, Shape};
+use super::{
+    Align, Drawn, FINE, Page, Recorder, failed, fine, fitted, plain_width, stroke, style, width,
+};
+use crate::{
+    Bar, Bin, Cell, Colour, Form, Label, Line, Mark, Panel, Place, Points, Rule, Scale, Side, Size,
+    Span, Weight, Words,
+};
+
+/// Half a bar is at most as thick, page units.
+const THICKEST: f64 = 42.0;
+/// A bar beside others is at most as thick.
+const THICK_LANE: f64 = 24.0;
+/// More points than this of a line in one column of pixels show their range only.
+const DENSE: usize = 1500;
+/// Height of a line of text.
+const HEIGHT: f64 = 20.0;
+
+type Context<'c> = ChartContext<'c, Recorder, Cartesian2d<Coord, Coord>>;
+
+/// A panel being drawn.
+pub struct Plot<'p, 'c> {
+    page: &'p Page,
+    panel: &'p Panel,
+    chart: &'p mut Context<'c>,
+    area: Area,
+    /// Where no label may go.
+    solid: Vec<Area>,
+    /// What labels cover if they must.
+    soft: Vec<Point>,
+}
+
+impl<'p, 'c> Plot<'p, 'c> {
+    /// A panel whose plot is `area`.
+    pub fn new(
+        page: &'p Page,
+        panel: &'p Panel,
+        chart: &'p mut Context<'c>,
+        area: Area,
+    ) -> Plot<'p, 'c> {
+        Plot { page, panel, chart, area, solid: Vec::new(), soft: Vec::new() }
+    }
+
+    /// Draws all marks, then the labels.
+    pub fn draw(mut self) -> Drawn {
+        let panel = self.panel;
+        for mark in &panel.marks {
+            match mark {
+                Mark::Bars(bars) => self.bars(bars)?,
+                Mark::Tornado { rows, colours } => self.tornado(rows, *colours)?,
+                Mark::Histogram { bins, outlined } => self.histogram(bins, *outlined)?,
+                Mark::Line(line) => self.line(line)?,
+                Mark::Points(points) => self.points(points)?,
+                Mark::Heat(cells) => self.heat(cells)?,
+                Mark::Spans { spans, labels } => self.spans(spans, labels)?,
+                Mark::Image(image) if image.bytes().is_empty() => {}
+                Mark::Image(image) => {
+                    let (area, image) = (self.area, image.clone());
+                    self.page.push(Shape::Image { area, image });
+                }
+                Mark::Rule { at, colour, dashed } => self.rule(*at, *colour, *dashed)?,
+                Mark::Cross(at) => self.cross(*at)?,
+                Mark::Label(_) => {}
+            }
+        }
+        let labels = panel.marks.iter().filter_map(|mark| match mark {
+            Mark::Label(label) => Some(label),
+            _ => None,
+        });
+        self.labels(&labels.collect::<Vec<_>>())
+    }
+
+    /// The point of the page.
+    fn at(&self, (x, y): Place) -> Point {
+        let (x, y) = self.chart.backend_coord(&(x, y));
+        (f64::from(x) / f64::from(FINE), f64::from(y) / f64::from(FINE))
+    }
+
+    fn rectangle(&mut self, a: Place, b: Place, colour: Colour) -> Drawn {
+        let rectangle = Rectangle::new([a, b], style(colour).filled());
+        self.chart.draw_series([rectangle]).map(|_| ()).map_err(failed)
+    }
+
+    /// Text in a rectangle where it fits.
+    fn inside(&self, text: &str, a: Place, b: Place, colour: Colour) {
+        let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
+        let fits = plain_width(text) + 8.0 < (x1 - x0).abs() && (y1 - y0).abs() >= 17.0;
+        if fits && !text.is_empty() {
+            let words = Words::new(text, colour.text());
+            self.page.text(&words, ((x0 + x1) / 2.0, (y0 + y1) / 2.0), Align::Centre);
+        }
+    }
+
+    /// Page units of one place of an axis of names.
+    fn slot(&self, upright: bool) -> f64 {
+        let [l, t, r, b] = self.area;
+        let (scale, length) =
+            if upright { (&self.panel.y.scale, b - t) } else { (&self.panel.x.scale, r - l) };
+        length / scale.high()
+    }
+
+    fn bars(&mut self, bars: &[Bar]) -> Drawn {
+        let level = matches!(self.panel.y.scale, Scale::Names(_));
+        let slot = self.slot(level);
+        for bar in bars {
+            let lanes = bar.lane.1.max(1) as f64;
+            let share = if bar.lane.1 > 1 { 0.84 } else { 0.68 };
+            let most = if lanes > 1.0 && level { THICK_LANE * lanes } else { 2.0 * THICKEST };
+            // Upright bars side by side are as wide as there is room: numbers stand on them.
+            let most = if lanes > 1.0 && !level { slot } else { most };
+            let whole = (share * slot).min(most) / slot;
+            let thick = whole / lanes;
+            let begin = bar.row as f64 + 0.5 - whole / 2.0 + bar.lane.0 as f64 * thick;
+            let end = begin + thick * if lanes > 1.0 { 0.92 } else { 1.0 };
+            let place = |value: f64, across: f64| {
+                if level { (value, across) } else { (across, value) }
+            };
+            let mut from = 0.0;
+            for part in &bar.parts {
+                let value = if part.value.is_finite() { part.value } else { 0.0 };
+                let (a, b) = (place(from, begin), place(from + value, end));
+                self.rectangle(a, b, part.colour)?;
+                self.inside(&part.label, a, b, part.colour);
+                from += value;
+            }
+            if let Some(interval) = bar.interval {
+                let middle = (begin + end) / 2.0;
+                let ends = [interval.0, interval.1].map(|v| place(v, middle));
+                self.whiskers(ends, 0.3 * thick * slot)?;
+            }
+            let (x, y) = self.at(place(from, (begin + end) / 2.0));
+            let words = Words::from(bar.end.as_str());
+            if level {
+                self.page.text(&words, (x + 10.0, y), Align::Left);
+            } else {
+                self.page.text(&words, (x, y - 12.0), Align::Centre);
+            }
+        }
+        Ok(())
+    }
+
+    /// An interval: a line with caps.
+    fn whiskers(&mut self, [from, to]: [Place; 2], half: f64) -> Drawn {
+        let (a, b) = (self.at(from), self.at(to));
+        if (a.0 - b.0).abs() + (a.1 - b.1).abs() < 1.0 {
+            return Ok(());
+        }
+        let level = a.1 == b.1;
+        let cap = |(x, y): Point| {
+            if level { [(x, y - half), (x, y + half)] } else { [(x - half, y), (x + half, y)] }
+        };
+        for line in [[a, b], cap(a), cap(b)] {
+            self.page.line(&line, Colour::INK, 1.0)?;
+        }
+        Ok(())
+    }
+
+    fn tornado(&mut self, rows: &[[Option<f64>; 2]], colours: [Colour; 2]) -> Drawn {
+        let slot = self.slot(true);
+        let half = (0.36 * slot).min(16.0) / slot;
+        let (low, high) = (self.panel.x.scale.low(), self.panel.x.scale.high());
+        let zero = self.at((0.0, 0.0)).0;
+        for (i, values) in rows.iter().enumerate() {
+            let middle = i as f64 + 0.5;
+            let seen = |v: f64| (self.at((v, 0.0)).0 - zero).abs() >= 0.5;
+            let same = matches!(*values, [Some(a), Some(b)] if a * b > 0.0 && seen(a) && seen(b));
+            for (k, value) in values.iter().enumerate() {
+                let Some(value) = value.filter(|v| v.is_finite()) else { continue };
+                // Two bars to one side lie above each other.
+                let (top, bottom) = match (same, k) {
+                    (true, 0) => (middle - half, middle),
+                    (true, _) => (middle, middle + half),
+                    (false, _) => (middle - half, middle + half),
+                };
+                self.rectangle((0.0, top), (value, bottom), colours[k])?;
+                // A bar that the scale cuts off says how long it is.
+                if value > high || value < low {
+                    let (x, y) = self.at((value, (top + bottom) / 2.0));
+                    let (at, align) =
+                        if value > 0.0 { (x - 6.0, Align::Right) } else { (x + 6.0, Align::Left) };
+                    let words = Words::new(format!("{value:+.0}"), colours[k].text());
+                    self.page.text(&words, (at, y), align);
+                }
+            }
+        }
+        let [_, top, _, bottom] = self.area;
+        self.page.line(&[(zero, top), (zero, bottom)], Colour::NOTE, 1.0)
+    }
+
+    fn histogram(&mut self, bins: &[Bin], outlined: bool) -> Drawn {
+        let floor = self.panel.y.scale.low();
+        let mut named = Vec::new();
+        let width = self.area[2] - self.area[0];
+        let unit = (self.panel.x.scale.high() - self.panel.x.scale.low()) / width;
+        for bin in bins.iter().filter(|b| b.height > 0.0) {
+            let gap = if outlined { 0.0 } else { unit };
+            let (from, to) = (bin.from + gap, bin.to - gap);
+            self.rectangle((from, bin.height), (to, floor), bin.colour)?;
+            if outlined {
+                let corners = [(from, floor), (from, bin.height), (to, bin.height), (to, floor)];
+                let line = PathElement::new(corners.to_vec(), stroke(Colour::INK, 1.0));
+                self.chart.draw_series([line]).map_err(failed)?;
+            }
+            let ((l, t), (r, b)) = (self.at((from, bin.height)), self.at((to, floor)));
+            self.solid.push([l, t, r, b]);
+            if !bin.label.is_empty() {
+                named.push((bin.label.clone(), [l, t, r]));
+            }
+        }
+        // Names stand above wide bars and beside narrow ones; others have none.
+        let [left, top, right, bottom] = self.area;
+        let mut taken = self.solid.clone();
+        for (text, [l, t, r]) in named {
+            let half = plain_width(&text) / 2.0;
+            let middle = (l + r) / 2.0;
+            let above = [middle - half, t - 23.0, middle + half, t - 3.0];
+            let beside = [r + 8.0, t - 10.0, r + 8.0 + 2.0 * half, t + 10.0];
+            let inside = |a: &Area| a[0] >= left && a[1] >= top && a[2] <= right && a[3] <= bottom;
+            let free = |a: &Area| inside(a) && taken.iter().all(|o| !labels::overlap(*a, *o));
+            let places = if r - l > 2.0 * half { [above, beside] } else { [beside, beside] };
+            let Some(place) = places.into_iter().find(|a| free(a)) else { continue };
+            taken.push(place);
+            let at = (place[0], (place[1] + place[3]) / 2.0);
+            self.page.over(&Words::note(text), at, Align::Left);
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, line: &Line) -> Drawn {
+        let is_number = |p: &Place| p.0.is_finite() && p.1.is_finite();
+        for points in line.points.split(|p| !is_number(p)).filter(|p| p.len() > 1) {
+            let places: Vec<Point> = points.iter().map(|p| self.at(*p)).collect();
+            self.soft.extend(along(&places));
+            let width = match line.weight {
+                Weight::Hair => 1.0,
+                Weight::Thin => 2.0,
+                Weight::Curve => 3.0,
+                Weight::Bold => 5.0,
+            };
+            let look = stroke(line.colour, width);
+            let points = if points.len() > DENSE { ranges(points, &places) } else { points.into() };
+            if line.dashed {
+                let (dash, gap) = (fine(10.0), fine(8.0));
+                let series = DashedLineSeries::new(points, dash, gap, look);
+                self.chart.draw_series(series).map_err(failed)?;
+            } else {
+                self.chart.draw_series(LineSeries::new(points, look)).map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn points(&mut self, points: &Points) -> Drawn {
+        let radius = match points.size {
+            Size::Small => 4.0,
+            Size::Medium => 5.5,
+            Size::Large => 7.0,
+            Size::Huge => 9.0,
+        };
+        let mut seen = HashSet::new();
+        let mut shown = Vec::new();
+        for &(place, colour) in &points.points {
+            if !place.0.is_finite() || !place.1.is_finite() {
+                continue;
+            }
+            let (x, y) = self.at(place);
+            // One dot per place and colour, however many points lie there.
+            if seen.insert(((x / 1.5) as i32, (y / 1.5) as i32, colour)) {
+                shown.push((place, colour));
+                let reach = radius + if points.ring.is_some() { 4.0 } else { 2.0 };
+                let place = [x - reach, y - reach, x + reach, y + reach];
+                if points.crowd { self.soft.push((x, y)) } else { self.solid.push(place) }
+            }
+        }
+        if let Some(ring) = points.ring {
+            let rings: Vec<_> = shown.iter().map(|(place, _)| (*place, ring)).collect();
+            let wide = if points.size == Size::Huge { 4.0 } else { 2.0 };
+            self.look(&rings, points.form, radius + wide)?;
+        }
+        self.look(&shown, points.form, radius)
+    }
+
+    fn look(&mut self, points: &[(Place, Colour)], form: Form, radius: f64) -> Drawn {
+        match form {
+            Form::Dot => {
+                let dots = points
+                    .iter()
+                    .map(|&(place, c)| Circle::new(place, fine(radius), style(c).filled()));
+                self.chart.draw_series(dots.collect::<Vec<_>>()).map_err(failed)?;
+            }
+            Form::Square => {
+                let reach = fine(0.86 * radius);
+                for &(place, c) in points {
+                    let corners = [(-reach, -reach), (reach, reach)];
+                    let square =
+                        EmptyElement::at(place) + Rectangle::new(corners, style(c).filled());
+                    self.chart.draw_series([square]).map_err(failed)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn heat(&mut self, cells: &[Cell]) -> Drawn {
+        let [l, t, r, b] = self.area;
+        self.page.fill([l, t, r, b], Colour::PALE)?;
+        for cell in cells {
+            let (x, y) = (cell.column as f64, cell.row as f64);
+            let (corner, end) = ((x, y), (x + 1.0, y + 1.0));
+            self.rectangle(corner, end, cell.colour)?;
+            let middle = self.at((x + 0.5, y + 0.5));
+            let high = self.slot(true) > 36.0;
+            let shift = if high { 8.0 } else { 0.0 };
+            if plain_width(&cell.label) + 8.0 < self.slot(false) && high {
+                let words = Words::new(cell.label.as_str(), cell.colour.text());
+                self.page.text(&words, (middle.0, middle.1 + shift), Align::Centre);
+            }
+            if let Some(colour) = cell.dot {
+                let up = if high { self.at((x, y)).1 + 12.0 } else { middle.1 };
+                self.page.dot((middle.0, up), 7.5, Colour::PAPER)?;
+                self.page.dot((middle.0, up), 6.0, colour)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn spans(&mut self, spans: &[Span], labels: &[(Span, String)]) -> Drawn {
+        let corners = |s: &Span| ((s.from, s.track as f64), (s.to, s.track as f64 + 0.86));
+        for span in spans {
+            let (a, b) = corners(span);
+            self.rectangle(a, b, span.colour)?;
+        }
+        for (span, text) in labels {
+            let (a, b) = corners(span);
+            self.inside(text, a, b, span.colour);
+        }
+        Ok(())
+    }
+
+    fn rule(&mut self, at: Rule, colour: Colour, dashed: bool) -> Drawn {
+        let (x, y) = (&self.panel.x.scale, &self.panel.y.scale);
+        let is_on = |scale: &Scale, v: f64| v >= scale.low() && v <= scale.high();
+        let points = match at {
+            Rule::X(v) if is_on(x, v) => vec![(v, y.low()), (v, y.high())],
+            Rule::Y(v) if is_on(y, v) => vec![(x.low(), v), (x.high(), v)],
+            Rule::X(_) | Rule::Y(_) => return Ok(()),
+        };
+        self.line(&Line { points, colour, weight: Weight::Thin, dashed })
+    }
+
+    fn cross(&mut self, at: Place) -> Drawn {
+        let (x, y) = self.at(at);
+        for (colour, width, reach) in [(Colour::INK, 5.0, 10.0), (Colour::PAPER, 2.0, 9.0)] {
+            self.page.line(&[(x - reach, y), (x + reach, y)], colour, width)?;
+            self.page.line(&[(x, y - reach), (x, y + reach)], colour, width)?;
+        }
+        Ok(())
+    }
+
+    /// Labels with a fixed side first, then the others where they have room.
+    fn labels(&mut self, labels: &[&Label]) -> Drawn {
+        let is_number = |l: &&Label| l.at.0.is_finite() && l.at.1.is_finite();
+        let labels: Vec<&Label> = labels.iter().copied().filter(is_number).collect();
+        for label in labels.iter().filter(|l| l.side != Side::Free) {
+            let area = self.fixed(label);
+            self.solid.push(area);
+        }
+        let [l, t, r, b] = self.area;
+        let free: Vec<&&Label> = labels.iter().filter(|l| l.side == Side::Free).collect();
+        let room = (r - l) * 0.6;
+        let words: Vec<Words> = free.iter().map(|l| fitted(&l.words, room)).collect();
+        let wishes: Vec<Wish> = free
+            .iter()
+            .zip(&words)
+            .map(|(l, words)| {
+                let size = (width(words), HEIGHT);
+                Wish { at: self.at(l.at), size, may_leave: true }
+            })
+            .collect();
+        let frame = [l + 2.0, t - 8.0, r + 24.0, b - 2.0];
+        let places = labels::place(&wishes, &self.solid, &self.soft, frame);
+        for ((place, wish), words) in places.iter().zip(&wishes).zip(&words) {
+            let Some([left, top, right, bottom]) = *place else { continue };
+            let middle = (top + bottom) / 2.0;
+            let near = (wish.at.0.clamp(left, right), wish.at.1.clamp(top + 4.0, bottom - 4.0));
+            let (dx, dy) = (near.0 - wish.at.0, near.1 - wish.at.1);
+            // A thin line to the point where the label is not beside it.
+            if dx.hypot(dy) > 24.0 {
+                self.page.line(&[wish.at, near], Colour::GREY, 1.0)?;
+            }
+            self.page.over(words, (left, middle), Align::Left);
+        }
+        Ok(())
+    }
+
+    /// Draws a label on its side; where it is.
+    fn fixed(&self, label: &Label) -> Area {
+        let (x, y) = self.at(label.at);
+        let wide = width(&label.words);
+        let [left, _, right, _] = self.area;
+        let (start, middle) = match label.side {
+            Side::Right => (x + 12.0, y),
+            Side::Left => (x - 12.0 - wide, y),
+            Side::Above => (x - wide / 2.0, y - 20.0),
+            Side::Below => (x - wide / 2.0, y + 20.0),
+            Side::AboveLeft => (x - 8.0 - wide, y - 14.0),
+            Side::BelowLeft => (x - 8.0 - wide, y + 14.0),
+            Side::AboveRight => (x + 8.0, y - 14.0),
+            Side::Centre | Side::Free => (x - wide / 2.0, y),
+        };
+        // On the panel, whatever the side.
+        let start = start.min(right + 24.0 - wide).max(left + 2.0);
+        self.page.over(&label.words, (start, middle), Align::Left);
+        [start, middle - HEIGHT / 2.0, start + wide, middle + HEIGHT / 2.0]
+    }
+}
+
+/// Points of a line, near enough to each other that no label lies between two of them.
+fn along(line: &[Point]) -> Vec<Point> {
+    const STEP: f64 = 12.0;
+    let mut all = Vec::new();
+    for ends in line.windows(2) {
+        let ((x, y), (to_x, to_y)) = (ends[0], ends[1]);
+        let steps = ((to_x - x).hypot(to_y - y) / STEP).ceil().max(1.0);
+        all.extend((0..steps as usize).map(|i| {
+            let share = i as f64 / steps;
+            (x + share * (to_x - x), y + share * (to_y - y))
+        }));
+    }
+    all
+}
+
+/// Where many points share a column of pixels: its first, least, largest and last one.
+fn ranges(points: &[Place], places: &[Point]) -> Vec<Place> {
+    let mut kept: Vec<Place> = Vec::new();
+    let mut i = 0;
+    while i < points.len() {
+        let column = places[i].0.round();
+        let mut end = i + 1;
+        while end < points.len() && places[end].0.round() == column {
+            end += 1;
+        }
+        let here = &points[i..end];
+        let by_height = |a: &&Place, b: &&Place| a.1.total_cmp(&b.1);
+        let low = here.iter().min_by(by_height).copied();
+        let high = here.iter().max_by(by_height).copied();
+        let x = here[0].0;
+        let all = [Some(here[0]), low, high, here.last().copied()];
+        kept.extend(all.into_iter().flatten().map(|p| (x, p.1)));
+        kept.dedup();
+        i = end;
+    }
+    kept
+}

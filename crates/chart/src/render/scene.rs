@@ -1,0 +1,95 @@
+//! A page as shapes: what plotters drew, in page units, before it becomes SVG, PNG or PDF.
+
+use powergs_pixels::RgbImage;
+
+/// A point of the page, units from its upper left corner.
+pub type Point = (f64, f64);
+
+/// An opaque colour.
+pub type Rgb = (u8, u8, u8);
+
+/// A rectangle: left, top, right, bottom, page units.
+pub type Area = [f64; 4];
+
+/// One thing on a page. Later shapes cover earlier ones.
+#[derive(Debug, Clone)]
+pub enum Shape {
+    /// A filled rectangle.
+    Rectangle {
+        /// Its place.
+        area: Area,
+        /// Its colour.
+        fill: Rgb,
+    },
+    /// A line through points.
+    Line {
+        /// Its corners.
+        points: Vec<Point>,
+        /// Its colour.
+        stroke: Rgb,
+        /// Its width, page units.
+        width: f64,
+    },
+    /// A filled polygon.
+    Polygon {
+        /// Its corners.
+        points: Vec<Point>,
+        /// Its colour.
+        fill: Rgb,
+    },
+    /// A filled circle.
+    Circle {
+        /// Its centre.
+        centre: Point,
+        /// Its radius, page units.
+        radius: f64,
+        /// Its colour.
+        fill: Rgb,
+    },
+    /// A line of text.
+    Text(Text),
+    /// A raster image.
+    Image {
+        /// Its place.
+        area: Area,
+        /// Its pixels.
+        image: RgbImage,
+    },
+}
+
+/// A line of text.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Text {
+    /// The words.
+    pub text: String,
+    /// Left end of the base line; of text that reads upwards its lower end.
+    pub start: Point,
+    /// Width, page units.
+    pub width: f64,
+    /// Size of an em, page units.
+    pub size: f64,
+    /// Whether it is bold.
+    pub bold: bool,
+    /// Whether it reads upwards.
+    pub upwards: bool,
+    /// Its colour.
+    pub fill: Rgb,
+    /// Whether white surrounds the letters, so that lines below do not strike them through.
+    pub halo: bool,
+}
+
+/// Width of the white around letters, page units.
+pub const HALO: f64 = 5.0;
+
+/// A finished page.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// Width and height, page units.
+    pub size: (f64, f64),
+    /// What it shows, for readers who do not see it.
+    pub title: String,
+    /// A line of context.
+    pub description: String,
+    /// From the lowest to the uppermost.
+    pub shapes: Vec<Shape>,
+}

@@ -1,0 +1,148 @@
+//! A page as SVG. Text stays text, so that it can be searched, read out and edited; its width is
+//! given, so that it fits with any font.
+
+use std::fmt::Write;
+
+use super::png;
+use super::scene::{HALO, Point, Rgb, Scene, Shape, Text};
+
+/// The font of the measured widths, then others of about the same.
+const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
+
+/// The SVG of a page.
+///
+/// # Errors
+/// An image that cannot be written as PNG.
+pub fn svg(scene: &Scene) -> Result<String, String> {
+    let (width, height) = scene.size;
+    let mut out = format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
+         xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n<desc>{}</desc>\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
+         <g font-family=\"{FONTS}\" fill=\"none\">\n",
+        escaped(&scene.title),
+        escaped(&scene.description)
+    );
+    for shape in &scene.shapes {
+        draw(&mut out, shape)?;
+    }
+    out.push_str("</g>\n</svg>\n");
+    Ok(out)
+}
+
+fn draw(out: &mut String, shape: &Shape) -> Result<(), String> {
+    let written = match shape {
+        Shape::Rectangle { area: [l, t, r, b], fill } => {
+            let (w, h) = (number(r - l), number(b - t));
+            let (x, y) = (number(*l), number(*t));
+            let fill = colour(*fill);
+            writeln!(
+                out,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"{fill}\"/>"
+            )
+        }
+        Shape::Line { points, stroke, width } => {
+            let (stroke, width) = (colour(*stroke), number(*width));
+            let points = corners(points);
+            writeln!(
+                out,
+                "<polyline points=\"{points}\" stroke=\"{stroke}\" stroke-width=\"{width}\"/>"
+            )
+        }
+        Shape::Polygon { points, fill } => {
+            writeln!(out, "<polygon points=\"{}\" fill=\"{}\"/>", corners(points), colour(*fill))
+        }
+        Shape::Circle { centre, radius, fill } => writeln!(
+            out,
+            "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" fill=\"{}\"/>",
+            number(centre.0),
+            number(centre.1),
+            number(*radius),
+            colour(*fill)
+        ),
+        Shape::Text(text) => words(out, text),
+        Shape::Image { area: [l, t, r, b], image } => writeln!(
+            out,
+            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+             href=\"data:image/png;base64,{}\"/>",
+            number(*l),
+            number(*t),
+            number(r - l),
+            number(b - t),
+            base64(&png::encoded(image)?)
+        ),
+    };
+    written.map_err(|e| e.to_string())
+}
+
+fn words(out: &mut String, text: &Text) -> std::fmt::Result {
+    let (x, y) = (number(text.start.0), number(text.start.1));
+    write!(out, "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\"", number(text.size))?;
+    if text.bold {
+        out.push_str(" font-weight=\"bold\"");
+    }
+    if text.upwards {
+        write!(out, " transform=\"rotate(270 {x} {y})\"")?;
+    }
+    if text.halo {
+        write!(out, " stroke=\"#fff\" stroke-width=\"{HALO}\" paint-order=\"stroke\"")?;
+    }
+    let (width, fill) = (number(text.width), colour(text.fill));
+    let text = escaped(&text.text);
+    writeln!(
+        out,
+        " textLength=\"{width}\" lengthAdjust=\"spacingAndGlyphs\" fill=\"{fill}\">{text}</text>"
+    )
+}
+
+fn corners(points: &[Point]) -> String {
+    let mut out = String::with_capacity(12 * points.len());
+    for (i, (x, y)) in points.iter().enumerate() {
+        let space = if i > 0 { " " } else { "" };
+        out.push_str(&format!("{space}{},{}", number(*x), number(*y)));
+    }
+    out
+}
+
+/// At most two digits behind the point, and no zeros at the end.
+pub(super) fn number(v: f64) -> String {
+    let text = format!("{v:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
+
+fn colour((r, g, b): Rgb) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            // XML has no other control characters.
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Base64 with padding (RFC 4648).
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let mut group = [0; 3];
+        group[..chunk.len()].copy_from_slice(chunk);
+        let bits = u32::from_be_bytes([0, group[0], group[1], group[2]]);
+        for i in 0..4 {
+            let digit = DIGITS[(bits >> (18 - 6 * i)) as usize & 63];
+            text.push(if i <= chunk.len() { digit as char } else { '=' });
+        }
+    }
+    text
+}

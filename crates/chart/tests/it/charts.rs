@@ -1,0 +1,340 @@
+//! Charts as values: whatever they hold, they are drawn, and all files of one chart say the same.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+use powergs_chart::render::labels::{Wish, overlap, place};
+use powergs_chart::{
+    Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Label, Line, Mark, Name,
+    Panel, Part, Place, Points, Rule, Scale, Side, Size, Span, Symbol, Weight, Words,
+};
+use powergs_pixels::{Limits, RgbImage, Samples, decode};
+
+/// Numbers that data may hold.
+const NASTY: [f64; 9] =
+    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, -1.0, 1e300, -1e300, f64::MIN_POSITIVE];
+
+fn every_symbol() -> Vec<Entry> {
+    let [a, b] = [Colour::BLUE, Colour::INK];
+    let symbols = [
+        Symbol::Fill(a),
+        Symbol::Dot(a),
+        Symbol::Ring(a, b),
+        Symbol::Square(a),
+        Symbol::Line(a),
+        Symbol::Curve(a),
+        Symbol::Dashed(a),
+        Symbol::None,
+    ];
+    symbols.into_iter().enumerate().map(|(i, s)| Entry::new(format!("entry {i}"), s)).collect()
+}
+
+fn every_side() -> [Side; 9] {
+    [
+        Side::Free,
+        Side::Right,
+        Side::Left,
+        Side::Above,
+        Side::Below,
+        Side::AboveLeft,
+        Side::BelowLeft,
+        Side::AboveRight,
+        Side::Centre,
+    ]
+}
+
+/// Every mark there is, from `values`.
+fn every_mark(values: &[f64], text: &str) -> Vec<Mark> {
+    let points: Vec<Place> =
+        values.iter().flat_map(|&x| values.iter().map(move |&y| (x, y))).collect();
+    let bar = |(i, &v): (usize, &f64)| {
+        let part = Part { value: v, colour: Colour::SKY, label: text.into() };
+        let bar = Bar::new(i % 3, vec![part.clone(), part]).end(text);
+        Bar { lane: (i % 2, 2), interval: Some((v, -v)), ..bar }
+    };
+    let bin = |&v: &f64| Bin {
+        from: v,
+        to: v + 1.0,
+        height: v,
+        colour: Colour::GREEN,
+        label: text.into(),
+    };
+    let span = |&v: &f64| Span { track: 0, from: v, to: 2.0 * v, colour: Colour::ORANGE };
+    let cell = |_: &f64| Cell {
+        column: 0,
+        row: 0,
+        colour: Colour::at(values.first().copied().unwrap_or(0.5)),
+        label: text.into(),
+        dot: Some(Colour::INK),
+    };
+    let pair = |&v: &f64| [Some(v), Some(-v)];
+    let dots = Points::dots(points.clone(), Colour::INK, Size::Huge);
+    let mut marks = vec![
+        Mark::Bars(values.iter().enumerate().map(bar).collect()),
+        Mark::Tornado {
+            rows: values.iter().map(pair).collect(),
+            colours: [Colour::BLUE, Colour::ORANGE],
+        },
+        Mark::Histogram { bins: values.iter().map(bin).collect(), outlined: true },
+        Mark::Line(Line {
+            weight: Weight::Bold,
+            dashed: true,
+            ..Line::curve(points.clone(), Colour::INK)
+        }),
+        Mark::Line(Line { weight: Weight::Hair, ..Line::thin(points.clone(), Colour::INK) }),
+        Mark::Points(Points { form: Form::Square, ring: Some(Colour::BLUE), ..dots.clone() }),
+        Mark::Points(Points { crowd: true, size: Size::Small, ..dots }),
+        Mark::Heat(values.iter().map(cell).collect()),
+        Mark::Spans {
+            spans: values.iter().map(span).collect(),
+            labels: values.iter().map(|v| (span(v), text.to_owned())).collect(),
+        },
+        Mark::Image(RgbImage::filled(3, 2, [7; 3])),
+    ];
+    for (i, &v) in values.iter().enumerate() {
+        let at = if i % 2 == 0 { Rule::X(v) } else { Rule::Y(v) };
+        marks.push(Mark::Rule { at, colour: Colour::GREY, dashed: true });
+        marks.push(Mark::Cross((v, v)));
+        let side = every_side()[i % 9];
+        marks.push(Mark::Label(Label { words: text.into(), at: (v, -v), side }));
+    }
+    marks
+}
+
+/// A panel with every mark and every part.
+fn panel(x: Scale, y: Scale, values: &[f64], text: &str) -> Panel {
+    let mut panel = Panel::new(Axis::new(text, x), Axis::new(text, y)).heading(Words::bold(text));
+    panel.marks = every_mark(values, text);
+    panel.remark = Some(Words::note(text));
+    panel.over = values.iter().map(|&v| (v, v, Words::bold(text))).collect();
+    panel.right = values.iter().map(|&v| (v, vec![text.into(), text.into()])).collect();
+    panel.colours = Some((text.into(), text.into()));
+    panel
+}
+
+fn scales(values: &[f64], names: &[&str]) -> Vec<Scale> {
+    let mut scales = vec![Scale::Names(names.iter().map(|n| Name::from(*n)).collect())];
+    for &a in values {
+        scales.push(Scale::from_zero(a));
+        for &b in values {
+            scales.push(Scale::linear(a, b));
+            scales.push(Scale::logarithmic(a, b));
+        }
+    }
+    scales.push(Scale::around(values.iter().copied(), 0.1));
+    scales
+}
+
+fn whole(panels: Vec<Panel>, text: &str) -> Chart {
+    let entries = every_symbol();
+    Chart { panels, columns: Columns::Are(2), ..Chart::new("all", "Everything", text) }
+        .legend(entries.clone())
+        .legend([Entry::fill(text, Colour::INK)])
+        .beside(Beside::Entries { title: text.into(), entries })
+        .beside(Beside::Scale { title: text.into(), labels: vec![(0.5, text.into())] })
+        .beside(Beside::List { title: text.into(), rows: vec![(text.into(), text.into())] })
+        .note(text)
+}
+
+/// Draws a chart; no number that is none may be written.
+fn drawn(chart: &Chart) -> String {
+    let svg = chart.svg().expect("drawn");
+    for attribute in
+        svg.split('<').filter(|tag| !tag.starts_with("text") && !tag.starts_with("desc"))
+    {
+        assert!(!attribute.contains("NaN") && !attribute.contains("inf"), "{attribute}");
+    }
+    svg
+}
+
+#[test]
+fn numbers_that_are_none_are_drawn() {
+    for scale in scales(&NASTY, &["a", "b"]) {
+        let panel = panel(scale.clone(), scale, &NASTY, "text");
+        drawn(&Chart::new("nasty", "Nasty", "").panel(panel));
+    }
+}
+
+#[test]
+fn empty_charts_and_single_points_are_drawn() {
+    drawn(&Chart::new("none", "None", ""));
+    drawn(&whole(Vec::new(), ""));
+    for values in [&[][..], &[0.0], &[7.0]] {
+        for scale in scales(values, &[]) {
+            drawn(&whole(vec![panel(scale.clone(), scale, values, "")], ""));
+        }
+    }
+    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(RgbImage::filled(0, 0, [7; 3]), "")));
+    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(RgbImage::filled(1, 1, [7; 3]), "")));
+}
+
+#[test]
+fn huge_labels_are_drawn() {
+    let text = "an absurdly long label\nwith <signs> & \u{7} characters, \u{1F600} ".repeat(40);
+    let scale = Scale::Names((0..40).map(|_| Name::from(text.as_str())).collect());
+    let linear = Scale::linear(0.0, 1.0);
+    let values = [0.25, 0.5, 0.75];
+    let svg = drawn(&whole(
+        vec![
+            panel(linear.clone(), scale.clone(), &values, &text),
+            panel(scale, linear, &values, &text),
+        ],
+        &text,
+    ));
+    assert!(svg.contains("&lt;signs&gt;") && !svg.contains("<signs>") && !svg.contains('\u{7}'));
+}
+
+fn chart() -> Chart {
+    let x = Axis::new("length, µm (logarithmic)", Scale::logarithmic(0.1, 1000.0));
+    let y = Axis::new("power, mW", Scale::from_zero(93.0));
+    let points: Vec<Place> =
+        (0..20).map(|i| (0.1 * 1.6f64.powi(i), f64::from(i * i) / 4.0)).collect();
+    let curve = Panel::new(x, y)
+        .heading(Words::bold("left (<&>)"))
+        .line(Line::curve(points.clone(), Colour::BLUE))
+        .points(Points::dots(points, Colour::ORANGE, Size::Large))
+        .label("the λ of ρ²", (10.0, 25.0), Side::Free)
+        .dashed(Rule::Y(60.0), Colour::VERMILION);
+    let bars = (0..3).map(|i| {
+        Bar::new(i, vec![Part::new(2.0, Colour::SKY), Part::new(1.0, Colour::GREEN)]).end("3.0")
+    });
+    let bars =
+        Panel::new(Axis::new("energy, mJ", Scale::from_zero(3.0)), Axis::names(["a", "b", "c"]))
+            .mark(Mark::Bars(bars.collect()));
+    Chart::new("example", "An example", "one line of context")
+        .legend([Entry::fill("sky", Colour::SKY), Entry::new("line", Symbol::Line(Colour::BLUE))])
+        .columns(2)
+        .panel(curve)
+        .panel(bars)
+        .note("a note")
+}
+
+/// Texts of an SVG in order, with their boxes.
+fn svg_texts(svg: &str) -> Vec<(String, [f64; 4])> {
+    let number = |tag: &str, name: &str| -> f64 {
+        let (_, rest) = tag.split_once(&format!(" {name}=\"")).expect("an attribute");
+        rest.split('"').next().and_then(|v| v.parse().ok()).expect("a number")
+    };
+    let mut texts = Vec::new();
+    for tag in svg.split("<text").skip(1) {
+        let (attributes, rest) = tag.split_once('>').expect("a tag");
+        let text = rest.split("</text>").next().expect("text");
+        let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+        let (x, y, size) =
+            (number(attributes, "x"), number(attributes, "y"), number(attributes, "font-size"));
+        let width = number(attributes, "textLength");
+        let area = if attributes.contains("rotate") {
+            [x - 0.8 * size, y - width, x + 0.2 * size, y]
+        } else {
+            [x, y - 0.8 * size, x + width, y + 0.2 * size]
+        };
+        texts.push((text, area));
+    }
+    texts
+}
+
+/// Texts of a PDF in order.
+fn pdf_texts(pdf: &[u8]) -> Vec<String> {
+    let find = |needle: &[u8], from: usize| {
+        pdf[from..].windows(needle.len()).position(|w| w == needle).map(|at| from + at)
+    };
+    let start = find(b"stream\n", 0).expect("a page") + 7;
+    let mut content = String::new();
+    ZlibDecoder::new(&pdf[start..]).read_to_string(&mut content).expect("packed text");
+    let of = |part: &str| {
+        let hex = part.split('>').next().expect("a string").strip_prefix("FEFF").expect("UTF-16");
+        let unit = |i: usize| u16::from_str_radix(&hex[4 * i..4 * i + 4], 16).expect("hex");
+        String::from_utf16(&(0..hex.len() / 4).map(unit).collect::<Vec<_>>()).expect("text")
+    };
+    content.split("/ActualText <").skip(1).map(of).collect()
+}
+
+#[test]
+fn svg_pdf_and_png_say_the_same() {
+    let chart = chart();
+    let svg = svg_texts(&chart.svg().expect("SVG"));
+    let words: Vec<&str> = svg.iter().map(|t| t.0.as_str()).collect();
+    for expected in ["An example", "one line of context", "left (<&>)", "the λ of ρ²", "power, mW"]
+    {
+        assert!(words.contains(&expected), "{expected} is missing in {words:?}");
+    }
+    let pdf = chart.pdf().expect("PDF");
+    assert_eq!(pdf_texts(&pdf), words);
+    let png = chart.png().expect("PNG");
+    let picture = decode(&png, Limits { side: 1920, bytes: 1 << 26 }).expect("a PNG");
+    assert_eq!((picture.width, picture.height, picture.channels), (1920, 1080, 3));
+    let Samples::Eight(pixels) = &picture.samples else { panic!("8 bits") };
+    for (text, area) in &svg {
+        let [l, t, r, b] = area.map(|v| (1.5 * v).round() as u32);
+        assert!(r <= 1920 && b <= 1080, "{text} is cut off");
+        let pixel = |x: u32, y: u32| &pixels[3 * (y * 1920 + x) as usize..][..3];
+        let dark = |x: u32, y: u32| pixel(x, y).iter().any(|c| *c < 128);
+        let ink =
+            (l..r).flat_map(|x| (t..b).map(move |y| (x, y))).filter(|p| dark(p.0, p.1)).count();
+        assert!(ink >= text.trim().chars().count() * 3, "{text}: {ink} dark pixels");
+    }
+}
+
+#[test]
+fn a_pdf_is_well_formed() {
+    let mut chart = chart();
+    chart = chart.panel(Panel::picture(RgbImage::from_fn(5, 4, |x, y| [x as u8, y as u8, 9]), "p"));
+    let pdf = chart.pdf().expect("PDF");
+    assert_eq!(pdf, chart.pdf().expect("PDF"), "the same bytes");
+    assert!(pdf.starts_with(b"%PDF-1.5\n") && pdf.ends_with(b"%%EOF\n"));
+    // Every entry of the table leads to its object, and the end to the table.
+    let text = String::from_utf8_lossy(&pdf[pdf.len() - 900..]).into_owned();
+    let start: usize = text
+        .split("startxref\n")
+        .nth(1)
+        .and_then(|t| t.lines().next())
+        .expect("an offset")
+        .parse()
+        .expect("a number");
+    let table = String::from_utf8(pdf[start..].to_vec()).expect("text");
+    let offsets = table.lines().filter(|l| l.ends_with(" n "));
+    let mut objects = 0;
+    for (i, line) in offsets.enumerate() {
+        let offset: usize = line[..10].parse().expect("an offset");
+        assert!(pdf[offset..].starts_with(format!("{} 0 obj\n", i + 1).as_bytes()));
+        objects += 1;
+    }
+    assert_eq!(objects, 6, "catalogue, pages, page, content, picture, title");
+    assert!(table.contains("/Size 7"));
+}
+
+#[test]
+fn the_same_chart_is_the_same_bytes() {
+    let once = (chart().svg().expect("SVG"), chart().png().expect("PNG"));
+    let other = std::thread::spawn(|| (chart().svg().expect("SVG"), chart().png().expect("PNG")));
+    assert!(once == other.join().expect("drawn"));
+}
+
+#[test]
+fn labels_cover_no_mark_and_no_label() {
+    let frame = [0.0, 0.0, 1000.0, 600.0];
+    let at = |i: u32| (f64::from(i * 7919 % 1000), f64::from(i * 104_729 % 600));
+    let points: Vec<(f64, f64)> = (0..60).map(at).collect();
+    let marks: Vec<[f64; 4]> =
+        points.iter().map(|(x, y)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0]).collect();
+    let wish = |&at: &(f64, f64)| Wish { at, size: (90.0, 20.0), may_leave: true };
+    let wishes: Vec<Wish> = points.iter().map(wish).collect();
+    let places = place(&wishes, &marks, &points, frame);
+    let placed: Vec<[f64; 4]> = places.iter().flatten().copied().collect();
+    assert!(placed.len() > 40, "{} of 60 found a place", placed.len());
+    for (i, a) in placed.iter().enumerate() {
+        assert!(a[0] >= frame[0] && a[1] >= frame[1] && a[2] <= frame[2] && a[3] <= frame[3]);
+        assert!(marks.iter().all(|m| !overlap(*a, *m)), "label {i} covers a mark");
+        assert!(placed[..i].iter().all(|b| !overlap(*a, *b)), "label {i} covers a label");
+    }
+}
+
+#[test]
+fn a_label_takes_the_place_that_covers_fewest_lines() {
+    let wish = Wish { at: (500.0, 300.0), size: (80.0, 20.0), may_leave: false };
+    let right: Vec<(f64, f64)> = (0..20).map(|i| (510.0 + 5.0 * f64::from(i), 300.0)).collect();
+    let places = place(std::slice::from_ref(&wish), &[], &right, [0.0, 0.0, 1000.0, 600.0]);
+    assert!(places[0].is_some_and(|[_, _, r, _]| r < 500.0), "left of its point: {places:?}");
+    let none = place(&[wish], &[[0.0, 0.0, 1000.0, 600.0]], &[], [0.0, 0.0, 1000.0, 600.0]);
+    assert_eq!(none, [None], "no free place, no label");
+}

@@ -1,0 +1,218 @@
+//! Systems and sessions: what a change of a key does, and that a session is the plain loop.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::frames::spread;
+use powergs_core::run::{
+    Change, FileKind, Frames, MemoryFrames, PaperModel, RunError, Session, Subject, System,
+    SystemSpec, TraceFile, Watch,
+};
+use powergs_core::sim::{FrameReport, Label, Lists, Measured, simulate_measured};
+use powergs_core::workload::bin;
+use powergs_core::workload::paper::Padding;
+
+fn demo() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../traces/demo.bin")
+}
+
+fn trace() -> TraceFile {
+    TraceFile::open(&demo()).expect("the demo trace")
+}
+
+fn system(name: &str, changes: &[&str]) -> System {
+    let changes: Result<Vec<Change>, String> = changes.iter().map(|c| c.parse()).collect();
+    let named = System::named(name).expect("a machine");
+    named.with(&changes.expect("changes")).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn refused(name: &str, change: &str) -> String {
+    let change: Change = change.parse().expect("a change");
+    let system = System::named(name).expect("a machine");
+    let error = system.with_from(&[change], &EmbeddedFiles).expect_err("an invalid change");
+    assert!(matches!(error, RunError::Config { .. }), "{error:?}");
+    error.to_string()
+}
+
+/// The plain loop: one machine, frame after frame.
+fn by_hand(system: &System) -> Vec<FrameReport> {
+    let mut frames = trace();
+    let (machine, mut lists) = (system.machine(), Lists::default());
+    let one = |k: usize| {
+        let frame = frames.take(k).and_then(|pending| pending()).expect("a frame");
+        let workload = bin(&frame, machine.geometry);
+        let measured = Measured::of(&workload, machine, &mut lists, false);
+        let name = frame.facts.camera.name.clone();
+        let label = Label { frame: k, name, display_w: None };
+        simulate_measured(label, &workload, &measured, machine, system.prices()).expect("accounts")
+    };
+    trace().range().map(one).collect()
+}
+
+#[test]
+fn a_session_is_the_plain_loop_for_any_number_of_threads() {
+    let systems = [
+        system("gscore", &[]),
+        system("neo", &[]),
+        system("gscore", &["cache.capacity=32 KiB", "cache.ways=4"]),
+        system("gscore", &["geometry.test=aabb"]),
+        // Differs from the first in prices only: timed once.
+        system("gscore", &["energy=gscore-7nm"]),
+    ];
+    let expected: Vec<Vec<FrameReport>> = systems.iter().map(by_hand).collect();
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let reports =
+            pool.install(|| Session::new(&mut trace(), &()).reports(&systems).expect("reports"));
+        assert_eq!(reports, expected, "{threads} threads");
+    }
+    let mut source = trace();
+    let all: Vec<_> = source
+        .range()
+        .map(|k| source.take(k).and_then(|pending| pending()).expect("a frame"))
+        .map(|frame| powergs_frame::trace::Frame::clone(&frame))
+        .collect();
+    let mut memory = MemoryFrames::new("demo", all);
+    assert_eq!(memory.size().expect("a size"), source.size().expect("a size"));
+    let reports = Session::new(&mut memory, &()).reports(&systems).expect("reports");
+    assert_eq!(reports, expected, "from memory");
+}
+
+#[test]
+fn a_frame_in_the_middle_is_what_the_session_saw() {
+    let neo = system("neo", &[]);
+    let (workload, measured) = Session::new(&mut trace(), &()).frame_on(&neo, 2).expect("a frame");
+    assert!(measured.reuse.is_some(), "it keeps the order of frame 1");
+    let label = Label { frame: 2, name: by_hand(&neo)[2].name.clone(), display_w: None };
+    let report = simulate_measured(label, &workload, &measured, neo.machine(), neo.prices());
+    assert_eq!(report.expect("accounts"), by_hand(&neo)[2]);
+}
+
+/// Cancels after some simulations.
+struct Stop {
+    simulated: AtomicU64,
+    most: u64,
+}
+
+impl Watch for Stop {
+    fn is_cancelled(&self) -> bool {
+        self.simulated.load(Ordering::Relaxed) >= self.most
+    }
+
+    fn simulated(&self, n: u64) {
+        self.simulated.fetch_add(n, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_cancelled_session_leaves_whole_frames() {
+    let systems = [system("gscore", &[]), system("gscore", &["vru.cores=8"])];
+    let subjects: Vec<Subject> = systems.iter().map(Subject::of).collect();
+    for most in 0..=6 {
+        let stop = Stop { simulated: AtomicU64::new(0), most };
+        let mut frames = trace();
+        let mut session = Session::new(&mut frames, &stop);
+        assert_eq!(session.steps(&subjects), 6);
+        let folded = session.fold(
+            &subjects,
+            |_| Vec::new(),
+            |all: &mut Vec<usize>, view| {
+                all.push(view.position);
+            },
+        );
+        let folded = folded.expect("no error");
+        let whole: Vec<usize> = (0..folded.frames).collect();
+        assert!(folded.states.iter().all(|seen| *seen == whole), "{most}: {:?}", folded.states);
+        assert_eq!(folded.is_complete, folded.frames == 3, "{most}");
+        assert!(most > 0 || folded.frames == 0);
+    }
+}
+
+#[test]
+fn subjects_may_want_some_frames_only() {
+    let (all, some) = (system("gscore", &[]), system("gscore", &["vru.cores=8"]));
+    let paper = PaperModel::new(Padding::TrueTiles).expect("the published prices");
+    let wanted = spread(0..3, 1);
+    assert_eq!(wanted, [1]);
+    let subjects = [
+        Subject::of(&all).checking_order(),
+        Subject::of(&some).only(&wanted),
+        Subject::paper(&paper),
+    ];
+    let mut frames = trace();
+    let step = |seen: &mut Vec<(usize, bool, bool)>, view: powergs_core::run::FrameView<'_>| {
+        let is_timed = view.report.frame_time_s().is_some();
+        seen.push((view.position, is_timed, view.measured.order.is_some()));
+    };
+    let folded = Session::new(&mut frames, &()).fold(&subjects, |_| Vec::new(), step);
+    let states = folded.expect("a session").states;
+    assert_eq!(states[0], [(0, true, true), (1, true, true), (2, true, true)]);
+    assert_eq!(states[1], [(1, true, false)]);
+    assert_eq!(states[2], [(0, false, false), (1, false, false), (2, false, false)]);
+}
+
+#[test]
+fn keys_of_any_file_are_changed_in_one_way() {
+    let base = system("gscore", &[]);
+    let changed = system("gscore", &["vru.cores=8", "clock=0.5 GHz"]);
+    assert_eq!(changed.machine().vru.cores, 8);
+    assert_ne!(changed.id(), base.id());
+    assert_ne!(changed.timing_id(), base.timing_id());
+
+    let prices = system("gscore", &["energy=gscore-7nm"]);
+    assert_eq!(prices.energy_table().name, "gscore-7nm");
+    assert_eq!(prices.timing_id(), base.timing_id());
+    assert_ne!(prices.id(), base.id());
+
+    let table = base.table(FileKind::Energy).expect("a table");
+    let key = "dram.flat.read.energy";
+    assert!(!powergs_base::config::knob::values(&table, key).is_empty(), "{key}");
+    let dearer = system("gscore", &[&format!("energy:{key}=99 pJ/B")]);
+    assert_eq!(dearer.timing_id(), base.timing_id());
+    assert_ne!(dearer.prices(), base.prices());
+
+    let banked = system("gscore", &["dram.model=banked"]);
+    let slower = system("gscore", &["dram.model=banked", "dram:clock-period=1250 ps"]);
+    assert!(slower.dram_peak() < 0.6 * banked.dram_peak());
+    assert_ne!(slower.timing_id(), banked.timing_id());
+
+    let files = EmbeddedFiles;
+    let spec = SystemSpec { display: Some("oled-powergs".into()), ..SystemSpec::named("gscore") };
+    let shown = System::load(&spec, &files).expect("a machine with a display");
+    assert!(shown.display().is_some() && shown.inputs().len() == base.inputs().len() + 1);
+    // A change of nothing changes nothing.
+    let same = base.with(&[]).expect("no change");
+    assert_eq!((same.id(), same.machine()), (base.id(), base.machine()));
+}
+
+#[test]
+fn invalid_changes_say_what_is_wrong() {
+    assert!(refused("gscore", "vru.coers=8").contains("vru.cores"), "a suggestion");
+    assert!(refused("gscore", "vru.cores=0").contains("vru.cores"));
+    assert!(refused("gscore", "energy=gscore-8nm").contains("gscore-7nm"), "a suggestion");
+    assert!(refused("gscore", "display:scale=2").contains("no display preset"));
+    assert!(refused("gscore", "dram.channels=3").contains("power of two"));
+    for wrong in ["vru.cores", "=8", "energy:=3"] {
+        assert!(wrong.parse::<Change>().is_err(), "{wrong}");
+    }
+    let unknown = System::named("gscoer").expect_err("no such machine").to_string();
+    assert!(unknown.contains("did you mean `gscore`?"), "{unknown}");
+    let change: Change = "energy:dram.x=1 pJ/B".parse().expect("a change");
+    assert_eq!(change.to_string(), "energy:dram.x=1 pJ/B");
+}
+
+#[test]
+fn traces_that_cannot_be_read_are_inputs_at_fault() {
+    let missing = TraceFile::open(Path::new("no/such.bin")).expect_err("no file");
+    assert!(matches!(&missing, RunError::Input { place, .. } if place == "no/such.bin"));
+    assert!(!missing.is_internal());
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+    let other = TraceFile::open(&manifest).expect_err("no trace");
+    assert!(matches!(other, RunError::Input { .. }), "{other}");
+    let mut trace = trace();
+    let error = trace.select(3, None).expect_err("three frames only");
+    assert!(matches!(error, RunError::Request(_)) && error.to_string().contains("3 frames"));
+    trace.select(1, Some(99)).expect("two frames");
+    assert_eq!(trace.range(), 1..3);
+}

@@ -1,0 +1,89 @@
+//! The example of a unit of one's own: it replays, its accounts close, and its rule counts.
+
+use std::path::Path;
+
+use powergs_sim::accel::{Rule, Unit, UnitRule, UnitRules};
+use powergs_sim::action::UnitKind;
+use powergs_sim::run::{RunError, Session, Subject, System, TraceFile};
+use powergs_sim::sim::FrameReport;
+
+// Its `main` is not called here.
+#[allow(dead_code)]
+#[path = "../../examples/own_unit.rs"]
+mod own_unit;
+
+const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+
+#[test]
+fn another_vru_rule_is_replayed_beside_the_built_in_one() {
+    let [built_in, own] = own_unit::replay_both(Path::new(DEMO), "gscore").expect("it replays");
+    assert!(!own.is_empty() && own.len() == built_in.len());
+    for (built_in, own) in built_in.iter().zip(&own) {
+        let busy = |report: &FrameReport| {
+            report.timing().expect("a simulated machine").unit(UnitKind::Vru).busy
+        };
+        assert!(busy(own) < busy(built_in), "two pairs together");
+        assert!(own.frame_time_s() <= built_in.frame_time_s());
+        assert_eq!(own.actions, built_in.actions, "it does the same work");
+    }
+}
+
+/// The built-in rule of every unit, by the way that a user's rule takes.
+struct Same;
+
+impl<U: Unit> UnitRule<U> for Same {
+    fn name(&self) -> &str {
+        "same"
+    }
+}
+
+/// A rule that takes no time.
+struct Nothing;
+
+impl<U: Unit> UnitRule<U> for Nothing {
+    fn name(&self) -> &str {
+        "nothing"
+    }
+
+    fn cycles(&self, _: &U, _: &U::Work) -> u64 {
+        0
+    }
+}
+
+fn replay(systems: &[&System]) -> Result<Vec<Vec<FrameReport>>, RunError> {
+    let mut trace = TraceFile::open(Path::new(DEMO))?;
+    let subjects: Vec<Subject> = systems.iter().map(|system| Subject::of(system)).collect();
+    let push = |reports: &mut Vec<FrameReport>, view: powergs_sim::run::FrameView<'_>| {
+        reports.push(view.report);
+    };
+    Ok(Session::new(&mut trace, &()).fold(&subjects, |_| Vec::new(), push)?.states)
+}
+
+#[test]
+fn rules_that_equal_the_built_in_ones_give_the_same_reports() {
+    for machine in ["gscore", "neo"] {
+        let built_in = System::named(machine).expect("it comes with the program");
+        let own = built_in.clone().with_rules(UnitRules {
+            ccu: Rule::new(Same),
+            qsu: Rule::new(Same),
+            bsu: Rule::new(Same),
+            vru: Rule::new(Same),
+        });
+        assert_ne!(own.timing_id(), built_in.timing_id(), "another rule by name");
+        assert_ne!(own.id(), built_in.id());
+        let same = replay(&[&built_in, &own]).expect("it replays");
+        assert_eq!(same[0], same[1], "{machine}");
+        let changed = own.with(&[powergs_sim::run::Change::machine("vru.cores", 2)]);
+        let changed = changed.expect("two cores are fine");
+        assert_eq!(changed.machine().rules.names().len(), 4, "changes of keys keep the rules");
+    }
+}
+
+#[test]
+fn a_rule_that_breaks_its_contract_is_no_internal_error() {
+    let built_in = System::named("gscore").expect("it comes with the program");
+    let rules = UnitRules { vru: Rule::new(Nothing), ..UnitRules::default() };
+    let error = replay(&[&built_in.with_rules(rules)]).expect_err("a refusal");
+    assert!(matches!(error, RunError::Incompatible { .. }) && !error.is_internal(), "{error}");
+    assert!(error.message().contains("rule `nothing` of the vru returns 0 cycles"), "{error}");
+}
