@@ -39,9 +39,7 @@ pub use what_if::WhatIf;
 use powergs_core::run::Input;
 use powergs_core::sim::{FrameReport, Model};
 
-/// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
-/// goes away; new names alone do not raise it.
-pub const SCHEMA_VERSION: u32 = 2;
+pub use powergs_base::SCHEMA_VERSION;
 
 /// What went into a run besides the frames.
 #[derive(Debug, Clone, PartialEq)]
