@@ -10,10 +10,11 @@ use std::sync::Arc;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use made_up::frame;
 use powergs_sim::accel::Machine;
+use powergs_sim::run::files::EmbeddedFiles;
+use powergs_sim::run::store::journal::{Index, append, parse};
 use powergs_sim::sim::{Measured, time};
-use powergs_sim::sweep::journal::{Index, Record, append, parse};
 use powergs_sim::sweep::outcome::{Outcome, means};
-use powergs_sim::sweep::{EmbeddedFiles, Space, SweepFile};
+use powergs_sim::sweep::{Record, Space, SweepFile};
 use rayon::prelude::*;
 
 const SWEEP: &str = r#"
@@ -65,7 +66,7 @@ fn records(c: &mut Criterion) {
         Outcome { samples: vec![[1.0 / 3.0; 3]; 10], means: vec![Some(0.1); means().len()] };
     let mut text = Vec::new();
     for key in 0..RECORDS {
-        append(&mut text, key, &Record::Ok(outcome.clone())).expect("memory");
+        append(&mut text, key, &Record::Ok(outcome.clone()).text()).expect("memory");
     }
     let mut group = c.benchmark_group("journal");
     group.throughput(Throughput::Elements(RECORDS as u64));
@@ -81,7 +82,8 @@ fn records(c: &mut Criterion) {
             (0..RECORDS)
                 .filter_map(|key| {
                     let place = index.place(key)?;
-                    parse(&text[place.offset as usize..][..place.length as usize])
+                    let line = &text[place.offset as usize..][..place.length as usize];
+                    Record::parse(parse(line)?.1)
                 })
                 .count()
         })

@@ -4,7 +4,6 @@
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
 pub mod arch;
-pub mod aside;
 pub mod background;
 pub mod camera;
 pub mod camera_file;

@@ -24,7 +24,7 @@
 //! | run machines on frames | [`run`]: [`run::System`], [`run::Session`], [`run::TraceFile`] |
 //! | make frames of a scene | [`scene`], [`views::RenderedViews`], [`raster`] |
 //! | read or write traces | [`trace`] |
-//! | try thousands of machines | [`sweep`], [`analysis`] |
+//! | try thousands of machines | [`sweep::run::Sweep`], [`analysis`] |
 //! | change how a unit counts cycles | [`accel`] |
 //! | find the fewest watts at a given quality | [`optimize`] |
 //! | write tables, pages and charts | [`report`] |

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::camera_file::{self, CameraArgs, Views};
-use super::{Context, Exit, Failure, aside, out};
+use super::{Context, Exit, Failure, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::{Camera, Split};
@@ -60,7 +61,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 cameras.cameras(|| SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
             views.warn(context);
             let text = inria::write(&views.cameras);
-            aside::write_aside(output, |w| w.write_all(text.as_bytes()))?;
+            write_atomically(output, |w| w.write_all(text.as_bytes()))?;
             if context.global.json {
                 out::json(&json!({ "views": views.cameras.len(), "format": views.format }))?;
             }

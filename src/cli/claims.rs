@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::aside::write_aside;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::claims::{self, Run};
 use powergs_optimize::results::{FILE, Results};
 use powergs_report::claims as pages;
@@ -42,7 +42,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let book = claims::check(&named_apart(runs));
     if let Some(path) = &args.write {
         let page = pages::markdown(&book);
-        write_aside(path, |w| w.write_all(page.as_bytes()))?;
+        write_atomically(path, |w| w.write_all(page.as_bytes()))?;
     }
     if context.global.json {
         out::json(&pages::json(&book))?;

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::Failure;
-use super::aside::write_aside;
+use powergs_core::run::store::atomic::write_atomically;
 
 /// Takes a request: whether it writes, its first byte, how many bytes.
 pub type Sink<'a> = dyn FnMut(bool, u64, u64) + 'a;
@@ -21,7 +21,7 @@ pub fn write(
 ) -> Result<u64, Failure> {
     let mut lines = 0;
     let mut refused = None;
-    let written = write_aside(path, |out| {
+    let written = write_atomically(path, |out| {
         let mut failed = None;
         let outcome = requests(&mut |write, address, bytes| {
             lines += 1;
@@ -38,7 +38,7 @@ pub fn write(
     });
     match refused {
         Some(failure) => Err(failure),
-        None => written.map(|()| lines),
+        None => Ok(written.map(|()| lines)?),
     }
 }
 

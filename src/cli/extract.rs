@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use tempfile::NamedTempFile;
 
-use super::aside::temporary;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_default, note_missing};
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::temporary;
 use powergs_frame::fovea::ScreenGaze;
 use powergs_frame::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
 use powergs_raster::{Detail, Options, render, render_foveated};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::aside::write_aside;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
 use powergs_report as report;
 
@@ -60,7 +60,7 @@ fn draw(path: &Path, fitted: &Fit, samples: &Path) -> Result<(), Failure> {
             return Err(Failure::new(Exit::Usage, what));
         }
     };
-    write_aside(path, |w| w.write_all(&bytes))
+    Ok(write_atomically(path, |w| w.write_all(&bytes))?)
 }
 
 /// The worse of two values; `None` if one is missing.

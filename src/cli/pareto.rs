@@ -1,14 +1,23 @@
 //! `pareto`: which designs of a finished sweep to keep, and why.
 
+mod about;
 mod folder;
 mod question;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::sweep::finish;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_report::sweep;
-use powergs_study::analysis::{Analysis, AnalysisError};
+use about::About;
+use folder::FinishedSweep;
+use powergs_core::run::store::FileStore;
+use powergs_core::run::store::atomic::write_atomically;
+use powergs_report::sweep as report;
+use powergs_study::analysis::table::{Collector, TableError};
+use powergs_study::analysis::{Analysis, AnalysisError, Question};
+use powergs_study::sweep::run::finish::excluded;
+use powergs_study::sweep::run::results::{CSV, header, some_rows};
+use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
+use powergs_study::sweep::table::Cell;
 
 /// Shown under `pareto --help`.
 pub const EXAMPLES: &str = "\
@@ -67,9 +76,7 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let typed: Vec<String> =
         std::env::args_os().map(|w| w.to_string_lossy().into_owned()).collect();
-    let Some(answer) = answer(args, &typed, finish::excluded(&args.folder), context)? else {
-        return Ok(Exit::Interrupted);
-    };
+    let Some(answer) = answer(args, &typed, context)? else { return Ok(Exit::Interrupted) };
     if context.global.json {
         out::json(&answer.json)?;
     } else if !context.global.quiet {
@@ -78,78 +85,105 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
+/// The folder of the analysis in that of its sweep.
+const FOLDER: &str = "analysis";
+
 /// Where the report of a finished sweep is in its folder.
 pub const REPORT: &str = "analysis/report.html";
 
 /// What a sweep comes to.
-pub struct Answer {
+struct Answer {
     /// For a terminal.
-    pub terminal: String,
+    terminal: String,
     /// The report.
-    pub report: PathBuf,
+    report: PathBuf,
     /// For programs.
-    pub json: serde_json::Value,
+    json: serde_json::Value,
 }
 
-/// Answers the question of the sweep file in `folder`, of which constraints left out `excluded`
-/// designs, and writes the analysis beside its results.
-///
-/// # Errors
-/// As the command.
-pub fn analyse(
-    folder: &std::path::Path,
-    excluded: u64,
-    context: &Context,
-) -> Result<Option<Answer>, Failure> {
-    let args = Args {
-        folder: folder.to_owned(),
-        minimize: Vec::new(),
-        maximize: Vec::new(),
-        condition: None,
-        scope: "mean".into(),
-        energy_table: None,
-        colour: None,
-        design: "baseline".into(),
-        top: 10,
-        out: None,
-        csv: None,
-    };
-    answer(&args, &[], Some(excluded), context)
+/// The analysis of a sweep that was just run: it sees the rows of the table as they are written.
+pub struct OfSweep {
+    about: About,
+    question: Question,
+    table: Result<Collector, TableError>,
+}
+
+impl OfSweep {
+    /// The question of the sweep file.
+    pub fn new(sweep: &OpenedSweep<'_>) -> OfSweep {
+        let about = About::of_sweep(sweep);
+        let question = about.question();
+        let table = Collector::new(&header(sweep), |column| question.needs(column));
+        OfSweep { about, question, table }
+    }
+
+    /// Takes a row of the table.
+    pub fn row(&mut self, row: &[Cell]) {
+        let Ok(table) = &mut self.table else { return };
+        if let Err(error) = table.row(row) {
+            self.table = Err(error);
+        }
+    }
+
+    /// Writes the analysis into the folder of the sweep and returns what a terminal shows; `None`
+    /// if the user broke off.
+    ///
+    /// # Errors
+    /// A table that does not answer the question, a folder that cannot be written.
+    pub fn answer(
+        self,
+        folder: &mut SweepFolder<'_>,
+        path: &Path,
+        sweep: &OpenedSweep<'_>,
+        plan: &Plan,
+        context: &Context,
+    ) -> Result<Option<String>, Failure> {
+        let mut table = self.table.or_exit(Exit::BadInput, path.join(CSV).display())?.finish();
+        table.follow(&self.about.followers);
+        table.leave_out(plan.excluded.values().sum::<u64>() as usize);
+        let analysis =
+            Analysis::of(&table, &self.question).map_err(|error| failure(path, error))?;
+        if context.is_cancelled() {
+            return Ok(None);
+        }
+        let head: Vec<String> = header(sweep).into_iter().map(|c| c.name).collect();
+        let rows = some_rows(sweep, plan, &mut folder.records, &report::pareto_rows(&analysis))?;
+        let rows = rows.into_iter().map(|(n, row)| (n, row.iter().map(Cell::text).collect()));
+        let pareto = report::pareto_csv(&analysis, &head, &rows.collect());
+        let pareto = pareto.or_exit(Exit::Internal, "pareto.csv")?;
+        let provenance = self.about.provenance(&[]);
+        let out = path.join(FOLDER);
+        let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
+        Ok(written.map(|_| report::terminal(&analysis)))
+    }
 }
 
 /// Reads, analyses and writes; `None` if the user broke off.
-fn answer(
-    args: &Args,
-    typed: &[String],
-    excluded: Option<u64>,
-    context: &Context,
-) -> Result<Option<Answer>, Failure> {
-    let sweep = folder::SweepFolder::open(&args.folder)?;
-    let question = question::question(args, &sweep)?;
+fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
+    let sweep = FinishedSweep::open(&args.folder)?;
+    let question = question::question(args, &sweep.about)?;
     let mut table = sweep.table(&question)?;
-    table.leave_out(excluded.unwrap_or(0) as usize);
-    let analysis = match Analysis::of(&table, &question) {
-        Ok(analysis) => analysis,
-        Err(error) => return Err(failure(args, error)),
-    };
+    table.leave_out(excluded(&FileStore::new(&args.folder)).unwrap_or(0) as usize);
+    let analysis = Analysis::of(&table, &question).map_err(|error| failure(&args.folder, error))?;
     if context.is_cancelled() {
         return Ok(None);
     }
-    let pareto = sweep::pareto_csv(&analysis, sweep.results()?)
+    let pareto = report::pareto_csv_of(&analysis, sweep.results()?)
         .or_exit(Exit::BadInput, sweep.results_path().display())?;
     if let Some(path) = &args.csv {
-        super::aside::write_aside(path, |w| w.write_all(&pareto))?;
+        write_atomically(path, |w| w.write_all(&pareto))?;
     }
-    let provenance = sweep.provenance(typed);
-    let written = folder::write(args, &sweep, &analysis, &pareto, &provenance, context)?;
+    let provenance = sweep.about.provenance(typed);
+    let out = args.out.clone().unwrap_or_else(|| args.folder.join(FOLDER));
+    let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
     let Some(written) = written else { return Ok(None) };
-    let report = written.join("report.html");
-    let json = serde_json::to_value(sweep::json(&analysis)).or_exit(Exit::Internal, "json")?;
-    Ok(Some(Answer { terminal: sweep::terminal(&analysis), report, json }))
+    let json = serde_json::to_value(report::json(&analysis)).or_exit(Exit::Internal, "json")?;
+    let terminal = report::terminal(&analysis);
+    Ok(Some(Answer { terminal, report: written.join("report.html"), json }))
 }
 
 /// A condition that nobody meets is a goal that was missed; an empty table is a bad input.
-fn failure(args: &Args, error: AnalysisError) -> Failure {
+fn failure(folder: &Path, error: AnalysisError) -> Failure {
     let exit = match error {
         AnalysisError::Unmet { .. } => Exit::GoalMissed,
         AnalysisError::Nothing { .. } => Exit::BadInput,
@@ -161,5 +195,5 @@ fn failure(args: &Args, error: AnalysisError) -> Failure {
         | AnalysisError::Design(_)
         | AnalysisError::Ambiguous(_) => Exit::Usage,
     };
-    Failure::new(exit, format!("{}: {error}", args.folder.display()))
+    Failure::new(exit, format!("{}: {error}", folder.display()))
 }

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::aside::write_aside;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_default, note_missing};
@@ -12,6 +11,7 @@ use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::picture::Picture;
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::ScreenGaze;
 use powergs_raster::{Detail, Options, regions, render, render_foveated};
 use powergs_scene::Camera;
@@ -137,9 +137,9 @@ fn targets(output: &Path, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
 /// Writes `picture` as an 8-bit PNG.
 pub fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     let bytes = picture.to_rgb8();
-    write_aside(path, |writer| {
+    Ok(write_atomically(path, |writer| {
         powergs_pixels::write_png(writer, picture.width, picture.height, &bytes)
-    })
+    })?)
 }
 
 fn report(context: &Context, cameras: &[Camera], files: &[PathBuf]) -> Result<Exit, Failure> {

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::scene_file::{self, LoadedScene};
-use super::{Context, Exit, Failure, OrExit, aside, out};
+use super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::stats::Percentiles;
 use powergs_scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
@@ -91,7 +92,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         SceneCommand::Convert { file, output, lod } => {
             let scene = scene_file::load(file, *lod)?;
             scene.warn(context);
-            aside::write_aside(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
+            write_atomically(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
             if context.global.json {
                 let points = scene.gaussians.len();
                 out::json(&json!({ "points": points, "sh_degree": scene.gaussians.sh_degree }))?;
@@ -100,7 +101,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         SceneCommand::Compose { levels, output } => compose(levels, output, context)?,
         SceneCommand::Level { file, level, output } => {
             let scene = scene_file::load_foveated(file)?.level(usize::from(level - 1));
-            aside::write_aside(output, |mut w| write_ply(&scene, &mut w))?;
+            write_atomically(output, |mut w| write_ply(&scene, &mut w))?;
             if context.global.json {
                 out::json(&json!({ "points": scene.len(), "sh_degree": scene.sh_degree }))?;
             }
@@ -118,7 +119,7 @@ fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Fa
     }
     let levels: [Gaussians; 4] = levels.try_into().expect("clap counts the files");
     let model = Foveated::compose(&levels).or_exit(Exit::BadInput, "scene compose")?;
-    aside::write_aside(output, |mut w| model.write(&mut w))?;
+    write_atomically(output, |mut w| model.write(&mut w))?;
     let counts = model.counts();
     if context.global.json {
         out::json(&json!({ "file": output.display().to_string(), "points": counts }))?;

@@ -21,6 +21,7 @@ use levels::Wanted;
 use measure::Machines;
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::knob;
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::run::{System, TraceFile};
 use powergs_study::findings::sensitivity::Sensitivity;
 use powergs_study::findings::sensitivity::interactions::Interactions;
@@ -135,7 +136,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     let table = output::write(&folder, &found)?;
     if let Some(path) = &args.csv {
-        super::aside::write_aside(path, |w| w.write_all(&table))?;
+        write_atomically(path, |w| w.write_all(&table))?;
     }
     folder.write("run.toml", output::record(args, &system, &sources)?.as_bytes())?;
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;

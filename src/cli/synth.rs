@@ -7,9 +7,9 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::aside::write_aside;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
 use powergs_scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
 use powergs_scene::{Camera, Gaussians, write_ply};
@@ -69,7 +69,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let views = cameras(preset);
     if let Some(path) = &args.cameras {
         let text = inria::write(&views);
-        write_aside(path, |w| w.write_all(text.as_bytes()))?;
+        write_atomically(path, |w| w.write_all(text.as_bytes()))?;
         tell(context, format_args!("{}: {} views", path.display(), views.len()));
     }
     if args.output.is_none() && !args.check {
@@ -77,7 +77,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let scene = generate(preset, points, args.seed);
     if let Some(path) = &args.output {
-        write_aside(path, |mut w| write_ply(&scene, &mut w))?;
+        write_atomically(path, |mut w| write_ply(&scene, &mut w))?;
         tell(context, format_args!("{}: {points} Gaussians, SH degree 3", path.display()));
     }
     if args.check { check(args, context, preset, &scene, &views) } else { Ok(Exit::Done) }

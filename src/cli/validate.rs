@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::aside::write_aside;
 use super::progress::{Counts, Watched};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{steps, value};
 use powergs_study::validate::{
@@ -87,12 +87,12 @@ fn finish(
 ) -> Result<Exit, Failure> {
     if let Some(path) = &args.write {
         let page = document::page(tables, judged);
-        write_aside(path, |w| w.write_all(page.as_bytes()))?;
+        write_atomically(path, |w| w.write_all(page.as_bytes()))?;
     }
     if args.bless {
         let folder = args.rows.as_deref().unwrap_or(Path::new(TABLES));
         let text = baseline_csv(&tables.rows, &tables.baseline, ours);
-        write_aside(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
+        write_atomically(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
     }
     if context.global.json {
         out::json(&table::json(judged))?;

@@ -1,6 +1,5 @@
 //! The command line: exit codes, output, and what happens around a command.
 
-mod aside;
 mod background;
 mod claims;
 mod compare;

@@ -17,7 +17,7 @@ mod words;
 
 pub use html::{Provenance, html};
 pub use measure::Measure;
-pub use output::{json, pareto_csv};
+pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};
 pub use page::markdown;
 pub use terminal::terminal;
 

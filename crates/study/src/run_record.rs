@@ -15,9 +15,7 @@ use crate::findings::roofline::Roofline;
 use crate::findings::tile_load::TileLoad;
 use crate::findings::what_if::WhatIf;
 
-/// Version of the shape of `--json`, CSV and `run.toml`. Raised when a name changes its meaning or
-/// goes away; new names alone do not raise it.
-pub const SCHEMA_VERSION: u32 = 2;
+pub use powergs_base::SCHEMA_VERSION;
 
 /// What went into a run besides the frames.
 #[derive(Debug, Clone, PartialEq)]

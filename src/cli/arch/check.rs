@@ -6,7 +6,6 @@ use serde_json::{Value, json};
 
 use super::Kind;
 use super::cost::Cost;
-use crate::cli::sweep::{DiskFiles, find_base};
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::config::embedded::{DRAM, ENERGY};
 use powergs_base::config::error::Place;
@@ -16,11 +15,12 @@ use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::run::ConfigText;
-use powergs_core::run::files::{is_yaml, read};
+use powergs_core::run::files::{DiskFiles, is_yaml, read};
 use powergs_core::run::system::energy_table;
 use powergs_core::sim;
 use powergs_frame::display::Display;
 use powergs_study::sweep::file::SweepFile;
+use powergs_study::sweep::run::opened::find_base;
 use powergs_study::sweep::space::Space;
 
 /// What `check` found in one file.
@@ -132,7 +132,7 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem
 fn check_sweep(file: &ConfigText) -> Result<Good, ConfigError> {
     let mut sweep = SweepFile::parse(&file.text)?;
     find_base(&mut sweep, file.folder.as_deref());
-    let space = Space::new(&sweep, Arc::new(DiskFiles::default()))?;
+    let space = Space::new(&sweep, Arc::new(DiskFiles))?;
     let points = space.lattice().points();
     Ok(format!("sweep of {}, a space of {points} points", sweep.base).into())
 }

@@ -5,8 +5,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use super::super::aside::write_aside;
 use super::super::{Exit, Failure, OrExit};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::checkpoint::{Progress, read_whole_model, write_progress, write_whole_model};
 use powergs_optimize::plan::{Job, Outcome};
 use powergs_optimize::setup::Setup;
@@ -107,14 +107,15 @@ impl Folder {
         let place = self.place(HISTORY);
         self.history.flush().or_exit(Exit::Usage, place)?;
         let (print, bytes) = (self.fingerprint, self.bytes);
-        write_aside(&self.path.join(PROGRESS), |mut w| {
+        Ok(write_atomically(&self.path.join(PROGRESS), |mut w| {
             write_progress(&mut w, print, outcomes, bytes, current)
-        })
+        })?)
     }
 
     /// Writes the model of a finished job.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), Failure> {
-        write_aside(&self.model(job), |mut w| write_whole_model(&mut w, self.fingerprint, model))
+        let print = self.fingerprint;
+        Ok(write_atomically(&self.model(job), |mut w| write_whole_model(&mut w, print, model))?)
     }
 
     /// Reads the model of a finished job.
@@ -133,12 +134,12 @@ impl Folder {
         name: &str,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        write_aside(&self.path.join(name), write)
+        Ok(write_atomically(&self.path.join(name), write)?)
     }
 
     /// Writes a file of the folder.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
-        write_aside(&self.path.join(name), |w| w.write_all(bytes))
+        Ok(write_atomically(&self.path.join(name), |w| w.write_all(bytes))?)
     }
 
     /// The history so far.

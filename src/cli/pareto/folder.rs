@@ -5,65 +5,79 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::Args;
+use super::about::About;
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Context, Exit, Failure, OrExit};
 use powergs_report::sweep::{self, Provenance};
-use powergs_study::analysis::{Analysis, Question, Table};
+use powergs_study::analysis::{Analysis, Objective, Question, Table};
+use powergs_study::sweep::run::results::CSV;
 
 /// The largest sweep file that is read, bytes.
 const SWEEP_FILE_MAX: u64 = 1 << 20;
 
 /// A sweep that has results.
 #[derive(Debug)]
-pub(super) struct SweepFolder {
+pub(super) struct FinishedSweep {
     path: PathBuf,
-    /// The question of the sweep file; empty without one.
-    pub question: String,
-    /// Objectives of the sweep file.
-    pub minimize: Vec<String>,
-    /// Objectives of the sweep file.
-    pub maximize: Vec<String>,
-    /// Columns of keys that follow from others.
-    followers: BTreeSet<String>,
+    /// What its files say about it.
+    pub about: About,
 }
 
-impl SweepFolder {
+impl FinishedSweep {
     /// Opens a folder. The sweep file in it may be absent; the results may not.
-    pub(super) fn open(path: &Path) -> Result<SweepFolder, Failure> {
-        let mut sweep = SweepFolder {
-            path: path.to_owned(),
-            question: String::new(),
-            minimize: Vec::new(),
-            maximize: Vec::new(),
-            followers: BTreeSet::new(),
-        };
+    pub(super) fn open(path: &Path) -> Result<FinishedSweep, Failure> {
+        let mut sweep = FinishedSweep { path: path.to_owned(), about: About::default() };
         sweep.results()?;
         let file = path.join("sweep.toml");
         let mut text = String::new();
         let read = match File::open(&file) {
-            Ok(file) => file.take(SWEEP_FILE_MAX).read_to_string(&mut text),
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(sweep),
+            Ok(file) => file.take(SWEEP_FILE_MAX).read_to_string(&mut text).map(|_| true),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(false),
             Err(e) => Err(e),
         };
-        read.or_exit(Exit::BadInput, file.display())?;
-        let root: toml::Table = text.parse().or_exit(Exit::BadInput, file.display())?;
+        if read.or_exit(Exit::BadInput, file.display())? {
+            let root: toml::Table = text.parse().or_exit(Exit::BadInput, file.display())?;
+            sweep.describe(&root);
+        }
+        let inputs = sweep.inputs();
+        let names = |role: &str| -> Vec<String> {
+            let of_role =
+                |i: &&toml::Value| i.get("role").and_then(toml::Value::as_str) == Some(role);
+            let inputs = inputs.iter().filter(of_role);
+            inputs.filter_map(|i| Some(i.get("name")?.as_str()?.to_owned())).collect()
+        };
+        (sweep.about.sweeps, sweep.about.traces) = (names("sweep"), names("trace"));
+        Ok(sweep)
+    }
+
+    /// What the sweep file says.
+    fn describe(&mut self, root: &toml::Table) {
         if let Some(question) = root.get("question").and_then(toml::Value::as_str) {
-            sweep.question = question.trim().to_owned();
+            self.about.text = question.trim().to_owned();
         }
         let names = |key: &str| -> Vec<String> {
             let list = root.get("objectives").and_then(|o| o.get(key));
             let list = list.and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
             list.iter().filter_map(toml::Value::as_str).map(str::to_owned).collect()
         };
-        (sweep.minimize, sweep.maximize) = (names("minimize"), names("maximize"));
-        sweep.followers = followers(&root);
-        Ok(sweep)
+        let minimize = names("minimize").into_iter().map(Objective::minimize);
+        let maximize = names("maximize").into_iter().map(Objective::maximize);
+        self.about.objectives = minimize.chain(maximize).collect();
+        self.about.followers = followers(root);
+    }
+
+    /// The files that the sweep was made from, as `run.toml` has them.
+    fn inputs(&self) -> Vec<toml::Value> {
+        let mut text = String::new();
+        let file = File::open(self.path.join("run.toml"));
+        let read = file.and_then(|f| f.take(SWEEP_FILE_MAX).read_to_string(&mut text));
+        let root = read.ok().and_then(|_| text.parse::<toml::Table>().ok()).unwrap_or_default();
+        root.get("inputs").and_then(toml::Value::as_array).cloned().unwrap_or_default()
     }
 
     /// The path of the results.
     pub(super) fn results_path(&self) -> PathBuf {
-        self.path.join("results.csv")
+        self.path.join(CSV)
     }
 
     /// The results, from their beginning.
@@ -77,37 +91,8 @@ impl SweepFolder {
     pub(super) fn table(&self, question: &Question) -> Result<Table, Failure> {
         let read = Table::read(self.results()?, |column| question.needs(column));
         let mut table = read.or_exit(Exit::BadInput, self.results_path().display())?;
-        table.follow(&self.followers);
+        table.follow(&self.about.followers);
         Ok(table)
-    }
-
-    /// Where a report comes from: the sweep by the names of its files, and what was typed for this
-    /// report. Nothing in it depends on where the folder is.
-    pub(super) fn provenance(&self, typed: &[String]) -> Provenance {
-        let mut text = String::new();
-        let file = File::open(self.path.join("run.toml"));
-        let read = file.and_then(|f| f.take(SWEEP_FILE_MAX).read_to_string(&mut text));
-        let root = read.ok().and_then(|_| text.parse::<toml::Table>().ok()).unwrap_or_default();
-        let inputs = root.get("inputs").and_then(toml::Value::as_array);
-        let names = |role: &str| -> Vec<String> {
-            let of_role =
-                |i: &&toml::Value| i.get("role").and_then(toml::Value::as_str) == Some(role);
-            let inputs = inputs.into_iter().flatten().filter(of_role);
-            inputs.filter_map(|i| Some(i.get("name")?.as_str()?.to_owned())).collect()
-        };
-        let (sweep, traces) = (names("sweep"), names("trace"));
-        let title = sweep.first().map_or("", |name| name.trim_end_matches(".toml"));
-        let words = ["powergs-sim".to_owned(), "sweep".to_owned()].into_iter();
-        let words = words.chain(sweep.iter().cloned()).chain(["--traces".to_owned()]).chain(traces);
-        let mut commands = vec![line(words)];
-        if sweep.is_empty() {
-            commands.clear();
-        }
-        match typed {
-            [] => commands.push("powergs-sim pareto DIR".into()),
-            typed => commands.push(line(typed.iter().cloned())),
-        }
-        Provenance { title: format!("Sweep {title}").trim().to_owned(), commands }
     }
 }
 
@@ -144,35 +129,16 @@ fn keys(prefix: &str, table: &toml::Table, depth: usize, found: &mut Vec<String>
     }
 }
 
-/// Words as one line of a shell; the program without its folder.
-fn line(words: impl Iterator<Item = String>) -> String {
-    let quoted = |(i, word): (usize, String)| {
-        let word = match (i, word.rsplit(['/', '\\']).next()) {
-            (0, Some(name)) => name.to_owned(),
-            _ => word,
-        };
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-        if !word.is_empty() && word.chars().all(plain) {
-            word
-        } else {
-            format!("'{}'", word.replace('\'', "'\\''"))
-        }
-    };
-    words.enumerate().map(quoted).collect::<Vec<_>>().join(" ")
-}
-
 /// Writes the report folder; `None` if it was interrupted.
 pub(super) fn write(
-    args: &Args,
-    sweep: &SweepFolder,
+    path: &Path,
     analysis: &Analysis,
     pareto: &[u8],
     provenance: &Provenance,
     context: &Context,
 ) -> Result<Option<PathBuf>, Failure> {
-    let path = args.out.clone().unwrap_or_else(|| sweep.path.join("analysis"));
     // A report follows from the results: an older one is simply replaced.
-    let folder = RunFolder::create(Some(&path), "analysis", true)?;
+    let folder = RunFolder::create(Some(path), "analysis", true)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
     let page = sweep::markdown(analysis, &charts, provenance);

@@ -1,25 +1,19 @@
 //! From arguments and the sweep file to a question.
 
 use super::Args;
-use super::folder::SweepFolder;
+use super::about::About;
 use crate::cli::{Exit, Failure, OrExit};
-use powergs_study::analysis::question::default_objectives;
 use powergs_study::analysis::{Named, Objective, Question, Scope};
 use powergs_study::sweep::expr::Expr;
 
 /// What the arguments ask, and where they say nothing, the sweep file.
-pub(super) fn question(args: &Args, sweep: &SweepFolder) -> Result<Question, Failure> {
+pub(super) fn question(args: &Args, about: &About) -> Result<Question, Failure> {
+    let asked = about.question();
     let given = objectives(&args.minimize, &args.maximize);
-    let of_file = objectives(&sweep.minimize, &sweep.maximize);
-    let objectives = match (given.is_empty(), of_file.is_empty()) {
-        (false, _) => given,
-        (true, false) => of_file,
-        (true, true) => default_objectives(),
-    };
     let condition = args.condition.as_deref().map(Expr::parse).transpose();
     let condition = condition.or_exit(Exit::Usage, "--where")?;
     Ok(Question {
-        text: sweep.question.clone(),
+        objectives: if given.is_empty() { asked.objectives.clone() } else { given },
         condition,
         scope: match args.scope.as_str() {
             "mean" => Scope::Mean,
@@ -30,7 +24,7 @@ pub(super) fn question(args: &Args, sweep: &SweepFolder) -> Result<Question, Fai
         colour: args.colour.clone(),
         design: named(&args.design)?,
         top: usize::from(args.top),
-        ..Question::of(objectives)
+        ..asked
     })
 }
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use super::folder::Shard;
 use crate::cli::camera_file::{FrameRange, frame_range};
+use powergs_study::sweep::run::{Shard, SweepRequest};
 
 /// Shown under `sweep --help`.
 pub const EXAMPLES: &str = "\
@@ -64,6 +64,19 @@ pub struct Definition {
     /// At most this many designs, spread over the space
     #[arg(long, value_name = "N")]
     pub points: Option<u64>,
+}
+
+impl Definition {
+    /// What the engine is asked for.
+    pub fn request(&self) -> SweepRequest {
+        SweepRequest {
+            file: self.file.clone().unwrap_or_default(),
+            traces: self.traces.clone(),
+            frames: self.frames.map(|f| (f.start, f.end)),
+            sets: self.sets.clone(),
+            points: self.points,
+        }
+    }
 }
 
 /// `sweep FILE`.

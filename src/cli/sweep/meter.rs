@@ -1,72 +1,143 @@
 //! What the user sees of a sweep on its way: designs per second, the time left, the best so far.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::opened::Objective;
-use crate::cli::Context;
+use crate::cli::progress::Progress;
+use crate::cli::{Context, out};
+use powergs_core::run::Watch;
 use powergs_report::format::significant;
-use powergs_study::sweep::journal::Record;
 use powergs_study::sweep::metric;
+use powergs_study::sweep::run::SweepWatch;
+use powergs_study::sweep::{Goal, Objective, Record};
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A bar on standard error, for people at a terminal only.
-pub struct Meter {
-    bar: ProgressBar,
-    started: Instant,
-    wanted: bool,
-    /// The first objective that is a metric, and its best value so far.
-    best: Option<(Objective, Mutex<Option<f64>>)>,
+/// Ctrl-C and a bar on standard error, for people at a terminal only.
+pub struct Meter<'a> {
+    context: &'a Context,
+    stage: Mutex<Stage>,
 }
 
-impl Meter {
-    /// A bar for the work of `frames` frames of machines, all machines together.
-    pub fn new(context: &Context, frames: u64, objectives: &[Objective]) -> Meter {
-        let bar = ProgressBar::with_draw_target(Some(frames), ProgressDrawTarget::hidden());
+/// What a sweep is at.
+enum Stage {
+    Nothing,
+    /// Designs are looked at.
+    Planning(Progress),
+    /// Machines are timed.
+    Working(Bar),
+}
+
+/// The bar of the work.
+struct Bar {
+    bar: ProgressBar,
+    started: Instant,
+    /// The first objective that is a metric, and its best value so far.
+    best: Option<(Objective, Option<f64>)>,
+}
+
+impl<'a> Meter<'a> {
+    /// No bar yet.
+    pub fn new(context: &'a Context) -> Meter<'a> {
+        Meter { context, stage: Mutex::new(Stage::Nothing) }
+    }
+
+    fn stage(&self) -> MutexGuard<'_, Stage> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes the bar away.
+    pub fn clear(&self) {
+        *self.stage() = Stage::Nothing;
+    }
+}
+
+impl Watch for Meter<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.context.is_cancelled()
+    }
+
+    fn simulated(&self, n: u64) {
+        let stage = self.stage();
+        let Stage::Working(Bar { bar, started, .. }) = &*stage else { return };
+        let wanted = !self.context.global.quiet;
+        if wanted && bar.is_hidden() && started.elapsed() > PATIENCE {
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        bar.inc(n);
+    }
+}
+
+impl SweepWatch for Meter<'_> {
+    fn planning(&self, points: u64) {
+        let progress = Progress::new(self.context, points, "designs looked at");
+        *self.stage() = Stage::Planning(progress);
+    }
+
+    fn planned(&self, n: u64) {
+        if let Stage::Planning(progress) = &*self.stage() {
+            progress.advance(n);
+        }
+    }
+
+    fn working(&self, machine_frames: u64, objectives: &[Objective]) {
+        *self.stage() = Stage::Working(Bar::new(machine_frames, objectives));
+    }
+
+    fn known(&self, machine_frames: u64) {
+        if let Stage::Working(Bar { bar, .. }) = &*self.stage() {
+            bar.dec_length(machine_frames);
+        }
+    }
+
+    fn result(&self, record: &Record) {
+        if let Stage::Working(bar) = &mut *self.stage() {
+            bar.result(record);
+        }
+    }
+
+    fn note(&self, text: &str) {
+        out::complain(format_args!("note: {text}"));
+    }
+}
+
+impl Bar {
+    fn new(machine_frames: u64, objectives: &[Objective]) -> Bar {
+        let bar = ProgressBar::with_draw_target(Some(machine_frames), ProgressDrawTarget::hidden());
         let template = "{bar:16} {pos}/{len} machine-frames, {per_sec}, {eta} left{msg}";
         bar.set_style(
             ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
         );
-        let metric = |o: &&Objective| metric::metrics().iter().any(|m| m.name == o.column);
-        let best = objectives.iter().find(metric).map(|o| (o.clone(), Mutex::new(None)));
-        Meter { bar, started: Instant::now(), wanted: !context.global.quiet, best }
+        let metric = |o: &&Objective| metric::metrics().iter().any(|m| m.name == o.name);
+        let best = objectives.iter().find(metric).map(|o| (o.clone(), None));
+        Bar { bar, started: Instant::now(), best }
     }
 
-    /// Work that is done already.
-    pub fn known(&self, frames: u64) {
-        self.bar.dec_length(frames);
-    }
-
-    /// Work that is done now.
-    pub fn done(&self, frames: u64) {
-        if self.wanted && self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
-        self.bar.inc(frames);
-    }
-
-    /// A result.
-    pub fn best(&self, record: &Record) {
-        let (Some((objective, best)), Record::Ok(outcome)) = (&self.best, record) else { return };
+    fn result(&mut self, record: &Record) {
+        let (Some((objective, best)), Record::Ok(outcome)) = (&mut self.best, record) else {
+            return;
+        };
         if self.bar.is_hidden() {
             return;
         }
         let values = metric::values(&[(1.0, outcome)]);
-        let place = metric::metrics().iter().position(|m| m.name == objective.column);
+        let place = metric::metrics().iter().position(|m| m.name == objective.name);
         let Some(value) = place.and_then(|p| values[p]) else { return };
-        let mut best = best.lock().expect("no panic while it is held");
-        if best.is_none_or(|b| if objective.maximize { value > b } else { value < b }) {
+        let better = |b: f64| match objective.goal {
+            Goal::Maximize => value > b,
+            Goal::Minimize => value < b,
+        };
+        if best.is_none_or(better) {
             *best = Some(value);
-            self.bar.set_message(format!(", best {} {}", objective.column, significant(value)));
+            self.bar.set_message(format!(", best {} {}", objective.name, significant(value)));
         }
     }
 }
 
-impl Drop for Meter {
+impl Drop for Bar {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -1,40 +1,41 @@
 //! `sweep FILE`: plans, works, and finishes.
 
-use powergs_core::run::Frames;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::args::SweepArgs;
-use super::finish::{self, Finished};
-use super::folder::{Existing, Shard, SweepFolder};
 use super::meter::Meter;
-use super::opened::{Opened, folder};
-use super::plan::Plan;
-use super::store::Store;
-use super::work::{Sink, Work, run as work};
-use super::{dry_run, search};
+use super::{dry_run, finish};
 use crate::cli::invocation::Started;
-use crate::cli::progress::Progress;
 use crate::cli::{Context, Exit, Failure, out};
+use powergs_core::run::{FileStore, Store};
+use powergs_study::sweep::run::finish::Finished;
+use powergs_study::sweep::run::search::search;
+use powergs_study::sweep::run::state;
+use powergs_study::sweep::run::{
+    Existing, OpenedSweep, Plan, Shard, SharedResults, Sink, SweepFolder, SweepWatch, work,
+};
 
 /// Runs the command.
 pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
-    let mut opened = Opened::open(&args.definition)?;
+    let request = args.definition.request();
+    let mut sweep = OpenedSweep::open(&request)?;
     if args.dry_run {
-        return dry_run::run(&mut opened, args.memory, context);
+        return dry_run::run(&mut sweep, args.memory, context);
     }
-    let path = folder(args.out.as_deref(), &opened.name);
+    let path = folder(args.out.as_deref(), &sweep.name);
+    let store = FileStore::new(&path);
     let shard = args.shard.map_or(Shard::WHOLE, |s| s.0);
-    if (args.shard.is_some() || args.slurm.is_some()) && opened.is_adaptive() {
+    if (args.shard.is_some() || args.slurm.is_some()) && sweep.designs.is_adaptive() {
         let what = "--shard: an adaptive search (sampling.method = \"nsga2\") runs in one process: \
                     every generation needs all results of the one before; leave --shard out, or \
                     take another method";
         return Err(Failure::new(Exit::Usage, what));
     }
     if let Some(file) = &args.slurm {
-        return super::slurm::run(file, args, &opened, &path, context);
+        return super::slurm::run(file, args, &sweep, &path, context);
     }
-    if args.resume && args.shard.is_none() && !path.join(super::state::FILE).exists() {
+    if args.resume && args.shard.is_none() && !path.join(state::FILE).exists() {
         let what = format!("{}: no sweep to resume; leave --resume out", path.display());
         return Err(Failure::new(Exit::Usage, what));
     }
@@ -43,26 +44,34 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         (_, true) => Existing::Replace,
         _ => Existing::Refuse,
     };
-    let mut folder = SweepFolder::open(&path, &opened.state, existing, args.shard.map(|s| s.0))?;
-    if let Some(finished) = Finished::read(&path, &opened.state) {
+    let part = args.shard.map(|s| s.0);
+    let mut folder = SweepFolder::open(&store, &sweep.state, existing, part)?;
+    if let Some(finished) = Finished::read(&store, &sweep.state) {
         return finish::say(&finished, &path, context);
     }
-    folder.remember(&args.definition)?;
-    note_damaged(&folder, &path);
-    let mut store = Store::open(args.store.as_deref(), &opened.state, shard)?;
-    let plan = if opened.is_adaptive() {
-        search::run(&mut opened, &mut folder, &mut store, args.memory, context)?
+    request.remember(&store)?;
+    let meter = Meter::new(context);
+    let damaged = folder.records.damaged();
+    if damaged > 0 {
+        let what = "cut off or damaged; they are simulated again";
+        meter.note(&format!("{}: {damaged} records are {what}", store.place("")));
+    }
+    let mut shared = match &args.store {
+        Some(path) => SharedResults::open(&FileStore::new(path), &sweep.state, shard, &meter)?,
+        None => SharedResults::default(),
+    };
+    let plan = if sweep.designs.is_adaptive() {
+        search(&mut sweep, &mut folder, &mut shared, args.memory, &meter)?
     } else {
-        let Some(plan) = plan(&opened, context) else { return Ok(interrupted(&path, args)) };
+        let Some(plan) = Plan::new(&sweep.designs, &meter) else {
+            return Ok(interrupted(&path, args));
+        };
         let machines = plan.machines(shard);
-        let meter = Meter::new(context, frames(&opened, machines.len()), &opened.objectives);
-        let sink = Sink { folder: &mut folder, store: &mut store };
-        let opened = &mut opened;
-        let memory = args.memory;
-        let done =
-            work(Work { opened, plan: &plan, sink, memory, meter: &meter, context }, &machines)?;
+        let sink = Sink { folder: &mut folder, shared: &mut shared };
+        let done = work(&mut sweep, &plan, &machines, sink, args.memory, &meter)?;
         done.then_some(plan)
     };
+    meter.clear();
     let Some(plan) = plan else { return Ok(interrupted(&path, args)) };
     if args.shard.is_some() {
         if !context.global.quiet {
@@ -72,32 +81,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         }
         return Ok(Exit::Done);
     }
-    finish::finish(&mut folder, &mut opened, &plan, started, context)
-}
-
-/// Walks the space.
-pub fn plan(opened: &Opened, context: &Context) -> Option<Plan> {
-    let selected = opened.space.selected();
-    let progress = Progress::new(
-        context,
-        selected.size_hint().1.unwrap_or(usize::MAX) as u64,
-        "designs looked at",
-    );
-    Plan::of(opened, selected, context, |n| progress.advance(n))
-}
-
-/// Frames of all machines on all traces.
-pub fn frames(opened: &Opened, machines: usize) -> u64 {
-    let frames: usize = opened.traces.iter().map(|t| t.source.range().len()).sum();
-    frames as u64 * machines as u64
-}
-
-fn note_damaged(folder: &SweepFolder, path: &Path) {
-    let damaged = folder.records.index.damaged;
-    if damaged > 0 {
-        let what = "cut off or damaged; they are simulated again";
-        out::complain(format_args!("note: {}: {damaged} records are {what}", path.display()));
-    }
+    finish::finish(&mut folder, &path, &sweep, &plan, started, context)
 }
 
 fn interrupted(path: &Path, args: &SweepArgs) -> Exit {
@@ -107,7 +91,7 @@ fn interrupted(path: &Path, args: &SweepArgs) -> Exit {
     Exit::Interrupted
 }
 
-/// A value that the user should see in an error.
-pub fn usage(what: impl std::fmt::Display) -> Failure {
-    Failure::new(Exit::Usage, what.to_string())
+/// The default folder of a sweep.
+fn folder(out: Option<&Path>, name: &str) -> PathBuf {
+    out.map_or_else(|| Path::new("reports").join(name), Path::to_path_buf)
 }

@@ -15,13 +15,14 @@ use std::io::Read;
 use std::path::Path;
 
 use super::args::{MergeArgs, SweepArgs};
-use super::folder::{self, Existing};
-use super::opened::Opened;
 use super::parts;
-use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
+use crate::cli::{Context, Exit, Failure, OrExit, out};
 use follow::{End, Follower};
 use job::Job;
 use powergs_base::config::document::TEXT_MAX;
+use powergs_core::run::FileStore;
+use powergs_core::run::store::atomic::write_atomically;
+use powergs_study::sweep::run::{Existing, OpenedSweep, folder};
 use powergs_study::sweep::slurm::Settings;
 use powergs_study::sweep::slurm::script::{self, Call};
 
@@ -43,25 +44,26 @@ struct Request<'a> {
 pub fn run(
     file: &Path,
     args: &SweepArgs,
-    opened: &Opened,
-    folder: &Path,
+    sweep: &OpenedSweep<'_>,
+    out: &Path,
     context: &Context,
 ) -> Result<Exit, Failure> {
     let settings = settings(file)?;
-    let folder = std::path::absolute(folder).or_exit(Exit::Usage, folder.display())?;
+    let path = std::path::absolute(out);
+    let path = path.or_exit(Exit::Usage, out.display())?;
     let arguments = arguments::of(args);
-    let request = Request { arguments: &arguments, out: &folder };
+    let request = Request { arguments: &arguments, out: &path };
     let text = script_of(&request, &settings)?;
     if args.print {
         out::write(|w| w.write_all(&text))?;
         return Ok(Exit::Done);
     }
     let existing = if args.resume { Existing::Resume } else { Existing::Refuse };
-    folder::begin(&folder, &opened.state, existing)?;
+    folder::begin(&FileStore::new(&path), &sweep.state, existing)?;
     let mut job = Job::open(&request, &settings)?;
-    aside::write_aside(&job.script(), |w| w.write_all(&text))?;
+    write_atomically(&job.script(), |w| w.write_all(&text))?;
     match Follower::new(&mut job, &settings, context).run()? {
-        End::Complete => parts::merge(&MergeArgs { folder, from: Vec::new() }, context),
+        End::Complete => parts::merge(&MergeArgs { folder: path, from: Vec::new() }, context),
         End::Left => {
             leave(&job);
             Ok(Exit::Interrupted)

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::open;
-use crate::cli::{Context, Exit, Failure, OrExit, aside, out};
+use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::Screen;
 use powergs_frame::trace::{Frame, NEVER};
 
@@ -54,7 +55,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         What::Facts => facts(&frame, out),
     };
     match &args.output {
-        Some(path) => aside::write_aside(path, table)?,
+        Some(path) => write_atomically(path, table)?,
         None => out::write(table)?,
     }
     Ok(Exit::Done)

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde_json::json;
 
 use super::{check, open_file};
-use crate::cli::aside::temporary;
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::store::atomic::temporary;
 use powergs_frame::trace::Writer;
 
 /// Runs `trace repair`.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use powergs_chart::Chart;
 use powergs_sim::report::charts::all;
-use powergs_sim::report::{Run, Table};
+use powergs_study::run_record::Run;
 
 use super::builder;
 

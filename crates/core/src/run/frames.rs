@@ -1,11 +1,14 @@
 //! Where frames come from: a trace file, memory, or views that are rendered as they are asked for.
 
+use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
-use powergs_frame::trace::Frame;
+use powergs_frame::trace::{Frame, TraceHeader, Writer};
+use xxhash_rust::xxh3::Xxh3;
 
 use super::error::RunError;
+use super::input::Input;
 
 /// A frame that is still to be decoded or rendered; done on a worker thread.
 pub type Pending = Box<dyn FnOnce() -> Result<Arc<Frame>, RunError> + Send>;
@@ -30,6 +33,69 @@ pub trait Frames {
     /// # Errors
     /// [`RunError::Input`]: it cannot be read.
     fn take(&mut self, position: usize) -> Result<Pending, RunError>;
+
+    /// What results depend on: the trace file, or for frames that are in none, their contents as a
+    /// trace would have them.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a frame that cannot be read, or that no trace can hold.
+    fn identity(&mut self) -> Result<Input, RunError> {
+        let mut contents = Contents::default();
+        let name = self.name().to_owned();
+        for position in self.range() {
+            let frame = self.take(position)?()?;
+            let points = frame.facts.points;
+            let header = TraceHeader { generator: String::new(), scene: name.clone(), points };
+            let written = Writer::new(&mut contents, &header).and_then(|mut writer| {
+                writer.write_frame(&frame)?;
+                writer.finish()
+            });
+            written.map_err(|e| RunError::input(&name, e))?;
+        }
+        let Contents { hash, bytes } = contents;
+        Ok(Input { role: "trace", name, bytes, xxh3: hash.digest128() })
+    }
+}
+
+/// Hashes what is written.
+#[derive(Default)]
+struct Contents {
+    hash: Xxh3,
+    bytes: u64,
+}
+
+impl io::Write for Contents {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.hash.update(bytes);
+        self.bytes += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<F: Frames + ?Sized> Frames for &mut F {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn range(&self) -> Range<usize> {
+        (**self).range()
+    }
+
+    fn size(&mut self) -> Result<(u32, u32), RunError> {
+        (**self).size()
+    }
+
+    fn take(&mut self, position: usize) -> Result<Pending, RunError> {
+        (**self).take(position)
+    }
+
+    fn identity(&mut self) -> Result<Input, RunError> {
+        (**self).identity()
+    }
 }
 
 /// Frames in memory.

@@ -79,6 +79,10 @@ impl TraceFile {
 }
 
 impl Frames for TraceFile {
+    fn identity(&mut self) -> Result<Input, RunError> {
+        Ok(self.input.clone())
+    }
+
     fn name(&self) -> &str {
         &self.name
     }

@@ -9,4 +9,5 @@ mod knobs;
 mod paper;
 mod pipeline;
 mod run;
+mod store;
 mod workload;

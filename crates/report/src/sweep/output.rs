@@ -1,6 +1,6 @@
 //! The answer for programs: JSON, and the rows of the front as CSV.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 
 use serde_json::{Map, Value as Json, json};
@@ -182,36 +182,61 @@ fn axis(analysis: &Analysis, axis: &Axis) -> Json {
     })
 }
 
-/// `pareto.csv`: the rows of the front as they stand in `results`, best in the first objective
-/// first, with a column `role` before them: `knee`, `front`, or the label of the named design.
+/// The rows of the table that [`pareto_csv`] has: those of the front, and that of the design whose
+/// distance is told.
+pub fn pareto_rows(analysis: &Analysis) -> BTreeSet<u32> {
+    places(analysis).iter().map(|row| analysis.table.records[*row as usize]).collect()
+}
+
+/// Rows of the analysed table: the front, then the named design.
+fn places(analysis: &Analysis) -> Vec<u32> {
+    let named = analysis.named.as_ref().map(|n| n.row).filter(|r| !analysis.front.contains(r));
+    analysis.front.iter().copied().chain(named).collect()
+}
+
+/// [`pareto_csv`] from the `results.csv` that the table was read from.
 ///
 /// # Errors
-/// Those of reading `results`, which was read before.
-pub fn pareto_csv(analysis: &Analysis, results: impl Read) -> Result<Vec<u8>, csv::Error> {
-    let named = analysis.named.as_ref().map(|n| n.row).filter(|r| !analysis.front.contains(r));
-    let rows: Vec<u32> = analysis.front.iter().copied().chain(named).collect();
-    let record = |row: &u32| analysis.table.records[*row as usize];
-    let mut wanted: BTreeMap<u32, csv::StringRecord> =
-        rows.iter().map(|row| (record(row), csv::StringRecord::new())).collect();
+/// Results that are no CSV.
+pub fn pareto_csv_of(analysis: &Analysis, results: impl Read) -> Result<Vec<u8>, csv::Error> {
+    let wanted = pareto_rows(analysis);
     let mut reader = csv::Reader::from_reader(results);
-    let head = reader.headers()?.clone();
-    let mut found = csv::StringRecord::new();
+    let head: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+    let mut rows = BTreeMap::new();
+    let mut record = csv::StringRecord::new();
     let mut n = 0;
-    while reader.read_record(&mut found)? {
-        if let Some(slot) = wanted.get_mut(&n) {
-            slot.clone_from(&found);
+    while reader.read_record(&mut record)? {
+        if wanted.contains(&n) {
+            rows.insert(n, record.iter().map(str::to_owned).collect());
         }
         n += 1;
     }
+    pareto_csv(analysis, &head, &rows)
+}
+
+/// `pareto.csv`: the rows of the front as they stand in the results, best in the first objective
+/// first, with a column `role` before them: `knee`, `front`, or the label of the named design.
+/// `rows` are those of [`pareto_rows`] under `head`.
+///
+/// # Errors
+/// Rows of different lengths.
+pub fn pareto_csv(
+    analysis: &Analysis,
+    head: &[String],
+    rows: &BTreeMap<u32, Vec<String>>,
+) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(std::iter::once("role").chain(&head))?;
-    for row in &rows {
+    let words = |role: &str, row: &[String]| {
+        std::iter::once(role.to_owned()).chain(row.to_vec()).collect::<Vec<String>>()
+    };
+    writer.write_record(words("role", head))?;
+    for row in places(analysis) {
         let role = match row {
-            row if *row == analysis.knee => "knee".to_owned(),
-            row if Some(*row) == named => analysis.table.label(*row),
-            _ => "front".to_owned(),
+            row if row == analysis.knee => "knee".to_owned(),
+            row if analysis.front.contains(&row) => "front".to_owned(),
+            row => analysis.table.label(row),
         };
-        writer.write_record(std::iter::once(role.as_str()).chain(&wanted[&record(row)]))?;
+        writer.write_record(words(&role, &rows[&analysis.table.records[row as usize]]))?;
     }
     Ok(writer.into_inner().expect("writing to memory cannot fail"))
 }

@@ -10,6 +10,7 @@
 mod read;
 mod words;
 
+pub use read::Collector;
 pub use words::Words;
 
 use std::collections::BTreeSet;

@@ -54,7 +54,7 @@ pub struct SweepFile {
     /// The text, for the places of problems.
     #[serde(skip)]
     #[schemars(skip)]
-    text: String,
+    pub(super) text: String,
 }
 
 const fn display_fps() -> f64 {

@@ -1,6 +1,7 @@
 //! The files that designs are made of: read once, parsed once for every set of changes.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::Serialize;
@@ -8,65 +9,24 @@ use toml::{Table, Value};
 
 use super::key::{FileKind, Key};
 use powergs_base::config::ConfigError;
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, find, names};
 use powergs_base::config::knob;
-use powergs_base::config::suggest::nearest;
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::files::Files;
 use powergs_core::run::identity::content_id;
 use powergs_frame::display::Display;
 
 /// Changed files that are kept; beyond that they are made anew for every point.
 const KEPT_MAX: usize = 4096;
 
-/// A text and what messages call it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FileText {
-    /// A path, or the name of a file that comes with the program.
-    pub origin: String,
-    /// Its text, TOML.
-    pub text: String,
-}
-
-/// Where files come from: names that come with the program, and paths for those who may open them.
-pub trait Files: Send + Sync {
-    /// The file of this name; `beside` is the origin of the file that names it, if one does.
-    ///
-    /// # Errors
-    /// Why there is none, in one line.
-    fn read(&self, kind: FileKind, name: &str, beside: Option<&str>) -> Result<FileText, String>;
-}
-
-/// The files that come with the program, and no others.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct EmbeddedFiles;
-
-impl Files for EmbeddedFiles {
-    fn read(&self, kind: FileKind, name: &str, _: Option<&str>) -> Result<FileText, String> {
-        let files = match kind {
-            FileKind::Machine => MACHINES,
-            FileKind::Energy => ENERGY,
-            FileKind::Dram => DRAM,
-            FileKind::Display => DISPLAYS,
-        };
-        let text = find(files, name).map(str::to_owned);
-        let text = text.ok_or_else(|| {
-            let near = nearest(name, files.iter().map(|f| f.name));
-            let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
-            format!("no {} `{name}`; {near}known: {}", kind.name(), names(files))
-        })?;
-        Ok(FileText { origin: name.to_owned(), text })
-    }
-}
-
 /// A file as a value, as a table and as text.
 #[derive(Debug, PartialEq)]
 pub struct Document<T> {
     /// What it says.
     pub value: T,
-    /// Path or name, without the changes.
-    pub origin: String,
+    /// The folder that it lies in; `None` for files that come with the program.
+    pub folder: Option<PathBuf>,
     /// Every key, changes applied.
     pub table: Table,
     /// Hash of everything but name and description.
@@ -133,7 +93,7 @@ impl Library {
     pub(super) fn table(
         &self,
         name: &str,
-        beside: Option<&str>,
+        beside: Option<&Path>,
         changes: &[Change],
     ) -> Result<Arc<Document<EnergyTable>>, String> {
         self.get(&self.tables, name, beside, changes)
@@ -142,7 +102,7 @@ impl Library {
     pub(super) fn device(
         &self,
         name: &str,
-        beside: Option<&str>,
+        beside: Option<&Path>,
         changes: &[Change],
     ) -> Result<Arc<Document<Device>>, String> {
         self.get(&self.devices, name, beside, changes)
@@ -160,10 +120,10 @@ impl Library {
         &self,
         shelf: &Shelf<T>,
         name: &str,
-        beside: Option<&str>,
+        beside: Option<&Path>,
         changes: &[Change],
     ) -> Result<Arc<Document<T>>, String> {
-        let mut id = format!("{name}\n{}", beside.unwrap_or(""));
+        let mut id = format!("{name}\n{}", beside.unwrap_or(Path::new("")).display());
         for (key, value) in changes {
             id.push_str(&format!("\n{}={value}", key.path));
         }
@@ -182,10 +142,10 @@ impl Library {
     fn make<T: Parsed>(
         &self,
         name: &str,
-        beside: Option<&str>,
+        beside: Option<&Path>,
         changes: &[Change],
     ) -> Result<Document<T>, String> {
-        let file = self.files.read(T::KIND, name, beside)?;
+        let file = self.files.read(T::KIND, name, beside).map_err(|e| e.to_string())?;
         let mut value =
             T::read(&file.text).map_err(|e| format!("{} {}: {e}", T::KIND.name(), file.origin))?;
         let mut table = table_of(&value)?;
@@ -199,7 +159,7 @@ impl Library {
             table = table_of(&value)?;
         }
         let id = content_id(&value).map_err(|e| e.to_string())?;
-        Ok(Document { value, origin: file.origin, table, id })
+        Ok(Document { value, folder: file.folder, table, id })
     }
 }
 

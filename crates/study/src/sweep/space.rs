@@ -14,10 +14,11 @@ use super::expr::Expr;
 use super::file::{Sampling, SweepFile};
 use super::key::{FileKind, Key, get};
 use super::lattice::{Lattice, Side};
-use super::library::{Change, Document, Files, Library};
+use super::library::{Change, Document, Library};
 use super::sample;
 use powergs_base::config::{ConfigError, Problem};
 use powergs_core::accel::Machine;
+use powergs_core::run::files::Files;
 use powergs_core::run::identity::timing_id;
 use powergs_core::sim;
 

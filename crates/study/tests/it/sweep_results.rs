@@ -1,6 +1,6 @@
 //! What a sweep keeps and what its table says.
 
-mod journal;
+mod engine;
 mod metric;
 mod table;
 

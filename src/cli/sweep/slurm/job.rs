@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::Request;
-use crate::cli::{Exit, Failure, OrExit, aside};
+use crate::cli::{Exit, Failure, OrExit};
+use powergs_core::run::store::atomic::write_atomically;
 use powergs_study::sweep::slurm::script::{exit_name, log_name};
 use powergs_study::sweep::slurm::state::Submitted;
 use powergs_study::sweep::slurm::{SHARDS_MAX, Settings};
@@ -98,7 +99,7 @@ impl Job {
         self.record.jobs.push(Entry { id, cluster, parts: parts.to_vec() });
         let path = self.out.join("slurm").join("job.toml");
         let text = toml::to_string(&self.record).or_exit(Exit::Internal, path.display())?;
-        aside::write_aside(&path, |w| w.write_all(text.as_bytes()))
+        Ok(write_atomically(&path, |w| w.write_all(text.as_bytes()))?)
     }
 
     /// The jobs, each with the parts that no later one has.

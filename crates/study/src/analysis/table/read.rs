@@ -1,4 +1,4 @@
-//! From CSV to columns, a row at a time.
+//! From rows to columns, a row at a time: rows of a CSV file, or cells that were just made.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
@@ -7,6 +7,9 @@ use csv::StringRecord;
 
 use super::words::Builder;
 use super::{BASELINE, Column, Counts, Over, Table, TableError, Values};
+use crate::analysis::question::Question;
+use crate::sweep::run::results::Results;
+use crate::sweep::table::{Cell, Column as ResultColumn};
 
 /// The columns that come before the axes.
 const FIXED: [&str; 8] =
@@ -27,7 +30,8 @@ impl Table {
     pub fn read(input: impl Read, wants: impl Fn(&str) -> bool) -> Result<Table, TableError> {
         let mut reader = csv::Reader::from_reader(input);
         let head = reader.headers()?.clone();
-        let mut building = Building::new(&head, wants)?;
+        let names: Vec<&str> = head.iter().collect();
+        let mut building = Building::new(&names, wants)?;
         let mut record = StringRecord::new();
         let mut n: u32 = 0;
         while reader.read_record(&mut record)? {
@@ -35,6 +39,54 @@ impl Table {
             n = n.checked_add(1).ok_or(TableError::Rows(u32::MAX))?;
         }
         Ok(building.finish())
+    }
+}
+
+impl Table {
+    /// The results of a sweep as columns, those that a question needs.
+    ///
+    /// # Errors
+    /// As [`Collector`].
+    pub fn of(results: &Results, question: &Question) -> Result<Table, TableError> {
+        let mut table = Collector::new(&results.columns, |column| question.needs(column))?;
+        results.rows.iter().try_for_each(|row| table.row(row))?;
+        Ok(table.finish())
+    }
+}
+
+/// A table that is made of rows as they come.
+#[derive(Debug)]
+pub struct Collector {
+    building: Building,
+    next: u32,
+}
+
+impl Collector {
+    /// A table with these columns; of the metrics only those that `wants` says are kept.
+    ///
+    /// # Errors
+    /// [`TableError::Twice`], [`TableError::Missing`]: these are no columns of a table of results.
+    pub fn new(
+        columns: &[ResultColumn],
+        wants: impl Fn(&str) -> bool,
+    ) -> Result<Collector, TableError> {
+        let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+        Ok(Collector { building: Building::new(&names, wants)?, next: 0 })
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// [`TableError::Rows`]: more rows than can be numbered.
+    pub fn row(&mut self, row: &[Cell]) -> Result<(), TableError> {
+        self.building.cells(row, self.next);
+        self.next = self.next.checked_add(1).ok_or(TableError::Rows(u32::MAX))?;
+        Ok(())
+    }
+
+    /// The table.
+    pub fn finish(self) -> Table {
+        self.building.finish()
     }
 }
 
@@ -67,15 +119,15 @@ struct Building {
 }
 
 impl Building {
-    fn new(head: &StringRecord, wants: impl Fn(&str) -> bool) -> Result<Building, TableError> {
+    fn new(head: &[&str], wants: impl Fn(&str) -> bool) -> Result<Building, TableError> {
         let mut seen = BTreeSet::new();
-        for name in head {
+        for &name in head {
             if !seen.insert(name) {
                 return Err(TableError::Twice(shortened(name)));
             }
         }
         let place = |wanted: &str| {
-            let found = head.iter().position(|name| name == wanted);
+            let found = head.iter().position(|&name| name == wanted);
             found.ok_or_else(|| TableError::Missing(wanted.to_owned()))
         };
         let mut building = Building::default();
@@ -83,7 +135,7 @@ impl Building {
             *place_of = place(name)?;
         }
         let first_metric = place(FIRST_METRIC)?;
-        for (i, name) in head.iter().enumerate() {
+        for (i, &name) in head.iter().enumerate() {
             if FIXED.contains(&name) {
                 continue;
             }
@@ -119,20 +171,10 @@ impl Building {
             Some(point) => point,
             None => return Err(wrong(0, "number of a point")),
         };
-        let set = match cell(3) {
-            "ok" => &mut self.ok,
-            "failed" => &mut self.failed,
-            "missing" => &mut self.missing,
-            _ => return Err(wrong(3, "status: `ok`, `failed` or `missing`")),
-        };
-        if !baseline {
-            set.insert(point);
-        }
-        if cell(3) != "ok" {
-            if cell(3) != "missing" {
-                self.reason(cell(4));
-            }
-            return Ok(());
+        match self.count(point, cell(3), cell(4)) {
+            Some(true) => {}
+            Some(false) => return Ok(()),
+            None => return Err(wrong(3, "status: `ok`, `failed` or `missing`")),
         }
         let id = u128::from_str_radix(cell(2), 16).map_err(|_| wrong(2, "hash: 32 hex digits"))?;
         let over = Over::named(cell(7)).ok_or_else(|| wrong(7, "`trace`, `mean` or `worst`"))?;
@@ -150,6 +192,55 @@ impl Building {
             metric.push(text).map_err(|wanted| unreadable(record, name, text, wanted))?;
         }
         Ok(())
+    }
+
+    /// A row of cells that were made by [`crate::sweep::table::rows`].
+    fn cells(&mut self, row: &[Cell], n: u32) {
+        let places = self.fixed;
+        let text = |i: usize| match &row[places[i]] {
+            Cell::Text(text) => text.as_str(),
+            _ => "",
+        };
+        let point = match row[places[0]] {
+            Cell::Integer(point) => point as u64,
+            _ => BASELINE,
+        };
+        let (Some(true), Ok(id), Some(over)) = (
+            self.count(point, text(3), text(4)),
+            u128::from_str_radix(text(2), 16),
+            Over::named(text(7)),
+        ) else {
+            return;
+        };
+        self.points.push(point);
+        self.ids.push(id);
+        self.energy_tables.push(text(5));
+        self.over.push(over);
+        self.traces.push(text(6));
+        self.records.push(n);
+        for (i, _, words) in &mut self.axes {
+            words.push(&row[*i].text());
+        }
+        for (i, _, metric) in &mut self.metrics {
+            metric.push_cell(&row[*i]);
+        }
+    }
+
+    /// Counts a row; whether it has results. `None` for a status that there is not.
+    fn count(&mut self, point: u64, status: &str, reason: &str) -> Option<bool> {
+        let set = match status {
+            "ok" => &mut self.ok,
+            "failed" => &mut self.failed,
+            "missing" => &mut self.missing,
+            _ => return None,
+        };
+        if point != BASELINE {
+            set.insert(point);
+        }
+        if !matches!(status, "ok" | "missing") {
+            self.reason(reason);
+        }
+        Some(status == "ok")
     }
 
     fn reason(&mut self, text: &str) {
@@ -204,6 +295,25 @@ impl Metric {
             Metric::Words(words) => words.push(text),
         }
         Ok(())
+    }
+
+    fn push_cell(&mut self, cell: &Cell) {
+        let number = match cell {
+            Cell::Real(x) => *x,
+            Cell::Integer(n) => *n as f64,
+            Cell::Empty | Cell::Text(_) | Cell::Truth(_) => f64::NAN,
+        };
+        if let (&mut Metric::Empty(n), false) = (&mut *self, *cell == Cell::Empty) {
+            *self = match cell {
+                Cell::Text(text) => Metric::begun(text, n),
+                _ => Metric::Numbers(vec![f64::NAN; n]),
+            };
+        }
+        match self {
+            Metric::Empty(n) => *n += 1,
+            Metric::Numbers(numbers) => numbers.push(number),
+            Metric::Words(words) => words.push(&cell.text()),
+        }
     }
 
     /// A column whose first value is `text`, after `n` empty cells.

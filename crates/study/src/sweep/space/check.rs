@@ -43,7 +43,7 @@ pub(super) fn all(space: &Space, found: &mut Found<'_>) {
 fn files(space: &Space, found: &mut Found<'_>) {
     let library = &space.library;
     let base = found.ok("base", library.machine(&space.base));
-    let origin = base.as_ref().map(|b| b.origin.clone());
+    let folder = base.as_ref().and_then(|b| b.folder.clone());
     for (i, energy) in space.energy.iter().enumerate() {
         if let Some(name) = &energy.table {
             let plain = found.ok(&format!("energy.{i}.table"), library.table(name, None, &[]));
@@ -64,7 +64,7 @@ fn files(space: &Space, found: &mut Found<'_>) {
     for (number, axis) in space.axes.iter().enumerate() {
         for (i, (key, value)) in named(axis) {
             let (FileKind::Machine, Some(name)) = (key.file, value.as_str()) else { continue };
-            let beside = origin.as_deref();
+            let beside = folder.as_deref();
             let wrong = match key.path.as_str() {
                 "machine" => library.machine(name).err(),
                 "energy" => library.table(name, beside, &[]).err(),

@@ -97,7 +97,7 @@ impl<'a> Draft<'a> {
 
     pub(super) fn device(&self) -> Result<Arc<Document<Device>>, String> {
         let name = get(&self.machine, "dram.device").and_then(Value::as_str).unwrap_or("");
-        let beside = Some(self.base.origin.as_str());
+        let beside = self.base.folder.as_deref();
         self.space.library.device(name, beside, &self.changes_of(FileKind::Dram))
     }
 
@@ -108,7 +108,7 @@ impl<'a> Draft<'a> {
             return self.space.library.table(name, None, &changes);
         }
         let name = get(&self.machine, "energy").and_then(Value::as_str).unwrap_or("");
-        self.space.library.table(name, Some(&self.base.origin), &changes)
+        self.space.library.table(name, self.base.folder.as_deref(), &changes)
     }
 
     pub(super) fn display(&self) -> Result<Option<Arc<Document<Display>>>, String> {

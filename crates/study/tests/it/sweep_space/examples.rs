@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use powergs_base::config::embedded::SWEEPS;
+use powergs_core::run::files::EmbeddedFiles;
 use powergs_study::sweep::file::{Method, Sampling};
 use powergs_study::sweep::sample::select;
-use powergs_study::sweep::{EmbeddedFiles, Rejected, Space, SweepFile};
+use powergs_study::sweep::{Rejected, Space, SweepFile};
 
 fn spaces() -> impl Iterator<Item = (&'static str, SweepFile, Space)> {
     SWEEPS.iter().map(|sweep| {

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use powergs_study::sweep::{EmbeddedFiles, Space, SweepFile};
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_study::sweep::{Space, SweepFile};
 use proptest::prelude::*;
 
 #[track_caller]

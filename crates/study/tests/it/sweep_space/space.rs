@@ -7,8 +7,9 @@ use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::Machine;
 use powergs_core::energy::EnergyTable;
+use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::sim::cost;
-use powergs_study::sweep::{Design, EmbeddedFiles, Rejected, Space, SweepFile};
+use powergs_study::sweep::{Design, Rejected, Space, SweepFile};
 
 /// The space of a file with these lines behind question and base.
 #[track_caller]

@@ -1,12 +1,11 @@
 //! Designs of one machine on their way through a trace: timed once, priced by each of them.
 
-use super::window::Window;
-use powergs_core::run::RunError;
+use crate::sweep::design::Design;
+use crate::sweep::outcome::Accumulator;
+use crate::sweep::record::Record;
 use powergs_core::run::session::{BinnedFrame, time};
+use powergs_core::run::{RunError, Window};
 use powergs_core::sim::{Lists, Measured, priced};
-use powergs_study::sweep::design::Design;
-use powergs_study::sweep::journal::Record;
-use powergs_study::sweep::outcome::Accumulator;
 
 /// Designs with the same machine, and the frames that they have done.
 pub struct Running {

@@ -1,17 +1,12 @@
 //! `state.toml` of a sweep folder: everything that its results depend on. A sweep is continued only
 //! with the same.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use crate::cli::aside::write_aside;
-use crate::cli::{Exit, Failure, OrExit};
-use powergs_base::TOOL_VERSION;
-use powergs_core::run::Input;
+use crate::sweep::outcome::OUTCOME_VERSION;
+use powergs_base::{SCHEMA_VERSION, TOOL_VERSION};
+use powergs_core::run::{Input, RunError, Store};
 use powergs_core::sim::MODEL_VERSION;
-use powergs_study::run_record::SCHEMA_VERSION;
-use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Its name in the folder.
 pub const FILE: &str = "state.toml";
@@ -62,26 +57,27 @@ impl State {
     /// The state of a folder; `None` if there is none.
     ///
     /// # Errors
-    /// Exit code 3: a file that is none of ours.
-    pub fn read(folder: &Path) -> Result<Option<State>, Failure> {
-        let path = folder.join(FILE);
-        let text = match std::fs::read_to_string(&path) {
-            Ok(text) => text,
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(e).or_exit(Exit::BadInput, path.display()),
-        };
-        let what = format!("{}: this is no state of a sweep; use another folder", path.display());
-        toml::from_str(&text)
-            .map(Some)
-            .map_err(|e| Failure::new(Exit::BadInput, format!("{what}: {e}")))
+    /// [`RunError::Input`]: a file that is none of ours.
+    pub fn read(store: &dyn Store) -> Result<Option<State>, RunError> {
+        let Some(text) = store.read_text(FILE)? else { return Ok(None) };
+        toml::from_str(&text).map(Some).map_err(|e| RunError::Input {
+            place: store.place(FILE),
+            message: format!("this is no state of a sweep; use another folder: {e}"),
+        })
     }
 
     /// Writes the file, whole or not at all.
     ///
     /// # Errors
-    /// Exit code 2: the folder cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
-        write_aside(&folder.join(FILE), |w| w.write_all(self.toml().as_bytes()))
+    /// [`RunError::Output`]: the store cannot be written.
+    pub fn write(&self, store: &dyn Store) -> Result<(), RunError> {
+        store.write(FILE, self.toml().as_bytes())
+    }
+
+    /// Names of the inputs with a role: `sweep`, `trace`, `machine`, ….
+    pub fn names(&self, role: &str) -> Vec<String> {
+        let of_role = self.inputs.iter().filter(|input| input.role == role);
+        of_role.map(|input| input.name.clone()).collect()
     }
 
     /// The file.

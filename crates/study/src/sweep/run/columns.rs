@@ -2,14 +2,14 @@
 
 use toml::{Table, Value};
 
-use super::opened::Objective;
-use crate::cli::{Exit, Failure};
+use crate::sweep::design::Design;
+use crate::sweep::measure::Measure;
+use crate::sweep::metric::metrics;
+use crate::sweep::objective::Objective;
+use crate::sweep::space::Space;
+use crate::sweep::table::{Cell, Column, Kind};
 use powergs_base::config::suggest::nearest;
-use powergs_study::sweep::design::Design;
-use powergs_study::sweep::measure::Measure;
-use powergs_study::sweep::metric::metrics;
-use powergs_study::sweep::space::Space;
-use powergs_study::sweep::table::{Cell, Column, Kind};
+use powergs_core::run::RunError;
 
 /// Steps of each axis that are looked at to find the kind of its column.
 const LOOKED_AT: u32 = 4096;
@@ -93,7 +93,7 @@ pub fn baseline_cells(base: &Design, columns: &[Column]) -> Vec<Cell> {
         .map(|(what, text)| (what, text.parse().unwrap_or_default()))
         .collect();
     let find = |name: &str| -> Option<Value> {
-        if name == powergs_study::sweep::key::MACHINE {
+        if name == crate::sweep::key::MACHINE {
             return Some(base.machine.name.clone().into());
         }
         let (table, path) = match name.split_once(':') {
@@ -132,11 +132,14 @@ fn cell<'v>(column: &Column, find: impl Fn(&str) -> Option<&'v Value>) -> Cell {
 }
 
 /// Refuses objectives that no column of the table has.
+///
+/// # Errors
+/// [`RunError::Config`]: such an objective, with the nearest column.
 pub fn check_objectives(
     objectives: &[Objective],
     space: &Space,
     origin: &str,
-) -> Result<(), Failure> {
+) -> Result<(), RunError> {
     let axes = kinds(space);
     let names: Vec<&str> = metrics()
         .iter()
@@ -144,12 +147,12 @@ pub fn check_objectives(
         .chain(axes.iter().filter(|c| c.kind != Kind::Text).map(|c| c.name.as_str()))
         .collect();
     for objective in objectives {
-        let column = objective.column.as_str();
+        let column = objective.name.as_str();
         if !names.contains(&column) {
             let near = nearest(column, names.iter().copied());
             let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            let what = format!("{origin}: no column `{column}` to optimise{near}");
-            return Err(Failure::new(Exit::Usage, what));
+            let what = format!("no column `{column}` to optimise{near}");
+            return Err(RunError::config(origin, what));
         }
     }
     Ok(())

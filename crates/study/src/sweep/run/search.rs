@@ -4,35 +4,36 @@
 use std::collections::BTreeSet;
 
 use super::folder::{Shard, SweepFolder};
-use super::meter::Meter;
-use super::opened::{Objective, Opened};
+use super::opened::OpenedSweep;
 use super::plan::Plan;
-use super::run::frames;
-use super::store::Store;
-use super::work::{Sink, Work, run as work};
-use crate::cli::{Context, Failure};
-use powergs_study::sweep::design::Rejected;
-use powergs_study::sweep::journal::Record;
-use powergs_study::sweep::metric::{metrics, values};
-use powergs_study::sweep::outcome::Outcome;
-use powergs_study::sweep::search::Search;
-use powergs_study::sweep::table::Cell;
+use super::shared::SharedResults;
+use super::watch::SweepWatch;
+use super::work::{Sink, work};
+use crate::sweep::design::Rejected;
+use crate::sweep::metric::{metrics, values};
+use crate::sweep::objective::Objective;
+use crate::sweep::outcome::Outcome;
+use crate::sweep::record::Record;
+use crate::sweep::search::Search;
+use crate::sweep::table::Cell;
+use powergs_core::run::RunError;
 
-/// Runs the search; all designs that it looked at, or `None` if the user broke off.
+/// Runs the search; all designs that it looked at, or `None` after a cancellation.
 ///
 /// # Errors
-/// As the work of any sweep.
-pub fn run(
-    opened: &mut Opened,
-    folder: &mut SweepFolder,
-    store: &mut Store,
+/// As [`work()`].
+pub fn search(
+    sweep: &mut OpenedSweep<'_>,
+    folder: &mut SweepFolder<'_>,
+    shared: &mut SharedResults,
     memory: usize,
-    context: &Context,
-) -> Result<Option<Plan>, Failure> {
-    let mut search = Search::new(opened.space.lattice(), opened.space.sampling());
+    watch: &dyn SweepWatch,
+) -> Result<Option<Plan>, RunError> {
+    let space = &sweep.designs.space;
+    let mut search = Search::new(space.lattice(), space.sampling());
     let mut looked_at = BTreeSet::new();
     loop {
-        let space = &opened.space;
+        let space = &sweep.designs.space;
         // What a constraint leaves out costs nothing: the search is told before it asks.
         let allowed = |point: u64| match space.design(point) {
             Ok(_) => Some(point),
@@ -43,24 +44,22 @@ pub fn run(
         };
         let generation = search.ask(&allowed);
         if generation.is_empty() {
-            return Ok(Plan::of(opened, looked_at.into_iter(), context, |_| {}));
+            return Ok(Plan::of(&sweep.designs, looked_at.into_iter(), watch));
         }
         looked_at.extend(&generation);
-        let Some(plan) = Plan::of(opened, generation.iter().copied(), context, |_| {}) else {
+        let Some(plan) = Plan::of(&sweep.designs, generation.iter().copied(), watch) else {
             return Ok(None);
         };
         let machines = plan.machines(Shard::WHOLE);
-        let meter = Meter::new(context, frames(opened, machines.len()), &opened.objectives);
-        let sink = Sink { folder, store };
-        let one = Work { opened, plan: &plan, sink, memory, meter: &meter, context };
-        if !work(one, &machines)? {
+        let sink = Sink { folder, shared };
+        if !work(sweep, &plan, &machines, sink, memory, watch)? {
             return Ok(None);
         }
         let mut answers: Vec<(u64, Option<Vec<f64>>)> =
             generation.iter().map(|&point| (point, None)).collect();
         for (design, planned) in plan.designs.iter().enumerate() {
             let Some(point) = planned.point else { continue };
-            let costs = costs(opened, folder, &plan, design)?;
+            let costs = costs(sweep, folder, &plan, design)?;
             if let Some(answer) = answers.iter_mut().find(|(p, _)| *p == point) {
                 answer.1 = costs;
             }
@@ -72,13 +71,13 @@ pub fn run(
 /// The objectives of a design, all to be small, under the first energy table and the mean of all
 /// traces; `None` if it failed.
 fn costs(
-    opened: &Opened,
-    folder: &mut SweepFolder,
+    sweep: &OpenedSweep<'_>,
+    folder: &mut SweepFolder<'_>,
     plan: &Plan,
     design: usize,
-) -> Result<Option<Vec<f64>>, Failure> {
+) -> Result<Option<Vec<f64>>, RunError> {
     let mut outcomes: Vec<(f64, Outcome)> = Vec::new();
-    for trace in &opened.traces {
+    for trace in &sweep.traces {
         match folder.records.get(plan.key(design, 0, trace.hash))? {
             Some(Record::Ok(outcome)) => outcomes.push((trace.label.weight, outcome)),
             _ => return Ok(None),
@@ -86,14 +85,14 @@ fn costs(
     }
     let weighted: Vec<_> = outcomes.iter().map(|(w, o)| (*w, o)).collect();
     let values = values(&weighted);
-    let cells = opened.axis_cells(plan.designs[design].point);
+    let cells = sweep.designs.cells(plan.designs[design].point);
     let cost = |objective: &Objective| {
-        let metric = metrics().iter().position(|m| m.name == objective.column);
+        let metric = metrics().iter().position(|m| m.name == objective.name);
         let value = match metric {
             Some(place) => values[place],
             None => {
-                let columns = opened.axis_columns();
-                let place = columns.iter().position(|c| c.name == objective.column)?;
+                let columns = sweep.designs.columns();
+                let place = columns.iter().position(|c| c.name == objective.name)?;
                 match cells[place] {
                     Cell::Integer(n) => Some(n as f64),
                     Cell::Real(x) => Some(x),
@@ -101,7 +100,7 @@ fn costs(
                 }
             }
         }?;
-        Some(if objective.maximize { -value } else { value })
+        Some(objective.goal.cost(value))
     };
-    Ok(opened.objectives.iter().map(cost).collect())
+    Ok(sweep.objectives.iter().map(cost).collect())
 }

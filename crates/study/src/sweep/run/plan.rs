@@ -7,12 +7,12 @@ use rayon::prelude::*;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::folder::Shard;
-use super::opened::Opened;
-use crate::cli::Context;
+use super::opened::Designs;
+use super::watch::SweepWatch;
+use crate::sweep::design::{Design, Rejected};
+use crate::sweep::outcome::OUTCOME_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::workload::Geometry;
-use powergs_study::sweep::design::{Design, Rejected};
-use powergs_study::sweep::outcome::OUTCOME_VERSION;
 
 /// Designs that are made at a time while the space is walked.
 const STRIDE: u64 = 4096;
@@ -55,24 +55,30 @@ enum Found {
 }
 
 impl Plan {
-    /// Walks the points of the space; `None` if the user broke off.
+    /// Walks the points that the sampling of the sweep file takes; `None` after a cancellation.
+    pub fn new(designs: &Designs, watch: &dyn SweepWatch) -> Option<Plan> {
+        let selected = designs.space.selected();
+        watch.planning(selected.size_hint().1.unwrap_or(usize::MAX) as u64);
+        Plan::of(designs, selected, watch)
+    }
+
+    /// Walks some points of the space; `None` after a cancellation.
     pub fn of(
-        opened: &Opened,
+        designs: &Designs,
         points: impl Iterator<Item = u64>,
-        context: &Context,
-        mut walked: impl FnMut(u64),
+        watch: &dyn SweepWatch,
     ) -> Option<Plan> {
-        let mut plan = Plan { tables: opened.tables().len(), ..Plan::default() };
+        let mut plan = Plan { tables: designs.tables().len(), ..Plan::default() };
         let mut geometries = BTreeMap::new();
-        plan.add(planned(None, &opened.baseline()), &mut geometries);
+        plan.add(planned(None, &designs.base), &mut geometries);
         let mut points = points.peekable();
         while points.peek().is_some() {
-            if context.is_cancelled() {
+            if watch.is_cancelled() {
                 return None;
             }
             let some: Vec<u64> = points.by_ref().take(STRIDE as usize).collect();
-            let found: Vec<Found> = some.par_iter().map(|&p| find(opened, p)).collect();
-            walked(some.len() as u64);
+            let found: Vec<Found> = some.par_iter().map(|&p| find(designs, p)).collect();
+            watch.planned(some.len() as u64);
             found.into_iter().for_each(|f| plan.add(f, &mut geometries));
         }
         // Numbers in the order of the geometries, whatever order they were met in.
@@ -127,8 +133,8 @@ impl Plan {
     }
 }
 
-fn find(opened: &Opened, point: u64) -> Found {
-    match opened.space.design(point) {
+fn find(designs: &Designs, point: u64) -> Found {
+    match designs.space.design(point) {
         Ok(design) => planned(Some(point), &design),
         Err(why @ (Rejected::Constraint { .. } | Rejected::Duplicate { .. })) => {
             Found::Excluded(why.cause())

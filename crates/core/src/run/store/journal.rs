@@ -1,36 +1,22 @@
-//! The journal of a sweep: one line per outcome, appended when it is known, found by key.
+//! The lines of a journal: one per record, appended when it is known, found by key.
 //!
-//! A line is `CRC KEY JSON`: eight hex digits of the CRC-32 of what follows, the 32 hex digits of
-//! the key, and a [`Record`]. What a killed run has left half written fails its checksum and is
-//! simulated again; nothing is ever changed in place.
+//! A line is `CRC KEY RECORD`: eight hex digits of the CRC-32 of what follows, the 32 hex digits of
+//! the key, and the record, usually JSON. A line that a killed run left half written fails its
+//! checksum and is skipped; nothing is ever changed in place.
 
 use std::collections::HashMap;
 use std::io::{self, BufRead, Write};
 
-use serde::{Deserialize, Serialize};
-
-use super::outcome::Outcome;
-
-/// The longest line that is read. An outcome of 100,000 frames is shorter.
+/// The longest line that is read. A result of 100,000 frames is shorter.
 const LINE_MAX: u64 = 1 << 24;
-
-/// What became of one design on one trace under one energy table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Record {
-    /// It was simulated.
-    Ok(Outcome),
-    /// It could not be simulated, for this reason.
-    Failed(String),
-}
 
 /// Writes a line.
 ///
 /// # Errors
 /// Those of `out`.
-pub fn append(out: &mut impl Write, key: u128, record: &Record) -> io::Result<()> {
-    let json = serde_json::to_string(record)?;
-    let body = format!("{key:032x} {json}");
+pub fn append(out: &mut impl Write, key: u128, record: &str) -> io::Result<()> {
+    debug_assert!(!record.contains('\n'), "a record is one line");
+    let body = format!("{key:032x} {record}");
     // One call: lines of several writers do not mix, and a full disk cuts at most one line.
     out.write_all(format!("{:08x} {body}\n", crc32fast::hash(body.as_bytes())).as_bytes())
 }
@@ -91,9 +77,11 @@ impl Index {
         self.places.get(&key).copied()
     }
 
-    /// All keys, in no order.
-    pub fn keys(&self) -> impl Iterator<Item = u128> {
-        self.places.keys().copied()
+    /// All keys, ascending.
+    pub fn sorted_keys(&self) -> Vec<u128> {
+        let mut keys: Vec<u128> = self.places.keys().copied().collect();
+        keys.sort_unstable();
+        keys
     }
 
     /// Number of keys.
@@ -119,9 +107,8 @@ fn key_of(line: &[u8]) -> Option<u128> {
 }
 
 /// The record of a line that an [`Index`] has found; `None` if it is damaged.
-pub fn parse(line: &[u8]) -> Option<(u128, Record)> {
+pub fn parse(line: &[u8]) -> Option<(u128, &str)> {
     let key = key_of(line)?;
     let line = std::str::from_utf8(line).ok()?;
-    let json = line.splitn(3, ' ').nth(2)?;
-    Some((key, serde_json::from_str(json).ok()?))
+    Some((key, line.splitn(3, ' ').nth(2)?.trim_end()))
 }

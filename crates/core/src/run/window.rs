@@ -1,15 +1,18 @@
-//! Binned frames in memory: as many of a trace as fit, the next ones when those are done.
+//! Binned frames in memory: as many of a list as fit, the next ones when those are done.
+//!
+//! A [`Session`](super::session::Session) hands each frame to all systems at once. Where systems
+//! are too many to be held, a window of frames is held instead, and systems are made one by one.
 
-use crate::cli::Failure;
-use powergs_core::run::session::BinnedFrame;
-use powergs_core::run::{Frames, TraceFile};
-use powergs_core::workload::Geometry;
+use super::error::RunError;
+use super::frames::Frames;
+use super::session::BinnedFrame;
+use crate::workload::Geometry;
 
-/// Some frames of a trace in a row, under one geometry.
+/// Consecutive frames under one geometry.
 pub struct Window {
     /// The frames.
     pub frames: Vec<BinnedFrame>,
-    /// Whether they are all frames of the trace.
+    /// Whether they are all frames of the list.
     pub is_whole: bool,
     /// Position of the first of them.
     pub start: usize,
@@ -18,16 +21,16 @@ pub struct Window {
 }
 
 impl Window {
-    /// Bins frames from position `start` of the trace until they take `most_bytes`, at least one.
+    /// Bins frames from position `start` on until they take `most_bytes`, at least one.
     ///
     /// # Errors
-    /// Exit code 3: a frame that cannot be read.
+    /// [`RunError::Input`]: a frame that cannot be read.
     pub fn bin(
-        source: &mut TraceFile,
+        source: &mut dyn Frames,
         geometry: Geometry,
         start: usize,
         most_bytes: usize,
-    ) -> Result<Window, Failure> {
+    ) -> Result<Window, RunError> {
         let range = source.range();
         let (mut frames, mut bytes, mut end) = (Vec::new(), 0, start);
         while end < range.end && (frames.is_empty() || bytes < most_bytes) {

@@ -1,5 +1,5 @@
-//! Files that appear whole or not at all: written under a temporary name beside their place, then
-//! renamed.
+//! Atomic writes: a file is written under a temporary name beside its place and renamed when it is
+//! whole.
 
 use std::ffi::OsStr;
 use std::fs::{self, OpenOptions, Permissions};
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use tempfile::NamedTempFile;
 
-use super::{Exit, Failure, OrExit};
+use super::{RunError, cannot_write};
 
 /// A temporary file in the folder of `path`, with the permissions of an ordinary new file.
 ///
@@ -38,7 +38,7 @@ pub fn is_temporary(name: &OsStr) -> bool {
 ///
 /// # Errors
 /// Those of the folder.
-pub fn sweep_away(folder: &Path) -> io::Result<()> {
+pub fn remove_leftovers(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         if is_temporary(&entry.file_name()) && entry.file_type()?.is_file() {
@@ -65,26 +65,28 @@ fn ordinary() -> Option<Permissions> {
     None
 }
 
-/// Writes a file aside and renames it when it is whole. What is there and no ordinary file (a
-/// device, a pipe) is written as it is: it must not be replaced.
-pub fn write_aside(
+/// Writes a file under a temporary name and renames it when it is whole. A device or a pipe is
+/// written as it is: it must not be replaced.
+///
+/// # Errors
+/// [`RunError::Output`]: the file cannot be written; what was there before stays.
+pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), Failure> {
-    if is_special(path) {
-        let file = OpenOptions::new().write(true).open(path);
-        let written = file.and_then(|file| {
+) -> Result<(), RunError> {
+    let written = if is_special(path) {
+        OpenOptions::new().write(true).open(path).and_then(|file| {
             let mut writer = BufWriter::new(file);
             write(&mut writer)?;
             writer.flush()
-        });
-        return written.or_exit(Exit::Usage, format_args!("{}: cannot be written", path.display()));
-    }
-    let written = temporary(path).and_then(|file| {
-        let mut writer = BufWriter::new(file);
-        write(&mut writer)?;
-        writer.into_inner().map_err(|e| e.into_error())?.persist(path)?;
-        Ok(())
-    });
-    written.or_exit(Exit::Usage, format_args!("{}: cannot be written", path.display()))
+        })
+    } else {
+        temporary(path).and_then(|file| {
+            let mut writer = BufWriter::new(file);
+            write(&mut writer)?;
+            writer.into_inner().map_err(|e| e.into_error())?.persist(path)?;
+            Ok(())
+        })
+    };
+    written.map_err(|e| cannot_write(path.display().to_string(), &e))
 }

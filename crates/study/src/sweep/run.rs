@@ -1,0 +1,43 @@
+//! Runs sweeps: every design of a space on every trace, resumable and in parts.
+//!
+//! A [`SweepRequest`] or a sweep built in memory ([`Sweep`]) is opened as an [`OpenedSweep`].
+//! [`Plan`] lists its designs: grouped by geometry, so that a frame is binned once, and by machine,
+//! so that designs that differ in prices only are timed once. [`work()`] simulates what is not
+//! known yet and appends each result to a journal of the [`Store`](powergs_core::run::Store).
+//! [`results`] makes the table from the journals, in the order of the space.
+//!
+//! A part of a sweep ([`Shard`]) is worked on like the whole and has a journal of its own; all
+//! journals of a store are read, so merging parts is making the table.
+
+pub mod columns;
+pub mod estimate;
+pub mod finish;
+pub mod folder;
+pub mod noted;
+pub mod opened;
+pub mod own;
+pub mod parts;
+pub mod plan;
+pub mod records;
+pub mod request;
+pub mod results;
+mod running;
+pub mod search;
+pub mod shared;
+pub mod state;
+pub mod traces;
+pub mod watch;
+pub mod work;
+
+pub use folder::{Existing, Shard, SweepFolder};
+pub use opened::{Designs, OpenedSweep};
+pub use own::Sweep;
+pub use plan::Plan;
+pub use records::Records;
+pub use request::SweepRequest;
+pub use results::{Results, Tally};
+pub use shared::SharedResults;
+pub use state::State;
+pub use traces::SweepTrace;
+pub use watch::SweepWatch;
+pub use work::{Sink, work};

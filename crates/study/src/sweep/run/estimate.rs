@@ -1,0 +1,191 @@
+//! What a sweep will take, timed on a frame of every trace.
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use super::folder::Shard;
+use super::opened::{Designs, OpenedSweep};
+use super::plan::{Plan, Planned};
+use super::running::Running;
+use super::watch::SweepWatch;
+use crate::sweep::design::Design;
+use powergs_core::accel::Memo;
+use powergs_core::run::{RunError, Window};
+
+/// Points that are looked at; of larger spaces this many are taken to stand for all.
+const LOOKED_AT: u64 = 20_000;
+
+/// Machines that are timed on a frame.
+const TIMED: usize = 8;
+/// Machines that are looked at for what they share.
+const COMPARED: usize = 2048;
+
+/// What a sweep would take.
+#[derive(Debug)]
+pub struct Estimate {
+    /// The plan of the points that were looked at.
+    pub plan: Plan,
+    /// Points that the sweep takes, at most.
+    pub points: u64,
+    /// Points for each that was looked at.
+    pub scale: f64,
+    /// Machines to time.
+    pub machines: f64,
+    /// Time of the sweep, seconds.
+    pub seconds: f64,
+    /// Threads that share the work.
+    pub threads: f64,
+    /// What was timed.
+    pub cost: Cost,
+}
+
+impl Estimate {
+    /// Looks at some points and times some machines; `memory` is that for binned frames, bytes.
+    /// `None` after a cancellation.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a trace that cannot be read.
+    pub fn of(
+        sweep: &mut OpenedSweep<'_>,
+        memory: usize,
+        watch: &dyn SweepWatch,
+    ) -> Result<Option<Estimate>, RunError> {
+        let points = points(&sweep.designs);
+        let Some(plan) = sampled(&sweep.designs, points, watch) else { return Ok(None) };
+        let looked_at = (plan.designs.len() - 1) as u64
+            + plan.excluded.values().sum::<u64>()
+            + plan.invalid.len() as u64;
+        let scale = points as f64 / looked_at.max(1) as f64;
+        let machines = plan.machines(Shard::WHOLE).len() as f64 * scale;
+        let cost = cost(sweep, &plan, scale, memory)?;
+        let threads = rayon::current_num_threads() as f64;
+        let mut estimate = Estimate { plan, points, scale, machines, seconds: 0.0, threads, cost };
+        let bins = estimate.cost.bin_s * estimate.plan.geometries.len() as f64;
+        estimate.seconds = bins + estimate.timed_s() / threads;
+        Ok(Some(estimate))
+    }
+
+    /// Seconds of all machines on all frames, on one thread.
+    pub fn timed_s(&self) -> f64 {
+        let cost = &self.cost;
+        cost.machine_s * self.machines + cost.preprocessing_s * cost.preprocessings
+    }
+}
+
+/// How many points a sweep takes, at most.
+fn points(designs: &Designs) -> u64 {
+    if !designs.is_adaptive() {
+        return designs.space.selected().size_hint().1.unwrap_or(usize::MAX) as u64;
+    }
+    let s = designs.space.sampling();
+    let most = u64::from(s.population) * u64::from(s.generations);
+    most.min(s.points.unwrap_or(u64::MAX)).min(designs.space.lattice().points())
+}
+
+/// The plan of some points: evenly over the selection, or over the space where points are asked
+/// for later. `None` after a cancellation.
+fn sampled(designs: &Designs, points: u64, watch: &dyn SweepWatch) -> Option<Plan> {
+    let all = u128::from(designs.space.lattice().points());
+    let spread = points.min(LOOKED_AT);
+    watch.planning(spread);
+    let step = (points / spread.max(1)).max(1) as usize;
+    let evenly = move |i: u64| (u128::from(i) * all / u128::from(spread)) as u64;
+    let sample: Box<dyn Iterator<Item = u64>> = match designs.is_adaptive() {
+        true => Box::new((0..spread).map(evenly)),
+        false => Box::new(designs.space.selected().step_by(step).take(spread as usize)),
+    };
+    Plan::of(designs, sample, watch)
+}
+
+/// What was timed.
+#[derive(Debug, Default)]
+pub struct Cost {
+    /// Frames of all traces.
+    pub frames: usize,
+    /// Seconds to bin all frames under one geometry.
+    pub bin_s: f64,
+    /// Seconds of one machine on all frames whose preprocessing is there already.
+    pub machine_s: f64,
+    /// Seconds to preprocess all frames once.
+    pub preprocessing_s: f64,
+    /// How often frames are preprocessed: machines share it.
+    pub preprocessings: f64,
+    /// Bytes of binned frames in memory at a time, with the plan.
+    pub bytes: usize,
+}
+
+/// Bins a frame of every trace under the base machine's geometry, and times a few machines of that
+/// geometry on it, twice; `scale` is how many designs each of the plan stands for. The finest
+/// geometry tells how much memory binned frames take.
+///
+/// # Errors
+/// [`RunError::Input`]: a trace that cannot be read.
+fn cost(
+    sweep: &mut OpenedSweep<'_>,
+    plan: &Plan,
+    scale: f64,
+    memory: usize,
+) -> Result<Cost, RunError> {
+    let preprocessings = preprocessings(&sweep.designs, plan, scale);
+    let mut cost = Cost { preprocessings, ..Cost::default() };
+    let display_fps = sweep.file.display_fps;
+    let place = plan.designs[0].geometry;
+    let geometry = plan.geometries[place as usize];
+    let finest = plan.geometries.iter().min_by_key(|g| (g.tile, g.subtile)).unwrap_or(&geometry);
+    let same: Vec<_> = plan.designs.iter().filter(|d| d.geometry == place).collect();
+    let step = (same.len() / TIMED).max(1);
+    let designs: Vec<Design> =
+        same.iter().step_by(step).filter_map(|d| sweep.designs.design(d.point).ok()).collect();
+    for trace in &mut sweep.traces {
+        let range = trace.frames.range();
+        let frames = range.len() as f64;
+        let middle = range.start + range.len() / 2;
+        let started = Instant::now();
+        let window = Window::bin(&mut *trace.frames, geometry, middle, 1)?;
+        cost.bin_s += started.elapsed().as_secs_f64() * frames;
+        let first = seconds_each(&designs, &window, display_fps);
+        let again = seconds_each(&designs, &window, display_fps).min(first);
+        cost.machine_s += again * frames;
+        cost.preprocessing_s += (first - again) * frames;
+        let bytes = match *finest == geometry {
+            true => window.frames[0].bytes(),
+            false => {
+                let window = Window::bin(&mut *trace.frames, *finest, middle, 1)?;
+                window.frames[0].bytes()
+            }
+        };
+        cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
+        cost.frames += range.len();
+    }
+    cost.bytes += plan.designs.len() * size_of::<Planned>();
+    Ok(cost)
+}
+
+/// Seconds of a design on the frames of a window.
+fn seconds_each(designs: &[Design], window: &Window, display_fps: f64) -> f64 {
+    let started = Instant::now();
+    for design in designs {
+        Running::new(vec![design.clone()]).frames(window, display_fps);
+    }
+    started.elapsed().as_secs_f64() / designs.len() as f64
+}
+
+/// How many different ways to preprocess a frame the designs of a plan have: counted in some of
+/// them, and where hardly two of those are alike, in proportion.
+fn preprocessings(designs: &Designs, plan: &Plan, scale: f64) -> f64 {
+    let step = plan.designs.len().div_ceil(COMPARED).max(1);
+    let (mut seen, mut apart, mut compared) = (HashSet::new(), 0u32, 0);
+    for planned in plan.designs.iter().step_by(step) {
+        let Ok(design) = designs.design(planned.point) else { continue };
+        compared += 1;
+        match Memo::shared_by(&design.machine) {
+            Some(key) => drop(seen.insert((planned.geometry, key))),
+            None => apart += 1,
+        }
+    }
+    let shared = compared - apart as usize;
+    let is_sparse = 2 * seen.len() > shared;
+    let each = step as f64 * scale;
+    let alike = seen.len() as f64 * if is_sparse { each } else { 1.0 };
+    alike + f64::from(apart) * each
+}

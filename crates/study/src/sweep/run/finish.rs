@@ -1,0 +1,93 @@
+//! The end of a sweep: a note that its folder is whole.
+
+use std::io::Read;
+
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
+
+use super::opened::OpenedSweep;
+use super::plan::Plan;
+use super::results::{CSV, PARQUET, Tally};
+use super::state::State;
+use powergs_core::run::{RunError, Store};
+
+/// Its name in the folder.
+const FILE: &str = "finished.toml";
+
+/// A sweep that is whole.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub struct Finished {
+    /// Hash of the state that it was made from.
+    state: String,
+    /// Hash of its table.
+    results: String,
+    /// Designs with all results.
+    pub ok: u64,
+    /// Designs that failed.
+    pub failed: u64,
+    /// Designs that constraints exclude.
+    pub excluded: u64,
+}
+
+/// Designs that constraints exclude, as a finished sweep says; `None` if it says
+/// nothing.
+pub fn excluded(store: &dyn Store) -> Option<u64> {
+    let text = store.read_text(FILE).ok()??;
+    Some(toml::from_str::<Finished>(&text).ok()?.excluded)
+}
+
+impl Finished {
+    /// What a folder says of this state; `None` if it is not whole, or its table was changed.
+    pub fn read(store: &dyn Store, state: &State) -> Option<Finished> {
+        let text = store.read_text(FILE).ok()??;
+        let finished: Finished = toml::from_str(&text).ok()?;
+        let same = finished.state == format!("{:032x}", state.hash())
+            && finished.results == format!("{:032x}", hash(store, CSV)?)
+            && store.list("").ok()?.iter().any(|name| name == PARQUET);
+        same.then_some(finished)
+    }
+
+    /// A sweep whose table has this hash.
+    pub fn new(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally, table: u128) -> Finished {
+        Finished {
+            state: format!("{:032x}", sweep.state.hash()),
+            results: format!("{table:032x}"),
+            ok: tally.ok,
+            failed: tally.failed,
+            excluded: plan.excluded.values().sum(),
+        }
+    }
+
+    /// Notes it in the folder. This comes last: a run that is killed before is continued, and makes
+    /// every other file anew.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: the store cannot be written.
+    pub fn write(&self, store: &dyn Store) -> Result<(), RunError> {
+        let text = toml::to_string(self);
+        let text = text.map_err(|e| RunError::Internal(format!("{FILE}: {e}")))?;
+        store.write(FILE, text.as_bytes())
+    }
+}
+
+/// Notes in the folder what the results were made from, as every report has it.
+///
+/// # Errors
+/// [`RunError::Output`]: the store cannot be written.
+pub fn write_sources(sweep: &OpenedSweep<'_>, store: &dyn Store) -> Result<(), RunError> {
+    store.write("run.toml", sweep.state.toml().as_bytes())?;
+    store.write("sweep.toml", sweep.file.text().as_bytes())
+}
+
+fn hash(store: &dyn Store, name: &str) -> Option<u128> {
+    let mut hash = Xxh3::new();
+    let mut file = store.open(name).ok()??;
+    let mut buffer = vec![0; 1 << 18];
+    loop {
+        match file.read(&mut buffer).ok()? {
+            0 => return Some(hash.digest128()),
+            n => hash.update(&buffer[..n]),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! A sweep, opened and checked: its file, its space, its traces.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::columns;
+use super::noted::NotedFiles;
+use super::request::SweepRequest;
+use super::state::State;
+use super::traces::{self, SweepTrace, Wanted};
+use crate::sweep::design::{Design, Rejected};
+use crate::sweep::file::{Method, SweepFile, TraceSpec};
+use crate::sweep::objective::Objective;
+use crate::sweep::space::Space;
+use crate::sweep::table::{Cell, Column, TraceLabel};
+use powergs_base::config::embedded::SWEEPS;
+use powergs_base::config::knob;
+use powergs_core::run::files::{DiskFiles, Files, read};
+use powergs_core::run::{Input, RunError};
+
+/// What a sweep file spans, and the base machine.
+pub struct Designs {
+    /// The points.
+    pub space: Space,
+    /// The base machine alone.
+    pub base: Design,
+    columns: Vec<Column>,
+}
+
+impl Designs {
+    /// Checks a sweep file and everything that it names.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: everything that is wrong, with its lines; `origin` is what messages
+    /// call the file.
+    pub fn new(
+        file: &SweepFile,
+        files: &Arc<dyn Files>,
+        origin: &str,
+    ) -> Result<Designs, RunError> {
+        let wrong = |e| RunError::config(origin, e);
+        let space = Space::new(file, Arc::clone(files)).map_err(wrong)?;
+        let mut alone = file.clone();
+        alone.axes.clear();
+        alone.derived = Default::default();
+        alone.constraints.clear();
+        let base = Space::new(&alone, Arc::clone(files)).map_err(wrong)?;
+        let base = base
+            .design(0)
+            .map_err(|e| RunError::config(origin, format_args!("base machine: {e}")))?;
+        let columns = columns::kinds(&space);
+        Ok(Designs { space, base, columns })
+    }
+
+    /// The design of a point; of `None` the base machine.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn design(&self, point: Option<u64>) -> Result<Design, Rejected> {
+        point.map_or_else(|| Ok(self.base.clone()), |point| self.space.design(point))
+    }
+
+    /// Labels of the energy tables.
+    pub fn tables(&self) -> Vec<String> {
+        self.space.energy_labels().into_iter().map(str::to_owned).collect()
+    }
+
+    /// The columns of the axes.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// What a design has in the columns of the axes.
+    pub fn cells(&self, point: Option<u64>) -> Vec<Cell> {
+        match point {
+            Some(point) => columns::cells(&self.space, point, &self.columns),
+            None => columns::baseline_cells(&self.base, &self.columns),
+        }
+    }
+
+    /// Whether points are asked for as results come in.
+    pub fn is_adaptive(&self) -> bool {
+        self.space.sampling().method == Method::Nsga2
+    }
+}
+
+/// A sweep, ready to run.
+pub struct OpenedSweep<'a> {
+    /// Name for people and folders.
+    pub name: String,
+    /// The file.
+    pub file: SweepFile,
+    /// What it spans.
+    pub designs: Designs,
+    /// The traces.
+    pub traces: Vec<SweepTrace<'a>>,
+    /// What is wanted.
+    pub objectives: Vec<Objective>,
+    /// Everything that results depend on.
+    pub state: State,
+}
+
+impl OpenedSweep<'static> {
+    /// Opens a sweep file by name or path, and everything that it names.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: everything that is wrong with the file; [`RunError::Input`]: traces
+    /// that cannot be read; [`RunError::Request`]: frames that they do not have.
+    pub fn open(request: &SweepRequest) -> Result<OpenedSweep<'static>, RunError> {
+        let name = request.file.as_str();
+        let text = read("sweep", name, SWEEPS, None)?;
+        let folder = text.folder.as_deref();
+        let mut file =
+            SweepFile::parse(&text.text).map_err(|e| RunError::config(&text.origin, e))?;
+        change(&mut file, request, folder)?;
+        let files = NotedFiles::new(Arc::new(DiskFiles));
+        let shared: Arc<dyn Files> = Arc::new(files.clone());
+        let designs = Designs::new(&file, &shared, &text.origin)?;
+        let traces = traces::open(&wanted(&file, request), folder, request.frames)?;
+        let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+        let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
+        asked.extend(request.points.map(|n| format!("--points {n}")));
+        let mut inputs = vec![Input::of_text("sweep", &text.origin, &text.text)];
+        inputs.extend(files.inputs());
+        let name = stem.into_owned();
+        OpenedSweep::assemble(name, &text.origin, file, designs, traces, asked, inputs)
+    }
+}
+
+impl<'a> OpenedSweep<'a> {
+    /// A sweep that was built in memory, on these frames.
+    ///
+    /// # Errors
+    /// As [`OpenedSweep::open`].
+    pub fn of(
+        name: &str,
+        file: SweepFile,
+        files: Arc<dyn Files>,
+        traces: Vec<SweepTrace<'a>>,
+    ) -> Result<OpenedSweep<'a>, RunError> {
+        let files = NotedFiles::new(files);
+        let shared: Arc<dyn Files> = Arc::new(files.clone());
+        let designs = Designs::new(&file, &shared, name)?;
+        let mut inputs = vec![Input::of_text("sweep", name, file.text())];
+        inputs.extend(files.inputs());
+        OpenedSweep::assemble(name.to_owned(), name, file, designs, traces, Vec::new(), inputs)
+    }
+
+    /// `asked` is what was asked for besides the sweep file, `inputs` what was read besides traces.
+    fn assemble(
+        name: String,
+        origin: &str,
+        file: SweepFile,
+        designs: Designs,
+        traces: Vec<SweepTrace<'a>>,
+        mut asked: Vec<String>,
+        mut inputs: Vec<Input>,
+    ) -> Result<OpenedSweep<'a>, RunError> {
+        if traces.is_empty() {
+            let what = "no traces: name some with --traces, or in the sweep file ([[traces]])";
+            return Err(RunError::config(origin, what));
+        }
+        let minimize = file.objectives.minimize.iter().map(Objective::minimize);
+        let maximize = file.objectives.maximize.iter().map(Objective::maximize);
+        let objectives: Vec<Objective> = minimize.chain(maximize).collect();
+        columns::check_objectives(&objectives, &designs.space, origin)?;
+        for SweepTrace { frames, label, input, .. } in &traces {
+            let (start, end) = (frames.range().start, frames.range().end);
+            asked.push(format!("{} x {}: frames {start}..{end}", label.label, label.weight));
+            inputs.push(input.clone());
+        }
+        let state = State::new(asked, &inputs);
+        Ok(OpenedSweep { name, file, designs, traces, objectives, state })
+    }
+
+    /// What the table calls the traces, and their weights.
+    pub fn labels(&self) -> Vec<TraceLabel> {
+        self.traces.iter().map(|t| t.label.clone()).collect()
+    }
+
+    /// Frames of all traces.
+    pub fn frames(&self) -> usize {
+        self.traces.iter().map(|t| t.frames.range().len()).sum()
+    }
+}
+
+/// What a request changes in a sweep file.
+fn change(
+    file: &mut SweepFile,
+    request: &SweepRequest,
+    folder: Option<&Path>,
+) -> Result<(), RunError> {
+    for set in &request.sets {
+        let (key, value) = set
+            .split_once('=')
+            .ok_or_else(|| RunError::Request(format!("--set {set}: write KEY=VALUE")))?;
+        let value = knob::written(value.trim());
+        file.set.0.retain(|(known, _)| known != key.trim());
+        file.set.0.push((key.trim().to_owned(), value));
+    }
+    if let Some(points) = request.points {
+        file.sampling.points = Some(points);
+    }
+    find_base(file, folder);
+    Ok(())
+}
+
+/// A machine file beside the sweep file is found from anywhere.
+pub fn find_base(file: &mut SweepFile, folder: Option<&Path>) {
+    let beside = folder.map(|f| f.join(&file.base)).filter(|p| p.is_file());
+    if let Some(path) = beside {
+        file.base = path.display().to_string();
+    }
+}
+
+fn wanted(file: &SweepFile, request: &SweepRequest) -> Vec<Wanted> {
+    let of_file = |t: &TraceSpec| Wanted {
+        pattern: t.path.clone(),
+        label: t.label.clone(),
+        weight: t.weight,
+    };
+    if request.traces.is_empty() {
+        return file.traces.iter().map(of_file).collect();
+    }
+    let typed = request.traces.iter();
+    typed.map(|p| Wanted { pattern: p.clone(), label: None, weight: 1.0 }).collect()
+}

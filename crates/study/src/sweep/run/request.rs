@@ -1,0 +1,66 @@
+//! Which sweep is asked for.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use powergs_core::run::{RunError, Store};
+
+/// A sweep file with what is changed of it.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SweepRequest {
+    /// The sweep file: a name that comes with the program, or a path.
+    pub file: String,
+    /// Trace files or patterns, in place of those in the sweep file.
+    pub traces: Vec<String>,
+    /// Only these frames of each trace, the end excluded, counted from 0.
+    pub frames: Option<(usize, Option<usize>)>,
+    /// Changed keys of the base machine, `key=value`.
+    pub sets: Vec<String>,
+    /// At most this many designs, spread over the space.
+    pub points: Option<u64>,
+}
+
+/// What a sweep was begun with, in its folder.
+const FILE: &str = "definition.json";
+
+impl SweepRequest {
+    /// A sweep file as it is.
+    pub fn of(file: &str) -> SweepRequest {
+        SweepRequest { file: file.to_owned(), ..SweepRequest::default() }
+    }
+
+    /// Keeps the request, so that the sweep can be opened from its folder alone and from anywhere.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: the store cannot be written.
+    pub fn remember(&self, store: &dyn Store) -> Result<(), RunError> {
+        let absolute = |path: &str| {
+            let exists = std::path::Path::new(path).exists() || path.contains(['*', '?', '[']);
+            let whole = std::path::absolute(path).ok().filter(|_| exists);
+            whole.map_or(path.to_owned(), |p| p.display().to_string())
+        };
+        let whole = SweepRequest {
+            file: absolute(&self.file),
+            traces: self.traces.iter().map(|t| absolute(t)).collect(),
+            ..self.clone()
+        };
+        let text = serde_json::to_string_pretty(&whole);
+        let text = text.map_err(|e| RunError::Internal(format!("{FILE}: {e}")))?;
+        store.write(FILE, text.as_bytes())
+    }
+
+    /// What the sweep of a folder was begun with.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: it is not there, or damaged.
+    pub fn recall(store: &dyn Store) -> Result<SweepRequest, RunError> {
+        let place = store.place(FILE);
+        let Some(text) = store.read_text(FILE)? else {
+            let message = "No such file or directory (os error 2)".into();
+            return Err(RunError::Input { place, message });
+        };
+        let json: Value = serde_json::from_str(&text).map_err(|e| RunError::input(&place, e))?;
+        let damaged = || RunError::Input { place: place.clone(), message: "damaged".into() };
+        serde_json::from_value(json).map_err(|_| damaged())
+    }
+}

@@ -1,0 +1,267 @@
+//! The results of a sweep: the rows of its table, in the order of the space, from the journals.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, BufWriter, Write};
+
+use xxhash_rust::xxh3::Xxh3;
+
+use super::folder::SweepFolder;
+use super::opened::OpenedSweep;
+use super::plan::Plan;
+use super::records::Records;
+use crate::sweep::parquet::ParquetWriter;
+use crate::sweep::record::Record;
+use crate::sweep::table::{Cell, Column, Entry, Fate, columns, rows};
+use powergs_core::run::store::NewFile;
+use powergs_core::run::{RunError, Store};
+
+/// The table as CSV.
+pub const CSV: &str = "results.csv";
+/// The same table as Parquet.
+pub const PARQUET: &str = "results.parquet";
+
+/// What a table has.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub struct Tally {
+    /// Designs with all results.
+    pub ok: u64,
+    /// Designs that failed, on some trace at least.
+    pub failed: u64,
+    /// Designs with a result missing.
+    pub missing: u64,
+}
+
+/// The columns of the table of a sweep.
+pub fn header(sweep: &OpenedSweep<'_>) -> Vec<Column> {
+    columns(sweep.designs.columns())
+}
+
+/// A design of a plan, or a point that is no design, in the order of the space.
+enum Slot<'p> {
+    /// Place in [`Plan::designs`].
+    Design(usize),
+    /// The point and the reason.
+    Invalid(u64, &'p str),
+}
+
+fn slots(plan: &Plan) -> Vec<Slot<'_>> {
+    let mut slots = Vec::with_capacity(plan.designs.len() + plan.invalid.len());
+    let mut invalid = plan.invalid.iter().peekable();
+    for (design, planned) in plan.designs.iter().enumerate() {
+        while let Some((point, reason)) = invalid.next_if(|(p, _)| Some(*p) < planned.point) {
+            slots.push(Slot::Invalid(*point, reason));
+        }
+        slots.push(Slot::Design(design));
+    }
+    slots.extend(invalid.map(|(point, reason)| Slot::Invalid(*point, reason)));
+    slots
+}
+
+/// The rows of a slot, and whether something failed or is missing.
+fn rows_of(
+    sweep: &OpenedSweep<'_>,
+    plan: &Plan,
+    records: &mut Records,
+    slot: &Slot<'_>,
+) -> Result<(Vec<Vec<Cell>>, [bool; 2]), RunError> {
+    let traces = sweep.labels();
+    let (mut all, mut status) = (Vec::new(), [false; 2]);
+    let (point, id) = match *slot {
+        Slot::Design(design) => (plan.designs[design].point, Some(plan.designs[design].id)),
+        Slot::Invalid(point, _) => (Some(point), None),
+    };
+    let entry = Entry { point, id, axes: sweep.designs.cells(point) };
+    for (t, label) in sweep.designs.tables().iter().enumerate() {
+        let mut fates = Vec::new();
+        for trace in &sweep.traces {
+            let fate = match *slot {
+                Slot::Invalid(_, reason) => Fate::Failed(reason.to_owned()),
+                Slot::Design(design) => match records.get(plan.key(design, t, trace.hash))? {
+                    Some(Record::Ok(outcome)) => Fate::Ok(outcome),
+                    Some(Record::Failed(reason)) => Fate::Failed(reason),
+                    None => Fate::Missing,
+                },
+            };
+            status[0] |= matches!(fate, Fate::Failed(_));
+            status[1] |= matches!(fate, Fate::Missing);
+            fates.push(fate);
+        }
+        all.extend(rows(&entry, label, &traces, &fates));
+    }
+    Ok((all, status))
+}
+
+/// Hands on every row of the table, in its order.
+///
+/// # Errors
+/// [`RunError::Input`]: a journal that cannot be read; those of `row`.
+pub fn each_row(
+    sweep: &OpenedSweep<'_>,
+    plan: &Plan,
+    records: &mut Records,
+    mut row: impl FnMut(Vec<Cell>) -> Result<(), RunError>,
+) -> Result<Tally, RunError> {
+    let mut tally = Tally::default();
+    for slot in slots(plan) {
+        let (rows, status) = rows_of(sweep, plan, records, &slot)?;
+        rows.into_iter().try_for_each(&mut row)?;
+        match status {
+            [true, _] => tally.failed += 1,
+            [false, true] => tally.missing += 1,
+            [false, false] => tally.ok += 1,
+        }
+    }
+    Ok(tally)
+}
+
+/// Some rows of the table by their place in it, the first after the header being 0.
+///
+/// # Errors
+/// [`RunError::Input`]: a journal that cannot be read.
+pub fn some_rows(
+    sweep: &OpenedSweep<'_>,
+    plan: &Plan,
+    records: &mut Records,
+    places: &BTreeSet<u32>,
+) -> Result<BTreeMap<u32, Vec<Cell>>, RunError> {
+    let each = (plan.tables * (sweep.traces.len() + 2)) as u32;
+    let mut found = BTreeMap::new();
+    for (first, slot) in (0..).step_by(each as usize).zip(slots(plan)) {
+        let mut wanted = places.range(first..first + each).peekable();
+        if wanted.peek().is_some() {
+            let (rows, _) = rows_of(sweep, plan, records, &slot)?;
+            found.extend(wanted.map(|&place| (place, rows[(place - first) as usize].clone())));
+        }
+    }
+    Ok(found)
+}
+
+/// Writes `results.csv` and `results.parquet`, each whole or not at all, and hands every row on;
+/// returns what there is and the hash of the CSV.
+///
+/// # Errors
+/// [`RunError::Output`]: the store cannot be written; [`RunError::Input`]: a journal that cannot be
+/// read.
+pub fn write(
+    folder: &mut SweepFolder<'_>,
+    sweep: &OpenedSweep<'_>,
+    plan: &Plan,
+    also: &mut dyn FnMut(&[Cell]),
+) -> Result<(Tally, u128), RunError> {
+    let mut files = ResultFiles::create(folder.store, &header(sweep))?;
+    let tally = each_row(sweep, plan, &mut folder.records, |row| {
+        also(&row);
+        files.row(row)
+    })?;
+    Ok((tally, files.finish()?))
+}
+
+/// Hashes what is written.
+struct Hashed<W> {
+    out: W,
+    hash: Xxh3,
+}
+
+impl<W: Write> Write for Hashed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let n = self.out.write(bytes)?;
+        self.hash.update(&bytes[..n]);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
+
+type New = BufWriter<Box<dyn NewFile>>;
+
+/// The two files on their way.
+struct ResultFiles {
+    csv: csv::Writer<Hashed<New>>,
+    parquet: ParquetWriter<New>,
+}
+
+fn wrong(file: &str, error: impl std::error::Error) -> RunError {
+    RunError::Output { place: file.to_owned(), message: powergs_core::run::error::causes(&error) }
+}
+
+impl ResultFiles {
+    fn create(store: &dyn Store, columns: &[Column]) -> Result<ResultFiles, RunError> {
+        let csv = Hashed { out: BufWriter::new(store.create(CSV)?), hash: Xxh3::new() };
+        let mut csv = csv::Writer::from_writer(csv);
+        csv.write_record(columns.iter().map(|c| c.name.as_str())).map_err(|e| wrong(CSV, e))?;
+        let parquet = ParquetWriter::new(BufWriter::new(store.create(PARQUET)?), columns);
+        let parquet = parquet.map_err(|e| RunError::Internal(format!("{PARQUET}: {e}")))?;
+        Ok(ResultFiles { csv, parquet })
+    }
+
+    fn row(&mut self, row: Vec<Cell>) -> Result<(), RunError> {
+        self.csv.write_record(row.iter().map(Cell::text)).map_err(|e| wrong(CSV, e))?;
+        self.parquet.row(row).map_err(|e| wrong(PARQUET, e))
+    }
+
+    fn finish(self) -> Result<u128, RunError> {
+        let csv = self.csv.into_inner().map_err(|e| wrong(CSV, e.into_error()))?;
+        let Hashed { out, hash } = csv;
+        let csv = out.into_inner().map_err(|e| wrong(CSV, e.into_error()))?;
+        let parquet = self.parquet.finish().map_err(|e| wrong(PARQUET, e))?;
+        let parquet = parquet.into_inner().map_err(|e| wrong(PARQUET, e.into_error()))?;
+        csv.commit().map_err(|e| wrong(CSV, e))?;
+        parquet.commit().map_err(|e| wrong(PARQUET, e))?;
+        Ok(hash.digest128())
+    }
+}
+
+/// The table of a sweep in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Results {
+    /// The columns: what a row is of, the axes, the metrics.
+    pub columns: Vec<Column>,
+    /// The rows in the order of the space, the base machine first: one per trace, the mean over the
+    /// traces and the slowest trace, for every energy table.
+    pub rows: Vec<Vec<Cell>>,
+    /// What became of the designs.
+    pub tally: Tally,
+    /// Whether no result is missing; not after a cancellation.
+    pub is_complete: bool,
+}
+
+impl Results {
+    /// The table of a plan, from the journals.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a journal that cannot be read.
+    pub fn of(
+        sweep: &OpenedSweep<'_>,
+        plan: &Plan,
+        records: &mut Records,
+    ) -> Result<Results, RunError> {
+        let mut rows = Vec::new();
+        let tally = each_row(sweep, plan, records, |row| {
+            rows.push(row);
+            Ok(())
+        })?;
+        Ok(Results { columns: header(sweep), rows, tally, is_complete: tally.missing == 0 })
+    }
+
+    /// The cell of a row in the column of this name.
+    pub fn cell<'r>(&self, row: &'r [Cell], column: &str) -> Option<&'r Cell> {
+        row.get(self.columns.iter().position(|c| c.name == column)?)
+    }
+
+    /// The number of a row in the column of this name.
+    pub fn number(&self, row: &[Cell], column: &str) -> Option<f64> {
+        match self.cell(row, column)? {
+            Cell::Real(x) => Some(*x),
+            Cell::Integer(n) => Some(*n as f64),
+            Cell::Empty | Cell::Text(_) | Cell::Truth(_) => None,
+        }
+    }
+
+    /// The rows of the means over all traces, one per design and energy table.
+    pub fn means(&self) -> impl Iterator<Item = &Vec<Cell>> {
+        let mean = Cell::Text("mean".into());
+        self.rows.iter().filter(move |row| self.cell(row, "scope") == Some(&mean))
+    }
+}

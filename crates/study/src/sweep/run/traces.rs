@@ -1,0 +1,103 @@
+//! The traces of a sweep: patterns become files, files become opened and hashed traces with labels
+//! that differ.
+
+use std::path::{Path, PathBuf};
+
+use crate::sweep::table::TraceLabel;
+use powergs_core::run::{Frames, Input, RunError, TraceFile};
+
+/// A trace of a sweep, opened.
+pub struct SweepTrace<'a> {
+    /// Its frames.
+    pub frames: Box<dyn Frames + 'a>,
+    /// What the table calls it.
+    pub label: TraceLabel,
+    /// Hash of its content and of which frames are used.
+    pub hash: u128,
+    /// What was read.
+    pub input: Input,
+}
+
+impl<'a> SweepTrace<'a> {
+    /// Frames under the name that the table gives them, with their weight in means over traces.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: frames that cannot be read.
+    pub fn new(
+        mut frames: Box<dyn Frames + 'a>,
+        label: TraceLabel,
+    ) -> Result<SweepTrace<'a>, RunError> {
+        let input = frames.identity()?;
+        let mut bytes = input.xxh3.to_le_bytes().to_vec();
+        bytes.extend((frames.range().start as u64).to_le_bytes());
+        bytes.extend((frames.range().end as u64).to_le_bytes());
+        let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
+        Ok(SweepTrace { frames, label, hash, input })
+    }
+}
+
+/// A trace that somebody asked for: a file, or a pattern of files.
+#[derive(Debug, Clone)]
+pub struct Wanted {
+    /// Path or pattern.
+    pub pattern: String,
+    /// What the table calls it; the name of the file without its ending by default.
+    pub label: Option<String>,
+    /// Its weight; of each file, if there are several.
+    pub weight: f64,
+}
+
+/// Opens all traces. Paths are relative to `folder`, if they are there.
+///
+/// # Errors
+/// [`RunError::Request`]: two traces with one label, a range without frames; [`RunError::Input`]:
+/// a pattern without files, a file that is no trace.
+pub fn open(
+    wanted: &[Wanted],
+    folder: Option<&Path>,
+    range: Option<(usize, Option<usize>)>,
+) -> Result<Vec<SweepTrace<'static>>, RunError> {
+    let mut opened: Vec<SweepTrace> = Vec::new();
+    for w in wanted {
+        let files = files(&w.pattern, folder)?;
+        if files.len() > 1 && w.label.is_some() {
+            let what = format!("traces `{}`: one label for {} files", w.pattern, files.len());
+            return Err(RunError::Request(format!("{what}; leave `label` out")));
+        }
+        for file in files {
+            let mut trace = TraceFile::open(&file)?;
+            if let Some((start, end)) = range {
+                trace.select(start, end)?;
+            }
+            let label = w.label.clone().unwrap_or_else(|| trace.name().to_owned());
+            if opened.iter().any(|t| t.label.label == label) {
+                let what = format!("two traces are called `{label}`");
+                let what = format!("{what}: give them labels in the sweep file ([[traces]])");
+                return Err(RunError::Request(what));
+            }
+            let label = TraceLabel { label, weight: w.weight };
+            opened.push(SweepTrace::new(Box::new(trace), label)?);
+        }
+    }
+    Ok(opened)
+}
+
+/// The files of a pattern, sorted.
+fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
+    let beside = folder.map(|f| f.join(pattern));
+    for path in beside.iter().map(PathBuf::as_path).chain([Path::new(pattern)]) {
+        if path.exists() {
+            return Ok(vec![path.to_owned()]);
+        }
+        let text = path.to_string_lossy();
+        let found = glob::glob(&text);
+        let found = found.map_err(|e| RunError::config(format!("--traces {pattern}"), e))?;
+        let mut files: Vec<PathBuf> = found.filter_map(Result::ok).collect();
+        files.sort();
+        if !files.is_empty() {
+            return Ok(files);
+        }
+    }
+    let place = format!("traces `{pattern}`");
+    Err(RunError::Input { place, message: "no such file; make one with `extract`".into() })
+}

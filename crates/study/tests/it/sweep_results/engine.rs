@@ -1,0 +1,125 @@
+//! The engine in memory: the same table whatever the threads, parts and interruptions.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use powergs_core::run::{
+    Change, Frames, MemoryFrames, MemoryStore, RunError, Store, System, TraceFile, Watch,
+};
+use powergs_study::analysis::question::default_objectives;
+use powergs_study::analysis::{Analysis, Question, Table};
+use powergs_study::sweep::run::results::Results;
+use powergs_study::sweep::run::{Shard, Sweep, SweepWatch};
+
+/// Two frames of the demonstration.
+fn frames() -> MemoryFrames {
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../traces/demo.bin");
+    let mut trace = TraceFile::open(Path::new(demo)).unwrap();
+    let frames = [0, 1].map(|k| trace.take(k).unwrap()().unwrap());
+    MemoryFrames { name: "demo".into(), frames: frames.into() }
+}
+
+/// Six designs of two geometries; of each machine there are two, which differ in prices only.
+fn sweep() -> Sweep {
+    Sweep::over(System::named("gscore").unwrap())
+        .axis("vru.cores", [2, 4])
+        .axis("geometry.chunk", [128, 256])
+        .axis("gating.units", [false, true])
+        .constraint("vru.cores * geometry.chunk <= 768")
+}
+
+fn on_threads(threads: usize, store: &MemoryStore, watch: &dyn SweepWatch) -> Results {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| sweep().run(&mut frames(), store, watch).unwrap())
+}
+
+/// Stops after some machine frames.
+struct Until(AtomicU64);
+
+impl Watch for Until {
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+
+    fn simulated(&self, _: u64) {
+        let less = |left: u64| Some(left.saturating_sub(1));
+        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
+    }
+}
+
+impl SweepWatch for Until {}
+
+#[test]
+fn the_table_is_the_same_for_any_number_of_threads() {
+    let one = on_threads(1, &MemoryStore::new(), &());
+    assert!(one.is_complete && one.tally.ok == 7 && one.tally.failed == 0, "{:?}", one.tally);
+    assert_eq!(one.means().count(), 7);
+    assert_eq!(one, on_threads(4, &MemoryStore::new(), &()));
+}
+
+#[test]
+fn one_frame_in_memory_at_a_time_gives_the_same_table() {
+    let all = on_threads(2, &MemoryStore::new(), &());
+    let one = sweep().memory(1).run(&mut frames(), &MemoryStore::new(), &()).unwrap();
+    assert_eq!(all, one);
+}
+
+#[test]
+fn a_cancelled_run_continues_where_it_was() {
+    let store = MemoryStore::new();
+    let part = on_threads(1, &store, &Until(AtomicU64::new(2)));
+    assert!(!part.is_complete && part.tally.missing > 0, "{:?}", part.tally);
+    let done = store.journals("records", None).unwrap().len();
+    assert!(done > 0);
+    let whole = on_threads(1, &store, &());
+    assert_eq!(whole, on_threads(1, &MemoryStore::new(), &()));
+}
+
+#[test]
+fn parts_make_the_table_together() {
+    let store = MemoryStore::new();
+    for number in 1..=3 {
+        let part = Shard { number, of: 3 };
+        assert!(sweep().run_part(part, &mut frames(), &store, &()).unwrap());
+    }
+    let before = store.journals("records", None).unwrap().len();
+    let whole = on_threads(1, &store, &());
+    assert_eq!(store.journals("records", None).unwrap().len(), before, "nothing was left to do");
+    assert_eq!(whole, on_threads(1, &MemoryStore::new(), &()));
+}
+
+#[test]
+fn a_store_of_another_sweep_is_refused() {
+    let store = MemoryStore::new();
+    on_threads(1, &store, &());
+    let other = sweep().axis("ccu.units", [1, 2]).run(&mut frames(), &store, &());
+    assert!(matches!(other, Err(RunError::Output { .. })), "{other:?}");
+}
+
+#[test]
+fn the_changes_of_the_base_system_are_kept() {
+    let change = Change::machine("vru.units-per-core", 8);
+    let base = System::named("gscore").unwrap().with(&[change]).unwrap();
+    let changed = Sweep::over(base).axis("vru.cores", [2, 4]);
+    let changed = changed.run(&mut frames(), &MemoryStore::new(), &()).unwrap();
+    let plain = Sweep::over(System::named("gscore").unwrap()).axis("vru.cores", [2, 4]);
+    let plain = plain.run(&mut frames(), &MemoryStore::new(), &()).unwrap();
+    let area = |results: &Results| results.number(&results.rows[0], "area_mm2").unwrap();
+    assert!(area(&changed) < area(&plain));
+}
+
+#[test]
+fn a_table_in_memory_answers_as_its_csv_does() {
+    let results = on_threads(2, &MemoryStore::new(), &());
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    csv.write_record(results.columns.iter().map(|c| &c.name)).unwrap();
+    for row in &results.rows {
+        csv.write_record(row.iter().map(|cell| cell.text())).unwrap();
+    }
+    let csv = csv.into_inner().unwrap();
+    let question = Question::of(default_objectives());
+    let read = Table::read(csv.as_slice(), |column| question.needs(column)).unwrap();
+    let made = Table::of(&results, &question).unwrap();
+    assert_eq!(read, made);
+    assert!(!Analysis::of(&made, &question).unwrap().front.is_empty());
+}
