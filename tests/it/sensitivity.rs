@@ -1,4 +1,5 @@
-//! Sensitivity: the assumptions, elasticities against differences on a machine, dead keys against `arch-configs/inert.toml`, and the command.
+//! Sensitivity: the assumptions, elasticities against differences on a machine, dead keys against
+//! `arch-configs/inert.toml`, and the command.
 
 mod assumptions;
 mod interactions;

@@ -186,9 +186,8 @@ fn titles(page: &Page, panel: &Panel, [left, top, right, bottom]: Area, edges: E
         let width = width(&title);
         let start = (left - edges.left + 0.9 * TEXT, (top + bottom + width) / 2.0);
         let (text, fill) = (title.text, rgb(title.colour));
-        let look = (TEXT, false, true, false);
-        let (size, bold, upwards, halo) = look;
-        page.push(Shape::Text(Text { text, start, width, size, bold, upwards, fill, halo }));
+        let (bold, upwards, halo) = (false, true, false);
+        page.push(Shape::Text(Text { text, start, width, size: TEXT, bold, upwards, fill, halo }));
     }
 }
 

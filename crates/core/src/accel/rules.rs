@@ -1,8 +1,8 @@
 //! Unit rules: the seam through which a unit of one's own comes into a machine.
 //!
 //! A [`UnitRule`] replaces the timing rule, and if it wants the action counts, of one kind of unit:
-//! it says for how many cycles a piece of work occupies the unit, for how many more the banks of its
-//! buffers hold it up, and which actions the work is. [`Machine::rules`](super::Machine::rules)
+//! it says for how many cycles a piece of work occupies the unit, for how many more the banks of
+//! its buffers hold it up, and which actions the work is. [`Machine::rules`](super::Machine::rules)
 //! holds one [`Rule`] for each kind of unit; all are built in unless a program sets them. They are
 //! not part of a machine file.
 //!
@@ -11,17 +11,17 @@
 //! | [`Ccu`] | a [`Batch`](super::batch::Batch) of records | when the batch enters the unit |
 //! | [`Qsu`] | the [`Keys`](super::qsu::Keys) of a job, with `passes` = 1 | when a pass begins |
 //! | [`Bsu`] | the [`Sort`](super::bsu::Sort) of a chunk | when the chunk is issued |
-//! | [`Vru`] | the [`Render`](super::vru::Render) of a chunk; the last one of a tile names the tile | when the chunk is issued |
+//! | [`Vru`] | the [`Render`](super::vru::Render) of a chunk; a tile's last names it | as the BSU |
 //!
 //! **What a rule can replace.** Busy cycles, bank stalls and on-chip actions of each piece of work,
-//! as any function of the work and of the unit's resolved parameters (its table of the machine file,
-//! record sizes, banks).
+//! as any function of the work and of the unit's resolved parameters (its table of the machine
+//! file, record sizes, banks).
 //!
 //! **What it cannot replace.** How many units there are and what they take of the area and the
 //! leakage; buffers and what is allocated in them; DRAM requests and their bytes; the order of
-//! events, and how far units overlap (the [`pipeline`](super::pipeline)); the functional result, such
-//! as which chunks a tile loads. A rule sees one piece of work at a time and keeps no state: it must
-//! return the same for the same arguments.
+//! events, and how far units overlap (the [`pipeline`](super::pipeline)); the functional result,
+//! such as which chunks a tile loads. A rule sees one piece of work at a time and keeps no state:
+//! it must return the same for the same arguments.
 //!
 //! Accounts close as for built-in units: `busy + stalls + idle = instances * frame`, and on-chip
 //! actions are charged once for each piece of work. Actions are charged from the totals of the

@@ -1,9 +1,9 @@
 //! Energy of a memory: commands times prices, and time in each state times background power.
 //!
-//! [`CommandPrices`] is the one formula. `powergs-sim dram` applies it to the statistics of a device
-//! ([`EnergyUse`]), which know the state of every channel. The simulator applies it to the commands
-//! of a frame, of which no states are kept: its channels have open rows while the frame runs and are
-//! powered down between frames (A56).
+//! [`CommandPrices`] is the one formula. `powergs-sim dram` applies it to the statistics of a
+//! device ([`EnergyUse`]), which know the state of every channel. The simulator applies it to the
+//! commands of a frame, of which no states are kept: its channels have open rows while the frame
+//! runs and are powered down between frames (A56).
 
 use super::device::{Device, Refresh};
 use super::stats::Stats;
@@ -114,8 +114,8 @@ pub struct EnergyUse {
 }
 
 impl EnergyUse {
-    /// Energy of a device in `elapsed` CK. The channels are idle, and are refreshed, from the end of
-    /// the statistics to `elapsed`; a smaller `elapsed` counts as the end of the statistics.
+    /// Energy of a device in `elapsed` CK. The channels are idle, and are refreshed, from the end
+    /// of the statistics to `elapsed`; a smaller `elapsed` counts as the end of the statistics.
     pub fn new(device: &Device, stats: &Stats, elapsed: u64) -> EnergyUse {
         if let Some(flat) = &device.energy.flat {
             let bytes = stats.total.requested_bytes() as f64;

@@ -19,8 +19,8 @@ pub fn content_id<T: Serialize>(value: &T) -> Result<u128, serde_json::Error> {
     Ok(xxh3_128(value.to_string().as_bytes()))
 }
 
-/// Hash of what decides timing; `device` is the [`content_id`] of the DRAM device. Machines that agree
-/// in it have the same cycles and action counts on the same frame.
+/// Hash of what decides timing; `device` is the [`content_id`] of the DRAM device. Machines that
+/// agree in it have the same cycles and action counts on the same frame.
 ///
 /// Names, prices and gating are left out, and so are keys that cannot move anything: those of the
 /// DRAM models that are not used, and those of a cache that is not there (`inert.toml`).

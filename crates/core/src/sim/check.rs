@@ -180,7 +180,8 @@ pub fn traffic(frame: usize, replay: &Replay) -> Result<(), InvariantViolated> {
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.
 ///
 /// # Errors
-/// [`InvariantViolated::Cycles`], [`InvariantViolated::Requests`] or [`InvariantViolated::Bandwidth`], whichever comes first.
+/// [`InvariantViolated::Cycles`], [`InvariantViolated::Requests`] or
+/// [`InvariantViolated::Bandwidth`], whichever comes first.
 pub fn timing(
     frame: usize,
     timing: &FrameTiming,

@@ -20,8 +20,8 @@ use crate::action::{Buffer, Stage};
 #[derive(Debug, Clone)]
 struct Held {
     index: u32,
-    /// Until it enters the unit: whether the read in flight is its last one. After that: whether its
-    /// results have been written.
+    /// Until it enters the unit: whether the read in flight is its last one. After that: whether
+    /// its results have been written.
     is_through: bool,
     batch: Batch,
     /// The read or write in flight.

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! Order within a cycle: finished chunks and writes free their buffers, pixels leave, the VRU
-//! begins a chunk; lists and passes advance; chunks are issued; lists are fetched. The DRAM requests
-//! of one core are issued in that order.
+//! begins a chunk; lists and passes advance; chunks are issued; lists are fetched. The DRAM
+//! requests of one core are issued in that order.
 
 use super::Shared;
 use super::chunk_issue::{ChunkIssue, Ports};

@@ -1,4 +1,5 @@
-//! Cycle account of one unit, or of a gang of units that work together: busy, stalled by cause, idle.
+//! Cycle account of one unit, or of a gang of units that work together: busy, stalled by cause,
+//! idle.
 
 use crate::accel::Stall;
 use crate::accel::timeline::{Observer, Span, State};

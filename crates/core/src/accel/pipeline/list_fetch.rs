@@ -1,10 +1,10 @@
 //! The list-fetch stage of a core: reads the lists of jobs, and partitions them in the QSUs.
 //!
-//! The stage takes the next job while it holds fewer than `gsu.queue` (A29). Jobs stay in order. The
-//! list of a job is read once it is complete and the core's share of the sorting buffer admits its
-//! keys beside those of earlier jobs. The QSUs run the passes of one job after the other. Then the
-//! job waits until the chunk-issue stage is free. Its keys stay in the sorting buffer until its last
-//! chunk has been sorted.
+//! The stage takes the next job while it holds fewer than `gsu.queue` (A29). Jobs stay in order.
+//! The list of a job is read once it is complete and the core's share of the sorting buffer admits
+//! its keys beside those of earlier jobs. The QSUs run the passes of one job after the other. Then
+//! the job waits until the chunk-issue stage is free. Its keys stay in the sorting buffer until its
+//! last chunk has been sorted.
 
 use std::collections::VecDeque;
 

@@ -109,7 +109,8 @@ pub fn begin(store: &dyn Store, now: &State, existing: Existing) -> Result<(), R
         (Some(then), Existing::Resume) => same(store, &then, now),
         (Some(_), Existing::Refuse) => Err(refused(
             store,
-            "holds a sweep; finish it with --resume, replace it with --force, or use another folder",
+            "holds a sweep; finish it with --resume, replace it with --force, or use another \
+             folder",
         )),
     }
 }

@@ -38,7 +38,8 @@ const DISPLAY: &str = "own";
 ///     .axis("buffers.feature.capacity", ["64 KiB", "128 KiB"])
 ///     .run(&mut trace, &MemoryStore::new(), &())?;
 /// for row in table.means() {
-///     println!("{:?} cores: {:?} FPS", table.number(row, "vru.cores"), table.number(row, "fps.mean"));
+///     let number = |column| table.number(row, column).unwrap_or(f64::NAN);
+///     println!("{} cores: {:.0} FPS", number("vru.cores"), number("fps.mean"));
 /// }
 /// # Ok(())
 /// # }
@@ -134,7 +135,8 @@ impl Sweep {
     }
 
     /// Simulates every design on every frame, as far as `store` does not know it, and returns the
-    /// table: one row per design and one for the base system, with the aggregates over the frames.
+    /// table: the base system, then every design in the order of the space ([`Results::means`] has
+    /// one row of each).
     /// After a cancellation, what is done is kept in the store, and the same call continues.
     ///
     /// # Errors

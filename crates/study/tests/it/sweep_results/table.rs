@@ -54,7 +54,8 @@ fn a_failed_trace_is_never_averaged_away() {
     assert_eq!(cell(&rows[2], "status").text(), "missing");
 }
 
-/// `parquet.py` beside this folder holds the two files against each other with the readers that people use; it
+/// `parquet.py` beside this folder holds the two files against each other with the readers that
+/// people use; it
 /// has to say so again before a new file is committed.
 #[test]
 fn parquet_holds_what_csv_says() {
