@@ -50,8 +50,10 @@ impl Source {
         names.map(|name| name.trim_end_matches(".rs")).collect()
     }
 
+    /// Whether users get it: neither a test nor the test kit.
     fn is_library(&self) -> bool {
-        self.folder().is_some() && self.inside().starts_with("src")
+        let library = self.folder().is_some_and(|folder| folder != "testkit");
+        library && self.inside().starts_with("src")
     }
 }
 
@@ -189,7 +191,7 @@ const FILE_MODULES: [&str; 3] = ["run", "store", "files"];
 
 impl Allowed {
     fn covers(self, source: &Source) -> bool {
-        if !source.inside().starts_with("src") {
+        if !source.inside().starts_with("src") || source.folder() == Some("testkit") {
             return self != Allowed::Nowhere;
         }
         match self {

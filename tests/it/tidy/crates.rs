@@ -74,7 +74,10 @@ const MODULES: [(&str, &[Row]); 4] = [
             ("sim", &["action", "workload", "dram", "accel", "energy"]),
         ],
     ),
-    ("study", &[("sweep", &[]), ("analysis", &["sweep"]), ("validate", &[])]),
+    (
+        "study",
+        &[("views", &[]), ("sweep", &[]), ("analysis", &["sweep"]), ("validate", &["views"])],
+    ),
 ];
 
 /// The packages that each crate is built with; `.` is the root package.
