@@ -56,7 +56,8 @@ pub fn page() -> String {
 const PAGE: &str = "\
 # What is not modelled
 
-<!-- Written from crates/study/src/findings/limits.rs: change that, then UPDATE_EXPECT=1 cargo test report:: -->
+<!-- Written from crates/study/src/findings/limits.rs: change that, then
+     UPDATE_EXPECT=1 cargo test report:: -->
 
 Every report of the `cycle` model ends with this list (`summary.md`, `not_modelled` in `--json`). \
 *Optimistic*: real frames take longer than simulated ones; *pessimistic*: real frames take less \
