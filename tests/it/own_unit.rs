@@ -10,13 +10,13 @@ use powergs_sim::sim::FrameReport;
 // Its `main` is not called here.
 #[allow(dead_code)]
 #[path = "../../examples/own_unit.rs"]
-mod own_unit;
+mod example;
 
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
 
 #[test]
 fn another_vru_rule_is_replayed_beside_the_built_in_one() {
-    let [built_in, own] = own_unit::replay_both(Path::new(DEMO), "gscore").expect("it replays");
+    let [built_in, own] = example::replay_both(Path::new(DEMO), "gscore").expect("it replays");
     assert!(!own.is_empty() && own.len() == built_in.len());
     for (built_in, own) in built_in.iter().zip(&own) {
         let busy = |report: &FrameReport| {

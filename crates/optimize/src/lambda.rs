@@ -152,9 +152,4 @@ impl Controller {
         memory.calm = if settled { memory.calm + 1 } else { 0 };
         if memory.calm >= CALM { Verdict::Settled } else { Verdict::Continue }
     }
-
-    /// Where the next fine-tune of a chain begins: at the last λ that passed, else at `restart`.
-    pub fn hand_on(&self, restart: f64) -> f64 {
-        self.memory.passing.unwrap_or(restart).max(FLOOR)
-    }
 }

@@ -76,8 +76,10 @@ fn panel(fit: &Fit) -> (Place, String, Panel) {
     let place = (best.rho, per_watt * best.total_w());
     let upright = Line::thin(vec![(best.rho, 0.0), place], OPTIMUM);
     let mut panel = Panel::new(x, y).line(upright);
-    type Of<T> = fn(&T, f64) -> f64;
-    let series: [(Of<Fit>, fn(&Sample) -> f64, Colour); 3] = [
+    type OfCurve = fn(&Fit, f64) -> f64;
+    type OfSample = fn(&Sample) -> f64;
+    type Series = (OfCurve, OfSample, Colour);
+    let series: [Series; 3] = [
         (Fit::display_w, |s| s.display_w, DISPLAY),
         (Fit::render_w, |s| s.render_w, RENDER),
         (Fit::total_w, Sample::total_w, TOTAL),

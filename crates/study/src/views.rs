@@ -45,7 +45,7 @@ impl Frames for RenderedViews {
 
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let (scene, camera) = (Arc::clone(&self.scene), self.cameras[position].clone());
-        let options = self.options.clone();
+        let options = self.options;
         Ok(Box::new(move || {
             let rendered = render(&scene, &camera, &options);
             Ok(Arc::new(rendered.into_frame(&camera, options.background)))

@@ -24,7 +24,7 @@ fn pair() -> Comparison {
 }
 
 fn value(comparison: &Comparison, measure: Measure, i: usize) -> f64 {
-    comparison.row(measure).values[i].expect(measure.name())
+    comparison.row(measure).values[i].unwrap_or_else(|| panic!("{}", measure.name()))
 }
 
 /// Means are sums of a few terms in another order.

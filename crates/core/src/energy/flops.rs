@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Stage};
+use crate::action::Action;
 use powergs_base::config::embedded::FLOPS;
 
 /// The file: operations by stage and action.
@@ -39,18 +39,6 @@ pub fn flops(action: Action) -> u32 {
 /// Operations of all actions, by [`Action::index`].
 pub fn per_action() -> [u32; Action::COUNT] {
     Action::all().map(flops)
-}
-
-/// The actions of a stage that the file counts, with their operations.
-pub fn of_stage(stage: Stage) -> Vec<(String, u32)> {
-    let file = counts();
-    let table = match stage {
-        Stage::Preprocessing => &file.preprocessing,
-        Stage::Sorting => &file.sorting,
-        Stage::Rendering => &file.rendering,
-        Stage::Standby => return Vec::new(),
-    };
-    table.iter().map(|(key, n)| (key.clone(), *n)).collect()
 }
 
 /// Where the counts come from: a key of `references.toml`.

@@ -224,6 +224,9 @@ struct Group {
     measurer: Option<usize>,
 }
 
+/// The reports of one frame on a group, with the places of their subjects.
+type GroupReports = Vec<(usize, FrameReport)>;
+
 /// The reports of one frame by subject; `None` where it was not wanted.
 type Reports = Vec<Option<FrameReport>>;
 
@@ -350,8 +353,7 @@ impl<'a> Session<'a> {
             self.watch.simulated(reports.len() as u64);
             Ok(Some(reports))
         };
-        let all: Vec<Result<Option<Vec<(usize, FrameReport)>>, RunError>> =
-            pairs.par_iter().map(one).collect();
+        let all: Vec<Result<Option<GroupReports>, RunError>> = pairs.par_iter().map(one).collect();
         let mut frames: Vec<Option<Reports>> =
             window.iter().map(|_| Some(vec![None; subjects.len()])).collect();
         for (&(k, _), reports) in pairs.iter().zip(all) {
@@ -372,7 +374,7 @@ fn on_group(
     group: &Group,
     frame: &BinnedFrame,
     measured: Option<&Measured>,
-) -> Result<Vec<(usize, FrameReport)>, RunError> {
+) -> Result<GroupReports, RunError> {
     let wanted = group.subjects.iter().copied().filter(|&i| subjects[i].wants(frame.position));
     let mut timed: Option<Timed> = None;
     let mut reports = Vec::new();

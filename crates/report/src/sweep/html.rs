@@ -97,7 +97,7 @@ fn question(analysis: &Analysis) -> String {
         escaped(&analysis.energy_table),
     );
     if let Some(condition) = &question.condition {
-        text += &format!("; condition <code>{}</code>", escaped(&condition.text()));
+        text += &format!("; condition <code>{}</code>", escaped(condition.text()));
     }
     text + "</p>\n"
 }
