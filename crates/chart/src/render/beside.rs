@@ -54,7 +54,7 @@ pub fn draw(page: &Page, all: &[Beside], left: f64, top: f64, bottom: f64) -> Dr
             }
             Beside::Scale { title, labels } => {
                 heading(title, y);
-                y += LINE;
+                y += LINE + 4.0;
                 let band = scale / f64::from(BANDS);
                 for i in 0..BANDS {
                     let from = y + scale - f64::from(i + 1) * band;
@@ -62,7 +62,8 @@ pub fn draw(page: &Page, all: &[Beside], left: f64, top: f64, bottom: f64) -> Dr
                     page.fill([left, from, left + 22.0, from + band], colour)?;
                 }
                 for (share, text) in labels {
-                    let at = y + 8.0 + (1.0 - share) * (scale - 16.0);
+                    let at = y + (1.0 - share) * scale;
+                    page.line(&[(left + 22.0, at), (left + 27.0, at)], Colour::NOTE, 1.0)?;
                     let words = fitted(&Words::note(text.as_str()), RIGHT - left - 32.0);
                     page.text(&words, (left + 32.0, at), Align::Left);
                 }

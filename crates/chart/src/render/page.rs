@@ -12,6 +12,9 @@ const BEGIN: f64 = 38.0;
 /// Between two panels, across and down.
 const GAP: (f64, f64) = (40.0, 12.0);
 
+/// Between two pictures that are side by side.
+const NEAR: f64 = 14.0;
+
 /// Draws a chart.
 pub fn draw(page: &Page, chart: &Chart) -> Drawn {
     let room = RIGHT - LEFT;
@@ -103,7 +106,9 @@ impl Grid {
             edges[i] = own;
         }
         let across: f64 = edges.iter().take(columns).map(|e| e.left + e.right).sum();
-        let gaps = GAP.0 * (columns - 1) as f64;
+        let pictures = panels.iter().all(|p| p.aspect.is_some());
+        let gap = if pictures { NEAR } else { GAP.0 };
+        let gaps = gap * (columns - 1) as f64;
         let width = ((right - left - across - gaps) / columns as f64).max(40.0);
         let firsts: Vec<Edges> = edges.iter().copied().step_by(columns).collect();
         let down: f64 = firsts.iter().map(|e| e.top + e.bottom).sum();
@@ -115,7 +120,7 @@ impl Grid {
         let mut x = left;
         for edge in edges.iter().take(columns) {
             lefts.push(x + edge.left);
-            x += edge.left + width + edge.right + GAP.0;
+            x += edge.left + width + edge.right + gap;
         }
         let mut y = top;
         let mut spans = Vec::new();

@@ -9,7 +9,7 @@ use powergs_frame::fovea::LEVELS;
 const NAME: &str = "foveated_pictures";
 const TITLE: &str = "The same view and gaze, method by method";
 /// Width over height of the room for pictures.
-const ROOM: f64 = 2.1;
+const ROOM: f64 = 2.3;
 /// A frame is at most this high, of that room.
 const FRAME_MOST: f64 = 0.44;
 /// Width of a crop, of that of the frame.

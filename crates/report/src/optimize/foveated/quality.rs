@@ -112,8 +112,11 @@ fn panel(marks: &[Mark], x: &str, y: &str, at: At<'_>, dense: Option<f64>) -> Pa
     }
     panel = join(panel, &shown);
     for (mark, at) in &shown {
-        let dots = Points::dots([*at], mark.colour, Size::Large);
-        let form = if mark.method.is_some() { Form::Dot } else { Form::Square };
+        // Where both lie at one place, both are seen.
+        let is_foveated = mark.method.is_some();
+        let (form, size) =
+            if is_foveated { (Form::Dot, Size::Huge) } else { (Form::Square, Size::Medium) };
+        let dots = Points::dots([*at], mark.colour, size);
         panel = panel.points(Points { form, ..dots });
         if !mark.label.is_empty() {
             panel = panel.label(mark.label.as_str(), *at, Side::Free);
