@@ -14,7 +14,7 @@ const EXPANSION_FREE: u64 = 1 << 20;
 /// … and to this many for each stored byte.
 const EXPANSION_RATIO: u64 = 1024;
 /// Bytes in a zstd frame of a column that would otherwise expand too much: even constant bytes
-/// then stay below [`EXPANSION_RATIO`].
+/// then stay below `EXPANSION_RATIO`.
 pub const SMALL_FRAME: usize = 8 << 10;
 
 /// Whether `stored` bytes may promise `raw` bytes. This bounds what a hostile file can make a
