@@ -200,7 +200,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
     };
     let facts: Vec<Facts> = systems.iter().map(facts).collect();
     let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
-    let watch = Watched::new(context, trace_facts.frames as u64, Counts::Frames);
+    let watch = Watched::new(context, Counts::Frames);
     let folded = Session::new(&mut trace, &watch).fold(
         &subjects,
         |_| Vec::new(),

@@ -33,6 +33,12 @@ impl Progress {
         Self { bar, started: Instant::now(), wanted: !context.global.quiet }
     }
 
+    /// Other work begins, `total` items of it.
+    pub fn restart(&self, total: u64) {
+        self.bar.reset();
+        self.bar.set_length(total);
+    }
+
     /// `n` more items are done. May be called from any thread.
     pub fn advance(&self, n: u64) {
         if self.wanted && self.bar.is_hidden() && self.started.elapsed() > PATIENCE {
@@ -63,22 +69,39 @@ pub struct Watched<'a> {
     context: &'a Context,
     progress: Progress,
     counts: Counts,
+    /// Whether the bar begins again with every session.
+    by_session: bool,
 }
 
 impl<'a> Watched<'a> {
-    /// A bar for `total` of what is counted.
-    pub fn new(context: &'a Context, total: u64, counts: Counts) -> Watched<'a> {
+    /// A bar for each session.
+    pub fn new(context: &'a Context, counts: Counts) -> Watched<'a> {
+        Watched { by_session: true, ..Watched::of_total(context, 0, counts) }
+    }
+
+    /// One bar for `total` of what is counted.
+    pub fn of_total(context: &'a Context, total: u64, counts: Counts) -> Watched<'a> {
         let what = match counts {
             Counts::Frames => "frames",
             Counts::Simulations => "frames on machines",
         };
-        Watched { context, progress: Progress::new(context, total, what), counts }
+        let progress = Progress::new(context, total, what);
+        Watched { context, progress, counts, by_session: false }
     }
 }
 
 impl Watch for Watched<'_> {
     fn is_cancelled(&self) -> bool {
         self.context.is_cancelled()
+    }
+
+    fn begins(&self, frames: u64, simulations: u64) {
+        if self.by_session {
+            self.progress.restart(match self.counts {
+                Counts::Frames => frames,
+                Counts::Simulations => simulations,
+            });
+        }
     }
 
     fn simulated(&self, n: u64) {

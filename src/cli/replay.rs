@@ -8,7 +8,7 @@ use super::machine_facts::machine_facts;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
 use super::timeline::{self, Asked};
-use super::what_if::{Experiment, cost};
+use super::what_if::Experiment;
 use super::{Context, Exit, Failure, OrExit, dram_dump, inputs, out};
 use powergs_core::accel::DramCommands;
 use powergs_core::accel::timeline::{Observer, Span};
@@ -21,6 +21,7 @@ use powergs_core::sim::{self, FrameReport, observed};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
 use powergs_report::{self as report, terminal};
+use powergs_study::findings::what_if::Cost;
 use powergs_study::findings::{Picture, TileLoad};
 use powergs_study::run_record::{DramModels, Extras, Facts, MachineFacts, Run, TraceFacts};
 
@@ -224,7 +225,7 @@ impl Replay {
         let doubled = experiment.systems.iter();
         subjects.extend(doubled.map(|s| Subject::of(s).only(&experiment.frames)));
         subjects.extend(self.window.iter().map(Subject::of));
-        let watch = Watched::new(context, self.trace.range().len() as u64, Counts::Frames);
+        let watch = Watched::new(context, Counts::Frames);
         let mut session = Session::new(&mut self.trace, &watch);
         let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
         let folded = session.fold(&subjects, start, Kept::add)?;
@@ -343,7 +344,7 @@ fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramMod
     let mean = |reports: &[FrameReport], of: &dyn Fn(&FrameReport) -> f64| {
         reports.iter().take(n).map(of).sum::<f64>() / n as f64
     };
-    let time = |report: &FrameReport| cost(report).frame_time_ms;
+    let time = |report: &FrameReport| Cost::of(report).frame_time_ms;
     (n > 0).then(|| DramModels {
         window_ms: mean(window, &time),
         banked_ms: mean(banked, &time),

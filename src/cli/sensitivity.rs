@@ -1,31 +1,23 @@
 //! `sensitivity`: what every key of a machine moves on some traces, what every modelling assumption
 //! does, and how keys act together.
 
-mod interactions;
-mod keys;
-mod levels;
-mod measure;
 mod output;
-mod turned;
 
 use std::path::PathBuf;
 
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
+use super::progress::{Counts, Watched};
 use super::replay::display_rate;
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, inputs, out};
-use interactions::{Asked, Method};
-use keys::{Candidate, Key};
-use levels::Wanted;
-use measure::Machines;
 use powergs_base::config::assumptions::assumptions;
-use powergs_base::config::knob;
+use powergs_core::run::TraceFile;
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_core::run::{System, TraceFile};
 use powergs_study::findings::sensitivity::Sensitivity;
-use powergs_study::findings::sensitivity::interactions::Interactions;
-use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Turned};
+use powergs_study::sensitivity::{
+    AssumptionStudy, InteractionStudy, KeyResults, KeySelection, KeyStudy, Method,
+};
 
 /// Shown under `sensitivity --help`.
 pub const EXAMPLES: &str = "\
@@ -58,8 +50,8 @@ pub struct Args {
     pub energy: Option<String>,
     /// Only these keys, `*` at the end is any rest; with --interactions also their
     /// values: KEY, KEY=LOW..HIGH, KEY=A|B|C
-    #[arg(long, value_name = "KEYS", value_delimiter = ',', value_parser = levels::wanted)]
-    pub keys: Vec<Wanted>,
+    #[arg(long, value_name = "KEYS", value_delimiter = ',', value_parser = selection)]
+    pub keys: Vec<(String, KeySelection)>,
     /// Relative step of elasticities; where that is no machine, the next larger one
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = step)]
     pub step: f64,
@@ -68,7 +60,7 @@ pub struct Args {
     pub fps: f64,
     /// Turn keys together: which interact, and how much
     #[arg(long, value_enum, value_name = "METHOD")]
-    pub interactions: Option<Method>,
+    pub interactions: Option<MethodArg>,
     /// Trajectories of morris [default: 20], rows of sobol [default: 128]
     #[arg(long, value_name = "N", requires = "interactions")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -112,10 +104,35 @@ fn number(text: &str) -> Result<u32, String> {
     })
 }
 
+/// An item of `--keys`, and as it was typed.
+fn selection(text: &str) -> Result<(String, KeySelection), String> {
+    Ok((text.to_owned(), text.parse()?))
+}
+
+/// How keys are turned together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum MethodArg {
+    /// Elementary effects: cheap, says which keys matter and which act alone
+    Morris,
+    /// Shares of the variance, alone and with others, with intervals
+    Sobol,
+}
+
+impl Args {
+    fn interaction_study(&self) -> Option<InteractionStudy> {
+        let method = match self.interactions? {
+            MethodArg::Morris => Method::Morris,
+            MethodArg::Sobol => Method::Sobol,
+        };
+        let samples = self.samples.map(|n| n as usize);
+        Some(InteractionStudy { method, samples, seed: self.seed })
+    }
+}
+
 /// What came out.
-enum Found {
+enum Results {
     Assumptions(Sensitivity),
-    Keys(Keys, Option<Interactions>),
+    Keys(KeyResults),
 }
 
 /// Runs the command.
@@ -126,14 +143,31 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
     let folder_name = format!("sensitivity-{}", system.machine().name);
     let folder = RunFolder::create(args.out.as_deref(), &folder_name, args.force)?;
-    let found = match args.assumptions {
-        true => of_assumptions(args, &system, &mut sources, context)?,
-        false => of_keys(args, &system, &mut sources, context)?,
+    let watch = Watched::new(context, Counts::Simulations);
+    let found = if args.assumptions {
+        let study = AssumptionStudy { system: &system, only: &args.only, display_fps: args.fps };
+        study.run(&mut sources, &watch)?.map(Results::Assumptions)
+    } else {
+        let keys: Vec<KeySelection> = args.keys.iter().map(|(_, key)| key.clone()).collect();
+        let study = KeyStudy {
+            system: &system,
+            keys: &keys,
+            step: args.step,
+            display_fps: args.fps,
+            interactions: args.interaction_study(),
+        };
+        study.run(&mut sources, &watch)?.map(Results::Keys)
     };
+    drop(watch);
     let Some(found) = found else {
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     };
+    if let Results::Keys(KeyResults { interactions: None, .. }) = &found
+        && args.interactions.is_some()
+    {
+        out::complain("interrupted: the report is without interactions");
+    }
     let table = output::write(&folder, &found)?;
     if let Some(path) = &args.csv {
         write_atomically(path, |w| w.write_all(&table))?;
@@ -147,81 +181,4 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         out::text(&output::terminal(&found, &path.display().to_string()))?;
     }
     Ok(if context.is_cancelled() { Exit::Interrupted } else { Exit::Done })
-}
-
-/// Every key, and keys together; `None` if not even one frame was done.
-fn of_keys(
-    args: &Args,
-    system: &System,
-    sources: &mut [TraceFile],
-    context: &Context,
-) -> Result<Option<Found>, Failure> {
-    let base = system;
-    let (all, mut not_tried) = keys::all(base);
-    let all = levels::only(all, &args.keys)?;
-    if !args.keys.is_empty() {
-        not_tried.clear();
-    }
-    let tried = keys::candidates(&all, base, args.step);
-    let systems = tried.iter().flatten().filter_map(|c| c.system.as_ref().ok());
-    let machines = Machines::of(std::iter::once(base).chain(systems), args.fps);
-    let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
-    let turned = |c: &Candidate| Turned {
-        reach: c.reach,
-        value: knob::shown(&c.value),
-        ratio: c.ratio,
-        outcomes: c.system.as_ref().map_err(Clone::clone).map(|s| machines.outcomes(s, &means)),
-    };
-    let row = |(key, tried): (&Key, &Vec<Candidate>)| KeyRow {
-        file: key.file.name(),
-        key: key.path.clone(),
-        value: knob::shown(&key.value),
-        base: machines.outcomes(base, &means),
-        turns: tried.iter().map(turned).collect(),
-        reason: key.reason(),
-    };
-    let found = Keys {
-        machine: system.machine().name.clone(),
-        display_fps: args.fps,
-        step: args.step,
-        traces: measure::traced(&means),
-        rows: all.iter().zip(&tried).map(row).collect(),
-        not_tried,
-    };
-    let found = found.sorted();
-    let Some(method) = args.interactions else { return Ok(Some(Found::Keys(found, None))) };
-    if context.is_cancelled() {
-        out::complain("interrupted: the report is without interactions");
-        return Ok(Some(Found::Keys(found, None)));
-    }
-    let factors = levels::levelled(&all, &args.keys, &found, base)?;
-    let samples = args.samples.map(|n| n as usize);
-    let asked = Asked { method, samples, seed: args.seed, display_fps: args.fps };
-    let name = &system.machine().name;
-    let together = interactions::run(&asked, name, base, &factors, sources, context)?;
-    if together.is_none() {
-        out::complain("interrupted: the report is without interactions");
-    }
-    Ok(Some(Found::Keys(found, together)))
-}
-
-/// Every assumption; `None` if not even one frame was done.
-fn of_assumptions(
-    args: &Args,
-    system: &System,
-    sources: &mut [TraceFile],
-    context: &Context,
-) -> Result<Option<Found>, Failure> {
-    let wanted = |n: &u32| args.only.is_empty() || args.only.contains(n);
-    let all = assumptions().iter().map(|(n, a)| (*n, a)).filter(|(n, _)| wanted(n));
-    let (turns, fixed) = turned::turns(system, all);
-    let machines = Machines::of(measure::systems(system, &turns), args.fps);
-    let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
-    let found = Sensitivity {
-        machine: system.machine().name.clone(),
-        traces: measure::traced(&means),
-        rows: measure::rows(&turns, &machines, &means),
-        fixed,
-    };
-    Ok(Some(Found::Assumptions(found.sorted())))
 }

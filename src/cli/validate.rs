@@ -60,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, what));
     }
     let built = machines(&rows)?;
-    let watch = Watched::new(context, steps(&tables, &rows), Counts::Simulations);
+    let watch = Watched::of_total(context, steps(&tables, &rows), Counts::Simulations);
     let Some(measured) = measure(&tables, &rows, &built, &watch)? else {
         return Ok(Exit::Interrupted);
     };

@@ -103,7 +103,7 @@ impl Experiment {
         let mean = |reports: &mut dyn Iterator<Item = &FrameReport>| {
             let mut sum = Cost::default();
             for report in reports {
-                let cost = cost(report);
+                let cost = Cost::of(report);
                 sum.frame_time_ms += cost.frame_time_ms;
                 sum.energy_pj += cost.energy_pj;
             }
@@ -123,12 +123,4 @@ impl Experiment {
 fn doubled(system: &System, resource: &Resource) -> Result<System, RunError> {
     let changes: Result<Vec<Change>, String> = resource.1.iter().map(|set| set.parse()).collect();
     system.with(&changes.map_err(RunError::Internal)?)
-}
-
-/// What a frame costs.
-pub fn cost(report: &FrameReport) -> Cost {
-    Cost {
-        frame_time_ms: report.frame_time_s().unwrap_or(0.0) * 1e3,
-        energy_pj: report.energy.total().0,
-    }
 }

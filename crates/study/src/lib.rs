@@ -4,6 +4,7 @@
 pub mod analysis;
 pub mod findings;
 pub mod run_record;
+pub mod sensitivity;
 pub mod sweep;
 pub mod validate;
 pub mod views;

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::{Args, Found};
+use super::{Args, Results};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
@@ -10,15 +10,16 @@ use powergs_chart::Chart;
 use powergs_core::run::{Input, System, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
 use powergs_report::sensitivity::{self, interactions, keys};
+use powergs_study::sensitivity::KeyResults;
 
 /// Writes tables, charts and summary; returns the main table.
 ///
 /// # Errors
-/// Exit code 2 for a folder that cannot be written, 4 for a mistake of ours.
-pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
+/// Exit code 2 for a folder that cannot be written, 4 for a defect.
+pub fn write(folder: &RunFolder, found: &Results) -> Result<Vec<u8>, Failure> {
     const INTERNAL: Exit = Exit::Internal;
     match found {
-        Found::Assumptions(all) => {
+        Results::Assumptions(all) => {
             let table = sensitivity::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
             folder.write("sensitivity.csv", &table)?;
             let charts = sensitivity::charts(all);
@@ -26,7 +27,7 @@ pub fn write(folder: &RunFolder, found: &Found) -> Result<Vec<u8>, Failure> {
             write_charts(folder, &charts)?;
             Ok(table)
         }
-        Found::Keys(all, together) => {
+        Results::Keys(KeyResults { keys: all, interactions: together }) => {
             let every = keys::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
             folder.write("sensitivity.csv", &every)?;
             let mut table = keys::elasticities_csv(all).or_exit(INTERNAL, "elasticity.csv")?;
@@ -62,10 +63,10 @@ fn write_charts(folder: &RunFolder, charts: &[Chart]) -> Result<(), Failure> {
 }
 
 /// What is printed for programs.
-pub fn json(found: &Found) -> Value {
+pub fn json(found: &Results) -> Value {
     match found {
-        Found::Assumptions(all) => sensitivity::json(all),
-        Found::Keys(all, together) => {
+        Results::Assumptions(all) => sensitivity::json(all),
+        Results::Keys(KeyResults { keys: all, interactions: together }) => {
             let mut value = keys::json(all);
             value["interactions"] = together.as_ref().map_or(Value::Null, interactions::json);
             value
@@ -74,11 +75,13 @@ pub fn json(found: &Found) -> Value {
 }
 
 /// What is printed for people.
-pub fn terminal(found: &Found, folder: &str) -> String {
+pub fn terminal(found: &Results, folder: &str) -> String {
     match found {
-        Found::Assumptions(all) => sensitivity::terminal(all, Some(folder)),
-        Found::Keys(all, None) => keys::terminal(all, Some(folder)),
-        Found::Keys(all, Some(together)) => {
+        Results::Assumptions(all) => sensitivity::terminal(all, Some(folder)),
+        Results::Keys(KeyResults { keys: all, interactions: None }) => {
+            keys::terminal(all, Some(folder))
+        }
+        Results::Keys(KeyResults { keys: all, interactions: Some(together) }) => {
             let single = keys::terminal(all, None);
             format!("{single}\n{}", interactions::terminal(together, Some(folder)))
         }
@@ -88,7 +91,7 @@ pub fn terminal(found: &Found, folder: &str) -> String {
 /// `run.toml`: versions, inputs, what was asked for, configuration.
 ///
 /// # Errors
-/// Exit code 4: a mistake of ours.
+/// Exit code 4: a defect.
 pub fn record(args: &Args, system: &System, sources: &[TraceFile]) -> Result<String, Failure> {
     let mut inputs = system.inputs();
     inputs.extend(sources.iter().map(|s| s.input().clone()));
@@ -121,7 +124,7 @@ fn experiment(args: &Args) -> toml::Table {
     }
     table.insert("turned".into(), "keys".into());
     table.insert("step".into(), args.step.into());
-    let keys: Vec<String> = args.keys.iter().map(|w| w.text.clone()).collect();
+    let keys: Vec<String> = args.keys.iter().map(|(text, _)| text.clone()).collect();
     table.insert("keys".into(), keys.into());
     if let Some(method) = args.interactions {
         table.insert("interactions".into(), format!("{method:?}").to_lowercase().into());

@@ -257,6 +257,7 @@ impl<'a> Session<'a> {
         let mut plan = Plan::new(subjects);
         let mut states: Vec<S> = (0..subjects.len()).map(start).collect();
         let range = self.frames.range();
+        self.watch.begins(range.len() as u64, self.steps(subjects));
         let threads = rayon::current_num_threads().max(1);
         let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
         let (mut position, mut done) = (range.start, 0);

@@ -7,6 +7,12 @@ pub trait Watch: Sync {
         false
     }
 
+    /// A session begins: so many frames, and with each frame counted once for every machine that it
+    /// goes through, so many simulations.
+    fn begins(&self, frames: u64, simulations: u64) {
+        let _ = (frames, simulations);
+    }
+
     /// `n` more frames have gone through a machine each.
     fn simulated(&self, n: u64) {
         let _ = n;

@@ -1,5 +1,7 @@
 //! What one step would buy: the frame time if one resource were doubled, as simulated elsewhere.
 
+use powergs_core::sim::FrameReport;
+
 /// Time and energy of a frame, mean over the frames that were tried.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Cost {
@@ -7,6 +9,16 @@ pub struct Cost {
     pub frame_time_ms: f64,
     /// Energy of a frame, picojoules.
     pub energy_pj: f64,
+}
+
+impl Cost {
+    /// What one frame costs.
+    pub fn of(report: &FrameReport) -> Cost {
+        Cost {
+            frame_time_ms: report.frame_time_s().unwrap_or(0.0) * 1e3,
+            energy_pj: report.energy.total().0,
+        }
+    }
 }
 
 /// One resource, doubled.

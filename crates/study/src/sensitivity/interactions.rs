@@ -1,44 +1,41 @@
-//! Machines with many keys turned at once, and what the methods make of them.
+//! Several keys perturbed together: elementary effects after Morris, or Sobol indices.
 
 use std::collections::HashMap;
 
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::{Change, Frames, RunError, System, Watch};
 use rayon::prelude::*;
 
-use super::levels::Levelled;
-use super::measure::{self, Machines};
-use crate::cli::{Context, Exit, Failure};
-use powergs_core::run::files::EmbeddedFiles;
-use powergs_core::run::{Change, System, TraceFile};
-use powergs_study::analysis::{indices, morris};
-use powergs_study::findings::sensitivity::interactions::{Interactions, Point, Results};
-use powergs_study::findings::sensitivity::{Measure, Outcome};
+use super::levels::FactorLevels;
+use super::measure::Machines;
+use crate::analysis::{indices, morris};
+use crate::findings::sensitivity::interactions::{Interactions, Point, Results};
+use crate::findings::sensitivity::{Measure, Outcome};
 
 /// The most machines of one experiment: about a gigabyte of them.
 const MOST: usize = 100_000;
 
-/// How keys are turned together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+/// How keys are perturbed together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// Elementary effects: cheap, says which keys matter and which act alone
+    /// Elementary effects: cheap; they say which keys matter, and which act alone.
     Morris,
-    /// Shares of the variance, alone and with others, with intervals
+    /// Shares of the variance of each key alone and with others, with intervals.
     Sobol,
 }
 
-/// What was asked for.
+/// Several keys together.
 #[derive(Debug, Clone, Copy)]
-pub struct Asked {
+pub struct InteractionStudy {
     /// The method.
     pub method: Method,
-    /// Trajectories or rows; the method's usual number if not given.
+    /// Trajectories or rows; `None`: 20 trajectories, 128 rows.
     pub samples: Option<usize>,
     /// Seed of the sample.
     pub seed: u64,
-    /// Display rate of the powers, frames per second.
-    pub display_fps: f64,
 }
 
-impl Asked {
+impl InteractionStudy {
     fn count(&self) -> usize {
         self.samples.unwrap_or(match self.method {
             Method::Morris => 20,
@@ -54,12 +51,66 @@ impl Asked {
         };
         self.count().saturating_mul(each)
     }
+
+    /// Takes the frames through the machines of a sample; `None` if not even one frame was done.
+    ///
+    /// # Errors
+    /// [`RunError::Request`]: too many machines, or none; otherwise as [`Machines::measure`].
+    pub(super) fn run<F: Frames>(
+        &self,
+        base: &System,
+        display_fps: f64,
+        factors: &[FactorLevels],
+        lists: &mut [F],
+        watch: &dyn Watch,
+    ) -> Result<Option<Interactions>, RunError> {
+        let most = self.machines(factors.len());
+        if most > MOST {
+            let what = format!("--samples: up to {most} machines are more than {MOST}");
+            return Err(RunError::Request(what));
+        }
+        let mut pool = Pool { base, factors, known: HashMap::new() };
+        let sample = Sample::draw(self, &mut pool);
+        let all = sample.points(factors);
+        if all.is_empty() {
+            let what = "--keys: hardly any combination of these values is a machine; narrow them";
+            return Err(RunError::Request(what.to_owned()));
+        }
+        let mut distinct = all.clone();
+        distinct.sort();
+        distinct.dedup();
+        let mut machines = Machines::new(base);
+        for point in &distinct {
+            machines.add(*pool.known.remove(point).flatten().expect("a valid point"));
+        }
+        let measured = machines.measure(lists, display_fps, watch)?;
+        let Some(measured) = measured else { return Ok(None) };
+        let outcome = |place: usize| Outcome::mean(&measured.outcomes(place));
+        let points: Vec<Point> = (distinct.iter().enumerate())
+            .map(|(i, p)| Point { levels: p.clone(), outcome: outcome(i + 1) })
+            .collect();
+        let find = |p: &Vec<usize>| points[distinct.binary_search(p).expect("it is there")].outcome;
+        let outcomes: Vec<Outcome> = all.iter().map(find).collect();
+        let (samples, redrawn) = sample.counts();
+        Ok(Some(Interactions {
+            machine: base.machine().name.clone(),
+            display_fps,
+            traces: measured.traced(),
+            factors: factors.iter().map(FactorLevels::factor).collect(),
+            asked: self.count(),
+            samples,
+            redrawn,
+            seed: self.seed,
+            points,
+            results: sample.results(&outcomes, &outcome(0), self.seed),
+        }))
+    }
 }
 
 /// The machines of all points so far.
 struct Pool<'a> {
     base: &'a System,
-    factors: &'a [Levelled],
+    factors: &'a [FactorLevels],
     known: HashMap<Vec<usize>, Option<Box<System>>>,
 }
 
@@ -91,8 +142,8 @@ impl Pool<'_> {
 }
 
 /// The levels at a point of the unit cube.
-fn levels(factors: &[Levelled], point: &[f64]) -> Vec<usize> {
-    let level = |(f, u): (&Levelled, &f64)| {
+fn levels(factors: &[FactorLevels], point: &[f64]) -> Vec<usize> {
+    let level = |(f, u): (&FactorLevels, &f64)| {
         let n = f.levels.len();
         ((u * n as f64) as usize).min(n - 1)
     };
@@ -106,9 +157,9 @@ enum Sample {
 }
 
 impl Sample {
-    fn draw(asked: &Asked, pool: &mut Pool) -> Sample {
-        let (factors, count, seed) = (pool.factors, asked.count(), asked.seed);
-        match asked.method {
+    fn draw(study: &InteractionStudy, pool: &mut Pool) -> Sample {
+        let (factors, count, seed) = (pool.factors, study.count(), study.seed);
+        match study.method {
             Method::Morris => {
                 let n: Vec<usize> = factors.iter().map(|f| f.levels.len()).collect();
                 // Most points of the first draw stay: their machines are made in parallel.
@@ -127,7 +178,7 @@ impl Sample {
     }
 
     /// The levels of all points, in order, some more than once.
-    fn points(&self, factors: &[Levelled]) -> Vec<Vec<usize>> {
+    fn points(&self, factors: &[FactorLevels]) -> Vec<Vec<usize>> {
         match self {
             Sample::Morris(design) => design.points().map(<[usize]>::to_vec).collect(),
             Sample::Sobol(design) => design.points().map(|p| levels(factors, &p)).collect(),
@@ -158,56 +209,4 @@ impl Sample {
             }
         }
     }
-}
-
-/// Takes the traces through the machines of a sample; `None` if not even one frame was done.
-///
-/// # Errors
-/// Exit code 2: too many machines, or none; otherwise as [`measure::measure`].
-pub fn run(
-    asked: &Asked,
-    machine: &str,
-    base: &System,
-    factors: &[Levelled],
-    sources: &mut [TraceFile],
-    context: &Context,
-) -> Result<Option<Interactions>, Failure> {
-    let machines = asked.machines(factors.len());
-    if machines > MOST {
-        let what = format!("--samples: up to {machines} machines are more than {MOST}");
-        return Err(Failure::new(Exit::Usage, what));
-    }
-    let mut pool = Pool { base, factors, known: HashMap::new() };
-    let sample = Sample::draw(asked, &mut pool);
-    let all = sample.points(factors);
-    if all.is_empty() {
-        let what = "--keys: hardly any combination of these values is a machine; narrow them";
-        return Err(Failure::new(Exit::Usage, what.to_owned()));
-    }
-    let mut distinct = all.clone();
-    distinct.sort();
-    distinct.dedup();
-    let taken = |p: &Vec<usize>| *pool.known.remove(p).flatten().expect("a valid point");
-    let systems = std::iter::once(base.clone()).chain(distinct.iter().map(taken)).collect();
-    let machines = Machines::known(systems, asked.display_fps);
-    let Some(means) = measure::all(sources, &machines, context)? else { return Ok(None) };
-    let outcome = |place: usize| Outcome::mean(&measure::outcomes(&means, place));
-    let points: Vec<Point> = (distinct.iter().enumerate())
-        .map(|(i, p)| Point { levels: p.clone(), outcome: outcome(i + 1) })
-        .collect();
-    let find = |p: &Vec<usize>| points[distinct.binary_search(p).expect("it is there")].outcome;
-    let outcomes: Vec<Outcome> = all.iter().map(find).collect();
-    let (samples, redrawn) = sample.counts();
-    Ok(Some(Interactions {
-        machine: machine.to_owned(),
-        display_fps: asked.display_fps,
-        traces: measure::traced(&means),
-        factors: factors.iter().map(Levelled::factor).collect(),
-        asked: asked.count(),
-        samples,
-        redrawn,
-        seed: asked.seed,
-        points,
-        results: sample.results(&outcomes, &outcome(0), asked.seed),
-    }))
 }

@@ -1,16 +1,17 @@
 //! Which keys act together, and the values that each of them takes.
 
+use std::str::FromStr;
+
+use powergs_base::config::knob;
+use powergs_base::config::suggest::nearest;
+use powergs_core::run::{RunError, System};
 use rayon::prelude::*;
 use toml::Value;
 
-use super::keys::{Key, number};
-use crate::cli::{Exit, Failure};
-use powergs_base::config::knob;
-use powergs_base::config::suggest::nearest;
-use powergs_core::run::System;
-use powergs_study::findings::sensitivity::Measure;
-use powergs_study::findings::sensitivity::interactions::Factor;
-use powergs_study::findings::sensitivity::keys::Keys;
+use super::key::{Key, number};
+use crate::findings::sensitivity::Measure;
+use crate::findings::sensitivity::interactions::Factor;
+use crate::findings::sensitivity::keys::{KeyRow, Keys};
 
 /// Values of a number over its range.
 const LEVELS: usize = 4;
@@ -22,52 +23,51 @@ const CHOSEN: usize = 12;
 /// Names of whole files: they are never chosen, only taken where they are given.
 const WHOLE: [&str; 2] = ["energy", "dram.device"];
 
-/// What stands behind `--keys`: a key, or all that begin with it, and its values.
+/// Which keys an experiment is about: one, or all that begin with the same letters; and the values
+/// that they take together with others.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wanted {
-    /// As it was typed.
-    pub text: String,
-    /// The key; `*` at its end is any rest.
+pub struct KeySelection {
+    /// The key, or the beginning of keys with `*` behind it.
     pub key: String,
     /// The values.
-    pub values: Values,
+    pub levels: Levels,
 }
 
-/// The values that a key is to take.
+/// The values that a key takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Values {
+pub enum Levels {
     /// From half to double, or all names.
     Usual,
-    /// `LOW..HIGH`.
+    /// From the first to the second, as in a file.
     Range(String, String),
-    /// `A|B|C`.
+    /// These, as in a file.
     List(Vec<String>),
 }
 
-/// Reads one item of `--keys`.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn wanted(text: &str) -> Result<Wanted, String> {
-    let (key, values) = text.split_once('=').map_or((text, None), |(k, v)| (k, Some(v)));
-    let key = key.trim().to_owned();
-    if key.is_empty() {
-        return Err("a key is missing: write KEY, KEY=LOW..HIGH or KEY=A|B|C".into());
+impl FromStr for KeySelection {
+    type Err = String;
+
+    /// Reads `KEY`, `KEY=LOW..HIGH` or `KEY=A|B|C`.
+    fn from_str(text: &str) -> Result<KeySelection, String> {
+        let (key, values) = text.split_once('=').map_or((text, None), |(k, v)| (k, Some(v)));
+        let key = key.trim().to_owned();
+        if key.is_empty() {
+            return Err("a key is missing: write KEY, KEY=LOW..HIGH or KEY=A|B|C".into());
+        }
+        let trimmed = |text: &str| text.trim().to_owned();
+        let levels = match values {
+            None => Levels::Usual,
+            Some(text) => match text.split_once("..") {
+                Some((low, high)) => Levels::Range(trimmed(low), trimmed(high)),
+                None => Levels::List(text.split('|').map(trimmed).collect()),
+            },
+        };
+        Ok(KeySelection { key, levels })
     }
-    let trimmed = |text: &str| text.trim().to_owned();
-    let values = match values {
-        None => Values::Usual,
-        Some(text) => match text.split_once("..") {
-            Some((low, high)) => Values::Range(trimmed(low), trimmed(high)),
-            None => Values::List(text.split('|').map(trimmed).collect()),
-        },
-    };
-    Ok(Wanted { text: text.to_owned(), key, values })
 }
 
-impl Wanted {
-    /// Whether this is about the key.
-    pub fn is(&self, key: &Key) -> bool {
+impl KeySelection {
+    fn matches(&self, key: &Key) -> bool {
         match self.key.strip_suffix('*') {
             Some(start) => key.path.starts_with(start),
             None => key.path == self.key,
@@ -75,35 +75,35 @@ impl Wanted {
     }
 }
 
-/// Those keys that are wanted; all, if none is given.
+/// The keys that are selected; all, if there is no selection.
 ///
 /// # Errors
-/// Exit code 2: one that no key is.
-pub fn only(keys: Vec<Key>, wanted: &[Wanted]) -> Result<Vec<Key>, Failure> {
-    for w in wanted {
-        if !keys.iter().any(|k| w.is(k)) {
-            let near = nearest(&w.key, keys.iter().map(|k| k.path.as_str()));
+/// [`RunError::Request`]: a selection that matches no key.
+pub(super) fn selected(keys: Vec<Key>, selection: &[KeySelection]) -> Result<Vec<Key>, RunError> {
+    for s in selection {
+        if !keys.iter().any(|k| s.matches(k)) {
+            let near = nearest(&s.key, keys.iter().map(|k| k.path.as_str()));
             let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             let what = "is no key that can be turned in the files of this machine";
-            return Err(Failure::new(Exit::Usage, format!("--keys: `{}` {what}{near}", w.key)));
+            return Err(RunError::Request(format!("--keys: `{}` {what}{near}", s.key)));
         }
     }
-    let is_wanted = |key: &Key| wanted.is_empty() || wanted.iter().any(|w| w.is(key));
-    Ok(keys.into_iter().filter(is_wanted).collect())
+    let is_selected = |key: &Key| selection.is_empty() || selection.iter().any(|s| s.matches(key));
+    Ok(keys.into_iter().filter(is_selected).collect())
 }
 
-/// A key with its values, for machines.
+/// A key with the values that it takes.
 #[derive(Debug, Clone)]
-pub struct Levelled {
+pub(super) struct FactorLevels {
     /// The key.
-    pub key: Key,
+    pub(super) key: Key,
     /// Its values, ascending for numbers; at least two.
-    pub levels: Vec<Value>,
+    pub(super) levels: Vec<Value>,
 }
 
-impl Levelled {
-    /// The same for reports.
-    pub fn factor(&self) -> Factor {
+impl FactorLevels {
+    /// The same as a result has it.
+    pub(super) fn factor(&self) -> Factor {
         Factor {
             file: self.key.file.name(),
             key: self.key.path.clone(),
@@ -113,35 +113,34 @@ impl Levelled {
     }
 }
 
-/// The keys that act together: those that are wanted, or the ones that move frame rate and energy
+/// The keys that act together: those that are selected, or the ones that move frame rate and energy
 /// most. Keys with fewer than two values are left out.
 ///
 /// # Errors
-/// Exit code 2: a value that is no machine, or nothing to turn.
-pub fn levelled(
+/// [`RunError::Request`]: a value that is no machine, or no key with two values.
+pub(super) fn factors(
     keys: &[Key],
-    wanted: &[Wanted],
+    selection: &[KeySelection],
     found: &Keys,
     base: &System,
-) -> Result<Vec<Levelled>, Failure> {
+) -> Result<Vec<FactorLevels>, RunError> {
     let chosen: Vec<&Key> =
-        if wanted.is_empty() { chosen(keys, found) } else { keys.iter().collect() };
-    let values =
-        |key: &Key| wanted.iter().rfind(|w| w.is(key)).map_or(&Values::Usual, |w| &w.values);
+        if selection.is_empty() { chosen(keys, found) } else { keys.iter().collect() };
     let of = |key: &&Key| {
-        let levels = match values(key) {
-            Values::Usual => Ok(usual(key, base)),
-            Values::Range(low, high) => range(key, base, low, high),
-            Values::List(all) => list(key, base, all),
+        let selected = selection.iter().rfind(|s| s.matches(key));
+        let levels = match selected.map_or(&Levels::Usual, |s| &s.levels) {
+            Levels::Usual => Ok(usual(key, base)),
+            Levels::Range(low, high) => range(key, base, low, high),
+            Levels::List(all) => list(key, base, all),
         };
-        let usage = |why| Failure::new(Exit::Usage, format!("--keys {}: {why}", key.path));
-        Ok(Levelled { key: (*key).clone(), levels: levels.map_err(usage)? })
+        let wrong = |why| RunError::Request(format!("--keys {}: {why}", key.path));
+        Ok(FactorLevels { key: (*key).clone(), levels: levels.map_err(wrong)? })
     };
-    let all = chosen.par_iter().map(of).collect::<Result<Vec<Levelled>, Failure>>()?;
-    let all: Vec<Levelled> = all.into_iter().filter(|l| l.levels.len() > 1).collect();
+    let all = chosen.par_iter().map(of).collect::<Result<Vec<FactorLevels>, RunError>>()?;
+    let all: Vec<FactorLevels> = all.into_iter().filter(|f| f.levels.len() > 1).collect();
     if all.is_empty() {
         let what = "no key has two values that are machines: nothing acts together";
-        return Err(Failure::new(Exit::Usage, what.to_owned()));
+        return Err(RunError::Request(what.to_owned()));
     }
     Ok(all)
 }
@@ -149,9 +148,7 @@ pub fn levelled(
 /// The keys that move frame rate and energy most, in the order of the files.
 fn chosen<'a>(keys: &'a [Key], found: &Keys) -> Vec<&'a Key> {
     let effect = |key: &Key| {
-        let is_row = |r: &&powergs_study::findings::sensitivity::keys::KeyRow| {
-            r.key == key.path && r.file == key.file.name()
-        };
+        let is_row = |r: &&KeyRow| r.key == key.path && r.file == key.file.name();
         let row = found.rows.iter().find(is_row);
         row.map_or(0.0, |r| r.effect(Measure::Fps).max(r.effect(Measure::Energy)))
     };

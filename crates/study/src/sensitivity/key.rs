@@ -1,4 +1,4 @@
-//! Every key of a machine's files with the other values that it is turned to: near ones for the
+//! The keys of a machine's files, and the values that each is perturbed to: near ones for the
 //! elasticity, far ones, other names.
 
 use rayon::prelude::*;
@@ -14,7 +14,8 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
-use powergs_study::findings::sensitivity::keys::{NotTried, Reach};
+
+use crate::findings::sensitivity::keys::{NotTried, Reach};
 
 /// Last parts of keys that are text for people.
 const TEXT: [&str; 4] = ["name", "description", "source", "scale-source"];
@@ -22,57 +23,54 @@ const TEXT: [&str; 4] = ["name", "description", "source", "scale-source"];
 const NEAR: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 /// Factors that are tried for the far values, the wanted one first.
 const FAR: [[f64; 3]; 2] = [[0.5, 0.75, 0.25], [2.0, 1.25, 4.0]];
-/// What a key that is 0 (off) is turned to; others are turned to 1 of their unit.
+/// What a key that is 0 (off) is set to; others are set to 1 of their unit.
 const OFF: [(&str, &str); 2] = [("cache.capacity", "32 KiB"), ("schedule.merge-below", "256")];
 
 /// A key with its value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Key {
+pub(super) struct Key {
     /// The file that has it.
-    pub file: KnobFile,
+    pub(super) file: KnobFile,
     /// Dotted; `[]` behind a name is every item of a list.
-    pub path: String,
+    pub(super) path: String,
     /// Its value.
-    pub value: Value,
+    pub(super) value: Value,
     /// Other names; empty for a number.
-    pub names: Vec<Value>,
+    pub(super) names: Vec<Value>,
 }
 
 /// A key with another value.
 #[derive(Debug, Clone)]
-pub struct Candidate {
+pub(super) struct Candidate {
     /// How far.
-    pub reach: Reach,
+    pub(super) reach: Reach,
     /// The value.
-    pub value: Value,
+    pub(super) value: Value,
     /// Over the value of the machine, for numbers.
-    pub ratio: Option<f64>,
+    pub(super) ratio: Option<f64>,
     /// The machine with it; or why that is invalid.
-    pub system: Result<System, String>,
+    pub(super) system: Result<System, String>,
 }
 
 impl Key {
     /// Whether it has a number that is not zero.
-    pub fn is_number(&self) -> bool {
+    pub(super) fn is_number(&self) -> bool {
         knob::scaled(&self.value, 2.0).is_some()
     }
 
     /// The key with another value.
-    pub fn change(&self, value: &Value) -> Change {
+    pub(super) fn change(&self, value: &Value) -> Change {
         Change { file: self.file.into(), path: self.path.clone(), value: value.clone() }
     }
 
-    /// The machine with this value.
-    ///
-    /// # Errors
-    /// Why that is invalid.
-    pub fn set(&self, base: &System, value: &Value) -> Result<System, String> {
+    /// The machine with this value; or why that is invalid.
+    pub(super) fn set(&self, base: &System, value: &Value) -> Result<System, String> {
         let system = base.with_from(&[self.change(value)], &EmbeddedFiles);
         system.map_err(|error| error.message())
     }
 
     /// Why the key may move nothing, where that is known.
-    pub fn reason(&self) -> Option<String> {
+    pub(super) fn reason(&self) -> Option<String> {
         let listed = inert().get(self.file.name()).and_then(|keys| keys.get(&self.path));
         let quoted = format!("`{}`", self.path);
         let mentioned = || {
@@ -82,8 +80,8 @@ impl Key {
         listed.map(|i| i.when.clone()).or_else(mentioned)
     }
 
-    /// The values that it is turned to, and what becomes of the machine.
-    pub fn candidates(&self, base: &System, step: f64) -> Vec<Candidate> {
+    /// The values that it is perturbed to, each with the machine.
+    pub(super) fn candidates(&self, base: &System, step: f64) -> Vec<Candidate> {
         if !self.is_number() {
             let one = |value: &Value| Candidate {
                 reach: Reach::Name,
@@ -127,7 +125,7 @@ impl Key {
 }
 
 /// The number in a value, without its unit.
-pub fn number(value: &Value) -> Option<f64> {
+pub(super) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(n) => Some(*n as f64),
         Value::Float(x) => Some(*x),
@@ -136,8 +134,8 @@ pub fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// Every key of the files that can be turned, and the files that cannot matter.
-pub fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
+/// Every key that can be perturbed, and the files that cannot matter.
+pub(super) fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
     let (mut keys, mut not_tried) = (Vec::new(), Vec::new());
     let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Device>()];
     let model = base.machine().dram.model;
@@ -203,6 +201,6 @@ fn others(path: &str, value: &Value, docs: &[KeyDoc]) -> Vec<Value> {
 }
 
 /// All keys with their candidates, in the order of the files.
-pub fn candidates(keys: &[Key], base: &System, step: f64) -> Vec<Vec<Candidate>> {
+pub(super) fn candidates(keys: &[Key], base: &System, step: f64) -> Vec<Vec<Candidate>> {
     keys.par_iter().map(|key| key.candidates(base, step)).collect()
 }
