@@ -48,7 +48,7 @@ pub fn significant(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
-/// A frame rate that somebody chose: `60`, `72`, `59.94`.
+/// A frame rate that was set, not measured: `60`, `72`, `59.94`.
 pub fn rate(fps: f64) -> String {
     let text = format!("{fps:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -90,7 +90,7 @@ impl Chart {
     /// As SVG.
     ///
     /// # Errors
-    /// [`DrawError`], which would be a mistake of ours.
+    /// [`DrawError`]: a defect of this crate.
     pub fn svg(&self) -> Result<String, DrawError> {
         let drawn = render::drawn(self).and_then(|scene| render::svg::svg(&scene));
         drawn.map_err(|reason| self.failed(reason))
@@ -99,7 +99,7 @@ impl Chart {
     /// As PNG, 1920 x 1080 pixels.
     ///
     /// # Errors
-    /// [`DrawError`], which would be a mistake of ours.
+    /// [`DrawError`]: a defect of this crate.
     pub fn png(&self) -> Result<Vec<u8>, DrawError> {
         let drawn = render::drawn(self).and_then(|scene| render::png::png(&scene));
         drawn.map_err(|reason| self.failed(reason))
@@ -108,7 +108,7 @@ impl Chart {
     /// As PDF of one page.
     ///
     /// # Errors
-    /// [`DrawError`], which would be a mistake of ours.
+    /// [`DrawError`]: a defect of this crate.
     pub fn pdf(&self) -> Result<Vec<u8>, DrawError> {
         let drawn = render::drawn(self).and_then(|scene| render::pdf::pdf(&scene));
         drawn.map_err(|reason| self.failed(reason))
@@ -119,7 +119,7 @@ impl Chart {
     }
 }
 
-/// A chart could not be drawn, which is a mistake of ours.
+/// A chart could not be drawn: a defect of this crate.
 #[derive(Debug, thiserror::Error)]
 #[error("chart {chart}: {reason}; please report this")]
 pub struct DrawError {

@@ -48,7 +48,7 @@ type Drawn = Result<(), String>;
 /// The page of a chart.
 ///
 /// # Errors
-/// What the drawing library said, which would be a mistake of ours.
+/// Why a chart could not be drawn, in the words of the drawing library: a defect of this crate.
 pub(crate) fn drawn(chart: &Chart) -> Result<Scene, String> {
     let page = Page::new();
     page::draw(&page, chart)?;

@@ -18,7 +18,7 @@ pub mod drive;
 pub mod energy;
 pub mod mapping;
 pub mod stats;
-pub mod windowed;
+mod windowed;
 
 pub use banked::{Banked, Request, Span};
 pub use device::{Device, Energy};

@@ -18,7 +18,7 @@ pub mod paper;
 pub mod session;
 pub mod store;
 pub mod system;
-pub mod trace_file;
+mod trace_file;
 pub mod watch;
 pub mod window;
 

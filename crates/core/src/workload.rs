@@ -71,7 +71,7 @@ impl Geometry {
     }
 
     /// Bytes of a bitmap in [`FrameWorkload::bitmaps`].
-    pub fn bitmap_bytes(&self) -> usize {
+    pub(crate) fn bitmap_bytes(&self) -> usize {
         self.subtiles().div_ceil(8) as usize
     }
 }
@@ -178,7 +178,7 @@ pub struct StoragePrefix {
 /// What only foveated frames have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoveaWork {
-    /// Where somebody looks.
+    /// The gaze and the screen.
     pub gaze: ScreenGaze,
     /// The region of every tile, 0 for R1 to 3 for R4, row-major.
     pub regions: Vec<u8>,
@@ -192,7 +192,7 @@ pub struct FoveaWork {
 pub const STORAGE_BLOCK: u64 = 32;
 /// Scenes of more records have no [`FrameWorkload::storage`]: it would take more room than the
 /// trace (which may hold few of them).
-pub const STORAGE_RECORDS_MAX: u64 = 1 << 27;
+pub(crate) const STORAGE_RECORDS_MAX: u64 = 1 << 27;
 
 /// A binned frame: everything that a machine of this geometry needs.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,11 +1,11 @@
-//! Foveation: where somebody looks, how coarsely the eye sees the rest, and which level of a model
-//! each tile shows. `docs/foveation.md` has the formulas.
+//! Foveation: the gaze, the size of the eye's pooling regions around it, and the level of a model
+//! that each tile shows. `docs/foveation.md` has the formulas.
 //!
-//! [`EccentricityMap`] knows eccentricity, pooling size and level of every place of a screen,
+//! [`EccentricityMap`] gives eccentricity, pooling size and level at every point of a screen,
 //! [`TileLevels`] the levels of the tiles of a grid and how neighbouring levels are blended,
-//! [`GazeStream`] where somebody looks over time.
+//! [`GazeStream`] the gaze over time.
 
-pub mod eccentricity;
+mod eccentricity;
 pub mod stream;
 pub mod tiles;
 
@@ -98,7 +98,7 @@ impl Screen {
     }
 }
 
-/// Where somebody looks on which screen, as traces keep it.
+/// A gaze on a screen, as traces keep it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScreenGaze {
     /// Gaze, shares of width and height from the upper left corner.
@@ -108,10 +108,10 @@ pub struct ScreenGaze {
 }
 
 impl ScreenGaze {
-    /// The sight of a picture of `width` x `height` pixels.
+    /// The eccentricity map of a picture of `size` pixels, width and height.
     ///
     /// # Errors
-    /// A gaze outside the picture, or a screen that cannot be.
+    /// [`GazeError`]: a gaze outside the picture, or an impossible screen.
     pub fn eccentricity_map(&self, size: [u32; 2]) -> Result<EccentricityMap, GazeError> {
         // The same numbers whether they come from a trace or not.
         EccentricityMap::on(self.screen, self.point.map(f64::from), size)

@@ -27,7 +27,7 @@ pub const TRANSMITTANCE_MIN: f32 = 1e-4;
 /// Gaussians nearer than this (view-space depth) are culled.
 pub const NEAR: f32 = 0.2;
 /// The largest tile side: traces keep every splat that a tile of this size could touch.
-pub const TILE_MAX: u32 = 64;
+pub(crate) const TILE_MAX: u32 = 64;
 
 /// A Gaussian projected to the image, as stored in traces (32 bytes).
 #[derive(Debug, Clone, Copy, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]

@@ -95,7 +95,7 @@ pub struct Fovea {
 }
 
 impl Fovea {
-    /// Where somebody looks.
+    /// The gaze and the screen.
     pub fn screen_gaze(&self) -> ScreenGaze {
         ScreenGaze { point: self.gaze, screen: self.screen }
     }

@@ -37,7 +37,7 @@ const BANDS: usize = 6;
 /// Maps of a channel that are pooled: the highest frequencies, and the bands of all levels.
 const MAPS: usize = 1 + LEVELS * BANDS;
 /// Compared maps: mean and deviation of each pooled one, and the lowest frequencies.
-pub const STATISTICS: usize = 2 * MAPS + 1;
+pub(crate) const STATISTICS: usize = 2 * MAPS + 1;
 /// Sides of pictures are brought up to multiples of this.
 const MULTIPLE: u32 = 32;
 /// Largest side, pixels.

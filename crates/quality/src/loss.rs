@@ -24,7 +24,7 @@ use powergs_frame::display::Display;
 use window::LANES;
 
 /// Weight of the structural part of the loss.
-pub const SSIM_WEIGHT: f64 = 0.2;
+pub(crate) const SSIM_WEIGHT: f64 = 0.2;
 
 /// What a loss is made of.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -4,7 +4,7 @@
 //! of them can reach α = 1/255 at all; only those are evaluated. α is computed as an exponential of
 //! base 2 with the opacity folded in: α = 2^p, p = A δx² + B δx δy + C δy² + log₂ o.
 //!
-//! A pixel that stopped has transmittance 0 while the block is worked on, and its true one aside.
+//! While a block is blended, a stopped pixel has transmittance 0; its true one is kept apart.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
@@ -18,11 +18,11 @@ pub const BLOCK: usize = 16;
 /// log₂(1/255).
 pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
 /// No stop.
-pub const OPEN: u32 = u32::MAX;
+pub(crate) const OPEN: u32 = u32::MAX;
 
 /// What a level of a foveated model changes of a splat.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Tint {
+pub(crate) struct Tint {
     pub(super) log_opacity: f32,
     pub(super) colour: [f32; 3],
 }
@@ -173,7 +173,7 @@ impl Block {
     }
 
     /// Starts over with the top-left pixel at (x, y), of which `width` x `height` pixels take part.
-    pub fn reset<R: Record>(&mut self, x: u32, y: u32, width: usize, height: usize) {
+    pub(crate) fn reset<R: Record>(&mut self, x: u32, y: u32, width: usize, height: usize) {
         self.transmittance = [[0.0; BLOCK]; BLOCK];
         for row in self.transmittance.iter_mut().take(height) {
             row[..width].fill(1.0);
@@ -224,7 +224,7 @@ impl Block {
     }
 
     /// Writes row `y` of the image over `background` to `out`.
-    pub fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
+    pub(crate) fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
         for (c, &behind) in background.iter().enumerate() {
             let row = self.row(y, c, behind);
             for (x, pixel) in out.iter_mut().enumerate() {
@@ -278,7 +278,7 @@ pub trait Record: Copy + Send + Sync {
 
 /// The image alone.
 #[derive(Debug, Clone, Copy)]
-pub struct ImageOnly;
+pub(crate) struct ImageOnly;
 impl Record for ImageOnly {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
@@ -305,7 +305,7 @@ impl Record for Dominance {
 
 /// What the backward pass needs.
 #[derive(Debug, Clone, Copy)]
-pub struct Taped;
+pub(crate) struct Taped;
 impl Record for Taped {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;

@@ -63,14 +63,14 @@ pub struct FoveatedFrame {
     pub second: [Vec<u32>; 3],
     /// Tiles, row-major.
     pub tiles: Vec<FoveatedTile>,
-    /// Where somebody looks.
+    /// The gaze and the screen.
     pub gaze: ScreenGaze,
 }
 
 /// Renders one view of a foveated model. [`Detail::Dominance`] counts as [`Detail::Counters`].
 ///
 /// # Errors
-/// A gaze outside of the picture, or a screen that cannot be.
+/// [`GazeError`]: a gaze outside the picture, or an impossible screen.
 pub fn render_foveated(
     model: &Foveated,
     camera: &Camera,

@@ -13,10 +13,10 @@ const STRENGTH: f32 = 0.4;
 const CROSS: f32 = 0.012;
 
 /// The picture with tinted tiles (a mixture where two levels are blended), lines between regions
-/// and a cross where somebody looks.
+/// and a cross at the gaze.
 ///
 /// # Errors
-/// A gaze or a screen that cannot be.
+/// [`GazeError`]: a gaze outside the picture, or an impossible screen.
 pub fn draw(picture: &Picture, gaze: &ScreenGaze) -> Result<Picture, GazeError> {
     let (width, height) = (picture.width, picture.height);
     let map = gaze.eccentricity_map([width, height])?;

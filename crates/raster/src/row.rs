@@ -25,7 +25,7 @@ pub struct TileCount {
 /// Where one row of tiles is written: lines of the image, row-major. Columns that are not recorded
 /// are empty.
 #[derive(Debug)]
-pub struct RowTarget<'a> {
+pub(crate) struct RowTarget<'a> {
     /// Pixels.
     pub pixels: &'a mut [[f32; 3]],
     /// Stop ranks (only if counted).
@@ -92,7 +92,7 @@ impl Keep for Everything {
 }
 
 /// Renders row `ty` into `out`; returns the counts of its tiles, left to right.
-pub fn render_row<R: Record>(
+pub(crate) fn render_row<R: Record>(
     shared: &Shared<'_>,
     ty: u32,
     record: R,

@@ -57,7 +57,7 @@ pub struct Bounds {
 
 impl Bounds {
     /// Length of the diagonal, world units.
-    pub fn diagonal(&self) -> f64 {
+    pub(crate) fn diagonal(&self) -> f64 {
         let side = |axis: usize| f64::from(self.max[axis]) - f64::from(self.min[axis]);
         (0..3).map(|axis| side(axis).powi(2)).sum::<f64>().sqrt()
     }

@@ -1,4 +1,4 @@
-//! Small foveated models, and somebody who looks at them.
+//! Small foveated models, and gazes at them.
 
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::scene::Gaussians;

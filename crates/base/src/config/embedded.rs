@@ -67,10 +67,10 @@ pub const SWEEPS: &[Embedded] =
     embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-energy");
 
 /// Where the numbers come from.
-pub const REFERENCES: &str = include_str!("../../../../arch-configs/references.toml");
+pub(crate) const REFERENCES: &str = include_str!("../../../../arch-configs/references.toml");
 
 /// Every assumption with its knob.
-pub const ASSUMPTIONS: &str = include_str!("../../../../arch-configs/assumptions.toml");
+pub(crate) const ASSUMPTIONS: &str = include_str!("../../../../arch-configs/assumptions.toml");
 
 /// Keys that move nothing under a condition.
 pub const INERT: &str = include_str!("../../../../arch-configs/inert.toml");

@@ -1,6 +1,6 @@
 //! "Did you mean".
 
-/// Longer words are not compared: nobody mistypes that much.
+/// Longer words are not compared: they are no typing errors.
 const WORD_MAX: usize = 64;
 
 /// The candidate that `word` is most likely a typo of, if one is near enough.

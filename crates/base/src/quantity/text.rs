@@ -13,7 +13,7 @@ use super::{
     SquareMillimetres, Watts,
 };
 
-/// The longest text that is looked at; nobody writes a longer number.
+/// Longest text that is parsed, bytes. No sensible number is longer.
 const MAX_LEN: usize = 64;
 
 /// A unit: its name, and its size as `10^ten * 2^two` base units.

@@ -43,7 +43,7 @@ fn rgb(colour: BackendColor) -> Rgb {
 type Result = std::result::Result<(), DrawingErrorKind<Infallible>>;
 
 /// The backend. Its shapes are shared, so that they outlive the drawing area that owns it.
-pub struct Recorder {
+pub(crate) struct Recorder {
     /// Backend units.
     pub size: (u32, u32),
     /// What was drawn.

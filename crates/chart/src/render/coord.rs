@@ -9,7 +9,7 @@ use plotters::coord::types::RangedCoordf64;
 use crate::{Axis, Scale};
 
 /// An axis of a panel with the ticks that have room.
-pub struct Coord {
+pub(crate) struct Coord {
     inner: Inner,
     /// Its values, ascending.
     range: Range<f64>,

@@ -12,7 +12,7 @@ const SMALL: f64 = 0.547;
 
 /// From the middle of a line of text down to its base line, of an em: between the middle of
 /// capitals and that of small letters.
-pub const MIDDLE: f64 = (CAPITALS + SMALL) / 4.0;
+pub(crate) const MIDDLE: f64 = (CAPITALS + SMALL) / 4.0;
 
 /// A weight of the font.
 struct Weight {
@@ -34,7 +34,7 @@ fn read(bytes: &'static [u8]) -> Weight {
 
 /// Takes the outlines of letters, page units relative to the left end of the base line; y grows
 /// upwards.
-pub trait Pen {
+pub(crate) trait Pen {
     /// Begins a contour.
     fn start(&mut self, x: f64, y: f64);
     /// A straight line.

@@ -31,7 +31,7 @@ fn words(entry: &Entry) -> Words {
 }
 
 /// Room for a symbol and its distance to the name.
-pub fn symbol_width(symbol: Symbol) -> f64 {
+pub(crate) fn symbol_width(symbol: Symbol) -> f64 {
     match symbol {
         Symbol::Line(_) | Symbol::Curve(_) | Symbol::Dashed(_) => 42.0,
         Symbol::None => 0.0,

@@ -28,7 +28,7 @@ const HEIGHT: f64 = 20.0;
 type Context<'c> = ChartContext<'c, Recorder, Cartesian2d<Coord, Coord>>;
 
 /// A panel being drawn.
-pub struct Plot<'p, 'c> {
+pub(crate) struct Plot<'p, 'c> {
     page: &'p Page,
     panel: &'p Panel,
     chart: &'p mut Context<'c>,

@@ -25,7 +25,7 @@ const BANDS: u32 = 40;
 
 /// Room around a plot, page units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Edges {
+pub(crate) struct Edges {
     /// For names or labels, and the title of the axis.
     pub left: f64,
     /// For texts at the right, and labels that reach over.

@@ -10,7 +10,7 @@ use super::font::{self, Pen};
 use super::scene::{HALO, Point, Rgb, Scene, Shape, Text};
 
 /// Pixels per page unit.
-pub const ZOOM: f32 = 1.5;
+pub(crate) const ZOOM: f32 = 1.5;
 
 /// The PNG of a page.
 ///

@@ -79,7 +79,7 @@ pub struct Text {
 }
 
 /// Width of the white around letters, page units.
-pub const HALO: f64 = 5.0;
+pub(crate) const HALO: f64 = 5.0;
 
 /// A finished page.
 #[derive(Debug, Clone, Default)]

@@ -3,13 +3,13 @@
 //! Rule: a bank serves one access of one word per cycle, or one read and one write with two ports.
 //! Streams (records, rows of keys, features, pixels) are interleaved over the banks word by word,
 //! so they take `ceil(accesses / banks)` cycles, and a unit that needs fewer stalls for the rest.
-//! The keys that a QSU deals to its parts go to banks that nobody can plan: of a random accesses a
-//! cycle, `b (1 - (1 - 1/b)^a)` are served (A39).
+//! A QSU writes keys to the part that their value selects, so these accesses hit random banks: of
+//! `a` accesses in a cycle, `b` banks serve `b (1 - (1 - 1/b)^a)` on average (A39).
 
 use super::divide::Divisor;
 use super::machine::{BufferSpec, Ports};
 
-/// The banks of the share of one unit or core.
+/// The banks of a buffer, as one unit or core sees its share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Banks {
     banks: Divisor,
@@ -27,12 +27,12 @@ impl Banks {
         }
     }
 
-    /// Words of `records` records of `bytes` each, every one beginning at a word of its own.
+    /// Words of `records` records of `bytes` each; every record begins at a new word.
     pub fn words_of_records(&self, records: u64, bytes: u64) -> u64 {
         records * self.word.div_ceil(bytes)
     }
 
-    /// Words of `bytes` in a row.
+    /// Words of `bytes` contiguous bytes.
     #[inline]
     pub fn words(&self, bytes: u64) -> u64 {
         self.word.div_ceil(bytes)
@@ -50,8 +50,8 @@ impl Banks {
         self.banks.div_ceil(accesses).saturating_sub(cycles)
     }
 
-    /// Cycles beyond `cycles` when `keys` keys of `bytes` are read in a row and dealt to random
-    /// banks, each word once.
+    /// Cycles beyond `cycles` when `keys` keys of `bytes` are read as a stream and written to
+    /// random banks, each word once.
     pub fn excess_of_dealing(&self, keys: u64, bytes: u64, cycles: u64) -> u64 {
         let words = self.words(keys * bytes);
         let each_way = words as f64 / cycles.max(1) as f64;

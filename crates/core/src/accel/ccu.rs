@@ -120,7 +120,7 @@ impl Ccu {
     }
 
     /// Charges the table of levels of `tiles` tiles, once a frame.
-    pub fn charge_levels(&self, tiles: u64, actions: &mut ActionCounts) {
+    pub(crate) fn charge_levels(&self, tiles: u64, actions: &mut ActionCounts) {
         let stage = Stage::Preprocessing;
         let bytes = self.output.words(tiles * LEVEL_ENTRY) * self.output.word();
         actions.charge(stage, Action::ObbTest, LEVEL_AS_TESTS * tiles);

@@ -23,7 +23,7 @@ pub struct Arrival(u64);
 
 impl Arrival {
     /// Nothing is waited for.
-    pub const NOW: Arrival = Arrival(0);
+    pub(crate) const NOW: Arrival = Arrival(0);
 }
 
 /// What is asked for.
@@ -120,7 +120,7 @@ impl<'a> Memory<'a> {
 
     /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
     /// which they were issued.
-    pub fn keeps_order(&self) -> bool {
+    pub(crate) fn keeps_order(&self) -> bool {
         matches!(self.timer, Timer::Flat(_))
     }
 
@@ -201,7 +201,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Cycle in which a request completes, if that is known already; otherwise 0.
-    pub fn known_end(&self, arrival: Arrival) -> u64 {
+    pub(crate) fn known_end(&self, arrival: Arrival) -> u64 {
         match self.at(arrival) {
             NEVER => 0,
             cycle => cycle,
@@ -233,7 +233,7 @@ impl<'a> Memory<'a> {
     }
 
     /// Goes on where a channel of the same rate was.
-    pub fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
+    pub(crate) fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
         self.timer = Timer::Flat(channel);
         self.traffic = traffic;
     }

@@ -71,7 +71,7 @@ pub struct Rule<U: Unit>(Option<Arc<dyn UnitRule<U>>>);
 
 impl<U: Unit> Rule<U> {
     /// The rule of the unit itself.
-    pub const BUILT_IN: Rule<U> = Rule(None);
+    pub(crate) const BUILT_IN: Rule<U> = Rule(None);
 
     /// A rule of one's own.
     pub fn new(rule: impl UnitRule<U> + 'static) -> Self {

@@ -163,7 +163,7 @@ impl Planner<'_> {
 
 /// How far the list of a job has been sorted, and looked through.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SortProgress {
+pub(crate) struct SortProgress {
     sorted: u32,
     looked: u32,
 }

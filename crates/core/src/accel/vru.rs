@@ -64,7 +64,7 @@ const MIX_AS_PIXELS: u64 = 4;
 
 impl Vru {
     /// Bytes of a chunk in the feature buffer.
-    pub fn chunk_bytes(&self, chunk: &ChunkWork) -> u64 {
+    pub(crate) fn chunk_bytes(&self, chunk: &ChunkWork) -> u64 {
         let second = u64::from(chunk.seconds) * self.fovea.feature.0;
         u64::from(chunk.entries) * self.feature + second
     }
@@ -119,7 +119,7 @@ impl Vru {
     }
 
     /// α evaluations that a chunk executes.
-    pub fn alphas(&self, chunk: &ChunkWork) -> u64 {
+    pub(crate) fn alphas(&self, chunk: &ChunkWork) -> u64 {
         match self.spec.termination {
             Termination::Pixel => u64::from(self.executed(chunk).live_evaluations),
             Termination::Quad => u64::from(self.executed(chunk).quad_evaluations),
@@ -144,8 +144,8 @@ impl Vru {
         (pairs * self.subtile_pixels()).div_ceil(ALPHA_OPERATIONS)
     }
 
-    /// Charges the features of a chunk that nobody renders.
-    pub fn charge_unused(&self, entries: u32, actions: &mut ActionCounts) {
+    /// Charges the feature words of a chunk that was fetched and is not rendered.
+    pub(crate) fn charge_unused(&self, entries: u32, actions: &mut ActionCounts) {
         let words = self.features.words_of_records(u64::from(entries), self.feature);
         let bytes = words * self.features.word();
         actions.charge(Stage::Rendering, Action::SramWrite(Buffer::Feature), bytes);

@@ -52,27 +52,27 @@ pub struct Request {
 
 /// From when the latency of a read counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LatencyFrom {
+pub(crate) enum LatencyFrom {
     /// The CK in which its first burst entered.
     Entry,
     /// Its arrival.
     Arrival,
 }
 
-/// The memory at work.
+/// The state of a memory: its channels, and the front end that feeds them.
 #[derive(Debug, Clone)]
 pub struct Banked {
     rules: Rules,
     decoder: Decoder,
     channels: Vec<Channel>,
-    /// When to look at each channel.
+    /// The CK of the next step of each channel.
     wakes: Vec<u64>,
     fifos: Vec<Fifo>,
-    /// Channels that may accept a burst.
+    /// Channels that may accept a burst, one bit each.
     accepting: u64,
-    /// When the front end can do something.
+    /// The CK in which the front end can do something.
     front_due: u64,
-    /// The next CK that may be looked at.
+    /// The first CK that has not been simulated.
     floor: u64,
     /// Requests in program order, of which not all bursts have entered.
     order: VecDeque<u32>,
@@ -82,15 +82,19 @@ pub struct Banked {
     cursor: (u64, u64),
     /// Which of the bursts in the window were accepted, by number modulo the length.
     accepted: Vec<bool>,
+    /// Most bursts between the oldest that no controller has accepted and the next, exclusive.
     window: u64,
+    /// Number of the next burst in program order.
     next: u64,
+    /// Number of the oldest burst that no controller has accepted.
     oldest: u64,
+    /// Most bursts that a controller accepts in a CK.
     acceptances: u32,
     reads_max: u64,
     reads_in_flight: u64,
     latency_from: LatencyFrom,
     latency: u64,
-    /// Requests with bursts that no command was issued for.
+    /// Requests with bursts for which no column command was issued.
     working: usize,
     /// Completed requests: when, ticket, slot.
     done: BinaryHeap<Reverse<(u64, u32, u32)>>,
@@ -138,7 +142,7 @@ impl Banked {
 
     /// The same, with the latency of reads counted from another moment.
     #[must_use]
-    pub fn with_latency_from(mut self, from: LatencyFrom) -> Banked {
+    pub(crate) fn with_latency_from(mut self, from: LatencyFrom) -> Banked {
         self.latency_from = from;
         self
     }
@@ -220,11 +224,6 @@ impl Banked {
         self.rules.burst_bytes
     }
 
-    /// Whether no request is on its way.
-    pub fn is_idle(&self) -> bool {
-        self.working == 0 && self.done.is_empty()
-    }
-
     /// What it did so far.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
@@ -243,7 +242,7 @@ impl Banked {
         stats
     }
 
-    /// The next CK in which anything happens; the far future when nobody waits.
+    /// The next CK in which anything happens; `u64::MAX` when no request is under way.
     fn next_tick(&self) -> u64 {
         if self.working == 0 {
             return u64::MAX;
@@ -251,7 +250,7 @@ impl Banked {
         self.wakes.iter().fold(self.front_due, |a, b| a.min(*b))
     }
 
-    /// Skips refreshes of a long time without requests: only their number matters.
+    /// Skips the refreshes of a long idle time: only their number matters.
     fn skip_refreshes(&mut self, tick: u64) {
         let long = tick.saturating_add(4 * self.rules.refresh_interval);
         if self.front_due <= long || self.next != self.oldest || self.front_due == u64::MAX {

@@ -23,7 +23,7 @@ use super::windowed::Windowed;
 use powergs_base::quantity::Bytes;
 
 /// Requests of a run in mode `idle`.
-pub const IDLE_REQUESTS: usize = 8192;
+pub(crate) const IDLE_REQUESTS: usize = 8192;
 
 /// Requests that are handed to the memory before the first of them completed.
 const AHEAD: usize = 4096;
@@ -103,7 +103,7 @@ pub struct Run {
 }
 
 /// The device as a mode uses it.
-pub fn device_for(device: &Device, mode: Mode) -> Device {
+pub(crate) fn device_for(device: &Device, mode: Mode) -> Device {
     let mut device = device.clone();
     match mode {
         Mode::Parallel(n) => device.front_end.reads_in_flight = n,

@@ -82,12 +82,12 @@ impl CommandPrices {
     }
 
     /// Background power while all channels have open rows, watts.
-    pub fn active_w(&self) -> f64 {
+    pub(crate) fn active_w(&self) -> f64 {
         self.background_w[0] * self.channels
     }
 
     /// Background power while all channels are powered down, watts.
-    pub fn power_down_w(&self) -> f64 {
+    pub(crate) fn power_down_w(&self) -> f64 {
         self.background_w[2] * self.channels
     }
 }

@@ -1,7 +1,7 @@
 //! What a memory did: bytes, commands, busy buses, latencies.
 
 /// Classes of requests that statistics keep apart.
-pub const CLASSES: usize = 4;
+pub(crate) const CLASSES: usize = 4;
 
 /// What a memory did. Times are in CK.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -30,13 +30,13 @@ pub struct Stats {
     pub busy_max: u64,
     /// Mean of that over all data buses.
     pub busy_mean: f64,
-    /// Channel CK with a row open, nobody sleeping.
+    /// Channel CK awake with a row open.
     pub active: u64,
     /// Channel CK in power-down.
     pub power_down: u64,
     /// Channel CK in self-refresh.
     pub self_refresh: u64,
-    /// The last CK that was looked at.
+    /// The last simulated CK.
     pub until: u64,
     /// Latency of read requests.
     pub latency: Latency,

@@ -186,7 +186,7 @@ fn read<T>(
     tables().map_err(|what| AccelergyError::Shape { root, what })
 }
 
-/// Tables by the last part of their name; those that nobody looks for are left out.
+/// Tables by the last part of their name; those whose name is not wanted are left out.
 fn by_name<T>(
     root: &'static str,
     file: Tables<T>,

@@ -102,7 +102,7 @@ pub enum PriceError {
         /// Name of the energy table.
         table: String,
     },
-    /// Prices of commands, and nobody counts commands.
+    /// Prices of DRAM commands for a machine whose DRAM model counts none.
     #[error(
         "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
          and the `bandwidth` model counts none: set `dram.model = \"banked\"` or \"window\" in the \
@@ -121,7 +121,7 @@ pub struct Built<'a> {
     pub inventory: &'a Inventory,
     /// Share of its leakage that a unit without work keeps: 1 without power gating.
     pub idle_leakage: f64,
-    /// What the DRAM device costs; `None` where nobody counts its commands.
+    /// What the DRAM device costs; `None` where its commands are not counted.
     pub device: Option<DramCosts>,
 }
 
@@ -130,7 +130,7 @@ impl EnergyTable {
     ///
     /// # Errors
     /// Everything that is wrong with it, each with its line: also prices that are zero without
-    /// `free = true`, sources that nobody knows, and nodes that nothing is known about.
+    /// `free = true`, unknown sources, and technology nodes without scaling factors.
     pub fn parse(text: &str) -> Result<EnergyTable, ConfigError> {
         let config = config::parse::<EnergyTable>(text, &[])?;
         let problems = check::problems(&config.value);

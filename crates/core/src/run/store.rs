@@ -43,7 +43,7 @@ impl fmt::Debug for Lock {
     }
 }
 
-/// A file on its way: nobody sees it before it is committed.
+/// A file that is being written: invisible to readers until it is committed.
 pub trait NewFile: Write + Send {
     /// Puts the file in its place, in one step.
     ///
@@ -85,7 +85,7 @@ pub trait Store: Send + Sync {
     /// process left half written.
     ///
     /// # Errors
-    /// [`RunError::Output`]: somebody else has it.
+    /// [`RunError::Output`]: another process holds the lock.
     fn lock(&self, name: &str, sharing: Sharing) -> Result<Lock, RunError>;
 
     /// Opens and reads all journals in a folder, which is made if it is not there. With `own`, that

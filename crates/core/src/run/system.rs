@@ -411,7 +411,7 @@ pub fn energy_table(file: &ConfigText, clock: Hertz) -> Result<EnergyTable, RunE
         .map_err(|e| RunError::config(origin, super::error::causes(&e)))
 }
 
-/// An error without its place in a text that nobody has seen.
+/// An error without its line, which would be a line of a text that the user never saw.
 fn one_line(error: &dyn std::error::Error) -> String {
     let text = error.to_string();
     let lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.contains('|'));

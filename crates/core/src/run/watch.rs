@@ -22,5 +22,5 @@ pub trait Watch: Sync {
     fn frame_done(&self) {}
 }
 
-/// Runs to the end and tells nobody.
+/// Runs to the end without reporting progress.
 impl Watch for () {}

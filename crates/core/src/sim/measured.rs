@@ -63,7 +63,7 @@ impl Measured {
     }
 
     /// Hits and misses.
-    pub fn cache_summary(&self) -> Option<CacheSummary> {
+    pub(crate) fn cache_summary(&self) -> Option<CacheSummary> {
         let cache = self.cache.as_ref()?;
         Some(CacheSummary { hits: cache.hit_loads, misses: cache.loads - cache.hit_loads })
     }

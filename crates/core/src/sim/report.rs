@@ -61,7 +61,7 @@ pub struct CycleReport {
     pub executed_evaluations: u64,
     /// Those of them whose pixel has not stopped.
     pub live_evaluations: u64,
-    /// What was measured of the order of the lists; `None` where nobody measured it.
+    /// Order of the sorted lists; `None` where it was not measured.
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,

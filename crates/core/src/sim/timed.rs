@@ -25,7 +25,7 @@ pub struct Timed {
     pub timing: FrameTiming,
     /// Clock of the machine.
     pub clock: Hertz,
-    /// What was measured of the order of the lists; `None` where nobody measured it.
+    /// Order of the sorted lists; `None` where it was not measured.
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,

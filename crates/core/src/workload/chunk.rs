@@ -10,7 +10,7 @@ const QUAD: usize = 4;
 
 /// The pixels of one tile inside the image, row by row.
 #[derive(Debug, Clone, Copy)]
-pub struct TilePixels<'a> {
+pub(crate) struct TilePixels<'a> {
     /// Pixels per row.
     pub width: u32,
     /// Entries that each pixel iterates.
@@ -41,7 +41,7 @@ struct Subtile {
 }
 
 /// Appends the fetched chunks of a tile, without their first loads.
-pub fn push_chunks(
+pub(crate) fn push_chunks(
     geometry: Geometry,
     tile: &TileWork,
     pixels: TilePixels,

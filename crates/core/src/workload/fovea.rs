@@ -11,7 +11,7 @@ use powergs_frame::trace::Fovea;
 
 /// The levels of tiles and splats of one frame.
 #[derive(Debug)]
-pub struct TileFovea<'a> {
+pub(crate) struct TileFovea<'a> {
     gaze: ScreenGaze,
     tiles: TileLevels,
     /// What decides which splats take part in which tiles.

@@ -13,7 +13,7 @@ use powergs_frame::splat::runs::Runs;
 
 /// Counts the groups of a frame, row-major, and sets the `group_end` of the chunks of `parts` (rows
 /// of tiles). Without groups there is nothing to do.
-pub fn count_groups(
+pub(crate) fn count_groups(
     runs: &Runs,
     fovea: Option<&TileFovea<'_>>,
     geometry: Geometry,

@@ -31,7 +31,7 @@ use super::FrameWorkload;
 use powergs_frame::splat::{Counters, FoveaCounters};
 
 /// Side of a tile, pixels: the formulas know no other.
-pub const TILE: u32 = 16;
+pub(crate) const TILE: u32 = 16;
 
 /// Counts of one stage. Real numbers, because padded tile values are means.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -17,7 +17,7 @@ const _: () = assert!(STORAGE_BLOCK == Word::BITS as u64);
 
 /// Where splats lie.
 #[derive(Debug, Default)]
-pub struct Storage {
+pub(crate) struct Storage {
     /// As [`FrameWorkload::slot`](super::FrameWorkload::slot).
     pub slot: Vec<u32>,
     /// As [`FrameWorkload::storage`](super::FrameWorkload::storage).

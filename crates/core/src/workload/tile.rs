@@ -9,7 +9,7 @@ use powergs_frame::trace::{Frame, NEVER};
 
 /// A binned row of tiles; positions are relative to the row.
 #[derive(Debug, Default)]
-pub struct RowPart {
+pub(crate) struct RowPart {
     /// Tiles, left to right.
     pub tiles: Vec<TileWork>,
     /// Fetched chunks, tile by tile.
@@ -21,7 +21,7 @@ pub struct RowPart {
 }
 
 /// Bins row `ty`.
-pub fn bin_row(
+pub(crate) fn bin_row(
     frame: &Frame,
     runs: &Runs,
     fovea: Option<&TileFovea<'_>>,

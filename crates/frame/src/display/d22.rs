@@ -46,7 +46,7 @@ const FOVEA: f64 = 8.5;
 /// Degrees from there to where the filter has its full strength.
 const RAMP: f64 = 3.0;
 
-/// Where somebody looks on a picture on a flat screen.
+/// A gaze at a picture on a flat screen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaze {
     x: f64,

@@ -1,4 +1,4 @@
-//! Where somebody looks over time: CSV files of an eye tracker.
+//! Gaze over time: CSV files of an eye tracker.
 //!
 //! The first line names the columns: `time_s,x,y` for both eyes together, or
 //! `time_s,left_x,left_y,right_x,right_y`. Times are seconds and ascend; gazes are shares of width

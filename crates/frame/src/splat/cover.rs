@@ -121,7 +121,7 @@ impl Cover {
     }
 
     /// As [`Cover::new`], for a caller that has [`Splat::conic`] at hand.
-    pub fn with_conic(
+    pub(crate) fn with_conic(
         splat: &Splat,
         conic: Option<[f32; 3]>,
         grid: TileGrid,
@@ -178,7 +178,7 @@ impl Cover {
 }
 
 /// The tiles of row `y` that hold a pixel which the ellipse may reach, unclipped, half open.
-pub fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
+pub(crate) fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
     let tile = i64::from(grid.tile);
     let (first, end) = ellipse.columns(i64::from(y) * tile, i64::from(y + 1) * tile)?;
     Some((first.div_euclid(tile), (end - 1).div_euclid(tile) + 1))

@@ -7,7 +7,7 @@
 use super::{TileGrid, cover::TileRect};
 
 /// The highest level of a splat.
-pub const LEVEL_MAX: u8 = 3;
+pub(crate) const LEVEL_MAX: u8 = 3;
 
 /// Tiles up to which all are asked.
 const MANY: u64 = 64;

@@ -45,7 +45,7 @@ impl Obb {
     }
 
     /// The test restricted to one row of tiles; `None` if the row is out of reach.
-    pub fn meets_row(&self, ty: u32) -> Option<ObbRow<'_>> {
+    pub(crate) fn meets_row(&self, ty: u32) -> Option<ObbRow<'_>> {
         let dy = (ty as f32 + 0.5) * self.tile - self.mean[1];
         let [c, s] = self.axis;
         (dy.abs() <= self.reach_image[1]).then_some(ObbRow { obb: self, along: [dy * s, dy * c] })
@@ -54,7 +54,7 @@ impl Obb {
 
 /// One row of tiles.
 #[derive(Debug, Clone, Copy)]
-pub struct ObbRow<'a> {
+pub(crate) struct ObbRow<'a> {
     obb: &'a Obb,
     along: [f32; 2],
 }

@@ -3,7 +3,7 @@
 use super::transform::Transform;
 
 /// Bytes are stored as they are.
-pub const STORED: u8 = 0;
+pub(crate) const STORED: u8 = 0;
 /// One zstd frame, or several one after the other.
 pub const ZSTD: u8 = 1;
 

@@ -1,4 +1,4 @@
-//! Where somebody looks.
+//! Eccentricity maps, levels of tiles, gaze streams.
 
 mod levels;
 mod stream;

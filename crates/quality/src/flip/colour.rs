@@ -46,7 +46,7 @@ pub fn linear_rgb(space: [f32; 3]) -> [f32; 3] {
 }
 
 /// CIELAB of a linear colour, chroma scaled by lightness: dark colours differ less (Hunt).
-pub fn hunt_lab(rgb: [f32; 3]) -> [f32; 3] {
+pub(crate) fn hunt_lab(rgb: [f32; 3]) -> [f32; 3] {
     const DELTA: f64 = 6.0 / 29.0;
     let [x, y, z] = relative(rgb).map(|t| {
         if t > DELTA * DELTA * DELTA { t.cbrt() } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }

@@ -10,18 +10,18 @@ use rayon::prelude::*;
 pub type Sensitivity = [(f64, f64); 2];
 
 /// Of lightness.
-pub const ACHROMATIC: Sensitivity = [(1.0, 0.0047), (0.0, 1e-5)];
+pub(crate) const ACHROMATIC: Sensitivity = [(1.0, 0.0047), (0.0, 1e-5)];
 /// Between red and green.
-pub const RED_GREEN: Sensitivity = [(1.0, 0.0053), (0.0, 1e-5)];
+pub(crate) const RED_GREEN: Sensitivity = [(1.0, 0.0053), (0.0, 1e-5)];
 /// Between blue and yellow.
-pub const BLUE_YELLOW: Sensitivity = [(34.1, 0.04), (13.5, 0.025)];
+pub(crate) const BLUE_YELLOW: Sensitivity = [(34.1, 0.04), (13.5, 0.025)];
 
 /// Width of the feature detectors, degrees.
 const FEATURE: f64 = 0.082;
 
 /// Weights along an axis, from −radius to radius.
 #[derive(Debug, Clone)]
-pub struct Kernel(Vec<f32>);
+pub(crate) struct Kernel(Vec<f32>);
 
 /// The kernels of feature detection.
 pub struct Features {

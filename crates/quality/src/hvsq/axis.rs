@@ -3,7 +3,7 @@
 /// Interpolation between two neighbours: full place i lies between `first[i]` and the one after,
 /// the share `weight[i]` of the way.
 #[derive(Debug, Clone)]
-pub struct Taps {
+pub(crate) struct Taps {
     /// The lower neighbour; never falls.
     pub first: Vec<u32>,
     /// The share of the upper neighbour; 0 where there is none.
@@ -32,7 +32,7 @@ impl Taps {
     }
 
     /// Two coarse rows interpolated to all full places.
-    pub fn widen(&self, coarse: [&[f32]; 2], full: &mut [Vec<f32>; 2]) {
+    pub(crate) fn widen(&self, coarse: [&[f32]; 2], full: &mut [Vec<f32>; 2]) {
         // Side by side, values and what comes next: one place to look for each full place.
         let next = |row: &[f32], j: usize| row.get(j + 1).map_or(0.0, |next| next - row[j]);
         let [a, b] = coarse;

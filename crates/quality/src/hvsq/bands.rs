@@ -145,7 +145,13 @@ fn opposite<S: Simd>(
 
 /// Row `y` of both even filters of a plane with a margin of 2.
 #[simd]
-pub fn split_row<S: Simd>(simd: S, from: &Plane, y: usize, high: &mut [f32], low: &mut [f32]) {
+pub(crate) fn split_row<S: Simd>(
+    simd: S,
+    from: &Plane,
+    y: usize,
+    high: &mut [f32],
+    low: &mut [f32],
+) {
     let rows = around(from, y);
     for i in (0..lanes(from.width)).step_by(LANES) {
         let middle = f32x16::from_slice(simd, &rows[2][i + 2..i + 2 + LANES]);
@@ -165,7 +171,7 @@ pub fn split_row<S: Simd>(simd: S, from: &Plane, y: usize, high: &mut [f32], low
 
 /// Row `y` of the six bands of a plane with a margin of 2.
 #[simd]
-pub fn bands_row<S: Simd>(simd: S, from: &Plane, y: usize, out: [&mut [f32]; BANDS]) {
+pub(crate) fn bands_row<S: Simd>(simd: S, from: &Plane, y: usize, out: [&mut [f32]; BANDS]) {
     let rows = around(from, y);
     let width = from.width;
     let [o0, o1, o2, o3, o4, o5] = out;
@@ -193,7 +199,12 @@ pub fn bands_row<S: Simd>(simd: S, from: &Plane, y: usize, out: [&mut [f32]; BAN
 /// Row `y`, from the margin of 2 on, of the adjoint of [`bands_row`] before margins are folded.
 /// The gradients have margins of 4 zeros.
 #[simd]
-pub fn bands_adjoint_row<S: Simd>(simd: S, from: &[Plane; BANDS], y: usize, out: &mut [f32]) {
+pub(crate) fn bands_adjoint_row<S: Simd>(
+    simd: S,
+    from: &[Plane; BANDS],
+    y: usize,
+    out: &mut [f32],
+) {
     for i in (0..lanes(from[0].width + 4)).step_by(LANES) {
         let mut sum = f32x16::splat(simd, 0.0);
         for b in 0..BANDS {
@@ -209,7 +220,7 @@ pub fn bands_adjoint_row<S: Simd>(simd: S, from: &[Plane; BANDS], y: usize, out:
 
 /// As [`bands_adjoint_row`], of [`split_row`].
 #[simd]
-pub fn split_adjoint_row<S: Simd>(
+pub(crate) fn split_adjoint_row<S: Simd>(
     simd: S,
     (high, low): (&Plane, &Plane),
     y: usize,

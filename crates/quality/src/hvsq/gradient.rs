@@ -42,14 +42,14 @@ impl Gradients {
     }
 
     /// Derivatives by the maps, in the order of the pyramid.
-    pub fn maps_mut(&mut self) -> impl Iterator<Item = &mut Plane> {
+    pub(crate) fn maps_mut(&mut self) -> impl Iterator<Item = &mut Plane> {
         self.channels
             .iter_mut()
             .flat_map(|c| std::iter::once(&mut c.high).chain(c.bands.iter_mut().flatten()))
     }
 
     /// The derivative by the lowest frequencies of a channel.
-    pub fn lowest_mut(&mut self, channel: usize) -> &mut Plane {
+    pub(crate) fn lowest_mut(&mut self, channel: usize) -> &mut Plane {
         &mut self.channels[channel].low[LEVELS]
     }
 

@@ -45,19 +45,19 @@ impl Plane {
     }
 
     /// Row `y` with whole vectors, without the left margin.
-    pub fn row_mut(&mut self, y: usize) -> &mut [f32] {
+    pub(crate) fn row_mut(&mut self, y: usize) -> &mut [f32] {
         let at = (y + self.margin) * self.stride + self.margin;
         &mut self.values[at..at + lanes(self.width)]
     }
 
     /// All rows without the margins above and below, each with its margins left and right.
-    pub fn body_mut(&mut self) -> &mut [f32] {
+    pub(crate) fn body_mut(&mut self) -> &mut [f32] {
         let at = self.margin * self.stride;
         &mut self.values[at..at + self.height * self.stride]
     }
 
     /// Row `y` of all rows, the margin above included, with its margins.
-    pub fn whole_row(&self, y: usize) -> &[f32] {
+    pub(crate) fn whole_row(&self, y: usize) -> &[f32] {
         &self.values[y * self.stride..(y + 1) * self.stride]
     }
 
@@ -80,7 +80,7 @@ impl Plane {
     }
 
     /// Means of squares of four; `half` has half the sides. Its margin is not touched.
-    pub fn halve(&self, half: &mut Plane) {
+    pub(crate) fn halve(&self, half: &mut Plane) {
         for y in 0..half.height {
             let (above, below) = (self.row(2 * y), self.row(2 * y + 1));
             let out = &mut half.row_mut(y)[..self.width / 2];
@@ -92,7 +92,7 @@ impl Plane {
     }
 
     /// Adds the adjoint of [`Plane::halve`].
-    pub fn add_doubled(&mut self, half: &Plane) {
+    pub(crate) fn add_doubled(&mut self, half: &Plane) {
         for y in 0..self.height {
             let from = half.row(y / 2);
             let width = self.width;

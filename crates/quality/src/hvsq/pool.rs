@@ -17,7 +17,7 @@ const FLOOR: f32 = 1e-7;
 
 /// Sums of squared differences over a map.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
+pub(crate) struct Sums {
     /// Of means.
     pub mean: f64,
     /// Of deviations.
@@ -225,7 +225,7 @@ fn pooling<S: Simd>(
 }
 
 /// Row `j` of both grids, interpolated to all columns.
-pub fn widen(x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
+pub(crate) fn widen(x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
     x.taps.widen(grid.rows(j), out);
 }
 

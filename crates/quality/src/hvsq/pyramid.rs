@@ -21,7 +21,7 @@ struct Channel {
 
 /// A picture taken apart.
 #[derive(Debug)]
-pub struct Pyramid {
+pub(crate) struct Pyramid {
     /// Size of pictures.
     pub size: [usize; 2],
     /// The same, brought up to multiples of 32.
@@ -66,7 +66,7 @@ impl Pyramid {
     }
 
     /// Takes a picture apart.
-    pub fn analyse(&mut self, pixels: &[[f32; 3]]) {
+    pub(crate) fn analyse(&mut self, pixels: &[[f32; 3]]) {
         self.colours(pixels);
         let level = Level::new();
         for channel in &mut self.channels {
@@ -129,7 +129,7 @@ fn opponent([r, g, b]: [f32; 3]) -> [f32; 3] {
 }
 
 /// The adjoint of [`opponent`], which is linear but for a constant.
-pub fn opponent_adjoint([y, cr, cb]: [f32; 3]) -> [f32; 3] {
+pub(crate) fn opponent_adjoint([y, cr, cb]: [f32; 3]) -> [f32; 3] {
     let y = y - 0.713 * cr - 0.564 * cb;
     [0.299 * y + 0.713 * cr, 0.587 * y, 0.114 * y + 0.564 * cb]
 }

@@ -18,7 +18,7 @@ pub struct Reference {
 
 /// The statistics of one map.
 #[derive(Debug)]
-pub struct MapReference {
+pub(crate) struct MapReference {
     /// The map, where some pooling changes nothing.
     map: Option<Plane>,
     /// Per pooling; `None` where it changes nothing.

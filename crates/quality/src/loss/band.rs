@@ -68,7 +68,7 @@ impl<'a> Job<'a> {
 
 /// Sums over values.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Sums {
+pub(crate) struct Sums {
     /// Absolute differences; NaN if a value is not finite.
     pub l1: f64,
     /// Squared differences of clamped values.

@@ -9,11 +9,11 @@ use fearless_simd::prelude::*;
 /// Values that are worked on at a time.
 pub const LANES: usize = 16;
 /// Pixels on each side of the middle.
-pub const RADIUS: usize = 5;
+pub(crate) const RADIUS: usize = 5;
 /// Pixels of the window along an axis.
-pub const TAPS: usize = 2 * RADIUS + 1;
+pub(crate) const TAPS: usize = 2 * RADIUS + 1;
 /// Values on each side of a padded row.
-pub const PAD: usize = 3 * RADIUS;
+pub(crate) const PAD: usize = 3 * RADIUS;
 
 const SIGMA: f64 = 1.5;
 
@@ -71,7 +71,7 @@ impl<const MAPS: usize> Ring<MAPS> {
     }
 
     /// Where row `y` of map `map` goes, over the row 11 above it.
-    pub fn row_mut(&mut self, map: usize, y: usize) -> &mut [f32] {
+    pub(crate) fn row_mut(&mut self, map: usize, y: usize) -> &mut [f32] {
         let at = ((y % TAPS) * MAPS + map) * self.stride;
         &mut self.values[at..at + self.stride]
     }

@@ -27,7 +27,7 @@ pub struct Map {
 
 /// The weights of a convolution, in the order in which they are used.
 #[derive(Debug, Clone)]
-pub struct Filters {
+pub(crate) struct Filters {
     /// Per [`LANES`] outputs: kernel rows, kernel columns, inputs.
     weights: Vec<[f32; LANES]>,
     /// Per [`LANES`] outputs.

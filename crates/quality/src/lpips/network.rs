@@ -2,7 +2,7 @@
 
 /// A convolution with ReLU.
 #[derive(Debug)]
-pub struct Convolution {
+pub(crate) struct Convolution {
     /// What its tensors are called: `net.NAME.weight`, `net.NAME.bias`.
     pub name: &'static str,
     /// Channels of its input.
@@ -37,7 +37,7 @@ pub struct Slice {
 
 /// A network.
 #[derive(Debug)]
-pub struct Network {
+pub(crate) struct Network {
     /// As the package of Python calls it.
     pub name: &'static str,
     /// The name for people.
@@ -114,14 +114,14 @@ pub static VGG: Network = Network {
 
 impl Convolution {
     /// Side of the output for an input of `side`; `None` if the kernel does not fit.
-    pub fn output_side(&self, side: usize) -> Option<usize> {
+    pub(crate) fn output_side(&self, side: usize) -> Option<usize> {
         Some((side + 2 * self.pad).checked_sub(self.side)? / self.stride + 1)
     }
 }
 
 impl Pool {
     /// As [`Convolution::output_side`].
-    pub fn output_side(&self, side: usize) -> Option<usize> {
+    pub(crate) fn output_side(&self, side: usize) -> Option<usize> {
         Some(side.checked_sub(self.side)? / self.stride + 1)
     }
 }
@@ -135,7 +135,7 @@ impl Slice {
 
 impl Network {
     /// The smallest side, pixels, of which something is left at the end.
-    pub fn least_side(&self) -> u32 {
+    pub(crate) fn least_side(&self) -> u32 {
         let fits = |side: &u32| {
             let mut side = Some(*side as usize);
             for slice in self.slices {

@@ -1,8 +1,7 @@
 //! Splats in the form that blending uses, in all levels that tiles show them in.
 //!
-//! A paint is that of the lowest level in which a splat is shown and carries what the next one
-//! changes: most splats touch few tiles and need no more. What further levels change stands in a
-//! list aside.
+//! A paint holds the lowest level in which a splat is shown, and the changes of the next level:
+//! most splats touch few tiles and need no more. A separate list has the changes of further levels.
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
@@ -80,7 +79,7 @@ impl LevelPaints {
     }
 
     /// The paints of a level.
-    pub fn of_level(&self, level: u8) -> OfLevel<'_> {
+    pub(crate) fn of_level(&self, level: u8) -> OfLevel<'_> {
         OfLevel { paints: &self.paints, further: &self.further, level: u32::from(level) }
     }
 }
@@ -110,7 +109,7 @@ impl OfLevel<'_> {
     /// As [`Palette::fetch`], and what the next level makes of the same splats: one of no opacity
     /// where it does not have them.
     #[inline(always)]
-    pub fn fetch_two(
+    pub(crate) fn fetch_two(
         &self,
         entries: &[Entry],
         near: &mut [Paint; BATCH],

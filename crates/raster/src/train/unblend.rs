@@ -36,7 +36,7 @@ impl Kind for Everything {
 
 /// Opacity and colour; the others stay as they are.
 #[derive(Debug, Clone, Copy)]
-pub struct ColourOpacity;
+pub(crate) struct ColourOpacity;
 impl Kind for ColourOpacity {
     const GEOMETRY: bool = false;
 }
@@ -44,7 +44,7 @@ impl Kind for ColourOpacity {
 /// The state of one block.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
-pub struct UnblendBlock {
+pub(crate) struct UnblendBlock {
     /// 0 where the pixel stopped.
     transmittance: Rows,
     /// g·B.
@@ -69,7 +69,7 @@ impl UnblendBlock {
     }
 
     /// Starts over with the top-left pixel at (x, y); no pixel takes part.
-    pub fn reset(&mut self, x: u32, y: u32) {
+    pub(crate) fn reset(&mut self, x: u32, y: u32) {
         self.transmittance = [[0.0; BLOCK]; BLOCK];
         self.behind = [[0.0; BLOCK]; BLOCK];
         self.gradient = [[[0.0; BLOCK]; BLOCK]; 3];
@@ -77,7 +77,7 @@ impl UnblendBlock {
     }
 
     /// Lets the pixels of row `y` take part, given their final colours and gradients.
-    pub fn load_row(&mut self, y: usize, colours: &[[f32; 3]], gradients: &[[f32; 3]]) {
+    pub(crate) fn load_row(&mut self, y: usize, colours: &[[f32; 3]], gradients: &[[f32; 3]]) {
         for (x, (colour, gradient)) in colours.iter().zip(gradients).enumerate() {
             let [r, g, b] = *gradient;
             self.transmittance[y][x] = 1.0;
@@ -91,7 +91,7 @@ impl UnblendBlock {
 
 /// Adds to `sums` (by the ordinal of an entry) what the splats of `hits` did in `block`.
 #[simd]
-pub fn unblend<S: Simd, K: Kind>(
+pub(crate) fn unblend<S: Simd, K: Kind>(
     simd: S,
     kind: K,
     block: &mut UnblendBlock,

@@ -1,6 +1,6 @@
 //! A readable twin of the differentiable rasteriser: the forward model of `powergs.md` §1 in
 //! double precision on numbers that carry the derivative by one parameter. No backward pass of its
-//! own, so it cannot repeat a mistake of ours.
+//! own, so it cannot repeat a defect of the renderer.
 
 use powergs_frame::splat::Splat;
 use powergs_raster::train::{Clamp, Options};

@@ -10,10 +10,10 @@ pub const MAX_SIZE: u32 = 65_536;
 /// the single precision of the rasteriser.
 pub const MAX_DISTANCE: f64 = 1e9;
 /// Range of focal lengths, pixels.
-pub const FOCAL_RANGE: (f64, f64) = (1e-3, 1e7);
+pub(crate) const FOCAL_RANGE: (f64, f64) = (1e-3, 1e7);
 /// How far `R Rᵀ` may be from the identity, per element, and still be taken for a rotation that
 /// was rounded when it was written.
-pub const ROTATION_TOLERANCE: f64 = 1e-3;
+pub(crate) const ROTATION_TOLERANCE: f64 = 1e-3;
 /// Below this a rotation is kept bit for bit.
 const ROTATION_EXACT: f64 = 1e-14;
 

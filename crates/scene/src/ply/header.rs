@@ -80,12 +80,12 @@ impl Element {
     }
 
     /// Whether a row's size depends on its content.
-    pub fn has_lists(&self) -> bool {
+    pub(crate) fn has_lists(&self) -> bool {
         self.properties.iter().any(|p| p.list_length.is_some())
     }
 
     /// Bytes of a binary row whose lists are all empty.
-    pub fn least_row_bytes(&self) -> u64 {
+    pub(crate) fn least_row_bytes(&self) -> u64 {
         self.properties.iter().map(|p| p.list_length.unwrap_or(p.scalar).bytes() as u64).sum()
     }
 }

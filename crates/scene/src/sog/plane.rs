@@ -21,7 +21,7 @@ pub(super) struct Plane {
 
 impl Plane {
     /// An image with a pixel for each of `count` Gaussians; trailing pixels are left out.
-    pub fn per_gaussian(name: &str, bytes: &[u8], count: usize) -> Result<Self, SceneError> {
+    pub(crate) fn per_gaussian(name: &str, bytes: &[u8], count: usize) -> Result<Self, SceneError> {
         let (width, height) = size(name, bytes)?;
         let pixels = u64::from(width) * u64::from(height);
         let count = count as u64;

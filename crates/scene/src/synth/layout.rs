@@ -89,7 +89,7 @@ pub(super) struct Builder {
 
 impl Builder {
     /// A surface whose weight is its area times `detail`.
-    pub fn surface(&mut self, shape: Shape, look: Look, detail: f64) {
+    pub(crate) fn surface(&mut self, shape: Shape, look: Look, detail: f64) {
         let weight = shape.area() * detail;
         let ground = matches!(shape, Shape::Ground { .. });
         let kind = if ground { Kind::Terrain } else { Kind::Surface };

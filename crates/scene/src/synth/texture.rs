@@ -38,13 +38,13 @@ pub(super) const SUN: DVec3 = DVec3::new(0.4242640687, 0.2828427125, 0.860232526
 
 impl Look {
     /// A look without highlight.
-    pub fn matt(base: [f32; 3], accent: [f32; 3], pattern: Pattern, scale: f64) -> Look {
+    pub(crate) fn matt(base: [f32; 3], accent: [f32; 3], pattern: Pattern, scale: f64) -> Look {
         let (base, accent) = (Vec3::from_array(base), Vec3::from_array(accent));
         Look { base, accent, pattern, scale, gloss: 0.0 }
     }
 
     /// A smooth plastic of one colour.
-    pub fn plastic(base: [f32; 3]) -> Look {
+    pub(crate) fn plastic(base: [f32; 3]) -> Look {
         let accent = base.map(|c| c * 0.8);
         Look { gloss: 0.6, ..Look::matt(base, accent, Pattern::Noise, 0.15) }
     }

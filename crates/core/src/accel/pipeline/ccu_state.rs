@@ -273,7 +273,7 @@ impl CcuState {
     }
 
     /// Books the cycles up to `now` in the ledger.
-    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
+    pub(crate) fn account(&mut self, now: u64, observer: &mut impl Observer) {
         self.ledger.book(self.state, self.since, now, observer);
         self.since = now;
     }

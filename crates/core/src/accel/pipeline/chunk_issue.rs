@@ -84,7 +84,7 @@ impl ChunkIssue {
     }
 
     /// Whether a job has chunks that are not issued.
-    pub fn has_job(&self) -> bool {
+    pub(crate) fn has_job(&self) -> bool {
         self.job.is_some()
     }
 

@@ -101,7 +101,7 @@ impl Core {
     }
 
     /// Books the cycles up to `now` in the ledgers.
-    pub fn account(&mut self, now: u64, observer: &mut impl Observer) {
+    pub(crate) fn account(&mut self, now: u64, observer: &mut impl Observer) {
         let [qsu, bsu, vru] = self.states;
         self.qsu.book(qsu, self.since, now, observer);
         let bsu_since = self.since.max(self.issue.sorter_free);

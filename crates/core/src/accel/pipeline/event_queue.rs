@@ -36,20 +36,20 @@ impl EventQueue {
     }
 
     /// Makes an agent act no later than in `cycle`.
-    pub fn wake_by(&mut self, agent: usize, cycle: u64) {
+    pub(crate) fn wake_by(&mut self, agent: usize, cycle: u64) {
         let set = self.cycles[self.leaves + agent - self.first];
         self.set(agent, set.min(cycle));
     }
 
     /// The cycle of the next event.
     #[inline]
-    pub fn next_cycle(&self) -> u64 {
+    pub(crate) fn next_cycle(&self) -> u64 {
         self.cycles[1]
     }
 
     /// The agent of the next event: of several in one cycle, the one with the lowest number.
     #[inline]
-    pub fn next_agent(&self) -> usize {
+    pub(crate) fn next_agent(&self) -> usize {
         let (mut node, next_cycle) = (1, self.next_cycle());
         while node < self.leaves {
             node = 2 * node + usize::from(self.cycles[2 * node] != next_cycle);

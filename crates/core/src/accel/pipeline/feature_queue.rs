@@ -70,14 +70,14 @@ impl FeatureQueue {
 
     /// Takes the first chunk out for rendering if it is needed, sorted, and its features are there.
     /// Its bytes stay allocated until it has been rendered.
-    pub fn pop_ready(&mut self, now: u64, memory: &Memory) -> Option<Chunk> {
+    pub(crate) fn pop_ready(&mut self, now: u64, memory: &Memory) -> Option<Chunk> {
         self.chunks.pop_front_if(|chunk| {
             chunk.sorted <= now && memory.at(chunk.features) <= now && !chunk.speculative
         })
     }
 
     /// The last needed chunk of a tile has been rendered: drops the speculative ones behind it.
-    pub fn end_tile(&mut self, now: u64, memory: &Memory) {
+    pub(crate) fn end_tile(&mut self, now: u64, memory: &Memory) {
         while let Some(unused) = self.chunks.pop_front_if(|next| next.speculative) {
             if memory.at(unused.features) <= now {
                 self.buffer.discard(now, unused.bytes);
@@ -90,7 +90,7 @@ impl FeatureQueue {
     }
 
     /// Frees the bytes of dropped chunks whose reads have completed.
-    pub fn free_dropped(&mut self, now: u64, memory: &Memory) {
+    pub(crate) fn free_dropped(&mut self, now: u64, memory: &Memory) {
         let buffer = &mut self.buffer;
         self.dropped.retain(|&(read, bytes)| {
             let in_flight = memory.at(read) > now;

@@ -47,7 +47,7 @@ impl ListCompletion {
     }
 
     /// Whether further lists may have been completed since the last call.
-    pub fn take_growth(&mut self) -> bool {
+    pub(crate) fn take_growth(&mut self) -> bool {
         std::mem::take(&mut self.has_grown)
     }
 }

@@ -77,14 +77,14 @@ impl ListFetch {
     }
 
     /// Frees the keys of jobs whose last chunk has been sorted.
-    pub fn release_sorted(&mut self, now: u64) {
+    pub(crate) fn release_sorted(&mut self, now: u64) {
         while let Some((_, bytes)) = self.releases.pop_front_if(|r| r.0 <= now) {
             self.keys.release(now, bytes);
         }
     }
 
     /// Frees the keys of a job in cycle `at`, in which its last chunk will have been sorted.
-    pub fn release_at(&mut self, now: u64, at: u64, bytes: u64) {
+    pub(crate) fn release_at(&mut self, now: u64, at: u64, bytes: u64) {
         if at <= now {
             self.keys.release(now, bytes);
         } else {
@@ -114,7 +114,7 @@ impl ListFetch {
     }
 
     /// Takes the first job out once it is ready.
-    pub fn take_ready(&mut self) -> Option<FetchedJob> {
+    pub(crate) fn take_ready(&mut self) -> Option<FetchedJob> {
         self.held.pop_front_if(|held| matches!(held.phase, Phase::Ready))
     }
 

@@ -64,7 +64,7 @@ impl RenderStage {
     }
 
     /// Frees the pixels that have been written, and retires the chunk that has been rendered.
-    pub fn retire(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
+    pub(crate) fn retire(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
         let pixels = &mut self.pixels;
         self.writing.retain(|&(write, bytes)| {
             let in_flight = memory.at(write) > now;
@@ -85,7 +85,7 @@ impl RenderStage {
     }
 
     /// Moves the pixels of a finished tile to the pixel buffer and issues their write.
-    pub fn write_pixels<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+    pub(crate) fn write_pixels<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         let Some(bytes) = self.finished.take_if(|bytes| self.pixels.admits(*bytes)) else { return };
         self.pixels.fill(now, bytes);
         let tile = self.last_tile;

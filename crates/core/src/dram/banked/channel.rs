@@ -1,9 +1,11 @@
-//! One channel: its queues, its banks, and what it does next.
+//! One channel and its controller: queues, banks, command buses.
 //!
-//! Timing rule: of all commands that can go at a CK, first the column of a request whose row was
-//! opened for it, then a refresh, then the oldest request of the current direction. The channel
-//! keeps the earliest command as a plan; an accepted request can only improve it, an issued command
-//! makes a new one. Source: `ramulator`, controllers of version 2.1.
+//! Timing rule: of all commands that meet their timing constraints in a CK, the column command of a
+//! request whose row was activated for it goes first, then a refresh, then the oldest request of
+//! the current direction (read or write). The channel keeps the earliest command as its plan; an
+//! accepted request can only improve the plan, an issued command makes a new one. The scheduler is
+//! in `plan`, the effects of commands on the state in `issue`, the command log in `log`.
+//! Source: `ramulator`, controllers of version 2.1.
 
 use super::log::{CommandKind, Logged};
 use super::plan::{Action, Candidate};
@@ -21,13 +23,15 @@ pub(super) struct Bank {
     /// Pseudo channel, and group counted through the channel.
     pub rank: u8,
     pub group: u8,
-    /// The entry whose row was opened and whose column has not been issued.
+    /// The entry whose row was activated and whose column command has not been issued.
     pub active: u16,
     /// Whether the second half of its activate is missing.
     pub half: bool,
-    /// From when it can be activated, its row read and written, and it be precharged.
+    /// First CK in which an activate meets the timing constraints of the bank.
     pub activate_ok: u64,
+    /// The same of a read and a write.
     pub column_ok: [u64; 2],
+    /// The same of a precharge.
     pub precharge_ok: u64,
     /// Waiting reads and writes.
     pub lists: [List; 2],
@@ -43,23 +47,25 @@ pub(super) struct Group {
 /// What the banks of a pseudo channel share.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rank {
-    /// From when the next activates are allowed, for the four that were last.
-    pub four: [u64; 4],
-    pub four_at: usize,
+    /// Ends of the four-activate windows (tFAW) of the last four activates, as a ring.
+    pub faw_ends: [u64; 4],
+    /// The oldest of them.
+    pub faw_oldest: usize,
     pub precharge_ok: u64,
-    /// After a precharge of all banks.
+    /// First CK for a refresh after a precharge of all banks.
     pub refresh_ok: u64,
+    /// Bursts on the data bus so far.
     pub bursts: u64,
 }
 
 /// What a channel did in one CK.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Outcome {
-    /// Request of a column that was issued, and when its data is there.
+    /// Slot of the request whose column command was issued, and the CK in which its data is there.
     pub column: Option<(u32, u64)>,
-    /// Whether a queue has room that it had not before.
+    /// Whether an entry of a queue became free.
     pub freed: bool,
-    /// When to look again.
+    /// The CK of the next step.
     pub wake: u64,
 }
 
@@ -77,35 +83,39 @@ pub(super) struct Channel {
     pub banks: Vec<Bank>,
     pub groups: Vec<Group>,
     pub ranks: Vec<Rank>,
-    /// Waiting entries.
+    /// Entries in the read and the write queue.
     pub len: [usize; 2],
-    /// Banks that have them.
+    /// Banks that have them, one bit each.
     pub waiting: [u64; 2],
-    /// Banks with an active entry.
+    /// Banks with an active entry, one bit each.
     pub active: u64,
-    /// Bursts of the waiting writes.
+    /// Bursts in the write queue: later accesses to them are forwarded or absorbed.
     pub written: Vec<u64>,
+    /// Whether writes are drained.
     pub write_mode: bool,
-    /// From when the state of the queues has not been looked at.
+    /// First CK after the last command, in which the direction has not been decided again.
     pub look_from: u64,
-    /// When the command bus is free: of all or column commands, of row commands.
+    /// First CK in which each command bus is free: that of all or of column commands, that of row
+    /// commands.
     pub bus_free: [u64; 2],
     /// Earliest command of each bus, if `planned`.
     pub best: [Candidate; 2],
     pub planned: bool,
+    /// The CK in which the next refresh is due.
     pub next_refresh: u64,
+    /// Refreshes that are due, in order.
     pub due: Vec<Due>,
     /// The bank that is refreshed next.
     pub refresh_bank: u8,
     /// The second half of an activate: bank and deadline.
     pub second: Option<(u8, u64)>,
-    /// A column whose synchronising command was issued in the last CK.
+    /// The entry for which the data clock was synchronised (CAS) in the last CK.
     pub synced: Option<u16>,
-    /// When the data clock stops.
+    /// The CK in which the data clock stops.
     pub clock_until: u64,
     pub open_banks: u32,
     pub sleep: Sleep,
-    /// The commands, if somebody wants them.
+    /// The commands, if they are kept.
     pub log: Option<Vec<Logged>>,
 }
 
@@ -152,22 +162,22 @@ impl Channel {
         }
     }
 
-    /// Whether no request waits.
+    /// Whether no burst waits in the channel.
     pub(super) fn is_empty(&self) -> bool {
         self.len == [0; 2] && self.active == 0
     }
 
-    /// Whether a write to this burst waits.
+    /// Whether a write of this burst is in the write queue.
     pub(super) fn has_write(&self, burst: u64) -> bool {
         self.written.contains(&burst)
     }
 
-    /// Whether an entry of this direction can be accepted.
+    /// Whether the queue of this direction has a free entry.
     pub(super) fn has_room(&self, write: bool, rules: &Rules) -> bool {
         self.len[usize::from(write)] < rules.queue[usize::from(write)]
     }
 
-    /// Accepts an entry; returns when to look at the channel.
+    /// Accepts an entry; returns the CK of the next step of the channel.
     pub(super) fn accept(&mut self, entry: Entry, now: u64, rules: &Rules) -> u64 {
         if self.look_from < now {
             self.set_direction(rules);
@@ -216,7 +226,7 @@ impl Channel {
         if self.write_mode { WRITE } else { READ }
     }
 
-    /// Does what is due at `now`.
+    /// Issues what can be issued in the CK `now`.
     pub(super) fn step(&mut self, now: u64, rules: &Rules, stats: &mut Stats) -> Outcome {
         let mut outcome = Outcome::default();
         if now >= self.next_refresh {

@@ -34,7 +34,7 @@ impl Channel {
             }
             Action::Precharge(entry) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
-                self.first_try(entry, stats, |t| &mut t.row_conflicts);
+                self.count_first(entry, stats, |t| &mut t.row_conflicts);
                 let bank = self.entries.get(entry).bank;
                 self.precharge(bank, now, rules, stats);
             }
@@ -69,8 +69,8 @@ impl Channel {
         }
     }
 
-    /// Counts what the first command for an entry was.
-    fn first_try(&mut self, entry: u16, stats: &mut Stats, which: fn(&mut Traffic) -> &mut u64) {
+    /// Counts a row hit, miss or conflict: what the first command for an entry was.
+    fn count_first(&mut self, entry: u16, stats: &mut Stats, which: fn(&mut Traffic) -> &mut u64) {
         let entry = self.entries.get_mut(entry);
         if !entry.tried {
             entry.tried = true;
@@ -96,7 +96,7 @@ impl Channel {
     }
 
     fn column(&mut self, index: u16, now: u64, rules: &Rules, stats: &mut Stats) -> (u32, u64) {
-        self.first_try(index, stats, |t| &mut t.row_hits);
+        self.count_first(index, stats, |t| &mut t.row_hits);
         let Entry { slot, bank: number, write, class, .. } = *self.entries.get(index);
         let number = usize::from(number);
         if self.banks[number].active == index {
@@ -138,7 +138,7 @@ impl Channel {
             *(if write { &mut traffic.writes } else { &mut traffic.reads }) += 1;
         }
         if rules.page == Page::Closed {
-            self.close_if_done(number, now, rules, stats);
+            self.auto_precharge(number, now, rules, stats);
         }
         if self.is_empty() {
             self.sleep.rest(now, self.open_banks > 0, &rules.sleep_after);
@@ -146,8 +146,8 @@ impl Channel {
         (slot, if write { now } else { now + rules.read_data })
     }
 
-    /// Auto-precharge: the bank closes by itself when nobody waits for its row.
-    fn close_if_done(&mut self, number: usize, now: u64, rules: &Rules, stats: &mut Stats) {
+    /// Auto-precharge (closed page): the bank closes by itself if no burst waits for its row.
+    fn auto_precharge(&mut self, number: usize, now: u64, rules: &Rules, stats: &mut Stats) {
         let bank = &self.banks[number];
         if bank.active != NONE || bank.lists[READ].hit != NONE || bank.lists[WRITE].hit != NONE {
             return;
@@ -160,7 +160,7 @@ impl Channel {
     }
 
     fn activate(&mut self, index: u16, now: u64, rules: &Rules, stats: &mut Stats) {
-        self.first_try(index, stats, |t| &mut t.row_misses);
+        self.count_first(index, stats, |t| &mut t.row_misses);
         stats.activates += 1;
         self.leave_queue(index);
         let Entry { bank: number, row, .. } = *self.entries.get(index);
@@ -178,8 +178,8 @@ impl Channel {
             group.activate_ok = group.activate_ok.max(now + apart);
         }
         let rank = &mut self.ranks[rank];
-        rank.four[rank.four_at] = now + rules.four_activates;
-        rank.four_at = (rank.four_at + 1) % 4;
+        rank.faw_ends[rank.faw_oldest] = now + rules.four_activates;
+        rank.faw_oldest = (rank.faw_oldest + 1) % 4;
         match rules.second_within {
             Some(within) => {
                 self.banks[usize::from(number)].half = true;
@@ -250,7 +250,7 @@ impl Channel {
         }
     }
 
-    /// A refresh of one bank keeps the distance of activates to those of other banks.
+    /// A refresh of one bank counts as an activate for tRRD of the other banks.
     fn refresh_bank(&mut self, bank: u8, now: u64, rules: &Rules) {
         let bank = &mut self.banks[usize::from(bank)];
         bank.activate_ok = now + rules.refresh_bank_to_activate;
@@ -266,7 +266,7 @@ impl Channel {
         first..first + banks
     }
 
-    /// The refreshes whose time has come.
+    /// Puts the refreshes whose interval (tREFI) has passed into the list of those due.
     pub(super) fn refresh_due(&mut self, now: u64, rules: &Rules) {
         while now >= self.next_refresh {
             self.next_refresh += rules.refresh_interval;
@@ -280,8 +280,8 @@ impl Channel {
         }
     }
 
-    /// Counts the refreshes before `until`, but for the last ones, in which nobody wants anything;
-    /// says whether there were any.
+    /// Counts the refreshes of an idle channel before `until`, but for the last round, without
+    /// simulating them; returns whether there were any.
     pub(super) fn skip_refreshes(&mut self, until: u64, rules: &Rules, stats: &mut Stats) -> bool {
         if self.next_refresh == u64::MAX || self.open_banks > 0 || !self.due.is_empty() {
             return false;
@@ -298,7 +298,7 @@ impl Channel {
         skipped > 0
     }
 
-    /// The next command of the refresh that is due.
+    /// Considers the next command of the refresh that is due.
     pub(super) fn consider_refresh(&self, now: u64, rules: &Rules, best: &mut [Candidate; 2]) {
         let banks = match self.due[0] {
             Due::Rank(rank) => self.banks_of(rank, rules),
@@ -323,7 +323,7 @@ impl Channel {
                 (closed.max(group + after), Action::RefreshBank(b))
             }
         };
-        // After columns of opened rows, before everything else: nobody else is considered.
+        // After the columns of activated rows; no request is considered while a refresh is due.
         self.consider(time, 1 << 62, action, now, rules, best);
     }
 }

@@ -1,4 +1,4 @@
-//! The commands of a run, for those who check them.
+//! The log of the commands of a run, for checks of the timing constraints.
 
 use super::channel::Channel;
 use super::plan::Action;
@@ -32,8 +32,8 @@ pub enum CommandKind {
 /// A command that was issued.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Logged {
-    /// When, CK. Those of a channel are in order but for [`CommandKind::AutoPrecharge`], which says
-    /// when it will happen.
+    /// When, CK. The commands of a channel are in order of time, except
+    /// [`CommandKind::AutoPrecharge`], which is logged ahead of its time.
     pub time: u64,
     /// What.
     pub kind: CommandKind,

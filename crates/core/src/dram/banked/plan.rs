@@ -1,4 +1,4 @@
-//! What a channel could do next, and which of it comes first.
+//! The scheduler of a channel: which commands could go next, and which of them goes first.
 
 use super::channel::Channel;
 use super::queue::{CLOSED, NONE};
@@ -24,26 +24,27 @@ pub(super) enum Action {
     RefreshBank(u8),
 }
 
-/// A command and when it can go.
+/// A command that could be issued.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
+    /// First CK in which it meets all timing constraints.
     pub time: u64,
-    /// Smaller goes first.
-    pub rank: u64,
+    /// Of two commands at one time, the one with the smaller priority value goes.
+    pub priority: u64,
     pub action: Action,
 }
 
 impl Candidate {
     /// Nothing can go.
     pub(super) const NEVER: Candidate =
-        Candidate { time: u64::MAX, rank: u64::MAX, action: Action::RefreshAll(u8::MAX) };
+        Candidate { time: u64::MAX, priority: u64::MAX, action: Action::RefreshAll(u8::MAX) };
 }
 
-/// Ranks below this: columns of opened rows; from here: requests by age.
+/// Priority values below this: columns of activated rows; from here: requests by age.
 const BY_AGE: u64 = 1 << 63;
 
 impl Channel {
-    /// The bank that a command is for; none for commands to several.
+    /// The bank that a command is for; `usize::MAX` for commands to several.
     pub(super) fn bank_of(&self, action: Action) -> usize {
         match action {
             Action::Column(e) | Action::Activate(e) | Action::Precharge(e) => {
@@ -54,7 +55,7 @@ impl Channel {
         }
     }
 
-    /// Turns from reads to writes or back, by what waits.
+    /// Switches between reads and writes by the fill of their queues.
     pub(super) fn set_direction(&mut self, rules: &Rules) {
         self.look_from = u64::MAX;
         self.write_mode = self.next_direction(rules);
@@ -120,7 +121,8 @@ impl Channel {
         oldest.1
     }
 
-    /// The commands that the entries of a bank want.
+    /// Considers the next commands for the entries of a bank: the column of the oldest row hit, and
+    /// a precharge or an activate for the oldest other entry.
     #[inline]
     pub(super) fn consider_bank(
         &self,
@@ -151,8 +153,8 @@ impl Channel {
             let time = bank.precharge_ok.max(rank.precharge_ok);
             self.consider(time, age, Action::Precharge(list.miss), now, rules, best);
         } else if self.second.is_none() {
-            let four = rank.four[rank.four_at];
-            let time = bank.activate_ok.max(group.activate_ok).max(four);
+            let faw_end = rank.faw_ends[rank.faw_oldest];
+            let time = bank.activate_ok.max(group.activate_ok).max(faw_end);
             self.consider(time, age, Action::Activate(list.miss), now, rules, best);
         }
     }
@@ -162,7 +164,7 @@ impl Channel {
     pub(super) fn consider(
         &self,
         time: u64,
-        rank: u64,
+        priority: u64,
         action: Action,
         now: u64,
         rules: &Rules,
@@ -171,8 +173,8 @@ impl Channel {
         let bus = usize::from(rules.column_bus && !matches!(action, Action::Column(_)));
         let time = time.max(self.bus_free[bus]).max(now);
         let best = &mut best[bus];
-        if time < best.time || (time == best.time && rank < best.rank) {
-            *best = Candidate { time, rank, action };
+        if (time, priority) < (best.time, best.priority) {
+            *best = Candidate { time, priority, action };
         }
     }
 }

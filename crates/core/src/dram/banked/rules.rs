@@ -1,4 +1,7 @@
-//! The numbers of a device that a channel works with, in CK.
+//! The constraints of a device as a channel applies them, in CK.
+//!
+//! Every gap is from command to command, so the latencies of the data (RL, WL and BL, the CK of a
+//! burst) are part of those that JEDEC counts from the data.
 
 use crate::dram::device::{Device, Page, Refresh, Scheduler};
 
@@ -37,31 +40,48 @@ pub(super) struct Rules {
     pub second_within: Option<u64>,
     /// The data clock runs for this long after a read and a write.
     pub clock_runs: Option<[u64; 2]>,
-    /// Column to column of one kind, another group and the same.
+    /// BL: a burst on the data bus.
     pub burst_cycles: u64,
+    /// tCCD_S.
     pub column_short: u64,
+    /// tCCD_L.
     pub column_long: u64,
+    /// RL + BL.
     pub read_data: u64,
+    /// tRTW.
     pub read_to_write: u64,
+    /// WL + BL + tWTR_S.
     pub write_to_read_short: u64,
+    /// WL + BL + tWTR_L.
     pub write_to_read_long: u64,
-    /// Activate to read and to write.
+    /// tRCD, for reads and for writes.
     pub activate_to_column: [u64; 2],
+    /// tRAS.
     pub activate_to_precharge: u64,
+    /// tRC.
     pub activate_to_activate: u64,
+    /// tRRD_S.
     pub activate_short: u64,
+    /// tRRD_L.
     pub activate_long: u64,
+    /// tFAW.
     pub four_activates: u64,
-    /// Read and write to precharge.
+    /// tRTP, and WL + BL + tWR.
     pub column_to_precharge: [u64; 2],
+    /// tRP.
     pub precharge_to_activate: u64,
+    /// tPPD.
     pub precharge_to_precharge: u64,
+    /// tRP of all banks.
     pub precharge_all_to_refresh: u64,
-    /// What a refresh comes later than an activate could, because it is the shorter command.
+    /// How much longer the command of an activate is than that of a refresh: a refresh may end no
+    /// earlier than an activate in its place.
     pub refresh_after_activate: u64,
-    /// Between refreshes of a channel: of all its banks, or of one of them.
+    /// tREFI of a pseudo channel; with refreshes of single banks, that over their number.
     pub refresh_interval: u64,
+    /// tRFC, all banks.
     pub refresh_all_to_activate: u64,
+    /// tRFC of a single bank.
     pub refresh_bank_to_activate: u64,
     /// CK without requests until power-down and self-refresh.
     pub sleep_after: [u64; 2],

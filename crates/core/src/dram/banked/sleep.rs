@@ -1,14 +1,14 @@
-//! How long a channel was awake with a row open, powered down, refreshing itself.
+//! Power states of a channel: active, power-down, self-refresh.
 
-/// Time of one channel by state, CK. What is none of these is awake with all rows closed.
+/// Time of one channel by power state, CK. The rest of its time is precharge standby.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sleep {
     pub active: u64,
     pub power_down: u64,
     pub self_refresh: u64,
-    /// From when the time is not yet counted.
+    /// The time is counted up to here.
     since: u64,
-    /// Since when nothing has waited, if so.
+    /// The CK in which the channel became idle, if it is.
     idle: Option<u64>,
 }
 
@@ -28,13 +28,13 @@ impl Sleep {
         self.since = now;
     }
 
-    /// Something waits again.
+    /// A burst arrives at an idle channel.
     pub(super) fn wake(&mut self, now: u64, open: bool, after: &[u64; 2]) {
         self.count(now, open, after);
         self.idle = None;
     }
 
-    /// Nothing waits any more.
+    /// The channel becomes idle.
     pub(super) fn rest(&mut self, now: u64, open: bool, after: &[u64; 2]) {
         self.count(now, open, after);
         self.idle = Some(now);

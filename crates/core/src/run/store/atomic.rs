@@ -30,11 +30,11 @@ pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
 const PREFIX: &str = ".powergs-sim-";
 
 /// Whether a file of this name is one of [`temporary`].
-pub fn is_temporary(name: &OsStr) -> bool {
+pub(crate) fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(PREFIX.as_bytes())
 }
 
-/// Removes what a killed process left in a folder in which nobody else writes now.
+/// Removes what a killed process left in a folder. No other process may write there meanwhile.
 ///
 /// # Errors
 /// Those of the folder.

@@ -78,7 +78,7 @@ impl Index {
     }
 
     /// All keys, ascending.
-    pub fn sorted_keys(&self) -> Vec<u128> {
+    pub(crate) fn sorted_keys(&self) -> Vec<u128> {
         let mut keys: Vec<u128> = self.places.keys().copied().collect();
         keys.sort_unstable();
         keys

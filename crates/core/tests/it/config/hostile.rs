@@ -1,4 +1,4 @@
-//! Texts that nobody writes on purpose: an error, never a panic or a hang.
+//! Hostile texts: an error, never a panic or a hang.
 
 use powergs_core::accel::Machine;
 use powergs_core::energy::EnergyTable;

@@ -84,7 +84,7 @@ fn energies_become_prices_of_the_machine() {
     assert_eq!(area.rest.0, 0.0);
     let without = cost::prices(&read(&ert(), None).unwrap(), &machine).unwrap();
     assert_eq!(without.area, None);
-    // What is recorded of the run can be read again, but for the node that nobody knows.
+    // What is recorded of the run can be read again, except for the unknown node.
     let text = toml::to_string(&table).unwrap();
     assert_eq!(toml::from_str::<EnergyTable>(&text).unwrap(), table);
 }

@@ -42,7 +42,7 @@ impl Base {
         }
     }
 
-    /// What was tried in vain; `None` for a key that is alive.
+    /// What was tried without any effect; `None` for a key that has one.
     fn dead(&self, doc: &KeyDoc) -> Option<String> {
         let value = knob::values(&self.values, &doc.path).pop().expect("every key has a value");
         // Files that may say the same in the keys that matter here.
@@ -104,7 +104,7 @@ fn every_key_of_every_machine_moves_something() {
         inert.extend(without_lift);
     }
     assert!(dead.is_empty(), "nothing moved: {dead:#?}");
-    // A condition that nobody meets any more leaves the list, unless it depends on another key.
+    // A condition that no longer holds anywhere leaves the list, unless it depends on another key.
     for (key, entry) in &list()["machine"] {
         let met = inert.contains(key) || entry.lift.iter().any(|l| l == "dram.model=bandwidth");
         assert!(met, "arch-configs/inert.toml: `{key}` is alive in every machine");

@@ -62,7 +62,7 @@ fn units_are_busy_for_exactly_their_work() {
     }
 }
 
-/// Actions without those that nobody needed.
+/// Actions without those of dropped chunks.
 fn needed(replay: &Replay) -> Vec<u64> {
     let count = |stage, action| {
         replay.actions.count(stage, action) - replay.speculation.count(stage, action)
@@ -178,8 +178,8 @@ fn nothing_that_helps_one_core_without_contention_makes_it_slower() {
 }
 
 /// With a shared memory the law fails: who asks earlier is served earlier, and a unit that is
-/// quicker or has more room may put a request that nobody waits for yet in front of one that
-/// somebody does. With several cores, the tile that a core takes depends on who is free first, and
+/// quicker or has more room may put a request that no unit waits for yet in front of one that
+/// stalls a unit. With several cores, the tile that a core takes depends on who is free first, and
 /// the last long tile may land behind another one. A larger input buffer holds larger batches, and
 /// the first of them arrives later. These cases exist; when they vanish, the rules have changed.
 #[test]

@@ -1,4 +1,4 @@
-//! Foveated frames: where somebody looks, what that takes, and each region's share.
+//! Foveated frames: the gaze, the cost of blending levels, and each region's share.
 
 use super::{List, count, real};
 use crate::sim::{FoveaSummary, FrameReport, RegionReport};

@@ -342,7 +342,7 @@ impl Core {
         self.n_sorts - 1
     }
 
-    /// Sends a chunk that nobody needs, or moves on to the next tile.
+    /// Drops a chunk behind the last stop of its tile, or moves on to the next tile.
     fn speculate(
         &mut self,
         now: u64,
