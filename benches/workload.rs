@@ -114,7 +114,7 @@ fn sorting(w: &FrameWorkload) {
                 c.entries,
                 c.adjacent_pairs,
                 c.inverted_pairs,
-                c.inverted_by_pivots(),
+                c.inverted_pairs - c.inverted_by_precision,
                 c.equal_key_pairs,
                 c.displacement,
                 c.oversized_entries,

@@ -1,4 +1,4 @@
-//! Measures with their unit in the type: cycles, bytes, hertz, bytes per second, picojoules, watts.
+//! Measures with their unit in the type: bytes, hertz, bytes per second, picojoules, watts.
 //!
 //! In configuration files a quantity is a string with its unit (`"51.2 GB/s"`, `"64 KiB"`,
 //! `"1 GHz"`, `"0.53 pJ"`); a bare number is refused. Decimal prefixes are powers of 1000 and
@@ -11,10 +11,6 @@ use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 pub use text::{Quantity, QuantityError};
-
-/// Clock cycles of the accelerator.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Cycles(pub u64);
 
 /// Bytes, exact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,18 +58,11 @@ macro_rules! additive {
         }
     )*};
 }
-additive!(Cycles, Bytes, Picojoules, Watts, Nanoseconds, SquareMillimetres);
+additive!(Bytes, Picojoules, Watts, Nanoseconds, SquareMillimetres);
 
 impl Mul<f64> for Picojoules {
     type Output = Picojoules;
     fn mul(self, k: f64) -> Picojoules {
         Picojoules(self.0 * k)
-    }
-}
-
-impl Cycles {
-    /// The time that this many cycles take at `clock`, in milliseconds.
-    pub fn milliseconds(self, clock: Hertz) -> f64 {
-        self.0 as f64 / clock.0 * 1e3
     }
 }

@@ -40,7 +40,7 @@ impl Colour {
     pub const GREY: Colour = Colour(140, 140, 140);
 
     /// The colour of text on this one.
-    pub fn text(self) -> Colour {
+    pub(crate) fn text(self) -> Colour {
         let Colour(r, g, b) = self;
         let [r, g, b] = [r, g, b].map(f64::from);
         if 0.299 * r + 0.587 * g + 0.114 * b > 145.0 { Colour::INK } else { Colour::PAPER }

@@ -160,7 +160,7 @@ impl DramUse {
 
 impl StageCommands {
     /// Bursts read and written.
-    pub fn bursts(&self) -> u64 {
+    pub(crate) fn bursts(&self) -> u64 {
         self.reads + self.writes
     }
 
@@ -239,7 +239,7 @@ impl Histogram {
     }
 
     /// Adds the counts of `other`.
-    pub fn add(&mut self, other: &Histogram) {
+    pub(crate) fn add(&mut self, other: &Histogram) {
         self.bins.iter_mut().zip(other.bins).for_each(|(n, m)| *n += m);
     }
 

@@ -220,7 +220,7 @@ impl Action {
 
     /// The name in energy tables (kebab-case) and, with `_`, in outputs: `alpha`,
     /// `sram-read.feature`.
-    pub fn key(self) -> String {
+    pub(crate) fn key(self) -> String {
         match self {
             Action::Cull => "cull".into(),
             Action::Project => "project".into(),
@@ -282,7 +282,7 @@ impl ActionCounts {
     }
 
     /// Adds the counts of `other`.
-    pub fn add(&mut self, other: &ActionCounts) {
+    pub(crate) fn add(&mut self, other: &ActionCounts) {
         for (row, theirs) in self.counts.iter_mut().zip(&other.counts) {
             for (n, m) in row.iter_mut().zip(theirs) {
                 *n += m;

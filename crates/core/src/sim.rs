@@ -3,7 +3,6 @@
 
 pub mod check;
 pub mod cost;
-pub mod frames;
 pub mod measured;
 pub mod paper;
 pub mod regions;

@@ -246,13 +246,6 @@ impl FrameWorkload {
         self.tiles_y.div_ceil(self.geometry.tiles_per_group_side())
     }
 
-    /// The sort group that tile `index` belongs to: the tile itself without groups.
-    pub fn group_of(&self, index: u32) -> u32 {
-        let side = self.geometry.tiles_per_group_side();
-        let (x, y) = (index % self.tiles_x, index / self.tiles_x);
-        y / side * self.groups_x() + x / side
-    }
-
     /// Depth ranks of the list of `tile`, ascending.
     pub fn list_of(&self, tile: &TileWork) -> &[u32] {
         &self.list[tile.list_start as usize..][..tile.entries as usize]
@@ -264,7 +257,7 @@ impl FrameWorkload {
     }
 
     /// Bytes that it takes in memory.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         fn of<T>(list: &[T]) -> usize {
             std::mem::size_of_val(list)
         }

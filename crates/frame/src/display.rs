@@ -10,7 +10,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use powergs_base::config::{self, ConfigError};
-use powergs_base::picture::linear;
 use powergs_base::quantity::Watts;
 
 /// A panel as in `arch-configs/display/*.toml`.
@@ -63,38 +62,8 @@ impl Display {
         Watts(sum + self.static_power.0)
     }
 
-    /// Watts per unit of the sRGB value of one channel (0 red, 1 green, 2 blue) of one pixel, in
-    /// an image of `n_pixels`: the gradient of [`Display::power`].
-    pub fn slope(&self, channel: usize, srgb: f64, n_pixels: usize) -> f64 {
-        self.coefficients()[channel] * linear_slope(srgb) / n_pixels as f64
-    }
-
     /// Watts of full R, G, B above black.
     pub fn coefficients(&self) -> [f64; 3] {
         [self.red, self.green, self.blue].map(|k| self.scale * k.0)
     }
-}
-
-/// Where the sRGB curve changes from a line to a power.
-const KNEE: f64 = 0.04045;
-
-/// The derivative of [`linear`]; 0 at and below black.
-pub fn linear_slope(srgb: f64) -> f64 {
-    match srgb {
-        s if s <= 0.0 => 0.0,
-        s if s <= KNEE => 1.0 / 12.92,
-        s => 2.4 / 1.055 * ((s + 0.055) / 1.055).powf(1.4),
-    }
-}
-
-/// Means of linear R, G, B of sRGB pixels as rendered, not clamped above 1; black without pixels.
-/// The displayed image has `Picture::mean_linear_rgb`.
-pub fn mean_linear(pixels: &[[f32; 3]]) -> [f64; 3] {
-    let mut sum = [0.0; 3];
-    for pixel in pixels {
-        for (total, &value) in sum.iter_mut().zip(pixel) {
-            *total += linear(f64::from(value));
-        }
-    }
-    sum.map(|s| s / pixels.len().max(1) as f64)
 }

@@ -59,7 +59,7 @@ impl Screen {
     pub const PUBLISHED: Screen = Screen { fov_deg: 90.0, pooling_rate: 0.05 };
 
     /// Screens with names: the published one, and those of wider headsets, per eye.
-    pub const PRESETS: [(&'static str, Screen); 3] = [
+    pub(crate) const PRESETS: [(&'static str, Screen); 3] = [
         ("powergs", Screen::PUBLISHED),
         ("wide-100", Screen { fov_deg: 100.0, ..Screen::PUBLISHED }),
         ("wide-110", Screen { fov_deg: 110.0, ..Screen::PUBLISHED }),

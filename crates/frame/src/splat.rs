@@ -18,14 +18,16 @@ pub use counters::{Counters, FoveaCounters};
 pub use cover::{Cover, TileGrid};
 pub use ellipse::Ellipse;
 
+/// Steps of an 8-bit colour, exact: α below 1/`ALPHA_STEPS` is not blended.
+pub const ALPHA_STEPS: f64 = 255.0;
 /// α below this is not blended.
-pub const ALPHA_MIN: f32 = 1.0 / 255.0;
+pub const ALPHA_MIN: f64 = 1.0 / ALPHA_STEPS;
 /// α is clamped to this.
 pub const ALPHA_MAX: f32 = 0.99;
 /// A pixel stops when its transmittance would fall below this.
 pub const TRANSMITTANCE_MIN: f32 = 1e-4;
 /// Gaussians nearer than this (view-space depth) are culled.
-pub const NEAR: f32 = 0.2;
+pub(crate) const NEAR: f32 = 0.2;
 /// The largest tile side: traces keep every splat that a tile of this size could touch.
 pub(crate) const TILE_MAX: u32 = 64;
 

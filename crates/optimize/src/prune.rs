@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 
 use super::adam::Adam;
+use powergs_frame::splat::ALPHA_STEPS;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::{Camera, Gaussians};
 
@@ -64,7 +65,7 @@ fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
         for (splat, (&fetched, touch)) in rendered.splats.iter().zip(tiles) {
             let [a, b, d] = splat.cov.map(f64::from);
             let opacity = f64::from(splat.opacity);
-            let reach = 2.0 * (opacity * 255.0).max(1.0).ln();
+            let reach = 2.0 * (opacity * ALPHA_STEPS).max(1.0).ln();
             let area = std::f64::consts::PI * reach * (a * d - b * b).max(0.0).sqrt();
             let seen = f64::from(fetched) / f64::from(touch.tiles.max(1));
             score[splat.index as usize] = area * seen * opacity;

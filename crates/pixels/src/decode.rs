@@ -21,7 +21,7 @@ pub enum Format {
 
 impl Format {
     /// The format that a file beginning with these bytes has: twelve are enough.
-    pub fn of(bytes: &[u8]) -> Option<Format> {
+    pub(crate) fn of(bytes: &[u8]) -> Option<Format> {
         if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
             return Some(Format::Png);
         }
@@ -102,7 +102,7 @@ impl Decoded {
         eight.chain(sixteen.map(|p| p.map(|v| f32::from(v) / 65535.0)))
     }
 
-    /// The same with 8 bits a value.
+    /// Red, green, blue and alpha of every pixel, 8 bits each.
     pub fn rgba8(&self) -> Vec<[u8; 4]> {
         match &self.samples {
             Samples::Eight(values) => {
@@ -113,11 +113,6 @@ impl Decoded {
                 values.chunks_exact(self.channels).map(|p| rgba(p, u16::MAX).map(short)).collect()
             }
         }
-    }
-
-    /// Red, green and blue with 8 bits a value; alpha is left out.
-    pub fn rgb8(&self) -> Vec<u8> {
-        self.rgba8().iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect()
     }
 }
 

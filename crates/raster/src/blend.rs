@@ -14,7 +14,7 @@ use powergs_frame::splat::simd::exp2;
 use powergs_frame::splat::{ALPHA_MAX, Splat, TRANSMITTANCE_MIN};
 
 /// Side of a block, pixels.
-pub const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 16;
 /// log₂(1/255).
 pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
 /// No stop.
@@ -33,7 +33,7 @@ impl Tint {
 
     /// Of an opacity, 0 to 1, and a colour.
     #[inline]
-    pub fn new(opacity: f32, colour: [f32; 3]) -> Tint {
+    pub(crate) fn new(opacity: f32, colour: [f32; 3]) -> Tint {
         Tint { log_opacity: opacity.log2(), colour }
     }
 }
@@ -59,7 +59,7 @@ pub struct Paint {
 
 impl Paint {
     /// Prepares a splat with a regular covariance (others touch no tile).
-    pub fn new(splat: &Splat, colour: [f32; 3]) -> Paint {
+    pub(crate) fn new(splat: &Splat, colour: [f32; 3]) -> Paint {
         let [c0, c1, c2] = splat.conic().unwrap_or([1.0, 0.0, 1.0]);
         let k = -0.5 * std::f32::consts::LOG2_E;
         let cancel = c0 * c2 / (c0 * c2 - c1 * c1);
@@ -156,7 +156,7 @@ impl Default for Block {
 
 impl Block {
     /// A block that takes no part yet.
-    pub fn new() -> Block {
+    pub(crate) fn new() -> Block {
         Block {
             transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
@@ -195,7 +195,7 @@ impl Block {
 
     /// Takes pixels of row `y` out, one bit each, before anything is blended: they stay black and
     /// see no background.
-    pub fn leave_out(&mut self, y: usize, lanes: u32) {
+    pub(crate) fn leave_out(&mut self, y: usize, lanes: u32) {
         for (x, t) in self.transmittance[y].iter_mut().enumerate() {
             if lanes >> x & 1 == 1 {
                 *t = 0.0;
@@ -204,11 +204,6 @@ impl Block {
         if self.transmittance[y].iter().all(|&t| t == 0.0) {
             self.alive &= !(1 << y);
         }
-    }
-
-    /// Whether any pixel takes part and has not stopped.
-    pub fn is_open(&self) -> bool {
-        self.alive != 0
     }
 
     /// Channel `c` of row `y` of the image over `background`.
@@ -234,18 +229,18 @@ impl Block {
     }
 
     /// The list entries at which the pixels of row `y` stopped, or [`OPEN`]; `None` if none did.
-    pub fn stops(&self, y: usize) -> Option<&[u32; BLOCK]> {
+    pub(crate) fn stops(&self, y: usize) -> Option<&[u32; BLOCK]> {
         (self.stopped >> y & 1 == 1).then_some(&self.stop[y])
     }
 
     /// Entries that reached α ≥ 1/255 at the pixels of row `y`, the terminating one included.
-    pub fn blended(&self, y: usize) -> &[u32; BLOCK] {
+    pub(crate) fn blended(&self, y: usize) -> &[u32; BLOCK] {
         &self.blended[y]
     }
 
     /// Ranks of the splats with the largest α·T at the pixels of row `y` (the first of equals), or
     /// [`OPEN`].
-    pub fn heaviest(&self, y: usize) -> &[u32; BLOCK] {
+    pub(crate) fn heaviest(&self, y: usize) -> &[u32; BLOCK] {
         &self.heaviest_rank[y]
     }
 

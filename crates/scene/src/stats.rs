@@ -4,13 +4,13 @@ use serde::Serialize;
 
 use super::convert::sigmoid;
 use super::{Gaussians, Warning};
+use powergs_frame::splat::ALPHA_MIN;
 
 /// Opacities below this are faint: the median of trained scenes lies there (FlashGS).
 const FAINT: f64 = 0.35;
 /// Axis ratios from this on count as elongated (FLICKER calls them spiky).
 const ELONGATED: f32 = 3.0;
-/// Opacities below this never change a pixel.
-const LEAST_VISIBLE: f64 = 1.0 / 255.0;
+
 /// Quaternions within this of length 1 count as normalised.
 const LENGTH_MARGIN: f32 = 0.01;
 
@@ -148,7 +148,7 @@ fn oddities(scene: &Gaussians, diagonal: f64) -> Vec<Warning> {
     });
     let longest = |s: &[f32; 3]| f64::from(s[0].max(s[1]).max(s[2])).exp();
     let absurd = scene.log_scales.iter().filter(|s| longest(s) > diagonal);
-    let invisible = scene.logit_opacities.iter().filter(|o| sigmoid(**o) < LEAST_VISIBLE);
+    let invisible = scene.logit_opacities.iter().filter(|o| sigmoid(**o) < ALPHA_MIN);
     let all = [
         Warning::Unnormalised { count: unnormalised.count() as u64 },
         Warning::AbsurdScales { count: absurd.count() as u64 },

@@ -3,6 +3,7 @@
 pub mod bombs;
 pub mod camera_files;
 pub mod difference;
+pub mod display;
 pub mod foveated;
 pub mod lpips;
 pub mod scene_files;

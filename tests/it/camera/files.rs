@@ -33,7 +33,7 @@ fn blender_sizes_come_from_the_first_image() {
     let failure = read(&file, None).unwrap_err();
     assert_eq!(failure.exit, Exit::BadInput);
     assert!(failure.to_string().contains("size is missing"), "{failure}");
-    let image = powergs_pixels::RgbImage::filled(12, 8, [0; 3]);
+    let image = powergs_pixels::RgbImage::from_fn(12, 8, |_, _| [0; 3]);
     std::fs::write(folder.path().join("r_0.png"), image.png().unwrap()).unwrap();
     let camera = &read(&file, None).unwrap().cameras[0];
     assert_eq!((camera.width, camera.height), (12, 8));

@@ -28,7 +28,7 @@ const CRATES: [Row; 12] = [
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
     ("report", &["base", "frame", "pixels", "core", "study", "optimize", "chart"]),
     // For tests alone.
-    ("testkit", &["frame", "scene"]),
+    ("testkit", &["base", "frame", "scene"]),
 ];
 
 /// Packages that only one crate may depend on: a terminal, arguments and charts stay out of the

@@ -15,10 +15,10 @@ use super::{font, png};
 
 /// Plotters knows whole numbers only, so it draws on a page this many times larger: otherwise flat
 /// curves are stairs.
-pub const FINE: i32 = 10;
+pub(crate) const FINE: i32 = 10;
 
 /// Page units as backend units.
-pub fn fine(v: f64) -> i32 {
+pub(crate) fn fine(v: f64) -> i32 {
     (v * f64::from(FINE)).round() as i32
 }
 

@@ -13,7 +13,7 @@ const TALL: f64 = 460.0;
 const BANDS: u32 = 50;
 
 /// Width of the column; 0 if there is none.
-pub fn room(all: &[Beside]) -> f64 {
+pub(crate) fn room(all: &[Beside]) -> f64 {
     let of = |beside: &Beside| match beside {
         Beside::Entries { title, entries } => {
             let one = entries.iter().map(|e| legend::symbol_width(e.symbol) + plain_width(&e.name));
@@ -32,7 +32,7 @@ pub fn room(all: &[Beside]) -> f64 {
 }
 
 /// Draws the column from `(left, top)` down.
-pub fn draw(page: &Page, all: &[Beside], left: f64, top: f64, bottom: f64) -> Drawn {
+pub(crate) fn draw(page: &Page, all: &[Beside], left: f64, top: f64, bottom: f64) -> Drawn {
     let mut y = top;
     let scale = if all.len() == 1 { (bottom - top - 80.0).min(TALL) } else { SCALE };
     let heading = |text: &str, y: f64| {

@@ -24,7 +24,7 @@ enum Inner {
 
 impl Coord {
     /// For an axis that goes across the page, or up it.
-    pub fn new(axis: &Axis, upright: bool) -> Coord {
+    pub(crate) fn new(axis: &Axis, upright: bool) -> Coord {
         let range = axis.scale.low()..axis.scale.high();
         let inner = match &axis.scale {
             Scale::Linear { low, high } => Inner::Linear((*low..*high).into()),

@@ -97,13 +97,13 @@ fn laid_out(text: &str, weight: &Weight) -> (Vec<(GlyphId, f64)>, f64) {
 }
 
 /// Width of `text` with an em of `size`, in the unit of `size`.
-pub fn width(text: &str, size: f64, bold: bool) -> f64 {
+pub(crate) fn width(text: &str, size: f64, bold: bool) -> f64 {
     let weight = weight(bold);
     laid_out(text, weight).1 * size / weight.units
 }
 
 /// Draws `text` with an em of `size`.
-pub fn draw(text: &str, size: f64, bold: bool, pen: &mut impl Pen) {
+pub(crate) fn draw(text: &str, size: f64, bold: bool, pen: &mut impl Pen) {
     let weight = weight(bold);
     let scale = size / weight.units;
     for (glyph, left) in laid_out(text, weight).0 {

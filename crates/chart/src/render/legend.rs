@@ -7,7 +7,7 @@ use crate::{Colour, Entry, Symbol, Words};
 const GAP: f64 = 28.0;
 
 /// Draws the rows below `top`; where they end.
-pub fn rows(page: &Page, rows: &[Vec<Entry>], top: f64) -> Result<f64, String> {
+pub(crate) fn rows(page: &Page, rows: &[Vec<Entry>], top: f64) -> Result<f64, String> {
     let mut y = top;
     for row in rows.iter().filter(|r| !r.is_empty()) {
         let mut x = LEFT;
@@ -40,7 +40,7 @@ pub(crate) fn symbol_width(symbol: Symbol) -> f64 {
 }
 
 /// Draws an entry, its left end half-way up at `at`.
-pub fn draw(page: &Page, entry: &Entry, at: (f64, f64), room: f64) -> Drawn {
+pub(crate) fn draw(page: &Page, entry: &Entry, at: (f64, f64), room: f64) -> Drawn {
     let (x, y) = at;
     let dot = (x + 9.0, y);
     match entry.symbol {

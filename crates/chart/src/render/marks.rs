@@ -41,7 +41,7 @@ pub(crate) struct Plot<'p, 'c> {
 
 impl<'p, 'c> Plot<'p, 'c> {
     /// A panel whose plot is `area`.
-    pub fn new(
+    pub(crate) fn new(
         page: &'p Page,
         panel: &'p Panel,
         chart: &'p mut Context<'c>,
@@ -51,7 +51,7 @@ impl<'p, 'c> Plot<'p, 'c> {
     }
 
     /// Draws all marks, then the labels.
-    pub fn draw(mut self) -> Drawn {
+    pub(crate) fn draw(mut self) -> Drawn {
         let panel = self.panel;
         for mark in &panel.marks {
             match mark {

@@ -16,7 +16,7 @@ const GAP: (f64, f64) = (40.0, 12.0);
 const NEAR: f64 = 14.0;
 
 /// Draws a chart.
-pub fn draw(page: &Page, chart: &Chart) -> Drawn {
+pub(crate) fn draw(page: &Page, chart: &Chart) -> Drawn {
     let room = RIGHT - LEFT;
     let title = sized_to(&Words::bold(chart.title), room, TITLE);
     page.sized(&title, (LEFT, 38.0), Align::Left, TITLE, false);

@@ -37,7 +37,7 @@ pub(crate) struct Edges {
 }
 
 /// The room that a panel needs around its plot; `guess` is about how wide that is.
-pub fn edges(panel: &Panel, guess: f64) -> Edges {
+pub(crate) fn edges(panel: &Panel, guess: f64) -> Edges {
     let title = |axis: &Axis| match axis.title.is_empty() {
         true => 0.0,
         false if is_short(axis) => bold_width(&axis.title) + 24.0,
@@ -104,7 +104,7 @@ fn ends_room(panel: &Panel, guess: f64) -> f64 {
 }
 
 /// Draws a panel into its plot.
-pub fn draw(page: &Page, panel: &Panel, plot: Area, edges: Edges) -> Drawn {
+pub(crate) fn draw(page: &Page, panel: &Panel, plot: Area, edges: Edges) -> Drawn {
     around(page, panel, plot);
     colours(page, panel, plot)?;
     let [left, top, right, bottom] = plot;

@@ -21,7 +21,7 @@ const ROUND: f64 = 0.552_284_75;
 ///
 /// # Errors
 /// Compression, which does not fail in memory.
-pub fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
+pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
     let mut content = String::new();
     let mut images = Vec::new();
     let (width, height) = scene.size;

@@ -16,7 +16,7 @@ pub(crate) const ZOOM: f32 = 1.5;
 ///
 /// # Errors
 /// A page without area, or one that the encoder refuses.
-pub fn png(scene: &Scene) -> Result<Vec<u8>, String> {
+pub(crate) fn png(scene: &Scene) -> Result<Vec<u8>, String> {
     let size = |length: f64| (length as f32 * ZOOM).round() as u32;
     let (width, height) = (size(scene.size.0), size(scene.size.1));
     let mut page = Pixmap::new(width, height).ok_or("no page")?;

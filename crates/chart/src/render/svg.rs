@@ -13,7 +13,7 @@ const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 ///
 /// # Errors
 /// An image that cannot be written as PNG.
-pub fn svg(scene: &Scene) -> Result<String, String> {
+pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
     let (width, height) = scene.size;
     let mut out = format!(
         "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \

@@ -14,6 +14,10 @@ use powergs_pixels::{Limits, RgbImage, Samples, decode};
 const NASTY: [f64; 9] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, -1.0, 1e300, -1e300, f64::MIN_POSITIVE];
 
+fn grey(width: u32, height: u32) -> RgbImage {
+    RgbImage::from_fn(width, height, |_, _| [7; 3])
+}
+
 fn every_symbol() -> Vec<Entry> {
     let [a, b] = [Colour::BLUE, Colour::INK];
     let symbols = [
@@ -89,7 +93,7 @@ fn every_mark(values: &[f64], text: &str) -> Vec<Mark> {
             spans: values.iter().map(span).collect(),
             labels: values.iter().map(|v| (span(v), text.to_owned())).collect(),
         },
-        Mark::Image(RgbImage::filled(3, 2, [7; 3])),
+        Mark::Image(grey(3, 2)),
     ];
     for (i, &v) in values.iter().enumerate() {
         let at = if i % 2 == 0 { Rule::X(v) } else { Rule::Y(v) };
@@ -164,8 +168,8 @@ fn empty_charts_and_single_points_are_drawn() {
             drawn(&whole(vec![panel(scale.clone(), scale, values, "")], ""));
         }
     }
-    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(RgbImage::filled(0, 0, [7; 3]), "")));
-    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(RgbImage::filled(1, 1, [7; 3]), "")));
+    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(grey(0, 0), "")));
+    drawn(&Chart::new("dot", "Dot", "").panel(Panel::picture(grey(1, 1), "")));
 }
 
 #[test]

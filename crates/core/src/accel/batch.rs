@@ -83,7 +83,7 @@ impl<'a> Batches<'a> {
     }
 
     /// Whether there is another batch.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.is_done
     }
 

@@ -44,7 +44,7 @@ impl Bsu {
     }
 
     /// Levels of merging of a chunk of `keys`.
-    pub fn levels(&self, keys: u64) -> u64 {
+    pub(crate) fn levels(&self, keys: u64) -> u64 {
         u64::from(self.rows(keys).next_power_of_two().ilog2())
     }
 

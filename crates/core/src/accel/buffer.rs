@@ -28,7 +28,7 @@ impl BufferAllocator {
     }
 
     /// Bytes allocated.
-    pub fn used(&self) -> u64 {
+    pub(crate) fn used(&self) -> u64 {
         self.used
     }
 

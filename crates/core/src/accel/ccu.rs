@@ -58,7 +58,7 @@ const LEVEL_AS_TESTS: u64 = 2;
 impl Ccu {
     /// A unit with `share` bytes of the input buffer, in which two batches fit: one is read while
     /// the other is converted. `fovea` is context for foveated frames.
-    pub fn new(
+    pub(crate) fn new(
         spec: CcuSpec,
         record: RecordSpec,
         fovea: Option<FoveaSpec>,

@@ -15,7 +15,7 @@ use crate::dram::{self, Banked, Device, Windowed};
 use crate::workload::FrameWorkload;
 
 /// No cycle.
-pub const NEVER: u64 = u64::MAX;
+pub(crate) const NEVER: u64 = u64::MAX;
 
 /// A request under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,7 +102,12 @@ impl<'a> Memory<'a> {
     ///
     /// # Panics
     /// When the machine's model needs a device and [`Machine::link`] was never called.
-    pub fn new(workload: &'a FrameWorkload, layout: Layout, machine: &Machine, flat: Dram) -> Self {
+    pub(crate) fn new(
+        workload: &'a FrameWorkload,
+        layout: Layout,
+        machine: &Machine,
+        flat: Dram,
+    ) -> Self {
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
         let timer = match machine.dram.model {
             DramModel::Bandwidth => Timer::Flat(Channel::new(flat)),
@@ -127,7 +132,7 @@ impl<'a> Memory<'a> {
     /// Issues a request in cycle `now`; `span` says where its bytes are. Nothing is asked for in a
     /// request of no bytes, which is done one cycle later.
     #[inline]
-    pub fn issue<O: Observer>(
+    pub(crate) fn issue<O: Observer>(
         &mut self,
         now: u64,
         request: Request,
@@ -191,7 +196,7 @@ impl<'a> Memory<'a> {
 
     /// The cycle in which a request is done; [`NEVER`] while that is not known.
     #[inline]
-    pub fn at(&self, arrival: Arrival) -> u64 {
+    pub(crate) fn at(&self, arrival: Arrival) -> u64 {
         match &self.timer {
             Timer::Banked(queued, _) if arrival.0 & UNKNOWN != 0 => {
                 queued.requests[(arrival.0 & !UNKNOWN) as usize].3
@@ -210,7 +215,7 @@ impl<'a> Memory<'a> {
 
     /// Works until a request is done whose end was not known, at most until cycle `until`: the
     /// cycle, and the agent that asked.
-    pub fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
+    pub(crate) fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
         let (layout, workload) = (&self.layout, self.workload);
         let requests = &mut queued.requests;
@@ -225,7 +230,7 @@ impl<'a> Memory<'a> {
     }
 
     /// The channel of the `bandwidth` model, and the bytes asked for; `None` with the others.
-    pub fn flat(&self) -> Option<(&Channel, Traffic)> {
+    pub(crate) fn flat(&self) -> Option<(&Channel, Traffic)> {
         match &self.timer {
             Timer::Flat(channel) => Some((channel, self.traffic)),
             Timer::Window(..) | Timer::Banked(..) => None,
@@ -239,12 +244,12 @@ impl<'a> Memory<'a> {
     }
 
     /// Bytes asked for, by stage.
-    pub fn traffic(&self) -> Traffic {
+    pub(crate) fn traffic(&self) -> Traffic {
         self.traffic
     }
 
     /// What the memory did.
-    pub fn usage(&self) -> DramUse {
+    pub(crate) fn usage(&self) -> DramUse {
         let total = self.traffic.total();
         let usage = match &self.timer {
             Timer::Flat(channel) => channel.usage(),

@@ -207,7 +207,7 @@ pub struct Outcome {
 
 /// Runs a frame through the pipeline. `memo` must belong to this frame; an observer that wants to
 /// see preprocessing must not pass one.
-pub fn run<O: Observer>(
+pub(crate) fn run<O: Observer>(
     workload: &FrameWorkload,
     machine: &Machine,
     units: &ResolvedUnits,

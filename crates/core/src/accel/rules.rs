@@ -79,7 +79,7 @@ impl<U: Unit> Rule<U> {
     }
 
     /// The name of the rule; `None` for the built-in one.
-    pub fn name(&self) -> Option<&str> {
+    pub(crate) fn name(&self) -> Option<&str> {
         self.0.as_deref().map(UnitRule::name)
     }
 
@@ -250,7 +250,7 @@ pub(super) struct RuleCheck {
 
 impl RuleCheck {
     /// For a frame on a machine of `instances` units of all kinds.
-    pub fn new(instances: u64) -> Self {
+    pub(crate) fn new(instances: u64) -> Self {
         let most = CYCLES_MAX.min((1 << 62) / instances.max(1));
         Self { left: most, most, error: None }
     }

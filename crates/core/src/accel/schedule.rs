@@ -170,7 +170,7 @@ pub(crate) struct SortProgress {
 
 impl SortProgress {
     /// What has to be sorted before chunk `index` of `tile` can be rendered.
-    pub fn next(
+    pub(crate) fn next(
         &mut self,
         workload: &FrameWorkload,
         job: &Job,

@@ -20,7 +20,7 @@ pub enum State {
 impl State {
     /// One character: the last digit of the item, the first letter of its cause for a stall, `.`
     /// for idle.
-    pub fn symbol(self) -> char {
+    pub(crate) fn symbol(self) -> char {
         match self {
             State::Busy(item) => char::from(b'0' + (item % 10) as u8),
             State::Stalled(Stall::Records) => 'r',

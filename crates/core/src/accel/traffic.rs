@@ -111,7 +111,7 @@ pub fn for_each_chunk(
 }
 
 /// The DRAM bytes of a frame, without speculation.
-pub fn traffic(
+pub(crate) fn traffic(
     workload: &FrameWorkload,
     units: &ResolvedUnits,
     plan: &Plan,

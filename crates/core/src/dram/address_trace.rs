@@ -17,7 +17,7 @@ use super::drive::Access;
 const DEFAULT_BYTES: u32 = 64;
 
 /// The largest request, bytes.
-pub const BYTES_MAX: u32 = 1 << 20;
+pub(crate) const BYTES_MAX: u32 = 1 << 20;
 
 /// The longest line, bytes.
 const LINE_MAX: usize = 1024;

@@ -149,7 +149,7 @@ impl Banked {
 
     /// The same, keeping every command for [`Banked::log`].
     #[must_use]
-    pub fn with_log(mut self) -> Banked {
+    pub(crate) fn with_log(mut self) -> Banked {
         self.channels.iter_mut().for_each(|c| c.log = Some(Vec::new()));
         self
     }
@@ -220,7 +220,7 @@ impl Banked {
     }
 
     /// Bytes of a burst.
-    pub fn burst_bytes(&self) -> u64 {
+    pub(crate) fn burst_bytes(&self) -> u64 {
         self.rules.burst_bytes
     }
 

@@ -158,11 +158,6 @@ impl Drive {
         self
     }
 
-    /// The memory.
-    pub fn memory(&self) -> &Banked {
-        &self.memory
-    }
-
     /// Whether the mode takes no more requests.
     pub fn is_full(&self) -> bool {
         self.mode == Mode::Idle && self.taken >= IDLE_REQUESTS

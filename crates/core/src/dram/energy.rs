@@ -76,7 +76,7 @@ impl CommandPrices {
     }
 
     /// Background energy of channel nanoseconds in each state.
-    pub fn background(&self, channel_ns: [f64; 4]) -> Picojoules {
+    pub(crate) fn background(&self, channel_ns: [f64; 4]) -> Picojoules {
         // W x ns = nJ.
         Picojoules(channel_ns.iter().zip(self.background_w).map(|(ns, w)| ns * w * 1e3).sum())
     }

@@ -24,7 +24,7 @@ pub enum Field {
 
 impl Field {
     /// All fields.
-    pub const ALL: [Field; 6] = [
+    pub(crate) const ALL: [Field; 6] = [
         Field::Channel,
         Field::PseudoChannel,
         Field::BankGroup,
@@ -34,7 +34,7 @@ impl Field {
     ];
 
     /// Its name in `mapping.fields`.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Field::Channel => "channel",
             Field::PseudoChannel => "pseudo-channel",
@@ -46,7 +46,7 @@ impl Field {
     }
 
     /// Address bits that it has in a device.
-    pub fn bits(self, device: &Device) -> u32 {
+    pub(crate) fn bits(self, device: &Device) -> u32 {
         let o = &device.organisation;
         match self {
             Field::Channel => o.channels.trailing_zeros(),
@@ -193,7 +193,7 @@ fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather 
 ///
 /// # Errors
 /// What is wrong with `mapping`, naming the key.
-pub fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
+pub(crate) fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
     let bits = |f: Field| f.bits(device);
     let burst = device.organisation.burst.0;
     let column = bits(Field::Column);

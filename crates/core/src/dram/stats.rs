@@ -123,7 +123,7 @@ pub struct Latency {
 
 impl Latency {
     /// Counts one.
-    pub fn add(&mut self, latency: u64) {
+    pub(crate) fn add(&mut self, latency: u64) {
         let bucket = bucket(latency);
         if bucket >= self.buckets.len() {
             self.buckets.resize(bucket + 1, 0);

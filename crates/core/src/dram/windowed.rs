@@ -250,7 +250,7 @@ impl Windowed {
     }
 
     /// Bytes of a burst.
-    pub fn burst_bytes(&self) -> u64 {
+    pub(crate) fn burst_bytes(&self) -> u64 {
         self.burst_bytes
     }
 

@@ -16,7 +16,7 @@ pub struct Area {
 
 impl Area {
     /// Names of the units, in the order of [`Area::units`].
-    pub const UNITS: [&'static str; 4] =
+    pub(crate) const UNITS: [&'static str; 4] =
         [UnitKind::Ccu.name(), UnitKind::Qsu.name(), UnitKind::Bsu.name(), UnitKind::Vru.name()];
 
     /// Number of [`Area::blocks`].

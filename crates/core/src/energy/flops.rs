@@ -1,4 +1,5 @@
-//! Floating-point operations of each action, for rooflines: `arch-configs/flops.toml`.
+//! Floating-point operations of each action, for rooflines: `arch-configs/flops.toml`, after the
+//! operation counts of the reference renderer (`powergs`).
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -28,7 +29,7 @@ fn counts() -> &'static Counts {
     })
 }
 
-/// Operations of one action; moving bytes counts none.
+/// Floating-point operations of one action (source: `powergs`); actions that move bytes have none.
 pub fn flops(action: Action) -> u32 {
     let key = action.key();
     let file = counts();
@@ -36,12 +37,7 @@ pub fn flops(action: Action) -> u32 {
     tables.into_iter().find_map(|table| table.get(&key)).copied().unwrap_or(0)
 }
 
-/// Operations of all actions, by [`Action::index`].
+/// [`flops`] of all actions, by [`Action::index`].
 pub fn per_action() -> [u32; Action::COUNT] {
     Action::all().map(flops)
-}
-
-/// Where the counts come from: a key of `references.toml`.
-pub fn source() -> &'static str {
-    &counts().source
 }

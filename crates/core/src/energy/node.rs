@@ -56,7 +56,7 @@ impl Scaled {
 }
 
 /// All fits by name.
-pub fn fits() -> &'static BTreeMap<String, Fit> {
+pub(crate) fn fits() -> &'static BTreeMap<String, Fit> {
     static ALL: OnceLock<BTreeMap<String, Fit>> = OnceLock::new();
     ALL.get_or_init(|| {
         powergs_base::config::parse::<BTreeMap<String, Fit>>(NODES, &[])
@@ -69,7 +69,12 @@ pub fn fits() -> &'static BTreeMap<String, Fit> {
 ///
 /// # Errors
 /// What there is instead, in one line: an unknown fit, or a step that the fit has no row for.
-pub fn factor(fit: &str, what: Scaled, from: Nanometres, to: Nanometres) -> Result<f64, String> {
+pub(crate) fn factor(
+    fit: &str,
+    what: Scaled,
+    from: Nanometres,
+    to: Nanometres,
+) -> Result<f64, String> {
     let Some(found) = fits().get(fit) else {
         let known = fits().keys().cloned().collect::<Vec<_>>().join(", ");
         return Err(format!("no fit `{fit}`; there are {known}"));

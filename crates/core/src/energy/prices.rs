@@ -148,7 +148,7 @@ impl Prices {
     }
 
     /// Energy of the commands of one stage.
-    pub fn commands(&self, work: &StageWork) -> Picojoules {
+    pub(crate) fn commands(&self, work: &StageWork) -> Picojoules {
         match &self.dram {
             DramCosts::Bytes { .. } => Picojoules(0.0),
             DramCosts::Commands(p) => p.commands(work.reads, work.writes, work.activates),

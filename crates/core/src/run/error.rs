@@ -98,11 +98,6 @@ impl RunError {
             other => other.to_string(),
         }
     }
-
-    /// Whether this is a defect of the program and not of what it was given.
-    pub fn is_internal(&self) -> bool {
-        matches!(self, RunError::Invariant { .. } | RunError::Internal(_))
-    }
 }
 
 /// An error and its causes, joined with colons.

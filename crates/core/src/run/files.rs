@@ -59,7 +59,7 @@ impl FileKind {
     }
 
     /// The files of this kind that come with the program.
-    pub const fn embedded(self) -> &'static [Embedded] {
+    pub(crate) const fn embedded(self) -> &'static [Embedded] {
         match self {
             FileKind::Machine => MACHINES,
             FileKind::Energy => ENERGY,
@@ -162,7 +162,7 @@ pub fn read(
 ///
 /// # Errors
 /// [`RunError::Config`]: it cannot be read, or is no text.
-pub fn read_text(path: &Path) -> Result<String, RunError> {
+pub(crate) fn read_text(path: &Path) -> Result<String, RunError> {
     let mut bytes = Vec::new();
     let place = path.display();
     let file = File::open(path).map_err(|e| RunError::config(place.to_string(), e))?;

@@ -137,7 +137,7 @@ pub struct Binned {
 
 impl BinnedFrame {
     /// Bins a frame for some geometries.
-    pub fn new(position: usize, frame: &Frame, geometries: &[Geometry]) -> BinnedFrame {
+    pub(crate) fn new(position: usize, frame: &Frame, geometries: &[Geometry]) -> BinnedFrame {
         let binned = |&geometry: &Geometry| {
             (geometry, Binned { workload: bin(frame, geometry), memo: Memo::default() })
         };

@@ -63,16 +63,11 @@ impl TraceFile {
         &self.input
     }
 
-    /// The path as it was given.
-    pub fn path(&self) -> &str {
-        &self.path
-    }
-
     /// The head of a frame: camera, image means.
     ///
     /// # Errors
     /// [`RunError::Input`]: it cannot be read.
-    pub fn head(&mut self, position: usize) -> Result<FrameHead, RunError> {
+    pub(crate) fn head(&mut self, position: usize) -> Result<FrameHead, RunError> {
         let info = self.reader.info(position as u64);
         Ok(info.map_err(|e| RunError::input(&self.path, e))?.head)
     }

@@ -132,7 +132,7 @@ pub enum SimError {
 ///
 /// # Errors
 /// [`Incompatible`].
-pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompatible> {
+pub(crate) fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompatible> {
     if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
         return Err(Incompatible::Foveated { machine: machine.name.clone() });
     }
@@ -146,7 +146,7 @@ pub fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompati
 ///
 /// # Errors
 /// [`Incompatible::Rule`].
-pub fn rules(replay: &Replay) -> Result<(), Incompatible> {
+pub(crate) fn rules(replay: &Replay) -> Result<(), Incompatible> {
     replay.rule_error.clone().map_or(Ok(()), |error| Err(error.into()))
 }
 

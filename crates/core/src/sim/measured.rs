@@ -34,7 +34,11 @@ impl Measured {
 
     /// Of the first frame of a list, or on a machine that keeps no order from frame to frame;
     /// `checks_order`: also how well its lists are sorted.
-    pub fn first(workload: &FrameWorkload, machine: &Machine, checks_order: bool) -> Measured {
+    pub(crate) fn first(
+        workload: &FrameWorkload,
+        machine: &Machine,
+        checks_order: bool,
+    ) -> Measured {
         let order = checks_order.then(|| order(workload, machine));
         Measured { order, ..Measured::needed(workload, machine) }
     }
@@ -55,7 +59,7 @@ impl Measured {
     }
 
     /// What the pipeline is told.
-    pub fn context(&self) -> FrameContext<'_> {
+    pub(crate) fn context(&self) -> FrameContext<'_> {
         FrameContext {
             hits: self.cache.as_ref().map(|cache| cache.hits.as_slice()),
             reuse: self.reuse.as_ref().map(|reuse| reuse.lists.as_slice()),
@@ -69,7 +73,7 @@ impl Measured {
     }
 
     /// How well the lists are sorted, or what they took over from the frame before.
-    pub fn lists(&self) -> Option<ListOrder> {
+    pub(crate) fn lists(&self) -> Option<ListOrder> {
         let Some(reuse) = &self.reuse else { return self.order.map(ListOrder::Sorted) };
         let summary = reuse.summary;
         Some(ListOrder::Reused(ReuseSummary {

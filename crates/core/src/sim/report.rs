@@ -235,7 +235,7 @@ pub struct FoveaSummary {
 
 impl FoveaSummary {
     /// Of a binned frame; `None` for plain ones.
-    pub fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
+    pub(crate) fn of(workload: &FrameWorkload) -> Option<FoveaSummary> {
         let fovea = workload.fovea.as_ref()?;
         Some(FoveaSummary {
             gaze: fovea.gaze.point,

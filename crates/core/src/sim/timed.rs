@@ -9,7 +9,7 @@ use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitC
 use crate::action::{Action, ActionCounts, Stage};
 use crate::energy::{Activity, DramWork, Prices, StageWork};
 use crate::workload::FrameWorkload;
-use powergs_base::quantity::{Cycles, Hertz};
+use powergs_base::quantity::Hertz;
 use powergs_frame::splat::Counters;
 
 /// What a frame did on a machine, and when. Everything but what it cost.
@@ -31,13 +31,6 @@ pub struct Timed {
     pub cache: Option<CacheSummary>,
     /// What only foveated frames have.
     pub fovea: Option<Foveal<RegionWork>>,
-}
-
-impl Timed {
-    /// Time of the frame, seconds.
-    pub fn frame_time_s(&self) -> f64 {
-        self.timing.frame as f64 / self.clock.0
-    }
 }
 
 /// Takes frame `frame` of a trace through a machine, and checks every account but those of energy.
@@ -107,7 +100,8 @@ pub fn priced(
 ) -> Result<FrameReport, InvariantViolated> {
     let activity = Activity {
         actions: &timed.actions,
-        seconds: Cycles(timed.timing.frame).milliseconds(timed.clock) * 1e-3,
+        // By way of milliseconds: recorded results have this rounding.
+        seconds: timed.timing.frame as f64 / timed.clock.0 * 1e3 * 1e-3,
         idle: idle(&timed.timing),
         dram: timed.timing.dram.commands.as_ref().map(dram_work),
     };

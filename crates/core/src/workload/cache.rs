@@ -39,13 +39,6 @@ pub struct CacheReplay {
     pub first_loads: u64,
 }
 
-impl CacheReplay {
-    /// Loads of records that a larger cache, or one of more ways, would have found.
-    pub fn evicted_loads(&self) -> u64 {
-        self.loads - self.hit_loads - self.first_loads
-    }
-}
-
 /// Replays the chunk loads of `workload`, its tiles in `order` (row-major indices, each once).
 pub fn replay(workload: &FrameWorkload, shape: CacheShape, order: &[u32]) -> CacheReplay {
     assert_eq!(order.len(), workload.tiles.len(), "every tile is loaded once");

@@ -22,7 +22,7 @@ pub(crate) struct TileFovea<'a> {
 
 impl<'a> TileFovea<'a> {
     /// Finds the levels of the tiles of `grid`.
-    pub fn new(fovea: &'a Fovea, grid: TileGrid) -> Self {
+    pub(crate) fn new(fovea: &'a Fovea, grid: TileGrid) -> Self {
         let gaze = fovea.screen_gaze();
         let map = gaze.eccentricity_map([grid.width, grid.height]);
         let map = map.expect("a frame that was checked has its gaze on a screen");
@@ -32,24 +32,29 @@ impl<'a> TileFovea<'a> {
     }
 
     /// For the intersection tests.
-    pub fn levels(&self) -> Levels<'_> {
+    pub(crate) fn levels(&self) -> Levels<'_> {
         Levels { filter: &self.filter, highest: self.highest }
     }
 
     /// Whether tile `tile` keeps the splat at `rank`.
     #[inline]
-    pub fn keeps(&self, tile: usize, rank: u32) -> bool {
+    pub(crate) fn keeps(&self, tile: usize, rank: u32) -> bool {
         self.filter.keeps(tile, self.highest[rank as usize])
     }
 
     /// Whether a tile that blends has the splat at `rank` in its second level too.
     #[inline]
-    pub fn is_second(&self, tile: usize, rank: u32) -> bool {
+    pub(crate) fn is_second(&self, tile: usize, rank: u32) -> bool {
         self.filter.blends[tile] && self.highest[rank as usize] > self.filter.first[tile]
     }
 
     /// What a frame says of itself.
-    pub fn work(self, touches: &[Touch], first_tile: &[u32], parts: &[RowPart]) -> FoveaWork {
+    pub(crate) fn work(
+        self,
+        touches: &[Touch],
+        first_tile: &[u32],
+        parts: &[RowPart],
+    ) -> FoveaWork {
         let mut counters = FoveaCounters::default();
         for (touch, &tile) in touches.iter().zip(first_tile) {
             counters.touch(touch);

@@ -26,7 +26,7 @@ pub(crate) struct Storage {
 
 impl Storage {
     /// Finds where the splats of `frame` lie, given the tiles that each touches, by rank.
-    pub fn new(frame: &Frame, touches: &[Touch]) -> Storage {
+    pub(crate) fn new(frame: &Frame, touches: &[Touch]) -> Storage {
         if frame.facts.points > STORAGE_RECORDS_MAX {
             return Storage { slot: sort_slots(frame, touches), prefix: Vec::new() };
         }

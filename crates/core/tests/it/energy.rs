@@ -11,7 +11,7 @@ use powergs_core::energy::{
     Activity, Component, DramCosts, DramWork, EnergyTable, Prices, StageWork,
 };
 use powergs_core::sim::{
-    FrameReport, InvariantViolated, Label, Measured, check, cost, frames, priced, simulate, time,
+    FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
 };
 use powergs_core::workload::FrameWorkload;
 
@@ -278,23 +278,4 @@ fn one_timing_is_priced_by_several_tables() {
     let other = priced(label.clone(), &timed, &dearer).unwrap();
     assert!(other.energy.total().0 > one.energy.total().0);
     assert_eq!(other, simulate(label, &frame, &machine, &dearer).unwrap());
-}
-
-#[test]
-fn frames_come_back_in_order_and_stop_at_the_first_error() {
-    let run = |bad: usize| {
-        let mut seen = Vec::new();
-        let items = (0..20).map(|i| if i == bad { Err(i) } else { Ok(i) });
-        let result = frames::in_order(
-            items,
-            |i| if i == 13 { Err(i) } else { Ok(i * 10) },
-            |x| {
-                seen.push(x);
-                Ok(())
-            },
-        );
-        (result, seen)
-    };
-    assert_eq!(run(99), (Err(13), (0..13).map(|i| i * 10).collect()));
-    assert_eq!(run(4), (Err(4), vec![0, 10, 20, 30]));
 }

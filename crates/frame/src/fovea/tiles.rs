@@ -94,11 +94,4 @@ impl TileLevels {
         let offset = |p: u32, t: u32| f64::from(p) / side - f64::from(t) - 0.5;
         self.tiles[self.grid.index(tx, ty)].share([offset(x, tx), offset(y, ty)])
     }
-
-    /// Tiles of each region.
-    pub fn regions(&self) -> [u64; 4] {
-        let mut counts = [0; 4];
-        self.tiles.iter().for_each(|tile| counts[usize::from(tile.region())] += 1);
-        counts
-    }
 }

@@ -4,7 +4,7 @@
 //! height δy is δx = (−c1 δy + √(c0 L − det δy²)) / c0, whose maximum over a slab of rows is at the
 //! ellipse's rightmost point or at the slab's nearest edge.
 
-use super::Splat;
+use super::{ALPHA_STEPS, Splat};
 
 /// The ellipse of one splat, double precision.
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +25,7 @@ impl Ellipse {
     pub fn new(splat: &Splat, conic: [f32; 3]) -> Option<Ellipse> {
         let [c0, c1, c2] = conic.map(f64::from);
         let det = c0 * c2 - c1 * c1;
-        let exact = 2.0 * (255.0 * f64::from(splat.opacity)).ln();
+        let exact = 2.0 * (ALPHA_STEPS * f64::from(splat.opacity)).ln();
         if exact.is_nan() || exact < -1e-3 {
             return None;
         }

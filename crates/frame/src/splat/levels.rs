@@ -31,7 +31,7 @@ impl LevelFilter {
     ///
     /// # Panics
     /// If there is not one level a tile, or one of level 3 blends.
-    pub fn new(grid: TileGrid, first: Vec<u8>, blends: Vec<bool>) -> LevelFilter {
+    pub(crate) fn new(grid: TileGrid, first: Vec<u8>, blends: Vec<bool>) -> LevelFilter {
         assert!(first.len() == grid.len() && blends.len() == grid.len(), "one level a tile");
         let is_last = |(first, blends): (&u8, &bool)| *first >= LEVEL_MAX && *blends;
         assert!(!first.iter().zip(&blends).any(is_last), "nothing follows level 3");
@@ -79,7 +79,7 @@ impl LevelFilter {
 
     /// The levels, first and last, whose colours a splat needs in a tile that keeps it.
     #[inline]
-    pub fn needed(&self, tile: usize, highest: u8) -> (u8, u8) {
+    pub(crate) fn needed(&self, tile: usize, highest: u8) -> (u8, u8) {
         let first = self.first[tile];
         (first, first + u8::from(self.blends[tile] && highest > first))
     }

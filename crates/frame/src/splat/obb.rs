@@ -20,7 +20,7 @@ pub struct Obb {
 
 impl Obb {
     /// Prepares the box of `splat` for tiles of side `tile` pixels.
-    pub fn new(splat: &Splat, tile: u32) -> Obb {
+    pub(crate) fn new(splat: &Splat, tile: u32) -> Obb {
         let [a, b, d] = splat.cov;
         let (axis, half) = (principal_axis(a, b, d), half_lengths(a, b, d));
         let [c, s] = axis.map(f32::abs);
@@ -39,11 +39,6 @@ impl Obb {
         }
     }
 
-    /// Whether the box meets tile (tx, ty). Touching counts.
-    pub fn meets(&self, tx: u32, ty: u32) -> bool {
-        self.meets_row(ty).is_some_and(|row| row.meets(tx))
-    }
-
     /// The test restricted to one row of tiles; `None` if the row is out of reach.
     pub(crate) fn meets_row(&self, ty: u32) -> Option<ObbRow<'_>> {
         let dy = (ty as f32 + 0.5) * self.tile - self.mean[1];
@@ -60,9 +55,9 @@ pub(crate) struct ObbRow<'a> {
 }
 
 impl ObbRow<'_> {
-    /// Whether the box meets tile `tx` of this row. Every condition is monotonic in `tx`, so the
+    /// Whether the box meets tile `tx` of this row; touching counts. Every condition is monotonic in `tx`, so the
     /// tiles that are met form an interval, in floating point too.
-    pub fn meets(&self, tx: u32) -> bool {
+    pub(crate) fn meets(&self, tx: u32) -> bool {
         let o = self.obb;
         let dx = (tx as f32 + 0.5) * o.tile - o.mean[0];
         let [c, s] = o.axis;
@@ -72,7 +67,7 @@ impl ObbRow<'_> {
     }
 
     /// The interval of tiles that are met within `x0..x1`, empty if none is.
-    pub fn interval(&self, x0: u32, x1: u32) -> (u32, u32) {
+    pub(crate) fn interval(&self, x0: u32, x1: u32) -> (u32, u32) {
         let mut lo = x0;
         while lo < x1 && !self.meets(lo) {
             lo += 1;

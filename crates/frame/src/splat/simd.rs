@@ -26,7 +26,7 @@ pub fn exp2<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
 
 /// e^x, clamped to the range where 2^(x log2 e) is normal.
 #[inline(always)]
-pub fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+pub(crate) fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     let y = x * std::f32::consts::LOG2_E;
     exp2(simd, y.max(f32x16::splat(simd, -126.0)).min(f32x16::splat(simd, 127.0)))
 }

@@ -91,7 +91,7 @@ impl EncodedFrame {
     }
 
     /// Facts and counts.
-    pub fn head(&self) -> &FrameHead {
+    pub(crate) fn head(&self) -> &FrameHead {
         &self.head
     }
 
@@ -101,7 +101,7 @@ impl EncodedFrame {
     }
 
     /// Where the frame begins in the file it was read from.
-    pub fn start(&self) -> u64 {
+    pub(crate) fn start(&self) -> u64 {
         self.offset.saturating_sub(self.head_block().len() as u64)
     }
 

@@ -31,7 +31,7 @@ fn brute(scene: &powergs_scene::Gaussians, cameras: &[Camera]) -> Vec<f64> {
                         let (dx, dy) = (splat.mean[0] - x as f32, splat.mean[1] - y as f32);
                         let power = -0.5 * (c0 * dx * dx + c2 * dy * dy) - c1 * dx * dy;
                         let alpha = ALPHA_MAX.min(splat.opacity * power.exp());
-                        if power > 0.0 || alpha < ALPHA_MIN {
+                        if power > 0.0 || alpha < ALPHA_MIN as f32 {
                             continue;
                         }
                         let left = through * (1.0 - alpha);

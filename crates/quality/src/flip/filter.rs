@@ -36,7 +36,7 @@ pub struct Features {
 impl Kernel {
     /// Edge and point detectors: derivatives whose positive and negative weights add up to 1 and
     /// −1.
-    pub fn features(pixels_per_degree: f64) -> Features {
+    pub(crate) fn features(pixels_per_degree: f64) -> Features {
         let sigma = 0.5 * FEATURE * pixels_per_degree;
         let radius = (3.0 * sigma).ceil() as i64;
         let sample = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -60,7 +60,7 @@ fn balanced(weights: &[f64]) -> Kernel {
 }
 
 /// A channel filtered by its contrast sensitivity.
-pub fn sensitivity(
+pub(crate) fn sensitivity(
     plane: &[f32],
     size: (usize, usize),
     gaussians: Sensitivity,
@@ -88,7 +88,7 @@ pub fn sensitivity(
 }
 
 /// Correlation with `horizontal` along rows and `vertical` along columns.
-pub fn convolved(
+pub(crate) fn convolved(
     plane: &[f32],
     (width, height): (usize, usize),
     horizontal: &Kernel,

@@ -15,7 +15,7 @@ pub(crate) struct Taps {
 impl Taps {
     /// Bilinear interpolation from `coarse` to `full` places; ends of places, not their middles,
     /// are aligned.
-    pub fn new(coarse: usize, full: usize) -> Taps {
+    pub(crate) fn new(coarse: usize, full: usize) -> Taps {
         let scale = coarse as f64 / full as f64;
         let mut taps = Taps { first: Vec::new(), weight: Vec::new(), start: Vec::new() };
         for i in 0..full {
@@ -48,7 +48,7 @@ impl Taps {
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
-    pub fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
+    pub(crate) fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
         // What the places after the lower neighbour before give.
         let mut before = 0.0;
         for (j, out) in coarse.iter_mut().enumerate() {
@@ -79,7 +79,7 @@ pub struct Axis {
 
 impl Axis {
     /// Pooling over `pooling` places of `n`; below 1 there are more cells than places.
-    pub fn pooled(n: usize, pooling: f64) -> Axis {
+    pub(crate) fn pooled(n: usize, pooling: f64) -> Axis {
         // As published: a float product, rounded down. A picture smaller than the pooling of a
         // coarse level has one cell there.
         let count = ((n as f64 * (1.0 / pooling)).floor() as usize).max(1);
@@ -91,7 +91,7 @@ impl Axis {
     }
 
     /// Sums over cells, times `scale`.
-    pub fn sums(&self, full: &[f32], scale: f32, out: &mut [f32]) {
+    pub(crate) fn sums(&self, full: &[f32], scale: f32, out: &mut [f32]) {
         for (out, &(first, end)) in out.iter_mut().zip(&self.cells) {
             let mut sum = 0.0;
             for value in &full[first as usize..end as usize] {
@@ -102,7 +102,7 @@ impl Axis {
     }
 
     /// The adjoint of [`Axis::sums`].
-    pub fn spread(&self, coarse: &[f32], scale: f32, full: &mut [f32]) {
+    pub(crate) fn spread(&self, coarse: &[f32], scale: f32, full: &mut [f32]) {
         full.fill(0.0);
         for (value, &(first, end)) in coarse.iter().zip(&self.cells) {
             let share = value * scale / (end - first) as f32;

@@ -27,7 +27,7 @@ pub struct Gradients {
 
 impl Gradients {
     /// Zeros, for the maps of `pyramid`.
-    pub fn new(pyramid: &Pyramid) -> Gradients {
+    pub(crate) fn new(pyramid: &Pyramid) -> Gradients {
         let full = pyramid.full;
         let channel = |_| Channel {
             image: Plane::new(full, 0),
@@ -54,7 +54,7 @@ impl Gradients {
     }
 
     /// The derivative by the picture.
-    pub fn collect(&mut self, pyramid: &Pyramid, gradient: &mut [[f32; 3]]) {
+    pub(crate) fn collect(&mut self, pyramid: &Pyramid, gradient: &mut [[f32; 3]]) {
         let level = Level::new();
         for channel in &mut self.channels {
             for k in (0..LEVELS).rev() {

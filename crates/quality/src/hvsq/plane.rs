@@ -1,7 +1,7 @@
 //! A map of numbers with a margin around it.
 
 /// Values of a SIMD vector.
-pub const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// A map. Rows are [`Plane::stride`] apart; a row begins with its left margin and ends in at least
 /// sixteen values that vectors may touch. What lies beyond the width is 0 unless the margin holds
@@ -21,25 +21,25 @@ pub struct Plane {
 }
 
 /// `n` rounded up to whole vectors.
-pub fn lanes(n: usize) -> usize {
+pub(crate) fn lanes(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }
 
 impl Plane {
     /// A plane of zeros.
-    pub fn new([width, height]: [usize; 2], margin: usize) -> Plane {
+    pub(crate) fn new([width, height]: [usize; 2], margin: usize) -> Plane {
         let stride = lanes(width + 2 * margin) + LANES;
         let values = vec![0.0; stride * (height + 2 * margin)];
         Plane { width, height, margin, stride, values }
     }
 
     /// Number of values without margins.
-    pub fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         (self.width * self.height) as f64
     }
 
     /// Row `y` with whole vectors, without the left margin.
-    pub fn row(&self, y: usize) -> &[f32] {
+    pub(crate) fn row(&self, y: usize) -> &[f32] {
         let at = (y + self.margin) * self.stride + self.margin;
         &self.values[at..at + lanes(self.width)]
     }
@@ -62,7 +62,7 @@ impl Plane {
     }
 
     /// Fills the margin with the reflection of the plane; its edge is not repeated.
-    pub fn reflect(&mut self) {
+    pub(crate) fn reflect(&mut self) {
         let (m, w, h) = (self.margin, self.width, self.height);
         for y in 0..h {
             let row = &mut self.values[(y + m) * self.stride..(y + m + 1) * self.stride];
@@ -105,7 +105,12 @@ impl Plane {
     }
 
     /// The sum of squared differences; the differences times `scale` go into `gradient`.
-    pub fn difference(&self, other: &Plane, scale: f32, mut gradient: Option<&mut Plane>) -> f64 {
+    pub(crate) fn difference(
+        &self,
+        other: &Plane,
+        scale: f32,
+        mut gradient: Option<&mut Plane>,
+    ) -> f64 {
         let mut sum = 0.0;
         for y in 0..self.height {
             let pairs = self.row(y)[..self.width].iter().zip(&other.row(y)[..self.width]);

@@ -35,7 +35,7 @@ pub struct Grid {
 
 impl Grid {
     /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         size_of::<f32>() * (self.mean.capacity() + self.square.capacity())
     }
 
@@ -86,7 +86,7 @@ impl Scratch {
 }
 
 /// Pools a map and its square.
-pub fn pooled(map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) -> Grid {
+pub(crate) fn pooled(map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) -> Grid {
     scratch.sized(lanes(map.width));
     let mut grid = Grid::default();
     dispatch!(Level::new(), simd => pool(simd, map, axes, &mut scratch.sums, &mut grid));
@@ -124,7 +124,7 @@ fn add_row<S: Simd>(simd: S, row: &[f32], mean: &mut [f32], square: &mut [f32]) 
 
 /// Compares a map of `level` with its reference at every pooling. With weights, `gradient` gets
 /// the derivative of the weighted sum of measures by the map.
-pub fn compare(
+pub(crate) fn compare(
     map: &Plane,
     reference: &MapReference,
     (level, axes): (usize, &[[[Axis; 2]; LEVELS]]),

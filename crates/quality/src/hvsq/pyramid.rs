@@ -32,13 +32,13 @@ pub(crate) struct Pyramid {
 }
 
 /// Sides after `level` halvings.
-pub fn halved(full: [usize; 2], level: usize) -> [usize; 2] {
+pub(crate) fn halved(full: [usize; 2], level: usize) -> [usize; 2] {
     full.map(|n| n >> level)
 }
 
 impl Pyramid {
     /// Room for the pyramid of a picture.
-    pub fn new(size: [usize; 2], full: [usize; 2]) -> Pyramid {
+    pub(crate) fn new(size: [usize; 2], full: [usize; 2]) -> Pyramid {
         let channel = |_| Channel {
             image: Plane::new(full, 2),
             high: Plane::new(full, 0),
@@ -52,7 +52,7 @@ impl Pyramid {
     }
 
     /// Level and values of one of the maps of all channels.
-    pub fn map(&self, i: usize) -> (usize, &Plane) {
+    pub(crate) fn map(&self, i: usize) -> (usize, &Plane) {
         let channel = &self.channels[i / MAPS];
         match (i % MAPS).checked_sub(1) {
             None => (0, &channel.high),
@@ -61,7 +61,7 @@ impl Pyramid {
     }
 
     /// The lowest frequencies of a channel.
-    pub fn lowest(&self, channel: usize) -> &Plane {
+    pub(crate) fn lowest(&self, channel: usize) -> &Plane {
         &self.channels[channel].low[LEVELS]
     }
 

@@ -27,12 +27,12 @@ pub(crate) struct MapReference {
 
 impl MapReference {
     /// The statistics at a pooling, `None` where it changes nothing.
-    pub fn pooled(&self, pooling: usize) -> Option<&Grid> {
+    pub(crate) fn pooled(&self, pooling: usize) -> Option<&Grid> {
         self.grids[pooling].as_ref()
     }
 
     /// The map.
-    pub fn map(&self) -> &Plane {
+    pub(crate) fn map(&self) -> &Plane {
         self.map.as_ref().expect("kept where a pooling changes nothing")
     }
 }

@@ -39,7 +39,7 @@ pub struct Job<'a> {
 
 impl<'a> Job<'a> {
     /// A job without gradient and watts.
-    pub fn new(
+    pub(crate) fn new(
         width: usize,
         height: usize,
         picture: &'a [f32],
@@ -81,7 +81,7 @@ pub(crate) struct Sums {
 
 impl Sums {
     /// The sums of both.
-    pub fn plus(&self, other: &Sums) -> Sums {
+    pub(crate) fn plus(&self, other: &Sums) -> Sums {
         Sums {
             l1: self.l1 + other.l1,
             square: self.square + other.square,
@@ -91,7 +91,7 @@ impl Sums {
     }
 
     /// Everything divided by `n`.
-    pub fn over(&self, n: f64) -> Sums {
+    pub(crate) fn over(&self, n: f64) -> Sums {
         Sums {
             l1: self.l1 / n,
             square: self.square / n,
@@ -118,7 +118,7 @@ pub struct Work {
 
 impl Work {
     /// Work space for pictures of `width` pixels.
-    pub fn new(width: usize) -> Work {
+    pub(crate) fn new(width: usize) -> Work {
         let n = 3 * width;
         Work {
             source: std::array::from_fn(|_| padded(n)),
@@ -132,7 +132,7 @@ impl Work {
 
 /// Works through the rows from `first` on, one per entry of `sums`, and as many rows around them
 /// as the window needs. `gradient` has the rows of `sums`.
-pub fn run<S: Simd>(
+pub(crate) fn run<S: Simd>(
     simd: S,
     job: &Job,
     first: usize,

@@ -7,7 +7,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
 /// Values that are worked on at a time.
-pub const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 /// Pixels on each side of the middle.
 pub(crate) const RADIUS: usize = 5;
 /// Pixels of the window along an axis.
@@ -18,7 +18,7 @@ pub(crate) const PAD: usize = 3 * RADIUS;
 const SIGMA: f64 = 1.5;
 
 /// The weights along an axis; they add up to 1.
-pub fn weights() -> [f32; TAPS] {
+pub(crate) fn weights() -> [f32; TAPS] {
     let raw: [f64; TAPS] = std::array::from_fn(|i| {
         let d = i as f64 - RADIUS as f64;
         (-d * d / (2.0 * SIGMA * SIGMA)).exp()
@@ -28,13 +28,13 @@ pub fn weights() -> [f32; TAPS] {
 }
 
 /// A padded row for `n` values: zeros, the values, zeros.
-pub fn padded(n: usize) -> Vec<f32> {
+pub(crate) fn padded(n: usize) -> Vec<f32> {
     vec![0.0; super::lanes(n) + 2 * PAD + 1]
 }
 
 /// The window along a padded row, centred on the values `i..i + 16` of the row.
 #[inline(always)]
-pub fn along<S: Simd>(simd: S, w: &[f32; TAPS], row: &[f32], i: usize) -> f32x16<S> {
+pub(crate) fn along<S: Simd>(simd: S, w: &[f32; TAPS], row: &[f32], i: usize) -> f32x16<S> {
     let near = &row[i..i + LANES + 2 * PAD];
     let mut sum = f32x16::from_slice(simd, &near[..LANES]) * w[0];
     for k in 1..TAPS {
@@ -46,7 +46,12 @@ pub fn along<S: Simd>(simd: S, w: &[f32; TAPS], row: &[f32], i: usize) -> f32x16
 
 /// The window across 11 rows, at the values `i..i + 16`.
 #[inline(always)]
-pub fn across<S: Simd>(simd: S, w: &[f32; TAPS], rows: &[&[f32]; TAPS], i: usize) -> f32x16<S> {
+pub(crate) fn across<S: Simd>(
+    simd: S,
+    w: &[f32; TAPS],
+    rows: &[&[f32]; TAPS],
+    i: usize,
+) -> f32x16<S> {
     let mut sum = f32x16::from_slice(simd, &rows[0][i..i + LANES]) * w[0];
     for k in 1..TAPS {
         let values = f32x16::from_slice(simd, &rows[k][i..i + LANES]);
@@ -65,7 +70,7 @@ pub struct Ring<const MAPS: usize> {
 
 impl<const MAPS: usize> Ring<MAPS> {
     /// A ring for rows of `n` values.
-    pub fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         let stride = super::lanes(n);
         Ring { stride, values: vec![0.0; TAPS * MAPS * stride], zeros: vec![0.0; stride] }
     }
@@ -77,7 +82,7 @@ impl<const MAPS: usize> Ring<MAPS> {
     }
 
     /// The 11 rows of a map around row `y` of a picture of `height` rows.
-    pub fn around(&self, map: usize, y: usize, height: usize) -> [&[f32]; TAPS] {
+    pub(crate) fn around(&self, map: usize, y: usize, height: usize) -> [&[f32]; TAPS] {
         std::array::from_fn(|k| match (y + k).checked_sub(RADIUS) {
             Some(row) if row < height => {
                 let at = ((row % TAPS) * MAPS + map) * self.stride;

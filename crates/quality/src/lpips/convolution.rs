@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::network::{Convolution, Pool};
 
 /// Output channels that are computed together.
-pub const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 /// Places of a row that are computed together.
 const PLACES: usize = 6;
 
@@ -36,7 +36,7 @@ pub(crate) struct Filters {
 
 impl Filters {
     /// From weights by output, input, kernel row and kernel column.
-    pub fn new(shape: &Convolution, weights: &[f32], bias: &[f32]) -> Filters {
+    pub(crate) fn new(shape: &Convolution, weights: &[f32], bias: &[f32]) -> Filters {
         let (inputs, area) = (shape.inputs, shape.side * shape.side);
         let mut packed = Vec::with_capacity(weights.len() / LANES);
         for group in 0..shape.outputs / LANES {
@@ -70,7 +70,7 @@ impl Convolution {
     ///
     /// # Panics
     /// If the kernel does not fit into the padded map.
-    pub fn of(&self, map: &Map, filters: &Filters) -> Map {
+    pub(crate) fn of(&self, map: &Map, filters: &Filters) -> Map {
         let side = |n| self.output_side(n).expect("the size was checked");
         let (width, height) = (side(map.width), side(map.height));
         let input = map.padded(self.pad);
@@ -132,7 +132,7 @@ impl Pool {
     ///
     /// # Panics
     /// If the map is smaller than a square.
-    pub fn of(&self, map: &Map) -> Map {
+    pub(crate) fn of(&self, map: &Map) -> Map {
         let side = |n| self.output_side(n).expect("the size was checked");
         let (width, height, channels) = (side(map.width), side(map.height), map.channels);
         let row = width * channels;

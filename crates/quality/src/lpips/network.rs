@@ -128,7 +128,7 @@ impl Pool {
 
 impl Slice {
     /// Channels of its output.
-    pub fn channels(&self) -> usize {
+    pub(crate) fn channels(&self) -> usize {
         self.convolutions.last().map_or(0, |c| c.outputs)
     }
 }
@@ -153,7 +153,7 @@ impl Network {
 
     /// The most memory in use at a time, bytes: the padded input and the output of the largest
     /// convolution, and its input and output for the other picture.
-    pub fn memory_bytes(&self, width: u32, height: u32) -> u64 {
+    pub(crate) fn memory_bytes(&self, width: u32, height: u32) -> u64 {
         let (mut width, mut height) = (width as usize, height as usize);
         let values = |w: u64, h: u64, c: usize| w.saturating_mul(h).saturating_mul(c as u64);
         let mut most = 0;

@@ -107,7 +107,7 @@ pub enum LpipsError {
 }
 
 /// Reads all weights.
-pub fn read(bytes: &[u8]) -> Result<Lpips, LpipsError> {
+pub(crate) fn read(bytes: &[u8]) -> Result<Lpips, LpipsError> {
     // A zip archive or a pickle.
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(&[0x80, 2]) {
         return Err(LpipsError::PyTorch);

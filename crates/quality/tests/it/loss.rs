@@ -2,8 +2,9 @@
 
 use approx::assert_relative_eq;
 use powergs_base::picture::Picture;
-use powergs_frame::display::{Display, linear_slope, mean_linear};
+use powergs_frame::display::Display;
 use powergs_quality::{Loss, likeness};
+use powergs_testkit::display::{linear_slope, mean_linear};
 use serde_json::Value;
 
 use super::pictures::{display, from_planes, noisy, numbers, on_threads, shown};
@@ -144,7 +145,8 @@ fn the_display_gradient_is_that_of_the_panel() {
     Loss::new(picture.width, 1).evaluate(&picture, &picture, lambda, &panel, &mut with);
     for (pixel, gradient) in picture.pixels.iter().zip(&with) {
         for c in 0..3 {
-            let slope = panel.slope(c, f64::from(pixel[c]), picture.pixels.len());
+            let by_srgb = linear_slope(f64::from(pixel[c]));
+            let slope = panel.coefficients()[c] * by_srgb / picture.pixels.len() as f64;
             // The rest of the gradient is 0 for equal pictures, but for rounding of SSIM.
             assert_relative_eq!(
                 f64::from(gradient[c]),

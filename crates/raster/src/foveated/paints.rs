@@ -50,7 +50,7 @@ struct Maker<'a> {
 
 impl LevelPaints {
     /// Projects a model. If `only_shown`, splats that no tile shows are left out.
-    pub fn new(
+    pub(crate) fn new(
         model: &Foveated,
         camera: &Camera,
         filter: &LevelFilter,

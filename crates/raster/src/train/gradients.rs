@@ -24,16 +24,6 @@ impl Gradients {
         Gradients::default()
     }
 
-    /// Number of Gaussians.
-    pub fn len(&self) -> usize {
-        self.means.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.means.is_empty()
-    }
-
     /// The five lists as plain numbers, in the order means, log-scales, rotations, opacities, SH.
     pub fn flat(&self) -> [&[f32]; 5] {
         [

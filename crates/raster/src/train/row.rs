@@ -35,7 +35,7 @@ pub struct Lines<'a> {
 
 impl Row {
     /// Renders row `ty` into `pixels`.
-    pub fn forward(
+    pub(crate) fn forward(
         &mut self,
         runs: &Runs,
         paints: &[Paint],
@@ -93,7 +93,7 @@ impl Row {
     }
 
     /// Finds the sums of all runs of the row.
-    pub fn backward<K: Kind>(
+    pub(crate) fn backward<K: Kind>(
         &mut self,
         paints: &[Paint],
         lines: &Lines<'_>,
@@ -124,7 +124,7 @@ impl Row {
     }
 
     /// Bytes held.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.entries.capacity() * size_of::<Entry>()
             + self.hits.capacity() * size_of::<Hit>()
             + self.starts.capacity() * size_of::<usize>()
@@ -132,7 +132,7 @@ impl Row {
     }
 
     /// The sums of each run of the row.
-    pub fn sums(&self) -> &[PixelSums] {
+    pub(crate) fn sums(&self) -> &[PixelSums] {
         &self.sums
     }
 }

@@ -58,7 +58,7 @@ pub(crate) struct UnblendBlock {
 
 impl UnblendBlock {
     /// A block in which α above `alpha_limit` has no gradient.
-    pub fn new(alpha_limit: f32) -> UnblendBlock {
+    pub(crate) fn new(alpha_limit: f32) -> UnblendBlock {
         UnblendBlock {
             transmittance: [[0.0; BLOCK]; BLOCK],
             behind: [[0.0; BLOCK]; BLOCK],

@@ -36,7 +36,7 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     /// View `idx` of the file, named by `name_key`.
-    pub fn new(
+    pub(crate) fn new(
         idx: usize,
         value: &'a Value,
         name_key: &'static str,
@@ -60,29 +60,29 @@ impl<'a> View<'a> {
     }
 
     /// An error about `key`.
-    pub fn fault(&self, key: &'static str, what: impl Into<String>) -> CameraError {
+    pub(crate) fn fault(&self, key: &'static str, what: impl Into<String>) -> CameraError {
         CameraError::Value { view: self.label.clone(), key, what: what.into() }
     }
 
     /// The string at `key`.
-    pub fn text(&self, key: &'static str) -> Result<Option<&'a str>, CameraError> {
+    pub(crate) fn text(&self, key: &'static str) -> Result<Option<&'a str>, CameraError> {
         let text = |v: &'a Value| v.as_str().ok_or_else(|| self.fault(key, "must be a string"));
         self.get(key).map(text).transpose()
     }
 
     /// The number at `key`.
-    pub fn number(&self, key: &'static str) -> Result<Option<f64>, CameraError> {
+    pub(crate) fn number(&self, key: &'static str) -> Result<Option<f64>, CameraError> {
         let number = |v: &Value| v.as_f64().ok_or_else(|| self.fault(key, "must be a number"));
         self.get(key).map(number).transpose()
     }
 
     /// The number at `key`, which must be there.
-    pub fn required(&self, key: &'static str) -> Result<f64, CameraError> {
+    pub(crate) fn required(&self, key: &'static str) -> Result<f64, CameraError> {
         self.number(key)?.ok_or_else(|| self.fault(key, "is missing"))
     }
 
     /// The whole number of pixels at `key`.
-    pub fn pixels(&self, key: &'static str) -> Result<Option<u32>, CameraError> {
+    pub(crate) fn pixels(&self, key: &'static str) -> Result<Option<u32>, CameraError> {
         let Some(value) = self.number(key)? else { return Ok(None) };
         if value.fract() != 0.0 || !(1.0..=f64::from(MAX_SIZE)).contains(&value) {
             let what = format!("{value} is not an image size; must be 1 to {MAX_SIZE} pixels");
@@ -92,7 +92,7 @@ impl<'a> View<'a> {
     }
 
     /// The split at `split`; a name that is not known is an error.
-    pub fn split(&self) -> Result<Option<Split>, CameraError> {
+    pub(crate) fn split(&self) -> Result<Option<Split>, CameraError> {
         let Some(name) = self.text("split")? else { return Ok(None) };
         let what = || format!("`{name}` is not a split; write `train` or `test`");
         Split::from_name(name).map(Some).ok_or_else(|| self.fault("split", what()))
@@ -122,7 +122,7 @@ impl<'a> View<'a> {
     }
 
     /// The vector at `key`.
-    pub fn vector(&self, key: &'static str) -> Result<DVec3, CameraError> {
+    pub(crate) fn vector(&self, key: &'static str) -> Result<DVec3, CameraError> {
         let list = self.list(key)?;
         let numbers: Vec<f64> = list.iter().filter_map(Value::as_f64).collect();
         let array: Result<[f64; 3], _> = numbers.try_into();
@@ -133,14 +133,14 @@ impl<'a> View<'a> {
     }
 
     /// The 3x3 matrix at `key`, a list of rows.
-    pub fn matrix(&self, key: &'static str) -> Result<DMat3, CameraError> {
+    pub(crate) fn matrix(&self, key: &'static str) -> Result<DMat3, CameraError> {
         let rows = self.list(key)?;
         let row = |i| self.row::<3>(key, rows, i).map(DVec3::from_array);
         Ok(DMat3::from_cols(row(0)?, row(1)?, row(2)?).transpose())
     }
 
     /// Rotation and translation of the 3x4 or 4x4 matrix at `key`, a list of rows.
-    pub fn transform(&self, key: &'static str) -> Result<(DMat3, DVec3), CameraError> {
+    pub(crate) fn transform(&self, key: &'static str) -> Result<(DMat3, DVec3), CameraError> {
         let rows = self.list(key)?;
         if rows.len() > 3 && self.row::<4>(key, rows, 3)? != [0.0, 0.0, 0.0, 1.0] {
             return Err(self.fault(key, "the last row must be 0 0 0 1"));

@@ -47,7 +47,7 @@ impl Scalar {
     }
 
     /// Size in bytes.
-    pub fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -75,7 +75,7 @@ pub(super) struct Element {
 
 impl Element {
     /// The column called `name`.
-    pub fn column(&self, name: &str) -> Option<usize> {
+    pub(crate) fn column(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|p| p.name == name)
     }
 

@@ -21,7 +21,7 @@ pub(super) struct Bundle<'a> {
 
 impl<'a> Bundle<'a> {
     /// Reads the directory and finds `meta.json`, at the root or in the first folder with one.
-    pub fn new(bytes: &'a [u8]) -> Result<Self, SceneError> {
+    pub(crate) fn new(bytes: &'a [u8]) -> Result<Self, SceneError> {
         let wrong = |what: String| SceneError::malformed("zip archive", what, DAMAGED);
         let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| wrong(e.to_string()))?;
         let mut indices: Vec<String> = (0..archive.len())
@@ -37,12 +37,12 @@ impl<'a> Bundle<'a> {
     }
 
     /// The name of `meta.json`.
-    pub fn index(&self) -> &str {
+    pub(crate) fn index(&self) -> &str {
         &self.index
     }
 
     /// The folder of `meta.json`, with its slash.
-    pub fn prefix(&self) -> &str {
+    pub(crate) fn prefix(&self) -> &str {
         self.index.rfind('/').map_or("", |slash| &self.index[..=slash])
     }
 }

@@ -56,7 +56,7 @@ enum Numbers {
 
 impl Meta {
     /// Checks the keys of a `meta.json`.
-    pub fn new(keys: Map<String, Value>) -> Result<Self, SceneError> {
+    pub(crate) fn new(keys: Map<String, Value>) -> Result<Self, SceneError> {
         let mut raw: RawMeta = serde_json::from_value(Value::Object(keys))
             .map_err(|e| wrong("the file", format!("{e}")))?;
         let version = match raw.version {

@@ -35,7 +35,7 @@ impl Plane {
     }
 
     /// The palette of SH coefficients: 64 entries a row.
-    pub fn palette(name: &str, bytes: &[u8]) -> Result<Self, SceneError> {
+    pub(crate) fn palette(name: &str, bytes: &[u8]) -> Result<Self, SceneError> {
         let (width, height) = size(name, bytes)?;
         if degree_of_width(width as usize).is_none() || height > MAX_PALETTE_ROWS {
             let what = format!("{width}x{height} pixels are no palette");
@@ -45,17 +45,17 @@ impl Plane {
     }
 
     /// The SH degree of a palette.
-    pub fn degree(&self) -> u8 {
+    pub(crate) fn degree(&self) -> u8 {
         degree_of_width(self.width).expect("checked when it was read")
     }
 
     /// All pixels, row by row.
-    pub fn pixels(&self) -> &[[u8; 4]] {
+    pub(crate) fn pixels(&self) -> &[[u8; 4]] {
         &self.pixels
     }
 
     /// The coefficients of a palette's entry, one pixel each.
-    pub fn entry(&self, label: usize) -> Result<&[[u8; 4]], SceneError> {
+    pub(crate) fn entry(&self, label: usize) -> Result<&[[u8; 4]], SceneError> {
         let n = rest_of(self.degree());
         self.pixels.get(label * n..(label + 1) * n).ok_or_else(|| {
             let entries = self.pixels.len() / n;

@@ -21,7 +21,7 @@ pub(super) enum Attribute {
 }
 
 impl Attribute {
-    pub const ALL: [Self; 6] = [
+    pub(crate) const ALL: [Self; 6] = [
         Self::Positions,
         Self::Opacities,
         Self::Colours,
@@ -31,7 +31,7 @@ impl Attribute {
     ];
 
     /// Bytes per Gaussian.
-    pub fn bytes(self, version: u8, degree: u8) -> usize {
+    pub(crate) fn bytes(self, version: u8, degree: u8) -> usize {
         match self {
             Self::Positions if version == 1 => 6,
             Self::Positions => 9,
@@ -44,7 +44,7 @@ impl Attribute {
     }
 
     /// For messages.
-    pub fn place(self) -> &'static str {
+    pub(crate) fn place(self) -> &'static str {
         match self {
             Self::Positions => "SPZ positions",
             Self::Opacities => "SPZ opacities",

@@ -16,7 +16,7 @@ pub(super) struct Axes([f32; 3]);
 impl Axes {
     /// The axes of a file with these extension records: `type, length, payload` each. Records of
     /// unknown types are passed over.
-    pub fn of(mut records: &[u8]) -> Result<Self, SceneError> {
+    pub(crate) fn of(mut records: &[u8]) -> Result<Self, SceneError> {
         let mut system = RIGHT_UP_BACK;
         while !records.is_empty() {
             let payload = (records.len() >= 8)
@@ -51,7 +51,7 @@ impl Axes {
 
     /// Turns means, rotations and SH coefficients. SH basis functions change their sign as the
     /// product of the coordinates in which they are odd.
-    pub fn turn(self, scene: &mut Gaussians) {
+    pub(crate) fn turn(self, scene: &mut Gaussians) {
         let [x, y, z] = self.0;
         scene.means.iter_mut().for_each(|m| *m = [m[0] * x, m[1] * y, m[2] * z]);
         for q in &mut scene.rotations {

@@ -104,7 +104,7 @@ impl Solidity {
 
 impl Gaussian {
     /// Draws a part, a point of it, and the Gaussian there.
-    pub fn draw(layout: &Layout, rng: &mut Pcg64Mcg) -> Gaussian {
+    pub(crate) fn draw(layout: &Layout, rng: &mut Pcg64Mcg) -> Gaussian {
         let (part, count) = layout.draw(rng);
         let sample = part.shape.sample(rng);
         let shape = distributions(part.kind);

@@ -52,7 +52,7 @@ pub(super) struct Layout {
 
 impl Layout {
     /// The layout of `preset`; its arrangement depends on the seed alone.
-    pub fn new(preset: &Preset, points: usize, seed: u64) -> Layout {
+    pub(crate) fn new(preset: &Preset, points: usize, seed: u64) -> Layout {
         let mut rng = super::generator(seed, 0);
         let parts = match preset.scenery {
             Scenery::Toy => toy::parts(&mut rng),
@@ -71,7 +71,7 @@ impl Layout {
     }
 
     /// A part, by weight, and the number of Gaussians that it is expected to get.
-    pub fn draw(&self, rng: &mut Pcg64Mcg) -> (&Part, f64) {
+    pub(crate) fn draw(&self, rng: &mut Pcg64Mcg) -> (&Part, f64) {
         let at: f64 = rng.random();
         let idx = self.cumulative.partition_point(|c| *c <= at).min(self.parts.len() - 1);
         let before = if idx == 0 { 0.0 } else { self.cumulative[idx - 1] };
@@ -97,18 +97,18 @@ impl Builder {
     }
 
     /// An upright box standing on `base` (centre of its lower face), turned by `yaw`.
-    pub fn block(&mut self, base: DVec3, size: DVec3, yaw: f64, look: Look, detail: f64) {
+    pub(crate) fn block(&mut self, base: DVec3, size: DVec3, yaw: f64, look: Look, detail: f64) {
         let centre = base + DVec3::new(0.0, 0.0, 0.5 * size.z);
         self.surface(Shape::Block { centre, half: size * 0.5, yaw }, look, detail);
     }
 
     /// A part with a weight of its own.
-    pub fn other(&mut self, shape: Shape, look: Look, kind: Kind, weight: f64, cover: f64) {
+    pub(crate) fn other(&mut self, shape: Shape, look: Look, kind: Kind, weight: f64, cover: f64) {
         self.parts.push(Part { shape, look, kind, weight, cover });
     }
 
     /// Scales the weights of everything from part `from` on so that they sum to `total`.
-    pub fn share(&mut self, from: usize, total: f64) {
+    pub(crate) fn share(&mut self, from: usize, total: f64) {
         let sum: f64 = self.parts[from..].iter().map(|part| part.weight).sum();
         self.parts[from..].iter_mut().for_each(|part| part.weight *= total / sum);
     }

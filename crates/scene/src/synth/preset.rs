@@ -136,7 +136,7 @@ pub(super) struct Rig {
 
 impl Rig {
     /// The views, along one spiral: neighbours are close, so that they make a path.
-    pub fn cameras(&self, size: (u32, u32)) -> Vec<Camera> {
+    pub(crate) fn cameras(&self, size: (u32, u32)) -> Vec<Camera> {
         let last = (self.views - 1).max(1) as f64;
         (0..self.views)
             .map(|idx| {

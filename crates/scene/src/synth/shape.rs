@@ -44,7 +44,7 @@ pub(super) struct Sample {
 
 impl Shape {
     /// Area that Gaussians are spread over.
-    pub fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         match *self {
             Shape::Block { half: h, .. } => 8.0 * (h.x * h.y + h.y * h.z + h.z * h.x),
             Shape::Cylinder { radius, height, .. } => TAU * radius * (radius + height),
@@ -60,7 +60,7 @@ impl Shape {
     }
 
     /// Draws a point.
-    pub fn sample(&self, rng: &mut Pcg64Mcg) -> Sample {
+    pub(crate) fn sample(&self, rng: &mut Pcg64Mcg) -> Sample {
         let even = 1.0 / self.area();
         let at = |position, normal| Sample { position, normal, along: None, density: even };
         match *self {

@@ -50,7 +50,7 @@ impl Look {
     }
 
     /// The lit colour at a point of a surface, sRGB.
-    pub fn colour(&self, position: DVec3, normal: DVec3) -> Vec3 {
+    pub(crate) fn colour(&self, position: DVec3, normal: DVec3) -> Vec3 {
         let p = position / self.scale;
         let mix = match self.pattern {
             Pattern::Noise => fractal(p),

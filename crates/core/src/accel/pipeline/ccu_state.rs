@@ -63,7 +63,7 @@ pub(super) struct CcuState {
 }
 
 impl CcuState {
-    pub fn new(unit: u32, owner: u32, units: &ResolvedUnits) -> Self {
+    pub(crate) fn new(unit: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             owner,
             ledger: Ledger::new(Ccu::NAME, unit),
@@ -246,7 +246,7 @@ impl CcuState {
         wake
     }
 
-    pub fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
+    pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
         self.end = self.end.max(now);
         self.finish(now, shared);
         self.read_survivors(now, shared);
@@ -279,7 +279,7 @@ impl CcuState {
     }
 
     /// Closes the accounts of its buffers at the end of the frame.
-    pub fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
+    pub(crate) fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
         let left = self.held.drain(..).filter(|held| !held.is_through);
         left.for_each(|held| self.output.release(now, written(&held.batch)));
     }

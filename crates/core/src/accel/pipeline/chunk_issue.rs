@@ -72,7 +72,7 @@ pub(super) struct ChunkIssue {
 }
 
 impl ChunkIssue {
-    pub fn new(core: u32, owner: u32) -> Self {
+    pub(crate) fn new(core: u32, owner: u32) -> Self {
         Self {
             owner,
             job: None,
@@ -90,7 +90,7 @@ impl ChunkIssue {
 
     /// Issues chunks of the current job and of the jobs behind it, until the feature buffer admits
     /// no more or no job is ready.
-    pub fn step<O: Observer>(&mut self, ports: &mut Ports<O>) {
+    pub(crate) fn step<O: Observer>(&mut self, ports: &mut Ports<O>) {
         loop {
             let next = || ports.list_fetch.take_ready().map(IssuingJob::new);
             let Some(mut job) = self.job.take().or_else(next) else { return };

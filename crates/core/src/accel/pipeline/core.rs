@@ -40,7 +40,7 @@ pub(super) struct Core {
 }
 
 impl Core {
-    pub fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
+    pub(crate) fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             qsu: Ledger::new(Qsu::NAME, core),
             list_fetch: ListFetch::new(core, owner, units.shares.sorting),
@@ -54,7 +54,7 @@ impl Core {
     }
 
     /// Acts in cycle `now`; returns the next cycle in which it acts by itself.
-    pub fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
+    pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
         self.features.free_dropped(now, &shared.memory);
         self.list_fetch.release_sorted(now);
         self.render.retire(now, &mut self.features, &shared.memory);
@@ -111,7 +111,7 @@ impl Core {
     }
 
     /// Closes the accounts of its buffers at the end of the frame.
-    pub fn close(&mut self, now: u64) {
+    pub(crate) fn close(&mut self, now: u64) {
         self.render.close(now);
         self.features.close(now);
         self.list_fetch.close(now);

@@ -17,7 +17,7 @@ pub(super) struct EventQueue {
 
 impl EventQueue {
     /// A queue in which all `agents` act in cycle `start`.
-    pub fn new(agents: &Range<usize>, start: u64) -> Self {
+    pub(crate) fn new(agents: &Range<usize>, start: u64) -> Self {
         let leaves = agents.len().next_power_of_two();
         let mut queue = Self { first: agents.start, leaves, cycles: vec![NEVER; 2 * leaves] };
         agents.clone().for_each(|agent| queue.set(agent, start));
@@ -26,7 +26,7 @@ impl EventQueue {
 
     /// Sets the cycle in which an agent acts next.
     #[inline]
-    pub fn set(&mut self, agent: usize, cycle: u64) {
+    pub(crate) fn set(&mut self, agent: usize, cycle: u64) {
         let mut node = self.leaves + agent - self.first;
         self.cycles[node] = cycle;
         while node > 1 {

@@ -43,7 +43,7 @@ pub(super) struct FeatureQueue {
 
 impl FeatureQueue {
     /// An empty buffer of `capacity` bytes.
-    pub fn new(capacity: u64) -> Self {
+    pub(crate) fn new(capacity: u64) -> Self {
         Self {
             chunks: VecDeque::new(),
             buffer: BufferAllocator::new(capacity),
@@ -53,17 +53,17 @@ impl FeatureQueue {
     }
 
     /// Whether no chunk waits for the VRU.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.chunks.is_empty()
     }
 
     /// The chunk that the VRU renders next.
-    pub fn first(&self) -> Option<&Chunk> {
+    pub(crate) fn first(&self) -> Option<&Chunk> {
         self.chunks.front()
     }
 
     /// Allocates the bytes of a chunk and queues it.
-    pub fn push(&mut self, now: u64, chunk: Chunk) {
+    pub(crate) fn push(&mut self, now: u64, chunk: Chunk) {
         self.buffer.fill(now, chunk.bytes);
         self.chunks.push_back(chunk);
     }
@@ -102,12 +102,12 @@ impl FeatureQueue {
     }
 
     /// Reads of dropped chunks that are in flight.
-    pub fn dropped(&self) -> &[(Arrival, u64)] {
+    pub(crate) fn dropped(&self) -> &[(Arrival, u64)] {
         &self.dropped
     }
 
     /// Closes the account of the buffer at the end of the frame.
-    pub fn close(&mut self, now: u64) {
+    pub(crate) fn close(&mut self, now: u64) {
         self.dropped.drain(..).for_each(|(_, bytes)| self.buffer.discard(now, bytes));
     }
 }

@@ -16,17 +16,17 @@ pub(super) struct Ledger {
 }
 
 impl Ledger {
-    pub fn new(unit: &'static str, instance: u32) -> Self {
+    pub(crate) fn new(unit: &'static str, instance: u32) -> Self {
         Self { unit, instance, busy: 0, stalls: [0; Stall::ALL.len()], idle: 0 }
     }
 
     /// Which CCU, or which core.
-    pub fn instance(&self) -> u32 {
+    pub(crate) fn instance(&self) -> u32 {
         self.instance
     }
 
     /// Books the cycles from `from` up to `to`.
-    pub fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
+    pub(crate) fn book(&mut self, state: State, from: u64, to: u64, observer: &mut impl Observer) {
         if from >= to {
             return;
         }

@@ -21,12 +21,12 @@ pub(super) struct ListCompletion {
 }
 
 impl ListCompletion {
-    pub fn new(is_watched: bool) -> Self {
+    pub(crate) fn new(is_watched: bool) -> Self {
         Self { is_watched, first: 0, written: VecDeque::new(), splats: 0, has_grown: false }
     }
 
     /// Records that the results of a batch have been written.
-    pub fn complete(&mut self, batch: u32, splats: u64) {
+    pub(crate) fn complete(&mut self, batch: u32, splats: u64) {
         if !self.is_watched {
             return;
         }
@@ -42,7 +42,7 @@ impl ListCompletion {
     }
 
     /// Whether the first `splats` splats in storage order have been written.
-    pub fn has(&self, splats: u32) -> bool {
+    pub(crate) fn has(&self, splats: u32) -> bool {
         !self.is_watched || u64::from(splats) <= self.splats
     }
 

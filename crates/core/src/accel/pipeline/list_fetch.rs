@@ -71,7 +71,7 @@ pub(super) struct ListFetch {
 }
 
 impl ListFetch {
-    pub fn new(core: u32, owner: u32, share: u64) -> Self {
+    pub(crate) fn new(core: u32, owner: u32, share: u64) -> Self {
         let (held, releases) = (VecDeque::new(), VecDeque::new());
         Self { core, owner, held, next: core, keys: BufferAllocator::new(share), releases }
     }
@@ -93,7 +93,7 @@ impl ListFetch {
     }
 
     /// Begins the next pass, or ends partitioning, where a list has arrived or a pass is done.
-    pub fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+    pub(crate) fn advance<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         for held in &mut self.held {
             let left = match held.phase {
                 Phase::Ready => continue,
@@ -119,7 +119,7 @@ impl ListFetch {
     }
 
     /// Takes jobs while there are free slots, and issues list reads while the buffer admits them.
-    pub fn fetch<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+    pub(crate) fn fetch<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         while self.held.len() < shared.units.qsu.spec.queue as usize {
             let Some((index, job)) = self.take(shared) else { break };
             let (tile, keys) = (shared.plan.tiles_of(job)[0], job.keys);
@@ -165,7 +165,7 @@ impl ListFetch {
     }
 
     /// What the QSUs do, as of the end of the events of cycle `now`.
-    pub fn state(&self, now: u64) -> State {
+    pub(crate) fn state(&self, now: u64) -> State {
         let Some(held) = self.working() else {
             return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::Output) };
         };
@@ -180,7 +180,7 @@ impl ListFetch {
     }
 
     /// What the units behind this stage wait for when they have no work themselves.
-    pub fn wait(&self, now: u64) -> State {
+    pub(crate) fn wait(&self, now: u64) -> State {
         match self.state(now) {
             State::Idle => State::Idle,
             State::Stalled(cause) if cause.is_dram() => State::Stalled(cause),
@@ -188,7 +188,7 @@ impl ListFetch {
         }
     }
 
-    pub fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
+    pub(crate) fn wake<O>(&self, now: u64, shared: &Shared<O>) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |arrival: Arrival| later(shared.memory.at(arrival));
         let working = self.working().map_or(NEVER, |held| match held.phase {
@@ -205,7 +205,7 @@ impl ListFetch {
     }
 
     /// Closes the account of the sorting buffer at the end of the frame.
-    pub fn close(&mut self, now: u64) {
+    pub(crate) fn close(&mut self, now: u64) {
         while let Some((_, bytes)) = self.releases.pop_front() {
             self.keys.release(now, bytes);
         }

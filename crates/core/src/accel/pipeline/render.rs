@@ -48,7 +48,7 @@ pub(super) struct RenderStage {
 }
 
 impl RenderStage {
-    pub fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
+    pub(crate) fn new(core: u32, owner: u32, units: &ResolvedUnits) -> Self {
         Self {
             owner,
             ledger: Ledger::new(Vru::NAME, core),
@@ -96,7 +96,7 @@ impl RenderStage {
     }
 
     /// Begins the next chunk if the VRU is free.
-    pub fn begin(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
+    pub(crate) fn begin(&mut self, now: u64, features: &mut FeatureQueue, memory: &Memory) {
         if self.rendering.is_some() || self.finished.is_some() {
             return;
         }
@@ -108,7 +108,12 @@ impl RenderStage {
     }
 
     /// What the VRU does, as of the end of the events of cycle `now`; `None` when it has no chunk.
-    pub fn state(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> Option<State> {
+    pub(crate) fn state(
+        &self,
+        now: u64,
+        features: &FeatureQueue,
+        memory: &Memory,
+    ) -> Option<State> {
         match (&self.rendering, self.finished, features.first()) {
             (Some(r), _, _) if r.busy > now => Some(State::Busy(r.chunk.tile)),
             (Some(_), _, _) => Some(State::Stalled(Stall::Bank)),
@@ -122,7 +127,7 @@ impl RenderStage {
     }
 
     /// The next cycle in which it acts.
-    pub fn wake(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> u64 {
+    pub(crate) fn wake(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |arrival: Arrival| later(memory.at(arrival));
         let first = |all: &[(Arrival, u64)]| all.iter().map(|one| at(one.0)).fold(NEVER, u64::min);
@@ -137,7 +142,7 @@ impl RenderStage {
     }
 
     /// Closes the account of the pixel buffer at the end of the frame.
-    pub fn close(&mut self, now: u64) {
+    pub(crate) fn close(&mut self, now: u64) {
         self.writing.drain(..).for_each(|(_, bytes)| self.pixels.release(now, bytes));
     }
 }

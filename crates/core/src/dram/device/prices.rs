@@ -90,7 +90,7 @@ pub struct Background {
 
 impl ActionPrices {
     /// The priced commands with their keys.
-    pub fn commands(&self) -> [(&'static str, &Price); 6] {
+    pub(crate) fn commands(&self) -> [(&'static str, &Price); 6] {
         [
             ("activate", &self.activate),
             ("read", &self.read),
@@ -104,7 +104,7 @@ impl ActionPrices {
 
 impl Background {
     /// The priced states with their keys.
-    pub fn states(&self) -> [(&'static str, &StandingPrice); 4] {
+    pub(crate) fn states(&self) -> [(&'static str, &StandingPrice); 4] {
         [
             ("active", &self.active),
             ("precharged", &self.precharged),

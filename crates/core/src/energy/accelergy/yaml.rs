@@ -128,7 +128,7 @@ impl Node {
     }
 
     /// The value of a key of a mapping, or of the one that is merged into it, if it is there.
-    pub fn find(&self, key: &str) -> Result<Option<&Node>, String> {
+    pub(crate) fn find(&self, key: &str) -> Result<Option<&Node>, String> {
         match &self.kind {
             Kind::Map(pairs) => {
                 let of = |key: &str| pairs.iter().find(|(name, _)| name == key).map(|(_, n)| n);
@@ -142,12 +142,12 @@ impl Node {
     }
 
     /// The value of a key of a mapping.
-    pub fn get(&self, key: &str) -> Result<&Node, String> {
+    pub(crate) fn get(&self, key: &str) -> Result<&Node, String> {
         self.find(key)?.ok_or_else(|| self.wrong(&format!("missing field `{key}`")))
     }
 
     /// The values of a list.
-    pub fn list(&self) -> Result<&[Node], String> {
+    pub(crate) fn list(&self) -> Result<&[Node], String> {
         match &self.kind {
             Kind::List(items) => Ok(items),
             _ => Err(self.wrong("expected sequence start")),
@@ -155,12 +155,12 @@ impl Node {
     }
 
     /// Whether nothing is there, or `~` or `null`.
-    pub fn is_null(&self) -> bool {
+    pub(crate) fn is_null(&self) -> bool {
         let nulls = ["", "~", "null", "Null", "NULL"];
         matches!(&self.kind, Kind::Text { text, plain: true } if nulls.contains(&text.as_str()))
     }
 
-    pub fn text(&self) -> Result<&str, String> {
+    pub(crate) fn text(&self) -> Result<&str, String> {
         match &self.kind {
             _ if self.is_null() => Err(self.wrong("expected a text, not nothing")),
             Kind::Text { text, .. } => Ok(text),
@@ -169,7 +169,7 @@ impl Node {
     }
 
     /// A number without quotes or with them.
-    pub fn number(&self) -> Result<f64, String> {
+    pub(crate) fn number(&self) -> Result<f64, String> {
         let Kind::Text { text, .. } = &self.kind else {
             return Err(self.wrong("expected a number"));
         };
@@ -189,7 +189,7 @@ impl Node {
     }
 
     /// A text, or a number written in the shortest way.
-    pub fn label(&self) -> Result<String, String> {
+    pub(crate) fn label(&self) -> Result<String, String> {
         match &self.kind {
             Kind::Text { plain: true, .. } => {
                 self.number().map(|n| n.to_string()).or_else(|_| self.text().map(str::to_owned))

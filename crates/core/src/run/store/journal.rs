@@ -68,7 +68,7 @@ impl Index {
     }
 
     /// Notes a line that was just written.
-    pub fn note(&mut self, key: u128, place: Place) {
+    pub(crate) fn note(&mut self, key: u128, place: Place) {
         self.places.entry(key).or_insert(place);
     }
 

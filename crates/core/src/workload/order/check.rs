@@ -67,11 +67,6 @@ pub struct SortCheck {
 }
 
 impl SortCheck {
-    /// Pairs out of order whose keys say so: the price of uneven pivots.
-    pub fn inverted_by_pivots(&self) -> u64 {
-        self.inverted_pairs - self.inverted_by_precision
-    }
-
     fn join(self, other: SortCheck) -> SortCheck {
         SortCheck {
             lists: self.lists + other.lists,

@@ -4,7 +4,7 @@
 const SHORT: usize = 16;
 
 /// Pairs of `values` of which the earlier is greater; sorts them. Linear where they are sorted.
-pub fn count(values: &mut [u32], spare: &mut Vec<u32>) -> u64 {
+pub(crate) fn count(values: &mut [u32], spare: &mut Vec<u32>) -> u64 {
     if values.len() <= SHORT {
         return insert(values);
     }

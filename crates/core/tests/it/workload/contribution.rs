@@ -27,8 +27,7 @@ fn mini_tiles_of_the_ellipse_are_those_that_contribute() {
         for (y, x) in (rect.y0..rect.y1).flat_map(|y| (rect.x0..rect.x1).map(move |x| (y, x))) {
             let (x0, y0, x1, y1) = grid.pixels(x, y);
             let mut pixels = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
-            let contributes =
-                pixels.any(|(x, y)| alpha(splat, conic, x, y) >= f64::from(ALPHA_MIN));
+            let contributes = pixels.any(|(x, y)| alpha(splat, conic, x, y) >= ALPHA_MIN);
             let hit = ellipse.row(y).is_some_and(|row| (row.x0..row.x1).contains(&x));
             assert!(hit || !contributes, "a contributing mini-tile is left out");
             accepted += u32::from(hit);

@@ -136,8 +136,11 @@ fn the_list_of_a_group_is_the_union_of_its_tiles() {
     for geometry in GEOMETRIES {
         let w = bin(&frame, geometry);
         let mut unions: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        let side = geometry.tiles_per_group_side();
         for (index, tile) in (0..).zip(&w.tiles) {
-            unions.entry(w.group_of(index)).or_default().extend(w.list_of(tile));
+            let (x, y) = (index % w.tiles_x, index / w.tiles_x);
+            let group = y / side * w.groups_x() + x / side;
+            unions.entry(group).or_default().extend(w.list_of(tile));
         }
         assert_eq!(unions.len() as u32, w.groups_x() * w.groups_y());
         for (group, union) in unions {
