@@ -12,8 +12,6 @@ pub mod compare;
 pub mod completions;
 pub mod display;
 pub mod dram;
-pub mod dram_dump;
-
 pub mod explain;
 pub mod extract;
 pub mod failure;
@@ -23,7 +21,6 @@ pub mod gaze;
 pub mod inputs;
 pub mod invocation;
 pub mod lpips_file;
-pub mod machine_facts;
 pub mod optimize;
 pub mod out;
 pub mod pareto;
@@ -41,9 +38,7 @@ pub mod sweep;
 pub mod synth;
 pub mod timeline;
 pub mod trace;
-
 pub mod validate;
-pub mod what_if;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -24,6 +24,8 @@
 //! | run machines on frames | [`run`]: [`run::System`], [`run::Session`], [`run::TraceFile`] |
 //! | make frames of a scene | [`scene`], [`views::RenderedViews`], [`raster`] |
 //! | read or write traces | [`trace`] |
+//! | find what limits a machine, and what doubling a resource buys | [`replay::Replay`] |
+//! | find what keys and assumptions move | [`sensitivity`] |
 //! | try thousands of machines | [`sweep::run::Sweep`], [`analysis`] |
 //! | change how a unit counts cycles | [`accel`] |
 //! | find the fewest watts at a given quality | [`optimize`] |
@@ -45,7 +47,9 @@ pub use powergs_core::{accel, action, dram, energy, run, sim, workload};
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]
 pub use powergs_report as report;
-pub use powergs_study::{analysis, findings, run_record, sweep, validate, views};
+pub use powergs_study::{
+    analysis, findings, replay, run_record, sensitivity, sweep, validate, views,
+};
 pub use {
     powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,
     powergs_scene as scene,

@@ -6,17 +6,15 @@ use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
-use super::machine_facts::machine_facts;
 use super::progress::{Counts, Watched};
 use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::files::DiskFiles;
-use powergs_core::run::{Session, Subject, System, SystemSpec};
-use powergs_core::sim::{FrameReport, Model};
+use powergs_core::run::{System, SystemSpec};
 use powergs_report::compare;
 use powergs_study::findings::compare::{Comparison, Side};
-use powergs_study::run_record::{Extras, Facts, Run};
+use powergs_study::replay::on_each;
 
 /// Shown under `compare --help`.
 pub const EXAMPLES: &str = "\
@@ -185,30 +183,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
     };
     let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
     let mut trace = inputs::trace(trace, args.frames)?;
-    let trace_facts = inputs::trace_facts(&mut trace)?;
-    let facts = |system: &System| {
-        let mut inputs = vec![trace.input().clone()];
-        inputs.extend(system.inputs());
-        Facts {
-            model: Model::Cycle,
-            display_fps: args.fps,
-            trace: trace_facts.clone(),
-            machine: machine_facts(system),
-            inputs,
-            configuration: system.configuration(),
-        }
-    };
-    let facts: Vec<Facts> = systems.iter().map(facts).collect();
-    let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
     let watch = Watched::new(context, Counts::Frames);
-    let folded = Session::new(&mut trace, &watch).fold(
-        &subjects,
-        |_| Vec::new(),
-        |reports: &mut Vec<FrameReport>, view| reports.push(view.report),
-    )?;
-    let side = |(facts, frames)| {
-        let run = Run { facts, frames, tiles: None, extras: Extras::default() };
-        Side::of_run(&run)
-    };
-    Ok(facts.into_iter().zip(folded.states).map(side).collect())
+    let runs = on_each(&systems, args.fps, &mut trace, &watch)?;
+    Ok(runs.iter().map(Side::of_run).collect())
 }

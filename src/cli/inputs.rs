@@ -6,9 +6,8 @@ use std::path::Path;
 use super::Failure;
 use super::camera_file::FrameRange;
 use powergs_core::run::files::{DiskFiles, Files};
-use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
+use powergs_core::run::{FileKind, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
-use powergs_study::run_record::TraceFacts;
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
 ///
@@ -45,13 +44,4 @@ pub fn trace(path: &Path, range: Option<FrameRange>) -> Result<TraceFile, Failur
         trace.select(range.start, range.end)?;
     }
     Ok(trace)
-}
-
-/// What reports say about a trace.
-///
-/// # Errors
-/// Exit code 3: its first frame cannot be read.
-pub fn trace_facts(trace: &mut TraceFile) -> Result<TraceFacts, Failure> {
-    let (width, height) = trace.size()?;
-    Ok(TraceFacts { name: trace.name().to_owned(), frames: trace.range().len(), width, height })
 }

@@ -4,26 +4,19 @@ use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
-use super::machine_facts::machine_facts;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
 use super::timeline::{self, Asked};
-use super::what_if::Experiment;
-use super::{Context, Exit, Failure, OrExit, dram_dump, inputs, out};
-use powergs_core::accel::DramCommands;
-use powergs_core::accel::timeline::{Observer, Span};
+use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::files::DiskFiles;
-use powergs_core::run::frames::spread;
-use powergs_core::run::{
-    Change, FrameView, Frames, PaperModel, Session, Subject, System, SystemSpec, TraceFile,
-};
-use powergs_core::sim::{self, FrameReport, observed};
+use powergs_core::run::session::Target;
+use powergs_core::run::store::atomic::write_atomically;
+use powergs_core::run::{Frames, PaperModel, Session, System, SystemSpec, TraceFile};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
 use powergs_report::{self as report, terminal};
-use powergs_study::findings::what_if::Cost;
-use powergs_study::findings::{Picture, TileLoad};
-use powergs_study::run_record::{DramModels, Extras, Facts, MachineFacts, Run, TraceFacts};
+use powergs_study::replay::Replay;
+use powergs_study::run_record::{Facts, Run};
 
 /// Shown under `replay --help`.
 pub const EXAMPLES: &str = "\
@@ -130,15 +123,6 @@ impl DramArg {
     }
 }
 
-impl From<ModelArg> for sim::Model {
-    fn from(model: ModelArg) -> sim::Model {
-        match model {
-            ModelArg::Paper => sim::Model::Paper,
-            ModelArg::Cycle => sim::Model::Cycle,
-        }
-    }
-}
-
 /// A rate from 1 to 1000 frames per second.
 pub fn display_rate(text: &str) -> Result<f64, String> {
     let rate: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
@@ -152,116 +136,19 @@ enum Model {
     Paper(Box<PaperModel>),
 }
 
-/// Everything that a replay is made of, opened and checked.
-struct Replay {
-    trace: TraceFile,
-    model: Model,
-    facts: Facts,
-    experiment: Experiment,
-    /// The same machine with the `window` model of the DRAM, where both were asked for.
-    window: Option<System>,
-}
-
-/// What is kept of one machine's frames.
-#[derive(Debug, Default)]
-struct Kept {
-    reports: Vec<FrameReport>,
-    /// The tile lists of the slowest frame so far, if they are wanted, and what makes it slow.
-    slowest: Option<(u64, TileLoad)>,
-    wants_tiles: bool,
-}
-
-impl Kept {
-    fn add(&mut self, view: FrameView<'_>) {
-        let FrameView { position, workload, preview, report, .. } = view;
-        if self.wants_tiles {
-            let weight = report.timing().map_or(report.counters.tile_loads, |t| t.frame);
-            if self.slowest.as_ref().is_none_or(|(w, _)| weight > *w) {
-                let picture = preview.map(|p| Picture {
-                    width: p.width,
-                    height: p.height,
-                    rgb: p.rgb.clone(),
-                });
-                self.slowest = Some((weight, TileLoad::of(position, workload, picture)));
-            }
+impl Model {
+    fn target(&self) -> Target<'_> {
+        match self {
+            Model::Cycle(system) => Target::System(system),
+            Model::Paper(model) => Target::Paper(model),
         }
-        self.reports.push(report);
     }
-}
 
-impl Replay {
-    /// Opens and checks everything that `args` name.
-    fn open(args: &Args) -> Result<Replay, Failure> {
-        let model = model(args)?;
-        let mut trace = inputs::trace(&args.trace, args.frames)?;
-        let trace_facts = inputs::trace_facts(&mut trace)?;
-        if let Some(asked) = &args.timeline {
-            let tile = match &model {
-                Model::Cycle(system) => system.machine().geometry.tile,
-                Model::Paper(_) => Geometry::REFERENCE.tile,
-            };
-            let tiles = trace_facts.width.div_ceil(tile) * trace_facts.height.div_ceil(tile);
-            asked.check(trace.range(), tiles)?;
+    fn tile(&self) -> u32 {
+        match self {
+            Model::Cycle(system) => system.machine().geometry.tile,
+            Model::Paper(_) => Geometry::REFERENCE.tile,
         }
-        let (mut experiment, mut window) = (Experiment::default(), None);
-        if let Model::Cycle(system) = &model {
-            experiment = Experiment::new(system, spread(trace.range(), args.what_if));
-            if args.dram_model == Some(DramArg::Both) {
-                window = Some(system.with(&[Change::machine("dram.model", "window")])?);
-            }
-        }
-        let facts = facts(args, &trace, trace_facts, &model)?;
-        Ok(Replay { trace, model, facts, experiment, window })
-    }
-
-    /// Simulates until the end or Ctrl-C.
-    fn run(&mut self, context: &Context) -> Result<Run, Failure> {
-        let main = match &self.model {
-            Model::Cycle(system) => Subject::of(system).checking_order(),
-            Model::Paper(model) => Subject::paper(model),
-        };
-        let experiment = std::mem::take(&mut self.experiment);
-        let mut subjects = vec![main];
-        let doubled = experiment.systems.iter();
-        subjects.extend(doubled.map(|s| Subject::of(s).only(&experiment.frames)));
-        subjects.extend(self.window.iter().map(Subject::of));
-        let watch = Watched::new(context, Counts::Frames);
-        let mut session = Session::new(&mut self.trace, &watch);
-        let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
-        let folded = session.fold(&subjects, start, Kept::add)?;
-        drop(subjects);
-        let mut kept = folded.states.into_iter();
-        let main = kept.next().expect("the first subject");
-        let mut others: Vec<Vec<FrameReport>> = kept.map(|kept| kept.reports).collect();
-        let window = self.window.is_some().then(|| others.pop().expect("the last subject"));
-        let dram_models = window.and_then(|window| dram_models(&main.reports, &window));
-        let what_if = experiment.finish(&main.reports, &others);
-        Ok(Run {
-            facts: self.facts.clone(),
-            frames: main.reports,
-            tiles: main.slowest.map(|(_, tiles)| tiles),
-            extras: Extras { what_if, dram_models },
-        })
-    }
-
-    /// Hands out the DRAM requests of the first frame in the order in which they are made.
-    fn dram_requests(&mut self, sink: &mut dram_dump::Sink<'_>) -> Result<(), Failure> {
-        let first = self.trace.range().start;
-        let Model::Cycle(system) = &self.model else {
-            let what = "--dump-dram: the paper model makes no requests; use --model cycle";
-            return Err(Failure::new(Exit::Usage, what));
-        };
-        let (workload, measured) = Session::new(&mut self.trace, &()).frame_on(system, first)?;
-        observed(&workload, &measured, system.machine(), &mut Requests(sink));
-        Ok(())
-    }
-
-    /// Writes the timeline of a frame into the folder; returns what the user should know.
-    fn timeline(&mut self, folder: &RunFolder, asked: &Asked) -> Result<Option<String>, Failure> {
-        let Model::Cycle(system) = &self.model else { return Ok(None) };
-        let session = &mut Session::new(&mut self.trace, &());
-        let (workload, measured) = session.frame_on(system, asked.frame)?;
-        timeline::write(folder, asked, system.machine(), (&workload, &measured))
     }
 }
 
@@ -292,77 +179,46 @@ fn model(args: &Args) -> Result<Model, Failure> {
     Ok(Model::Paper(Box::new(model)))
 }
 
-fn facts(
-    args: &Args,
-    trace: &TraceFile,
-    trace_facts: TraceFacts,
-    model: &Model,
-) -> Result<Facts, Failure> {
-    let mut inputs = vec![trace.input().clone()];
-    let (machine, of_model, configuration) = match model {
-        Model::Cycle(system) => (machine_facts(system), system.inputs(), system.configuration()),
-        Model::Paper(model) => {
-            let machine = MachineFacts {
-                name: "paper".into(),
-                energy_table: model.table().origin.clone(),
-                clock_hz: None,
-                dram_peak_gb_s: None,
-                dram_model: None,
-                roofline: None,
-            };
-            (machine, model.inputs(), model.configuration())
-        }
+/// Writes the DRAM requests of the first frame; the file appears whole or not at all.
+fn dump_dram(path: &Path, trace: &mut TraceFile, model: &Model) -> Result<(), Failure> {
+    let first = trace.range().start;
+    let Model::Cycle(system) = model else {
+        let what = "--dump-dram: the paper model makes no requests; use --model cycle";
+        return Err(Failure::new(Exit::Usage, what));
     };
-    inputs.extend(of_model);
-    let model = args.model.into();
-    Ok(Facts { model, display_fps: args.fps, trace: trace_facts, machine, inputs, configuration })
-}
-
-/// Hands on the requests to the DRAM.
-struct Requests<'a, 'b>(&'a mut dram_dump::Sink<'b>);
-
-impl Observer for Requests<'_, '_> {
-    const WANTS_REQUESTS: bool = true;
-
-    fn span(&mut self, _: Span) {}
-
-    fn request(&mut self, is_write: bool, address: u64, bytes: u64) {
-        (self.0)(is_write, address, bytes);
-    }
-}
-
-/// The same frames with the DRAM in windows and with its banks; `None` without a frame.
-fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramModels> {
-    let moved = |report: &FrameReport| {
-        let Some(timing) = report.timing() else { return 0.0 };
-        let bursts = |c: &DramCommands| {
-            c.stages.iter().map(|s| s.reads + s.writes).sum::<u64>() * c.burst_bytes
-        };
-        timing.dram.commands.as_ref().map_or(0, bursts) as f64
-    };
-    let n = window.len();
-    let mean = |reports: &[FrameReport], of: &dyn Fn(&FrameReport) -> f64| {
-        reports.iter().take(n).map(of).sum::<f64>() / n as f64
-    };
-    let time = |report: &FrameReport| Cost::of(report).frame_time_ms;
-    (n > 0).then(|| DramModels {
-        window_ms: mean(window, &time),
-        banked_ms: mean(banked, &time),
-        window_bytes: mean(window, &moved),
-        banked_bytes: mean(banked, &moved),
-    })
+    let frame = Session::new(trace, &()).frame_on(system, first)?;
+    Ok(write_atomically(path, |out| frame.write_dram_requests(out).map(drop))?)
 }
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    let mut replay = Replay::open(args)?;
+    let model = model(args)?;
+    let mut trace = inputs::trace(&args.trace, args.frames)?;
+    let replay = Replay {
+        target: model.target(),
+        display_fps: args.fps,
+        what_if_frames: args.what_if,
+        compares_window: args.dram_model == Some(DramArg::Both),
+    };
+    let facts = replay.facts(&mut trace)?;
+    if let Some(asked) = &args.timeline {
+        let tile = model.tile();
+        let tiles = facts.trace.width.div_ceil(tile) * facts.trace.height.div_ceil(tile);
+        asked.check(trace.range(), tiles)?;
+    }
     let started = Started::now();
     if let Some(path) = &args.dump_dram {
-        dram_dump::write(path, &mut |sink| replay.dram_requests(sink))?;
+        dump_dram(path, &mut trace, &model)?;
     }
-    let folder = folder(args, &replay.facts)?;
-    let run = replay.run(context)?;
-    let mut timeline = |folder: &RunFolder, asked: &Asked| replay.timeline(folder, asked);
+    let folder = folder(args, &facts)?;
+    let run = replay.run(&mut trace, &Watched::new(context, Counts::Frames))?;
+    let mut timeline = |folder: &RunFolder, asked: &Asked| match &model {
+        Model::Cycle(system) => {
+            let frame = Session::new(&mut trace, &()).frame_on(system, asked.frame)?;
+            timeline::write(folder, asked, &frame)
+        }
+        Model::Paper(_) => Ok(None),
+    };
     publish(args, context, &started, folder, &run, &mut timeline)
 }
 

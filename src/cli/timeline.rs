@@ -8,9 +8,7 @@ use flate2::write::GzEncoder;
 
 use super::run_folder::RunFolder;
 use super::{Exit, Failure, OrExit};
-use powergs_core::accel::Machine;
-use powergs_core::sim::{Measured, observed};
-use powergs_core::workload::FrameWorkload;
+use powergs_core::run::FrameOn;
 use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
 use powergs_report::timeline::{Picture, Window};
 use powergs_report::{charts, format};
@@ -62,24 +60,24 @@ pub fn asked(text: &str) -> Result<Asked, String> {
 /// what the user should know.
 ///
 /// # Errors
-/// Exit code 2: tiles that nobody works on, or a folder that cannot be written.
+/// Exit code 2: tiles that no unit works on, or a folder that cannot be written.
 pub fn write(
     folder: &RunFolder,
     asked: &Asked,
-    machine: &Machine,
-    (workload, measured): (&FrameWorkload, &Measured),
+    frame: &FrameOn<'_>,
 ) -> Result<Option<String>, Failure> {
-    let whole = observed(workload, measured, machine, &mut ()).timing.frame;
+    let machine = frame.machine;
+    let whole = frame.observe(&mut ()).timing.frame;
     let cycles = match &asked.tiles {
         None => 0..whole,
         Some(tiles) => {
             let mut window = Window::new(tiles.clone());
-            observed(workload, measured, machine, &mut window);
+            frame.observe(&mut window);
             window.cycles
         }
     };
     if cycles.is_empty() {
-        let n = workload.tiles.len();
+        let n = frame.workload.tiles.len();
         let what = "no unit works on these tiles";
         let what = format!("--timeline: {what}; frame {} has {n} tiles, from 0", asked.frame);
         return Err(Failure::new(Exit::Usage, what));
@@ -91,29 +89,23 @@ pub fn write(
     let name = format::shortened(&machine.name, 40);
     let what = format!("frame {} on {name}, {tiles}", asked.frame);
     let mut picture = Picture::new(cycles);
-    observed(workload, measured, machine, &mut picture);
+    frame.observe(&mut picture);
     picture.finish();
     let chart = charts::timeline(&picture, machine.clock.0, &what);
     folder.write("timeline.png", &chart.png().or_exit(Exit::Internal, "timeline")?)?;
     let svg = chart.svg().or_exit(Exit::Internal, "timeline")?;
     folder.write("timeline.svg", svg.as_bytes())?;
     let file = BufWriter::new(folder.stream("trace.json.gz")?);
-    let dropped =
-        stream(file, machine, (workload, measured), &what).or_exit(Exit::Usage, "trace.json.gz")?;
+    let dropped = stream(file, frame, &what).or_exit(Exit::Usage, "trace.json.gz")?;
     Ok((dropped > 0)
         .then(|| format!("trace.json.gz holds {MOST_EVENTS} events, {dropped} more were left out")))
 }
 
 /// The trace of a frame, compressed while it is simulated.
-fn stream(
-    file: impl Write,
-    machine: &Machine,
-    (workload, measured): (&FrameWorkload, &Measured),
-    title: &str,
-) -> std::io::Result<u64> {
+fn stream(file: impl Write, frame: &FrameOn<'_>, title: &str) -> std::io::Result<u64> {
     let mut gzip = GzEncoder::new(file, Compression::default());
-    let mut writer = TraceWriter::new(&mut gzip, machine.clock.0, title)?;
-    observed(workload, measured, machine, &mut writer);
+    let mut writer = TraceWriter::new(&mut gzip, frame.machine.clock.0, title)?;
+    frame.observe(&mut writer);
     let dropped = writer.finish()?;
     gzip.finish()?.flush()?;
     Ok(dropped)

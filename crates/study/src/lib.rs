@@ -3,6 +3,7 @@
 
 pub mod analysis;
 pub mod findings;
+pub mod replay;
 pub mod run_record;
 pub mod sensitivity;
 pub mod sweep;

@@ -8,7 +8,7 @@ pub use file::record;
 pub use table::Table;
 
 use powergs_core::accel::machine::DramModel;
-use powergs_core::run::Input;
+use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::{FrameReport, Model};
 
 use crate::findings::roofline::Roofline;
@@ -62,6 +62,44 @@ pub struct MachineFacts {
     pub dram_model: Option<DramModel>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
+}
+
+impl TraceFacts {
+    /// What a report says about a list of frames.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: its first frame cannot be read.
+    pub fn of(frames: &mut dyn Frames) -> Result<TraceFacts, RunError> {
+        let (width, height) = frames.size()?;
+        let (name, frames) = (frames.name().to_owned(), frames.range().len());
+        Ok(TraceFacts { name, frames, width, height })
+    }
+}
+
+impl MachineFacts {
+    /// What a report says about a machine.
+    pub fn of(system: &System) -> MachineFacts {
+        MachineFacts {
+            name: system.machine().name.clone(),
+            energy_table: system.energy_table().name.clone(),
+            clock_hz: Some(system.machine().clock.0),
+            dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
+            dram_model: Some(system.machine().dram.model),
+            roofline: Some(Roofline::of(system)),
+        }
+    }
+
+    /// The same about the published model.
+    pub fn paper(model: &PaperModel) -> MachineFacts {
+        MachineFacts {
+            name: "paper".into(),
+            energy_table: model.table().origin.clone(),
+            clock_hz: None,
+            dram_peak_gb_s: None,
+            dram_model: None,
+            roofline: None,
+        }
+    }
 }
 
 /// XXH3 of a file as files and reports write it: 32 hexadecimal digits.

@@ -1,4 +1,4 @@
-//! `replay`: its report folder, what may be asked for, and the experiment of doubled resources.
+//! `replay`: its report folder, and what may be asked for.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,7 @@ use clap::Parser;
 use powergs_sim::cli::invocation::Started;
 use powergs_sim::cli::replay::{Args, folder, publish};
 use powergs_sim::cli::timeline::{Asked, asked};
-use powergs_sim::cli::what_if::Experiment;
-use powergs_sim::cli::{Context, Exit, Failure, Global, dram_dump};
-use powergs_sim::run::files::EmbeddedFiles;
-use powergs_sim::run::{System, SystemSpec};
+use powergs_sim::cli::{Context, Exit, Failure, Global};
 use powergs_sim::run_record::{Extras, Run};
 
 use crate::report::builder;
@@ -97,65 +94,10 @@ fn rates_are_checked() {
 }
 
 #[test]
-fn dram_requests_are_lines_in_a_file_that_is_whole_or_absent() {
-    let root = tempfile::tempdir().expect("a folder");
-    let path = root.path().join("requests.trace");
-    let two = |sink: &mut dram_dump::Sink<'_>| {
-        sink(false, 0x1f40, 64);
-        sink(true, 0, 19);
-    };
-    let written = dram_dump::write(&path, &mut |sink| {
-        two(sink);
-        Ok(())
-    });
-    assert_eq!(written.ok(), Some(2));
-    assert_eq!(fs::read_to_string(&path).expect("it"), "R 0x1f40 64\nW 0x0 19\n");
-    fs::remove_file(&path).expect("removed");
-    let refused = dram_dump::write(&path, &mut |sink| {
-        two(sink);
-        Err(Failure::new(Exit::Usage, "no addresses"))
-    });
-    assert_eq!(refused.expect_err("refused").to_string(), "no addresses");
-    assert_eq!(fs::read_dir(root.path()).expect("it").count(), 0, "nothing is left behind");
-}
-
-#[test]
 fn timelines_are_asked_for_by_frame_and_tiles() {
     assert_eq!(asked("3"), Ok(Asked { frame: 3, tiles: None }));
     assert_eq!(asked("3:100..140"), Ok(Asked { frame: 3, tiles: Some(100..140) }));
     for bad in ["", "x", "3:", "3:5", "3:9..9", "3:9..2", "-1", "3:1..99999999999"] {
         assert!(asked(bad).is_err(), "{bad}");
     }
-}
-
-#[test]
-fn every_resource_of_every_machine_can_be_doubled_or_says_why_not() {
-    for name in ["gscore", "gscore-16core", "edge"] {
-        let system = System::named(name).expect("a machine");
-        let experiment = Experiment::new(&system, vec![0]);
-        assert!(experiment.systems.len() >= 7, "{name}: {}", experiment.systems.len());
-        for doubled in &experiment.systems {
-            assert_ne!(doubled.machine(), system.machine(), "{name}");
-        }
-        let frames = [builder::frame(0, 3.0)];
-        let doubled = vec![frames.to_vec(); experiment.systems.len()];
-        let found = experiment.finish(&frames, &doubled).expect("a frame was tried");
-        for skipped in &found.skipped {
-            assert!(skipped.reason.contains("sram.table"), "{name}: {skipped:?}");
-        }
-    }
-}
-
-#[test]
-fn a_resource_that_cannot_be_doubled_names_the_reason() {
-    let sets = vec!["gsu.bsu-per-core=65536".to_owned()];
-    let spec = SystemSpec { sets, ..SystemSpec::named("gscore") };
-    let system = System::load(&spec, &EmbeddedFiles).expect("a machine");
-    let experiment = Experiment::new(&system, vec![0]);
-    let frames = [builder::frame(0, 3.0)];
-    let doubled = vec![frames.to_vec(); experiment.systems.len()];
-    let found = experiment.finish(&frames, &doubled).expect("a frame was tried");
-    let skipped = found.skipped.iter().find(|s| s.resource == "gsu.bsu-per-core");
-    assert!(skipped.is_some_and(|s| s.reason.contains("65536")), "{:?}", found.skipped);
-    assert!(found.skipped.iter().all(|s| !s.reason.contains('\n')));
 }

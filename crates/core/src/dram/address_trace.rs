@@ -9,7 +9,7 @@
 //! Addresses are hexadecimal with `0x` or decimal. Blank lines and everything from `#` or `//` are
 //! ignored, words may be in small letters, lines may end in CR LF.
 
-use std::io::{self, BufRead, Read};
+use std::io::{self, BufRead, Read, Write};
 
 use super::drive::Access;
 
@@ -105,6 +105,20 @@ impl<R: BufRead> Iterator for Requests<R> {
         self.failed = matches!(next, Some(Err(_)));
         next
     }
+}
+
+/// Writes a request as a line: `R 0x1f40 64`.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_request(
+    out: &mut dyn Write,
+    is_write: bool,
+    address: u64,
+    bytes: u64,
+) -> io::Result<()> {
+    let direction = if is_write { 'W' } else { 'R' };
+    writeln!(out, "{direction} {address:#x} {bytes}")
 }
 
 /// The request of a line, if it has one.

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::error::RunError;
 use super::frames::Frames;
+use super::observed::FrameOn;
 use super::paper::PaperModel;
 use super::system::System;
 use super::watch::Watch;
@@ -292,11 +293,11 @@ impl<'a> Session<'a> {
     ///
     /// # Errors
     /// [`RunError`]: a frame that cannot be read, or that the machine cannot run.
-    pub fn frame_on(
+    pub fn frame_on<'s>(
         &mut self,
-        system: &System,
+        system: &'s System,
         position: usize,
-    ) -> Result<(FrameWorkload, Measured), RunError> {
+    ) -> Result<FrameOn<'s>, RunError> {
         let machine = system.machine();
         let first = match machine.gsu.reuse_period {
             0 | 1 => position,
@@ -310,7 +311,7 @@ impl<'a> Session<'a> {
             let name = &frame.facts.camera.name;
             check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
             let measured = Measured::of(&workload, machine, &mut lists, false);
-            last = Some((workload, measured));
+            last = Some(FrameOn { machine, workload, measured });
         }
         last.ok_or_else(|| RunError::Request(format!("there is no frame {position}")))
     }

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use powergs_core::dram::address_trace::Requests;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
 use powergs_core::run::{
-    Change, FileKind, Frames, MemoryFrames, PaperModel, RunError, Session, Subject, System,
-    SystemSpec, TraceFile, Watch,
+    Change, FileKind, FrameOn, Frames, MemoryFrames, PaperModel, RunError, Session, Subject,
+    System, SystemSpec, TraceFile, Watch,
 };
 use powergs_core::sim::{FrameReport, Label, Lists, Measured, simulate_measured};
 use powergs_core::workload::bin;
@@ -82,11 +83,33 @@ fn a_session_is_the_plain_loop_for_any_number_of_threads() {
 #[test]
 fn a_frame_in_the_middle_is_what_the_session_saw() {
     let neo = system("neo", &[]);
-    let (workload, measured) = Session::new(&mut trace(), &()).frame_on(&neo, 2).expect("a frame");
+    let frame = Session::new(&mut trace(), &()).frame_on(&neo, 2).expect("a frame");
+    let FrameOn { workload, measured, .. } = &frame;
     assert!(measured.reuse.is_some(), "it keeps the order of frame 1");
     let label = Label { frame: 2, name: by_hand(&neo)[2].name.clone(), display_w: None };
-    let report = simulate_measured(label, &workload, &measured, neo.machine(), neo.prices());
-    assert_eq!(report.expect("accounts"), by_hand(&neo)[2]);
+    let report = simulate_measured(label, workload, measured, neo.machine(), neo.prices());
+    let report = report.expect("accounts");
+    assert_eq!(report, by_hand(&neo)[2]);
+    assert_eq!(Some(&frame.observe(&mut ()).timing), report.timing());
+}
+
+#[test]
+fn dram_requests_are_an_address_trace() {
+    let system = system("gscore", &[]);
+    let frame = Session::new(&mut trace(), &()).frame_on(&system, 0).expect("a frame");
+    let mut text = Vec::new();
+    let written = frame.write_dram_requests(&mut text).expect("memory takes everything");
+    let read: Result<Vec<_>, _> = Requests::new(&text[..]).collect();
+    let read = read.expect("what we write can be read");
+    assert_eq!(read.len() as u64, written);
+    let bytes = |writes: bool| -> u64 {
+        read.iter().filter(|r| r.write == writes).map(|r| u64::from(r.bytes)).sum()
+    };
+    let stages = by_hand(&system)[0].stages;
+    assert_eq!(bytes(false), stages.iter().map(|s| s.read).sum::<u64>());
+    assert_eq!(bytes(true), stages.iter().map(|s| s.write).sum::<u64>());
+    let mut full: &mut [u8] = &mut [0; 100];
+    assert!(frame.write_dram_requests(&mut full).is_err());
 }
 
 /// Cancels after some simulations.

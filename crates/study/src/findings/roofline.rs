@@ -2,6 +2,8 @@
 
 use crate::run_record::Run;
 use powergs_core::action::{Action, Stage};
+use powergs_core::energy::flops;
+use powergs_core::run::System;
 
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +28,26 @@ pub struct Point {
 }
 
 impl Roofline {
+    /// Peaks of a machine in the operations that PowerGS counts. A CCU takes a Gaussian through
+    /// everything each interval and makes its box tests beside that; a rendering unit evaluates and
+    /// blends a pixel each cycle. Sorting counts no operations.
+    pub fn of(system: &System) -> Roofline {
+        let machine = system.machine();
+        let flops = flops::per_action();
+        let sum =
+            |actions: &[Action]| f64::from(actions.iter().map(|a| flops[a.index()]).sum::<u32>());
+        let (ccu, vru) = (&machine.ccu, &machine.vru);
+        let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
+        let per_ccu = sum(&gaussian) / f64::from(ccu.initiation_interval)
+            + sum(&[Action::ObbTest]) * f64::from(ccu.intersection_units);
+        let lanes = f64::from(vru.cores) * f64::from(vru.units_per_core);
+        let ceilings = vec![
+            ("CCU", machine.clock.0 * f64::from(ccu.units) * per_ccu),
+            ("VRU", machine.clock.0 * lanes * sum(&[Action::Alpha, Action::Blend])),
+        ];
+        Roofline { flops, ceilings, dram_bytes_s: system.dram_peak() }
+    }
+
     /// All units together, operations per second.
     pub fn peak_flop_s(&self) -> f64 {
         self.ceilings.iter().map(|c| c.1).sum()

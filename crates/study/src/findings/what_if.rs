@@ -19,6 +19,18 @@ impl Cost {
             energy_pj: report.energy.total().0,
         }
     }
+
+    /// The mean over some frames; of none nothing.
+    pub fn mean<'a>(reports: impl IntoIterator<Item = &'a FrameReport>) -> Cost {
+        let (mut sum, mut n) = (Cost::default(), 0_u32);
+        for cost in reports.into_iter().map(Cost::of) {
+            sum.frame_time_ms += cost.frame_time_ms;
+            sum.energy_pj += cost.energy_pj;
+            n += 1;
+        }
+        let n = f64::from(n.max(1));
+        Cost { frame_time_ms: sum.frame_time_ms / n, energy_pj: sum.energy_pj / n }
+    }
 }
 
 /// One resource, doubled.

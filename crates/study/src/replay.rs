@@ -1,0 +1,163 @@
+//! A replay: frames on one machine or on the published model, and beside them what doubling each
+//! resource of the machine would buy and what another DRAM model makes of the same frames.
+
+mod doubling;
+
+use powergs_core::accel::DramCommands;
+use powergs_core::run::frames::spread;
+use powergs_core::run::session::Target;
+use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};
+use powergs_core::sim::{FrameReport, Model};
+
+use crate::findings::what_if::Cost;
+use crate::findings::{Picture, TileLoad};
+use crate::run_record::{DramModels, Extras, Facts, MachineFacts, Run, TraceFacts};
+use doubling::Doubling;
+
+/// What is simulated besides the frames themselves.
+#[derive(Debug, Clone, Copy)]
+pub struct Replay<'a> {
+    /// The machine, or the published model.
+    pub target: Target<'a>,
+    /// Display rate, frames per second, for power and deadlines; positive and finite.
+    pub display_fps: f64,
+    /// Frames, spread evenly over the list, on which doubling each resource is tried; not on the
+    /// published model.
+    pub what_if_frames: usize,
+    /// Whether the `window` model of the DRAM sees the same frames; the machine has another.
+    pub compares_window: bool,
+}
+
+/// What is kept of one machine's frames.
+#[derive(Debug, Default)]
+struct Kept {
+    reports: Vec<FrameReport>,
+    /// The tile lists of the slowest frame so far, if they are wanted, and what makes it slow.
+    slowest: Option<(u64, TileLoad)>,
+    wants_tiles: bool,
+}
+
+impl Kept {
+    fn add(&mut self, view: FrameView<'_>) {
+        let FrameView { position, workload, preview, report, .. } = view;
+        if self.wants_tiles {
+            let weight = report.timing().map_or(report.counters.tile_loads, |t| t.frame);
+            if self.slowest.as_ref().is_none_or(|(w, _)| weight > *w) {
+                let picture = preview.map(|p| Picture {
+                    width: p.width,
+                    height: p.height,
+                    rgb: p.rgb.clone(),
+                });
+                self.slowest = Some((weight, TileLoad::of(position, workload, picture)));
+            }
+        }
+        self.reports.push(report);
+    }
+}
+
+impl Replay<'_> {
+    /// What a report says besides its frames.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: frames that cannot be read.
+    pub fn facts(&self, frames: &mut dyn Frames) -> Result<Facts, RunError> {
+        let (model, machine, of_model, configuration) = match self.target {
+            Target::System(system) => {
+                let facts = MachineFacts::of(system);
+                (Model::Cycle, facts, system.inputs(), system.configuration())
+            }
+            Target::Paper(model) => {
+                let facts = MachineFacts::paper(model);
+                (Model::Paper, facts, model.inputs(), model.configuration())
+            }
+        };
+        let mut inputs = vec![frames.identity()?];
+        inputs.extend(of_model);
+        let trace = TraceFacts::of(frames)?;
+        let display_fps = self.display_fps;
+        Ok(Facts { model, display_fps, trace, machine, inputs, configuration })
+    }
+
+    /// Simulates all frames, or as many as were done when it was cancelled.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: the machine cannot have the `window` model; otherwise as
+    /// [`Session::fold`].
+    pub fn run(&self, frames: &mut dyn Frames, watch: &dyn Watch) -> Result<Run, RunError> {
+        let facts = self.facts(frames)?;
+        let tried = spread(frames.range(), self.what_if_frames);
+        let (mut subjects, mut doubling, mut window) = (Vec::new(), None, None);
+        match self.target {
+            Target::System(system) => {
+                subjects.push(Subject::of(system).checking_order());
+                doubling = (!tried.is_empty()).then(|| Doubling::of(system));
+                if self.compares_window {
+                    window = Some(system.with(&[Change::machine("dram.model", "window")])?);
+                }
+            }
+            Target::Paper(model) => subjects.push(Subject::paper(model)),
+        }
+        let doubled = doubling.iter().flat_map(|doubling| &doubling.systems);
+        subjects.extend(doubled.map(|system| Subject::of(system).only(&tried)));
+        subjects.extend(window.iter().map(Subject::of));
+        let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
+        let folded = Session::new(frames, watch).fold(&subjects, start, Kept::add)?;
+        drop(subjects);
+        let mut kept = folded.states.into_iter();
+        let main = kept.next().expect("the first subject");
+        let mut others: Vec<Vec<FrameReport>> = kept.map(|kept| kept.reports).collect();
+        let window = window.is_some().then(|| others.pop().expect("the last subject"));
+        let dram_models = window.and_then(|window| dram_models(&main.reports, &window));
+        let what_if = doubling.and_then(|doubling| doubling.finish(&tried, &main.reports, &others));
+        Ok(Run {
+            facts,
+            frames: main.reports,
+            tiles: main.slowest.map(|(_, tiles)| tiles),
+            extras: Extras { what_if, dram_models },
+        })
+    }
+}
+
+/// The same frames on several machines, a run for each.
+///
+/// # Errors
+/// As [`Session::fold`].
+pub fn on_each(
+    systems: &[System],
+    display_fps: f64,
+    frames: &mut dyn Frames,
+    watch: &dyn Watch,
+) -> Result<Vec<Run>, RunError> {
+    let facts = |system| {
+        let target = Target::System(system);
+        Replay { target, display_fps, what_if_frames: 0, compares_window: false }.facts(frames)
+    };
+    let facts: Vec<Facts> = systems.iter().map(facts).collect::<Result<_, _>>()?;
+    let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
+    let keep = |reports: &mut Vec<FrameReport>, view: FrameView<'_>| reports.push(view.report);
+    let folded = Session::new(frames, watch).fold(&subjects, |_| Vec::new(), keep)?;
+    let run = |(facts, frames)| Run { facts, frames, tiles: None, extras: Extras::default() };
+    Ok(facts.into_iter().zip(folded.states).map(run).collect())
+}
+
+/// The same frames with the DRAM in windows and with its banks; `None` without a frame.
+fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramModels> {
+    let moved = |report: &FrameReport| {
+        let Some(timing) = report.timing() else { return 0.0 };
+        let bursts = |c: &DramCommands| {
+            c.stages.iter().map(|s| s.reads + s.writes).sum::<u64>() * c.burst_bytes
+        };
+        timing.dram.commands.as_ref().map_or(0, bursts) as f64
+    };
+    let n = window.len();
+    let mean = |reports: &[FrameReport], of: &dyn Fn(&FrameReport) -> f64| {
+        reports.iter().take(n).map(of).sum::<f64>() / n as f64
+    };
+    let time = |report: &FrameReport| Cost::of(report).frame_time_ms;
+    (n > 0).then(|| DramModels {
+        window_ms: mean(window, &time),
+        banked_ms: mean(banked, &time),
+        window_bytes: mean(window, &moved),
+        banked_bytes: mean(banked, &moved),
+    })
+}
