@@ -146,13 +146,13 @@ fn model(scene: &Gaussians, kept_of_ten: usize) -> Foveated {
 
 /// Foveated over plain, on two threads: with whole levels, and with levels of half the one before.
 fn report_foveated(name: &str, case: &Case) {
-    let looking = ScreenGaze { point: [0.5, 0.5], screen: Screen::PUBLISHED };
+    let gaze = ScreenGaze { point: [0.5, 0.5], screen: Screen::PUBLISHED };
     for (kept, what) in [(10, "whole levels"), (5, "levels of half")] {
         let model = model(&case.scene, kept);
         for detail in [Detail::Image, Detail::Counters] {
             let options = Options::reference(detail);
             let foveated = || {
-                drop(render_foveated(&model, &case.camera, &looking, &options).expect("a gaze"));
+                drop(render_foveated(&model, &case.camera, &gaze, &options).expect("a gaze"));
             };
             let plain = || drop(render(&case.scene, &case.camera, &options));
             let (plain, own, ratio) = on_threads(2, || paired_ms(plain, foveated));

@@ -52,6 +52,9 @@ impl UnitRule<Vru> for DualIssue {
 
 /// Replays a trace on a machine with the built-in VRU and with [`DualIssue`]: the reports of both,
 /// frame by frame.
+///
+/// # Errors
+/// The trace cannot be read, there is no such machine, or it cannot run the trace.
 pub fn replay_both(trace: &Path, machine: &str) -> Result<[Vec<FrameReport>; 2], Box<dyn Error>> {
     let built_in = System::named(machine)?;
     let rules = UnitRules { vru: Rule::new(DualIssue), ..UnitRules::default() };

@@ -40,6 +40,7 @@
 //! ([`report`]). `ARCHITECTURE.md` has the map, `docs/model.md` every modelling assumption.
 
 #[cfg(feature = "cli")]
+#[allow(clippy::missing_errors_doc)] // commands fail with `Failure`, which has the exit code
 pub mod cli;
 
 pub use powergs_base::{config, picture, quantity};

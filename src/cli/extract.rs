@@ -60,23 +60,23 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
-    let looking = args.gaze.looking(&views.cameras)?;
+    let gazes = args.gaze.of_views(&views.cameras)?;
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);
-        note_missing(context, &views.cameras, &looking);
+        note_missing(context, &views.cameras, &gazes);
     }
     let name = stem(&args.scene);
     let mut job = Job::new(args, &name, scene.base().len() as u64)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Counters) };
     let progress = Progress::new(context, views.cameras.len() as u64, "frames");
     let mut pending: Option<Frame> = None;
-    for (camera, looking) in views.cameras.iter().zip(&looking) {
+    for (camera, gaze) in views.cameras.iter().zip(&gazes) {
         if context.is_cancelled() {
             break;
         }
         let (encoded, frame) = rayon::join(
             || pending.as_ref().map(EncodedFrame::encode),
-            || frame_of(&scene, camera, looking, &options),
+            || frame_of(&scene, camera, gaze, &options),
         );
         job.write(encoded)?;
         pending = Some(frame?);
@@ -90,7 +90,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 fn frame_of(
     scene: &Shown,
     camera: &Camera,
-    looking: &ScreenGaze,
+    gaze: &ScreenGaze,
     options: &Options,
 ) -> Result<Frame, Failure> {
     match scene {
@@ -99,7 +99,7 @@ fn frame_of(
             Ok(rendered.into_frame(camera, options.background))
         }
         Shown::Foveated(model) => {
-            let frame = render_foveated(model, camera, looking, options);
+            let frame = render_foveated(model, camera, gaze, options);
             Ok(frame.or_exit(Exit::Usage, "--gaze")?.into_frame(camera, options.background))
         }
     }

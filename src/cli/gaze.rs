@@ -76,7 +76,7 @@ impl GazeArgs {
     /// # Errors
     /// Exit code 2 for a gaze or a screen that cannot be, 3 for a stream that cannot be read or has
     /// a gap.
-    pub fn looking(&self, cameras: &[Camera]) -> Result<Vec<ScreenGaze>, Failure> {
+    pub fn of_views(&self, cameras: &[Camera]) -> Result<Vec<ScreenGaze>, Failure> {
         let screen = Screen { pooling_rate: self.pooling_rate, ..self.screen };
         screen.check().or_exit(Exit::Usage, "--screen, --pooling-rate")?;
         let gazes: Vec<[f32; 2]> = match (&self.gaze_stream, self.gaze_cycle) {
@@ -86,8 +86,8 @@ impl GazeArgs {
                 let (x, y) = self.gaze.unwrap_or((0.5, 0.5));
                 // Before it is rounded: just outside is outside.
                 let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
-                let sight = powergs_frame::fovea::EccentricityMap::on(screen, [x, y], size);
-                sight.or_exit(Exit::Usage, "--gaze")?;
+                let map = powergs_frame::fovea::EccentricityMap::on(screen, [x, y], size);
+                map.or_exit(Exit::Usage, "--gaze")?;
                 vec![[x as f32, y as f32]; cameras.len()]
             }
         };
@@ -123,14 +123,14 @@ impl GazeArgs {
 }
 
 /// The regions that no view shows, 0 for R1: images that are too small for all four.
-pub fn missing(cameras: &[Camera], looking: &[ScreenGaze]) -> Vec<u8> {
+pub fn missing(cameras: &[Camera], gazes: &[ScreenGaze]) -> Vec<u8> {
     let mut missing: Vec<u8> = (0..4).collect();
-    for (camera, looking) in cameras.iter().zip(looking) {
+    for (camera, gaze) in cameras.iter().zip(gazes) {
         if missing.is_empty() {
             break;
         }
-        if let Ok(sight) = looking.eccentricity_map([camera.width, camera.height]) {
-            let own = sight.missing_regions();
+        if let Ok(map) = gaze.eccentricity_map([camera.width, camera.height]) {
+            let own = map.missing_regions();
             missing.retain(|region| own.contains(region));
         }
     }
@@ -138,8 +138,8 @@ pub fn missing(cameras: &[Camera], looking: &[ScreenGaze]) -> Vec<u8> {
 }
 
 /// Says which levels no view shows.
-pub fn note_missing(context: &Context, cameras: &[Camera], looking: &[ScreenGaze]) {
-    let missing = missing(cameras, looking);
+pub fn note_missing(context: &Context, cameras: &[Camera], gazes: &[ScreenGaze]) {
+    let missing = missing(cameras, gazes);
     if !missing.is_empty() && !context.global.quiet {
         let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();
         out::complain(format_args!(

@@ -107,11 +107,11 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>,
 fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
     let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
     let size = [picture.width, picture.height];
-    let sight = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
+    let map = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
     let hvsq = Hvsq::new(size[0], size[1], &POOLINGS);
     let mut hvsq = hvsq.or_exit(Exit::BadInput, args.picture.display())?;
     let reference = hvsq.reference(reference);
-    let values = hvsq.regional(picture, &reference, &sight.regions());
+    let values = hvsq.regional(picture, &reference, &map.regions());
     let row = |(i, value): (usize, Option<f64>)| {
         let shown = value.map_or("no pixels".into(), |v| format!("{v:.4e}"));
         let line = format!("HVSQ  {shown} in R{}, pooling {}", i + 1, POOLINGS[i]);

@@ -70,25 +70,25 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             "note: one file, so the first of {count} views; --frame K has another, a folder all"
         ));
     }
-    let (cameras, looking) = chosen(args, views.cameras)?;
+    let (cameras, gazes) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);
-        note_missing(context, &cameras, &looking);
+        note_missing(context, &cameras, &gazes);
     }
-    for ((camera, looking), target) in cameras.iter().zip(&looking).zip(&targets) {
+    for ((camera, gaze), target) in cameras.iter().zip(&gazes).zip(&targets) {
         if context.is_cancelled() {
             return Ok(Exit::Interrupted);
         }
         let picture = match &scene {
             Shown::Plain(scene) => render(&scene.gaussians, camera, &options).picture,
             Shown::Foveated(model) => {
-                let frame = render_foveated(model, camera, looking, &options);
+                let frame = render_foveated(model, camera, gaze, &options);
                 let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
                 match args.levels {
-                    true => regions::draw(&picture, looking).or_exit(Exit::Usage, "--gaze")?,
+                    true => regions::draw(&picture, gaze).or_exit(Exit::Usage, "--gaze")?,
                     false => picture,
                 }
             }
@@ -106,18 +106,18 @@ fn chosen(
     args: &Args,
     mut cameras: Vec<Camera>,
 ) -> Result<(Vec<Camera>, Vec<ScreenGaze>), Failure> {
-    let mut looking = args.gaze.looking(&cameras)?;
+    let mut gazes = args.gaze.of_views(&cameras)?;
     let frame = match args.frame {
         Some(frame) => frame,
         // One file can hold one view.
         None if is_png(&args.output) => 0,
-        None => return Ok((cameras, looking)),
+        None => return Ok((cameras, gazes)),
     };
     if frame >= cameras.len() {
         let what = format!("--frame {frame}: there are only {} views, from 0", cameras.len());
         return Err(Failure::new(Exit::Usage, what));
     }
-    Ok((vec![cameras.swap_remove(frame)], vec![looking.swap_remove(frame)]))
+    Ok((vec![cameras.swap_remove(frame)], vec![gazes.swap_remove(frame)]))
 }
 
 fn is_png(path: &Path) -> bool {

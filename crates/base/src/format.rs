@@ -54,7 +54,7 @@ pub fn rate(fps: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A share as a whole percentage; what is more than none and less than half a percent is `<1`.
+/// A share as a whole percentage; a positive share below half a percent is `<1`.
 pub fn percent(share: f64) -> String {
     let p = share * 100.0;
     if p > 0.0 && p < 0.5 { "<1".into() } else { format!("{p:.0}") }
@@ -66,7 +66,7 @@ pub fn watt_unit(most: f64) -> (f64, String) {
     (scale.recip(), format!("{prefix}W"))
 }
 
-/// At most `width` characters; the end of what is too long becomes `…`.
+/// At most `width` characters; a longer text ends in `…`.
 pub fn shortened(text: &str, width: usize) -> String {
     let clean: String = text.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
     if clean.chars().count() <= width {

@@ -1,8 +1,6 @@
 //! The ground floor of `powergs-sim`: measures with units, TOML files with good errors, pictures in
 //! memory.
 
-#![warn(clippy::missing_errors_doc)]
-
 pub mod config;
 pub mod format;
 pub mod picture;

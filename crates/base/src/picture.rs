@@ -1,4 +1,4 @@
-//! An image in memory: what the rasteriser makes, and what display power and quality look at.
+//! An image in memory: the output of the rasteriser, the input of display power and quality.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x16, i32x16};

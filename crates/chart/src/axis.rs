@@ -1,4 +1,4 @@
-//! Axes: what they show, their scale, and ticks that people would have chosen.
+//! Axes: title, scale, and ticks at round values.
 
 use super::Words;
 
@@ -7,7 +7,7 @@ use super::Words;
 pub struct Axis {
     /// What it shows, with its unit; may be empty.
     pub title: String,
-    /// Which values it reaches over.
+    /// Its scale.
     pub scale: Scale,
     /// Which values are labelled.
     pub ticks: Ticks,
@@ -29,7 +29,7 @@ impl Axis {
         Axis::new("", Scale::Names(names.into_iter().map(Into::into).collect()))
     }
 
-    /// About `count` ticks.
+    /// With about `count` ticks.
     pub fn ticks(self, count: usize) -> Axis {
         Axis { ticks: Ticks::About(count), ..self }
     }
@@ -131,7 +131,7 @@ impl Scale {
         Scale::Linear { low, high }
     }
 
-    /// Logarithmic, rounded outwards to 1, 2 or 5 times a power of ten. What is not positive has no
+    /// Logarithmic, rounded outwards to 1, 2 or 5 times a power of ten. Only positive values have a
     /// place on it.
     pub fn logarithmic(low: f64, high: f64) -> Scale {
         let is_positive = |v: f64| v > f64::MIN_POSITIVE && v.is_finite();

@@ -1,5 +1,5 @@
-//! Charts as values: what is shown, in the units of the data. A chart knows no pixel; the renderer
-//! decides where everything goes, and writes SVG, PNG and PDF.
+//! Charts as values, in the units of the data. A chart knows no pixel; the renderer lays it out and
+//! writes SVG, PNG and PDF.
 
 mod axis;
 mod colour;
@@ -26,7 +26,7 @@ pub struct Chart {
     pub legend: Vec<Vec<Entry>>,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
-    /// How many of them are side by side.
+    /// Number of panels side by side.
     pub columns: Columns,
     /// What explains them in a column at the right.
     pub beside: Vec<Beside>,
@@ -34,12 +34,12 @@ pub struct Chart {
     pub notes: Vec<Vec<Words>>,
 }
 
-/// How many panels are side by side.
+/// Number of panels side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Columns {
-    /// As many.
+    /// This number.
     Are(usize),
-    /// As many as show pictures largest.
+    /// The number with which pictures are largest.
     Fitting,
 }
 
@@ -70,7 +70,7 @@ impl Chart {
         self
     }
 
-    /// With so many panels side by side.
+    /// With this number of panels side by side.
     pub fn columns(self, columns: usize) -> Chart {
         Chart { columns: Columns::Are(columns), ..self }
     }
@@ -129,7 +129,7 @@ pub struct DrawError {
     pub reason: String,
 }
 
-/// Text of one look.
+/// Text with a colour and a weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Words {
     /// The text.
@@ -261,7 +261,7 @@ pub struct Panel {
     pub right: Vec<(f64, Vec<Words>)>,
     /// A scale of the colours of [`Colour::at`] over the panel: its ends.
     pub colours: Option<(String, String)>,
-    /// Width over height of what must not be stretched.
+    /// Width over height of a plot that must not be stretched.
     pub aspect: Option<f64>,
 }
 

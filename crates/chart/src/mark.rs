@@ -1,4 +1,4 @@
-//! What a panel shows, in the values of its axes.
+//! The marks of a panel, in the values of its axes.
 
 use powergs_pixels::RgbImage;
 
@@ -119,17 +119,17 @@ pub struct Bin {
 /// How wide a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weight {
-    /// A line that is hardly seen.
+    /// A faint line.
     Hair,
     /// Thinner than a curve.
     Thin,
     /// A curve.
     Curve,
-    /// The curve that matters.
+    /// The most important curve.
     Bold,
 }
 
-/// A line through points; it breaks at what is no number.
+/// A line through points; it breaks at values that are not finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// The points.
@@ -172,11 +172,11 @@ pub enum Size {
     Medium,
     /// A point that has a name.
     Large,
-    /// The point that matters.
+    /// The most important point.
     Huge,
 }
 
-/// Points of one look.
+/// Points of one shape and size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     /// Where they are, and their colours.

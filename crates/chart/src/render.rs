@@ -57,7 +57,7 @@ pub(crate) fn drawn(chart: &Chart) -> Result<Scene, String> {
     Ok(Scene { size: SIZE, title, description, shapes })
 }
 
-/// What a point of a text is to it.
+/// The anchor of a text at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Align {
     Left,

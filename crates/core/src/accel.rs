@@ -108,7 +108,7 @@ pub struct UnitCycles {
     pub idle: u64,
 }
 
-/// What the shared DRAM did in one frame.
+/// Activity of the shared DRAM in one frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct DramUse {
     /// Bytes read.
@@ -125,7 +125,7 @@ pub struct DramUse {
     pub commands: Option<DramCommands>,
 }
 
-/// What the requests of one stage made the device do.
+/// Commands that the DRAM device issued for the requests of one stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StageCommands {
     /// Bursts read.
@@ -188,7 +188,7 @@ impl DramCommands {
     }
 }
 
-/// What one buffer held and passed on, all its shares together.
+/// Occupancy and throughput of one buffer, all its shares together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BufferUse {
     /// Which.
@@ -222,7 +222,7 @@ impl Histogram {
     /// An empty histogram.
     pub const EMPTY: Histogram = Histogram { bins: [0; Self::BINS] };
 
-    /// Counts a value.
+    /// Adds one to the bin of `value`.
     pub fn count(&mut self, value: u64) {
         self.bins[Self::bin(value)] += 1;
     }
@@ -305,7 +305,7 @@ pub struct Replay {
     pub actions: ActionCounts,
     /// The part of `actions` that is speculative work whose result was not used.
     pub speculation: ActionCounts,
-    /// What the DRAM served.
+    /// DRAM bytes served.
     pub served: Traffic,
     /// The regions of a foveated frame.
     pub regions: Option<[RegionWork; LEVELS]>,

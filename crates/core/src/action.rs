@@ -118,7 +118,7 @@ pub struct Memory {
     pub two_ports: bool,
 }
 
-/// What has to be built: what leaks and takes area.
+/// The hardware of a machine: everything that leaks and takes area.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Inventory {
     /// In the order of [`Buffer::ALL`].

@@ -70,27 +70,27 @@ impl EnergyBreakdown {
         self.parts[stage as usize][component as usize] += energy.0;
     }
 
-    /// One part.
+    /// Energy of one component in one stage.
     pub fn part(&self, stage: Stage, component: Component) -> Picojoules {
         Picojoules(self.parts[stage as usize][component as usize])
     }
 
-    /// Sum over components.
+    /// Energy of a stage, all components.
     pub fn stage(&self, stage: Stage) -> Picojoules {
         Picojoules(self.parts[stage as usize].iter().sum())
     }
 
-    /// Sum over stages.
+    /// Energy of a component, all stages.
     pub fn component(&self, component: Component) -> Picojoules {
         Picojoules(self.parts.iter().map(|row| row[component as usize]).sum())
     }
 
-    /// Everything.
+    /// Energy of all stages and components.
     pub fn total(&self) -> Picojoules {
         Stage::ALL.iter().map(|&s| self.stage(s)).sum()
     }
 
-    /// Dynamic energy: everything but standby.
+    /// Dynamic energy: all stages except standby.
     pub fn dynamic(&self) -> Picojoules {
         Stage::WORK.iter().map(|&s| self.stage(s)).sum()
     }

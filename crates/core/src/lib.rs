@@ -1,8 +1,6 @@
 //! The simulator: a frame binned for a machine, *when* things happen on it, *how often*, and what
 //! it *costs*.
 
-#![warn(clippy::missing_errors_doc)]
-
 pub mod accel;
 pub mod action;
 pub mod dram;

@@ -97,8 +97,8 @@ pub struct ChunkWork {
     pub seconds: u32,
 }
 
-/// What is executed of the (entry, sub-tile) pairs of a chunk. The five counts are five answers to
-/// what stops when its pixels have stopped.
+/// The executed (entry, sub-tile) pairs of a chunk. The counts differ in the granularity at which
+/// hardware stops: with the tile, the sub-tile, the 2x2 quad or the pixel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PairWork {
     /// Pairs up to the end of the tile, for hardware that stops only when the whole tile has.
@@ -157,7 +157,7 @@ pub struct GroupWork {
     pub sorted: u32,
 }
 
-/// What a run of records in storage order turns out to be, from the first record of the scene to
+/// Counters of a run of records in storage order, from the first record of the scene to
 /// the end of a block.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct StoragePrefix {
@@ -256,7 +256,7 @@ impl FrameWorkload {
         &self.chunks[tile.chunk_start as usize..][..tile.chunks as usize]
     }
 
-    /// Bytes that it takes in memory.
+    /// Bytes of the workload in host memory.
     pub(crate) fn bytes(&self) -> usize {
         fn of<T>(list: &[T]) -> usize {
             std::mem::size_of_val(list)
@@ -273,7 +273,7 @@ impl FrameWorkload {
             + self.fovea.as_ref().map_or(0, |fovea| of(&fovea.regions))
     }
 
-    /// A frame of no tiles.
+    /// A workload without tiles and splats.
     pub fn empty(geometry: Geometry) -> FrameWorkload {
         FrameWorkload {
             geometry,

@@ -19,7 +19,7 @@ pub const LEVELS: usize = 4;
 /// Names of the regions, in order.
 pub const REGIONS: [&str; LEVELS] = ["R1", "R2", "R3", "R4"];
 
-/// A gaze or a field of view that cannot be.
+/// An impossible gaze or screen.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum GazeError {
     /// The gaze is not on the picture.
@@ -36,7 +36,7 @@ pub enum GazeError {
         /// The angle.
         degrees: f64,
     },
-    /// A pooling rate that no eye has.
+    /// A pooling rate outside the range of eyes.
     #[error("pooling rate {rate}: give one from 0.001 to 10 per radian; published: 0.05")]
     PoolingRate {
         /// The rate.
@@ -65,7 +65,7 @@ impl Screen {
         ("wide-110", Screen { fov_deg: 110.0, ..Screen::PUBLISHED }),
     ];
 
-    /// The preset with this name, or a screen of so many degrees.
+    /// The preset with this name, or a screen with this field of view in degrees.
     ///
     /// # Errors
     /// A word that is neither, or an angle that no flat screen has.
@@ -83,7 +83,7 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Whether such a screen can be.
+    /// Checks field of view and pooling rate.
     ///
     /// # Errors
     /// An angle that is not between 0 and 180 degrees, a rate that is not from 0.001 to 10, or NaN.

@@ -1,7 +1,5 @@
-//! What a frame *is*, independent of any machine: a model and a camera, projected splats, where a
-//! viewer looks, the trace file, and the power that a display needs to show a picture.
-
-#![warn(clippy::missing_errors_doc)]
+//! What a frame *is*, independent of any machine: a model and a camera, projected splats, the gaze,
+//! the trace file, and the power that a display needs to show a picture.
 
 pub mod display;
 pub mod fovea;

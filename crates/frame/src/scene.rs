@@ -1,4 +1,4 @@
-//! What is seen, and from where: a trained model in memory and a pinhole camera.
+//! A scene in memory: a trained model and a pinhole camera.
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.

@@ -33,7 +33,7 @@ impl Format {
     }
 }
 
-/// What a decoder may use.
+/// Limits on the size of a decoded picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// The longest side, pixels.

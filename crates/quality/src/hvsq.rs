@@ -1,13 +1,13 @@
-//! HVSQ: whether two pictures look the same in the periphery of sight, with its gradient.
+//! HVSQ: how different two pictures look in peripheral vision, with its gradient.
 //!
-//! The pictures are taken apart by a steerable pyramid; of every band the mean and the standard
-//! deviation over patches of a pooling size are compared, and the mean of the 51 squared
-//! differences is the measure. 0 is equal; published targets are about 2e-5. Source: `powergs`;
-//! `docs/metrics.md` has the definition.
+//! A steerable pyramid decomposes the pictures. The mean and the standard deviation of every band
+//! over patches of a pooling size are compared, and the mean of the 51 squared differences is the
+//! measure. 0 is equal; published targets are about 2e-5. Source: `powergs`; `docs/metrics.md` has
+//! the definition.
 //!
-//! Pooling is linear and separable. Statistics are kept on the coarse grid that pooling makes;
-//! what is per pixel (the deviation and its gradient) happens between two rows of that grid in
-//! registers. Sums are taken in a fixed order: results do not depend on the number of threads.
+//! Pooling is linear and separable. Statistics are kept on the coarse grid of the pooling; the
+//! steps per pixel (the deviation and its gradient) are computed in registers between two rows of
+//! that grid. Sums are taken in a fixed order: results do not depend on the number of threads.
 
 mod axis;
 mod bands;
@@ -108,8 +108,8 @@ impl Hvsq {
         Ok(Hvsq { width, height, axes, pyramid, gradients: None })
     }
 
-    /// What a reference picture is compared by. It may be kept: about 4 floats a value of the
-    /// picture per pooling.
+    /// The statistics of a reference picture, to be kept for comparisons: about 4 floats per value
+    /// of the picture and pooling.
     ///
     /// # Panics
     /// If the picture is not of the size of this measure.
@@ -192,7 +192,7 @@ impl Hvsq {
             .enumerate()
             .map_init(Scratch::default, |scratch, (i, gradient)| {
                 let (level, map) = pyramid.map(i);
-                pool::compare(map, reference.map(i), (level, axes), weights, gradient, scratch)
+                pool::compare(map, reference.map(i), level, axes, weights, gradient, scratch)
             })
             .collect();
         for (i, poolings) in sums.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! How good a picture is, and what it costs to show: losses with gradients for the optimiser,
-//! metrics for reports. Definitions, formulas and sources: `docs/metrics.md`.
+//! Picture quality and display cost: losses with gradients for the optimiser, metrics for reports.
+//! Definitions, formulas and sources: `docs/metrics.md`.
 
 pub mod flip;
 pub mod hvsq;

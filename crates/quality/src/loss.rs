@@ -1,12 +1,11 @@
 //! The training loss: `0.8 L1 + 0.2 (1 − SSIM) + λ P`, with its gradient, in one pass.
 //!
-//! The picture is not clamped: what is above 1 is pulled back by L1 and SSIM and costs display
-//! power. Values below 0 are black for the display and have no display gradient. Reported PSNR is
-//! that of the clamped picture. Source: `powergs`; `docs/metrics.md` has the formulas.
+//! The picture is not clamped: L1, SSIM and display power all count values above 1. Values below 0
+//! are black for the display and have no display gradient. The reported PSNR is that of the clamped
+//! picture. Source: `powergs`; `docs/metrics.md` has the formulas.
 //!
-//! Rows are worked through in bands; every row is computed in the same way whatever band it is in,
-//! and sums of rows are added from top to bottom, so results do not depend on the number of
-//! threads.
+//! Rows are processed in bands. The computation of a row does not depend on its band, and sums of
+//! rows are added from top to bottom, so results do not depend on the number of threads.
 
 mod band;
 mod glow;
@@ -26,7 +25,7 @@ use window::LANES;
 /// Weight of the structural part of the loss.
 pub(crate) const SSIM_WEIGHT: f64 = 0.2;
 
-/// What a loss is made of.
+/// The parts of a loss.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Parts {
     /// Mean absolute difference over pixels and channels, not clamped.

@@ -1,4 +1,5 @@
-//! LPIPS, the distance that a trained network sees between two pictures, with weights of the user.
+//! LPIPS: the distance of two pictures in the features of a trained network. The user supplies the
+//! weights.
 //!
 //! Zhang et al., "The Unreasonable Effectiveness of Deep Features as a Perceptual Metric" (CVPR
 //! 2018), version 0.1, over AlexNet or VGG16, forward only (`lpips` in `docs/metrics.md`). Nothing
@@ -20,13 +21,13 @@ const EPSILON: f32 = 1e-10;
 /// The most memory that the features of two pictures may take, bytes.
 const MEMORY_MAX: u64 = 8 << 30;
 
-/// A network with the weights that measure.
+/// A network with its weights and those of the distance.
 #[derive(Debug, Clone)]
 pub struct Lpips {
     network: &'static Network,
     /// Of each slice, its convolutions.
     slices: Vec<Vec<Filters>>,
-    /// Of each slice, what the squared difference of a channel counts.
+    /// Of each slice, the weight of the squared difference of a channel.
     heads: Vec<Vec<f32>>,
     /// Taken from the input of -1 to 1, per channel.
     shift: [f32; 3],

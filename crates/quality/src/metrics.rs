@@ -3,7 +3,7 @@
 use super::loss::Loss;
 use powergs_base::picture::Picture;
 
-/// How like two pictures are.
+/// The similarity of two pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likeness {
     /// Mean absolute difference over pixels and channels.
@@ -17,14 +17,14 @@ pub struct Likeness {
 }
 
 impl Likeness {
-    /// What cannot be said of pictures with a value that is not a number.
+    /// The result for pictures with a value that is not a number.
     const UNKNOWN: Likeness =
         Likeness { l1: f64::NAN, mse: f64::NAN, ssim: f64::NAN, psnr_db: f64::NAN };
 }
 
 /// Compares two pictures, both clamped to 0..1 and not rounded; NaN if one of them holds a value
-/// that is not finite. Allocates its work space: whoever compares many pictures of one size keeps
-/// a [`Loss`] and calls [`Loss::likeness`].
+/// that is not finite. Allocates its work space: for many pictures of one size, keep a [`Loss`] and
+/// call [`Loss::likeness`].
 ///
 /// # Panics
 /// If the sizes differ or there are no pixels.

@@ -20,7 +20,7 @@ pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
 /// No stop.
 pub(crate) const OPEN: u32 = u32::MAX;
 
-/// What a level of a foveated model changes of a splat.
+/// Opacity and colour of a splat in one level of a foveated model.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Tint {
     pub(super) log_opacity: f32,
@@ -51,7 +51,7 @@ pub struct Paint {
     /// Rows whose largest exponent is below this cannot reach α = 1/255.
     row_threshold: f32,
     pub(super) colour: [f32; 3],
-    /// In foveated frames: what the next level changes.
+    /// In foveated frames: opacity and colour in the next level.
     pub(super) next: Tint,
     /// In foveated frames: which levels these are (`foveated::paints` knows how).
     pub(super) levels: u32,
@@ -114,7 +114,7 @@ pub struct Entry {
     pub ordinal: u32,
 }
 
-/// An entry that blends something in a block: what the backward pass visits.
+/// An entry that blends in a block, for the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hit {
     /// The entry.
@@ -298,7 +298,7 @@ impl Record for Dominance {
     const HITS: bool = false;
 }
 
-/// What the backward pass needs.
+/// The records of the backward pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Taped;
 impl Record for Taped {
@@ -442,7 +442,7 @@ pub(super) struct Brush {
     pub(super) rank: u32,
 }
 
-/// What a splat did to a row.
+/// The effect of a splat on a row.
 pub(super) struct RowOutcome {
     /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
     hit: bool,

@@ -51,7 +51,7 @@ pub struct FoveatedFrame {
     pub survivor_bits: Vec<u8>,
     /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
     pub counters: Counters,
-    /// What only foveated frames count.
+    /// Counters of foveated frames.
     pub fovea: FoveaCounters,
     /// Tests and accepted tiles per splat, by rank; empty for [`Detail::Image`].
     pub touches: Vec<Touch>,

@@ -149,8 +149,8 @@ pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
     Lists { starts, entries, accepted }
 }
 
-/// Adds one to the fetches of every splat whose position in a tile's list is below what the tile
-/// loaded.
+/// Adds one to the fetches of every splat that a tile loaded: those at positions of its list below
+/// the number of loads.
 pub(super) fn count_fetches<K: Keep>(
     runs: &Runs,
     fetches: &[AtomicU32],

@@ -38,7 +38,7 @@ pub struct Options {
     pub test: Intersection,
     /// Background colour, sRGB.
     pub background: [f32; 3],
-    /// What the gradient is where α is clamped to 0.99.
+    /// The gradient where α is clamped to 0.99.
     pub clamp: Clamp,
     /// Instruction set; the best of this processor by default.
     pub level: Level,
@@ -137,7 +137,7 @@ impl Tape {
         self.frame.as_ref().map_or(&[], |frame| &frame.splats)
     }
 
-    /// Bytes that the tape holds.
+    /// Bytes of the tape in memory.
     pub fn bytes(&self) -> u64 {
         let rows: usize = self.rows.iter().map(Row::bytes).sum();
         let frame = self.frame.as_ref().map_or(0, |frame| {
@@ -155,7 +155,7 @@ impl Tape {
     /// Writes to `out` the gradient of a loss by the parameters of `scene`, given `by_pixel`, its
     /// gradient by the channels of the picture, row-major. Gaussians that are not seen get zero.
     ///
-    /// `scene` must be what the last [`Tape::forward`] rendered. Gradients are finite if `by_pixel`
+    /// `scene` must be the one of the last [`Tape::forward`]. Gradients are finite if `by_pixel`
     /// is and nothing overflows single precision.
     pub fn backward(
         &mut self,

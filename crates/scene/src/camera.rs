@@ -18,7 +18,7 @@ pub mod path;
 pub use error::CameraError;
 pub use powergs_frame::scene::{Camera, Split};
 
-/// What a camera file holds.
+/// The content of a camera file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraFile {
     /// The layout that was recognised: `INRIA cameras.json`, `NeRF transforms.json`, `COLMAP

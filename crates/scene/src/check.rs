@@ -1,4 +1,4 @@
-//! The boundary: what the readers decoded becomes a model that cannot be wrong.
+//! The check that turns decoded data into a valid model.
 
 use super::{Gaussians, SceneError, Warning};
 

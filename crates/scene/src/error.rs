@@ -1,4 +1,4 @@
-//! What can be wrong with a scene file.
+//! Errors of scene files.
 
 use std::io;
 
@@ -71,7 +71,7 @@ pub enum SceneError {
 /// What to do about bytes that no writer of the format makes.
 pub(super) const DAMAGED: &str = "the file is damaged or not of this format";
 
-/// What to do about a legal file that goes beyond what is supported.
+/// Advice for a legal file with unsupported features.
 pub(super) const REEXPORT: &str = "export the model again with other settings";
 
 impl SceneError {

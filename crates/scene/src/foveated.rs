@@ -13,7 +13,7 @@ pub use file::{MAGIC, VERSION};
 
 use super::Gaussians;
 
-/// What a level trains: DC colour and opacity of one Gaussian, raw.
+/// The parameters of one Gaussian that a level trains: DC colour and opacity, raw.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LevelPaint {
     /// SH coefficients of degree 0, by channel.
@@ -29,8 +29,8 @@ pub struct Foveated {
     pub base: Gaussians,
     /// The highest level of every Gaussian: 0 for level 1 to 3 for level 4.
     pub highest: Vec<u8>,
-    /// Paints of levels 2, 3 and 4, per Gaussian. Those of levels that do not have it are those of
-    /// the level before, and never used.
+    /// Paints of levels 2, 3 and 4, per Gaussian. A level that does not have the Gaussian repeats
+    /// the paint of the level before, which is never used.
     pub paints: Vec<[LevelPaint; 3]>,
 }
 
@@ -43,7 +43,7 @@ impl Foveated {
         self.base.len()
     }
 
-    /// Whether there is nothing.
+    /// Whether the model has no Gaussian.
     pub fn is_empty(&self) -> bool {
         self.base.is_empty()
     }
@@ -90,7 +90,7 @@ impl Foveated {
     }
 }
 
-/// What a level trains of Gaussian `i`.
+/// The paint of Gaussian `i` in `base`.
 fn paint_of(scene: &Gaussians, i: usize) -> LevelPaint {
     let (sh, n) = (scene.sh_of(i), scene.sh_coefficients());
     LevelPaint { dc: [sh[0], sh[n], sh[2 * n]], logit_opacity: scene.logit_opacities[i] }

@@ -1,4 +1,4 @@
-//! Where the bytes of a scene come from: one file, or several that know each other by name.
+//! The files of a scene: one, or several that name each other.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Read};
@@ -9,7 +9,7 @@ use super::error::{DAMAGED, SceneError};
 pub struct Input<'a> {
     /// Its bytes.
     pub reader: Box<dyn BufRead + 'a>,
-    /// How many bytes it has: the bound of what its header may promise.
+    /// Its length, bytes: a bound on the counts that its header may claim.
     pub len: u64,
 }
 
@@ -22,6 +22,9 @@ impl<'a> From<&'a [u8]> for Input<'a> {
 /// Opens the files of a scene by their names relative to its folder.
 pub trait Folder {
     /// Opens `name`; the parts of a path are separated by `/`, and none is `..`.
+    ///
+    /// # Errors
+    /// The file is not there or cannot be opened.
     fn open(&self, name: &str) -> io::Result<Input<'_>>;
 }
 

@@ -1,4 +1,4 @@
-//! Trained 3DGS models and cameras, whatever file they came from.
+//! Trained 3DGS models and cameras: readers of every known file format, writers, synthetic scenes.
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.

@@ -26,7 +26,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// A short name.
+    /// A short name, as in messages and records.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ply => "ply",
@@ -62,6 +62,10 @@ const HEAD: u64 = 4096;
 /// `name` in `folder`. `lod` chooses the level of a streamed scene (0, the finest, if not given)
 /// and is an error for other formats. Gaussians with unusable parameters are dropped with a
 /// warning.
+///
+/// # Errors
+/// [`SceneError`]: an unknown format, a damaged or unsupported file, a level of detail that is not
+/// there, or a model without usable Gaussians.
 pub fn read(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
     let mut model = read_unchecked(folder, name, lod)?;
     model.gaussians = check::check(model.gaussians, &mut model.warnings)?;

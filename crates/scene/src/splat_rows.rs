@@ -15,7 +15,7 @@ use super::{Gaussians, Warning};
 const ROW: usize = 32;
 /// Rows that are read at a time.
 const BLOCK: usize = 4096;
-/// What a scale of zero or less becomes.
+/// Replacement of a scale of zero or less.
 const SMALLEST_SCALE: f32 = 1e-12;
 /// Coordinates and scales of the first rows are below this in every real file.
 const FAR: f32 = 1e7;

@@ -92,7 +92,7 @@ pub struct SceneStats {
 }
 
 impl SceneStats {
-    /// Measures `scene`, and lists what is odd. The model must not be empty.
+    /// Measures `scene`, and warns of oddities. The model must not be empty.
     pub fn of(scene: &Gaussians) -> (Self, Vec<Warning>) {
         assert!(!scene.is_empty(), "readers refuse models without Gaussians");
         let n = scene.len() as f64;

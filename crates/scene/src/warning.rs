@@ -1,4 +1,4 @@
-//! What is odd about a scene that can be used all the same.
+//! Oddities of a scene that do not prevent its use.
 
 use std::fmt;
 

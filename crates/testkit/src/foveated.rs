@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Mcg;
 /// A screen on which small pictures show all levels.
 pub const EAGER: Screen = Screen { fov_deg: 100.0, pooling_rate: 0.4 };
 
-pub fn looking(gaze: [f32; 2]) -> ScreenGaze {
+pub fn gaze_at(gaze: [f32; 2]) -> ScreenGaze {
     ScreenGaze { point: gaze, screen: EAGER }
 }
 

@@ -62,8 +62,8 @@ fn looking(screen: &Screen, views: usize) -> Vec<ScreenGaze> {
 pub fn levels(screen: &Screen, views: &[Camera]) -> u8 {
     let of_view = |(camera, looking): (&Camera, ScreenGaze)| {
         let (width, height) = (camera.width, camera.height);
-        let sight = looking.eccentricity_map([width, height]).ok()?;
-        let tiles = TileLevels::new(&sight, TileGrid::new(width, height, 16)).tiles;
+        let map = looking.eccentricity_map([width, height]).ok()?;
+        let tiles = TileLevels::new(&map, TileGrid::new(width, height, 16)).tiles;
         tiles.iter().map(|t| t.first + u8::from(t.blends)).max()
     };
     let most = views.iter().zip(looking(screen, views.len())).filter_map(of_view).max();

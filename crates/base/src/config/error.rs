@@ -1,4 +1,4 @@
-//! What is wrong with a configuration file: every problem with its place and what to do.
+//! Errors of configuration files: every problem with its place and the remedy.
 
 use std::fmt;
 use std::ops::Range;

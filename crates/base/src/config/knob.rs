@@ -78,7 +78,7 @@ pub fn values(table: &Table, path: &str) -> Vec<Value> {
 }
 
 /// `value` times `factor`: whole numbers (and whole bytes) are rounded and change by at least one
-/// step. `None` for what is no number, for zero, and for what would fall below zero.
+/// step. `None` for values that are no number, for zero, and for results below zero.
 pub fn scaled(value: &Value, factor: f64) -> Option<Value> {
     match value {
         Value::Integer(n) => Some(Value::Integer(step(*n, factor)?)),

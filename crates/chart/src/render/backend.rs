@@ -1,4 +1,4 @@
-//! Where plotters draws: a backend that keeps shapes instead of pixels.
+//! The backend that plotters draws into: it keeps shapes instead of pixels.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -46,7 +46,7 @@ type Result = std::result::Result<(), DrawingErrorKind<Infallible>>;
 pub(crate) struct Recorder {
     /// Backend units.
     pub size: (u32, u32),
-    /// What was drawn.
+    /// The shapes drawn so far.
     pub shapes: Rc<RefCell<Vec<Shape>>>,
 }
 

@@ -1,4 +1,4 @@
-//! Rows of what colours and symbols mean.
+//! Legends: rows of symbols with their meaning.
 
 use super::{Align, Drawn, LEFT, LINE, Page, RIGHT, fitted, width};
 use crate::{Colour, Entry, Symbol, Words};
@@ -6,7 +6,7 @@ use crate::{Colour, Entry, Symbol, Words};
 /// Between two entries.
 const GAP: f64 = 28.0;
 
-/// Draws the rows below `top`; where they end.
+/// Draws the rows below `top`; returns where they end.
 pub(crate) fn rows(page: &Page, rows: &[Vec<Entry>], top: f64) -> Result<f64, String> {
     let mut y = top;
     for row in rows.iter().filter(|r| !r.is_empty()) {

@@ -33,9 +33,9 @@ pub(crate) struct Plot<'p, 'c> {
     panel: &'p Panel,
     chart: &'p mut Context<'c>,
     area: Area,
-    /// Where no label may go.
+    /// Areas where no label may be.
     solid: Vec<Area>,
-    /// What labels cover if they must.
+    /// Areas that labels may cover if there is no other place.
     soft: Vec<Point>,
 }
 
@@ -402,7 +402,7 @@ impl<'p, 'c> Plot<'p, 'c> {
         Ok(())
     }
 
-    /// Draws a label on its side; where it is.
+    /// Draws a label on its side; returns its area.
     fn fixed(&self, label: &Label) -> Area {
         let (x, y) = self.at(label.at);
         let wide = width(&label.words);

@@ -1,4 +1,4 @@
-//! Where everything goes on a page: title, legend, panels in rows and columns, notes.
+//! The layout of a page: title, legend, panels in rows and columns, notes.
 
 use super::panel::{self, Edges};
 use super::scene::Area;
@@ -37,7 +37,7 @@ pub(crate) fn draw(page: &Page, chart: &Chart) -> Drawn {
     Ok(())
 }
 
-/// Draws the lines at the bottom; where the first begins.
+/// Draws the lines at the bottom; returns where the first begins.
 fn notes(page: &Page, notes: &[Vec<Words>]) -> f64 {
     let first = SIZE.1 - 18.0 - LINE * notes.len().saturating_sub(1) as f64;
     for (i, line) in notes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! One panel: its axes as a plotters chart, its heading and what stands around it.
+//! One panel: its axes as a plotters chart, its heading and the texts around it.
 
 use plotters::prelude::*;
 use plotters::style::{FontDesc, FontFamily, FontStyle};
@@ -86,7 +86,7 @@ fn bold_width(text: &str) -> f64 {
     width(&Words::bold(text))
 }
 
-/// What the texts behind the ends of bars need right of the plot.
+/// Width of the texts behind the ends of bars, right of the plot.
 fn ends_room(panel: &Panel, guess: f64) -> f64 {
     let bars = panel.marks.iter().filter_map(|mark| match mark {
         Mark::Bars(bars) => Some(bars),

@@ -20,7 +20,7 @@ const ROUND: f64 = 0.552_284_75;
 /// The PDF of a page.
 ///
 /// # Errors
-/// Compression, which does not fail in memory.
+/// Errors of compression, which does not fail in memory.
 pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
     let mut content = String::new();
     let mut images = Vec::new();

@@ -1,4 +1,4 @@
-//! Batches of records on their way through the CCUs.
+//! Batches of scene records as the CCUs process them.
 //!
 //! A binned frame knows its counters after every block of 32 records in storage order
 //! ([`FrameWorkload::storage`]); within a block they are spread evenly. The batch of the records
@@ -7,7 +7,7 @@
 
 use crate::workload::{FrameWorkload, STORAGE_BLOCK, StoragePrefix};
 
-/// Some records in storage order, and what they turn out to be.
+/// Consecutive records in storage order, with the counters of their splats.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Batch {
     /// First record.
@@ -67,8 +67,8 @@ pub struct Batches<'a> {
 }
 
 impl<'a> Batches<'a> {
-    /// Cuts the records of a frame into batches of `batch`; the last may be shorter, and takes
-    /// whatever is left of every counter. Of the frame's pairs, `pairs` are written to lists.
+    /// Divides the records of a frame into batches of `batch` records; the last may be shorter and
+    /// takes the rest of every counter. Of the frame's pairs, `pairs` are written to lists.
     pub fn new(workload: &'a FrameWorkload, batch: u32, pairs: u64) -> Self {
         let total = Batch::whole(workload, pairs);
         Self {

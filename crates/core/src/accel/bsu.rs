@@ -16,12 +16,12 @@ use super::machine::GsuSpec;
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
-/// What has to be sorted before a chunk can be rendered.
+/// The sort that must precede the rendering of a chunk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Sort {
     /// Keys sorted precisely, chunk by chunk.
     pub keys: u64,
-    /// Keys of the list of a sort group that are looked through for those of one tile.
+    /// Keys of a sort group's list that are scanned to select those of one tile.
     pub filtered: u64,
 }
 

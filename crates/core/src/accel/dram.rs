@@ -51,7 +51,7 @@ impl Dram {
     }
 }
 
-/// The memory at work: when its bus is free, and what it has served.
+/// State of the memory: when its bus is free, and the bytes served so far.
 #[derive(Debug, Clone)]
 pub struct Channel {
     dram: Dram,
@@ -78,7 +78,7 @@ impl Channel {
         self.free.saturating_add(latency).div_ceil(TICKS)
     }
 
-    /// What the memory did so far, without bytes.
+    /// Activity of the memory so far, without bytes.
     pub fn usage(&self) -> DramUse {
         DramUse {
             requests_issued: self.served,

@@ -1,4 +1,4 @@
-//! Where everything lies in DRAM, and which pieces a request touches (A35).
+//! DRAM layout of a frame, and the address ranges that a request touches (A35).
 //!
 //! Regions follow each other, each beginning at a multiple of 1 MiB: positions, geometry and
 //! colours of the scene in storage order (one array of whole records with `ccu.fetch =
@@ -16,7 +16,7 @@ use crate::workload::FrameWorkload;
 /// Regions begin at multiples of this.
 const REGION: u64 = 1 << 20;
 
-/// A contiguous piece of a request.
+/// A contiguous range of bytes of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AddressRange {
     /// First byte.
@@ -25,12 +25,12 @@ pub struct AddressRange {
     pub bytes: u64,
 }
 
-/// What a request touches.
+/// The addresses that a request touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AccessPattern {
-    /// Bytes in a row.
+    /// Contiguous bytes.
     Run(AddressRange),
-    /// What a CCU writes: projected splats and list entries.
+    /// Two ranges: the projected splats and the list entries that a CCU writes.
     Two(AddressRange, AddressRange),
     /// Records of the survivors of a batch, evenly among its records.
     Survivors {
@@ -47,8 +47,8 @@ pub enum AccessPattern {
         start: u64,
         /// Entries.
         entries: u64,
-        /// How many of their records are read: those of evenly chosen entries, since it is not
-        /// known which entries hit the cache or were loaded before.
+        /// How many of their records are read. Evenly spaced entries stand for them: which entries
+        /// hit the cache or were loaded before is not known here.
         load: ChunkLoad,
     },
 }
@@ -69,7 +69,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Lays a frame out.
+    /// The layout of `workload` on a machine with these units.
     pub fn new(workload: &FrameWorkload, units: &ResolvedUnits) -> Layout {
         let (r, c) = (&units.ccu.record, &workload.counters);
         let mut end = 0u64;
@@ -112,13 +112,14 @@ impl Layout {
         }
     }
 
-    /// First read of a batch.
+    /// The first read of a batch: `bytes` from the scene record with index `first`.
     pub fn first_read(&self, first: u64, bytes: u64) -> AccessPattern {
         let (base, _, pitch) = self.scene[0];
         AccessPattern::Run(AddressRange { address: base + first * pitch, bytes })
     }
 
-    /// Results of a batch.
+    /// The results that a CCU writes for a batch: `splats` projected splats from index
+    /// `first_splat`, and `pairs` list entries from index `first_pair`.
     pub fn results(
         &self,
         first_splat: u64,
@@ -136,7 +137,7 @@ impl Layout {
         )
     }
 
-    /// A list that begins with this entry.
+    /// `bytes` of the lists, from the list entry with index `start`.
     pub fn list(&self, start: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange {
             address: self.lists.0 + u64::from(start) * self.lists.1,
@@ -144,12 +145,12 @@ impl Layout {
         })
     }
 
-    /// Keys of a core that do not fit.
+    /// `bytes` of the spill region of `core`, for keys that its sorting buffer does not hold.
     pub fn spill(&self, core: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange { address: self.spill + u64::from(core) * REGION, bytes })
     }
 
-    /// The pixels of a tile.
+    /// The first `bytes` of the pixels of `tile` (row-major index) in the image.
     pub fn pixels(&self, tile: u32, bytes: u64) -> AccessPattern {
         AccessPattern::Run(AddressRange {
             address: self.pixels.0 + u64::from(tile) * self.pixels.1,
@@ -157,7 +158,7 @@ impl Layout {
         })
     }
 
-    /// The next piece of a request of which `cursor` pieces are done.
+    /// The next address range of a request of which `cursor` ranges are done.
     pub fn piece(
         &self,
         span: &AccessPattern,

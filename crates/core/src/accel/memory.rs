@@ -26,7 +26,7 @@ impl Arrival {
     pub(crate) const NOW: Arrival = Arrival(0);
 }
 
-/// What is asked for.
+/// The kind of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
     /// Which agent asks, and is woken.
@@ -248,7 +248,7 @@ impl<'a> Memory<'a> {
         self.traffic
     }
 
-    /// What the memory did.
+    /// DRAM activity of the frame.
     pub(crate) fn usage(&self) -> DramUse {
         let total = self.traffic.total();
         let usage = match &self.timer {

@@ -1,4 +1,4 @@
-//! Decides when: finite buffers between the units, several cores, one shared DRAM.
+//! The pipeline: when each unit works, with finite buffers, several cores and one shared DRAM.
 //!
 //! **Preprocessing.** Batches are taken in storage order. A CCU takes the next batch when it holds
 //! fewer than `ccu.queue` and its share of the input buffer admits a full one, at most one a cycle.
@@ -71,7 +71,7 @@ struct Shared<'a, O> {
     next_batch: u32,
     next_job: u32,
     lists: ListCompletion,
-    /// Checks what unit rules from outside of the crate return.
+    /// Checks the results of unit rules from outside the crate.
     rule_check: RuleCheck,
     observer: &'a mut O,
 }
@@ -192,7 +192,7 @@ impl Agents {
     }
 }
 
-/// What the pipeline measured in a frame.
+/// The results of the pipeline for a frame.
 #[derive(Debug)]
 pub struct Outcome {
     /// When.

@@ -5,8 +5,9 @@
 //! when it fits a chunk. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles; the
 //! units of a core share every list (A23) and are accounted as one gang.
 //!
-//! Spill rule: what of a list does not fit the core's share of the sorting buffer is written to
-//! DRAM and read back in every pass; a pass ends when both its keys and its spill are done (A24).
+//! Spill rule: the part of a list that does not fit the core's share of the sorting buffer is
+//! written to DRAM and read back in every pass; a pass ends when both its keys and its spill are
+//! done (A24).
 //!
 //! Source: `gscore` (seven pivots, lists of more than 256 entries), `nerarch-sim` (one key a
 //! cycle, 64 cycles), `powergs` for the number of passes.
@@ -55,7 +56,7 @@ impl Qsu {
         passes
     }
 
-    /// Cycles of one pass.
+    /// Cycles of one pass over `keys`, bank stalls excluded.
     pub fn pass_cycles(&self, keys: &Keys) -> u64 {
         let rate = u64::from(self.spec.qsu_per_core) * u64::from(self.spec.keys_per_cycle);
         (u64::from(self.spec.qsu_latency) + keys.sorted.div_ceil(rate)).max(1)

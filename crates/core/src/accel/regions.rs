@@ -1,8 +1,8 @@
-//! What the tiles of each region of a foveated frame ask for.
+//! Work of the tiles in each region of a foveated frame.
 //!
-//! A tile belongs to the region of the level in its middle, R1 to R4; what a job with several tiles
-//! sorts together belongs to the region of its first one. Preprocessing, the feature cache, what is
-//! speculative work and static energy belong to no region.
+//! A tile belongs to the region of the level at its centre, R1 to R4. Where a job sorts several
+//! tiles together, the sort belongs to the region of its first tile. Preprocessing, the feature
+//! cache, speculative work and static energy belong to no region.
 
 use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;

@@ -1,4 +1,4 @@
-//! Unit rules: the seam through which a unit of one's own comes into a machine.
+//! Unit rules: how a crate outside gives a machine a unit with another timing rule.
 //!
 //! A [`UnitRule`] replaces the timing rule, and if it wants the action counts, of one kind of unit:
 //! it says for how many cycles a piece of work occupies the unit, for how many more the banks of
@@ -64,16 +64,16 @@ pub trait UnitRule<U: Unit>: Send + Sync {
     }
 }
 
-/// The rule in force for one kind of unit: the built-in one, or one from outside of the crate.
+/// The rule in force for one kind of unit: the built-in one, or one from outside the crate.
 ///
-/// Equality, and the text of `{:?}`, are those of the name.
+/// Two rules are equal when their names are, and `{:?}` prints the name.
 pub struct Rule<U: Unit>(Option<Arc<dyn UnitRule<U>>>);
 
 impl<U: Unit> Rule<U> {
     /// The rule of the unit itself.
     pub(crate) const BUILT_IN: Rule<U> = Rule(None);
 
-    /// A rule of one's own.
+    /// A custom rule.
     pub fn new(rule: impl UnitRule<U> + 'static) -> Self {
         Rule(Some(Arc::new(rule)))
     }
@@ -232,14 +232,14 @@ pub enum RuleError {
     },
 }
 
-/// Most cycles that the rules of one's own may ask for in a frame, all pieces of work together: 18
+/// Most cycles that custom rules may take in a frame, all pieces of work together: 18
 /// minutes at 1 GHz. Sums over units and conversions of time stay exact within it.
 const CYCLES_MAX: u64 = 1 << 40;
 
 /// Most actions of one kind in a stage of a frame.
 const COUNT_MAX: u64 = 1 << 60;
 
-/// Checks what the rules of one's own return in one frame, and keeps the first violation.
+/// Checks the results of custom rules in one frame, and keeps the first violation.
 #[derive(Debug)]
 pub(super) struct RuleCheck {
     /// Cycles that may still be asked for.

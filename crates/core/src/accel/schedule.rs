@@ -1,4 +1,4 @@
-//! Which tiles are one piece of work, and in which order cores take them.
+//! Jobs: which tiles make one, and in which order the cores take them.
 //!
 //! A *job* is a tile, a sort group with all of its tiles, or neighbours in the order whose lists
 //! together have at most `schedule.merge-below` entries. Jobs are dealt in the order
@@ -21,7 +21,7 @@ pub struct Job {
     pub tiles: Range<u32>,
     /// Its sort group; `None` where tiles are sorted one by one.
     pub group: Option<u32>,
-    /// What the QSUs do.
+    /// The work of the QSUs.
     pub keys: Keys,
     /// Bytes of its list in DRAM.
     pub read: u64,
@@ -45,7 +45,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plans a frame.
+    /// The jobs of `workload` on `machine`, in the order of its schedule.
     pub fn new(
         workload: &FrameWorkload,
         machine: &Machine,
@@ -87,7 +87,8 @@ impl Plan {
     }
 }
 
-/// Runs of tiles whose lists together have at most `most` entries; tiles that do not are alone.
+/// Runs of tiles whose lists together have at most `most` entries; a tile with a longer list is a
+/// run by itself.
 fn merged(workload: &FrameWorkload, tiles: &[u32], most: u32) -> Vec<Range<u32>> {
     let mut runs: Vec<Range<u32>> = Vec::with_capacity(tiles.len());
     let mut entries = u64::MAX;
@@ -115,7 +116,7 @@ fn push_tiles_of_group(w: &FrameWorkload, side: u32, (gx, gy): (u32, u32), tiles
     }
 }
 
-/// What makes jobs.
+/// Makes jobs.
 struct Planner<'a> {
     workload: &'a FrameWorkload,
     units: &'a ResolvedUnits,
@@ -169,7 +170,7 @@ pub(crate) struct SortProgress {
 }
 
 impl SortProgress {
-    /// What has to be sorted before chunk `index` of `tile` can be rendered.
+    /// The sort that must precede the rendering of chunk `index` of `tile`.
     pub(crate) fn next(
         &mut self,
         workload: &FrameWorkload,

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::Stall;
 use crate::action::Buffer;
 
-/// What a unit does in a cycle.
+/// The state of a unit in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It works on an item: a batch in a CCU, a tile in the other units.
@@ -42,7 +42,7 @@ pub struct Span {
     pub unit: &'static str,
     /// Which CCU, or which core.
     pub instance: u32,
-    /// What it did.
+    /// Its state.
     pub state: State,
     /// First cycle.
     pub from: u64,
@@ -50,7 +50,7 @@ pub struct Span {
     pub to: u64,
 }
 
-/// What a share of a buffer holds from a cycle on.
+/// The occupancy of one share of a buffer from a cycle on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Level {
     /// The buffer.
@@ -76,7 +76,8 @@ pub trait Observer {
     fn span(&mut self, span: Span);
     /// Takes a contiguous piece of a request, in the order in which requests are issued.
     fn request(&mut self, _is_write: bool, _address: u64, _bytes: u64) {}
-    /// Takes what a buffer holds; of one share in order of time, also where nothing has changed.
+    /// Takes the occupancy of a buffer's share; in order of time for each share, also where it has
+    /// not changed.
     fn level(&mut self, _level: Level) {}
 }
 

@@ -1,7 +1,7 @@
-//! What a frame does on a machine, from its totals alone: actions and DRAM bytes.
+//! Actions and DRAM bytes of a frame on a machine, from its totals alone.
 //!
-//! Nothing here depends on time. The pipeline moves the same bytes request by request; that both
-//! agree is checked in every run.
+//! Nothing here depends on time. The pipeline moves the same bytes request by request; every run
+//! checks that both agree.
 
 use super::FrameContext;
 use super::batch::Batch;
@@ -31,17 +31,17 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    /// Sum over stages.
+    /// Bytes of all stages.
     pub fn total(&self) -> StageTraffic {
         let [a, b, c] = self.stages;
         StageTraffic { read: a.read + b.read + c.read, write: a.write + b.write + c.write }
     }
 }
 
-/// What a chunk loads.
+/// Records that a chunk loads.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ChunkLoad {
-    /// Feature records from DRAM: those that the cache does not have.
+    /// Feature records from DRAM: misses of the cache, or all without one.
     pub features: u64,
     /// Feature records from the cache.
     pub hits: u64,
@@ -73,7 +73,7 @@ impl ChunkLoad {
         ChunkLoad { features, hits, colours, levels, seconds }
     }
 
-    /// Bytes from DRAM.
+    /// Bytes that the chunk reads from DRAM.
     pub fn bytes(&self, units: &ResolvedUnits) -> u64 {
         let record = &units.ccu.record;
         let fovea = &units.vru.fovea;
@@ -92,8 +92,8 @@ pub fn pairs_written(workload: &FrameWorkload, context: &FrameContext) -> u64 {
     }
 }
 
-/// Chunks of a job in the order in which they are rendered: the tile, the position of the chunk in
-/// it, and what has to be sorted before.
+/// Calls `each` for the chunks of a job in the order of rendering: the tile, the position of the
+/// chunk in it, and the sort that must precede it.
 pub fn for_each_chunk(
     workload: &FrameWorkload,
     plan: &Plan,

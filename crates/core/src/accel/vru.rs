@@ -93,7 +93,7 @@ impl Vru {
         })
     }
 
-    /// What of a chunk is executed.
+    /// The pairs and pixels of a chunk that are executed.
     fn executed<'a>(&self, chunk: &'a ChunkWork) -> &'a PairWork {
         if self.spec.subtile_skipping { &chunk.skipping } else { &chunk.unskipped }
     }
@@ -138,7 +138,7 @@ impl Vru {
             + self.features.words_of_records(u64::from(chunk.seconds), second)
     }
 
-    /// α evaluations of second levels, as those of first ones.
+    /// α evaluations of second levels, counted like those of first levels.
     fn second_alphas(&self, chunk: &ChunkWork) -> u64 {
         let pairs = u64::from(self.executed(chunk).both_pairs);
         (pairs * self.subtile_pixels()).div_ceil(ALPHA_OPERATIONS)

@@ -224,7 +224,7 @@ impl Banked {
         self.rules.burst_bytes
     }
 
-    /// What it did so far.
+    /// Activity so far.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
         let buses: Vec<u64> =

@@ -93,12 +93,12 @@ pub struct Access {
     pub bytes: u32,
 }
 
-/// What a run took.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// CK until the last completion.
     pub cycles: u64,
-    /// What the memory did.
+    /// Activity of the memory.
     pub stats: Stats,
 }
 
@@ -188,7 +188,7 @@ impl Drive {
         true
     }
 
-    /// Completes all requests.
+    /// Completes all requests; returns time and activity of the run, and the memory with its log.
     pub fn finish(mut self) -> (Run, Banked) {
         while self.complete_one() {}
         (Run { cycles: self.end, stats: self.memory.stats() }, self.memory)
@@ -266,7 +266,7 @@ impl WindowDrive {
         self.taken += 1;
     }
 
-    /// What it took.
+    /// Time and activity of the run.
     pub fn finish(self) -> Run {
         Run { cycles: self.end, stats: self.memory.stats() }
     }

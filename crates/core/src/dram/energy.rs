@@ -60,7 +60,7 @@ impl CommandPrices {
         })
     }
 
-    /// Energy of bursts and activates.
+    /// Energy of so many bursts read, bursts written and activates.
     pub fn commands(&self, reads: u64, writes: u64, activates: u64) -> Picojoules {
         Picojoules(
             activates as f64 * self.activate_pj

@@ -147,7 +147,7 @@ impl Decoder {
         (address >> self.shift) & self.mask
     }
 
-    /// Where a burst lies.
+    /// Channel, bank, row and column of a burst.
     pub fn place(&self, burst: u64) -> Place {
         let mut bank = self.bank.of(burst);
         let mut row = self.row.of(burst);
@@ -192,7 +192,7 @@ fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather 
 /// The fields with their bits, from the lowest above the burst to the highest.
 ///
 /// # Errors
-/// What is wrong with `mapping`, naming the key.
+/// The problem of `mapping`, with the key.
 pub(crate) fn layout(device: &Device) -> Result<Vec<(Field, u32)>, String> {
     let bits = |f: Field| f.bits(device);
     let burst = device.organisation.burst.0;

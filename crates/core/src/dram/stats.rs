@@ -1,9 +1,9 @@
-//! What a memory did: bytes, commands, busy buses, latencies.
+//! Activity of a memory: bytes, commands, busy buses, latencies.
 
 /// Classes of requests that statistics keep apart.
 pub(crate) const CLASSES: usize = 4;
 
-/// What a memory did. Times are in CK.
+/// Activity of a memory. Times are in CK.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stats {
     /// Everything.
@@ -99,7 +99,7 @@ pub struct Traffic {
 }
 
 impl Traffic {
-    /// Bytes that were asked for.
+    /// Bytes requested, read and written.
     pub fn requested_bytes(&self) -> u64 {
         self.read_bytes + self.write_bytes
     }
@@ -134,7 +134,7 @@ impl Latency {
         self.max = self.max.max(latency);
     }
 
-    /// How many were counted.
+    /// Number of read requests.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -144,7 +144,7 @@ impl Latency {
         if self.count == 0 { 0.0 } else { self.sum as f64 / self.count as f64 }
     }
 
-    /// The largest, CK.
+    /// The largest latency, CK.
     pub fn max(&self) -> u64 {
         self.max
     }

@@ -254,7 +254,7 @@ impl Windowed {
         self.burst_bytes
     }
 
-    /// What it did so far. Every activate counts a precharge.
+    /// Activity so far. Every activate counts a precharge.
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
         stats.precharges = stats.activates;
@@ -349,7 +349,7 @@ impl Windowed {
         }
     }
 
-    /// Counts a request by class: what the total has more than before.
+    /// Attributes to a class of requests the growth of the total since `before`.
     fn count(&mut self, class: usize, write: bool, bytes: u64, before: &super::stats::Traffic) {
         let total = &mut self.stats.total;
         let bursts = total.bursts - before.bursts;

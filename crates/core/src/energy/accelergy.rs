@@ -34,7 +34,7 @@ const NEEDED: [&str; 10] = [
     "dram",
 ];
 
-/// What every price of such a table cites.
+/// The source of every price of such a table.
 const SOURCE: &str = "accelergy";
 
 /// A reference table that cannot be used.
@@ -377,7 +377,7 @@ fn areas(text: &str, cache: bool) -> Result<BTreeMap<String, SquareMillimetres>,
     found.into_iter().map(area).collect()
 }
 
-/// Areas of the units; Accelergy's are those of whole macros, and nothing is said of the rest.
+/// Areas of the units. Accelergy gives those of whole macros, and no area for the rest of the chip.
 fn unit_area(areas: &BTreeMap<String, SquareMillimetres>) -> UnitArea {
     let of = |unit: &str| AreaPrice { area: areas[unit], source: SOURCE.into() };
     UnitArea {

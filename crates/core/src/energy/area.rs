@@ -31,7 +31,7 @@ impl Area {
         })
     }
 
-    /// The whole chip.
+    /// Area of the whole chip.
     pub fn total(&self) -> SquareMillimetres {
         self.blocks().into_iter().map(|(_, area)| area).sum()
     }

@@ -56,7 +56,7 @@ const BEYOND: u64 = 4;
 /// Temperature of the rows, kelvin.
 const RUN_AT: u32 = 350;
 
-/// What one bank costs.
+/// The prices of one bank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bank {
     /// Energy of reading one word, picojoules.
@@ -213,7 +213,7 @@ impl Macros {
         Ok(Macros { columns: columns_350, two_ports: (single, pair), warmth })
     }
 
-    /// What a bank of `size` bytes with words of `word` bytes costs.
+    /// The prices of a bank of `size` bytes with words of `word` bytes.
     ///
     /// # Errors
     /// A size or word that the rows do not reach, unless `beyond` allows it: sizes up to four times

@@ -1,4 +1,4 @@
-//! Technology nodes: what a step from one to another does to energy and area.
+//! Technology nodes: scaling factors of energy and area between them.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -37,7 +37,7 @@ pub struct Step {
     pub area: Option<f64>,
 }
 
-/// What is scaled.
+/// The scaled quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scaled {
     /// Energy of an operation.

@@ -1,5 +1,5 @@
-//! Prices of one machine: picojoules per action and command, watts for time, area. Made from an
-//! energy table.
+//! Prices of one machine, from an energy table: picojoules per action and command, static power in
+//! watts, area.
 
 use super::area::Area;
 use super::{Component, EnergyBreakdown};
@@ -7,7 +7,7 @@ use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::dram::CommandPrices;
 use powergs_base::quantity::Picojoules;
 
-/// What everything costs on one machine.
+/// The prices of one machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prices {
     /// Picojoules per action, by [`Action::index`]; per byte for SRAM and DRAM. Bytes of DRAM are
@@ -25,10 +25,10 @@ pub struct Prices {
     pub area: Option<Area>,
 }
 
-/// What the memory costs.
+/// Prices of the DRAM.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DramCosts {
-    /// A price per requested byte, and powers of the whole memory that are paid all the time.
+    /// A price per requested byte, and static powers of the whole memory.
     Bytes {
         /// Picojoules per byte read.
         read_pj: f64,
@@ -75,7 +75,7 @@ pub struct StageWork {
     pub activates: u64,
 }
 
-/// What a frame did that costs energy.
+/// The activity of a frame, as far as it costs energy.
 #[derive(Debug, Clone, Copy)]
 pub struct Activity<'a> {
     /// How often each action happened.
@@ -88,12 +88,12 @@ pub struct Activity<'a> {
     pub dram: Option<DramWork>,
 }
 
-/// Static power, watts: leakage, DRAM background, DRAM refresh. It does not depend on the work.
+/// Static power, watts: leakage, DRAM background power, DRAM refresh.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Standby {
     /// While the frame runs, on average.
     pub running_w: [f64; 3],
-    /// Between frames, when the machine is idle.
+    /// Idle power: between frames.
     pub idle_w: [f64; 3],
 }
 
@@ -107,18 +107,18 @@ impl Standby {
         Standby { running_w: watts, idle_w: watts }
     }
 
-    /// Mean powers when a frame of `seconds` starts `fps` times a second; a frame that takes longer
-    /// than a period leaves no rest.
+    /// Mean static powers, watts, when a frame of `seconds` starts `fps` times a second. A frame
+    /// that takes longer than a period leaves no idle time.
     pub fn at_rate(&self, seconds: f64, fps: f64) -> [f64; 3] {
         let duty = (seconds * fps).min(1.0);
         // Both ends are exact, also in rounding.
         let mean =
-            |(run, rest): (f64, f64)| if run == rest { run } else { rest + (run - rest) * duty };
+            |(run, idle): (f64, f64)| if run == idle { run } else { idle + (run - idle) * duty };
         std::array::from_fn(|i| mean((self.running_w[i], self.idle_w[i])))
     }
 }
 
-/// Where an action's energy is spent.
+/// The component that spends the energy of an action.
 pub const fn component_of(action: Action) -> Component {
     match action {
         Action::DramRead | Action::DramWrite => Component::Dram,
@@ -179,7 +179,7 @@ impl Prices {
         Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
     }
 
-    /// Energy of a frame; static energy is that of the frame's own time.
+    /// Energy of a frame, with static energy over the time of the frame.
     pub fn breakdown(&self, activity: &Activity<'_>) -> EnergyBreakdown {
         let mut energy = EnergyBreakdown::default();
         for (i, stage) in Stage::WORK.into_iter().enumerate() {

@@ -114,7 +114,7 @@ pub enum PriceError {
     },
 }
 
-/// What of a machine decides prices.
+/// The properties of a machine that prices depend on.
 #[derive(Debug, Clone, Copy)]
 pub struct Built<'a> {
     /// Units and memories.
@@ -208,7 +208,7 @@ impl EnergyTable {
         })
     }
 
-    /// What one bank of each buffer costs at the table's node; nothing for a buffer without banks.
+    /// The prices of one bank of each buffer at the table's node; zero for a buffer without banks.
     fn banks(&self, built: &Inventory, factors: &Factors) -> Result<Vec<Bank>, PriceError> {
         const NONE: Bank = Bank { read_pj: 0.0, write_pj: 0.0, leakage_w: 0.0, area_mm2: 0.0 };
         let source = self.sram.source();

@@ -5,8 +5,8 @@ use std::fmt;
 
 use crate::sim::{Incompatible, InvariantViolated, SimError};
 
-/// Why a run ended early. What was asked for and cannot be done, what is wrong with an input, and
-/// a defect of the simulator are different variants.
+/// Why a run ended early. Requests that cannot be met, faulty inputs and defects of the simulator
+/// are different variants.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A configuration file, a name of one, or a key is invalid.
@@ -89,7 +89,7 @@ impl RunError {
         }
     }
 
-    /// What happened, without the place.
+    /// The message without the place.
     pub fn message(&self) -> String {
         match self {
             RunError::Config { message, .. }

@@ -38,7 +38,7 @@ impl FileKind {
         }
     }
 
-    /// What messages call it.
+    /// Its name in messages.
     pub const fn name(self) -> &'static str {
         match self {
             FileKind::Machine => "machine",

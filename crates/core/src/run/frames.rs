@@ -57,7 +57,7 @@ pub trait Frames {
     }
 }
 
-/// Hashes what is written.
+/// Hashes the bytes written to it.
 #[derive(Default)]
 struct Contents {
     hash: Xxh3,

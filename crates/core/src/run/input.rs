@@ -37,7 +37,7 @@ impl Input {
         Ok(Input { role, name: file_name(name), bytes, xxh3: hash.digest128() })
     }
 
-    /// Of a text in memory.
+    /// The hash of a text in memory.
     pub fn of_text(role: &'static str, name: &str, text: &str) -> Input {
         Input::hash(role, name, &mut text.as_bytes()).expect("memory can be read")
     }

@@ -1,10 +1,9 @@
 //! Frames through any number of machines.
 //!
-//! Each frame is binned once per geometry. What is measured of it (the hits of a feature cache, the
-//! order of its lists, what lists keep of the frame before) is measured once for all machines that
-//! agree in it. Machines that agree in everything that decides timing are timed once. Frames and
-//! machines are worked on in parallel; results are handed on frame by frame, so that they do not
-//! depend on the number of threads.
+//! Each frame is binned once per geometry. Cache hits, the order of the lists and the reuse of the
+//! previous order are measured once for all machines that agree in the parameters. Machines that
+//! agree in all parameters of timing are timed once. Frames and machines are simulated in parallel;
+//! results are handed on frame by frame, so that they do not depend on the number of threads.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -25,7 +24,7 @@ use crate::accel::{Machine, Memo};
 use crate::sim::{FrameReport, Label, Lists, Measured, Timed, check, paper, priced, time_again};
 use crate::workload::{FrameWorkload, Geometry, bin};
 
-/// What a frame is taken through.
+/// The model that a frame is simulated with.
 #[derive(Debug, Clone, Copy)]
 pub enum Target<'a> {
     /// The simulated machine.
@@ -83,26 +82,26 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A frame that has gone through a machine.
+/// A simulated frame on one machine.
 pub struct FrameView<'a> {
     /// Position in the list of frames.
     pub position: usize,
     /// The frame as the machine sees it.
     pub workload: &'a FrameWorkload,
-    /// What was measured of it.
+    /// Cache hits and order of its lists.
     pub measured: &'a Measured,
     /// A small picture of it, where the trace has one.
     pub preview: Option<&'a Preview>,
-    /// What came out.
+    /// Its report.
     pub report: FrameReport,
 }
 
-/// What a session leaves.
+/// The result of [`Session::fold`].
 #[derive(Debug)]
 pub struct Folded<S> {
     /// One per subject, in their order.
     pub states: Vec<S>,
-    /// Frames that went through all subjects that wanted them.
+    /// Number of frames that were simulated on all of their subjects.
     pub frames: usize,
     /// Whether these are all frames; not after a cancellation.
     pub is_complete: bool,
@@ -132,7 +131,7 @@ pub struct BinnedFrame {
 pub struct Binned {
     /// The work.
     pub workload: FrameWorkload,
-    /// Its preprocessing on machines that were met before.
+    /// Its preprocessing on machines that were simulated before.
     pub memo: Memo,
 }
 
@@ -151,7 +150,7 @@ impl BinnedFrame {
         }
     }
 
-    /// What a report says about it, with the power of the display that shows it.
+    /// The label of its report, with the power of the display that shows it.
     pub fn label(&self, display: Option<&Display>) -> Label {
         let shown = display.zip(self.mean_linear_rgb);
         Label {
@@ -161,13 +160,13 @@ impl BinnedFrame {
         }
     }
 
-    /// Bytes that the binned frames take.
+    /// Bytes of the binned workloads in host memory.
     pub fn bytes(&self) -> usize {
         self.bins.values().map(|b| b.workload.bytes()).sum()
     }
 }
 
-/// What decides what is measured of a frame.
+/// The parameters that measurements of a frame depend on.
 #[derive(Debug, Clone, PartialEq)]
 struct MeasureKey {
     geometry: Geometry,
@@ -195,7 +194,7 @@ impl MeasureKey {
     }
 }
 
-/// A way to measure frames, and the lists of the frame before.
+/// Measures frames for one set of parameters, with the lists of the previous frame.
 struct Measurer<'a> {
     key: MeasureKey,
     machine: &'a Machine,
@@ -237,18 +236,18 @@ impl<'a> Session<'a> {
         Session { frames, watch }
     }
 
-    /// How often a frame goes through a machine: what [`Watch::simulated`] counts up to.
+    /// Number of simulations (frames times machines): the final count of [`Watch::simulated`].
     pub fn steps(&self, subjects: &[Subject]) -> u64 {
         let of = |s: &Subject| self.frames.range().filter(|&k| s.wants(k)).count() as u64;
         subjects.iter().map(of).sum()
     }
 
-    /// Takes all frames through all subjects. Every subject has a state, made by `start`; `step`
+    /// Simulates all frames on all subjects. Every subject has a state, made by `start`; `step`
     /// adds a frame to it, frame by frame in order.
     ///
     /// # Errors
-    /// The first [`RunError`] in the order of frames and subjects; nothing of what was done before
-    /// it is returned.
+    /// The first [`RunError`] in the order of frames and subjects. Results of earlier frames are
+    /// not returned.
     pub fn fold<S: Send>(
         &mut self,
         subjects: &[Subject<'_>],
@@ -288,8 +287,8 @@ impl<'a> Session<'a> {
         Ok(folded.states)
     }
 
-    /// A frame as a machine sees it when it comes to it: with the order of the frame before, where
-    /// the machine keeps it.
+    /// A frame as a machine finds it in the course of the trace: with the order of the previous
+    /// frame, where the machine reuses it.
     ///
     /// # Errors
     /// [`RunError`]: a frame that cannot be read, or that the machine cannot run.

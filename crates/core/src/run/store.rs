@@ -1,5 +1,4 @@
-//! Where a long run keeps what it has done: journals that are appended to, and files that appear
-//! whole or not at all.
+//! The storage of a long run: journals that are appended to, and files that are written atomically.
 //!
 //! [`FileStore`] is a folder, [`MemoryStore`] is for tests and for runs that leave nothing behind.
 
@@ -19,9 +18,9 @@ use super::error::{RunError, causes};
 /// Who may hold a lock at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sharing {
-    /// Nobody else.
+    /// One process only.
     Alone,
-    /// Others that share it as well.
+    /// Any number of processes that share it as well.
     Beside,
 }
 
@@ -48,13 +47,13 @@ pub trait NewFile: Write + Send {
     /// Puts the file in its place, in one step.
     ///
     /// # Errors
-    /// Those of the medium; what was there before stays.
+    /// Errors of the file system; the previous file is kept.
     fn commit(self: Box<Self>) -> io::Result<()>;
 }
 
 /// A place for journals and whole files. Names are relative, with `/` between folders.
 pub trait Store: Send + Sync {
-    /// What messages call a file, or, for an empty name, the store itself.
+    /// The name of a file in messages; for an empty name, that of the store.
     fn place(&self, name: &str) -> String;
 
     /// The names in a folder, sorted; none where there is no such folder.
@@ -69,7 +68,7 @@ pub trait Store: Send + Sync {
     /// [`RunError::Input`]: it cannot be read.
     fn open(&self, name: &str) -> Result<Option<Box<dyn Read + Send>>, RunError>;
 
-    /// Begins a file that replaces what is there once it is committed.
+    /// Begins a file that replaces the previous one when it is committed.
     ///
     /// # Errors
     /// [`RunError::Output`]: the store cannot be written.
@@ -81,15 +80,15 @@ pub trait Store: Send + Sync {
     /// [`RunError::Output`]: the store cannot be written.
     fn remove(&self, folder: &str) -> Result<(), RunError>;
 
-    /// Takes a lock of this name. Whoever has the store alone also removes the files that a killed
-    /// process left half written.
+    /// Takes the lock of this name. With an exclusive lock of the whole store, files that a killed
+    /// process left half written are removed.
     ///
     /// # Errors
     /// [`RunError::Output`]: another process holds the lock.
     fn lock(&self, name: &str, sharing: Sharing) -> Result<Lock, RunError>;
 
-    /// Opens and reads all journals in a folder, which is made if it is not there. With `own`, that
-    /// journal is appended to, and nobody else may do so at the same time.
+    /// Opens and reads all journals in a folder, which is made if it is not there. The journal
+    /// `own` is opened for appending, by one process at a time.
     ///
     /// # Errors
     /// [`RunError::Output`]: it cannot be read or written, or another process writes.
@@ -144,7 +143,7 @@ pub trait Journals: Send {
     /// [`RunError::Output`]: the disk is full or gone; everything before is safe.
     fn append(&mut self, key: u128, record: &str) -> Result<(), RunError>;
 
-    /// Sees to it that what was appended survives a power cut.
+    /// Makes sure that all appended records survive a power cut.
     ///
     /// # Errors
     /// [`RunError::Output`]: the disk is full or gone.
@@ -175,7 +174,7 @@ fn unusable(place: impl fmt::Display, error: &io::Error) -> RunError {
     RunError::Output { place: place.to_string(), message: causes(error) }
 }
 
-/// Somebody else is at work.
+/// The lock is held by another process.
 fn taken(place: impl fmt::Display) -> RunError {
     let message = "another process is writing it; wait for it, or use another folder or --shard";
     RunError::Output { place: place.to_string(), message: message.into() }

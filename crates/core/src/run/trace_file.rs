@@ -58,7 +58,7 @@ impl TraceFile {
         Ok(())
     }
 
-    /// What was read, hashed.
+    /// The hash of the file.
     pub fn input(&self) -> &Input {
         &self.input
     }

@@ -1,14 +1,14 @@
-//! How whoever started a run stops it, and hears how far it is.
+//! Cancellation and progress of a run.
 
 /// Cancellation and progress. All methods may be called from any thread.
 pub trait Watch: Sync {
-    /// Whether the run is to stop. What is in flight is finished; what was done stays.
+    /// Whether the run is to stop. Work in flight is finished, finished work is kept.
     fn is_cancelled(&self) -> bool {
         false
     }
 
-    /// A session begins: so many frames, and with each frame counted once for every machine that it
-    /// goes through, so many simulations.
+    /// A session begins: the number of frames, and of simulations (a frame counts once for every
+    /// machine that simulates it).
     fn begins(&self, frames: u64, simulations: u64) {
         let _ = (frames, simulations);
     }

@@ -1,4 +1,4 @@
-//! What a machine costs before it does anything: prices, and the power of each block at its peak.
+//! Costs of a machine that do not depend on a frame: prices, and the peak power of each block.
 
 use crate::accel::Machine;
 use crate::accel::machine::DramModel;
@@ -7,8 +7,8 @@ use crate::dram::{CommandPrices, Device};
 use crate::energy::table::PriceError;
 use crate::energy::{Area, Built, DramCosts, EnergyTable, Prices};
 
-/// The prices of `table` on `machine`; those of its DRAM device, where its DRAM model counts
-/// commands.
+/// The prices of `table` on `machine`. DRAM prices are those of its device where the DRAM model
+/// counts commands.
 ///
 /// # Errors
 /// A machine that the table has no price for.
@@ -23,7 +23,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
     })
 }
 
-/// What the requests of a device cost: a price per byte, or one per command.
+/// The prices of a DRAM device: one per byte, or one per command.
 pub fn device_costs(device: &Device) -> DramCosts {
     let energy = &device.energy;
     if let Some(flat) = &energy.flat {

@@ -58,7 +58,7 @@ impl Measured {
         measured
     }
 
-    /// What the pipeline is told.
+    /// The frame context of the pipeline.
     pub(crate) fn context(&self) -> FrameContext<'_> {
         FrameContext {
             hits: self.cache.as_ref().map(|cache| cache.hits.as_slice()),
@@ -72,7 +72,7 @@ impl Measured {
         Some(CacheSummary { hits: cache.hit_loads, misses: cache.loads - cache.hit_loads })
     }
 
-    /// How well the lists are sorted, or what they took over from the frame before.
+    /// How well the lists are sorted, or how much order they took over from the previous frame.
     pub(crate) fn lists(&self) -> Option<ListOrder> {
         let Some(reuse) = &self.reuse else { return self.order.map(ListOrder::Sorted) };
         let summary = reuse.summary;
@@ -115,7 +115,7 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// Takes the next frame: what it keeps; `None` where it is sorted from nothing.
+    /// The order that the next frame takes over; `None` where its lists are sorted from scratch.
     fn next(&mut self, workload: &FrameWorkload, machine: &Machine) -> Option<Reuse> {
         let period = machine.gsu.reuse_period;
         if period <= 1 {

@@ -1,4 +1,4 @@
-//! What the regions of a foveated frame cost.
+//! Costs of the regions of a foveated frame.
 
 use crate::accel::StageCommands;
 use crate::accel::regions::RegionWork;

@@ -1,4 +1,4 @@
-//! What is known of one frame once it was simulated.
+//! The report of one simulated frame.
 
 use super::RegionReport;
 use crate::accel::FrameTiming;
@@ -30,11 +30,11 @@ pub struct FrameReport {
     pub area: Option<Area>,
     /// Display power of the frame's image, watts, where the trace carries the image means.
     pub display_w: Option<f64>,
-    /// What only the model that made the report knows.
+    /// Results of one model only.
     pub model: ModelReport,
 }
 
-/// What only one of the models knows of a frame.
+/// Results that only one of the models gives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ModelReport {
     /// Closed-form counts, without time.
@@ -43,14 +43,14 @@ pub enum ModelReport {
     Cycle(Box<CycleReport>),
 }
 
-/// What the `paper` model knows besides counts and energy.
+/// Results of the `paper` model besides counts and energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperReport {
     /// What only foveated frames have.
     pub fovea: Option<FoveaSummary>,
 }
 
-/// What the `cycle` model knows besides counts and energy.
+/// Results of the `cycle` model besides counts and energy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleReport {
     /// When everything happened.
@@ -82,17 +82,17 @@ impl CycleReport {
     }
 }
 
-/// What was measured of the sorted lists of a frame: a frame either sorts its lists from nothing,
+/// Order of the sorted lists of a frame: a frame either sorts its lists from scratch,
 /// or takes over the order of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ListOrder {
-    /// Sorted from nothing, and checked with the machine's keys.
+    /// Sorted from scratch, and checked with the machine's keys.
     Sorted(OrderSummary),
     /// Taken over from the frame before, and updated.
     Reused(ReuseSummary),
 }
 
-/// What is known of a foveated frame on a machine; `R` is what is known of each region.
+/// Results of a foveated frame on a machine; `R` holds those of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foveal<R> {
     /// Of the whole frame.
@@ -102,7 +102,7 @@ pub struct Foveal<R> {
 }
 
 impl FrameReport {
-    /// What only the `cycle` model knows.
+    /// The results of the `cycle` model; `None` for the `paper` model.
     pub fn cycle(&self) -> Option<&CycleReport> {
         match &self.model {
             ModelReport::Paper(_) => None,
@@ -115,7 +115,7 @@ impl FrameReport {
         self.cycle().map(|cycle| &cycle.timing)
     }
 
-    /// What only foveated frames have, in either model.
+    /// The summary of a foveated frame, in either model.
     pub fn fovea(&self) -> Option<&FoveaSummary> {
         match &self.model {
             ModelReport::Paper(paper) => paper.fovea.as_ref(),
@@ -161,7 +161,7 @@ impl FrameReport {
     }
 }
 
-/// What a report says about its frame without simulating it.
+/// Facts about a frame that its report repeats: no result of simulation.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Label {
     /// Position in the trace.
@@ -198,7 +198,7 @@ pub struct OrderSummary {
     pub inversions: u64,
 }
 
-/// What the feature cache did in a frame.
+/// Hits and misses of the feature cache in a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CacheSummary {
     /// Feature records found.
@@ -207,7 +207,7 @@ pub struct CacheSummary {
     pub misses: u64,
 }
 
-/// What a frame took over from the order of the frame before.
+/// How much order a frame took over from the previous frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ReuseSummary {
     /// List entries that the frame before had too.

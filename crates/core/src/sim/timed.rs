@@ -12,7 +12,7 @@ use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
 use powergs_frame::splat::Counters;
 
-/// What a frame did on a machine, and when. Everything but what it cost.
+/// A frame on a machine: counts and times, everything except costs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timed {
     /// Workload counters under the machine's geometry.
@@ -29,11 +29,11 @@ pub struct Timed {
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,
-    /// What only foveated frames have.
+    /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionWork>>,
 }
 
-/// Takes frame `frame` of a trace through a machine, and checks every account but those of energy.
+/// Simulates frame `frame` of a trace on a machine, and checks every account except energy.
 ///
 /// # Errors
 /// [`SimError`]: a frame that the machine cannot run, or a defect of the simulator.
@@ -89,7 +89,7 @@ fn timed(
     })
 }
 
-/// What a timed frame costs with the prices of its machine (or of another energy table for it).
+/// The report of a timed frame, with the prices of its machine or of another energy table for it.
 ///
 /// # Errors
 /// [`InvariantViolated`]: a defect of the simulator.

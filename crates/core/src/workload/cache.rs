@@ -65,7 +65,7 @@ pub fn replay(workload: &FrameWorkload, shape: CacheShape, order: &[u32]) -> Cac
     replay
 }
 
-/// What was found of a record.
+/// The result of the lookup of a record.
 enum Lookup {
     Hit,
     /// It was never loaded.

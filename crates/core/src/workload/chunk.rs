@@ -76,17 +76,17 @@ pub(crate) fn push_chunks(
         }
         let mut first = 0;
         for work in &mut out[start..] {
-            let span = (first, (first + work.entries).min(end));
-            if span.1 <= span.0 {
+            let stop = (first + work.entries).min(end);
+            if stop <= first {
                 break;
             }
-            scratch.subtile.add(span, &scratch.before, work);
+            scratch.subtile.add(first, stop, &scratch.before, work);
             first += work.entries;
         }
     }
 }
 
-/// How long any pixel of a sub-tile blends both levels.
+/// The list position up to which any pixel of a sub-tile blends both levels.
 fn last_of_both(tile: TilePixels, (x0, y0): (u32, u32), side: u32) -> u32 {
     let height = tile.both.len() as u32 / tile.width.max(1);
     let (x1, y1) = ((x0 + side).min(tile.width), (y0 + side).min(height));
@@ -114,7 +114,8 @@ fn count_both(
 }
 
 impl Subtile {
-    /// Takes the sub-tile whose corner in the tile is (x0, y0); whether it has a pixel.
+    /// Collects the pixels of the sub-tile at the corner (x0, y0) of the tile; returns whether it
+    /// has any.
     fn fill(&mut self, tile: TilePixels, (x0, y0): (u32, u32), side: u32) -> bool {
         let height = tile.iterated.len() as u32 / tile.width.max(1);
         let (x1, y1) = ((x0 + side).min(tile.width), (y0 + side).min(height));
@@ -149,9 +150,9 @@ impl Subtile {
         true
     }
 
-    /// Adds list positions `first..tile_stop` to the chunk that they are. Positions are before the
+    /// Adds the list positions `first..tile_stop` of a chunk to its work. Positions are before the
     /// end of the tile.
-    fn add(&self, (first, tile_stop): (u32, u32), before: &[u32], work: &mut ChunkWork) {
+    fn add(&self, first: u32, tile_stop: u32, before: &[u32], work: &mut ChunkWork) {
         let (skipping, unskipped) = (&mut work.skipping, &mut work.unskipped);
         let set = |p: u32| before[p as usize] - before[first as usize];
         skipping.tile_pairs += set(tile_stop);

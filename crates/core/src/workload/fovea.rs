@@ -48,7 +48,7 @@ impl<'a> TileFovea<'a> {
         self.filter.blends[tile] && self.highest[rank as usize] > self.filter.first[tile]
     }
 
-    /// What a frame says of itself.
+    /// The foveated work of the frame, for its workload.
     pub(crate) fn work(
         self,
         touches: &[Touch],

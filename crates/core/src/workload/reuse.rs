@@ -1,4 +1,4 @@
-//! Order reuse: what the sorted lists of one frame are worth in the next one.
+//! Order reuse: how far the sorted lists of one frame serve the next one.
 //!
 //! Entries are the same if they are the same Gaussian of the scene. Two ways to use an old list are
 //! measured. *Shared* (Lumina): the entries that are still there are rendered in their old order,
@@ -25,7 +25,7 @@ pub struct Order {
 }
 
 impl Order {
-    /// The exact order of `workload`: sorted from nothing.
+    /// The exact order of `workload`, sorted from scratch.
     pub fn exact(workload: &FrameWorkload) -> Order {
         let list = |group| {
             let ranks = workload.group_list(group).into_iter();
@@ -84,7 +84,7 @@ pub struct Reuse {
     pub summary: ReuseSummary,
 }
 
-/// What a frame could reuse.
+/// How much of the previous order a frame could reuse.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ReuseSummary {
     /// Lists that had entries in the frame before.

@@ -109,7 +109,7 @@ fn build_lists(
     (starts, list, bitmaps)
 }
 
-/// What is counted of the pixels of a tile, row by row, and of its entries. The last two are empty
+/// Counters of the pixels of a tile, row by row, and of its entries. The last two are empty
 /// where nothing is blended between levels.
 #[derive(Debug, Default)]
 struct Counted {

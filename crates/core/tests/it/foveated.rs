@@ -12,7 +12,7 @@ use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_raster::{Detail, FoveatedFrame, Options, render, render_foveated};
 use powergs_scene::Foveated;
-use powergs_testkit::foveated::{levels, looking};
+use powergs_testkit::foveated::{gaze_at, levels};
 use powergs_testkit::scenes::front_camera;
 
 use crate::workload::support::GEOMETRIES;
@@ -24,7 +24,7 @@ fn rendered(seed: u64, points: usize) -> (FoveatedFrame, Frame) {
     let model = Foveated::compose(&parts).expect("nested levels");
     let camera = front_camera(150, 90);
     let options = Options::reference(Detail::Counters);
-    let frame = render_foveated(&model, &camera, &looking([0.4, 0.6]), &options).expect("a gaze");
+    let frame = render_foveated(&model, &camera, &gaze_at([0.4, 0.6]), &options).expect("a gaze");
     (frame.clone(), frame.into_frame(&camera, [0.0; 3]))
 }
 
@@ -124,8 +124,8 @@ fn lists_and_chunks_by_definition_under_other_geometries() {
     for geometry in GEOMETRIES {
         let w = bin(&frame, geometry);
         let grid = TileGrid::new(150, 90, geometry.tile);
-        let sight = looking([0.4, 0.6]).eccentricity_map([150, 90]).expect("a gaze");
-        let tiles = powergs_frame::fovea::TileLevels::new(&sight, grid);
+        let map = gaze_at([0.4, 0.6]).eccentricity_map([150, 90]).expect("a gaze");
+        let tiles = powergs_frame::fovea::TileLevels::new(&map, grid);
         let naive = Naive { frame: &frame, w: &w, tiles };
         w.tiles.iter().enumerate().for_each(|(i, tile)| naive.check_tile(i, tile));
         for group in 0..w.groups.len() as u32 {
@@ -203,7 +203,7 @@ fn pruned_levels_save_work() {
     let camera = front_camera(150, 90);
     let options = Options::reference(Detail::Counters);
     let plain = render(&parts[0], &camera, &options).into_frame(&camera, [0.0; 3]);
-    let frame = render_foveated(&model, &camera, &looking([0.5, 0.5]), &options).expect("a gaze");
+    let frame = render_foveated(&model, &camera, &gaze_at([0.5, 0.5]), &options).expect("a gaze");
     let frame = frame.into_frame(&camera, [0.0; 3]);
     let machine = machine(&[]);
     let cycles = |frame: &Frame| {
@@ -226,5 +226,5 @@ fn traces_keep_gaze_and_screen() {
     let mut reader = Reader::open(Cursor::new(bytes)).expect("a trace");
     let again = reader.read_block(0).expect("a block").decode().expect("a frame");
     assert_eq!(again, frame);
-    assert_eq!(again.fovea.expect("foveated").screen_gaze(), looking([0.4, 0.6]));
+    assert_eq!(again.fovea.expect("foveated").screen_gaze(), gaze_at([0.4, 0.6]));
 }

@@ -1,10 +1,10 @@
-//! The colour filter of Duinkharjav et al. 2022: colours in the periphery of sight move to where
-//! they cost least, by no more than the eye can tell.
+//! The colour filter of Duinkharjav et al. 2022: colours in the periphery are replaced by those of
+//! least display power that the eye cannot distinguish from them.
 //!
-//! In an opponent space of linear colours, what the eye cannot tell from a colour is an ellipse of
-//! equal luminance; its axes grow with eccentricity and are given by a small fitted network. The
-//! colour of least power on that ellipse has a closed form. Source: `d22`; the formulas are in
-//! `docs/metrics.md`.
+//! In an opponent space of linear colours, the colours that the eye cannot distinguish from a given
+//! one form an ellipse of equal luminance; its axes grow with eccentricity and are given by a small
+//! fitted network. The colour of least power on the ellipse has a closed form. Source: `d22`; the
+//! formulas are in `docs/metrics.md`.
 
 use rayon::prelude::*;
 
@@ -71,8 +71,8 @@ impl Gaze {
         Ok(Gaze { x, y, distance: 0.5 / (fov_deg.to_radians() / 2.0).tan() })
     }
 
-    /// The angle between the gaze and pixel (`column`, `row`) as published: that of their distance
-    /// on the screen seen from straight ahead, degrees.
+    /// The angle between the gaze and pixel (`column`, `row`), degrees. As published, it is that of
+    /// their distance on a screen seen from straight ahead.
     pub fn eccentricity_deg(&self, column: u32, row: u32, picture: &Picture) -> f64 {
         let (width, height) = (f64::from(picture.width), f64::from(picture.height));
         let dx = (f64::from(column) + 0.5) / width - self.x;
@@ -103,8 +103,8 @@ impl Filter {
         Filter { inverse, slopes: [slope(0), slope(1)] }
     }
 
-    /// Semi-axes of the ellipse that the eye cannot tell from a colour at an eccentricity in
-    /// degrees, in opponent units; the sRGB colour is clamped to 0..1.
+    /// Semi-axes, in opponent units, of the ellipse of colours that the eye cannot distinguish from
+    /// an sRGB colour (clamped to 0..1) at an eccentricity in degrees.
     pub fn axes(&self, srgb: [f64; 3], eccentricity_deg: f64) -> [f64; 2] {
         axes(times(&OPPONENT, srgb.map(|v| linear(v.clamp(0.0, 1.0)))), eccentricity_deg)
     }
@@ -127,8 +127,8 @@ impl Filter {
         share(eccentricity_deg) > 0.0
     }
 
-    /// The filtered picture: none of it in the fovea, all of it from 11.5 degrees on, blended in
-    /// sRGB between.
+    /// The filtered picture: unchanged in the fovea, fully filtered from 11.5 degrees on, blended
+    /// in sRGB between.
     pub fn apply(&self, picture: &Picture, gaze: &Gaze) -> Picture {
         let width = picture.width.max(1) as usize;
         let mut pixels = picture.pixels.clone();

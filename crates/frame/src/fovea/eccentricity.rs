@@ -1,7 +1,7 @@
-//! How coarsely the eye sees each place of a flat screen: eccentricity, pooling size, level.
+//! Eccentricity, pooling size and level at every point of a flat screen.
 //!
 //! Source: `powergs` (after `metasapiens`); `docs/metrics.md` has the formulas. The arguments of
-//! arc cosines are clamped, so that the place looked at has eccentricity 0.
+//! arc cosines are clamped, so that the eccentricity at the gaze is 0.
 
 use super::{GazeError, Screen};
 
@@ -10,7 +10,7 @@ const LEVEL_MAX: f64 = 3.9;
 /// The pooling sizes that the regions R1 to R4 stand for, pixels.
 pub const POOLINGS: [f64; 4] = [1.0, 3.0, 7.0, 12.0];
 
-/// Somebody who looks at a place of a screen of some pixels.
+/// The eccentricity map of a screen of a given size in pixels, for one gaze.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EccentricityMap {
     size: [f64; 2],
@@ -30,10 +30,10 @@ impl EccentricityMap {
         EccentricityMap::on(Screen { fov_deg, ..Screen::PUBLISHED }, gaze, size)
     }
 
-    /// As [`EccentricityMap::new`], with everything of the screen.
+    /// As [`EccentricityMap::new`], for a screen with its own pooling rate.
     ///
     /// # Errors
-    /// As [`EccentricityMap::new`]; a pooling rate that cannot be.
+    /// As [`EccentricityMap::new`]; an impossible pooling rate.
     pub fn on(
         screen: Screen,
         [x, y]: [f64; 2],

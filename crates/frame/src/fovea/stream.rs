@@ -32,7 +32,7 @@ pub struct GazeStream {
     samples: Vec<GazeSample>,
 }
 
-/// What can be wrong with a gaze stream.
+/// A faulty gaze stream.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StreamError {
     /// No column names that are known.
@@ -112,12 +112,12 @@ impl GazeStream {
         if samples.is_empty() { Err(StreamError::Empty) } else { Ok(GazeStream { samples }) }
     }
 
-    /// The samples.
+    /// The samples, in order of time.
     pub fn samples(&self) -> &[GazeSample] {
         &self.samples
     }
 
-    /// Where an eye looks at a time: its last known gaze, if that is at most `gap_s` seconds old.
+    /// The gaze of an eye at a time: the last known one, if it is at most `gap_s` seconds old.
     ///
     /// # Errors
     /// [`StreamError::Gap`] where nothing is known, before the first sample too.

@@ -60,10 +60,10 @@ pub struct TileLevels {
 
 impl TileLevels {
     /// The levels of the tiles of `grid`.
-    pub fn new(sight: &EccentricityMap, grid: TileGrid) -> TileLevels {
+    pub fn new(map: &EccentricityMap, grid: TileGrid) -> TileLevels {
         let side = f64::from(grid.tile);
         let at =
-            |x: u32, y: u32| sight.level((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side);
+            |x: u32, y: u32| map.level((f64::from(x) + 0.5) * side, (f64::from(y) + 0.5) * side);
         let (nx, ny) = (grid.nx, grid.ny);
         let levels: Vec<f64> = (0..ny).flat_map(|y| (0..nx).map(move |x| at(x, y))).collect();
         let slope = |i: u32, n: u32, at: &dyn Fn(u32) -> f64| {
@@ -81,7 +81,7 @@ impl TileLevels {
         TileLevels { grid, tiles }
     }
 
-    /// What decides which splats take part.
+    /// The filter that decides which splats take part in which tiles.
     pub fn filter(&self) -> LevelFilter {
         let first = self.tiles.iter().map(|t| t.first).collect();
         LevelFilter::new(self.grid, first, self.tiles.iter().map(|t| t.blends).collect())

@@ -73,8 +73,8 @@ impl Camera {
     }
 
     /// A camera at `centre` that looks at `target`, with a centred principal point and square
-    /// pixels. `up` is what points to the top of the image; where it is parallel to the line of
-    /// sight another axis is taken.
+    /// pixels. `up` points to the top of the image; where it is parallel to the viewing direction,
+    /// another axis is taken. `vertical_fov` is in radians, the size in pixels.
     pub fn looking_at(
         centre: DVec3,
         target: DVec3,

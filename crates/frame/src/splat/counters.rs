@@ -38,7 +38,7 @@ impl Counters {
     }
 }
 
-/// What only foveated frames count (`powergs.md` §1.4).
+/// Counters of foveated frames (`powergs.md` §1.4).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FoveaCounters {
     /// Look-ups of tile levels (`P_tile_ecc_accesses`).

@@ -1,5 +1,5 @@
-//! The backward pass of the projection: from what a loss wants of a splat to the gradient by the
-//! raw parameters of its Gaussian.
+//! The backward pass of the projection: from the gradient of a loss by a splat to the gradient by
+//! the raw parameters of its Gaussian.
 //!
 //! With δ the offset of a pixel from the splat's centre and K the conic, ln α = ln o − ½ δᵀ K δ.
 //! The gradient by the centre is K Σ s δ, by the covariance ½ K (Σ s δ δᵀ) K, by the logit

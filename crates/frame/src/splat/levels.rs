@@ -9,7 +9,7 @@ use super::{TileGrid, cover::TileRect};
 /// The highest level of a splat.
 pub(crate) const LEVEL_MAX: u8 = 3;
 
-/// Tiles up to which all are asked.
+/// Rectangles of at most so many tiles are tested tile by tile.
 const MANY: u64 = 64;
 
 /// The levels of the tiles of a grid.
@@ -55,8 +55,8 @@ impl LevelFilter {
         (at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0)).max(0) as u64
     }
 
-    /// The levels, first and last, whose colours a splat can need in the tiles of `rect`: not fewer
-    /// than it does. `None` if it takes part in none of them.
+    /// A bound on the levels (first, last) whose colours a splat needs in the tiles of `rect`.
+    /// `None` if it takes part in none of them.
     pub fn span(&self, rect: &TileRect, highest: u8) -> Option<(u8, u8)> {
         if self.count(rect, highest) == 0 {
             return None;

@@ -24,7 +24,7 @@ pub struct Run {
     pub tight1: u16,
 }
 
-/// Candidate tiles up to which the ellipse is not asked: blending rejects rows faster.
+/// Up to this many candidate tiles the ellipse is not tested: blending rejects rows faster.
 const SMALL: u64 = 4;
 
 /// Whether runs also say where a splat can reach α = 1/255.
@@ -36,7 +36,7 @@ pub enum Reach {
     Unknown,
 }
 
-/// What is known about the intersections of each splat, by rank.
+/// Intersection counts of one splat.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Touch {
     /// Tiles tested (`P_obb_count`).
@@ -50,7 +50,7 @@ pub struct Touch {
     pub levels: u8,
 }
 
-/// What decides which splats of a foveated frame take part in which tiles.
+/// The level test of a foveated frame: which splats take part in which tiles.
 #[derive(Debug, Clone, Copy)]
 pub struct Levels<'a> {
     /// The levels of the tiles.

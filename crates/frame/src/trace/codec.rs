@@ -1,4 +1,4 @@
-//! Compression of blocks: zstd, bounded in what it may expand to.
+//! Compression of blocks: zstd, with a bound on the decompressed size.
 
 use super::transform::Transform;
 
@@ -17,8 +17,8 @@ const EXPANSION_RATIO: u64 = 1024;
 /// then stay below `EXPANSION_RATIO`.
 pub const SMALL_FRAME: usize = 8 << 10;
 
-/// Whether `stored` bytes may promise `raw` bytes. This bounds what a hostile file can make a
-/// reader allocate.
+/// Whether `stored` bytes may claim to decompress to `raw` bytes. This bounds the memory that a
+/// hostile file can make a reader allocate.
 pub fn may_expand(stored: u64, raw: u64) -> bool {
     raw <= EXPANSION_FREE.saturating_add(stored.saturating_mul(EXPANSION_RATIO))
 }
@@ -46,7 +46,7 @@ fn pieces(raw: &[u8], piece: usize) -> Vec<u8> {
 /// The bytes that were compressed, exactly `raw` of them. The caller has asked [`may_expand`].
 ///
 /// # Errors
-/// What is wrong with the block, as a phrase: an unknown codec, damage, or another length.
+/// The fault of the block, as a phrase: an unknown codec, damage, or another length.
 pub fn decompress(codec: u8, stored: &[u8], raw: u64) -> Result<Vec<u8>, String> {
     debug_assert!(may_expand(stored.len() as u64, raw), "the header was checked");
     let bytes = match codec {

@@ -1,4 +1,4 @@
-//! A frame as it lies in the file: compressed, checksummed, not yet looked into.
+//! A frame as it is in the file: compressed, checksummed, not decoded yet.
 //!
 //! Reading and decoding are apart, so that frames can be decoded on many threads while one reads.
 
@@ -24,7 +24,7 @@ pub struct EncodedFrame {
     pub(super) columns: Vec<u8>,
 }
 
-/// What can be said of a frame without decompressing it.
+/// Facts and sizes of a frame, known without decompressing it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameInfo {
     /// Number, splats, facts.
@@ -122,7 +122,7 @@ impl EncodedFrame {
         Ok(FrameInfo { head: self.head.clone(), bytes: self.bytes(), columns })
     }
 
-    /// The frame. Checksums, lengths and [`Frame::check`] are all held.
+    /// The frame, decoded. Checksums, lengths and [`Frame::check`] all hold.
     ///
     /// # Errors
     /// [`TraceError::Damaged`], [`TraceError::UnknownBlock`] and [`TraceError::Frame`].

@@ -1,4 +1,4 @@
-//! What can be wrong with a trace file or with a frame.
+//! Errors of trace files and frames.
 
 use std::io;
 
@@ -103,7 +103,7 @@ impl TraceError {
         }
     }
 
-    /// What is wrong, without the place and without advice: a line of a list.
+    /// The message without place and advice, for a line of a list.
     pub fn what(&self) -> String {
         match self {
             TraceError::Damaged { what, .. } => what.clone(),

@@ -7,7 +7,7 @@ use super::error::FrameFault;
 use super::{Frame, FrameFacts, POINTS_MAX};
 use crate::scene::{Camera, Split};
 
-/// What a trace says about itself.
+/// The header of a trace file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TraceHeader {
     /// The program that wrote it, with its version; at most 65,535 bytes.
@@ -41,7 +41,7 @@ impl TraceHeader {
     }
 }
 
-/// What is known of a frame before its columns.
+/// The facts of a frame, in front of its columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameHead {
     /// Number of the frame, from 0.

@@ -12,7 +12,7 @@ use super::source::Source;
 /// What the next block is.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
-    /// A frame; its columns were not looked into yet.
+    /// A frame, not decoded yet.
     Frame(Box<EncodedFrame>),
     /// The list of frames: offset and length of each. The file is complete and ends here.
     Footer(Vec<[u64; 2]>),
@@ -26,7 +26,7 @@ pub struct Scan<R: Read> {
     header: TraceHeader,
     /// A block header that was read ahead, and where.
     ahead: Option<(u64, BlockHeader)>,
-    /// Bytes that were taken for a block header and are none.
+    /// Bytes that were read as a block header and are none.
     window: Vec<u8>,
 }
 
@@ -89,7 +89,7 @@ impl<R: Read> Scan<R> {
         }
     }
 
-    /// After damage: looks for the next frame or footer, and says whether there is one.
+    /// After damage: searches for the next frame or footer; returns whether there is one.
     ///
     /// # Errors
     /// [`TraceError::Io`].

@@ -1,8 +1,8 @@
-//! What is done to a column before it is compressed: lossless, exact to the bit.
+//! Transforms of columns before compression: lossless, exact to the bit.
 //!
 //! All but the last act on 32-bit words (floats by their bits). Byte planes put the bytes of equal
 //! weight of all words side by side, least significant plane first: exponents and high bytes then
-//! compress well, and the noise of low mantissa bytes stays among itself.
+//! compress well, and the noise of low mantissa bytes stays apart from them.
 
 /// The transform of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

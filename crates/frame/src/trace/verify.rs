@@ -1,4 +1,4 @@
-//! Reads all of a trace and says what is wrong with it, where.
+//! Reads all of a trace and reports every damage with its position.
 
 use std::io::Read;
 use std::ops::ControlFlow;
@@ -60,7 +60,7 @@ impl VerifyReport {
         }
     }
 
-    /// Looks into a frame, the `due`-th, and says whether it is intact.
+    /// Decodes a frame, the `due`-th, and returns whether it is intact.
     fn takes(&mut self, frame: &EncodedFrame, due: u64) -> bool {
         let (number, start) = (frame.head().number, frame.start());
         if number != due && self.damaged_places == 0 {

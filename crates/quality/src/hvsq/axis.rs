@@ -1,4 +1,4 @@
-//! One axis of a map: what pooling does to it, and what resizing does.
+//! Pooling and resizing along one axis of a map.
 
 /// Interpolation between two neighbours: full place i lies between `first[i]` and the one after,
 /// the share `weight[i]` of the way.
@@ -71,9 +71,9 @@ impl Taps {
 pub struct Axis {
     /// First place and end of every cell; neighbours may share places.
     pub cells: Vec<(u32, u32)>,
-    /// The way back.
+    /// The interpolation back to all places.
     pub taps: Taps,
-    /// Whether there and back changes nothing.
+    /// Whether pooling and interpolating back changes nothing.
     pub is_identity: bool,
 }
 

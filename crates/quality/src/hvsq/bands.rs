@@ -222,7 +222,8 @@ pub(crate) fn bands_adjoint_row<S: Simd>(
 #[simd]
 pub(crate) fn split_adjoint_row<S: Simd>(
     simd: S,
-    (high, low): (&Plane, &Plane),
+    high: &Plane,
+    low: &Plane,
     y: usize,
     out: &mut [f32],
 ) {

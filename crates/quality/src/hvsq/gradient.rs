@@ -1,4 +1,4 @@
-//! The way back: from derivatives by the maps to derivatives by the picture.
+//! The backward pass: from derivatives by the maps to derivatives by the picture.
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use super::plane::Plane;
 use super::pyramid::{Pyramid, halved, opponent_adjoint};
 use super::{BANDS, LEVELS};
 
-/// Derivatives by what one channel was taken apart into.
+/// Derivatives by the decomposition of one channel.
 #[derive(Debug)]
 struct Channel {
     image: Plane,
@@ -66,10 +66,10 @@ impl Gradients {
                 fold(padded, &mut low[k]);
                 low[k].add_doubled(&half[0]);
             }
-            let parts = (&channel.high, &channel.low[0]);
+            let (high, low) = (&channel.high, &channel.low[0]);
             let padded = &mut self.padded[0];
             whole_rows(padded, |y, out| {
-                dispatch!(level, simd => split_adjoint_row(simd, parts, y, out));
+                dispatch!(level, simd => split_adjoint_row(simd, high, low, y, out));
             });
             fold(padded, &mut channel.image);
         }

@@ -127,7 +127,8 @@ fn add_row<S: Simd>(simd: S, row: &[f32], mean: &mut [f32], square: &mut [f32]) 
 pub(crate) fn compare(
     map: &Plane,
     reference: &MapReference,
-    (level, axes): (usize, &[[[Axis; 2]; LEVELS]]),
+    level: usize,
+    axes: &[[[Axis; 2]; LEVELS]],
     weights: Option<&[f64]>,
     mut gradient: Option<&mut Plane>,
     scratch: &mut Scratch,
@@ -145,7 +146,7 @@ pub(crate) fn compare(
         let sums = match reference.pooled(p) {
             None => Sums { mean: unpooled(map, reference.map(), scale, gradient), deviation: 0.0 },
             Some(expected) => dispatch!(Level::new(), simd =>
-                pooling(simd, map, expected, (axes, scale), gradient, scratch)),
+                pooling(simd, map, expected, axes, scale, gradient, scratch)),
         };
         all.push(sums);
     }
@@ -185,7 +186,8 @@ fn pooling<S: Simd>(
     simd: S,
     map: &Plane,
     expected: &Grid,
-    (axes, scale): (&[Axis; 2], f32),
+    axes: &[Axis; 2],
+    scale: f32,
     gradient: Option<&mut Plane>,
     scratch: &mut Scratch,
 ) -> Sums {

@@ -1,5 +1,5 @@
-//! A picture taken apart: opponent colours, highest frequencies, six orientations at four sizes,
-//! lowest frequencies.
+//! The steerable pyramid of a picture: opponent colours, highest frequencies, six orientations at
+//! four sizes, lowest frequencies.
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
@@ -9,17 +9,17 @@ use super::bands::{bands_row, split_row};
 use super::plane::{Plane, lanes};
 use super::{BANDS, LEVELS, MAPS};
 
-/// One channel taken apart.
+/// The decomposition of one channel.
 #[derive(Debug)]
 struct Channel {
     image: Plane,
     high: Plane,
-    /// What the bands of a level are made of; the last has none.
+    /// The plane that the bands of a level are filtered from; the last has none.
     low: [Plane; LEVELS + 1],
     bands: [[Plane; BANDS]; LEVELS],
 }
 
-/// A picture taken apart.
+/// The decomposition of a picture.
 #[derive(Debug)]
 pub(crate) struct Pyramid {
     /// Size of pictures.
@@ -65,7 +65,7 @@ impl Pyramid {
         &self.channels[channel].low[LEVELS]
     }
 
-    /// Takes a picture apart.
+    /// Decomposes a picture.
     pub(crate) fn analyse(&mut self, pixels: &[[f32; 3]]) {
         self.colours(pixels);
         let level = Level::new();

@@ -1,4 +1,4 @@
-//! What is kept of the picture that others are compared with.
+//! The statistics of a reference picture, kept for comparisons.
 
 use rayon::prelude::*;
 
@@ -59,7 +59,7 @@ impl Reference {
         Reference { maps, lowest, poolings: axes.len() }
     }
 
-    /// Bytes that it takes.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         let plane = |p: &Plane| size_of::<f32>() * p.values.capacity();
         let of_map = |m: &MapReference| {

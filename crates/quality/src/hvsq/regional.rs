@@ -1,4 +1,4 @@
-//! HVSQ of parts of a picture, each at its own pooling: what a gaze makes of it.
+//! HVSQ of the regions of a picture around a gaze, each at its own pooling.
 //!
 //! The squared differences of a map at a pooling are averaged over the samples of the region that
 //! the pooling belongs to. A sample of a coarse level belongs to the region of the pixel in its

@@ -128,7 +128,7 @@ fn convolve_row<S: Simd>(
 }
 
 impl Pool {
-    /// The largest value of each square, per channel; what does not fill a square is left out.
+    /// The largest value of each square, per channel; incomplete squares at the end are left out.
     ///
     /// # Panics
     /// If the map is smaller than a square.

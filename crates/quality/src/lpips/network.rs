@@ -29,9 +29,9 @@ pub struct Pool {
 /// The part of a network whose output is compared.
 #[derive(Debug)]
 pub struct Slice {
-    /// What comes first.
+    /// The pool in front, if any.
     pub pool: Option<Pool>,
-    /// What follows.
+    /// The convolutions after it.
     pub convolutions: &'static [Convolution],
 }
 
@@ -46,18 +46,15 @@ pub(crate) struct Network {
     pub slices: &'static [Slice],
 }
 
-const fn convolution(
-    name: &'static str,
-    (inputs, outputs): (usize, usize),
-    (side, stride, pad): (usize, usize, usize),
-) -> Convolution {
-    Convolution { name, inputs, outputs, side, stride, pad }
-}
-
 /// 3 x 3, as wide as its input.
 const fn plain(name: &'static str, inputs: usize, outputs: usize) -> Convolution {
-    convolution(name, (inputs, outputs), (3, 1, 1))
+    Convolution { name, inputs, outputs, side: 3, stride: 1, pad: 1 }
 }
+
+const FIRST: Convolution =
+    Convolution { name: "slice1.0", inputs: 3, outputs: 64, side: 11, stride: 4, pad: 2 };
+const SECOND: Convolution =
+    Convolution { name: "slice2.3", inputs: 64, outputs: 192, side: 5, stride: 1, pad: 2 };
 
 const OVERLAPPING: Option<Pool> = Some(Pool { side: 3, stride: 2 });
 const HALVING: Option<Pool> = Some(Pool { side: 2, stride: 2 });
@@ -67,8 +64,8 @@ pub static ALEX: Network = Network {
     name: "alex",
     title: "AlexNet",
     slices: &[
-        Slice { pool: None, convolutions: &[convolution("slice1.0", (3, 64), (11, 4, 2))] },
-        Slice { pool: OVERLAPPING, convolutions: &[convolution("slice2.3", (64, 192), (5, 1, 2))] },
+        Slice { pool: None, convolutions: &[FIRST] },
+        Slice { pool: OVERLAPPING, convolutions: &[SECOND] },
         Slice { pool: OVERLAPPING, convolutions: &[plain("slice3.6", 192, 384)] },
         Slice { pool: None, convolutions: &[plain("slice4.8", 384, 256)] },
         Slice { pool: None, convolutions: &[plain("slice5.10", 256, 256)] },

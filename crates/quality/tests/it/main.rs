@@ -1,9 +1,9 @@
 //! Losses and metrics: the published vectors, naive twins, finite differences, hostile pictures.
 
 mod d22;
+mod eccentricity;
 mod flip;
 mod hvsq;
 mod loss;
 mod lpips;
 mod pictures;
-mod sight;

@@ -44,7 +44,7 @@ struct Maker<'a> {
     model: &'a Foveated,
     filter: &'a LevelFilter,
     level: Level,
-    /// Leave out what no tile shows.
+    /// Leave out splats that no tile shows.
     only_shown: bool,
 }
 
@@ -106,8 +106,8 @@ impl Palette for OfLevel<'_> {
 }
 
 impl OfLevel<'_> {
-    /// As [`Palette::fetch`], and what the next level makes of the same splats: one of no opacity
-    /// where it does not have them.
+    /// As [`Palette::fetch`], with the tints of the same splats in the next level; opacity 0 where
+    /// that level does not have them.
     #[inline(always)]
     pub(crate) fn fetch_two(
         &self,
@@ -128,7 +128,7 @@ impl OfLevel<'_> {
         }
     }
 
-    /// What the level `up` above the lowest one makes of a splat; `up` is not 0.
+    /// The tint of a splat `up` levels above its lowest one; `up` is not 0.
     #[inline(always)]
     fn tint(&self, paint: &Paint, up: u32) -> Tint {
         if up == 1 {
@@ -177,7 +177,8 @@ impl Maker<'_> {
                 let span = self.filter.span(&rect, highest);
                 if span.is_some() || !self.only_shown {
                     let opacities = [v.splat.opacity, upper[0][i], upper[1][i], upper[2][i]];
-                    self.add(v, highest, opacities, span.unwrap_or_default(), &mut out);
+                    let (lowest, last) = span.unwrap_or_default();
+                    self.add(v, highest, opacities, lowest, last, &mut out);
                 }
             }
         }
@@ -191,7 +192,8 @@ impl Maker<'_> {
         v: &Visible,
         highest: u8,
         opacities: [f32; 4],
-        (lowest, last): (u8, u8),
+        lowest: u8,
+        last: u8,
         out: &mut Layers,
     ) {
         let mut splat = v.splat;

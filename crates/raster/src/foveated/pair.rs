@@ -1,8 +1,8 @@
 //! Blending of one block in two levels at once (`powergs.md` §6.4).
 //!
-//! A list is gone through once; a splat's exponent is evaluated once but for the opacity, which is
-//! that of each level. Every pixel of either block gets the bits that it would have if the level
-//! were blended alone.
+//! A list is traversed once. The exponent of a splat is evaluated once, and the opacity of each
+//! level is added to it. Every pixel of either block has the same bits as if its level were blended
+//! alone.
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;

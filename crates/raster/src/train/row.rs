@@ -9,8 +9,8 @@ use powergs_frame::splat::TileGrid;
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
 
-/// What one row of tiles keeps. The ordinal of an entry is the position of its splat's run among
-/// the runs of the row.
+/// The records of one row of tiles. The ordinal of an entry is the position of its splat's run
+/// among the runs of the row.
 #[derive(Debug, Default)]
 pub struct Row {
     entries: Vec<Entry>,

@@ -89,7 +89,7 @@ impl UnblendBlock {
     }
 }
 
-/// Adds to `sums` (by the ordinal of an entry) what the splats of `hits` did in `block`.
+/// Adds to `sums` (by the ordinal of an entry) the sums of the splats of `hits` over `block`.
 #[simd]
 pub(crate) fn unblend<S: Simd, K: Kind>(
     simd: S,

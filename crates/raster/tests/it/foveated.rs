@@ -5,7 +5,7 @@ use powergs_frame::splat::{Cover, Intersection, TileGrid};
 use powergs_frame::trace::NEVER;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
-use powergs_testkit::foveated::{levels, looking};
+use powergs_testkit::foveated::{gaze_at, levels};
 use powergs_testkit::scenes::front_camera;
 
 fn options() -> Options {
@@ -26,11 +26,11 @@ fn case(seed: u64, size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case 
     let parts = levels(seed, 1500, 2, 0.7);
     let model = Foveated::compose(&parts).expect("nested levels");
     let camera = front_camera(size.0, size.1);
-    let looking = looking(gaze);
-    let frame = render_foveated(&model, &camera, &looking, options).expect("a gaze");
+    let gaze = gaze_at(gaze);
+    let frame = render_foveated(&model, &camera, &gaze, options).expect("a gaze");
     let whole = parts.iter().map(|part| render(part, &camera, options)).collect();
-    let sight = looking.eccentricity_map([size.0, size.1]).expect("a gaze");
-    let tiles = TileLevels::new(&sight, TileGrid::new(size.0, size.1, options.tile));
+    let map = gaze.eccentricity_map([size.0, size.1]).expect("a gaze");
+    let tiles = TileLevels::new(&map, TileGrid::new(size.0, size.1, options.tile));
     Case { parts, camera, frame, whole, tiles }
 }
 
@@ -128,9 +128,9 @@ fn other_tiles_show_their_own_levels() {
         let parts = levels(9, 800, 1, 0.7);
         let model = Foveated::compose(&parts).expect("nested levels");
         let camera = front_camera(256, 192);
-        let frame = render_foveated(&model, &camera, &looking([0.4, 0.5]), &options).expect("x");
-        let sight = looking([0.4, 0.5]).eccentricity_map([256, 192]).expect("a gaze");
-        let tiles = TileLevels::new(&sight, TileGrid::new(256, 192, tile));
+        let frame = render_foveated(&model, &camera, &gaze_at([0.4, 0.5]), &options).expect("x");
+        let map = gaze_at([0.4, 0.5]).eccentricity_map([256, 192]).expect("a gaze");
+        let tiles = TileLevels::new(&map, TileGrid::new(256, 192, tile));
         let whole: Vec<_> = parts.iter().map(|p| render(p, &camera, &options)).collect();
         for i in 0..256 * 192usize {
             let (x, y) = (i as u32 % 256, i as u32 / 256);
@@ -198,7 +198,7 @@ fn equal_levels_make_the_plain_picture() {
     let model = Foveated::compose(&parts).expect("nested levels");
     let camera = front_camera(160, 120);
     let plain = render(&part, &camera, &options());
-    let frame = render_foveated(&model, &camera, &looking([0.5, 0.2]), &options()).expect("a gaze");
+    let frame = render_foveated(&model, &camera, &gaze_at([0.5, 0.2]), &options()).expect("a gaze");
     for (a, b) in plain.picture.pixels.iter().zip(&frame.picture.pixels) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-6), "{a:?} {b:?}");
     }
@@ -215,7 +215,7 @@ fn detail_does_not_change_the_picture() {
     for gaze in [[0.5, 0.5], [0.0, 1.0]] {
         let frame = |detail| {
             let options = Options { detail, ..options() };
-            render_foveated(&model, &camera, &looking(gaze), &options).expect("a gaze")
+            render_foveated(&model, &camera, &gaze_at(gaze), &options).expect("a gaze")
         };
         let (image, counted) = (frame(Detail::Image), frame(Detail::Counters));
         assert_eq!(image.picture, counted.picture);
@@ -229,8 +229,8 @@ fn a_gaze_beside_the_picture_is_refused() {
     let model = Foveated::compose(&levels(1, 10, 0, 0.9)).expect("nested levels");
     let camera = front_camera(32, 32);
     for gaze in [[1.000_001, 0.5], [0.5, -f32::MIN_POSITIVE], [f32::NAN, 0.5]] {
-        let looking = ScreenGaze { point: gaze, screen: Screen::PUBLISHED };
-        let refused = render_foveated(&model, &camera, &looking, &options());
+        let gaze = ScreenGaze { point: gaze, screen: Screen::PUBLISHED };
+        let refused = render_foveated(&model, &camera, &gaze, &options());
         assert!(matches!(refused, Err(GazeError::Gaze { .. })), "{gaze:?}");
     }
 }
@@ -243,7 +243,7 @@ fn threads_do_not_show() {
     let one = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| {
-            let frame = render_foveated(&model, &camera, &looking([0.2, 0.7]), &options());
+            let frame = render_foveated(&model, &camera, &gaze_at([0.2, 0.7]), &options());
             frame.expect("a gaze").into_frame(&camera, [0.0; 3])
         })
     };

@@ -1,4 +1,4 @@
-//! The one place where cameras are checked, whatever they came from.
+//! The check of cameras from every source.
 
 use glam::DMat3;
 

@@ -1,4 +1,4 @@
-//! What is done to a list of views after it was read: other sizes, stereo pairs.
+//! Edits of a list of views: other sizes, stereo pairs.
 
 use super::Camera;
 

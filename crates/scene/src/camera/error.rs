@@ -1,4 +1,4 @@
-//! What can be wrong with a camera file.
+//! Errors of camera files.
 
 use thiserror::Error;
 

@@ -1,4 +1,4 @@
-//! What the two JSON layouts share: recognising them, and reading values with errors that name
+//! Shared by the two JSON layouts: recognising them, and reading values with errors that name
 //! the view and the key.
 
 use glam::{DMat3, DVec3};
@@ -9,6 +9,9 @@ use super::{CameraError, CameraFile, Split, inria, nerf};
 
 /// Reads a camera file in either JSON layout. `size` is the image size in pixels where the file
 /// does not say it (`camera_angle_x` sets of Blender); it does not override what the file says.
+///
+/// # Errors
+/// [`CameraError`]: no JSON, an unknown layout, or a value that is missing or cannot be used.
 pub fn read(text: &str, size: Option<(u32, u32)>) -> Result<CameraFile, CameraError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let value: Value = serde_json::from_str(text).map_err(|e| CameraError::Syntax {

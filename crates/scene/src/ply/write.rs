@@ -11,6 +11,9 @@ const BLOCK: usize = 1024;
 /// Writes `scene` as binary little-endian PLY in INRIA's layout: means, normals (zero), `f_dc`,
 /// `f_rest` (channel-major), opacity, scales, rotation, all raw; 62 properties at degree 3. Reading
 /// it back gives the same bits.
+///
+/// # Errors
+/// Those of `out`.
 pub fn write(scene: &Gaussians, out: &mut impl Write) -> io::Result<()> {
     write_header(scene, out)?;
     let rest = rest_of(scene.sh_degree);

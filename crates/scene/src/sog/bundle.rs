@@ -10,7 +10,7 @@ use super::super::input::{Folder, Input};
 
 /// Members hold images that do not deflate any further, and one JSON file.
 const MAX_RATIO: u64 = 16;
-/// What a member may inflate to in any case, bytes.
+/// Every member may inflate to this size, bytes.
 const FREE: u64 = 1 << 20;
 
 /// An archive in memory.

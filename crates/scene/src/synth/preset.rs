@@ -122,7 +122,7 @@ pub(super) enum Scenery {
 pub(super) struct Rig {
     /// Number of views.
     pub views: usize,
-    /// What they look at, world units.
+    /// The point at the centre of all views, world units.
     pub target: DVec3,
     /// Horizontal distances of the nearest and the farthest ring, world units.
     pub radius: (f64, f64),

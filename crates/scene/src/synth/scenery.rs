@@ -1,4 +1,4 @@
-//! What the presets are made of.
+//! The building blocks of the presets.
 
 pub(super) mod garden;
 pub(super) mod room;

@@ -1,4 +1,4 @@
-//! What must hold between the keys of a machine file.
+//! Consistency of the keys of a machine file.
 
 use super::{Fetch, Machine};
 use powergs_base::quantity::Bytes;
@@ -127,7 +127,7 @@ fn sizes(m: &Machine, found: &mut Found) {
     }
 }
 
-/// What one buffer must hold at least: the need in bytes, and how it comes about.
+/// Least capacity of one buffer: bytes, and the reason.
 struct Need {
     key: &'static str,
     capacity: Bytes,

@@ -182,7 +182,7 @@ impl CcuState {
             && self.input.admits(ccu.reserved())
     }
 
-    /// Takes the next batch; says whether it could take one more in the next cycle.
+    /// Takes the next batch; returns whether it could take one more in the next cycle.
     fn claim<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> bool {
         let ccu = &shared.units.ccu;
         if !self.can_claim(ccu) {

@@ -24,7 +24,7 @@ use crate::accel::vru::Render;
 use crate::accel::{Stall, memory::Arrival};
 use crate::action::{Action, ActionCounts, Stage};
 
-/// What the stage is connected to in cycle `now`.
+/// The connections of the stage in cycle `now`.
 pub(super) struct Ports<'p, 'a, O> {
     pub now: u64,
     pub list_fetch: &'p mut ListFetch,
@@ -61,7 +61,7 @@ impl IssuingJob {
 pub(super) struct ChunkIssue {
     owner: u32,
     job: Option<IssuingJob>,
-    /// Where the cycles of the BSUs went: up to `sorter_free`, and what the core books after it.
+    /// Cycle account of the BSUs: booked here up to `sorter_free`, by the core after that.
     pub ledger: Ledger,
     /// Cycle in which the BSUs have finished all queued sorts.
     pub sorter_free: u64,
@@ -101,7 +101,7 @@ impl ChunkIssue {
         }
     }
 
-    /// Issues what the buffer admits of a job; returns whether that was all of it.
+    /// Issues the chunks of a job that the buffer admits; returns whether none is left.
     fn issue_job<O: Observer>(&mut self, issuing: &mut IssuingJob, ports: &mut Ports<O>) -> bool {
         let (plan, workload) = (ports.shared.plan, ports.shared.workload);
         let job = &plan.jobs[issuing.fetched.job as usize];
@@ -127,7 +127,7 @@ impl ChunkIssue {
         true
     }
 
-    /// Issues a tile without chunks, which passes when no chunk waits; returns whether it did.
+    /// Passes a tile without chunks if no chunk waits for the VRU; returns whether it did.
     fn issue_empty<O>(&self, tile: u32, job: &Job, ports: &mut Ports<O>) -> bool {
         if !ports.features.is_empty() {
             return false;
@@ -151,7 +151,7 @@ impl ChunkIssue {
         true
     }
 
-    /// Issues the chunks of a tile, needed and speculative ones; returns whether that was all.
+    /// Issues the chunks of a tile, needed and speculative ones; returns whether none is left.
     fn issue_tile<O: Observer>(
         &mut self,
         tile: u32,

@@ -26,7 +26,7 @@ use crate::action::Buffer;
 /// One core.
 #[derive(Debug)]
 pub(super) struct Core {
-    /// Where the cycles of the QSUs went. Those of the BSUs and the VRU are in their stages.
+    /// Cycle account of the QSUs; those of the BSUs and the VRU are in their stages.
     pub qsu: Ledger,
     pub list_fetch: ListFetch,
     pub issue: ChunkIssue,
@@ -53,7 +53,7 @@ impl Core {
         }
     }
 
-    /// Acts in cycle `now`; returns the next cycle in which it acts by itself.
+    /// Processes the events of cycle `now`; returns the cycle of its next own event.
     pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
         self.features.free_dropped(now, &shared.memory);
         self.list_fetch.release_sorted(now);

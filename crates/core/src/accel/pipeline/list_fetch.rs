@@ -18,7 +18,7 @@ use crate::accel::schedule::Job;
 use crate::accel::timeline::{Observer, State};
 use crate::action::Stage;
 
-/// What a job waits for, or what is done with it.
+/// The state of a job: what it waits for, or the operation in progress.
 #[derive(Debug, Clone, Copy)]
 enum Phase {
     /// It waits until its list is complete.
@@ -164,7 +164,7 @@ impl ListFetch {
         self.held.iter().find(|held| !matches!(held.phase, Phase::Ready))
     }
 
-    /// What the QSUs do, as of the end of the events of cycle `now`.
+    /// State of the QSUs after the events of cycle `now`.
     pub(crate) fn state(&self, now: u64) -> State {
         let Some(held) = self.working() else {
             return if self.held.is_empty() { State::Idle } else { State::Stalled(Stall::Output) };
@@ -179,7 +179,7 @@ impl ListFetch {
         }
     }
 
-    /// What the units behind this stage wait for when they have no work themselves.
+    /// The stall cause of the units behind this stage while they have no work.
     pub(crate) fn wait(&self, now: u64) -> State {
         match self.state(now) {
             State::Idle => State::Idle,

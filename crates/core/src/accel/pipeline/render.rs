@@ -107,7 +107,7 @@ impl RenderStage {
         self.last_tile = chunk.tile;
     }
 
-    /// What the VRU does, as of the end of the events of cycle `now`; `None` when it has no chunk.
+    /// State of the VRU after the events of cycle `now`; `None` when it has no chunk.
     pub(crate) fn state(
         &self,
         now: u64,

@@ -37,14 +37,14 @@ pub(super) struct Bank {
     pub lists: [List; 2],
 }
 
-/// What the banks of a group share.
+/// Timing constraints that the banks of a bank group share.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Group {
     pub activate_ok: u64,
     pub column_ok: [u64; 2],
 }
 
-/// What the banks of a pseudo channel share.
+/// Timing constraints that the banks of a pseudo channel share.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rank {
     /// Ends of the four-activate windows (tFAW) of the last four activates, as a ring.
@@ -58,7 +58,7 @@ pub(super) struct Rank {
     pub bursts: u64,
 }
 
-/// What a channel did in one CK.
+/// The result of one CK of a channel.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Outcome {
     /// Slot of the request whose column command was issued, and the CK in which its data is there.

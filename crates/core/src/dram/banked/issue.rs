@@ -1,4 +1,4 @@
-//! What a command does to a channel.
+//! Issue of commands: their effects on the state of a channel.
 
 use super::channel::{Channel, Due, Outcome};
 use super::log::CommandKind;

@@ -9,7 +9,7 @@ pub(super) const CLOSED: u32 = u32::MAX;
 /// A burst that waits for its read or write command.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
-    /// Number of the burst: what it reads or writes.
+    /// Number of the burst in the device: its address over the bytes of a burst.
     pub burst: u64,
     /// Order of acceptance in the channel.
     pub age: u64,

@@ -1,4 +1,4 @@
-//! What must hold between the keys of a device.
+//! Consistency of the keys of a DRAM device.
 
 use super::{Device, Energy, Order, Page, Refresh, Scheduler};
 use crate::dram::mapping::layout;

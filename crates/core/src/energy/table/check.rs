@@ -1,4 +1,4 @@
-//! What must hold in an energy table beyond the shape of its keys.
+//! Consistency of an energy table, beyond the shape of its keys.
 
 use super::sram::key_of;
 use super::{

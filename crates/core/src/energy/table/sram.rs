@@ -102,7 +102,7 @@ pub(super) fn key_of(buffer: Buffer) -> String {
     buffer.name().replace('_', "-")
 }
 
-/// What the buffers of a machine are made of, ready to be asked.
+/// The SRAM prices of a table, ready for queries by buffer.
 pub(super) enum Source<'a> {
     Flat(&'a BytePrice),
     Table(&'a SramTable),
@@ -134,7 +134,7 @@ impl SramCacti {
 }
 
 impl Source<'_> {
-    /// What one bank of a buffer costs; area 0 where the table has none.
+    /// The prices of one bank of a buffer; area 0 where the table has none.
     pub(super) fn bank(
         &self,
         buffer: Buffer,

@@ -69,7 +69,7 @@ fn ordinary() -> Option<Permissions> {
 /// written as it is: it must not be replaced.
 ///
 /// # Errors
-/// [`RunError::Output`]: the file cannot be written; what was there before stays.
+/// [`RunError::Output`]: the file cannot be written; the previous one is kept.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,

@@ -2,7 +2,7 @@
 
 use super::Value;
 
-/// What a run says about one statistic: over all of its frames, each with equal weight.
+/// One statistic over all frames of a run, each with equal weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aggregate {
     /// Arithmetic mean.

@@ -49,7 +49,7 @@ fn count(
     });
 }
 
-/// A measure; what is not finite counts as not measured.
+/// A measure; a value that is not finite counts as not measured.
 fn real(
     list: &mut List,
     name: impl Into<String>,

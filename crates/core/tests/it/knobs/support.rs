@@ -50,9 +50,9 @@ fn foveated(scene: &Gaussians) -> Frame {
         paints: (0..scene.len()).map(|i| [paint(i); 3]).collect(),
     };
     let screen = Screen { pooling_rate: 0.4, ..Screen::PUBLISHED };
-    let looking = ScreenGaze { point: [0.4, 0.5], screen };
+    let gaze = ScreenGaze { point: [0.4, 0.5], screen };
     let (camera, options) = (front_camera(136, 96), Options::reference(Detail::Counters));
-    let rendered = render_foveated(&model, &camera, &looking, &options).expect("a gaze");
+    let rendered = render_foveated(&model, &camera, &gaze, &options).expect("a gaze");
     rendered.into_frame(&camera, [0.0; 3])
 }
 

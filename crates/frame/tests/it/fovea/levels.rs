@@ -20,10 +20,10 @@ fn published_levels_and_slopes_of_tiles() {
         let n = |key: &str| case[key].as_u64().expect("a number") as u32;
         let gaze = [0, 1].map(|i| case["gaze"][i].as_f64().expect("a gaze"));
         let (width, height) = (n("W"), n("H"));
-        let sight = EccentricityMap::on(Screen::PUBLISHED, gaze, [width, height]).expect("a gaze");
+        let map = EccentricityMap::on(Screen::PUBLISHED, gaze, [width, height]).expect("a gaze");
         let grid = TileGrid::new(width, height, 16);
         assert_eq!((grid.nx, grid.ny), (n("tiles_x"), n("tiles_y")));
-        let tiles = TileLevels::new(&sight, grid).tiles;
+        let tiles = TileLevels::new(&map, grid).tiles;
         for (key, of) in [
             ("level", &(|i: usize| tiles[i].level) as &dyn Fn(usize) -> f64),
             ("grad_x", &|i| tiles[i].slope[0]),
@@ -49,8 +49,8 @@ fn published_levels_and_slopes_of_tiles() {
 /// which the published ones are not (B10).
 #[test]
 fn seams_are_symmetric() {
-    let sight = EccentricityMap::new([0.5, 0.5], 90.0, [640, 480]).expect("a gaze");
-    let levels = TileLevels::new(&sight, TileGrid::new(640, 480, 16));
+    let map = EccentricityMap::new([0.5, 0.5], 90.0, [640, 480]).expect("a gaze");
+    let levels = TileLevels::new(&map, TileGrid::new(640, 480, 16));
     let mut mixed = 0;
     for (x, y) in (0..320).flat_map(|x| (0..240).map(move |y| (x, y))) {
         // Pixel centres are at whole numbers and tiles begin at them: the mirror of x is 640 - x.
@@ -71,8 +71,8 @@ fn seams_are_symmetric() {
 /// Within a tile the share never falls away from the gaze, and it is 0 at its least level.
 #[test]
 fn shares_grow_with_the_level() {
-    let sight = EccentricityMap::new([0.1, 0.8], 110.0, [500, 300]).expect("a gaze");
-    let levels = TileLevels::new(&sight, TileGrid::new(500, 300, 16));
+    let map = EccentricityMap::new([0.1, 0.8], 110.0, [500, 300]).expect("a gaze");
+    let levels = TileLevels::new(&map, TileGrid::new(500, 300, 16));
     for tile in &levels.tiles {
         assert!(tile.first <= 3 && !(tile.first == 3 && tile.blends));
         let [gx, gy] = tile.slope.map(|g| 0.5 * g.signum());
@@ -86,9 +86,9 @@ fn shares_grow_with_the_level() {
 
 #[test]
 fn filters_count_what_they_keep() {
-    let sight = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
+    let map = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
     let grid = TileGrid::new(640, 480, 16);
-    let filter = TileLevels::new(&sight, grid).filter();
+    let filter = TileLevels::new(&map, grid).filter();
     for (highest, rect) in (0..4u8).flat_map(|h| {
         [(0, 0, 40, 30), (3, 2, 17, 25), (5, 5, 5, 9), (39, 29, 40, 30)].map(|r| (h, r))
     }) {
@@ -103,9 +103,8 @@ fn filters_count_what_they_keep() {
 #[test]
 fn small_pictures_lack_regions() {
     let missing = |width: u32, screen: Screen| {
-        let sight =
-            EccentricityMap::on(screen, [0.5, 0.5], [width, width * 3 / 4]).expect("a gaze");
-        sight.missing_regions()
+        let map = EccentricityMap::on(screen, [0.5, 0.5], [width, width * 3 / 4]).expect("a gaze");
+        map.missing_regions()
     };
     assert_eq!(missing(64, Screen::PUBLISHED), [1, 2, 3]);
     assert_eq!(missing(256, Screen::PUBLISHED), [3]);
@@ -128,12 +127,12 @@ fn screens_and_gazes_that_cannot_be() {
         let screen = Screen { pooling_rate: rate, ..Screen::PUBLISHED };
         assert!(matches!(screen.check(), Err(GazeError::PoolingRate { .. })), "{rate}");
     }
-    let looking =
+    let gaze_at =
         |x, y| ScreenGaze { point: [x, y], screen: Screen::PUBLISHED }.eccentricity_map([64, 48]);
     // Just outside is outside.
     for gaze in [(1.000_000_1, 0.5), (-1e-9, 0.5), (0.5, f32::NAN)] {
-        assert!(matches!(looking(gaze.0, gaze.1), Err(GazeError::Gaze { .. })), "{gaze:?}");
+        assert!(matches!(gaze_at(gaze.0, gaze.1), Err(GazeError::Gaze { .. })), "{gaze:?}");
     }
-    assert!(GAZE_CYCLE.iter().all(|&[x, y]| looking(x, y).is_ok()));
+    assert!(GAZE_CYCLE.iter().all(|&[x, y]| gaze_at(x, y).is_ok()));
     assert_eq!(GAZE_CYCLE[1], [0.25, 0.5], "the first number is the outer loop");
 }

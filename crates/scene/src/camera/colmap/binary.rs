@@ -16,6 +16,9 @@ const POINT_BYTES: u64 = 24;
 
 /// Reads the binary layout. Memory is in proportion to the views that are really there; the 2D
 /// points of the images are skipped.
+///
+/// # Errors
+/// [`CameraError`]: a damaged file, or a camera that cannot be used.
 pub fn read_binary(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
     let cameras = read_cameras(Source { reader: cameras, file: "cameras.bin", offset: 0 })?;
     let images = read_images(Source { reader: images, file: "images.bin", offset: 0 })?;

@@ -11,6 +11,9 @@ use super::models::{Intrinsics, id_of_name, intrinsics};
 use super::{Image, views};
 
 /// Reads the text layout. Memory is in proportion to the views and the longest line.
+///
+/// # Errors
+/// [`CameraError`]: a line that cannot be read, or a camera that cannot be used.
 pub fn read_text(cameras: impl BufRead, images: impl BufRead) -> Result<CameraFile, CameraError> {
     let cameras = read_cameras(Lines::new(cameras, "cameras.txt"))?;
     let images = read_images(Lines::new(images, "images.txt"))?;

@@ -1,4 +1,4 @@
-//! What was measured beside the timing: the order of the lists, the feature cache, and sort reuse.
+//! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
 use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, ReuseSummary};

@@ -1,4 +1,4 @@
-//! What the DRAM did, and what was in the buffers.
+//! DRAM activity and buffer occupancy.
 
 use super::{List, count, real};
 use crate::accel::{BufferUse, DramCommands, DramUse, FrameTiming, StageCommands};

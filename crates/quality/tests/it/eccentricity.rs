@@ -17,21 +17,21 @@ fn the_published_levels() {
     for row in rows.records() {
         let row = row.expect("a row");
         let v: Vec<f64> = row.iter().map(|f| f.parse().expect("a number")).collect();
-        let sight =
+        let map =
             EccentricityMap::new([v[2], v[3]], 90.0, [v[0] as u32, v[1] as u32]).expect("a gaze");
-        assert!((sight.eccentricity_deg(v[4], v[5]) - v[6]).abs() < 1e-6, "{row:?}");
-        assert!((sight.pooling_px(v[4], v[5]) - v[7]).abs() < 1e-6, "{row:?}");
-        assert!((sight.level(v[4], v[5]) - v[8]).abs() < 1e-6, "{row:?}");
+        assert!((map.eccentricity_deg(v[4], v[5]) - v[6]).abs() < 1e-6, "{row:?}");
+        assert!((map.pooling_px(v[4], v[5]) - v[7]).abs() < 1e-6, "{row:?}");
+        assert!((map.level(v[4], v[5]) - v[8]).abs() < 1e-6, "{row:?}");
         n += 1;
     }
     assert!(n > 40, "{n} rows");
 }
 
 #[test]
-fn extremes_of_sight() {
-    let sight = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
+fn extremes_of_eccentricity() {
+    let map = EccentricityMap::new([0.3, 0.6], 90.0, [640, 480]).expect("a gaze");
     // ScreenGaze at it: no eccentricity, not NaN.
-    assert_eq!(sight.level(0.3 * 640.0, 0.6 * 480.0), 0.0);
+    assert_eq!(map.level(0.3 * 640.0, 0.6 * 480.0), 0.0);
     // A very wide screen seen from its corner: the far corner is as coarse as can be.
     let wide = EccentricityMap::new([0.0, 0.0], 179.0, [640, 480]).expect("a gaze");
     assert_eq!(wide.level(639.5, 479.5), 3.9);
