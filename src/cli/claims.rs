@@ -41,13 +41,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let runs = args.runs.iter().map(|path| read(path)).collect::<Result<Vec<Run>, Failure>>()?;
     let book = claims::check(&named_apart(runs));
     if let Some(path) = &args.write {
-        let page = pages::markdown(&book);
+        let page = pages::document(&book).markdown();
         write_atomically(path, |w| w.write_all(page.as_bytes()))?;
     }
     if context.global.json {
         out::json(&pages::json(&book))?;
     } else if !context.global.quiet {
-        out::text(&pages::terminal(&book))?;
+        out::document(&pages::document(&book))?;
     }
     Ok(Exit::Done)
 }

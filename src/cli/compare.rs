@@ -91,7 +91,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         out::json(&compare::json(&comparison))?;
     } else if !context.global.quiet {
         let path = path.display().to_string();
-        out::text(&compare::terminal(&comparison, Some(&path)))?;
+        out::document(&compare::document(&comparison, &[], Some(&path)))?;
     }
     if context.is_cancelled() {
         return Ok(Exit::Interrupted);
@@ -119,17 +119,11 @@ fn goal(args: &Args, comparison: &Comparison) -> Result<Exit, Failure> {
 fn write(folder: &RunFolder, comparison: &Comparison) -> Result<(), Failure> {
     let record = compare::run_toml(comparison).or_exit(Exit::Internal, "run.toml")?;
     folder.write("run.toml", record.as_bytes())?;
-    let csv = compare::compare_csv(comparison).or_exit(Exit::Internal, "compare.csv")?;
-    folder.write("compare.csv", &csv)?;
+    folder.write("compare.csv", &compare::compare_csv(comparison))?;
     let charts = compare::charts(comparison);
-    folder.write("summary.md", compare::markdown(comparison, &charts).as_bytes())?;
-    for chart in charts {
-        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
-    }
-    Ok(())
+    let page = compare::document(comparison, &charts, None).markdown();
+    folder.write("summary.md", page.as_bytes())?;
+    folder.write_charts(&charts)
 }
 
 /// Finished reports.

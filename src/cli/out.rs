@@ -3,6 +3,7 @@
 use std::io::{self, BufWriter, Write};
 
 use super::{Exit, Failure};
+use powergs_report::document::Document;
 
 /// Runs `write` on the locked, buffered standard output. A closed pipe (`| head`) ends the writing
 /// early and is success; a full disk is a failure.
@@ -13,6 +14,19 @@ pub fn write(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(),
 /// Prints text as it is.
 pub fn text(text: &str) -> Result<(), Failure> {
     write(|out| out.write_all(text.as_bytes()))
+}
+
+/// Prints a document, as wide as the terminal, or 80 columns where there is none.
+pub fn document(document: &Document) -> Result<(), Failure> {
+    text(&document.terminal(width()))
+}
+
+/// Columns of the standard output.
+fn width() -> usize {
+    const NARROWEST: u16 = 40;
+    const WIDEST: u16 = 160;
+    let size = terminal_size::terminal_size_of(io::stdout());
+    size.map_or(80, |(width, _)| width.0.clamp(NARROWEST, WIDEST).into())
 }
 
 /// Prints one JSON document, indented, with a final newline.

@@ -11,6 +11,7 @@ use about::About;
 use folder::FinishedSweep;
 use powergs_core::run::store::FileStore;
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_report::document::{Block, Document, Shown};
 use powergs_report::sweep as report;
 use powergs_study::analysis::table::{Collector, TableError};
 use powergs_study::analysis::{Analysis, AnalysisError, Question};
@@ -80,7 +81,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&answer.json)?;
     } else if !context.global.quiet {
-        out::text(&format!("{}\nreport  {}\n", answer.terminal, answer.report.display()))?;
+        out::document(&answer.page)?;
     }
     Ok(Exit::Done)
 }
@@ -91,12 +92,13 @@ const FOLDER: &str = "analysis";
 /// Where the report of a finished sweep is in its folder.
 pub const REPORT: &str = "analysis/report.html";
 
+/// Columns of the answer that a sweep keeps.
+const WIDTH: usize = 80;
+
 /// What a sweep comes to.
 struct Answer {
-    /// For a terminal.
-    terminal: String,
-    /// The report.
-    report: PathBuf,
+    /// For people.
+    page: Document,
     /// For programs.
     json: serde_json::Value,
 }
@@ -154,7 +156,8 @@ impl OfSweep {
         let provenance = self.about.provenance(&[]);
         let out = path.join(FOLDER);
         let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
-        Ok(written.map(|_| report::terminal(&analysis)))
+        let page = report::document(&analysis, &[], &provenance);
+        Ok(written.map(|_| page.terminal(WIDTH)))
     }
 }
 
@@ -178,8 +181,10 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
     let Some(written) = written else { return Ok(None) };
     let json = serde_json::to_value(report::json(&analysis)).or_exit(Exit::Internal, "json")?;
-    let terminal = report::terminal(&analysis);
-    Ok(Some(Answer { terminal, report: written.join("report.html"), json }))
+    let mut page = report::document(&analysis, &[], &provenance);
+    let report = written.join("report.html").display().to_string();
+    page.on(Shown::Terminal, Block::Facts(vec![("report".into(), report.into())]));
+    Ok(Some(Answer { page, json }))
 }
 
 /// A condition that nobody meets is a goal that was missed; an empty table is a bad input.

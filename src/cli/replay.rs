@@ -14,7 +14,7 @@ use powergs_core::run::store::atomic::write_atomically;
 use powergs_core::run::{Frames, PaperModel, Session, System, SystemSpec, TraceFile};
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
-use powergs_report::{self as report, terminal};
+use powergs_report as report;
 use powergs_study::replay::Replay;
 use powergs_study::run_record::{Facts, Run};
 
@@ -273,7 +273,7 @@ fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(),
     let best = run.extras.what_if.as_ref().and_then(|w| w.best());
     let next = next_command(args, best.map_or(&[], |step| &step.sets));
     let summary = folder.join("summary.md").display().to_string();
-    out::text(&terminal::summary(run, Some(&summary), Some(&next)))
+    out::document(&report::page::document(run, &[], &[("report", summary), ("next", next)]))
 }
 
 /// The same command with the step that buys most; without one, the other model.

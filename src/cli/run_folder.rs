@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::{Exit, Failure};
-use powergs_report::{FILE_NAMES, sweep};
+use super::{Exit, Failure, OrExit};
+use powergs_chart::Chart;
+use powergs_report::{FILE_NAMES, chart_files, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.
@@ -59,6 +60,14 @@ impl RunFolder {
         debug_assert!(is_ours(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
+    }
+
+    /// Writes a PNG and an SVG of every chart.
+    pub fn write_charts(&self, charts: &[Chart]) -> Result<(), Failure> {
+        for file in chart_files(charts).or_exit(Exit::Internal, "charts")? {
+            self.write(&file.name, &file.bytes)?;
+        }
+        Ok(())
     }
 
     /// Makes a file that is written as a stream.

@@ -178,7 +178,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&output::json(&found))?;
     } else if !context.global.quiet {
-        out::text(&output::terminal(&found, &path.display().to_string()))?;
+        out::document(&output::document(&found, &path.display().to_string()))?;
     }
     Ok(if context.is_cancelled() { Exit::Interrupted } else { Exit::Done })
 }

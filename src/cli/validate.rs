@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use super::progress::{Counts, Watched};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_report::validate as pages;
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{steps, value};
 use powergs_study::validate::{
-    BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, document,
-    judge, measure, table,
+    BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge,
+    measure,
 };
 
 /// Shown under `validate --help`.
@@ -86,7 +87,7 @@ fn finish(
     judged: &[Judged],
 ) -> Result<Exit, Failure> {
     if let Some(path) = &args.write {
-        let page = document::page(tables, judged);
+        let page = pages::page(tables, judged);
         write_atomically(path, |w| w.write_all(page.as_bytes()))?;
     }
     if args.bless {
@@ -95,9 +96,9 @@ fn finish(
         write_atomically(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
     }
     if context.global.json {
-        out::json(&table::json(judged))?;
+        out::json(&pages::json(judged))?;
     } else if !context.global.quiet {
-        out::text(&table::terminal(judged))?;
+        out::document(&pages::document(judged))?;
     }
     let is_bad = |j: &Judged| match args.bless {
         true => j.verdict == powergs_study::validate::Verdict::Fails,

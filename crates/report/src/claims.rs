@@ -1,64 +1,55 @@
 //! The published claims, checked: the answer for terminals, pages and programs.
 
-use std::fmt::Write as _;
-
 use serde_json::{Value, json as object};
 
-use crate::format::{shortened, wrapped};
+use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
+use crate::format::shortened;
 use powergs_optimize::claims::{Book, LEFT_OUT, Row, Verdict};
-
-/// Columns of a terminal.
-const WIDTH: usize = 80;
-/// Column of what is said about a claim.
-const INDENT: usize = 5;
 
 /// What sign and order can show.
 const NOTE: &str = "Sign and order are what small scenes and short runs can show; the published \
                     numbers are for full-size scenes and 150,000 iterations.";
 
-/// Lines of at most `width` columns, each after `indent` blanks.
-fn block(text: &str, indent: usize, width: usize) -> String {
-    let blank = " ".repeat(indent);
-    wrapped(text, width - indent).lines().map(|line| format!("{blank}{line}\n")).collect()
-}
-
-/// The first line of a block with something in its margin.
-fn marked(mark: &str, text: &str, indent: usize) -> String {
-    let lines = block(text, indent, WIDTH);
-    format!("{mark:<indent$}{}", lines.get(indent..).unwrap_or_default())
-}
-
-/// The answer in 80 columns.
-pub fn terminal(book: &Book) -> String {
-    let mut text = String::new();
-    for (label, about) in &book.runs {
-        text += &marked("run  ", &format!("{}: {about}", shortened(label, 40)), INDENT);
-    }
-    text.push('\n');
+/// The answer: what is printed, and the page.
+pub fn document(book: &Book) -> Document {
+    let mut page = Document::new();
+    page.on(Shown::Page, Block::Title("Published claims, checked".into()));
+    page.page_paragraph(format!("{}.", summary(book)));
+    page.page_paragraph(NOTE);
+    let run =
+        |(label, about): &(String, String)| Text::strong(label.clone()).then(format!(": {about}"));
+    page.add(Block::List(book.runs.iter().map(run).collect()));
     for row in &book.rows {
-        let verdict = row.verdict.name();
-        text += &marked(row.id, &format!("{}: {verdict}", row.what), INDENT);
-        text += &marked("     paper", row.published, 15);
-        text += &marked("     expected", row.expects, 15);
-        for finding in &row.findings {
-            let run =
-                finding.run.as_ref().map_or(String::new(), |r| format!("{}: ", shortened(r, 24)));
-            let mark = match finding.verdict {
-                Verdict::Yes => "     here  yes",
-                Verdict::No => "     here  no",
-                Verdict::Unchecked => "     here  -",
-            };
-            text += &marked(mark, &format!("{run}{}", finding.here), 15);
-        }
+        page.on(Shown::Terminal, Block::Facts(lines(row)));
     }
-    text += "\nNot checkable by simulation:\n";
-    for (id, what, why) in LEFT_OUT {
-        text += &marked(id, &format!("{what} ({why})"), INDENT);
+    page.on(Shown::Page, Block::Table(table(book)));
+    page.heading("Not checkable by simulation");
+    let item =
+        |(id, what, why): (&str, &str, &str)| (id.to_owned(), format!("{what} ({why})").into());
+    page.on(Shown::Terminal, Block::Facts(LEFT_OUT.map(item).to_vec()));
+    let columns = ["", "claim", "why"].map(Column::text);
+    let row = |(id, what, why): (&str, &str, &str)| [id, what, why].map(Cell::from);
+    page.on(Shown::Page, Block::Table(Table::new(columns).rows(LEFT_OUT.map(row))));
+    page.on(Shown::Terminal, Block::Paragraph(format!("{}. {NOTE}", summary(book)).into()));
+    page
+}
+
+/// A claim on a terminal.
+fn lines(row: &Row) -> Vec<(String, Text)> {
+    let claim = format!("{}: {}", row.what, row.verdict.name());
+    let mut lines = vec![(row.id.to_owned(), claim.into())];
+    lines.push(("    paper".into(), row.published.into()));
+    lines.push(("    expected".into(), row.expects.into()));
+    for finding in &row.findings {
+        let run = finding.run.as_ref().map_or(String::new(), |r| format!("{}: ", shortened(r, 24)));
+        let mark = match finding.verdict {
+            Verdict::Yes => "    here  yes",
+            Verdict::No => "    here  no",
+            Verdict::Unchecked => "    here  -",
+        };
+        lines.push((mark.into(), format!("{run}{}", finding.here).into()));
     }
-    text.push('\n');
-    text += &wrapped(NOTE, WIDTH);
-    let _ = write!(text, "\n\n{}\n", summary(book));
-    text
+    lines
 }
 
 /// `12 of 20 claims agree, 5 could not be checked`.
@@ -69,16 +60,10 @@ fn summary(book: &Book) -> String {
     format!("{yes} of {checked} claims agree{rest}")
 }
 
-/// Text in a cell of a table.
-fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace(['\n', '\r'], " ")
-}
-
-/// A table of the claims that some run can check, for a page about that run.
-pub fn table(book: &Book) -> String {
-    let mut text =
-        "| | claim | published | expected | here | agrees |\n|---|---|---|---|---|---|\n"
-            .to_owned();
+/// The claims that some run can check, for a page about that run.
+pub fn table(book: &Book) -> Table {
+    let columns = ["", "claim", "published", "expected", "here", "agrees"].map(Column::text);
+    let mut table = Table::new(columns);
     for row in &book.rows {
         let Row { id, what, published, expects, .. } = row;
         let label = |run: &Option<String>| match run {
@@ -88,27 +73,13 @@ pub fn table(book: &Book) -> String {
         let findings = row.findings.iter().map(|f| {
             let (run, here, verdict) = (label(&f.run), &f.here, f.verdict.name());
             let said = if row.findings.len() > 1 { format!(" ({verdict})") } else { String::new() };
-            cell(&format!("{run}{here}{said}"))
+            format!("{run}{here}{said}")
         });
-        let here = findings.collect::<Vec<String>>().join("<br>");
-        let verdict = row.verdict.name();
-        let _ = writeln!(text, "| {id} | {what} | {published} | {expects} | {here} | {verdict} |");
+        let here = findings.collect::<Vec<String>>().join("; ");
+        let words = [id, what, published, expects, here.as_str(), row.verdict.name()];
+        table.row(words.map(Cell::from));
     }
-    text
-}
-
-/// A page.
-pub fn markdown(book: &Book) -> String {
-    let mut text = format!("# Published claims, checked\n\n{}.\n\n{NOTE}\n\n", summary(book));
-    for (label, about) in &book.runs {
-        let _ = writeln!(text, "- **{}**: {}", cell(label), cell(about));
-    }
-    let _ = write!(text, "\n{}\n## Not checkable by simulation\n\n", table(book));
-    text += "| | claim | why |\n|---|---|---|\n";
-    for (id, what, why) in LEFT_OUT {
-        let _ = writeln!(text, "| {id} | {what} | {why} |");
-    }
-    text
+    table
 }
 
 /// One object.

@@ -2,8 +2,8 @@
 
 mod charts;
 mod output;
-mod text;
+mod page;
 
 pub use charts::charts;
 pub use output::{compare_csv, json, run_toml};
-pub use text::{markdown, note, terminal};
+pub use page::{document, note};

@@ -1,9 +1,9 @@
 //! `results.csv`: the record. One row per frame, then one per aggregate.
 
-use super::ReportError;
+use super::document::{Cell, Column, Table};
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
 use powergs_study::findings::compare::RESULTS_FIRST;
-use powergs_study::run_record::{Run, Table};
+use powergs_study::run_record::{Run, Table as Statistics};
 
 /// The header: what kind of row it is (`frame`, `mean`, `p50`, …), frame number and name of the
 /// view (empty in aggregates), whether the run is incomplete, then every statistic.
@@ -13,31 +13,26 @@ pub fn header() -> Vec<String> {
 }
 
 /// The file. What was not measured is an empty cell; numbers are exact and never rounded.
-///
-/// # Errors
-/// [`ReportError::Csv`], which would be a mistake of ours.
-pub fn results(run: &Run) -> Result<Vec<u8>, ReportError> {
-    let table = Table::of(run);
-    let incomplete = run.incomplete().to_string();
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer.write_record(header())?;
-    for (frame, row) in run.frames.iter().zip(&table.rows) {
-        let first = ["frame".into(), frame.frame.to_string(), frame.name.clone()];
-        let cells = row.iter().map(|value| value.map_or(String::new(), cell));
-        writer.write_record(first.into_iter().chain([incomplete.clone()]).chain(cells))?;
+pub fn results(run: &Run) -> Vec<u8> {
+    let statistics = Statistics::of(run);
+    let incomplete = Cell::from(run.incomplete());
+    let mut table = Table::new(header().into_iter().map(Column::text));
+    for (frame, row) in run.frames.iter().zip(&statistics.rows) {
+        let (number, name) = (frame.frame.into(), frame.name.as_str().into());
+        let first = [Cell::from("frame"), number, name, incomplete.clone()];
+        table.row(first.into_iter().chain(row.iter().map(|value| value.map(cell).into())));
     }
     for (i, part) in Aggregate::PARTS.into_iter().enumerate() {
-        let first = [part.to_owned(), String::new(), String::new(), incomplete.clone()];
-        let cells =
-            table.aggregates.iter().map(|a| a.map_or(String::new(), |a| cell(a.parts()[i])));
-        writer.write_record(first.into_iter().chain(cells))?;
+        let first = [part.into(), Cell::Empty, Cell::Empty, incomplete.clone()];
+        let parts = statistics.aggregates.iter().map(|a| a.map(|a| cell(a.parts()[i])).into());
+        table.row(first.into_iter().chain(parts));
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
-fn cell(value: Value) -> String {
+fn cell(value: Value) -> Cell {
     match value {
-        Value::Count(n) => n.to_string(),
-        Value::Real(x) => x.to_string(),
+        Value::Count(n) => n.into(),
+        Value::Real(x) => x.into(),
     }
 }

@@ -6,25 +6,25 @@ pub mod bottleneck;
 pub mod charts;
 pub mod claims;
 pub mod compare;
-
 pub mod csv;
 pub mod docs;
+pub mod document;
 pub mod fit;
 pub mod json;
 pub mod limits;
 pub mod optimize;
+pub mod page;
 pub mod perfetto;
 pub mod record;
 pub mod schema;
 pub mod sensitivity;
-pub mod summary;
 pub mod sweep;
-pub mod terminal;
 pub mod timeline;
-pub mod what_if;
+pub mod validate;
 
 pub use powergs_base::format;
 
+use powergs_chart::Chart;
 use powergs_study::findings::RunSummary;
 use powergs_study::run_record::Run;
 
@@ -34,9 +34,6 @@ pub enum ReportError {
     /// A chart could not be drawn.
     #[error(transparent)]
     Chart(#[from] powergs_chart::DrawError),
-    /// A table could not be written.
-    #[error("results.csv: {0}; please report this")]
-    Csv(#[from] ::csv::Error),
     /// The configuration could not be written.
     #[error("run.toml: {0}; please report this")]
     Toml(#[from] toml::ser::Error),
@@ -138,6 +135,19 @@ pub const ASKED_FOR: [&str; 30] = [
     "sobol.svg",
 ];
 
+/// A PNG and an SVG of every chart.
+///
+/// # Errors
+/// [`powergs_chart::DrawError`], which would be a mistake of ours.
+pub fn chart_files(charts: &[Chart]) -> Result<Vec<File>, powergs_chart::DrawError> {
+    let mut files = Vec::new();
+    for chart in charts {
+        files.push(File { name: format!("{}.png", chart.name), bytes: chart.png()? });
+        files.push(File { name: format!("{}.svg", chart.name), bytes: chart.svg()?.into_bytes() });
+    }
+    Ok(files)
+}
+
 /// What a run comes to.
 ///
 /// # Panics
@@ -155,15 +165,12 @@ fn summary_of(run: &Run) -> RunSummary {
 /// Without frames.
 pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
     let charts = charts::all(run);
-    let summary = summary::markdown(run, &charts);
+    let summary = page::document(run, &charts, &[]).markdown();
     let mut files = vec![
         File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
-        File { name: "results.csv".into(), bytes: csv::results(run)? },
+        File { name: "results.csv".into(), bytes: csv::results(run) },
         File { name: "summary.md".into(), bytes: summary.into_bytes() },
     ];
-    for chart in charts {
-        files.push(File { name: format!("{}.png", chart.name), bytes: chart.png()? });
-        files.push(File { name: format!("{}.svg", chart.name), bytes: chart.svg()?.into_bytes() });
-    }
+    files.extend(chart_files(&charts)?);
     Ok(files)
 }

@@ -1,20 +1,29 @@
 //! What is not modelled, and which assumptions mattered most, in words.
 
+use super::document::{Cell, Column, Table, Text};
 use super::format::percent;
-use super::what_if::signed_percent;
 use powergs_core::energy::Component;
-use powergs_study::findings::limits::{Mattered, NOT_MODELLED, Why};
+use powergs_study::findings::limits::{Effect, Mattered, NOT_MODELLED, Why};
 
 /// Why an assumption mattered, in a few words.
 pub fn why(why: &Why) -> String {
     match why {
         Why::Doubled { resource, change } => {
-            format!("doubling {resource}: frame time {}", signed_percent(*change).trim())
+            format!("doubling {resource}: frame time {}", signed_percent(*change))
         }
         Why::Bottleneck => "behind the bottleneck of this run".into(),
         Why::Energy { part, share } => {
             format!("{}: {} % of the energy", part_words(*part), percent(*share))
         }
+    }
+}
+
+/// A relative change with its sign: `-24 %`.
+pub fn signed_percent(change: f64) -> String {
+    match change * 100.0 {
+        p if p.abs() < 0.05 => "0 %".to_owned(),
+        p if p.abs() < 9.95 => format!("{p:+.1} %"),
+        p => format!("{p:+.0} %"),
     }
 }
 
@@ -32,25 +41,31 @@ fn part_words(part: Component) -> &'static str {
 /// The line on the terminal that points to the list.
 pub fn line(left_out: usize, mattered: &[Mattered]) -> String {
     let numbers: Vec<&str> = mattered.iter().map(|m| m.assumption).take(6).collect();
-    let mattered = if numbers.is_empty() {
-        String::new()
-    } else {
-        format!("; mattered most: {}", numbers.join(" "))
+    let mattered = match numbers.is_empty() {
+        true => String::new(),
+        false => format!("; mattered most: {}", numbers.join(" ")),
     };
-    format!("limits  {left_out} effects left out{mattered}\n")
+    format!("{left_out} effects left out{mattered}")
 }
 
-/// The table of [`NOT_MODELLED`] for `docs/limits.md`.
+/// Effects that a run leaves out.
+pub fn table(effects: &[Effect]) -> Table {
+    let columns = ["effect", "simulated time is", "see"].map(Column::text);
+    let row = |e: &Effect| [e.what, e.bias.name(), e.assumption].map(Cell::from);
+    Table::new(columns).rows(effects.iter().map(row))
+}
+
+/// All of [`NOT_MODELLED`] for `docs/limits.md`.
 pub fn page() -> String {
-    let mut text = String::from(PAGE);
-    for effect in NOT_MODELLED {
-        let which =
-            effect.dram.map_or("all".to_owned(), |m| format!("`dram.model = \"{}\"`", m.name()));
-        let see = if effect.assumption.is_empty() { "-" } else { effect.assumption };
-        let (what, bias) = (effect.what, effect.bias.name());
-        text += &format!("| {what} | {bias} | {see} | {which} |\n");
-    }
-    text
+    let columns = ["effect", "simulated time is", "see", "machines"].map(Column::text);
+    let row = |e: &Effect| {
+        let machines = e
+            .dram
+            .map_or(Text::from("all"), |m| Text::code(format!("dram.model = \"{}\"", m.name())));
+        let see = if e.assumption.is_empty() { "-" } else { e.assumption };
+        [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]
+    };
+    format!("{PAGE}{}", Table::new(columns).rows(NOT_MODELLED.iter().map(row)).markdown())
 }
 
 const PAGE: &str = "\
@@ -66,6 +81,4 @@ Beside it a report names the assumptions that mattered most in that run: those b
 resources that move the frame time by 3 % or more when they are doubled (`--what-if`), and those \
 behind every part of 15 % or more of the energy.
 
-| effect | simulated time is | see | machines |
-|---|---|---|---|
 ";

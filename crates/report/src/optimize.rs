@@ -21,7 +21,7 @@ use powergs_optimize::target::Quality;
 
 pub use course::Moment;
 pub use strip::Strip;
-pub use summary::{Facts, markdown};
+pub use summary::{Facts, document};
 pub use tables::{models_csv, ratios_csv, samples_csv};
 
 /// Everything that the charts and the summary of a run show.

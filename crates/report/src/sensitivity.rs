@@ -6,72 +6,52 @@ mod chart;
 pub mod interactions;
 pub mod keys;
 mod outcome;
-mod text;
+mod page;
 
 pub use chart::charts;
-pub use text::{markdown, terminal};
+pub use page::document;
 
 use serde_json::{Value, json};
 
-use super::ReportError;
+use super::document::Table;
 use outcome::{outcome_json, traces_json};
 use powergs_study::findings::sensitivity::{Fixed, Outcome, Row, Sensitivity, Side};
 
 /// One line a knob, side and trace, exact numbers.
-///
-/// # Errors
-/// [`ReportError::Csv`], which would be a mistake of ours.
-pub fn csv(all: &Sensitivity) -> Result<Vec<u8>, ReportError> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "assumption",
-        "file",
-        "keys",
-        "with",
-        "machine",
-        "side",
-        "value",
-        "trace",
-        "frames",
-        "frame_time_ms",
-        "fps",
-        "energy_pj",
-        "area_mm2",
-        "fps_change",
-        "energy_change",
-        "area_change",
-        "refused",
-    ])?;
+pub fn csv(all: &Sensitivity) -> Vec<u8> {
+    let mut table = Table::record(
+        "assumption file keys with machine side value trace frames frame_time_ms fps \
+         energy_pj area_mm2 fps_change energy_change area_change refused",
+    );
     for row in &all.rows {
         for (name, side) in sides(row) {
             for (t, trace) in all.traces.iter().enumerate() {
                 let outcome = side.outcomes.as_ref().ok().and_then(|o| o.get(t));
                 let change = outcome.zip(row.base.get(t)).map(|(o, base)| o.change(base));
                 let area = outcome.and_then(|o| o.area_mm2);
-                let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
-                writer.write_record([
-                    row.number.clone(),
-                    row.file.to_owned(),
-                    row.keys.join(" "),
-                    row.with.join(" "),
-                    row.on.clone().unwrap_or_else(|| all.machine.clone()),
-                    name.to_owned(),
-                    side.value.clone(),
-                    trace.name.clone(),
-                    trace.frames.to_string(),
-                    number(outcome.map(|o| o.frame_time_ms)),
-                    number(outcome.map(Outcome::fps)),
-                    number(outcome.map(|o| o.energy_pj)),
-                    number(area),
-                    number(change.map(|c| c.fps)),
-                    number(change.map(|c| c.energy)),
-                    number(area.and(change.map(|c| c.area))),
-                    side.outcomes.as_ref().err().cloned().unwrap_or_default(),
-                ])?;
+                table.row([
+                    row.number.as_str().into(),
+                    row.file.into(),
+                    row.keys.join(" ").into(),
+                    row.with.join(" ").into(),
+                    row.on.as_deref().unwrap_or(&all.machine).into(),
+                    name.into(),
+                    side.value.as_str().into(),
+                    trace.name.as_str().into(),
+                    trace.frames.into(),
+                    outcome.map(|o| o.frame_time_ms).into(),
+                    outcome.map(Outcome::fps).into(),
+                    outcome.map(|o| o.energy_pj).into(),
+                    area.into(),
+                    change.map(|c| c.fps).into(),
+                    change.map(|c| c.energy).into(),
+                    area.and(change.map(|c| c.area)).into(),
+                    side.outcomes.as_ref().err().cloned().into(),
+                ]);
             }
         }
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 /// Base, low and high of a row, those that it has.

@@ -5,21 +5,17 @@ mod axis;
 mod colour;
 mod energy;
 mod front;
-mod html;
 mod keys;
 mod marginal;
 mod measure;
 mod output;
 mod page;
 mod ranks;
-mod terminal;
 mod words;
 
-pub use html::{Provenance, html};
 pub use measure::Measure;
 pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};
-pub use page::markdown;
-pub use terminal::terminal;
+pub use page::{Provenance, document};
 
 use powergs_chart::Chart;
 use powergs_study::analysis::Analysis;

@@ -9,13 +9,11 @@
 //!
 //! This module opens no file: whoever calls it hands in the texts and the systems.
 
-pub mod document;
 pub mod judge;
 pub mod metric;
 pub mod numbers;
 pub mod row;
 pub mod run;
-pub mod table;
 pub mod totals;
 pub mod workload;
 

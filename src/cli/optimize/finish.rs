@@ -18,8 +18,10 @@ use powergs_optimize::setup::{Seen, Setup};
 use powergs_optimize::study::ratios;
 use powergs_optimize::tune::Model;
 use powergs_raster::{Detail, Options, render};
+use powergs_report::chart_files;
+use powergs_report::document::{Block, Document};
 use powergs_report::optimize::{
-    Moment, Story, Strip, charts, markdown, models_csv, ratios_csv, samples_csv,
+    Moment, Story, Strip, charts, document, models_csv, ratios_csv, samples_csv,
 };
 use powergs_scene::write_ply;
 
@@ -53,11 +55,11 @@ pub fn finish(
     // The report of level 1 is the same with and without levels beyond it.
     let done = &at(&progress.outcomes, Place::default());
     let conclusion = run.campaign.conclusion(done, Place::default());
-    folder.write("samples.csv", samples_csv(done).as_bytes())?;
-    folder.write("models.csv", models_csv(done).as_bytes())?;
+    folder.write("samples.csv", &samples_csv(done))?;
+    folder.write("models.csv", &models_csv(done))?;
     let rows = if run.wants_ratios { ratios(done) } else { Vec::new() };
     if !rows.is_empty() {
-        folder.write("ratios.csv", ratios_csv(&rows).as_bytes())?;
+        folder.write("ratios.csv", &ratios_csv(&rows))?;
     }
     let mut strip = None;
     if let Some(best) = &conclusion.best {
@@ -89,22 +91,19 @@ pub fn finish(
     let results = &whole.results;
     let drawn = charts(&story);
     write_charts(folder, &drawn)?;
-    let mut summary = markdown(&story, &drawn);
+    let mut page = document(&story, &drawn);
     if let Some(shown) = shown {
-        summary += &foveated::report(run, results, shown, folder, progress)?;
+        page.extend(foveated::report(run, results, shown, folder, progress)?);
     }
-    folder.write("summary.md", summary.as_bytes())?;
+    folder.write("summary.md", page.markdown().as_bytes())?;
     tell(run, &story, results, folder, context)?;
     Ok(if conclusion.best.is_some() { Exit::Done } else { Exit::GoalMissed })
 }
 
 /// Draws and writes charts.
 pub fn write_charts(folder: &Folder, drawn: &[Chart]) -> Result<(), Failure> {
-    for chart in drawn {
-        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
-        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.png", chart.name), &png)?;
-        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
+    for file in chart_files(drawn).or_exit(Exit::Internal, "charts")? {
+        folder.write(&file.name, &file.bytes)?;
     }
     Ok(())
 }
@@ -162,8 +161,11 @@ fn tell(
         return Ok(());
     }
     let place = folder.path().join("summary.md");
-    let foveated = powergs_report::optimize::foveated::headline(results);
-    out::text(&format!("{}{foveated}{}\n", story.headline(), place.display()))
+    let mut page = Document::new();
+    page.add(Block::Verbatim(story.headline()));
+    page.table(powergs_report::optimize::foveated::headline(results));
+    page.add(Block::Facts(vec![("report".into(), place.display().to_string().into())]));
+    out::document(&page)
 }
 
 /// The final model as INRIA PLY, and its trace over the power views.

@@ -18,8 +18,9 @@ use powergs_optimize::oracle::CycleOracle;
 use powergs_optimize::plan::Place;
 use powergs_optimize::results::Results;
 use powergs_raster::{Detail, Options, render_foveated};
+use powergs_report::document::Document;
 use powergs_report::optimize::foveated::{
-    Album, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
+    Album, Show, charts, document, foveated_csv, levels_csv, regions_csv,
 };
 use powergs_scene::{Camera, Foveated, Gaussians};
 
@@ -148,10 +149,10 @@ pub fn report(
     shown: Outcome,
     folder: &Folder,
     progress: &Progress,
-) -> Result<String, Failure> {
-    folder.write("levels.csv", levels_csv(results).as_bytes())?;
-    folder.write("foveated.csv", foveated_csv(results).as_bytes())?;
-    folder.write("regions.csv", regions_csv(results).as_bytes())?;
+) -> Result<Document, Failure> {
+    folder.write("levels.csv", &levels_csv(results))?;
+    folder.write("foveated.csv", &foveated_csv(results))?;
+    folder.write("regions.csv", &regions_csv(results))?;
     let fit = |level: u8| {
         let place = Place { variant: 0, level };
         let fit = run.campaign.conclusion(&progress.outcomes, place).fit.ok()?;
@@ -161,7 +162,7 @@ pub fn report(
     let show = Show { results, fits, album: shown.album };
     let drawn = charts(&show);
     write_charts(folder, &drawn)?;
-    Ok(markdown(&show, &drawn))
+    Ok(document(&show, &drawn))
 }
 
 /// The four levels as one model.

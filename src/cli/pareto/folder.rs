@@ -141,18 +141,15 @@ pub(super) fn write(
     let folder = RunFolder::create(Some(path), "analysis", true)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
-    let page = sweep::markdown(analysis, &charts, provenance);
-    folder.write("summary.md", page.as_bytes())?;
-    let html = sweep::html(analysis, &charts, provenance).or_exit(Exit::Internal, "report")?;
+    let page = sweep::document(analysis, &charts, provenance);
+    folder.write("summary.md", page.markdown().as_bytes())?;
+    let html = page.html(&provenance.title).or_exit(Exit::Internal, "report")?;
     folder.write("report.html", html.as_bytes())?;
-    for chart in charts {
+    for chart in &charts {
         if context.is_cancelled() {
             return Ok(None);
         }
-        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
+        folder.write_charts(std::slice::from_ref(chart))?;
     }
     Ok(Some(folder.finish()?))
 }

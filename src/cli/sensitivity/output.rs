@@ -6,9 +6,9 @@ use super::{Args, Results};
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
-use powergs_chart::Chart;
 use powergs_core::run::{Input, System, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
+use powergs_report::document::Document;
 use powergs_report::sensitivity::{self, interactions, keys};
 use powergs_study::sensitivity::KeyResults;
 
@@ -17,49 +17,35 @@ use powergs_study::sensitivity::KeyResults;
 /// # Errors
 /// Exit code 2 for a folder that cannot be written, 4 for a defect.
 pub fn write(folder: &RunFolder, found: &Results) -> Result<Vec<u8>, Failure> {
-    const INTERNAL: Exit = Exit::Internal;
     match found {
         Results::Assumptions(all) => {
-            let table = sensitivity::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
+            let table = sensitivity::csv(all);
             folder.write("sensitivity.csv", &table)?;
             let charts = sensitivity::charts(all);
-            folder.write("summary.md", sensitivity::markdown(all, &charts).as_bytes())?;
-            write_charts(folder, &charts)?;
+            let page = sensitivity::document(all, &charts, None);
+            folder.write("summary.md", page.markdown().as_bytes())?;
+            folder.write_charts(&charts)?;
             Ok(table)
         }
         Results::Keys(KeyResults { keys: all, interactions: together }) => {
-            let every = keys::csv(all).or_exit(INTERNAL, "sensitivity.csv")?;
-            folder.write("sensitivity.csv", &every)?;
-            let mut table = keys::elasticities_csv(all).or_exit(INTERNAL, "elasticity.csv")?;
+            folder.write("sensitivity.csv", &keys::csv(all))?;
+            let mut table = keys::elasticities_csv(all);
             folder.write("elasticity.csv", &table)?;
-            let mut charts = keys::charts(all);
-            let mut summary = keys::markdown(all, &charts);
+            let charts = keys::charts(all);
+            let mut page = keys::document(all, &charts, None);
+            folder.write_charts(&charts)?;
             if let Some(together) = together {
-                table = interactions::csv(together).or_exit(INTERNAL, "interactions.csv")?;
+                table = interactions::csv(together);
                 folder.write("interactions.csv", &table)?;
-                let designs =
-                    interactions::designs_csv(together).or_exit(INTERNAL, "designs.csv")?;
-                folder.write("designs.csv", &designs)?;
-                let more = interactions::charts(together);
-                summary.push('\n');
-                summary.push_str(&interactions::markdown(together, &more));
-                charts.extend(more);
+                folder.write("designs.csv", &interactions::designs_csv(together))?;
+                let charts = interactions::charts(together);
+                page.extend(interactions::document(together, &charts, None));
+                folder.write_charts(&charts)?;
             }
-            folder.write("summary.md", summary.as_bytes())?;
-            write_charts(folder, &charts)?;
+            folder.write("summary.md", page.markdown().as_bytes())?;
             Ok(table)
         }
     }
-}
-
-fn write_charts(folder: &RunFolder, charts: &[Chart]) -> Result<(), Failure> {
-    for chart in charts {
-        let png = chart.png().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.png", chart.name), &png)?;
-        let svg = chart.svg().or_exit(Exit::Internal, chart.name)?;
-        folder.write(&format!("{}.svg", chart.name), svg.as_bytes())?;
-    }
-    Ok(())
 }
 
 /// What is printed for programs.
@@ -75,15 +61,16 @@ pub fn json(found: &Results) -> Value {
 }
 
 /// What is printed for people.
-pub fn terminal(found: &Results, folder: &str) -> String {
+pub fn document(found: &Results, folder: &str) -> Document {
     match found {
-        Results::Assumptions(all) => sensitivity::terminal(all, Some(folder)),
+        Results::Assumptions(all) => sensitivity::document(all, &[], Some(folder)),
         Results::Keys(KeyResults { keys: all, interactions: None }) => {
-            keys::terminal(all, Some(folder))
+            keys::document(all, &[], Some(folder))
         }
         Results::Keys(KeyResults { keys: all, interactions: Some(together) }) => {
-            let single = keys::terminal(all, None);
-            format!("{single}\n{}", interactions::terminal(together, Some(folder)))
+            let mut page = keys::document(all, &[], None);
+            page.extend(interactions::document(together, &[], Some(folder)));
+            page
         }
     }
 }

@@ -5,6 +5,7 @@ use toml::Value;
 
 use super::note;
 use crate::ReportError;
+use crate::document::{Cell, Column, Table};
 use powergs_base::TOOL_VERSION;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::catalogue;
@@ -72,34 +73,28 @@ pub fn json(comparison: &Comparison) -> Json {
 
 /// `compare.csv`: a row per measure and per statistic (means); a column per side, then per ratio
 /// to the first.
-///
-/// # Errors
-/// [`ReportError::Csv`], which would be a mistake of ours.
-pub fn compare_csv(comparison: &Comparison) -> Result<Vec<u8>, ReportError> {
+pub fn compare_csv(comparison: &Comparison) -> Vec<u8> {
     let labels = comparison.labels();
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    let mut head = vec!["kind".to_owned(), "name".to_owned()];
-    head.extend(labels.iter().map(|l| (*l).to_owned()));
-    head.extend(labels[1..].iter().map(|l| format!("{l}/{}", labels[0])));
-    writer.write_record(head)?;
-    let cell = |v: Option<f64>| v.map_or(String::new(), |x| x.to_string());
+    let ratios = labels[1..].iter().map(|l| format!("{l}/{}", labels[0]));
+    let sides = labels.iter().map(|l| (*l).to_owned()).chain(ratios);
+    let names = ["kind", "name"].map(str::to_owned);
+    let mut table = Table::new(names.into_iter().chain(sides).map(Column::text));
     let mut row = |kind: &str, name: &str, values: &[Option<f64>]| {
         let ratio = |v: &Option<f64>| {
             values[0].filter(|a| *a != 0.0).and_then(|a| Some((*v)? / a)).filter(|r| r.is_finite())
         };
-        let mut cells = vec![kind.to_owned(), name.to_owned()];
-        cells.extend(values.iter().map(|v| cell(*v)));
-        cells.extend(values[1..].iter().map(|v| cell(ratio(v))));
-        writer.write_record(cells)
+        let ratios = values[1..].iter().map(ratio);
+        let numbers = values.iter().copied().chain(ratios).map(Cell::from);
+        table.row([kind.into(), name.into()].into_iter().chain(numbers));
     };
     for m in &comparison.rows {
-        row("measure", m.measure.name(), &m.values)?;
+        row("measure", m.measure.name(), &m.values);
     }
     for (i, statistic) in catalogue().iter().enumerate() {
         let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
-        row("mean", &statistic.name, &values)?;
+        row("mean", &statistic.name, &values);
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 /// `run.toml`: versions, and the record of every side.

@@ -12,7 +12,7 @@ mod words;
 
 pub use album::{Album, Shot};
 pub use tables::{foveated_csv, levels_csv, regions_csv};
-pub use words::{headline, markdown};
+pub use words::{document, headline};
 
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::fit::Fit;

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::Story;
 use crate::claims::table;
+use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_optimize::claims::Verdict;
@@ -79,103 +80,104 @@ impl Story<'_> {
     }
 }
 
-/// The file.
-pub fn markdown(story: &Story<'_>, charts: &[Chart]) -> String {
-    let mut text = format!("# {}: the fewest watts at a given quality\n\n", story.name);
-    let _ = writeln!(text, "```\n{}```\n", story.headline());
+/// The page, with `charts` beside it.
+pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
+    let mut page = Document::new();
+    page.title(format!("{}: the fewest watts at a given quality", story.name));
+    page.add(Block::Verbatim(story.headline()));
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
-    let _ = writeln!(text, "Power: {oracle} at {fps} FPS, display {display}.");
+    page.paragraph(format!("Power: {oracle} at {fps} FPS, display {display}."));
     if let Some(target) = story.target {
         let (db, ssim) = (target.psnr_db, target.ssim);
-        let _ = writeln!(text, "Target over the gate views: {db:.3} dB and SSIM {ssim:.4}.\n");
+        page.paragraph(format!("Target over the gate views: {db:.3} dB and SSIM {ssim:.4}."));
     }
     if let Some(best) = story.best().filter(|o| o.role == Role::Sample) {
-        let name = &best.name;
-        let _ = writeln!(
-            text,
-            "The realised optimum is not better than {name}: that sample is the final model.\n"
-        );
+        page.paragraph(format!(
+            "The realised optimum is not better than {}: that sample is the final model.",
+            best.name
+        ));
     }
-    models(&mut text, story.done);
-    fits(&mut text, story);
-    claims(&mut text, story);
+    page.heading("Models");
+    page.table(models(story.done));
+    fits(&mut page, story);
+    claims(&mut page, story);
     for chart in charts {
-        let _ = writeln!(text, "## {0}\n\n![{0}]({1}.png)\n", chart.title, chart.name);
+        page.heading(chart.title);
+        page.add(Block::Chart(chart.clone()));
     }
-    text
+    page
 }
 
-fn models(text: &mut String, done: &[Outcome]) {
+fn models(done: &[Outcome]) -> Table {
     let (per_watt, unit) = watt_unit(done.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max));
     // A column only if it was measured.
     let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
-    let (lpips, line) = if has_lpips { (" test LPIPS |", "---|") } else { ("", "") };
-    let _ = write!(
-        text,
-        "## Models\n\n| model | pruned, % | Gaussians | gate PSNR, dB | gate SSIM | passed | test \
-         PSNR, dB | test SSIM | test FLIP |{lpips} display, {unit} | rendering, {unit} | \
-         total, {unit} |\n\
-         |---|---|---|---|---|---|---|---|---|{line}---|---|---|\n",
+    let mut columns = vec![
+        Column::text("model"),
+        Column::fixed("pruned, %", 1),
+        Column::count("Gaussians"),
+        Column::fixed("gate PSNR, dB", 2),
+        Column::fixed("gate SSIM", 4),
+        Column::text("passed"),
+        Column::fixed("test PSNR, dB", 2),
+        Column::fixed("test SSIM", 4),
+        Column::fixed("test FLIP", 4),
+    ];
+    columns.extend(has_lpips.then(|| Column::fixed("test LPIPS", 4)));
+    columns.extend(
+        ["display", "rendering", "total"].map(|what| Column::fixed(format!("{what}, {unit}"), 2)),
     );
-    for o in done {
+    let row = |o: &Outcome| {
         let (gate, test) = (o.gate.quality, o.test.quality);
-        let lpips = match o.lpips_test {
-            Some(v) => format!(" {v:.4} |"),
-            None if has_lpips => " |".into(),
-            None => String::new(),
-        };
-        let _ = writeln!(
-            text,
-            "| {} | {:.1} | {} | {:.2} | {:.4} | {} | {:.2} | {:.4} | {:.4} |{lpips} \
-             {:.2} | {:.2} | {:.2} |",
-            o.name,
-            100.0 * o.rho,
-            o.points,
-            gate.psnr_db,
-            gate.ssim,
-            if o.passed { "yes" } else { "no" },
-            test.psnr_db,
-            test.ssim,
-            o.flip_test,
-            per_watt * o.watts.display_w,
-            per_watt * o.watts.render_w,
-            per_watt * o.watts.total_w()
-        );
-    }
-    text.push('\n');
+        let mut cells: Vec<Cell> = vec![
+            o.name.as_str().into(),
+            (100.0 * o.rho).into(),
+            o.points.into(),
+            gate.psnr_db.into(),
+            gate.ssim.into(),
+            o.passed.into(),
+            test.psnr_db.into(),
+            test.ssim.into(),
+            o.flip_test.into(),
+        ];
+        cells.extend(has_lpips.then(|| Cell::from(o.lpips_test)));
+        let watts = [o.watts.display_w, o.watts.render_w, o.watts.total_w()];
+        cells.extend(watts.map(|w| Cell::Real(per_watt * w)));
+        cells
+    };
+    Table::new(columns).rows(done.iter().map(row))
 }
 
-fn fits(text: &mut String, story: &Story<'_>) {
-    text.push_str("## Fit\n\n");
+fn fits(page: &mut Document, story: &Story<'_>) {
+    page.heading("Fit");
     match &story.conclusion.fit {
-        Err(error) => {
-            let _ = writeln!(text, "No curve: {error}.\n");
-        }
+        Err(error) => page.paragraph(format!("No curve: {error}.")),
         Ok(fit) => {
             let shown = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.4}"));
-            for (name, curve) in [("Display", &fit.display), ("Rendering", &fit.render)] {
+            let curve = |(name, curve): (&str, &powergs_optimize::fit::Curve)| {
                 let (r2, mre) = (shown(curve.r2), shown(curve.mre));
-                let _ = writeln!(text, "- {name} power: R² {r2}, mean relative error {mre}.");
-            }
-            for note in fit.notes() {
-                let _ = writeln!(text, "- Note: {note}.");
-            }
-            text.push('\n');
+                format!("{name} power: R² {r2}, mean relative error {mre}.").into()
+            };
+            let mut items: Vec<Text> =
+                [("Display", &fit.display), ("Rendering", &fit.render)].map(curve).to_vec();
+            items.extend(fit.notes().iter().map(|note| format!("Note: {note}.").into()));
+            page.add(Block::List(items));
         }
     }
 }
 
 /// The published claims that this run can say something about.
-fn claims(text: &mut String, story: &Story<'_>) {
+fn claims(page: &mut Document, story: &Story<'_>) {
     let mut book = story.claims.clone();
     book.rows.retain(|row| row.verdict != Verdict::Unchecked);
     if book.rows.is_empty() {
         return;
     }
-    text.push_str(
-        "## Published claims, checked here\n\nSign and order are what a small scene and a short \
-         run can show; the published numbers are for full-size scenes and 150,000 iterations. \
-         `powergs-sim claims RUN...` also says what could not be checked, and why.\n\n",
-    );
-    let _ = writeln!(text, "{}", table(&book));
+    page.heading("Published claims, checked here");
+    page.paragraph(Text::marked(
+        "Sign and order are what a small scene and a short run can show; the published numbers \
+         are for full-size scenes and 150,000 iterations. `powergs-sim claims RUN...` also says \
+         what could not be checked, and why.",
+    ));
+    page.table(table(&book));
 }

@@ -1,88 +1,110 @@
 //! Tables as CSV: the record that everything else is derived from.
 
+use crate::document::{Cell, Column, Table};
 use powergs_optimize::plan::{Outcome, Role};
 use powergs_optimize::study::RatioRow;
 
-fn optional(value: Option<f64>) -> String {
-    value.map_or(String::new(), |v| format!("{v:.6e}"))
+/// λ as the files have it.
+fn lambda(outcome: &Outcome) -> Cell {
+    outcome.lambda.map(|v| format!("{v:.6e}")).into()
 }
 
 /// `samples.csv`, which `powergs-sim fit` reads: a row per sample of the iso-quality curve.
-pub fn samples_csv(done: &[Outcome]) -> String {
-    let mut text = "sample,rho,display_w,render_w,total_w,psnr_db,ssim,passed,lambda_per_w,\
-                    gaussians,iterations,kept_at\n"
-        .to_owned();
+pub fn samples_csv(done: &[Outcome]) -> Vec<u8> {
+    let text = Column::text;
+    let mut table = Table::new([
+        text("sample"),
+        Column::fixed("rho", 6),
+        Column::fixed("display_w", 8),
+        Column::fixed("render_w", 8),
+        Column::fixed("total_w", 8),
+        Column::fixed("psnr_db", 4),
+        Column::fixed("ssim", 6),
+        text("passed"),
+        text("lambda_per_w"),
+        text("gaussians"),
+        text("iterations"),
+        text("kept_at"),
+    ]);
     for o in done.iter().filter(|o| o.role == Role::Sample) {
-        text += &format!(
-            "{},{:.6},{:.8},{:.8},{:.8},{:.4},{:.6},{},{},{},{},{}\n",
-            o.name,
-            o.rho,
-            o.watts.display_w,
-            o.watts.render_w,
-            o.watts.total_w(),
-            o.gate.quality.psnr_db,
-            o.gate.quality.ssim,
-            o.passed,
-            optional(o.lambda),
-            o.points,
-            o.iterations,
-            o.kept_at.map_or(String::new(), |k| k.to_string()),
-        );
+        table.row([
+            o.name.as_str().into(),
+            o.rho.into(),
+            o.watts.display_w.into(),
+            o.watts.render_w.into(),
+            o.watts.total_w().into(),
+            o.gate.quality.psnr_db.into(),
+            o.gate.quality.ssim.into(),
+            o.passed.into(),
+            lambda(o),
+            o.points.into(),
+            o.iterations.into(),
+            o.kept_at.into(),
+        ]);
     }
-    text
+    table.csv()
 }
 
 /// `models.csv`: every model of the run, with its quality on both splits and its power. LPIPS has a
 /// column if it was measured.
-pub fn models_csv(done: &[Outcome]) -> String {
-    let mut text = "model,rho,gaussians,iterations,lambda_per_w,gate_psnr_db,gate_ssim,passed,\
-                    test_psnr_db,test_ssim,display_w,render_w,total_w,flip_test"
-        .to_owned();
+pub fn models_csv(done: &[Outcome]) -> Vec<u8> {
+    let text = Column::text;
     let has_lpips = done.iter().any(|o| o.lpips_test.is_some());
-    text += if has_lpips { ",lpips_test\n" } else { "\n" };
-    for o in done {
-        text += &format!(
-            "{},{:.6},{},{},{},{:.4},{:.6},{},{:.4},{:.6},{:.8},{:.8},{:.8},{:.6}",
-            o.name,
-            o.rho,
-            o.points,
-            o.iterations,
-            optional(o.lambda),
-            o.gate.quality.psnr_db,
-            o.gate.quality.ssim,
-            o.passed,
-            o.test.quality.psnr_db,
-            o.test.quality.ssim,
-            o.watts.display_w,
-            o.watts.render_w,
-            o.watts.total_w(),
-            o.flip_test,
-        );
-        if has_lpips {
-            text += &o.lpips_test.map_or(",".into(), |v| format!(",{v:.6}"));
-        }
-        text.push('\n');
-    }
-    text
+    let mut columns = vec![
+        text("model"),
+        Column::fixed("rho", 6),
+        text("gaussians"),
+        text("iterations"),
+        text("lambda_per_w"),
+        Column::fixed("gate_psnr_db", 4),
+        Column::fixed("gate_ssim", 6),
+        text("passed"),
+        Column::fixed("test_psnr_db", 4),
+        Column::fixed("test_ssim", 6),
+        Column::fixed("display_w", 8),
+        Column::fixed("render_w", 8),
+        Column::fixed("total_w", 8),
+        Column::fixed("flip_test", 6),
+    ];
+    columns.extend(has_lpips.then(|| Column::fixed("lpips_test", 6)));
+    let row = |o: &Outcome| {
+        let mut cells: Vec<Cell> = vec![
+            o.name.as_str().into(),
+            o.rho.into(),
+            o.points.into(),
+            o.iterations.into(),
+            lambda(o),
+            o.gate.quality.psnr_db.into(),
+            o.gate.quality.ssim.into(),
+            o.passed.into(),
+            o.test.quality.psnr_db.into(),
+            o.test.quality.ssim.into(),
+            o.watts.display_w.into(),
+            o.watts.render_w.into(),
+            o.watts.total_w().into(),
+            o.flip_test.into(),
+        ];
+        cells.extend(has_lpips.then(|| Cell::from(o.lpips_test)));
+        cells
+    };
+    Table::new(columns).rows(done.iter().map(row)).csv()
 }
 
 /// `ratios.csv`: the study of display-to-render ratios.
-pub fn ratios_csv(rows: &[RatioRow]) -> String {
-    let mut text = "display_to_render,display_scale,rho,ours_w,saved_over_render_only,\
-                    saved_over_display_only,saved_over_dense\n"
-        .to_owned();
-    let share = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.6}"));
-    for r in rows {
-        text += &format!(
-            "{:.4},{:.6},{:.6},{:.8},{},{},{:.6}\n",
-            r.ratio,
-            r.scale,
-            r.rho,
-            r.ours_w,
-            share(r.over_render_only),
-            share(r.over_display_only),
-            r.over_dense
-        );
-    }
-    text
+pub fn ratios_csv(rows: &[RatioRow]) -> Vec<u8> {
+    let columns = [
+        Column::fixed("display_to_render", 4),
+        Column::fixed("display_scale", 6),
+        Column::fixed("rho", 6),
+        Column::fixed("ours_w", 8),
+        Column::fixed("saved_over_render_only", 6),
+        Column::fixed("saved_over_display_only", 6),
+        Column::fixed("saved_over_dense", 6),
+    ];
+    let row = |r: &RatioRow| {
+        let numbers = [r.ratio, r.scale, r.rho, r.ours_w].map(Some);
+        let saved = [r.over_render_only, r.over_display_only, Some(r.over_dense)];
+        numbers.into_iter().chain(saved).map(Cell::from)
+    };
+    Table::new(columns).rows(rows.iter().map(row)).csv()
 }

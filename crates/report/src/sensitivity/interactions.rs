@@ -2,11 +2,11 @@
 
 mod bars;
 mod formats;
+mod page;
 mod scatter;
-mod text;
 
 pub use formats::{csv, designs_csv, json};
-pub use text::{markdown, terminal};
+pub use page::document;
 
 use powergs_chart::Chart;
 use powergs_study::findings::sensitivity::interactions::{Interactions, Results};

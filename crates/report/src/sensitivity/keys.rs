@@ -3,8 +3,8 @@
 
 mod chart;
 mod formats;
-mod text;
+mod page;
 
 pub use chart::charts;
 pub use formats::{csv, elasticities_csv, json};
-pub use text::{markdown, terminal};
+pub use page::document;

@@ -1,204 +1,246 @@
-//! `summary.md`: the answer as a page.
+//! The answer for people: what is printed, `summary.md` and `report.html`.
 
-use std::fmt::Write;
-
-use super::html::Provenance;
+use super::energy::spread;
 use super::measure::Measure;
 use super::words;
-use crate::format::significant;
-use crate::summary::escaped;
+use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
+use crate::format::{shortened, significant};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_study::analysis::Analysis;
 use powergs_study::analysis::marginal::Neighbour;
+use powergs_study::analysis::stability::Alternative;
+use powergs_study::analysis::{Analysis, Goal};
 
-/// The page, with links to `charts` in the same folder.
-pub fn markdown(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) -> String {
-    let mut text = format!("# {}\n\n", escaped(&provenance.title));
-    if !analysis.question.text.is_empty() {
-        let _ = writeln!(text, "> {}\n", escaped(&analysis.question.text));
-    }
-    let scope = escaped(&analysis.question.scope.to_string());
-    let table = escaped(&analysis.energy_table);
-    let goals = escaped(&words::objectives(&analysis.question.objectives));
-    let _ = writeln!(text, "{goals}; {scope}, energy table {table}.\n");
-    for paragraph in answer(analysis) {
-        let _ = writeln!(text, "{}\n", escaped(&paragraph));
-    }
-    for chart in charts {
-        let _ = writeln!(text, "![{}]({}.png)\n", chart.title, chart.name);
-    }
-    front(&mut text, analysis);
-    steps(&mut text, analysis, analysis.knee, &analysis.around_knee);
-    if let Some(row) = analysis.baseline {
-        steps(&mut text, analysis, row, &analysis.around_baseline);
-    }
-    stability(&mut text, analysis);
-    axes(&mut text, analysis);
-    let _ = writeln!(
-        text,
-        "## Limits\n\n{LIMITS}\n\nModel version {MODEL_VERSION}; powergs-sim {TOOL_VERSION}."
-    );
-    text
-}
-
-/// What every number here leaves out.
-pub(super) const LIMITS: &str = "The front is that of the designs that were simulated, not of all \
-that could be. Ranges scale by the front, so another condition can move the knee. Effects that \
-the model leaves out are listed in docs/limits.md; every number is defined in docs/analysis.md.";
-
-/// The answer, a paragraph each.
-pub(super) fn answer(analysis: &Analysis) -> Vec<String> {
-    let mut all = vec![words::funnel(analysis), words::knee(analysis).join(" ")];
-    all.extend(words::named(analysis).map(|n| n.join(" ")));
-    let marginals: Vec<String> =
-        analysis.marginals.iter().map(|m| words::marginal(analysis, m)).collect();
-    all.push(marginals.join(" "));
-    all.push(words::stability(analysis));
-    let flips = analysis.stability.alternatives.iter().filter_map(|a| words::flip(analysis, a));
-    all.push(flips.collect::<Vec<_>>().join(" "));
-    all.push(words::axes(analysis).join(" "));
-    all.retain(|p| !p.is_empty());
-    all
-}
-
-fn head(text: &mut String, title: &str, columns: &[String]) {
-    let rules = "--:|".repeat(columns.len() - 1);
-    let _ = writeln!(text, "## {title}\n\n| {} |\n|---|{rules}", columns.join(" | "));
-}
-
-/// Tables of the page: name, head, rows. The HTML page has the same.
-pub(super) type Grid = (String, Vec<String>, Vec<Vec<String>>);
-
-/// The designs of the front.
-pub(super) fn front_grid(analysis: &Analysis) -> Grid {
-    let objectives = &analysis.question.objectives;
-    let mut head = vec!["design".to_owned()];
-    head.extend(objectives.iter().map(|o| Measure::of(&o.name).words));
-    head.extend(analysis.table.axes.iter().map(|(name, _)| name.clone()));
-    let named = analysis.named.as_ref().map(|n| n.row).filter(|r| !analysis.front.contains(r));
-    let row = |&row: &u32| {
-        let knee = if row == analysis.knee { " (knee)" } else { "" };
-        let mut cells = vec![format!("{}{knee}", analysis.table.label(row))];
-        cells.extend(
-            objectives
-                .iter()
-                .enumerate()
-                .map(|(j, o)| Measure::of(&o.name).text(analysis.value(j, row))),
-        );
-        cells.extend(analysis.table.settings(row).iter().map(|(_, v)| (*v).to_owned()));
-        cells
-    };
-    let rows = analysis.front.iter().take(FRONT_MAX).chain(&named).map(row).collect();
-    let title = if analysis.front.len() > FRONT_MAX {
-        format!("Front: the first {FRONT_MAX} of {}", analysis.front.len())
-    } else {
-        "Front".to_owned()
-    };
-    (title, head, rows)
+/// What the page says about how it was made.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Provenance {
+    /// Name of the sweep, for titles.
+    pub title: String,
+    /// The commands that made it, in order.
+    pub commands: Vec<String>,
 }
 
 /// Designs of the front that a page lists; `pareto.csv` has all.
 const FRONT_MAX: usize = 200;
+/// Objectives that have a column on a terminal.
+const OBJECTIVES: usize = 3;
+/// Characters of a column of values on a terminal.
+const VALUE: usize = 12;
+/// Steps of single axes that a terminal shows for one design.
+const STEPS: usize = 8;
+/// Reasons that a page lists.
+const REASONS: usize = 20;
 
-/// The top designs under every ranking.
-pub(super) fn ranks_grid(analysis: &Analysis) -> Grid {
-    let stability = &analysis.stability;
-    let mut head = vec!["design".to_owned(), analysis.energy_table.clone()];
-    head.extend(stability.alternatives.iter().map(|a| a.label.clone()));
-    head.push("fronts".into());
-    let row = |(i, &row): (usize, &u32)| {
-        let point = analysis.table.points[row as usize];
-        let on = stability.membership.iter().find(|(p, _)| *p == point).map_or(0, |(_, n)| *n);
-        let mut cells = vec![analysis.table.label(row), (i + 1).to_string()];
-        let rank = |r: Option<usize>| r.map_or("-".into(), |r| r.to_string());
-        cells.extend(stability.alternatives.iter().map(|a| rank(a.ranks[i])));
-        cells.push(format!("{on} of {}", stability.rankings()));
-        cells
-    };
-    let rows = stability.top.iter().enumerate().map(row).collect();
-    ("Ranks of the top designs".to_owned(), head, rows)
+/// What every number here leaves out.
+const LIMITS: &str = "The front is that of the designs that were simulated, not of all that could \
+be. Ranges scale by the front, so another condition can move the knee. Effects that the model \
+leaves out are listed in docs/limits.md; every number is defined in docs/analysis.md.";
+
+/// What is printed, and the pages with `charts`: the front, the knee with its reason, the named
+/// design, marginal values, the stability of the ranking.
+pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) -> Document {
+    let question = &analysis.question;
+    let mut page = Document::new();
+    page.on(Shown::Page, Block::Title(provenance.title.as_str().into()));
+    if !question.text.is_empty() {
+        page.add(Block::Quote(question.text.as_str().into()));
+    }
+    let goals = words::objectives(&question.objectives);
+    let (scope, table) = (&question.scope, &analysis.energy_table);
+    let mut facts = Text::from(format!("{goals}; {scope}, energy table {table}"));
+    if let Some(condition) = &question.condition {
+        facts = facts.then("; condition ").then(Text::code(condition.text()));
+    }
+    page.paragraph(facts.then("."));
+    page.paragraph(words::funnel(analysis));
+    let top = spread(&analysis.front, question.top.max(2), analysis.knee);
+    let hidden = analysis.front.len() - top.len();
+    page.on(Shown::Terminal, Block::Table(front(analysis, &top)));
+    if hidden > 0 {
+        let more = format!("... and {hidden} more on the front: pareto.csv");
+        page.on(Shown::Terminal, Block::Paragraph(more.into()));
+    }
+    page.paragraph(words::knee(analysis).join(" "));
+    page.paragraph(words::named(analysis).unwrap_or_default().join(" "));
+    let marginals = analysis.marginals.iter().map(|m| words::marginal(analysis, m).into());
+    page.add(Block::List(marginals.collect()));
+    page.paragraph(words::stability(analysis));
+    for alternative in &analysis.stability.alternatives {
+        page.paragraph(words::flip(analysis, alternative).unwrap_or_default());
+    }
+    page.paragraph(words::axes(analysis).join(" "));
+    page.charts(charts);
+    page.page_heading(match analysis.front.len() {
+        n if n > FRONT_MAX => format!("Front: the first {FRONT_MAX} of {n}"),
+        _ => "Front".to_owned(),
+    });
+    let shown: Vec<u32> = analysis.front.iter().take(FRONT_MAX).copied().collect();
+    page.on(Shown::Page, Block::Table(front(analysis, &shown)));
+    page.page_paragraph(Text::marked("All columns of these designs: `pareto.csv`."));
+    steps(&mut page, analysis, analysis.knee, &analysis.around_knee);
+    if let Some(row) = analysis.baseline {
+        steps(&mut page, analysis, row, &analysis.around_baseline);
+    }
+    if !analysis.stability.alternatives.is_empty() {
+        page.heading("Rankings under other tables and traces");
+        page.table(stability(analysis));
+        page.page_heading("Ranks of the top designs");
+        page.on(Shown::Page, Block::Table(ranks(analysis)));
+    }
+    if !analysis.axes.is_empty() {
+        page.page_heading("Axes");
+        page.on(Shown::Page, Block::Table(axes(analysis)));
+    }
+    if !analysis.table.reasons.is_empty() {
+        page.page_heading("Designs that were not simulated");
+        let reasons = analysis.table.reasons.iter().take(REASONS);
+        let items = reasons.map(|(why, n)| format!("{n} x {why}").into()).collect();
+        page.on(Shown::Page, Block::List(items));
+    }
+    if !provenance.commands.is_empty() {
+        page.page_heading("Commands");
+        page.on(Shown::Page, Block::Verbatim(provenance.commands.join("\n")));
+    }
+    page.page_heading("Limits");
+    page.page_paragraph(LIMITS);
+    page.page_paragraph(format!("Model version {MODEL_VERSION}; powergs-sim {TOOL_VERSION}."));
+    page
 }
 
-/// How alike the rankings are.
-pub(super) fn stability_grid(analysis: &Analysis) -> Grid {
-    let stability = &analysis.stability;
-    let mut head: Vec<String> = ["ranked under", "Kendall τ", "Spearman ρ"].map(Into::into).into();
+/// Designs with their objectives and settings; then the named one.
+fn front(analysis: &Analysis, rows: &[u32]) -> Table {
     let objectives = &analysis.question.objectives;
-    head.extend(objectives.iter().map(|o| format!("τ of {}", Measure::of(&o.name).words)));
-    head.push(format!("top {} kept", stability.top.len()));
-    head.push(format!("front of {} kept", analysis.front.len()));
-    head.extend(["break the condition".into(), "first".into()]);
-    let number = |x: Option<f64>| x.map_or("-".into(), significant);
-    let row = |a: &powergs_study::analysis::stability::Alternative| {
-        let mut cells = vec![a.label.clone(), number(a.kendall), number(a.spearman)];
-        cells.extend(a.objectives.iter().copied().map(number));
-        cells.extend([a.top_kept, a.front_kept, a.broken].map(|n| n.to_string()));
-        cells.push(a.winner.map_or("-".into(), |row| analysis.table.label(row)));
-        cells
-    };
-    let rows = stability.alternatives.iter().map(row).collect();
-    ("Rankings under other tables and traces".to_owned(), head, rows)
-}
-
-/// What the axes move.
-pub(super) fn axes_grid(analysis: &Analysis) -> Grid {
-    let objectives = &analysis.question.objectives;
-    let mut head = vec!["axis".to_owned(), "values".to_owned()];
-    for objective in objectives {
+    let mut columns = vec![Column::text("design").at_most(16)];
+    for (j, objective) in objectives.iter().enumerate() {
+        let goal = match objective.goal {
+            Goal::Minimize => "↓",
+            Goal::Maximize => "↑",
+        };
         let words = Measure::of(&objective.name).words;
-        head.extend([format!("{words}: main effect, %"), format!("{words}: alone at most, %")]);
-    }
-    head.push("dead".into());
-    let percent = |x: f64| significant(x * 100.0);
-    let row = |axis: &powergs_study::analysis::axes::Axis| {
-        let mut cells = vec![axis.name.clone(), axis.values.to_string()];
-        for effect in &axis.effects {
-            cells.extend([percent(effect.main), effect.alone.map_or("-".into(), percent)]);
+        columns.push(Column::count(words.clone()).on(Shown::Page));
+        if j < OBJECTIVES {
+            let short = shortened(words.strip_suffix(" per frame").unwrap_or(&words), VALUE - 2);
+            columns.push(Column::count(format!("{short} {goal}")).on(Shown::Terminal));
         }
-        cells.push(if axis.is_dead() { "yes" } else { "no" }.into());
-        cells
+    }
+    let axes = analysis.table.axes.iter();
+    columns.extend(axes.map(|(name, _)| Column::count(name.clone()).on(Shown::Page)));
+    columns.push(Column::text("settings").on(Shown::Terminal));
+    let mut table = Table::new(columns);
+    let named = analysis.named.as_ref().map(|n| n.row).filter(|row| !rows.contains(row));
+    for &row in rows.iter().chain(&named) {
+        let knee = if row == analysis.knee { " knee" } else { "" };
+        let mut cells: Vec<Cell> = vec![format!("{}{knee}", analysis.table.label(row)).into()];
+        for (j, objective) in objectives.iter().enumerate() {
+            let value = Measure::of(&objective.name).text(analysis.value(j, row));
+            cells.push(value.clone().into());
+            if j < OBJECTIVES {
+                cells.push(value.into());
+            }
+        }
+        let settings = analysis.table.settings(row);
+        cells.extend(settings.iter().map(|(_, value)| Cell::from(*value)));
+        cells.push(short_settings(&settings).into());
+        table.row(cells);
+    }
+    table
+}
+
+/// Values with the last parts of their keys.
+fn short_settings(settings: &[(&str, &str)]) -> String {
+    let one = |(key, value): &(&str, &str)| {
+        let key = key.rsplit(['.', ':']).next().unwrap_or(key);
+        format!("{key}={}", value.replace(' ', ""))
     };
-    ("Axes".to_owned(), head, analysis.axes.iter().map(row).collect())
+    let all = settings.iter().filter(|(_, value)| !value.is_empty());
+    all.map(one).collect::<Vec<_>>().join(" ")
 }
 
-fn grid(text: &mut String, (title, columns, rows): Grid) {
-    if rows.is_empty() {
-        return;
-    }
-    let columns: Vec<String> = columns.iter().map(|c| escaped(c)).collect();
-    head(text, &title, &columns);
-    for row in rows {
-        let cells: Vec<String> = row.iter().map(|c| escaped(c)).collect();
-        let _ = writeln!(text, "| {} |", cells.join(" | "));
-    }
-    text.push('\n');
-}
-
-fn front(text: &mut String, analysis: &Analysis) {
-    grid(text, front_grid(analysis));
-    text.push_str("All columns of these designs: `pareto.csv`.\n\n");
-}
-
-fn steps(text: &mut String, analysis: &Analysis, row: u32, steps: &[Neighbour]) {
+/// What one step of one axis changes.
+fn steps(page: &mut Document, analysis: &Analysis, row: u32, steps: &[Neighbour]) {
     if steps.is_empty() {
         return;
     }
-    let _ = writeln!(text, "## One step from {}\n", escaped(&analysis.table.label(row)));
-    for step in steps {
-        let _ = writeln!(text, "- {}", escaped(&words::neighbour(analysis, row, step)));
+    page.heading(format!("One step from {}", analysis.table.label(row)));
+    let items: Vec<Text> =
+        steps.iter().map(|step| words::neighbour(analysis, row, step).into()).collect();
+    let mut short: Vec<Text> = items.iter().take(STEPS).cloned().collect();
+    if items.len() > STEPS {
+        short.push(format!("... and {} more: summary.md", items.len() - STEPS).into());
     }
-    text.push('\n');
+    page.on(Shown::Terminal, Block::List(short));
+    page.on(Shown::Page, Block::List(items));
 }
 
-fn stability(text: &mut String, analysis: &Analysis) {
-    if !analysis.stability.alternatives.is_empty() {
-        grid(text, stability_grid(analysis));
-        grid(text, ranks_grid(analysis));
-    }
+/// How alike the rankings are.
+fn stability(analysis: &Analysis) -> Table {
+    let stability = &analysis.stability;
+    let objectives = &analysis.question.objectives;
+    let mut columns = vec![
+        Column::text("ranked under").at_most(28),
+        Column::real("Kendall τ"),
+        Column::real("Spearman ρ").on(Shown::Page),
+    ];
+    columns.extend(
+        objectives
+            .iter()
+            .map(|o| Column::real(format!("τ of {}", Measure::of(&o.name).words)).on(Shown::Page)),
+    );
+    columns.extend([
+        Column::count(format!("top {} kept", stability.top.len())),
+        Column::count(format!("front of {} kept", analysis.front.len())),
+        Column::count("break the condition").on(match analysis.question.condition {
+            Some(_) => Shown::Everywhere,
+            None => Shown::Page,
+        }),
+        Column::count("first"),
+    ]);
+    let row = |a: &Alternative| {
+        let mut cells: Vec<Cell> = vec![a.label.as_str().into()];
+        cells.extend([a.kendall, a.spearman].map(Cell::from));
+        cells.extend(a.objectives.iter().map(|tau| Cell::from(*tau)));
+        cells.extend([a.top_kept, a.front_kept, a.broken].map(Cell::from));
+        cells.push(a.winner.map(|row| analysis.table.label(row)).into());
+        cells
+    };
+    Table::new(columns).rows(stability.alternatives.iter().map(row))
 }
 
-fn axes(text: &mut String, analysis: &Analysis) {
-    grid(text, axes_grid(analysis));
+/// The top designs under every ranking.
+fn ranks(analysis: &Analysis) -> Table {
+    let stability = &analysis.stability;
+    let mut columns = vec![Column::text("design"), Column::count(analysis.energy_table.clone())];
+    columns.extend(stability.alternatives.iter().map(|a| Column::count(a.label.clone())));
+    columns.push(Column::count("fronts"));
+    let row = |(i, &row): (usize, &u32)| {
+        let point = analysis.table.points[row as usize];
+        let on = stability.membership.iter().find(|(p, _)| *p == point).map_or(0, |(_, n)| *n);
+        let mut cells: Vec<Cell> = vec![analysis.table.label(row).into(), (i + 1).into()];
+        cells.extend(stability.alternatives.iter().map(|a| Cell::from(a.ranks[i])));
+        cells.push(format!("{on} of {}", stability.rankings()).into());
+        cells
+    };
+    Table::new(columns).rows(stability.top.iter().enumerate().map(row))
+}
+
+/// What the axes move.
+fn axes(analysis: &Analysis) -> Table {
+    let mut columns = vec![Column::text("axis"), Column::count("values")];
+    let percent = Kind::Real(|x| significant(x * 100.0));
+    for objective in &analysis.question.objectives {
+        let words = Measure::of(&objective.name).words;
+        columns.push(Column::new("main effect, %", percent).group(words.clone()));
+        columns.push(Column::new("alone at most, %", percent).group(words));
+    }
+    columns.push(Column::text("dead"));
+    let row = |axis: &powergs_study::analysis::axes::Axis| {
+        let mut cells: Vec<Cell> = vec![axis.name.as_str().into(), axis.values.into()];
+        for effect in &axis.effects {
+            cells.extend([effect.main.into(), Cell::from(effect.alone)]);
+        }
+        cells.push(axis.is_dead().into());
+        cells
+    };
+    Table::new(columns).rows(analysis.axes.iter().map(row))
 }

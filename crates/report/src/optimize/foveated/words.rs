@@ -1,140 +1,129 @@
-//! The foveated part of `summary.md`.
-
-use std::fmt::Write as _;
+//! The foveated part of `summary.md`, and what is printed of it.
 
 use super::Show;
+use crate::document::{Block, Cell, Column, Document, Kind, Table};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
 use powergs_optimize::job::RoleKind;
 use powergs_optimize::results::{FovealRecord, ModelRecord, Results};
 
-/// The part; empty if nothing was measured.
-pub fn markdown(show: &Show<'_>, charts: &[Chart]) -> String {
-    let r = show.results;
+/// The part, with `charts` beside it; empty if nothing was measured.
+pub fn document(show: &Show<'_>, charts: &[Chart]) -> Document {
+    let (r, mut page) = (show.results, Document::new());
     if r.foveated.is_empty() {
-        return String::new();
+        return page;
     }
-    let mut text = "# Foveated\n\n".to_owned();
-    methods(&mut text, r);
-    regions(&mut text, r);
-    plain(&mut text, r);
-    levels(&mut text, r);
+    page.title("Foveated");
+    methods(&mut page, r);
+    regions(&mut page, r);
+    plain(&mut page, r);
+    levels(&mut page, r);
     for chart in charts {
-        let _ = writeln!(text, "## {0}\n\n![{0}]({1}.png)\n", chart.title, chart.name);
+        page.heading(chart.title);
+        page.add(Block::Chart(chart.clone()));
     }
-    text
+    page
 }
 
-/// The same for a terminal: a line a method, of at most 80 columns; empty if nothing was measured.
-pub fn headline(r: &Results) -> String {
-    if r.foveated.is_empty() {
-        return String::new();
-    }
-    let mut text = format!(
-        "{:14} {:>28}   {:>9}  {}\n",
-        "foveated", "total = render + display", "machine FPS", "HVSQ R1-R4, 1e-5"
-    );
-    for f in &r.foveated {
-        let watts = [f.total_w(), f.render_w, f.display_w].map(|w| engineering(w, "W"));
-        let [total, render, display] = watts;
-        let power = format!("{total} = {render} + {display}");
-        let fps = f.fps.map_or(String::new(), |v| format!("{v:.0}"));
-        let shown = |v: &Option<f64>| v.map_or("-".into(), |v| format!("{:.2}", 1e5 * v));
-        let hvsq = f.hvsq.iter().map(shown).collect::<Vec<String>>().join(" ");
-        let _ = writeln!(text, "{:14} {power:>28}   {fps:>11}  {hvsq}", f.label());
-    }
-    text
+/// HVSQ in units of 1e-5.
+fn e5(value: Option<f64>) -> Cell {
+    value.map(|v| 1e5 * v).into()
 }
 
-fn number(value: Option<f64>, digits: usize) -> String {
-    value.map_or(String::new(), |v| format!("{v:.digits$}"))
-}
-
-fn e5(value: Option<f64>) -> String {
-    number(value.map(|v| 1e5 * v), 2)
+/// For a terminal: a row a method; empty if nothing was measured.
+pub fn headline(r: &Results) -> Table {
+    let watts = || Kind::Real(|w| engineering(w, "W"));
+    let hvsq = |region: &str| Column::fixed(region, 2).group("HVSQ, 1e-5");
+    let mut columns = vec![
+        Column::text("foveated"),
+        Column::new("total", watts()),
+        Column::new("rendering", watts()),
+        Column::new("display", watts()),
+        Column::fixed("FPS", 0).group("machine"),
+    ];
+    columns.extend(REGIONS.map(hvsq));
+    let row = |f: &FovealRecord| {
+        let mut cells: Vec<Cell> = vec![f.label().into()];
+        cells.extend([f.total_w(), f.render_w, f.display_w].map(Cell::Real));
+        cells.push(f.fps.into());
+        cells.extend(f.hvsq.iter().map(|v| e5(*v)));
+        cells
+    };
+    Table::new(columns).rows(r.foveated.iter().map(row))
 }
 
 /// Table 1 in kind.
-fn methods(text: &mut String, r: &Results) {
+fn methods(page: &mut Document, r: &Results) {
     let most = r.foveated.iter().map(FovealRecord::total_w).fold(0.0, f64::max);
     let (per_watt, unit) = watt_unit(most);
     let speed = r.dense_fps.map_or(String::new(), |fps| {
         format!(" The dense model, not foveated, runs at {fps:.0} FPS.")
     });
     let note = r.regions_note().unwrap_or_default();
-    let _ = writeln!(
-        text,
-        "## Methods\n\nFPS: the accelerator's speed at full rate, not a GPU's.{speed} Power: \
-         at {} FPS, over the gaze cycle. HVSQ of R1 to R4: of the shown frames. {note} HVSQ of \
-         L1 to L4: of the level's model over whole test views, as published. PSNR and \
-         SSIM: of the model of level 1 on whole test views.\n",
+    page.heading("Methods");
+    page.paragraph(format!(
+        "FPS: the accelerator's speed at full rate, not a GPU's.{speed} Power: at {} FPS, over the \
+         gaze cycle. HVSQ of R1 to R4: of the shown frames. {note} HVSQ of L1 to L4: of the \
+         level's model over whole test views, as published. PSNR and SSIM: of the model of level \
+         1 on whole test views.",
         r.fps
-    );
-    let _ = writeln!(
-        text,
-        "| method | FPS | total, {unit} | display, {unit} | rendering, {unit} | of that filter, \
-         {unit} | HVSQ R1, 1e-5 | R2 | R3 | R4 | HVSQ of L1 to \
-         L4, 1e-5 | Gaussians of L1 to L4 | levels | PSNR, dB | SSIM \
-         | FLIP | LPIPS |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
-    );
-    for f in &r.foveated {
+    ));
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let mut columns = vec![Column::text("method"), Column::fixed("FPS", 0)];
+    columns.extend(["total", "display", "rendering", "of that filter"].map(watts));
+    columns.extend(REGIONS.map(|region| Column::fixed(region, 2).group("HVSQ, 1e-5")));
+    columns.extend([
+        Column::text("HVSQ of L1 to L4, 1e-5"),
+        Column::text("Gaussians of L1 to L4"),
+        Column::text("levels"),
+        Column::fixed("PSNR, dB", 2),
+        Column::fixed("SSIM", 4),
+        Column::fixed("FLIP", 4),
+        Column::fixed("LPIPS", 4),
+    ]);
+    let row = |f: &FovealRecord| {
         let first = r.model(&f.jobs[0]);
-        let quality =
-            |of: fn(&ModelRecord) -> Option<f64>, digits| number(first.and_then(of), digits);
-        let watts = |w: f64| format!("{:.2}", per_watt * w);
-        let hvsq: Vec<String> = f.hvsq.iter().map(|v| e5(*v)).collect();
-        let or_none = |v: &Option<f64>| v.map_or("none".into(), |v| e5(Some(v)));
+        let quality = |of: fn(&ModelRecord) -> Option<f64>| Cell::from(first.and_then(of));
+        let or_none = |v: &Option<f64>| v.map_or("none".into(), |v| format!("{:.2}", 1e5 * v));
         let whole: Vec<String> = f.level_hvsq(r).iter().map(or_none).collect();
         let counts: Vec<String> = f.gaussians.iter().map(u64::to_string).collect();
         let states: Vec<String> = f.states.iter().map(|s| s.name().replace('_', " ")).collect();
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
-            f.label(),
-            number(f.fps, 0),
-            watts(f.total_w()),
-            watts(f.display_w),
-            watts(f.render_w),
-            watts(f.filter_w),
-            hvsq.join(" | "),
-            whole.join(", "),
-            counts.join(", "),
-            states.join(", "),
-            quality(|m| m.test.psnr_db, 2),
-            quality(|m| m.test.ssim, 4),
-            quality(|m| m.flip_test, 4),
-            quality(|m| m.lpips_test, 4),
-        );
-    }
-    text.push('\n');
+        let mut cells: Vec<Cell> = vec![f.label().into(), f.fps.into()];
+        let watts = [f.total_w(), f.display_w, f.render_w, f.filter_w];
+        cells.extend(watts.map(|w| Cell::Real(per_watt * w)));
+        cells.extend(f.hvsq.iter().map(|v| e5(*v)));
+        cells.extend([whole, counts, states].map(|all| Cell::from(all.join(", "))));
+        cells.extend([quality(|m| m.test.psnr_db), quality(|m| m.test.ssim)]);
+        cells.extend([quality(|m| m.flip_test), quality(|m| m.lpips_test)]);
+        cells
+    };
+    page.table(Table::new(columns).rows(r.foveated.iter().map(row)));
 }
 
-fn regions(text: &mut String, r: &Results) {
+fn regions(page: &mut Document, r: &Results) {
     let watts = |f: &FovealRecord, i: usize| f.region_j[i] * r.fps;
     let most = r.foveated.iter().flat_map(|f| (0..LEVELS).map(move |i| watts(f, i)));
     let (per_watt, unit) = watt_unit(most.fold(0.0, f64::max));
-    let _ = write!(
-        text,
-        "## Regions\n\nTiles, and sorting and rendering of them on the machine, {unit}; \
-         preprocessing, standing power and the filter belong to no region.\n\n| method |"
-    );
+    page.heading("Regions");
+    page.paragraph(format!(
+        "Tiles, and sorting and rendering of them on the machine, {unit}; preprocessing, static \
+         power and the filter belong to no region."
+    ));
+    let mut columns = vec![Column::text("method")];
     for region in REGIONS {
-        let _ = write!(text, " {region}, tiles | {region}, {unit} |");
+        columns.push(Column::fixed("tiles", 1).group(region));
+        columns.push(Column::fixed(unit.clone(), 2).group(region));
     }
-    let _ = writeln!(text, "\n|---|{}", "---|---|".repeat(LEVELS));
-    for f in &r.foveated {
-        let _ = write!(text, "| {} |", f.label());
-        for i in 0..LEVELS {
-            let _ = write!(text, " {:.1} | {:.2} |", f.tiles[i], per_watt * watts(f, i));
-        }
-        text.push('\n');
-    }
-    text.push('\n');
+    let row = |f: &FovealRecord| {
+        let pair = |i: usize| [f.tiles[i], per_watt * watts(f, i)].map(Cell::Real);
+        [Cell::from(f.label())].into_iter().chain((0..LEVELS).flat_map(pair)).collect::<Vec<_>>()
+    };
+    page.table(Table::new(columns).rows(r.foveated.iter().map(row)));
 }
 
 /// Table 2 in kind: level 1 everywhere.
-fn plain(text: &mut String, r: &Results) {
+fn plain(page: &mut Document, r: &Results) {
     let variant = &r.variants[0].name;
     let ours = r.ours(variant).map(|m| m.name.clone());
     let is_shown = |m: &&ModelRecord| {
@@ -145,31 +134,30 @@ fn plain(text: &mut String, r: &Results) {
     let mut shown: Vec<&ModelRecord> = r.models.iter().filter(is_shown).collect();
     shown.sort_by(|a, b| b.total_w().total_cmp(&a.total_w()));
     let (per_watt, unit) = watt_unit(shown.first().map_or(0.0, |m| m.total_w()));
-    let _ = writeln!(
-        text,
-        "## Without foveation\n\n| model | PSNR, dB | SSIM | FLIP | LPIPS | total, {unit} |\n\
-         |---|---|---|---|---|---|"
-    );
-    for m in shown {
+    page.heading("Without foveation");
+    let columns = [
+        Column::text("model"),
+        Column::fixed("PSNR, dB", 2),
+        Column::fixed("SSIM", 4),
+        Column::fixed("FLIP", 4),
+        Column::fixed("LPIPS", 4),
+        Column::fixed(format!("total, {unit}"), 2),
+    ];
+    let row = |m: &ModelRecord| {
         let name = match Some(&m.name) == ours.as_ref() {
             true => format!("PowerGS-{variant} ({})", m.name),
             false => m.name.clone(),
         };
-        let _ = writeln!(
-            text,
-            "| {name} | {} | {} | {} | {} | {:.2} |",
-            number(m.test.psnr_db, 2),
-            number(m.test.ssim, 4),
-            number(m.flip_test, 4),
-            number(m.lpips_test, 4),
-            per_watt * m.total_w()
-        );
-    }
-    text.push('\n');
+        let quality = [m.test.psnr_db, m.test.ssim, m.flip_test, m.lpips_test];
+        let total = Some(per_watt * m.total_w());
+        let numbers = quality.into_iter().chain([total]).map(Cell::from);
+        [Cell::from(name)].into_iter().chain(numbers).collect::<Vec<_>>()
+    };
+    page.table(Table::new(columns).rows(shown.into_iter().map(row)));
 }
 
 /// The models that are not in the table of level 1.
-fn levels(text: &mut String, r: &Results) {
+fn levels(page: &mut Document, r: &Results) {
     let first = &r.variants[0].name;
     let rest: Vec<&ModelRecord> =
         r.models.iter().filter(|m| m.level > 1 || m.variant != *first).collect();
@@ -177,33 +165,36 @@ fn levels(text: &mut String, r: &Results) {
         return;
     }
     let (per_watt, unit) = watt_unit(rest.iter().map(|m| m.total_w()).fold(0.0, f64::max));
-    let _ = writeln!(
-        text,
-        "## Levels and variants\n\nPruned: of the level before. HVSQ at the pooling of the level, \
-         over whole views; power of the level shown everywhere.\n\n| variant | level | model | \
-         pruned, % | Gaussians | target HVSQ, 1e-5 | gate | test | PSNR, dB | SSIM | display, \
-         {unit} | rendering, {unit} | total, {unit} | passed |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    page.heading("Levels and variants");
+    page.paragraph(
+        "Pruned: of the level before. HVSQ at the pooling of the level, over whole views; power of \
+         the level shown everywhere.",
     );
-    for m in rest {
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {:.1} | {} | {} | {} | {} | {} | {} | {:.2} | {:.2} | {:.2} | {} |",
-            m.variant,
-            m.level,
-            m.name,
-            100.0 * m.rho,
-            m.gaussians,
-            e5(m.target_hvsq),
-            e5(m.gate.hvsq),
-            e5(m.test.hvsq),
-            number(m.test.psnr_db, 2),
-            number(m.test.ssim, 4),
-            per_watt * m.display_w,
-            per_watt * m.render_w,
-            per_watt * m.total_w(),
-            if m.passed { "yes" } else { "no" },
-        );
-    }
-    text.push('\n');
+    let watts = |what: &str| Column::fixed(format!("{what}, {unit}"), 2);
+    let mut columns = vec![
+        Column::text("variant"),
+        Column::count("level"),
+        Column::text("model"),
+        Column::fixed("pruned, %", 1),
+        Column::count("Gaussians"),
+    ];
+    columns.extend(["target", "gate", "test"].map(|of| Column::fixed(of, 2).group("HVSQ, 1e-5")));
+    columns.extend([Column::fixed("PSNR, dB", 2), Column::fixed("SSIM", 4)]);
+    columns.extend(["display", "rendering", "total"].map(watts));
+    columns.push(Column::text("passed"));
+    let row = |m: &ModelRecord| {
+        let mut cells: Vec<Cell> = vec![
+            m.variant.as_str().into(),
+            u32::from(m.level).into(),
+            m.name.as_str().into(),
+            (100.0 * m.rho).into(),
+            m.gaussians.into(),
+        ];
+        cells.extend([m.target_hvsq, m.gate.hvsq, m.test.hvsq].map(e5));
+        cells.extend([m.test.psnr_db, m.test.ssim].map(Cell::from));
+        cells.extend([m.display_w, m.render_w, m.total_w()].map(|w| Cell::Real(per_watt * w)));
+        cells.push(m.passed.into());
+        cells
+    };
+    page.table(Table::new(columns).rows(rest.into_iter().map(row)));
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::ReportError;
+use crate::document::{Cell, Column, Table};
 use crate::sensitivity::outcome::traces_json;
 use powergs_study::analysis::indices::{Estimate, Index};
 use powergs_study::analysis::morris::Effect;
@@ -10,50 +10,31 @@ use powergs_study::findings::sensitivity::interactions::{Factor, Interactions, R
 
 /// One line a key and measure. Effects are percent of the machine as it is, indices shares of the
 /// variance with their 95 % intervals; the columns of the other method are empty.
-///
-/// # Errors
-/// [`ReportError::Csv`], which would be a mistake of ours.
-pub fn csv(all: &Interactions) -> Result<Vec<u8>, ReportError> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "method",
-        "file",
-        "key",
-        "value",
-        "levels",
-        "measure",
-        "mu_percent",
-        "mu_star_percent",
-        "sigma_percent",
-        "first",
-        "first_low",
-        "first_high",
-        "total",
-        "total_low",
-        "total_high",
-    ])?;
-    let mut write = |measure: &str, i: usize, numbers: [Vec<f64>; 2]| {
-        let factor = &all.factors[i];
-        let mut record: Vec<String> = vec![
-            all.results.name().into(),
-            factor.file.into(),
-            factor.key.clone(),
-            factor.value.clone(),
-            factor.levels.join(" | "),
-            measure.into(),
-        ];
-        for (numbers, width) in numbers.iter().zip([3, 6]) {
-            let text = numbers.iter().map(f64::to_string);
-            record.extend(text.chain(std::iter::repeat(String::new())).take(width));
-        }
-        writer.write_record(record)
-    };
+pub fn csv(all: &Interactions) -> Vec<u8> {
+    let mut table = Table::record(
+        "method file key value levels measure mu_percent mu_star_percent sigma_percent \
+         first first_low first_high total total_low total_high",
+    );
+    let mut write =
+        |measure: &str, i: usize, effects: [Option<f64>; 3], indices: [Option<f64>; 6]| {
+            let factor = &all.factors[i];
+            let words: [Cell; 6] = [
+                all.results.name().into(),
+                factor.file.into(),
+                factor.key.as_str().into(),
+                factor.value.as_str().into(),
+                factor.levels.join(" | ").into(),
+                measure.into(),
+            ];
+            let numbers = effects.into_iter().chain(indices).map(Cell::from);
+            table.row(words.into_iter().chain(numbers));
+        };
     for i in all.order() {
         match &all.results {
             Results::Morris(found) => {
                 for (m, effects) in found {
                     let Effect { mu, mu_star, sigma } = effects[i];
-                    write(m.name(), i, [vec![mu, mu_star, sigma], vec![]])?;
+                    write(m.name(), i, [mu, mu_star, sigma].map(Some), [None; 6]);
                 }
             }
             Results::Sobol(found) => {
@@ -61,32 +42,28 @@ pub fn csv(all: &Interactions) -> Result<Vec<u8>, ReportError> {
                     let Index { first, total } = indices.each[i];
                     let numbers =
                         [first.value, first.low, first.high, total.value, total.low, total.high];
-                    write(m.name(), i, [vec![], numbers.to_vec()])?;
+                    write(m.name(), i, [None; 3], numbers.map(Some));
                 }
             }
         }
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 /// One line a distinct machine: the value of every key, and what it costs.
-///
-/// # Errors
-/// As [`csv()`].
-pub fn designs_csv(all: &Interactions) -> Result<Vec<u8>, ReportError> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    let mut head: Vec<&str> = all.factors.iter().map(|f| f.key.as_str()).collect();
-    head.extend(["frame_time_ms", "fps", "energy_pj", "power_display_rate_w", "area_mm2"]);
-    writer.write_record(head)?;
+pub fn designs_csv(all: &Interactions) -> Vec<u8> {
+    const COSTS: [&str; 5] =
+        ["frame_time_ms", "fps", "energy_pj", "power_display_rate_w", "area_mm2"];
+    let keys = all.factors.iter().map(|f| f.key.as_str());
+    let mut table = Table::new(keys.chain(COSTS).map(Column::text));
     for point in &all.points {
-        let values = all.factors.iter().zip(&point.levels).map(|(f, &l)| f.levels[l].clone());
-        let mut record: Vec<String> = values.collect();
+        let values = all.factors.iter().zip(&point.levels).map(|(f, &l)| f.levels[l].as_str());
         let o = &point.outcome;
-        record.extend([o.frame_time_ms, o.fps(), o.energy_pj, o.power_w].map(|x| x.to_string()));
-        record.push(o.area_mm2.map_or(String::new(), |a| a.to_string()));
-        writer.write_record(record)?;
+        let costs = [o.frame_time_ms, o.fps(), o.energy_pj, o.power_w].map(Cell::Real);
+        let costs = costs.into_iter().chain([Cell::from(o.area_mm2)]);
+        table.row(values.map(Cell::from).chain(costs));
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 /// The experiment as JSON.

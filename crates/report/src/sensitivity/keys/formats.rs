@@ -2,40 +2,18 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::ReportError;
+use crate::document::{Cell, Column, Table};
 use crate::sensitivity::outcome::{outcome_json, traces_json};
 use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, NotTried, Reach, Turned};
 use powergs_study::findings::sensitivity::{Measure, Outcome};
 
-fn number(x: Option<f64>) -> String {
-    x.map_or(String::new(), |x| x.to_string())
-}
-
 /// One line a key, value and trace, exact numbers.
-///
-/// # Errors
-/// [`ReportError::Csv`], which would be a mistake of ours.
-pub fn csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
-    writer.write_record([
-        "file",
-        "key",
-        "reach",
-        "value",
-        "ratio",
-        "trace",
-        "frames",
-        "frame_time_ms",
-        "fps",
-        "energy_pj",
-        "power_display_rate_w",
-        "area_mm2",
-        "fps_change",
-        "energy_change",
-        "power_change",
-        "area_change",
-        "refused",
-    ])?;
+pub fn csv(all: &Keys) -> Vec<u8> {
+    let mut table = Table::record(
+        "file key reach value ratio trace frames frame_time_ms fps energy_pj \
+         power_display_rate_w area_mm2 fps_change energy_change power_change area_change \
+         refused",
+    );
     for row in &all.rows {
         let base = Turned {
             reach: Reach::Near,
@@ -47,15 +25,15 @@ pub fn csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
         for (reach, turned) in [("base", &base)].into_iter().chain(turns) {
             for (t, trace) in all.traces.iter().enumerate() {
                 let outcome = turned.outcomes.as_ref().ok().and_then(|o| o.get(t));
-                let of = |f: fn(&Outcome) -> Option<f64>| number(outcome.and_then(f));
-                let mut record = vec![
-                    row.file.to_owned(),
-                    row.key.clone(),
-                    reach.to_owned(),
-                    turned.value.clone(),
-                    number(turned.ratio),
-                    trace.name.clone(),
-                    trace.frames.to_string(),
+                let of = |f: fn(&Outcome) -> Option<f64>| Cell::from(outcome.and_then(f));
+                let mut cells: Vec<Cell> = vec![
+                    row.file.into(),
+                    row.key.as_str().into(),
+                    reach.into(),
+                    turned.value.as_str().into(),
+                    turned.ratio.into(),
+                    trace.name.as_str().into(),
+                    trace.frames.into(),
                     of(|o| Some(o.frame_time_ms)),
                     of(|o| Some(o.fps())),
                     of(|o| Some(o.energy_pj)),
@@ -64,21 +42,17 @@ pub fn csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
                 ];
                 let pair = outcome.zip(row.base.get(t));
                 let change = |m: Measure| pair.and_then(|(new, base)| m.change(new, base));
-                record.extend(Measure::ALL.map(|m| number(change(m))));
-                record.push(turned.outcomes.as_ref().err().cloned().unwrap_or_default());
-                writer.write_record(record)?;
+                cells.extend(Measure::ALL.map(|m| Cell::from(change(m))));
+                cells.push(turned.outcomes.as_ref().err().cloned().into());
+                table.row(cells);
             }
         }
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 /// One line a key: its elasticities, what half and double do, its status.
-///
-/// # Errors
-/// As [`csv()`].
-pub fn elasticities_csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
-    let mut writer = ::csv::Writer::from_writer(Vec::new());
+pub fn elasticities_csv(all: &Keys) -> Vec<u8> {
     let mut head: Vec<String> = ["file", "key", "value", "status"].map(str::to_owned).to_vec();
     head.extend(Measure::ALL.map(|m| format!("elasticity_{}", m.name())));
     head.push("elasticity_sides".to_owned());
@@ -87,20 +61,18 @@ pub fn elasticities_csv(all: &Keys) -> Result<Vec<u8>, ReportError> {
         head.extend([format!("{name}_change_low"), format!("{name}_change_high")]);
     }
     head.extend(["largest_change", "reason"].map(str::to_owned));
-    writer.write_record(head)?;
+    let mut table = Table::new(head.into_iter().map(Column::text));
     for row in &all.rows {
-        let mut record: Vec<String> =
-            vec![row.file.into(), row.key.clone(), row.value.clone(), row.status().name().into()];
-        record.extend(Measure::ALL.map(|m| number(row.elasticity(m).map(|e| e.value))));
-        record.push(sides(row).unwrap_or_default().to_owned());
-        for m in Measure::ALL {
-            record.extend(row.far(m).map(number));
-        }
-        record.push(row.largest().to_string());
-        record.push(row.reason.clone().unwrap_or_default());
-        writer.write_record(record)?;
+        let words = [row.file, &row.key, &row.value, row.status().name()];
+        let mut cells: Vec<Cell> = words.map(Cell::from).to_vec();
+        cells.extend(Measure::ALL.map(|m| Cell::from(row.elasticity(m).map(|e| e.value))));
+        cells.push(sides(row).into());
+        cells.extend(Measure::ALL.into_iter().flat_map(|m| row.far(m).map(Cell::from)));
+        cells.push(row.largest().into());
+        cells.push(row.reason.clone().into());
+        table.row(cells);
     }
-    Ok(writer.into_inner().expect("writing to memory cannot fail"))
+    table.csv()
 }
 
 fn sides(row: &KeyRow) -> Option<&'static str> {

@@ -1,0 +1,193 @@
+//! The comparison for people.
+
+use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
+use crate::format::{percent, rate, significant};
+use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
+use powergs_core::action::{Stage, UnitKind};
+use powergs_core::sim::MODEL_VERSION;
+use powergs_study::findings::bottleneck;
+use powergs_study::findings::compare::{Comparison, Measure, Note, Side};
+use powergs_study::findings::summary::{CycleSummary, UnitSummary};
+
+/// Characters of the name of a side on a terminal.
+const LABEL: usize = 14;
+/// Shares of cycles below this are left to the page.
+const LEAST: f64 = 0.05;
+
+/// What is printed, and the page with `charts` beside it. `folder` is where the page is.
+pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>) -> Document {
+    let (labels, first) = (comparison.labels(), &comparison.sides[0]);
+    let mut page = Document::new();
+    page.on(Shown::Page, Block::Title(labels.join(" against ").into()));
+    page.page_paragraph(format!(
+        "{} frames of {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
+        first.frames, first.trace, first.model
+    ));
+    page.page_heading("Measures");
+    page.table(measures(comparison));
+    page.page_paragraph(ISO);
+    page.page_heading("Stages, per frame");
+    page.table(stages(&comparison.sides));
+    page.page_heading("Units, share of their cycles");
+    page.on(Shown::Terminal, Block::Table(stalls(&comparison.sides, LEAST)));
+    page.on(Shown::Page, Block::Table(stalls(&comparison.sides, 0.0)));
+    let limit = |side: &Side| {
+        let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.summary)?);
+        Some(Text::strong(side.label.clone()).then(format!(": {sentence}")))
+    };
+    page.add(Block::List(comparison.sides.iter().filter_map(limit).collect()));
+    for note in &comparison.notes {
+        page.paragraph(Text::strong("Note:").then(format!(" {}.", self::note(note))));
+    }
+    page.charts(charts);
+    page.page_paragraph(Text::marked(
+        "Every statistic of every side: `compare.csv`; what it was made from: `run.toml`.",
+    ));
+    let report = folder.map(|folder| ("report".to_owned(), folder.into()));
+    page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
+    page
+}
+
+/// What a measure is called, with its unit; `rate` is the display rate of the first side.
+fn words(measure: Measure, rate: f64) -> String {
+    let words = match measure {
+        Measure::FrameTime => "frame time, ms",
+        Measure::FrameTimeP99 => "frame time, p99, ms",
+        Measure::Throughput => "frames per second",
+        Measure::Energy => "energy per frame, mJ",
+        Measure::Power => return format!("power at {} FPS, W", crate::format::rate(rate)),
+        Measure::PowerFullRate => "power at full rate, W",
+        Measure::DramBytes => "DRAM, MB per frame",
+        Measure::DramPeak => "DRAM peak, GB/s",
+        Measure::Area => "area, mm2",
+        Measure::FpsPerWatt => "FPS per W (frames per J)",
+        Measure::FpsPerArea => "FPS per mm2",
+        Measure::FpsPerBandwidth => "FPS per GB/s of peak",
+        Measure::FpsAtArea => "FPS at the area of the first",
+        Measure::FpsAtBandwidth => "FPS at the GB/s of the first",
+    };
+    words.to_owned()
+}
+
+/// What else differs, as a sentence without its full stop.
+pub fn note(note: &Note) -> String {
+    fn differ<T>(what: &str, values: &[T], of: impl Fn(&T) -> String, so: &str) -> String {
+        let mut shown: Vec<String> = values.iter().map(of).collect();
+        shown.dedup();
+        format!("{what} differ ({}): {so}", shown.join(", "))
+    }
+    let file = |(name, hash): &(String, String)| format!("{name} {hash:.8}");
+    match note {
+        Note::Traces(v) => differ("traces", v, file, "the frames are not the same"),
+        Note::FrameCounts(v) => {
+            differ("frame counts", v, i64::to_string, "means are over other frames")
+        }
+        Note::Models(v) => differ("models", v, String::clone, "one of them has no time of its own"),
+        Note::EnergyTables(v) => {
+            differ("energy tables", v, String::clone, "joules have other prices")
+        }
+        Note::EnergyFiles(v) => {
+            differ("files of the energy table", v, file, "joules have other prices")
+        }
+        Note::DisplayRates(v) => {
+            differ("display rates", v, |fps| rate(*fps), "powers are for other rates")
+        }
+        Note::Versions(v) => differ(
+            "versions",
+            v,
+            |(tool, model)| format!("{tool} model {model}"),
+            "the same inputs may give other numbers",
+        ),
+        Note::SchemaVersions(v) => {
+            differ("schema versions", v, i64::to_string, "some names have changed their meaning")
+        }
+        Note::DramModels(v) => {
+            differ("DRAM models", v, String::clone, "times of DRAM are counted differently")
+        }
+        Note::Incomplete { label, frames } => {
+            format!("{label} is INCOMPLETE: {frames} frames only")
+        }
+    }
+}
+
+/// A column of names, then one of `kind` for each side.
+fn columns(first: &str, kind: Kind, sides: &[Side]) -> Vec<Column> {
+    let side = |s: &Side| Column::new(s.label.clone(), kind).at_most(LABEL);
+    [Column::text(first)].into_iter().chain(sides.iter().map(side)).collect()
+}
+
+/// Measures, with their ratios to the first side; of two sides also the difference.
+fn measures(comparison: &Comparison) -> Table {
+    let n = comparison.sides.len();
+    let mut columns = columns("", Kind::Real(significant), &comparison.sides);
+    let signed = |x: f64| format!("{}{}", if x > 0.0 { "+" } else { "" }, significant(x));
+    if n == 2 {
+        columns.push(Column::new("change", Kind::Real(signed)));
+        columns.push(Column::fixed("ratio", 3));
+    } else {
+        let ratio =
+            |i: usize| format!("{0} / {1}", comparison.sides[i].label, comparison.sides[0].label);
+        columns.extend((1..n).map(|i| Column::fixed(ratio(i), 3).at_most(2 * LABEL)));
+    }
+    let mut table = Table::new(columns);
+    for row in comparison.rows.iter().filter(|row| row.values.iter().any(Option::is_some)) {
+        let mut cells = vec![words(row.measure, comparison.sides[0].display_fps).into()];
+        cells.extend(row.values.iter().map(|v| Cell::from(*v)));
+        if n == 2 {
+            cells.push(row.values[0].zip(row.values[1]).map(|(a, b)| b - a).into());
+        }
+        cells.extend((1..n).map(|i| Cell::from(row.ratio(i))));
+        table.row(cells);
+    }
+    table
+}
+
+/// Phases, energy and bytes by stage.
+fn stages(sides: &[Side]) -> Table {
+    let mut table = Table::new(columns("", Kind::Real(significant), sides));
+    let mut add = |words: String, of: &dyn Fn(&Side) -> Option<f64>| {
+        let values: Vec<Option<f64>> =
+            sides.iter().map(|side| of(side).filter(|x| !x.is_nan())).collect();
+        if values.iter().any(Option::is_some) {
+            let cells = values.into_iter().map(Cell::from);
+            table.row([Cell::from(words)].into_iter().chain(cells));
+        }
+    };
+    add("preprocessing, ms".into(), &|s| {
+        let cycle = s.summary.cycle.as_ref()?;
+        Some(cycle.preprocessing_cycles / cycle.frame_cycles * cycle.frame_time_ms)
+    });
+    for stage in Stage::ALL {
+        let mj = |s: &Side| Some(s.summary.energy.stage(stage) * 1e-9);
+        add(format!("{}, mJ", stage.name()), &mj);
+    }
+    for stage in Stage::WORK {
+        let mb = |s: &Side| Some(s.summary.dram_bytes[stage as usize].sum() * 1e-6);
+        add(format!("{}, DRAM MB", stage.name()), &mb);
+    }
+    table
+}
+
+/// Shares of the cycles of each unit that are at least `least` for one of the sides.
+fn stalls(sides: &[Side], least: f64) -> Table {
+    let mut table = Table::new(columns("% of cycles", Kind::Real(percent), sides));
+    for unit in UnitKind::ALL {
+        let of_unit = |cycle: &CycleSummary| cycle.units[unit as usize].shares();
+        let shares: Vec<_> = sides.iter().map(|s| s.summary.cycle.as_ref().map(of_unit)).collect();
+        for (part, name) in UnitSummary::PARTS.into_iter().enumerate() {
+            let values: Vec<Option<f64>> = shares.iter().map(|s| s.map(|s| s[part])).collect();
+            let shown = values.iter().flatten().any(|v| *v >= least && *v > 0.0);
+            if shown && name != "idle" {
+                let what = if part == 0 { "busy".into() } else { format!("waits: {name}") };
+                let first = Cell::from(format!("{} {what}", unit.name()));
+                table.row([first].into_iter().chain(values.into_iter().map(Cell::from)));
+            }
+        }
+    }
+    table
+}
+
+const ISO: &str = "At the area (the bandwidth) of the first: frames per second times the ratio of \
+areas (peak rates), as if performance grew in proportion. It shows what a mm2 or a GB/s buys and is \
+no simulation.";

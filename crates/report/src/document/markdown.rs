@@ -1,0 +1,84 @@
+//! Markdown, as GitHub and Pandoc read it.
+
+use super::{Block, Document, Span, Table, Text};
+
+impl Document {
+    /// The page, with links to the charts as PNG files in the same folder.
+    pub fn markdown(&self) -> String {
+        let shown = self.blocks.iter().filter(|(shown, _)| shown.on_page());
+        let blocks: Vec<String> = shown.map(|(_, block)| markdown(block)).collect();
+        blocks.join("\n")
+    }
+}
+
+fn markdown(block: &Block) -> String {
+    match block {
+        Block::Title(text) => format!("# {}\n", words(text)),
+        Block::Heading(text) => format!("## {}\n", words(text)),
+        Block::Paragraph(text) => format!("{}\n", words(text)),
+        Block::Quote(text) => format!("> {}\n", words(text)),
+        Block::List(items) => items.iter().map(|item| format!("- {}\n", words(item))).collect(),
+        Block::Facts(facts) => {
+            let row =
+                |(name, text): &(String, Text)| format!("| {} | {} |\n", escaped(name), cell(text));
+            format!("| | |\n|---|---|\n{}", facts.iter().map(row).collect::<String>())
+        }
+        Block::Verbatim(text) => format!("```\n{}\n```\n", text.trim_end()),
+        Block::Table(table) => table.markdown(),
+        Block::Chart(chart) => format!("![{}]({}.png)\n", chart.title, chart.name),
+    }
+}
+
+impl Table {
+    /// The table, in Markdown.
+    pub fn markdown(&self) -> String {
+        let shown: Vec<usize> =
+            (0..self.columns.len()).filter(|&i| self.columns[i].shown.on_page()).collect();
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let head = shown.iter().map(|&i| escaped(&self.columns[i].page_head())).collect();
+        let rules: String = shown
+            .iter()
+            .map(|&i| if self.columns[i].is_number() { "--:|" } else { "---|" })
+            .collect();
+        let row = |row: &Vec<super::Cell>| {
+            line(shown.iter().map(|&i| cell(&self.columns[i].words(&row[i]))).collect())
+        };
+        let rows: String = self.rows.iter().map(row).collect();
+        format!("{}|{rules}\n{rows}", line(head))
+    }
+}
+
+fn words(text: &Text) -> String {
+    let span = |span: &Span| match span {
+        Span::Plain(words) => escaped(words),
+        Span::Code(words) => format!("`{}`", clean(&words.replace('`', "'"))),
+        Span::Strong(words) => format!("**{}**", escaped(words)),
+    };
+    text.spans.iter().map(span).collect()
+}
+
+/// Text in a cell: bars would end it, also in code.
+fn cell(text: &Text) -> String {
+    let span = |span: &Span| match span {
+        Span::Code(words) => Span::Code(words.replace('|', "/")),
+        other => other.clone(),
+    };
+    words(&Text { spans: text.spans.iter().map(span).collect() })
+}
+
+fn clean(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+}
+
+/// Names from files must not end a table cell or start markup.
+pub(crate) fn escaped(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '|' | '*' | '_' | '`' | '[' | ']' | '<' | '>' | '#' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out.push('?'),
+            c => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,159 @@
+//! Text for a terminal: wrapped sentences, columns side by side, nothing wider than the terminal.
+
+use super::{Block, Column, Document, Table};
+use crate::format::{shortened, wrapped};
+
+/// Blanks between two columns.
+const GAP: usize = 2;
+/// Words in a column are not shortened to less than this many characters.
+const NARROWEST: usize = 12;
+
+impl Document {
+    /// The text, with lines of at most `width` characters.
+    pub fn terminal(&self, width: usize) -> String {
+        let mut text = String::new();
+        let mut before: Option<&Block> = None;
+        for (_, block) in self.blocks.iter().filter(|(shown, _)| shown.on_terminal()) {
+            if matches!(block, Block::Chart(_)) {
+                continue;
+            }
+            let is_close = match before {
+                None | Some(Block::Title(_) | Block::Heading(_)) => true,
+                Some(before) => {
+                    std::mem::discriminant(before) == std::mem::discriminant(block)
+                        && !matches!(block, Block::Table(_))
+                }
+            };
+            if !is_close {
+                text.push('\n');
+            }
+            text += &terminal(block, width);
+            before = Some(block);
+        }
+        text
+    }
+}
+
+fn terminal(block: &Block, width: usize) -> String {
+    match block {
+        Block::Title(text) | Block::Heading(text) | Block::Paragraph(text) | Block::Quote(text) => {
+            wrapped(&text.plain(), width) + "\n"
+        }
+        Block::List(items) => {
+            items.iter().map(|item| hanging("  ", &item.plain(), 4, width)).collect()
+        }
+        Block::Facts(facts) => {
+            let indent =
+                facts.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0) + GAP;
+            let line = |(name, text): &(String, super::Text)| {
+                hanging(&format!("{name:<indent$}"), &text.plain(), indent, width)
+            };
+            facts.iter().map(line).collect()
+        }
+        Block::Verbatim(text) => format!("{}\n", text.trim_end()),
+        Block::Table(table) => table.terminal(width),
+        Block::Chart(_) => String::new(),
+    }
+}
+
+/// `text` after `first`, its further lines after `indent` blanks.
+fn hanging(first: &str, text: &str, indent: usize, width: usize) -> String {
+    let taken = first.chars().count().max(indent);
+    let lines = wrapped(text, width.saturating_sub(taken).max(NARROWEST));
+    let blanks = " ".repeat(indent);
+    format!("{first}{}\n", lines.replace('\n', &format!("\n{blanks}")))
+}
+
+impl Table {
+    /// The table, with lines of at most `width` characters. Words are shortened first; if that is
+    /// not enough, the last columns go below, after the leading words again.
+    pub fn terminal(&self, width: usize) -> String {
+        let shown: Vec<usize> =
+            (0..self.columns.len()).filter(|&i| self.columns[i].shown.on_terminal()).collect();
+        let most = self.most.map_or(self.rows.len(), |(most, _)| most);
+        let cells: Vec<Vec<String>> = self
+            .rows
+            .iter()
+            .take(most)
+            .map(|row| shown.iter().map(|&i| self.columns[i].words(&row[i]).plain()).collect())
+            .collect();
+        let columns: Vec<&Column> = shown.iter().map(|&i| &self.columns[i]).collect();
+        let mut widths: Vec<usize> = (0..columns.len())
+            .map(|i| {
+                let cells = cells.iter().map(|row| row[i].chars().count());
+                let head = columns[i].head.chars().count();
+                cells.fold(head, usize::max).min(columns[i].at_most)
+            })
+            .collect();
+        shrink(&mut widths, &columns, width);
+        let mut text = String::new();
+        for (n, part) in folded(&widths, &columns, width).into_iter().enumerate() {
+            if n > 0 {
+                text.push('\n');
+            }
+            text += &groups(&part, &columns, &widths);
+            let heads: Vec<&str> = columns.iter().map(|c| c.head.as_str()).collect();
+            text += &line(&part, &heads, &columns, &widths);
+            for row in &cells {
+                let row: Vec<&str> = row.iter().map(String::as_str).collect();
+                text += &line(&part, &row, &columns, &widths);
+            }
+        }
+        if let Some((most, all)) = self.most.filter(|(most, _)| *most < self.rows.len()) {
+            text += &format!("... and {} more: {all}\n", self.rows.len() - most);
+        }
+        text
+    }
+}
+
+/// Shortens columns of words, the widest first, until a line fits or none can be shortened.
+fn shrink(widths: &mut [usize], columns: &[&Column], width: usize) {
+    let line = |widths: &[usize]| widths.iter().sum::<usize>() + GAP * (widths.len() - 1);
+    while line(widths) > width {
+        let words = (0..widths.len()).filter(|&i| !columns[i].is_number());
+        let Some(widest) = words.max_by_key(|&i| widths[i]).filter(|&i| widths[i] > NARROWEST)
+        else {
+            return;
+        };
+        widths[widest] -= (line(widths) - width).min(widths[widest] - NARROWEST);
+    }
+}
+
+/// Columns that fit beside each other: the leading words, and as many others as there is room for.
+fn folded(widths: &[usize], columns: &[&Column], width: usize) -> Vec<Vec<usize>> {
+    let lead = columns.iter().take_while(|c| !c.is_number()).count().min(columns.len() - 1);
+    let of = |part: &[usize]| part.iter().map(|&i| widths[i] + GAP).sum::<usize>() - GAP;
+    let first: Vec<usize> = (0..lead).collect();
+    let mut parts: Vec<Vec<usize>> = Vec::new();
+    for i in lead..columns.len() {
+        match parts.last_mut() {
+            Some(part) if of(part) + GAP + widths[i] <= width => part.push(i),
+            _ => parts.push(first.iter().copied().chain([i]).collect()),
+        }
+    }
+    parts
+}
+
+/// The line above the heads; empty without groups.
+fn groups(part: &[usize], columns: &[&Column], widths: &[usize]) -> String {
+    let mut text = String::new();
+    for (n, same) in part.chunk_by(|&a, &b| columns[a].group == columns[b].group).enumerate() {
+        let width = same.iter().map(|&i| widths[i] + GAP).sum::<usize>() - GAP;
+        let group = shortened(&columns[same[0]].group, width);
+        text += if n > 0 { "  " } else { "" };
+        text += &format!("{group:>width$}");
+    }
+    match text.trim_end() {
+        "" => String::new(),
+        line => format!("{line}\n"),
+    }
+}
+
+fn line(part: &[usize], cells: &[&str], columns: &[&Column], widths: &[usize]) -> String {
+    let cell = |&i: &usize| {
+        let (text, width) = (shortened(cells[i], widths[i]), widths[i]);
+        if columns[i].is_number() { format!("{text:>width$}") } else { format!("{text:<width$}") }
+    };
+    let cells: Vec<String> = part.iter().map(cell).collect();
+    format!("{}\n", cells.join(&" ".repeat(GAP)).trim_end())
+}

@@ -1,0 +1,342 @@
+//! The page of a run: what `replay` prints and `summary.md`.
+
+use super::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
+use super::format::{engineering, percent, prefix_of, rate, shortened, significant};
+use super::{limits as words, summary_of};
+use powergs_base::TOOL_VERSION;
+use powergs_chart::Chart;
+use powergs_core::action::Stage;
+use powergs_core::energy::{Component, Standby};
+use powergs_core::sim::MODEL_VERSION;
+use powergs_frame::fovea::REGIONS;
+use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::findings::summary::{CycleSummary, UnitSummary};
+use powergs_study::findings::what_if::{Cost, WhatIf};
+use powergs_study::findings::{RunSummary, bottleneck, limits};
+use powergs_study::run_record::{DramModels, Run, Table as Statistics};
+
+/// Rows of the table of doubled resources on a terminal, the run as it is included.
+const STEPS: usize = 5;
+
+/// The page, with `charts` that lie beside it. `ending` are the last lines on a terminal: where the
+/// report is, a command to try.
+///
+/// # Panics
+/// Without frames.
+pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Document {
+    let summary = summary_of(run);
+    let found = bottleneck::of(&summary);
+    let mut page = Document::new();
+    head(&mut page, run);
+    if let Some(found) = &found {
+        page.paragraph(super::bottleneck::sentence(found));
+    }
+    page.on(Shown::Page, Block::Facts(facts(run)));
+    page.add(Block::Facts(times_and_powers(run, &summary)));
+    page.page_heading(format!("Power at {} FPS", rate(run.facts.display_fps)));
+    page.table(power(run, &summary));
+    if let Some(cycle) = &summary.cycle {
+        cycles(&mut page, run, cycle);
+        regions(&mut page, cycle);
+    }
+    if let Some(experiment) = &run.extras.what_if {
+        what_if(&mut page, experiment);
+    }
+    if let Some(models) = &run.extras.dram_models {
+        page.paragraph(dram_models(models));
+    }
+    if let Some(cycle) = &summary.cycle {
+        page.page_heading("Buffers");
+        page.on(Shown::Page, Block::Table(buffers(cycle)));
+    }
+    page.page_heading("Over the frames");
+    page.on(Shown::Page, Block::Table(statistics(&Statistics::of(run))));
+    page.charts(charts);
+    let mut last: Vec<(String, Text)> = Vec::new();
+    if summary.throughput_fps().is_some() {
+        let mattered = limits::mattered(&summary, found.as_ref(), run.extras.what_if.as_ref());
+        let left_out = limits::left_out(run.facts.machine.dram_model);
+        last.push(("limits".into(), words::line(left_out.len(), &mattered).into()));
+        page.page_heading("What is not modelled");
+        page.on(Shown::Page, Block::Table(words::table(&left_out)));
+        if !mattered.is_empty() {
+            page.page_paragraph("Assumptions that mattered most in this run:");
+            let item = |same: &[limits::Mattered]| {
+                let numbers: Vec<&str> = same.iter().map(|m| m.assumption).collect();
+                format!("{}: {}", numbers.join(", "), words::why(&same[0].why)).into()
+            };
+            let items = mattered.chunk_by(|a, b| a.why == b.why).map(item).collect();
+            page.on(Shown::Page, Block::List(items));
+        }
+    }
+    page.page_paragraph(Text::marked(
+        "Every number with its unit: `results.csv`, one row per frame; `powergs-sim explain NAME` \
+         defines any of them. What the run was made from: `run.toml`; what was typed: \
+         `invocation.toml`.",
+    ));
+    last.extend(ending.iter().map(|(name, what)| ((*name).to_owned(), what.as_str().into())));
+    page.on(Shown::Terminal, Block::Facts(last));
+    page
+}
+
+/// What was run; and whether it ended early.
+fn head(page: &mut Document, run: &Run) {
+    /// Characters of a title on a terminal.
+    const LONGEST: usize = 80;
+    let (facts, trace) = (&run.facts, &run.facts.trace);
+    let frames = counted(run.frames.len(), "frame");
+    let (width, height) = (trace.width, trace.height);
+    let tail = format!(": {frames} of {width}x{height}, {} model", facts.model.name());
+    let title = shortened(&run.title(), LONGEST.saturating_sub(tail.chars().count()));
+    page.on(Shown::Page, Block::Title(run.title().into()));
+    page.on(Shown::Terminal, Block::Paragraph(format!("{title}{tail}").into()));
+    if let Some(note) = run.incomplete_note() {
+        let note = Text::strong(format!("{note}."));
+        page.paragraph(note.then(" All numbers are for these frames only."));
+    }
+}
+
+/// `1 frame`, `12 frames`.
+fn counted(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
+}
+
+fn facts(run: &Run) -> Vec<(String, Text)> {
+    let (machine, trace) = (&run.facts.machine, &run.facts.trace);
+    let frames = format!("{} of {}x{} pixels", run.frames.len(), trace.width, trace.height);
+    let facts = [
+        ("trace", trace.name.clone()),
+        ("frames", frames),
+        ("machine", machine.name.clone()),
+        ("energy table", machine.energy_table.clone()),
+        ("model", format!("{}, version {MODEL_VERSION}", run.facts.model.name())),
+        ("display rate", format!("{} FPS", rate(run.facts.display_fps))),
+        ("made with", format!("powergs-sim {TOOL_VERSION}")),
+    ];
+    facts.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
+}
+
+fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
+    let fps = rate(run.facts.display_fps);
+    let mut facts: Vec<(String, Text)> = Vec::new();
+    let mut add = |name: &str, value: String| facts.push((name.to_owned(), value.into()));
+    match (&summary.cycle, summary.throughput_fps()) {
+        (Some(cycle), Some(rate)) => {
+            let [mean, p99, max] =
+                [cycle.frame_time_ms, cycle.frame_time_p99_ms, cycle.frame_time_max_ms]
+                    .map(significant);
+            let rate = significant(rate);
+            add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms: {rate} FPS"));
+            let deadline = significant(1e3 / run.facts.display_fps);
+            let (missed, all) = (cycle.deadline_misses, run.frames.len());
+            add("deadline", format!("{deadline} ms at {fps} FPS: {missed} of {all} frames missed"));
+        }
+        _ => add("frame time", "not in this model, which counts work only".into()),
+    }
+    let watts = |x: Option<f64>| x.map_or("not measured".to_owned(), |w| engineering(w, "W"));
+    add("energy per frame", engineering(summary.energy.total_pj * 1e-12, "J"));
+    if let Some(rate) = summary.throughput_fps() {
+        let name = format!("power at full rate ({} FPS)", significant(rate));
+        add(&name, watts(summary.throughput_power_w()));
+    }
+    add(&format!("power at the display rate ({fps} FPS)"), watts(Some(summary.power_w)));
+    if let Some(sum) = summary.rendering_plus_display_w {
+        add("display power", watts(summary.display_w));
+        add("display rate and display together", watts(Some(sum)));
+    }
+    facts
+}
+
+/// Power of stages and components at the display rate.
+fn power(run: &Run, summary: &RunSummary) -> Table {
+    let power = Breakdown::power_w(summary, run.facts.display_fps);
+    let (factor, prefix) = prefix_of(summary.power_w);
+    let first = format!("{prefix}W at {} FPS", rate(run.facts.display_fps));
+    let components = Component::ALL.map(|c| Column::real(c.name()));
+    let columns = [Column::text(first)].into_iter().chain(components);
+    let mut table = Table::new(columns.chain([Column::real("total")]));
+    let cell = |watts: f64| Cell::Real(watts / factor);
+    for stage in power.shown() {
+        let part = |c: Component| match applies(stage, c) {
+            true => cell(power.part(stage, c)),
+            false => Cell::Missing,
+        };
+        let cells = Component::ALL.map(part).into_iter().chain([cell(power.stage(stage))]);
+        table.row([stage.name().into()].into_iter().chain(cells));
+    }
+    let totals = Component::ALL.map(|c| cell(power.component(c)));
+    table.row([Cell::from("total")].into_iter().chain(totals).chain([cell(summary.power_w)]));
+    table
+}
+
+/// Whether a stage can have a component at all: standby parts are paid for time only.
+fn applies(stage: Stage, component: Component) -> bool {
+    Standby::COMPONENTS.contains(&component) == (stage == Stage::Standby)
+}
+
+/// A share in percent; `-` for none.
+fn share(x: f64) -> String {
+    if x == 0.0 { "-".into() } else { percent(x) }
+}
+
+fn cycles(page: &mut Document, run: &Run, cycle: &CycleSummary) {
+    page.page_heading("Where the cycles go");
+    let parts = UnitSummary::PARTS.map(|part| Column::new(part, Kind::Real(share)));
+    let row = |row: &UnitSummary| {
+        let unit = format!("{} x{}", row.unit.name(), row.instances);
+        [Cell::from(unit)].into_iter().chain(row.shares().map(Cell::Real))
+    };
+    let columns = [Column::text("% of cycles")].into_iter().chain(parts);
+    page.table(Table::new(columns).rows(cycle.units.iter().map(row)));
+    page.page_paragraph("Between busy and idle: what a unit with work waited for.");
+    page.paragraph(dram(run, cycle));
+    if let Some(lanes) = cycle.lane_utilisation {
+        let share = percent(lanes);
+        let text = format!("Lanes of a rendering core at work while it is busy: {share} %.");
+        page.page_paragraph(text);
+    }
+}
+
+/// How busy the bus was, the rate over the frame, and row hits and overfetch where they are known.
+fn dram(run: &Run, cycle: &CycleSummary) -> String {
+    let dram = &cycle.dram;
+    let Some(rate) = dram.bandwidth_gb_s else { return String::new() };
+    let peak = run.facts.machine.dram_peak_gb_s;
+    let peak = peak.map_or(String::new(), |p| format!(" of {}", significant(p)));
+    let mut text = format!(
+        "DRAM bus busy {} % of the time: {}{peak} GB/s",
+        percent(dram.busy_frac),
+        significant(rate)
+    );
+    if let Some(hits) = dram.row_hit_frac {
+        text += &format!(", {} % row hits", percent(hits));
+    }
+    if let Some(ratio) = dram.moved_per_requested {
+        text += &format!(", {} bytes moved per byte asked for", significant(ratio));
+    }
+    text + "."
+}
+
+/// R1 to R4, where frames are foveated and have a time.
+fn regions(page: &mut Document, cycle: &CycleSummary) {
+    let Some(regions) = &cycle.regions else { return };
+    page.page_heading("Regions around the gaze");
+    let joules = |pj: f64| engineering(pj * 1e-12, "J");
+    let mut table = Table::new([
+        Column::text("region, a frame"),
+        Column::real("tiles"),
+        Column::real("splats loaded"),
+        Column::real("VRU cycles"),
+        Column::new("energy", Kind::Real(joules)),
+    ]);
+    for (name, r) in REGIONS.into_iter().zip(regions) {
+        let numbers = [r.tiles, r.entries, r.cycles, r.energy_pj].map(Cell::Real);
+        table.row([Cell::from(name)].into_iter().chain(numbers));
+    }
+    page.table(table);
+    page.page_paragraph(
+        "Sorting and rendering of the tiles of each region; preprocessing and static power belong \
+         to none.",
+    );
+}
+
+/// What doubling each resource would buy.
+fn what_if(page: &mut Document, experiment: &WhatIf) {
+    page.page_heading("What one step would buy");
+    let frames: Vec<String> = experiment.frames.iter().map(usize::to_string).collect();
+    let which = if frames.len() == 1 { "frame" } else { "frames" };
+    let numbers = frames.join(", ");
+    page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
+    let first = format!("doubled ({})", counted(frames.len(), "frame"));
+    let change = || Column::new("change", Kind::Real(words::signed_percent));
+    let mut table = Table::new([
+        Column::text(first),
+        Column::real("ms per frame"),
+        change(),
+        Column::real("mJ per frame"),
+        change(),
+    ]);
+    let mut row = |name: &str, cost: &Cost, [time, energy]: [Cell; 2]| {
+        table.row([
+            name.into(),
+            cost.frame_time_ms.into(),
+            time,
+            (cost.energy_pj * 1e-9).into(),
+            energy,
+        ]);
+    };
+    row("nothing", &experiment.base, [Cell::Empty, Cell::Empty]);
+    for step in &experiment.steps {
+        let changes = [experiment.time_change(step), experiment.energy_change(step)];
+        row(step.resource, &step.cost, changes.map(Cell::Real));
+    }
+    page.table(table.most(STEPS, "summary.md"));
+    let skipped = experiment.skipped.iter();
+    let item = |s: &powergs_study::findings::what_if::Skipped| {
+        Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason))
+    };
+    page.on(Shown::Page, Block::List(skipped.map(item).collect()));
+}
+
+/// Two models of the DRAM in a sentence.
+fn dram_models(models: &DramModels) -> String {
+    let [time, bytes] = models.differences().map(|d| format!("{:+.2} %", d * 100.0));
+    format!("DRAM model `window` against `banked`: time {time}, bytes moved {bytes}.")
+        .replace('`', "")
+}
+
+/// What the buffers held, where it was measured.
+fn buffers(cycle: &CycleSummary) -> Table {
+    let bytes = |x: f64| engineering(x, "B");
+    let moved = |head: &str| Column::new(head, Kind::Real(bytes));
+    let mut table = Table::new([
+        Column::text("buffer"),
+        Column::fixed("KiB", 0),
+        Column::new("peak %", Kind::Real(percent)),
+        Column::new("mean %", Kind::Real(percent)),
+        moved("filled"),
+        moved("consumed"),
+        moved("discarded"),
+    ]);
+    for buffer in cycle.buffers.iter().filter(|b| b.capacity > 0) {
+        let Some(mean) = buffer.mean else { continue };
+        let capacity = buffer.capacity as f64;
+        let shares = [capacity / 1024.0, buffer.peak / capacity, mean / capacity];
+        let moved = [buffer.filled, buffer.consumed, buffer.discarded];
+        let cells = shares.into_iter().chain(moved).map(Cell::Real);
+        table.row([buffer.buffer.name().into()].into_iter().chain(cells));
+    }
+    table
+}
+
+/// Statistics of the page; all others are in `results.csv`.
+const STATISTICS: [&str; 12] = [
+    "frame_time_ms",
+    "power_w.total",
+    "energy_pj.total",
+    "display_power_w",
+    "dram_read_bytes",
+    "dram_write_bytes",
+    "counters.points",
+    "counters.survivors",
+    "counters.tile_pairs",
+    "counters.tile_loads",
+    "counters.alpha_evaluations",
+    "counters.blends",
+];
+
+/// Three significant digits; large numbers with a prefix, the unit being in the name.
+fn short(x: f64) -> String {
+    if x.abs() < 1e4 { significant(x) } else { engineering(x, "") }
+}
+
+fn statistics(measured: &Statistics) -> Table {
+    let parts = ["mean", "p50", "p95", "p99", "max"].map(|p| Column::new(p, Kind::Real(short)));
+    let mut table = Table::new([Column::text("statistic")].into_iter().chain(parts));
+    for name in STATISTICS {
+        let parts = measured.aggregate(name).map(|a| a.parts().map(|v| v.as_f64()));
+        let cell = |i: usize| Cell::from(parts.map(|p| p[i]));
+        table.row([Cell::from(Text::code(name))].into_iter().chain((0..5).map(cell)));
+    }
+    table
+}
