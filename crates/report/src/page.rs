@@ -125,8 +125,8 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
             let [mean, p99, max] =
                 [cycle.frame_time_ms, cycle.frame_time_p99_ms, cycle.frame_time_max_ms]
                     .map(significant);
-            let rate = significant(rate);
-            add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms: {rate} FPS"));
+            add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms"));
+            add("frame rate", format!("{} FPS", significant(rate)));
             let deadline = significant(1e3 / run.facts.display_fps);
             let (missed, all) = (cycle.deadline_misses, run.frames.len());
             add("deadline", format!("{deadline} ms at {fps} FPS: {missed} of {all} frames missed"));
@@ -142,7 +142,7 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
     add(&format!("power at the display rate ({fps} FPS)"), watts(Some(summary.power_w)));
     if let Some(sum) = summary.rendering_plus_display_w {
         add("display power", watts(summary.display_w));
-        add("display rate and display together", watts(Some(sum)));
+        add("display rate and display", watts(Some(sum)));
     }
     facts
 }

@@ -131,7 +131,7 @@ fn note(row: &Row) -> Text {
         text = text.then(" on ").then(Text::code(workload.clone()));
     }
     let end = if row.note.is_empty() { "." } else { ". " };
-    text.then(format!(", {}{end}", row.metric.name())).then(Text::marked(&row.note))
+    text.then(", ").then(Text::code(row.metric.name())).then(end).then(Text::marked(&row.note))
 }
 
 fn workloads(tables: &Tables) -> Table {

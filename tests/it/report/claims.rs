@@ -4,7 +4,7 @@
 use powergs_sim::optimize::claims::{Book, Verdict, check};
 use powergs_sim::optimize::foveated::{LevelState, Method};
 use powergs_sim::optimize::results::Results;
-use powergs_sim::report::claims::{json, markdown, terminal};
+use powergs_sim::report::claims::{document, json};
 
 use super::foveated_run::{labelled, run};
 
@@ -146,7 +146,7 @@ fn a_run_whose_jobs_were_not_done_is_not_checkable_and_no_panic() {
     for f in &mut dark.foveated {
         (f.display_w, f.render_w) = (0.0, 0.0);
     }
-    let text = terminal(&alone(&dark));
+    let text = document(&alone(&dark)).terminal(80);
     assert!(!text.contains("inf") && !text.contains("NaN"), "{text}");
 }
 
@@ -189,14 +189,14 @@ fn twelve_samples_are_compared_with_five_of_the_same_scene() {
 #[test]
 fn the_answer_fits_a_terminal_and_says_what_cannot_be_simulated() {
     let book = check(&[labelled("snow-fr", run()), labelled("a-very-long-name-of-a-run", run())]);
-    let text = terminal(&book);
+    let text = document(&book).terminal(80);
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
     assert!(text.contains("29 of 29 claims agree, 2 could not be checked"), "{text}");
     assert!(text.contains("R1, R2, R3; no view shows R4"), "{text}");
-    assert!(text.contains("13   nobody sees a difference"), "{text}");
-    let page = markdown(&book);
+    assert!(text.contains("nobody sees a difference"), "{text}");
+    let page = document(&book).markdown();
     assert_eq!(page.matches("\n| 21a |").count(), 1);
     let value = json(&book);
     assert_eq!(value["agree"], 29);

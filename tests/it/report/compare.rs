@@ -1,7 +1,7 @@
 //! Runs beside each other.
 
 use powergs_sim::findings::compare::{Comparison, Measure, Side, SideError};
-use powergs_sim::report::compare::{charts, compare_csv, json, markdown, note, run_toml, terminal};
+use powergs_sim::report::compare::{charts, compare_csv, document, json, note, run_toml};
 use powergs_sim::report::{csv, record};
 use powergs_sim::run_record::Run;
 
@@ -68,7 +68,7 @@ fn iso_area_scales_with_the_area() {
 fn a_folder_says_the_same_as_the_run() {
     let run = builder::garden();
     let toml = record::run_toml(&run).expect("TOML");
-    let results = csv::results(&run).expect("CSV");
+    let results = csv::results(&run);
     let mut read = Side::of_folder("folder", &toml, &results).expect("a report");
     read.label = "gscore".into();
     assert_eq!(read, side(&run));
@@ -78,7 +78,7 @@ fn a_folder_says_the_same_as_the_run() {
 fn broken_folders_name_file_and_place() {
     let run = builder::run(&[4.0]);
     let toml = record::run_toml(&run).expect("TOML");
-    let results = csv::results(&run).expect("CSV");
+    let results = csv::results(&run);
     let text = String::from_utf8(results.clone()).expect("text");
     let read = |toml: &str, csv: &str| match Side::of_folder("x", toml, csv.as_bytes()) {
         Ok(_) => panic!("it was taken"),
@@ -126,7 +126,8 @@ fn text_fits_for_any_number_of_sides() {
     run.facts.machine.name = "a-machine-of-a-very-long-name-indeed".into();
     for n in 2..8 {
         let sides = (0..n).map(|_| side(&run)).collect();
-        let text = terminal(&Comparison::new(sides), Some("reports/x/summary.md"));
+        let text =
+            document(&Comparison::new(sides), &[], Some("reports/x/summary.md")).terminal(80);
         for line in text.lines() {
             assert!(line.chars().count() <= 80, "{n}: {line}");
             assert_eq!(line, line.trim_end());
@@ -136,7 +137,7 @@ fn text_fits_for_any_number_of_sides() {
 
 #[test]
 fn terminal_of_two() {
-    expect_test::expect_file!["compare.txt"].assert_eq(&terminal(&pair(), None));
+    expect_test::expect_file!["compare.txt"].assert_eq(&document(&pair(), &[], None).terminal(80));
 }
 
 #[test]
@@ -148,9 +149,9 @@ fn page_csv_json_and_record() {
         let svg = chart.svg().expect("SVG");
         assert!(svg.contains("slow") && !svg.contains("NaN"), "{}", chart.name);
     }
-    let page = markdown(&c, &charts);
-    assert!(page.contains("| frames per second | 200 | 100 | 0.500 |"), "{page}");
-    let bytes = compare_csv(&c).expect("CSV");
+    let page = document(&c, &charts, None).markdown();
+    assert!(page.contains("| frames per second | 200 | 100 | -100 | 0.500 |"), "{page}");
+    let bytes = compare_csv(&c);
     let mut reader = ::csv::Reader::from_reader(bytes.as_slice());
     let head = reader.headers().expect("a head").clone();
     assert_eq!(head, vec!["kind", "name", "gscore", "slow", "slow/gscore"]);

@@ -6,14 +6,14 @@ use powergs_sim::optimize::fit::{Sample, fit};
 use powergs_sim::optimize::foveated::Method;
 use powergs_sim::optimize::results::{Results, saving_at};
 use powergs_sim::report::optimize::foveated::{
-    Album, Shot, Show, charts, foveated_csv, levels_csv, markdown, regions_csv,
+    Album, Shot, Show, charts, document, foveated_csv, levels_csv, regions_csv,
 };
 
 use super::foveated_run::run;
 
 /// The rows of a table, by the names of its columns.
-fn rows(text: &str) -> Vec<std::collections::BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
+fn rows(text: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(text);
     let names = reader.headers().unwrap().clone();
     let row = |record: csv::StringRecord| {
         assert_eq!(record.len(), names.len());
@@ -123,7 +123,7 @@ fn charts_are_drawn_and_the_summary_shows_them_with_the_tables() {
             std::fs::write(folder.join(format!("{}.png", chart.name)), png).unwrap();
         }
     }
-    let text = markdown(&show, &drawn);
+    let text = document(&show, &drawn).markdown();
     for part in [
         "Regions that count: R1, R2, R3; no view shows R4",
         "not a GPU's. The dense model, not foveated, runs at 20 FPS",
@@ -147,9 +147,9 @@ fn a_run_with_little_to_show_has_few_charts_and_no_panic() {
     let drawn = charts(&alone);
     let names: Vec<&str> = drawn.iter().map(|c| c.name).collect();
     assert_eq!(names, ["foveated_quality", "foveated_regions"]);
-    assert!(markdown(&alone, &drawn).contains("No region was measured"));
+    assert!(document(&alone, &drawn).markdown().contains("No region was measured"));
     results.foveated.clear();
     let none = Show { results: &results, fits: Vec::new(), album: None };
     assert!(charts(&none).is_empty());
-    assert_eq!(markdown(&none, &[]), "");
+    assert_eq!(document(&none, &[]).markdown(), "");
 }

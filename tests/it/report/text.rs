@@ -4,18 +4,17 @@ use expect_test::{expect, expect_file};
 use powergs_sim::action::UnitKind;
 use powergs_sim::findings::{Bottleneck, Limit, RunSummary, bottleneck};
 use powergs_sim::report::bottleneck::sentence;
+use powergs_sim::report::charts;
 use powergs_sim::report::format::{engineering, percent, rate, shortened, significant, wrapped};
-use powergs_sim::report::{charts, summary, terminal};
+use powergs_sim::report::page::document;
 use powergs_sim::run_record::Run;
 
 use super::builder;
 
 fn terminal(run: &Run) -> String {
-    let text = terminal::summary(
-        run,
-        Some("reports/garden-gscore/summary.md"),
-        Some("powergs-sim replay garden.bin --set vru.units-per-core=32"),
-    );
+    let next = "powergs-sim replay garden.bin --set vru.units-per-core=32";
+    let ending = [("report", "reports/garden-gscore/summary.md".into()), ("next", next.to_owned())];
+    let text = document(run, &[], &ending).terminal(80);
     for line in text.lines() {
         assert!(line.chars().count() <= 80, "{} columns: {line}", line.chars().count());
         assert_eq!(line, line.trim_end());
@@ -27,42 +26,46 @@ fn terminal(run: &Run) -> String {
 fn terminal_summary() {
     expect![[r#"
         garden on gscore: 24 frames of 979x546, cycle model
-
-        frame time   mean 11.0 ms, p99 17.8 ms, max 17.8 ms: 90.9 FPS
-        deadline     16.7 ms at 60 FPS: 5 of 24 frames missed
-        energy per frame                             6.98 mJ
-        power at full rate (90.9 FPS)                 635 mW
-        power at the display rate (60 FPS)            450 mW
-        that and the display's own power              1.39 W
-
-        mW at 60 FPS       dram    sram    flop  leakage  background  refresh   total
-        preprocessing      33.0    6.60    13.2        -           -        -    52.8
-        sorting            52.8    9.90    6.60        -           -        -    69.3
-        rendering          79.2    26.4     132        -           -        -     238
-        standby               -       -       -     60.0        25.0     5.00    90.0
-        total               165    42.9     152     60.0        25.0     5.00     450
-
-        % of cycles      busy  records  list  spill  features  input  output  bank  idle
-        ccu x4             10       12     -      -         -      -       1     -    77
-        qsu x8              5        -    14      -         -      2      20     -    59
-        bsu x4             22        -     -      -         2     11      30     -    35
-        vru x64            61        -     -      -         8      4      <1     -    27
-        dram bus           33   1.70 of 51.2 GB/s, row hits 73 %, moves 1.32 B/B
-
-        region, a frame    tiles      splats    VRU cycles       energy
-        R1                  2040     1100000       3299999      11.0 mJ
-        R2                  2040      550000       1649999      5.50 mJ
-        R3                  2040      366666       1100000      3.67 mJ
-        R4                  2040      275000        824999      2.75 mJ
-
         VRU-bound 61 % of the frame, CCU-bound 10 %; the rest waits for records of
         Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), the unit
         before 4 %, room in the output 1 %; 4 % without work.
 
-        doubling (3 frames)                       ms per frame              mJ per frame
-        dram.bandwidth                    11.0 -> 8.36   -24 %      6.93 -> 6.80  -1.9 %
-        vru.units-per-core                11.0 -> 10.1  -8.2 %      6.93 -> 6.90  -0.4 %
-        the other 1: see summary.md
+        frame time                          mean 11.0 ms, p99 17.8 ms, max 17.8 ms
+        frame rate                          90.9 FPS
+        deadline                            16.7 ms at 60 FPS: 5 of 24 frames missed
+        energy per frame                    6.98 mJ
+        power at full rate (90.9 FPS)       635 mW
+        power at the display rate (60 FPS)  450 mW
+        display power                       940 mW
+        display rate and display            1.39 W
+
+        mW at 60 FPS   dram  sram  flop  leakage  background  refresh  total
+        preprocessing  33.0  6.60  13.2        -           -        -   52.8
+        sorting        52.8  9.90  6.60        -           -        -   69.3
+        rendering      79.2  26.4   132        -           -        -    238
+        standby           -     -     -     60.0        25.0     5.00   90.0
+        total           165  42.9   152     60.0        25.0     5.00    450
+
+        % of cycles  busy  records  list  spill  features  input  output  bank  idle
+        ccu x4         10       12     -      -         -      -       1     -    77
+        qsu x8          5        -    14      -         -      2      20     -    59
+        bsu x4         22        -     -      -         2     11      30     -    35
+        vru x64        61        -     -      -         8      4      <1     -    27
+
+        DRAM bus busy 33 % of the time: 1.70 of 51.2 GB/s, 73 % row hits, 1.32 bytes
+        moved per byte asked for.
+
+        region, a frame  tiles  splats loaded  VRU cycles   energy
+        R1                2040        1100000     3299999  11.0 mJ
+        R2                2040         550000     1649999  5.50 mJ
+        R3                2040         366666     1100000  3.67 mJ
+        R4                2040         275000      824999  2.75 mJ
+
+        doubled (3 frames)  ms per frame  change  mJ per frame  change
+        nothing                     11.0                  6.93
+        dram.bandwidth              8.36   -24 %          6.80  -1.9 %
+        vru.units-per-core          10.1  -8.2 %          6.90  -0.4 %
+        gsu.qsu-per-core            11.0     0 %          6.93     0 %
 
         limits  9 effects left out; mattered most: A4 A5 A26 powergs A8 A10
         report  reports/garden-gscore/summary.md
@@ -76,15 +79,15 @@ fn terminal_summary_of_the_paper_model() {
     expect![[r#"
         garden on paper: 24 frames of 979x546, paper model
 
-        frame time   not in this model, which counts work only
-        energy per frame                             2.83 mJ
-        power at the display rate (60 FPS)            170 mW
+        frame time                          not in this model, which counts work only
+        energy per frame                    2.83 mJ
+        power at the display rate (60 FPS)  170 mW
 
-        mW at 60 FPS       dram    sram    flop  leakage  background  refresh   total
-        preprocessing      15.6    3.12    6.24        -           -        -    25.0
-        sorting            25.0    4.68    3.12        -           -        -    32.8
-        rendering          37.4    12.5    62.4        -           -        -     112
-        total              78.0    20.3    71.8        0           0        0     170
+        mW at 60 FPS   dram  sram  flop  leakage  background  refresh  total
+        preprocessing  15.6  3.12  6.24        -           -        -   25.0
+        sorting        25.0  4.68  3.12        -           -        -   32.8
+        rendering      37.4  12.5  62.4        -           -        -    112
+        total          78.0  20.3  71.8        0           0        0    170
 
         report  reports/garden-gscore/summary.md
         next    powergs-sim replay garden.bin --set vru.units-per-core=32
@@ -106,7 +109,7 @@ fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
 fn summary_page() {
     let run = builder::garden();
     let charts = charts::all(&run);
-    let text = summary::markdown(&run, &charts);
+    let text = document(&run, &charts, &[]).markdown();
     expect_file!["summary.md"].assert_eq(&text);
 }
 
@@ -115,8 +118,8 @@ fn summary_page_of_an_interrupted_run() {
     let mut run = builder::garden();
     run.frames.truncate(3);
     run.facts.trace.name = "a|b*c\n# d".into();
-    let text = summary::markdown(&run, &[]);
-    assert!(text.starts_with("# a\\|b\\*c?\\# d on gscore\n\n**INCOMPLETE: 3 of 24 frames.**"));
+    let text = document(&run, &[], &[]).markdown();
+    assert!(text.starts_with("# a\\|b\\*c?# d on gscore\n\n**INCOMPLETE: 3 of 24 frames.**"));
 }
 
 /// The bottleneck of a run of one frame whose units and DRAM are changed by `change`.

@@ -65,15 +65,18 @@ fn sobol_shares_the_variance_of_a_sum() {
 
 /// Eight cores with long chunks need more sorting buffer than there is.
 #[test]
-fn what_is_no_machine_is_drawn_again_and_said() {
+fn invalid_designs_are_drawn_again_and_said() {
     let keys = "vru.cores=4|8,geometry.chunk=256|512,buffers.sorting.capacity=16 KiB|64 KiB";
     let root = tempfile::tempdir().expect("a folder");
     let args = ["--interactions", "morris", "--samples", "3", "--keys", keys];
     let run = sensitivity("gscore", &args, &root.path().join("s")).assert().success();
     let said = String::from_utf8_lossy(&run.get_output().stdout).into_owned();
-    assert!(said.contains("drawn again (no machine)"), "{said}");
+    assert!(said.replace('\n', " ").contains("drawn again (invalid)"), "{said}");
     let page = std::fs::read_to_string(root.path().join("s/summary.md")).expect("a page");
-    assert!(page.contains("Keys are independent only as far as machines exist"), "{page}");
+    assert!(
+        page.contains("Keys are independent only as far as configurations are valid"),
+        "{page}"
+    );
 }
 
 #[test]

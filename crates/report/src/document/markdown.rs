@@ -70,15 +70,27 @@ fn clean(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }
 
-/// Names from files must not end a table cell or start markup.
-pub(crate) fn escaped(text: &str) -> String {
+/// Names from files must not end a table cell or start markup. What Markdown takes for itself in
+/// its place stays readable: `vru_busy`, `<1`, `at #12`.
+fn escaped(text: &str) -> String {
     let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            '|' | '*' | '_' | '`' | '[' | ']' | '<' | '>' | '#' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out.push('?'),
-            c => out.push(c),
+    let mut before = None;
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        let next = rest.peek().copied();
+        let is_word = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+        let is_markup = match c {
+            '|' | '*' | '`' | '[' | ']' | '\\' => true,
+            '_' => !(is_word(before) && is_word(next)),
+            '<' => next.is_some_and(|c| c.is_alphabetic() || "/!?".contains(c)),
+            '#' | '>' => before.is_none(),
+            _ => false,
+        };
+        if is_markup {
+            out.push('\\');
         }
+        out.push(if c.is_control() { '?' } else { c });
+        before = Some(c);
     }
     out
 }

@@ -209,8 +209,10 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows.
     pub rows: Vec<Vec<Cell>>,
-    /// Rows that a terminal shows; the file that has all of them.
-    pub most: Option<(usize, &'static str)>,
+    /// Rows that a terminal shows, if not all.
+    pub most: Option<usize>,
+    /// The line below the rows on a terminal, such as where the others are; empty for none.
+    pub more: String,
 }
 
 impl Table {
@@ -250,8 +252,11 @@ impl Table {
     }
 
     /// Rows that a terminal shows; `all` is the file that has the others.
-    pub fn most(mut self, rows: usize, all: &'static str) -> Table {
-        self.most = Some((rows, all));
+    pub fn most(mut self, rows: usize, all: &str) -> Table {
+        if self.rows.len() > rows {
+            self.more = format!("... and {} more: {all}", self.rows.len() - rows);
+            self.most = Some(rows);
+        }
         self
     }
 

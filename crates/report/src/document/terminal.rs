@@ -70,7 +70,7 @@ impl Table {
     pub fn terminal(&self, width: usize) -> String {
         let shown: Vec<usize> =
             (0..self.columns.len()).filter(|&i| self.columns[i].shown.on_terminal()).collect();
-        let most = self.most.map_or(self.rows.len(), |(most, _)| most);
+        let most = self.most.unwrap_or(self.rows.len());
         let cells: Vec<Vec<String>> = self
             .rows
             .iter()
@@ -99,8 +99,8 @@ impl Table {
                 text += &line(&part, &row, &columns, &widths);
             }
         }
-        if let Some((most, all)) = self.most.filter(|(most, _)| *most < self.rows.len()) {
-            text += &format!("... and {} more: {all}\n", self.rows.len() - most);
+        if !self.more.is_empty() {
+            text += &format!("{}\n", self.more);
         }
         text
     }

@@ -30,7 +30,7 @@ fn subtitle(all: &Interactions) -> String {
     format!("{note}{names} on {machine}: {}", sample(all))
 }
 
-/// `20 trajectories, 241 machines, 4 trajectories drawn again (no machine), seed 1`.
+/// `20 trajectories, 241 machines, 4 trajectories drawn again (invalid), seed 1`.
 fn sample(all: &Interactions) -> String {
     let what = match &all.results {
         Results::Morris(_) => "trajectories",
@@ -43,7 +43,7 @@ fn sample(all: &Interactions) -> String {
     let (samples, machines) = (all.samples, all.points.len());
     let again = match all.redrawn {
         0 => String::new(),
-        n => format!(", {n} drawn again (no machine)"),
+        n => format!(", {n} drawn again (invalid)"),
     };
     format!("{samples}{of} {what}, {machines} machines{again}, seed {}", all.seed)
 }

@@ -44,7 +44,9 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title(provenance.title.as_str().into()));
     if !question.text.is_empty() {
-        page.add(Block::Quote(question.text.as_str().into()));
+        page.on(Shown::Page, Block::Quote(question.text.as_str().into()));
+        let asked = format!("question: {}", question.text);
+        page.on(Shown::Terminal, Block::Paragraph(asked.into()));
     }
     let goals = words::objectives(&question.objectives);
     let (scope, table) = (&question.scope, &analysis.energy_table);
@@ -56,11 +58,11 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     page.paragraph(words::funnel(analysis));
     let top = spread(&analysis.front, question.top.max(2), analysis.knee);
     let hidden = analysis.front.len() - top.len();
-    page.on(Shown::Terminal, Block::Table(front(analysis, &top)));
+    let mut best = front(analysis, &top);
     if hidden > 0 {
-        let more = format!("... and {hidden} more on the front: pareto.csv");
-        page.on(Shown::Terminal, Block::Paragraph(more.into()));
+        best.more = format!("... and {hidden} more on the front: pareto.csv");
     }
+    page.on(Shown::Terminal, Block::Table(best));
     page.paragraph(words::knee(analysis).join(" "));
     page.paragraph(words::named(analysis).unwrap_or_default().join(" "));
     let marginals = analysis.marginals.iter().map(|m| words::marginal(analysis, m).into());

@@ -1,4 +1,4 @@
-//! `validate`: tables, verdicts, measuring, the page, and a subset of the published rows.
+//! `validate`: tables, verdicts, measuring, and a subset of the published rows.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,8 +9,7 @@ use powergs_core::run::{System, SystemSpec, Watch};
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{steps, value};
 use powergs_study::validate::{
-    Baseline, Built, Judged, MachineName, Metric, Row, Status, Tables, Tolerance, Verdict,
-    document, judge, measure, table,
+    Baseline, Built, MachineName, Metric, Row, Status, Tables, Tolerance, Verdict, judge, measure,
 };
 
 fn build(name: &MachineName) -> Built {
@@ -86,22 +85,6 @@ fn the_baseline_is_what_the_statuses_say() {
         };
         assert_eq!(judged.verdict, expected, "{}: {ours:?}", row.id);
     }
-}
-
-#[test]
-fn the_page_is_that_of_the_tables() {
-    let tables = Tables::embedded();
-    let judged: Vec<Judged> = tables.rows.iter().map(|row| of_baseline(&tables, row)).collect();
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/validation.md");
-    expect_file![path].assert_eq(&document::page(&tables, &judged));
-    for line in table::terminal(&judged).lines() {
-        assert!(line.chars().count() <= 80, "{line}");
-    }
-}
-
-fn of_baseline<'a>(tables: &Tables, row: &'a Row) -> Judged<'a> {
-    let ours = tables.baseline.get(&row.id).copied();
-    judge(row, ours, ours)
 }
 
 /// What needs no frame, and Lego with one view in place of four: a view is within a tenth of the

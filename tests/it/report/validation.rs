@@ -1,0 +1,21 @@
+//! `docs/validation.md` and what `validate` prints.
+
+use expect_test::expect_file;
+use powergs_sim::report::validate::{document, page};
+use powergs_sim::validate::{Judged, Tables, judge};
+
+#[test]
+fn the_page_is_that_of_the_tables() {
+    let tables = Tables::embedded();
+    let of_baseline = |row| {
+        let row: &powergs_sim::validate::Row = row;
+        let ours = tables.baseline.get(&row.id).copied();
+        judge(row, ours, ours)
+    };
+    let judged: Vec<Judged> = tables.rows.iter().map(of_baseline).collect();
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/validation.md");
+    expect_file![path].assert_eq(&page(&tables, &judged));
+    for line in document(&judged).terminal(80).lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
