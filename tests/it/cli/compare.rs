@@ -48,7 +48,7 @@ fn finished_reports(root: &Path) {
     replay("a", "gscore-28nm");
     replay("b", "paper");
     let both = program(&[&path("a"), &path("b"), "--out", &path("both")]).assert().code(0);
-    both.stdout(predicate::str::contains("note: energy tables differ (gscore-28nm, paper)"));
+    both.stdout(predicate::str::contains("Note: energy tables differ (gscore-28nm, paper)"));
     fs::write(root.join("b/results.csv"), "row,frame\nmean,\np99,\n").expect("written");
     // An older report without a column leaves a gap.
     let gaps = program(&[&path("a"), &path("b"), "--out", &path("x")]).assert().code(0);
