@@ -49,7 +49,8 @@ pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]
 pub use powergs_report as report;
 pub use powergs_study::{
-    analysis, findings, replay, run_record, sensitivity, sweep, validate, views,
+    analysis, extract, findings, replay, run_record, scene_statistics, sensitivity, sweep,
+    validate, views,
 };
 pub use {
     powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,

@@ -12,8 +12,8 @@ use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::config::embedded::DRAM;
 use powergs_core::dram::address_trace::Requests;
 use powergs_core::dram::device::Order;
-use powergs_core::dram::drive::WindowDrive;
-use powergs_core::dram::{Device, Drive, EnergyUse, Mode, Run};
+use powergs_core::dram::levels::{Level, LevelRun, run_levels};
+use powergs_core::dram::{Device, Mode};
 use powergs_core::run::files::read;
 
 mod table;
@@ -28,9 +28,6 @@ Examples:
 
 A line of a trace is `R 0x1f40 64` (or W), `LD 0x1f40` (or ST), or `0x1f40 R`.
 powergs-sim arch list names the devices; docs/dram.md has the rules.";
-
-/// Requests between looks at Ctrl-C and the progress bar.
-const BATCH: u64 = 4096;
 
 /// Arguments of `dram`.
 #[derive(Debug, clap::Args)]
@@ -81,11 +78,14 @@ pub enum Model {
     Both,
 }
 
-/// A run of one level with what it cost.
-pub(super) struct Result1 {
-    pub name: &'static str,
-    pub run: Run,
-    pub energy: EnergyUse,
+impl Model {
+    fn levels(self) -> &'static [Level] {
+        match self {
+            Model::Banked => &[Level::Banked],
+            Model::Window => &[Level::Window],
+            Model::Both => &[Level::Banked, Level::Window],
+        }
+    }
 }
 
 /// Runs `dram`.
@@ -116,40 +116,14 @@ fn simulate(
     args: &Args,
     device: &Device,
     context: &Context,
-) -> Result<Option<Vec<Result1>>, Failure> {
+) -> Result<Option<Vec<LevelRun>>, Failure> {
     let shown = args.trace.display();
     let (input, kib) = open(args)?;
     let progress = Progress::new(context, kib, "KiB");
-    let mut banked = (args.model != Model::Window).then(|| Drive::new(device, args.mode));
-    let mut window = (args.model != Model::Banked).then(|| WindowDrive::new(device, args.mode));
-    let mut requests = Requests::new(Counted { inner: input, bytes: 0, progress: &progress });
-    let mut n = 0;
-    for access in requests.by_ref() {
-        let access = access.or_exit(Exit::BadInput, &shown)?;
-        if banked.as_ref().is_some_and(Drive::is_full)
-            || window.as_ref().is_some_and(WindowDrive::is_full)
-        {
-            break;
-        }
-        banked.iter_mut().for_each(|d| d.take(access));
-        window.iter_mut().for_each(|d| d.take(access));
-        n += 1;
-        if n % BATCH == 0 && context.is_cancelled() {
-            return Ok(None);
-        }
-    }
-    let mut results = Vec::new();
-    let mut push = |name, run: Run| {
-        let energy = EnergyUse::new(device, &run.stats, run.cycles);
-        results.push(Result1 { name, run, energy });
-    };
-    if let Some(drive) = banked {
-        push("banked", drive.finish().0);
-    }
-    if let Some(drive) = window {
-        push("window", drive.finish());
-    }
-    Ok(Some(results))
+    let requests = Requests::new(Counted { inner: input, bytes: 0, progress: &progress });
+    let cancelled = || context.is_cancelled();
+    run_levels(device, args.mode, args.model.levels(), requests, cancelled)
+        .or_exit(Exit::BadInput, &shown)
 }
 
 /// The trace and its size in KiB; 0 if that is not known.
@@ -196,16 +170,16 @@ impl BufRead for Counted<'_> {
     }
 }
 
-fn as_json(args: &Args, device: &Device, results: &[Result1]) -> Value {
+fn as_json(args: &Args, device: &Device, results: &[LevelRun]) -> Value {
     let first = &results[0];
     let mut value = one_json(device, first);
     let map = value.as_object_mut().expect("an object");
     map.insert("device".to_owned(), json!(device.name));
     map.insert("mode".to_owned(), json!(args.mode.to_string()));
-    map.insert("model".to_owned(), json!(first.name));
+    map.insert("model".to_owned(), json!(first.level.name()));
     if let [banked, window] = results {
         map.insert("window".to_owned(), one_json(device, window));
-        let change = |f: fn(&Device, &Result1) -> f64| f(device, window) / f(device, banked) - 1.0;
+        let change = |f: fn(&Device, &LevelRun) -> f64| f(device, window) / f(device, banked) - 1.0;
         map.insert(
             "window_error".to_owned(),
             json!({
@@ -218,7 +192,7 @@ fn as_json(args: &Args, device: &Device, results: &[Result1]) -> Value {
     value
 }
 
-fn one_json(device: &Device, result: &Result1) -> Value {
+fn one_json(device: &Device, result: &LevelRun) -> Value {
     let (stats, total) = (&result.run.stats, &result.run.stats.total);
     let time_ns = device.ns(result.run.cycles);
     let period = device.clock_period.0;
@@ -264,6 +238,6 @@ fn one_json(device: &Device, result: &Result1) -> Value {
 }
 
 /// Part of the run for which a bus was busy.
-pub(super) fn share(cycles: f64, result: &Result1) -> f64 {
+pub(super) fn share(cycles: f64, result: &LevelRun) -> f64 {
     if result.run.cycles == 0 { 0.0 } else { cycles / result.run.cycles as f64 }
 }

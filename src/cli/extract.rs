@@ -1,10 +1,8 @@
 //! `extract`: a scene and its views become a trace.
-//!
-//! Frames are rendered one after another, each on all threads, and written as they come: memory
-//! does not grow with the length of the trace. While one frame is compressed the next is rendered.
 
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::json;
 use tempfile::NamedTempFile;
@@ -12,15 +10,15 @@ use tempfile::NamedTempFile;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_default, note_missing};
-use super::progress::Progress;
+use super::progress::{Counts, Watched};
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::RunError;
 use powergs_core::run::store::atomic::temporary;
-use powergs_frame::fovea::ScreenGaze;
-use powergs_frame::trace::{ColumnGroup, EncodedFrame, Frame, FrameFault, TraceHeader, Writer};
-use powergs_raster::{Detail, Options, render, render_foveated};
-use powergs_scene::Camera;
+use powergs_frame::trace::TraceHeader;
 use powergs_scene::camera::orbit::SceneBounds;
+use powergs_study::extract::{Extracted, extract};
+use powergs_study::views::RenderedViews;
 
 /// Shown under `extract --help`.
 pub const EXAMPLES: &str = "\
@@ -65,44 +63,35 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         note_default(context, &args.gaze);
         note_missing(context, &views.cameras, &gazes);
     }
-    let name = stem(&args.scene);
-    let mut job = Job::new(args, &name, scene.base().len() as u64)?;
-    let options = Options { background: args.background.0, ..Options::reference(Detail::Counters) };
-    let progress = Progress::new(context, views.cameras.len() as u64, "frames");
-    let mut pending: Option<Frame> = None;
-    for (camera, gaze) in views.cameras.iter().zip(&gazes) {
-        if context.is_cancelled() {
-            break;
-        }
-        let (encoded, frame) = rayon::join(
-            || pending.as_ref().map(EncodedFrame::encode),
-            || frame_of(&scene, camera, gaze, &options),
-        );
-        job.write(encoded)?;
-        pending = Some(frame?);
-        progress.advance(1);
-    }
-    job.write(pending.as_ref().map(EncodedFrame::encode))?;
-    drop((progress, pending));
-    job.finish(args, context, views.cameras.len())
-}
-
-fn frame_of(
-    scene: &Shown,
-    camera: &Camera,
-    gaze: &ScreenGaze,
-    options: &Options,
-) -> Result<Frame, Failure> {
-    match scene {
+    let header = TraceHeader {
+        generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
+        scene: stem(&args.scene),
+        points: scene.base().len() as u64,
+    };
+    let wanted = views.cameras.len();
+    let frames = match scene {
         Shown::Plain(scene) => {
-            let rendered = render(&scene.gaussians, camera, options);
-            Ok(rendered.into_frame(camera, options.background))
+            RenderedViews::new(&header.scene, Arc::new(scene.gaussians), views.cameras)
         }
         Shown::Foveated(model) => {
-            let frame = render_foveated(model, camera, gaze, options);
-            Ok(frame.or_exit(Exit::Usage, "--gaze")?.into_frame(camera, options.background))
+            let views = views.cameras.into_iter().zip(gazes);
+            RenderedViews::foveated(&header.scene, Arc::new(*model), views)
         }
-    }
+    };
+    let mut frames = frames.on_background(args.background.0);
+    let file = temporary(&args.output)
+        .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
+    let watch = Watched::new(context, Counts::Frames);
+    let trace = extract(&mut frames, &header, BufWriter::new(file), &watch);
+    let trace = trace.map_err(|error| match error {
+        RunError::Output { message, .. } => {
+            let path = args.output.display();
+            Failure::new(Exit::Usage, format!("{path}: cannot be written: {message}"))
+        }
+        other => other.into(),
+    })?;
+    drop(watch);
+    finish(args, context, trace, wanted)
 }
 
 /// The name of a scene: its file or folder without extension.
@@ -117,86 +106,51 @@ fn stem(path: &Path) -> String {
     }
 }
 
-/// A trace being written beside its final place.
-struct Job {
-    writer: Writer<BufWriter<NamedTempFile>>,
-    splats: u64,
-    splat_bytes: u64,
-    pixels: u64,
-    pixel_bytes: u64,
-}
-
-impl Job {
-    fn new(args: &Args, name: &str, points: u64) -> Result<Job, Failure> {
-        let file = temporary(&args.output)
-            .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
-        let header = TraceHeader {
-            generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
-            scene: name.to_owned(),
-            points,
-        };
-        let writer = Writer::new(BufWriter::new(file), &header)
-            .or_exit(Exit::Usage, args.output.display())?;
-        Ok(Job { writer, splats: 0, splat_bytes: 0, pixels: 0, pixel_bytes: 0 })
+/// Puts the finished file in its place. One that was interrupted is a valid trace of the frames that
+/// were done, under a name that says so.
+fn finish(
+    args: &Args,
+    context: &Context,
+    trace: Extracted<BufWriter<NamedTempFile>>,
+    wanted: usize,
+) -> Result<Exit, Failure> {
+    let done = trace.frames;
+    let complete = done == wanted as u64;
+    if done == 0 {
+        out::complain("interrupted before the first frame was done: nothing written");
+        return Ok(Exit::Interrupted);
     }
-
-    fn write(&mut self, frame: Option<Result<EncodedFrame, FrameFault>>) -> Result<(), Failure> {
-        let Some(frame) = frame else { return Ok(()) };
-        let frame = frame.or_exit(Exit::Internal, "a rendered frame is not a valid trace frame")?;
-        let camera = &frame.facts().camera;
-        self.pixels += u64::from(camera.width) * u64::from(camera.height);
-        let info = self.writer.write_encoded(frame).or_exit(Exit::Usage, "writing the trace")?;
-        self.splats += u64::from(info.head.splats);
-        self.splat_bytes += info.stored_bytes(ColumnGroup::Splat);
-        self.pixel_bytes += info.stored_bytes(ColumnGroup::Pixel);
-        Ok(())
-    }
-
-    /// Puts the finished file in its place. One that was interrupted is a valid trace of the frames
-    /// that were done, under a name that says so.
-    fn finish(self, args: &Args, context: &Context, wanted: usize) -> Result<Exit, Failure> {
-        let done = self.writer.len();
-        let complete = done == wanted as u64;
-        if done == 0 {
-            out::complain("interrupted before the first frame was done: nothing written");
-            return Ok(Exit::Interrupted);
-        }
-        let path = if complete {
-            args.output.clone()
+    let path =
+        if complete { args.output.clone() } else { args.output.with_extension("INCOMPLETE.bin") };
+    let place = || format!("{}: cannot be written", path.display());
+    let file = trace.out.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
+    let bytes = file.as_file().metadata().or_exit(Exit::Usage, place())?.len();
+    file.persist(&path).or_exit(Exit::Usage, place())?;
+    let per = |bytes: u64, n: u64| bytes as f64 / n.max(1) as f64;
+    let (splat, pixel) =
+        (per(trace.splat_bytes, trace.splats), per(trace.pixel_bytes, trace.pixels));
+    if context.global.json {
+        out::json(&json!({
+            "file": path.display().to_string(),
+            "incomplete": !complete,
+            "frames": done,
+            "bytes": bytes,
+            "visible_splats": trace.splats,
+            "bytes_per_visible_splat": splat,
+            "bytes_per_pixel": pixel,
+        }))?;
+    } else if !context.global.quiet {
+        let note = if complete {
+            String::new()
         } else {
-            args.output.with_extension("INCOMPLETE.bin")
+            format!("INCOMPLETE: {done} of {wanted} frames\n")
         };
-        let place = || format!("{}: cannot be written", path.display());
-        let buffer = self.writer.finish().or_exit(Exit::Usage, place())?;
-        let file = buffer.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
-        let bytes = file.as_file().metadata().or_exit(Exit::Usage, place())?.len();
-        file.persist(&path).or_exit(Exit::Usage, place())?;
-        let per = |bytes: u64, n: u64| bytes as f64 / n.max(1) as f64;
-        let (splat, pixel) =
-            (per(self.splat_bytes, self.splats), per(self.pixel_bytes, self.pixels));
-        if context.global.json {
-            out::json(&json!({
-                "file": path.display().to_string(),
-                "incomplete": !complete,
-                "frames": done,
-                "bytes": bytes,
-                "visible_splats": self.splats,
-                "bytes_per_visible_splat": splat,
-                "bytes_per_pixel": pixel,
-            }))?;
-        } else if !context.global.quiet {
-            let note = if complete {
-                String::new()
-            } else {
-                format!("INCOMPLETE: {done} of {wanted} frames\n")
-            };
-            out::text(&format!(
-                "{note}{}: {done} frames, {:.1} MB\n\
-                 {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
-                path.display(),
-                bytes as f64 * 1e-6
-            ))?;
-        }
-        Ok(if complete { Exit::Done } else { Exit::Interrupted })
+        out::text(&format!(
+            "{note}{}: {done} frames, {:.1} MB\n\
+             {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
+            path.display(),
+            bytes as f64 * 1e-6
+        ))?;
     }
+    Ok(if complete { Exit::Done } else { Exit::Interrupted })
 }

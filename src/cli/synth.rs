@@ -1,7 +1,5 @@
 //! `synth`: seeded scenes that behave like trained ones.
 
-pub mod statistics;
-
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -13,7 +11,7 @@ use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
 use powergs_scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
 use powergs_scene::{Camera, Gaussians, write_ply};
-use statistics::{SceneStatistics, measure, statistics};
+use powergs_study::scene_statistics::{SceneStatistics, measure, statistics};
 
 /// Examples at the end of the help.
 pub const EXAMPLES: &str = "\

@@ -2,10 +2,10 @@
 
 use clap::Parser;
 use powergs_sim::cli::synth::as_table;
-use powergs_sim::cli::synth::statistics::{FrameCounts, measure, statistics};
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
 use powergs_sim::scene::{Gaussians, Split};
+use powergs_sim::scene_statistics::{FrameCounts, measure, statistics};
 use powergs_sim::splat::Counters;
 
 fn demo() -> &'static Preset {

@@ -16,6 +16,7 @@ pub mod banked;
 pub mod device;
 pub mod drive;
 pub mod energy;
+pub mod levels;
 pub mod mapping;
 pub mod stats;
 mod windowed;

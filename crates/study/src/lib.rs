@@ -2,9 +2,11 @@
 //! tables, and published numbers beside ours.
 
 pub mod analysis;
+pub mod extract;
 pub mod findings;
 pub mod replay;
 pub mod run_record;
+pub mod scene_statistics;
 pub mod sensitivity;
 pub mod sweep;
 pub mod validate;

@@ -1,17 +1,26 @@
-//! Frames that are rendered as they are asked for: a scene and the cameras that see it.
+//! Frames that are rendered as they are asked for: a model and the cameras that see it.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use powergs_core::run::{Frames, Pending, RunError};
-use powergs_raster::{Detail, Options, render};
-use powergs_scene::{Camera, Gaussians};
+use powergs_frame::fovea::ScreenGaze;
+use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_scene::{Camera, Foveated, Gaussians};
 
-/// Views of a scene, rendered with the reference tiling and all counters.
+/// What the cameras see.
+#[derive(Debug, Clone)]
+enum Model {
+    Plain(Arc<Gaussians>),
+    /// With the gaze of each view.
+    Foveated(Arc<Foveated>, Vec<ScreenGaze>),
+}
+
+/// Views of a model, rendered with the reference tiling and all counters.
 #[derive(Debug, Clone)]
 pub struct RenderedViews {
     name: String,
-    scene: Arc<Gaussians>,
+    model: Model,
     cameras: Vec<Camera>,
     options: Options,
 }
@@ -19,8 +28,22 @@ pub struct RenderedViews {
 impl RenderedViews {
     /// The views of `cameras` on a black background.
     pub fn new(name: &str, scene: Arc<Gaussians>, cameras: Vec<Camera>) -> RenderedViews {
+        RenderedViews::of(name, Model::Plain(scene), cameras)
+    }
+
+    /// The views of a foveated model: each camera with where the viewer looks.
+    pub fn foveated(
+        name: &str,
+        model: Arc<Foveated>,
+        views: impl IntoIterator<Item = (Camera, ScreenGaze)>,
+    ) -> RenderedViews {
+        let (cameras, gazes) = views.into_iter().unzip();
+        RenderedViews::of(name, Model::Foveated(model, gazes), cameras)
+    }
+
+    fn of(name: &str, model: Model, cameras: Vec<Camera>) -> RenderedViews {
         let options = Options::reference(Detail::Counters);
-        RenderedViews { name: name.to_owned(), scene, cameras, options }
+        RenderedViews { name: name.to_owned(), model, cameras, options }
     }
 
     /// The same on another background, linear RGB.
@@ -44,11 +67,23 @@ impl Frames for RenderedViews {
     }
 
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
-        let (scene, camera) = (Arc::clone(&self.scene), self.cameras[position].clone());
-        let options = self.options;
-        Ok(Box::new(move || {
-            let rendered = render(&scene, &camera, &options);
-            Ok(Arc::new(rendered.into_frame(&camera, options.background)))
-        }))
+        let (camera, options) = (self.cameras[position].clone(), self.options);
+        Ok(match &self.model {
+            Model::Plain(scene) => {
+                let scene = Arc::clone(scene);
+                Box::new(move || {
+                    let rendered = render(&scene, &camera, &options);
+                    Ok(Arc::new(rendered.into_frame(&camera, options.background)))
+                })
+            }
+            Model::Foveated(model, gazes) => {
+                let (model, gaze) = (Arc::clone(model), gazes[position]);
+                Box::new(move || {
+                    let rendered = render_foveated(&model, &camera, &gaze, &options)
+                        .map_err(|e| RunError::Request(format!("--gaze: {e}")))?;
+                    Ok(Arc::new(rendered.into_frame(&camera, options.background)))
+                })
+            }
+        })
     }
 }

@@ -2,24 +2,25 @@
 
 use std::fmt::Write;
 
-use super::{Args, Result1, share};
+use super::{Args, share};
 use powergs_core::dram::Device;
+use powergs_core::dram::levels::LevelRun;
 
 /// The table of one or two levels.
-pub(super) fn text(args: &Args, device: &Device, results: &[Result1]) -> String {
+pub(super) fn text(args: &Args, device: &Device, results: &[LevelRun]) -> String {
     let mut text = String::new();
     let peak = device.peak_gb_s();
     let _ = writeln!(text, "{}, {peak:.1} GB/s peak, mode {}", device.name, args.mode);
-    let mut line = |name: &str, value: &dyn Fn(&Result1) -> String| {
+    let mut line = |name: &str, value: &dyn Fn(&LevelRun) -> String| {
         let values: Vec<String> = results.iter().map(|r| format!("{:>18}", value(r))).collect();
         let row = format!("  {name:22}{}", values.concat());
         let _ = writeln!(text, "{}", row.trim_end());
     };
     if results.len() > 1 {
-        line("", &|r| r.name.to_owned());
+        line("", &|r| r.level.name().to_owned());
     }
-    let total = |r: &Result1| r.run.stats.total;
-    let ns = |r: &Result1| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
+    let total = |r: &LevelRun| r.run.stats.total;
+    let ns = |r: &LevelRun| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
     let period = device.clock_period.0;
     line("time", &|r| format!("{:.1} ns", device.ns(r.run.cycles)));
     line("requested", &|r| bytes(total(r).requested_bytes()));
