@@ -18,7 +18,7 @@ use powergs_sim::splat::Intersection;
 use powergs_sim::trace::Frame;
 use powergs_sim::workload::cache::{CacheShape, replay};
 use powergs_sim::workload::order::{DepthKey, PivotRule, Sorter, TileOrder, check, tiles};
-use powergs_sim::workload::reuse::{Order, update};
+use powergs_sim::workload::reuse::{SortedLists, update};
 use powergs_sim::workload::{FrameWorkload, Geometry, bin};
 
 use scenes::{Case, synthetic};
@@ -147,7 +147,7 @@ fn caching(w: &FrameWorkload) {
 fn reusing(first: &FrameWorkload, case: &Case) {
     let tile = first.geometry.tile;
     for degrees in [0.1f64, 0.333, 1.0] {
-        let mut order = Order::exact(first);
+        let mut order = SortedLists::exact(first);
         for i in 1..=4 {
             let mut camera = case.camera.clone();
             let turn = glam::DMat3::from_rotation_y((degrees * f64::from(i)).to_radians());
@@ -157,17 +157,14 @@ fn reusing(first: &FrameWorkload, case: &Case) {
             let s = reuse.summary;
             println!(
                 "  reuse {tile} {degrees} degrees, frame {i}: {:.0} ms; kept {} new {} gone {}, \
-                 {:.1} % of lists keep, shift p99 {} max {}, pairs out of order {} \
-                 shared, {} updated",
+                 {:.1} % of lists keep, shift p99 {}, {} neighbours out of order",
                 median_ms(|| update(&order, &w)),
                 s.kept,
                 s.new,
                 s.gone,
                 100.0 * s.keeping_share,
                 s.rank_shift_p99,
-                s.rank_shift_max,
-                s.shared_inversions,
-                s.inversions,
+                s.out_of_order,
             );
             order = next;
         }

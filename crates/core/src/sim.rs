@@ -19,7 +19,7 @@ pub use measured::{Lists, Measured, observed};
 pub use regions::RegionReport;
 pub use report::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, Label, ListOrder, ModelReport,
-    OrderSummary, PaperReport, ReuseSummary, StageBytes,
+    OrderSummary, PaperReport, StageBytes,
 };
 pub use timed::{Timed, priced, time, time_again};
 

@@ -175,7 +175,7 @@ pub struct StoragePrefix {
     pub lookups: u32,
 }
 
-/// What only foveated frames have.
+/// Counters of a foveated frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoveaWork {
     /// The gaze and the screen.
@@ -231,7 +231,7 @@ pub struct FrameWorkload {
     /// Counters of the first `(i + 1) STORAGE_BLOCK` records of the scene, the last entry for all.
     /// Empty for scenes beyond [`STORAGE_RECORDS_MAX`].
     pub storage: Vec<StoragePrefix>,
-    /// What only foveated frames have.
+    /// Results of foveated frames.
     pub fovea: Option<FoveaWork>,
 }
 

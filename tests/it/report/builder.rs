@@ -13,9 +13,11 @@ use powergs_sim::run::Input;
 use powergs_sim::run_record::{Extras, Facts, MachineFacts, Run, TraceFacts};
 use powergs_sim::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
-    OrderSummary, PaperReport, RegionReport, ReuseSummary, StageBytes,
+    OrderSummary, PaperReport, RegionReport, StageBytes,
 };
 use powergs_sim::splat::{Counters, FoveaCounters};
+
+use powergs_sim::workload::reuse::ReuseSummary;
 
 fn area() -> Area {
     let mm2 = SquareMillimetres;
@@ -91,7 +93,8 @@ pub fn cycle(frame: &mut FrameReport) -> &mut CycleReport {
 pub fn reusing_frame(number: usize, millions: f64) -> FrameReport {
     let mut frame = frame(number, millions);
     let n = frame.counters.intersecting_points;
-    let reuse = ReuseSummary { kept: n, added: n / 5, gone: n / 4, out_of_order: n / 90 };
+    let (new, gone, out_of_order) = (n / 5, n / 4, n / 90);
+    let reuse = ReuseSummary { kept: n, new, gone, out_of_order, ..ReuseSummary::default() };
     cycle(&mut frame).lists = Some(ListOrder::Reused(reuse));
     frame
 }

@@ -1,27 +1,27 @@
-//! What is measured of a frame once, whatever the timing: the order of its lists, the hits of the
-//! feature cache, and what lists keep of the frame before.
+//! Measurements of a frame that do not depend on timing, taken once: the order of its lists, the
+//! hits of the feature cache, and how much order the lists keep of the frame before.
 
-use super::{CacheSummary, ListOrder, OrderSummary, ReuseSummary};
+use super::{CacheSummary, ListOrder, OrderSummary};
 use crate::accel::timeline::Observer;
 use crate::accel::{FrameContext, Machine, Replay, replay_with};
 use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
-use crate::workload::reuse::{Order, Reuse, update};
+use crate::workload::reuse::{Reuse, SortedLists, update};
 
 /// The measures of one frame for machines of one geometry, cache, key and tile order.
 #[derive(Debug, Clone, Default)]
 pub struct Measured {
-    /// The order that the sorter leaves, where it was checked.
+    /// The order of the sorted lists, where it was checked.
     pub order: Option<OrderSummary>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheReplay>,
-    /// What lists keep, in a frame that updates the order of the one before.
+    /// The order that lists keep, in a frame that updates the lists of the one before.
     pub reuse: Option<Reuse>,
 }
 
 impl Measured {
-    /// What timing needs, without the order check.
+    /// The measurements that timing needs, without the order check.
     pub fn needed(workload: &FrameWorkload, machine: &Machine) -> Measured {
         let spec = &machine.cache;
         let shape = CacheShape::new(spec.capacity, machine.record.feature_pitch, spec.ways);
@@ -74,14 +74,8 @@ impl Measured {
 
     /// How well the lists are sorted, or how much order they took over from the previous frame.
     pub(crate) fn lists(&self) -> Option<ListOrder> {
-        let Some(reuse) = &self.reuse else { return self.order.map(ListOrder::Sorted) };
-        let summary = reuse.summary;
-        Some(ListOrder::Reused(ReuseSummary {
-            kept: summary.kept,
-            added: summary.new,
-            gone: summary.gone,
-            out_of_order: summary.adjacent_inversions,
-        }))
+        let reused = self.reuse.as_ref().map(|reuse| ListOrder::Reused(reuse.summary));
+        reused.or_else(|| self.order.map(ListOrder::Sorted))
     }
 }
 
@@ -111,7 +105,7 @@ fn order(workload: &FrameWorkload, machine: &Machine) -> OrderSummary {
 /// The sorted lists of the frame before, for machines that update them.
 #[derive(Debug, Default)]
 pub struct Lists {
-    before: Option<Order>,
+    before: Option<SortedLists>,
 }
 
 impl Lists {
@@ -122,7 +116,7 @@ impl Lists {
             return None;
         }
         let Some(before) = self.before.take().filter(|order| order.age() + 1 < period) else {
-            self.before = Some(Order::exact(workload));
+            self.before = Some(SortedLists::exact(workload));
             return None;
         };
         let (reuse, after) = update(&before, workload);

@@ -5,6 +5,8 @@ use crate::accel::FrameTiming;
 use crate::action::ActionCounts;
 use crate::energy::{Area, EnergyBreakdown, Standby};
 use crate::workload::FrameWorkload;
+
+use crate::workload::reuse::ReuseSummary;
 use powergs_base::quantity::Hertz;
 use powergs_frame::fovea::LEVELS;
 use powergs_frame::splat::{Counters, FoveaCounters};
@@ -46,7 +48,7 @@ pub enum ModelReport {
 /// Results of the `paper` model besides counts and energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperReport {
-    /// What only foveated frames have.
+    /// Results of foveated frames.
     pub fovea: Option<FoveaSummary>,
 }
 
@@ -65,7 +67,7 @@ pub struct CycleReport {
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
     pub cache: Option<CacheSummary>,
-    /// What only foveated frames have.
+    /// Results of foveated frames.
     pub fovea: Option<Foveal<RegionReport>>,
 }
 
@@ -84,7 +86,7 @@ impl CycleReport {
 
 /// Order of the sorted lists of a frame: a frame either sorts its lists from scratch,
 /// or takes over the order of the frame before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ListOrder {
     /// Sorted from scratch, and checked with the machine's keys.
     Sorted(OrderSummary),
@@ -185,7 +187,7 @@ pub struct StageBytes {
     pub flops: u64,
 }
 
-/// How well the sorted lists of a frame are sorted, measured with the machine's keys.
+/// How well the lists of a frame are sorted, measured with the machine's keys.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct OrderSummary {
     /// Pairs of neighbours in all sorted lists.
@@ -207,20 +209,7 @@ pub struct CacheSummary {
     pub misses: u64,
 }
 
-/// How much order a frame took over from the previous frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct ReuseSummary {
-    /// List entries that the frame before had too.
-    pub kept: u64,
-    /// List entries that it had not.
-    pub added: u64,
-    /// Entries of the frame before that are gone.
-    pub gone: u64,
-    /// Neighbours out of order because an old order was kept.
-    pub out_of_order: u64,
-}
-
-/// What only foveated frames have.
+/// Counters of a foveated frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FoveaSummary {
     /// Gaze, shares of width and height.

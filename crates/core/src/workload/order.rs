@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use check::{PivotRule, SortCheck, Sorter, check};
-pub(super) use inversions::count as inversions;
+use inversions::count as inversions;
 pub use key::DepthKey;
 
 /// Order of tiles.

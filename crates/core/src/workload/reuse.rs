@@ -1,37 +1,34 @@
 //! Order reuse: how far the sorted lists of one frame serve the next one.
 //!
-//! Entries are the same if they are the same Gaussian of the scene. Two ways to use an old list are
-//! measured. *Shared* (Lumina): the entries that are still there are rendered in their old order,
-//! unsorted. *Updated* (Neo): entries that are gone are left out, new ones are sorted and merged in
-//! by depth, then every chunk is sorted by itself, with chunk borders half a chunk further in every
-//! other frame, so that an entry can go on moving (A75). What is still out of order after that is
-//! carried into the next frame: an [`Order`] is what really came out.
+//! Entries are the same if they are the same Gaussian of the scene. Lists are updated as in Neo:
+//! entries that are gone are left out, new ones are sorted and merged in by depth, then every chunk
+//! is sorted by itself, with chunk borders half a chunk further in every other frame, so that an
+//! entry can go on moving (A75). Disorder that is left is carried into the next frame.
 
 use rayon::prelude::*;
 
-use super::order::inversions;
 use super::{FrameWorkload, Geometry};
 
 /// The lists of a frame in the order that a sorter left them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Order {
+pub struct SortedLists {
     geometry: Geometry,
     /// Lists per row and rows of lists.
     grid: (u32, u32),
     /// Scene indices, one list per tile or sort group.
     lists: Vec<Vec<u32>>,
-    /// Frames since everything was sorted from nothing.
+    /// Frames since all lists were sorted from scratch.
     age: u32,
 }
 
-impl Order {
+impl SortedLists {
     /// The exact order of `workload`, sorted from scratch.
-    pub fn exact(workload: &FrameWorkload) -> Order {
+    pub fn exact(workload: &FrameWorkload) -> SortedLists {
         let list = |group| {
             let ranks = workload.group_list(group).into_iter();
             ranks.map(|rank| workload.index[rank as usize]).collect()
         };
-        Order {
+        SortedLists {
             geometry: workload.geometry,
             grid: grid(workload),
             lists: (0..groups(workload)).into_par_iter().map(list).collect(),
@@ -39,7 +36,7 @@ impl Order {
         }
     }
 
-    /// Frames since everything was sorted from nothing.
+    /// Frames since all lists were sorted from scratch.
     pub fn age(&self) -> u32 {
         self.age
     }
@@ -67,12 +64,8 @@ pub struct ListReuse {
     pub new: u32,
     /// Entries of the list before that are not in it now.
     pub gone: u32,
-    /// Pairs of kept entries out of order if the list is shared.
-    pub shared_inversions: u64,
-    /// Pairs out of order in the updated list.
-    pub inversions: u64,
     /// Neighbours out of order in the updated list.
-    pub adjacent_inversions: u32,
+    pub out_of_order: u32,
 }
 
 /// All lists of a frame.
@@ -91,32 +84,26 @@ pub struct ReuseSummary {
     pub old_lists: u64,
     /// Share of these that keep more than [`KEEP`] of them.
     pub keeping_share: f64,
-    /// Entries kept, new and gone.
+    /// List entries that were in their list before.
     pub kept: u64,
-    /// Entries that were not in their list before.
+    /// Entries that were not.
     pub new: u64,
-    /// Entries that are not in their list any more.
+    /// Entries of the frame before that are not in their list any more.
     pub gone: u64,
     /// The place of a kept entry among all kept ones of its list moves by at most this in 99 of 100
     /// cases, entries.
     pub rank_shift_p99: u32,
-    /// The largest such move.
-    pub rank_shift_max: u32,
-    /// Pairs out of order if lists are shared.
-    pub shared_inversions: u64,
-    /// Pairs out of order in updated lists.
-    pub inversions: u64,
-    /// Neighbours out of order in updated lists.
-    pub adjacent_inversions: u64,
+    /// Neighbours out of order because an old order was kept.
+    pub out_of_order: u64,
 }
 
 /// A list that keeps more than this share of its entries counts as keeping (`neo`: more than 90 %
 /// of tiles keep more than 78 %).
 pub const KEEP: f64 = 0.78;
 
-/// Updates `old` to the frame of `workload`: what that reuses, and the order that comes out. Where
+/// Updates `old` to the frame of `workload`; returns how much is reused, and the updated lists. Where
 /// the lists of the two frames do not correspond (another geometry or image size), all is new.
-pub fn update(old: &Order, workload: &FrameWorkload) -> (Reuse, Order) {
+pub fn update(old: &SortedLists, workload: &FrameWorkload) -> (Reuse, SortedLists) {
     let same = (old.geometry, old.grid) == (workload.geometry, grid(workload));
     let rank_of = ranks_by_index(workload);
     let parts = 4 * rayon::current_num_threads() as u32;
@@ -136,7 +123,7 @@ pub fn update(old: &Order, workload: &FrameWorkload) -> (Reuse, Order) {
         all.append(part);
     }
     let summary = summary(&all);
-    let order = Order {
+    let order = SortedLists {
         geometry: workload.geometry,
         grid: grid(workload),
         lists: all.orders,
@@ -165,12 +152,10 @@ fn summary(part: &Part) -> ReuseSummary {
         s.kept += u64::from(list.kept);
         s.new += u64::from(list.new);
         s.gone += u64::from(list.gone);
-        s.shared_inversions += list.shared_inversions;
-        s.inversions += list.inversions;
-        s.adjacent_inversions += u64::from(list.adjacent_inversions);
+        s.out_of_order += u64::from(list.out_of_order);
     }
     s.keeping_share = if s.old_lists == 0 { 0.0 } else { keeping as f64 / s.old_lists as f64 };
-    s.rank_shift_max = part.shifts.len().saturating_sub(1) as u32;
+
     let due = (s.kept * 99).div_ceil(100);
     let mut seen = 0;
     let p99 = part.shifts.iter().position(|n| {
@@ -214,7 +199,6 @@ struct Bench<'a> {
     /// Position in the current list by rank, or [`GONE`].
     position: Vec<u32>,
     part: Part,
-    spare: Vec<u32>,
 }
 
 impl<'a> Bench<'a> {
@@ -222,8 +206,7 @@ impl<'a> Bench<'a> {
         let chunk = workload.geometry.chunk as usize;
         let first_border = if age % 2 == 1 { chunk } else { chunk.div_ceil(2) };
         let position = vec![GONE; workload.index.len()];
-        let (part, spare) = (Part::default(), Vec::new());
-        Bench { workload, rank_of, first_border, position, part, spare }
+        Bench { workload, rank_of, first_border, position, part: Part::default() }
     }
 
     fn update(&mut self, old: &[u32], group: u32) {
@@ -236,7 +219,7 @@ impl<'a> Bench<'a> {
             let rank = self.rank_of.get(index as usize).copied().filter(|&rank| rank != GONE)?;
             Some(self.position[rank as usize]).filter(|&position| position != GONE)
         };
-        let mut kept: Vec<u32> = old.iter().filter_map(position).collect();
+        let kept: Vec<u32> = old.iter().filter_map(position).collect();
         for &rank in &list {
             self.position[rank as usize] = GONE;
         }
@@ -250,9 +233,7 @@ impl<'a> Bench<'a> {
             kept: kept.len() as u32,
             new: new.len() as u32,
             gone: (old.len() - kept.len()) as u32,
-            shared_inversions: inversions(&mut kept, &mut self.spare),
-            adjacent_inversions: updated.windows(2).filter(|w| w[0] > w[1]).count() as u32,
-            inversions: inversions(&mut updated, &mut self.spare),
+            out_of_order: updated.windows(2).filter(|w| w[0] > w[1]).count() as u32,
         });
     }
 

@@ -1,7 +1,8 @@
 //! Measurements beside the timing: order of the lists, feature cache, sort reuse.
 
 use super::{List, count, real};
-use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary, ReuseSummary};
+use crate::sim::{CacheSummary, FrameReport, ListOrder, OrderSummary};
+use crate::workload::reuse::ReuseSummary;
 
 /// A share of two counts; `None` where there is nothing to share.
 fn share(part: u64, whole: u64) -> Option<f64> {
@@ -61,7 +62,7 @@ pub(super) fn reuse(list: &mut List) {
     let text = "List entries whose place was taken over from the frame before.";
     count(list, "reuse.kept", "1", text, move |f| of(f, |r| r.kept));
     let text = "List entries that the frame before did not have.";
-    count(list, "reuse.added", "1", text, move |f| of(f, |r| r.added));
+    count(list, "reuse.added", "1", text, move |f| of(f, |r| r.new));
     let text = "Entries of the frame before that are gone.";
     count(list, "reuse.gone", "1", text, move |f| of(f, |r| r.gone));
     let text = "Neighbours out of order because an old order was kept.";
@@ -69,6 +70,6 @@ pub(super) fn reuse(list: &mut List) {
     let text = "Share of the list entries whose place was taken over, 0 to 1.";
     real(list, "reuse.kept_frac", "1", text, |f, _| {
         let r = reused(f)?;
-        share(r.kept, r.kept + r.added)
+        share(r.kept, r.kept + r.new)
     });
 }
