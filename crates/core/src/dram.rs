@@ -21,7 +21,7 @@ pub mod mapping;
 pub mod stats;
 mod windowed;
 
-pub use banked::{Banked, Request, Span};
+pub use banked::{AddressRange, Banked, Request};
 pub use device::{Device, Energy};
 pub use drive::{Drive, Mode, Run};
 pub use energy::{CommandPrices, EnergyUse};

@@ -11,19 +11,11 @@
 use super::machine::Fetch;
 use super::resolved::ResolvedUnits;
 use super::traffic::ChunkLoad;
+use crate::dram::AddressRange;
 use crate::workload::FrameWorkload;
 
 /// Regions begin at multiples of this.
 const REGION: u64 = 1 << 20;
-
-/// A contiguous range of bytes of a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AddressRange {
-    /// First byte.
-    pub address: u64,
-    /// Bytes.
-    pub bytes: u64,
-}
 
 /// The addresses that a request touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

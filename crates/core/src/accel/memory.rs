@@ -1,11 +1,11 @@
-//! The memory as the units see it: requests go in, and at some cycle they are done.
+//! The memory as the units see it: requests are issued, and complete in a later cycle.
 //!
-//! With the `bandwidth` and `window` models that cycle is known when a request is issued. With the
-//! `banked` model it is known when it comes: requests are reordered, so a later one may still get
-//! in between.
+//! With the `bandwidth` and `window` models the cycle of completion is known when a request is
+//! issued. With the `banked` model it is known only when the request completes, because the
+//! controller may serve later requests first.
 
 use super::dram::{Channel, Dram};
-use super::layout::{AccessPattern, AddressRange, Layout};
+use super::layout::{AccessPattern, Layout};
 use super::machine::{DramModel, Machine};
 use super::timeline::Observer;
 use super::traffic::Traffic;
@@ -26,20 +26,20 @@ impl Arrival {
     pub(crate) const NOW: Arrival = Arrival(0);
 }
 
-/// The kind of a request.
+/// A request of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
-    /// Which agent asks, and is woken.
+    /// The agent that issues it, and that its completion wakes.
     pub owner: u32,
-    /// On behalf of which stage.
+    /// The stage that its bytes are charged to.
     pub stage: Stage,
     /// Whether it writes.
     pub write: bool,
-    /// Bytes asked for.
+    /// Bytes requested.
     pub bytes: u64,
 }
 
-/// Marks an arrival whose cycle is not known yet: the rest is the number of the request.
+/// Marks an arrival whose cycle is not known yet: the other bits are the number of the request.
 const UNKNOWN: u64 = 1 << 63;
 
 /// The memory of one frame.
@@ -50,22 +50,21 @@ pub struct Memory<'a> {
     timer: Timer,
 }
 
-/// What says when.
+/// The DRAM model.
 enum Timer {
     Flat(Channel),
     Window(Box<Windowed>, Clocks),
     Banked(Box<Queued>, Clocks),
 }
 
-/// A device that decides later.
+/// A device with its requests, which it reorders.
 struct Queued {
     device: Banked,
-    /// Requests by number: what they touch, how far that is done, who asked, and when they were
-    /// done.
+    /// Requests by number: addresses, address ranges already taken, agent, cycle of completion.
     requests: Vec<(AccessPattern, u64, u32, u64)>,
 }
 
-/// Cycles of the machine against CK of the device, both in femtoseconds.
+/// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
 #[derive(Debug, Clone, Copy)]
 struct Clocks {
     cycle_fs: u64,
@@ -129,8 +128,8 @@ impl<'a> Memory<'a> {
         matches!(self.timer, Timer::Flat(_))
     }
 
-    /// Issues a request in cycle `now`; `span` says where its bytes are. Nothing is asked for in a
-    /// request of no bytes, which is done one cycle later.
+    /// Issues a request in cycle `now`; `span` gives its addresses. A request of no bytes does not
+    /// reach the memory and is done one cycle later.
     #[inline]
     pub(crate) fn issue<O: Observer>(
         &mut self,
@@ -156,7 +155,7 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// Issues a request to a memory that may want to know where.
+    /// Issues a request to a memory that may depend on addresses.
     fn issue_at(&mut self, now: u64, request: Request, span: AccessPattern) -> Arrival {
         let (layout, workload) = (&self.layout, self.workload);
         let class = request.stage as u8;
@@ -164,9 +163,7 @@ impl<'a> Memory<'a> {
             Timer::Flat(channel) => Arrival(channel.serve(now, request.write, request.bytes)),
             Timer::Window(device, clocks) => {
                 let mut cursor = 0;
-                let pieces = std::iter::from_fn(|| {
-                    layout.piece(&span, &mut cursor, workload).map(in_device)
-                });
+                let pieces = std::iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
                 let done = device.serve(clocks.ck_from(now), request.write, class, pieces);
                 Arrival(clocks.cycle(done).max(now + 1))
             }
@@ -213,15 +210,15 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// Works until a request is done whose end was not known, at most until cycle `until`: the
-    /// cycle, and the agent that asked.
+    /// Runs the `banked` model until a request completes, at most until cycle `until`; returns the
+    /// cycle of completion and the agent of the request.
     pub(crate) fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
         let (layout, workload) = (&self.layout, self.workload);
         let requests = &mut queued.requests;
         let mut pieces = |number: u32| {
             let (span, cursor, ..) = &mut requests[number as usize];
-            layout.piece(span, cursor, workload).map(in_device)
+            layout.piece(span, cursor, workload)
         };
         let (ck, number) = queued.device.advance(clocks.ck_until(until), &mut pieces)?;
         let (_, _, owner, done) = &mut requests[number as usize];
@@ -237,7 +234,7 @@ impl<'a> Memory<'a> {
         }
     }
 
-    /// Goes on where a channel of the same rate was.
+    /// Continues with the state of another channel of the same rate.
     pub(crate) fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
         self.timer = Timer::Flat(channel);
         self.traffic = traffic;
@@ -266,11 +263,6 @@ impl<'a> Memory<'a> {
         };
         DramUse { read_bytes: total.read, write_bytes: total.write, ..usage }
     }
-}
-
-fn in_device(piece: AddressRange) -> dram::Span {
-    let bytes = u32::try_from(piece.bytes).expect("pieces of at most 1 MiB");
-    dram::Span { address: piece.address, bytes }
 }
 
 fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {

@@ -28,13 +28,13 @@ use front::{Fifo, Slot};
 pub use log::{CommandKind, Logged};
 use rules::Rules;
 
-/// A contiguous piece of a request.
+/// A contiguous range of bytes of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Span {
+pub struct AddressRange {
     /// First byte.
     pub address: u64,
-    /// Bytes; each burst that they touch is moved once per piece.
-    pub bytes: u32,
+    /// Bytes; each burst that they touch is moved once per range.
+    pub bytes: u64,
 }
 
 /// A read or a write of any number of pieces.
@@ -188,12 +188,12 @@ impl Banked {
     ///
     /// A read completes with its last data and the latency of the controller, a write with its last
     /// column command, a request without pieces when its turn comes. `pieces` yields the next
-    /// [`Span`] of a request, `None` when there is no more. Returns the CK and the ticket; several
+    /// [`AddressRange`] of a request, `None` when there is no more. Returns the CK and the ticket; several
     /// that complete in one CK come one per call in the order of tickets. Nothing beyond `until` is
     /// simulated.
     pub fn advance<F>(&mut self, until: u64, pieces: &mut F) -> Option<(u64, u32)>
     where
-        F: FnMut(u32) -> Option<Span> + ?Sized,
+        F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
         loop {
             let tick = self.next_tick();
@@ -228,7 +228,7 @@ impl Banked {
     pub fn stats(&self) -> Stats {
         let mut stats = self.stats.clone();
         let buses: Vec<u64> =
-            self.channels.iter().flat_map(|c| c.ranks.iter().map(|r| r.bursts)).collect();
+            self.channels.iter().flat_map(|c| c.pseudo_channels.iter().map(|r| r.bursts)).collect();
         let cycles = self.rules.burst_cycles;
         stats.busy_max = buses.iter().max().map_or(0, |b| b * cycles);
         stats.busy_mean = buses.iter().sum::<u64>() as f64 * cycles as f64 / buses.len() as f64;
@@ -267,7 +267,7 @@ impl Banked {
 
     fn tick<F>(&mut self, now: u64, pieces: &mut F)
     where
-        F: FnMut(u32) -> Option<Span> + ?Sized,
+        F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
         self.floor = self.floor.max(now + 1);
         self.stats.until = self.stats.until.max(now);

@@ -15,7 +15,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::banked::{Banked, LatencyFrom, Request, Span};
+use super::banked::{AddressRange, Banked, LatencyFrom, Request};
 use super::device::Device;
 use super::stats::Stats;
 use super::windowed::Windowed;
@@ -91,6 +91,13 @@ pub struct Access {
     pub address: u64,
     /// Bytes.
     pub bytes: u32,
+}
+
+impl Access {
+    /// Its addresses.
+    pub fn range(&self) -> AddressRange {
+        AddressRange { address: self.address, bytes: self.bytes.into() }
+    }
 }
 
 /// The result of a run.
@@ -180,7 +187,7 @@ impl Drive {
         let waiting = &mut self.waiting;
         let mut pieces = |ticket: u32| {
             let access = waiting[ticket as usize].take()?;
-            Some(Span { address: access.address, bytes: access.bytes })
+            Some(access.range())
         };
         let Some((time, _)) = self.memory.advance(u64::MAX, &mut pieces) else { return false };
         self.end = self.end.max(time);
@@ -255,8 +262,7 @@ impl WindowDrive {
             Mode::Rate(_) => (self.bytes as f64 * self.per_byte).ceil() as u64,
             Mode::Saturated | Mode::Parallel(_) | Mode::Idle | Mode::Look(_) => self.reads[slot],
         };
-        let span = Span { address: access.address, bytes: access.bytes };
-        let done = self.memory.serve(arrival, access.write, 0, [span]);
+        let done = self.memory.serve(arrival, access.write, 0, [access.range()]);
         if !access.write {
             self.reads[slot] = done;
             self.n_reads += 1;

@@ -10,7 +10,7 @@
 //!
 //! It knows no queue and no latency under load: use [`super::Banked`] for those.
 
-use super::banked::Span;
+use super::banked::AddressRange;
 use super::device::{Device, Page, Refresh};
 use super::mapping::Decoder;
 use super::stats::{CLASSES, Stats};
@@ -200,7 +200,7 @@ impl Windowed {
         now: u64,
         write: bool,
         class: u8,
-        pieces: impl IntoIterator<Item = Span>,
+        pieces: impl IntoIterator<Item = AddressRange>,
     ) -> u64 {
         assert!(usize::from(class) < CLASSES, "class {class} of a request");
         let class = usize::from(class);
@@ -210,13 +210,13 @@ impl Windowed {
         let mut bytes = 0;
         let mut any = false;
         for span in pieces {
-            bytes += u64::from(span.bytes);
+            bytes += span.bytes;
             if span.bytes == 0 {
                 continue;
             }
             any = true;
             let first = span.address >> self.decoder.shift;
-            let last = span.address.saturating_add(u64::from(span.bytes) - 1) >> self.decoder.shift;
+            let last = span.address.saturating_add(span.bytes - 1) >> self.decoder.shift;
             for burst in first..=last {
                 let burst = self.decoder.burst(burst << self.decoder.shift);
                 let start = self.window;

@@ -8,7 +8,7 @@
 //! Source: `ramulator`, controllers of version 2.1.
 
 use super::log::{CommandKind, Logged};
-use super::plan::{Action, Candidate};
+use super::plan::{Candidate, Command};
 use super::queue::{CLOSED, Entries, Entry, List, NONE};
 use super::rules::{READ, Rules, WRITE};
 use super::sleep::Sleep;
@@ -21,7 +21,7 @@ pub(super) struct Bank {
     /// The open row, or [`CLOSED`].
     pub row: u32,
     /// Pseudo channel, and group counted through the channel.
-    pub rank: u8,
+    pub pseudo: u8,
     pub group: u8,
     /// The entry whose row was activated and whose column command has not been issued.
     pub active: u16,
@@ -46,7 +46,7 @@ pub(super) struct Group {
 
 /// Timing constraints that the banks of a pseudo channel share.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Rank {
+pub(super) struct PseudoChannel {
     /// Ends of the four-activate windows (tFAW) of the last four activates, as a ring.
     pub faw_ends: [u64; 4],
     /// The oldest of them.
@@ -60,7 +60,7 @@ pub(super) struct Rank {
 
 /// The result of one CK of a channel.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Outcome {
+pub(super) struct StepResult {
     /// Slot of the request whose column command was issued, and the CK in which its data is there.
     pub column: Option<(u32, u64)>,
     /// Whether an entry of a queue became free.
@@ -72,7 +72,7 @@ pub(super) struct Outcome {
 /// A refresh that is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Due {
-    Rank(u8),
+    PseudoChannel(u8),
     Bank(u8),
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Channel {
     pub entries: Entries,
     pub banks: Vec<Bank>,
     pub groups: Vec<Group>,
-    pub ranks: Vec<Rank>,
+    pub pseudo_channels: Vec<PseudoChannel>,
     /// Entries in the read and the write queue.
     pub len: [usize; 2],
     /// Banks that have them, one bit each.
@@ -123,7 +123,7 @@ impl Channel {
     pub(super) fn new(rules: &Rules) -> Self {
         let bank = |i: usize| Bank {
             row: CLOSED,
-            rank: (i / (rules.groups * rules.group_banks)) as u8,
+            pseudo: (i / (rules.groups * rules.group_banks)) as u8,
             group: (i / rules.group_banks) as u8,
             active: NONE,
             half: false,
@@ -139,8 +139,8 @@ impl Channel {
         Self {
             entries: Entries::new(rules.queue[0] + rules.queue[1] + rules.banks()),
             banks: (0..rules.banks()).map(bank).collect(),
-            groups: vec![Group::default(); rules.ranks * rules.groups],
-            ranks: vec![Rank::default(); rules.ranks],
+            groups: vec![Group::default(); rules.pseudo_channels * rules.groups],
+            pseudo_channels: vec![PseudoChannel::default(); rules.pseudo_channels],
             len: [0; 2],
             waiting: [0; 2],
             active: 0,
@@ -206,7 +206,7 @@ impl Channel {
         if first && mode == direction && self.due.is_empty() {
             // A younger request changes nothing for older ones, with one exception: a hit that was
             // accepted in the same CK keeps the row open.
-            let same = |c: &Candidate| self.bank_of(c.action) == number;
+            let same = |c: &Candidate| self.bank_of(c.command) == number;
             if self.best.iter().any(same) || rules.scheduler == Scheduler::Fcfs {
                 self.planned = false;
                 return self.bus_free[0].min(self.bus_free[1]).max(now);
@@ -227,8 +227,8 @@ impl Channel {
     }
 
     /// Issues what can be issued in the CK `now`.
-    pub(super) fn step(&mut self, now: u64, rules: &Rules, stats: &mut Stats) -> Outcome {
-        let mut outcome = Outcome::default();
+    pub(super) fn step(&mut self, now: u64, rules: &Rules, stats: &mut Stats) -> StepResult {
+        let mut outcome = StepResult::default();
         if now >= self.next_refresh {
             self.refresh_due(now, rules);
         }
@@ -253,12 +253,12 @@ impl Channel {
         outcome
     }
 
-    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Action> {
+    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Command> {
         if !self.planned {
             self.plan(now, rules);
         }
         let best = &self.best[bus];
-        (best.time <= now).then_some(best.action)
+        (best.time <= now).then_some(best.command)
     }
 
     fn step_two_buses(
@@ -266,14 +266,14 @@ impl Channel {
         now: u64,
         rules: &Rules,
         stats: &mut Stats,
-        outcome: &mut Outcome,
+        outcome: &mut StepResult,
     ) -> bool {
         let column = self.ready(now, 0, rules);
-        if let Some(action) = column {
+        if let Some(command) = column {
             // The plan of the row bus holds unless it was for this bank.
-            let bank = self.bank_of(action);
-            let other = self.bank_of(self.best[1].action) != bank;
-            self.issue(action, now, rules, stats, outcome);
+            let bank = self.bank_of(command);
+            let other = self.bank_of(self.best[1].command) != bank;
+            self.issue(command, now, rules, stats, outcome);
             let before = self.write_mode;
             if self.due.is_empty() {
                 self.set_direction(rules);
@@ -281,8 +281,8 @@ impl Channel {
             self.planned = other && before == self.write_mode && rules.page == Page::Open;
         }
         let row = self.ready(now, 1, rules);
-        if let Some(action) = row {
-            self.issue(action, now, rules, stats, outcome);
+        if let Some(command) = row {
+            self.issue(command, now, rules, stats, outcome);
         }
         if column.is_some() || row.is_some() {
             self.planned = false;
@@ -297,14 +297,14 @@ impl Channel {
         now: u64,
         rules: &Rules,
         stats: &mut Stats,
-        outcome: &mut Outcome,
+        outcome: &mut StepResult,
     ) -> bool {
         if self.second.is_some_and(|(_, deadline)| deadline <= now) {
             self.second_half(now, rules);
             return true;
         }
         if let Some(entry) = self.synced.take() {
-            self.issue(Action::Column(entry), now, rules, stats, outcome);
+            self.issue(Command::Column(entry), now, rules, stats, outcome);
             return true;
         }
         match self.ready(now, 0, rules) {
@@ -313,7 +313,7 @@ impl Channel {
                 true
             }
             None => false,
-            Some(Action::Column(entry))
+            Some(Command::Column(entry))
                 if now >= self.clock_until && rules.clock_runs.is_some() =>
             {
                 if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
@@ -327,8 +327,8 @@ impl Channel {
                 }
                 true
             }
-            Some(action) => {
-                self.issue(action, now, rules, stats, outcome);
+            Some(command) => {
+                self.issue(command, now, rules, stats, outcome);
                 true
             }
         }

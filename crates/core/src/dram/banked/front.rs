@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::collections::VecDeque;
 
 use super::queue::Entry;
-use super::{Banked, LatencyFrom, Request, Span};
+use super::{AddressRange, Banked, LatencyFrom, Request};
 
 /// A burst on its way to a controller.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,7 @@ impl Banked {
     /// Moves bursts in program order to their channels as far as the limits allow.
     pub(super) fn enter<F>(&mut self, now: u64, pieces: &mut F)
     where
-        F: FnMut(u32) -> Option<Span> + ?Sized,
+        F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
         while let Some(&index) = self.order.front() {
             let slot = self.slots[index as usize];
@@ -76,9 +76,9 @@ impl Banked {
     }
 
     /// Cuts a piece into bursts.
-    fn begin(&mut self, index: u32, span: Span) {
+    fn begin(&mut self, index: u32, span: AddressRange) {
         let request = self.slots[index as usize].request;
-        let bytes = u64::from(span.bytes);
+        let bytes = span.bytes;
         for traffic in [&mut self.stats.total, &mut self.stats.classes[request.class as usize]] {
             if request.write {
                 traffic.write_bytes += bytes;

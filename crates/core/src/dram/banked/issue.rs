@@ -1,8 +1,8 @@
 //! Issue of commands: their effects on the state of a channel.
 
-use super::channel::{Channel, Due, Outcome};
+use super::channel::{Channel, Due, StepResult};
 use super::log::CommandKind;
-use super::plan::{Action, Candidate};
+use super::plan::{Candidate, Command};
 use super::queue::{CLOSED, Entry, NONE};
 use super::rules::{READ, Rules, WRITE};
 use crate::dram::device::{Page, Refresh};
@@ -12,47 +12,47 @@ impl Channel {
     /// Issues a command at `now`.
     pub(super) fn issue(
         &mut self,
-        action: Action,
+        command: Command,
         now: u64,
         rules: &Rules,
         stats: &mut Stats,
-        outcome: &mut Outcome,
+        outcome: &mut StepResult,
     ) {
         self.planned = false;
         self.look_from = now + 1;
-        self.log(now, action, rules);
-        match action {
-            Action::Column(entry) => {
+        self.log(now, command, rules);
+        match command {
+            Command::Column(entry) => {
                 self.occupy(0, now + rules.column_cycles, rules);
                 outcome.column = Some(self.column(entry, now, rules, stats));
                 outcome.freed = true;
             }
-            Action::Activate(entry) => {
+            Command::Activate(entry) => {
                 self.occupy(1, now + rules.activate_cycles, rules);
                 self.activate(entry, now, rules, stats);
                 outcome.freed = true;
             }
-            Action::Precharge(entry) => {
+            Command::Precharge(entry) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
                 self.count_first(entry, stats, |t| &mut t.row_conflicts);
                 let bank = self.entries.get(entry).bank;
                 self.precharge(bank, now, rules, stats);
             }
-            Action::PrechargeBank(bank) => {
+            Command::PrechargeBank(bank) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
                 self.precharge(bank, now, rules, stats);
             }
-            Action::PrechargeAll(rank) => {
+            Command::PrechargeAll(pseudo) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
-                self.precharge_all(rank, now, rules, stats);
+                self.precharge_all(pseudo, now, rules, stats);
             }
-            Action::RefreshAll(rank) => {
+            Command::RefreshAll(pseudo) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
-                self.refresh_all(rank, now, rules);
+                self.refresh_all(pseudo, now, rules);
                 stats.refreshes_all += 1;
                 self.due.remove(0);
             }
-            Action::RefreshBank(bank) => {
+            Command::RefreshBank(bank) => {
                 self.occupy(1, now + rules.precharge_cycles, rules);
                 self.refresh_bank(bank, now, rules);
                 stats.refreshes_bank += 1;
@@ -107,8 +107,8 @@ impl Channel {
         }
         self.entries.release(index);
         let kind = usize::from(write);
-        let (rank, own) = (usize::from(self.banks[number].rank), self.banks[number].group);
-        let first = rank * rules.groups;
+        let (pseudo, own) = (usize::from(self.banks[number].pseudo), self.banks[number].group);
+        let first = pseudo * rules.groups;
         let turn = [rules.write_to_read_short, rules.read_to_write];
         for (i, group) in self.groups[first..first + rules.groups].iter_mut().enumerate() {
             let same = first + i == usize::from(own);
@@ -122,7 +122,7 @@ impl Channel {
             ok[kind] = ok[kind].max(now + apart);
             ok[1 - kind] = ok[1 - kind].max(now + other);
         }
-        self.ranks[rank].bursts += 1;
+        self.pseudo_channels[pseudo].bursts += 1;
         let bank = &mut self.banks[number];
         bank.precharge_ok = bank.precharge_ok.max(now + rules.column_to_precharge[kind]);
         if let Some(runs) = rules.clock_runs {
@@ -169,17 +169,17 @@ impl Channel {
         bank.activate_ok = now + rules.activate_to_activate;
         bank.column_ok = rules.activate_to_column.map(|d| now + d);
         bank.precharge_ok = now + rules.activate_to_precharge;
-        let (rank, own) = (usize::from(bank.rank), usize::from(bank.group));
+        let (pseudo, own) = (usize::from(bank.pseudo), usize::from(bank.group));
         self.active |= 1 << number;
-        let first = rank * rules.groups;
+        let first = pseudo * rules.groups;
         for (i, group) in self.groups[first..first + rules.groups].iter_mut().enumerate() {
             let same = first + i == own;
             let apart = if same { rules.activate_long } else { rules.activate_short };
             group.activate_ok = group.activate_ok.max(now + apart);
         }
-        let rank = &mut self.ranks[rank];
-        rank.faw_ends[rank.faw_oldest] = now + rules.four_activates;
-        rank.faw_oldest = (rank.faw_oldest + 1) % 4;
+        let pseudo = &mut self.pseudo_channels[pseudo];
+        pseudo.faw_ends[pseudo.faw_oldest] = now + rules.four_activates;
+        pseudo.faw_oldest = (pseudo.faw_oldest + 1) % 4;
         match rules.second_within {
             Some(within) => {
                 self.banks[usize::from(number)].half = true;
@@ -227,25 +227,25 @@ impl Channel {
         let number = usize::from(number);
         let bank = &mut self.banks[number];
         bank.activate_ok = bank.activate_ok.max(now + rules.precharge_to_activate);
-        let rank = usize::from(bank.rank);
-        self.ranks[rank].precharge_ok = now + rules.precharge_to_precharge;
+        let pseudo = usize::from(bank.pseudo);
+        self.pseudo_channels[pseudo].precharge_ok = now + rules.precharge_to_precharge;
         self.close(number, now, rules);
     }
 
-    fn precharge_all(&mut self, rank: u8, now: u64, rules: &Rules, stats: &mut Stats) {
+    fn precharge_all(&mut self, pseudo: u8, now: u64, rules: &Rules, stats: &mut Stats) {
         stats.precharges_all += 1;
-        for number in self.banks_of(rank, rules) {
+        for number in self.banks_of(pseudo, rules) {
             if self.banks[number].row != CLOSED {
                 self.close(number, now, rules);
             }
         }
-        let rank = &mut self.ranks[usize::from(rank)];
-        rank.precharge_ok = now + rules.precharge_to_precharge;
-        rank.refresh_ok = now + rules.precharge_all_to_refresh;
+        let pseudo = &mut self.pseudo_channels[usize::from(pseudo)];
+        pseudo.precharge_ok = now + rules.precharge_to_precharge;
+        pseudo.refresh_ok = now + rules.precharge_all_to_refresh;
     }
 
-    fn refresh_all(&mut self, rank: u8, now: u64, rules: &Rules) {
-        for number in self.banks_of(rank, rules) {
+    fn refresh_all(&mut self, pseudo: u8, now: u64, rules: &Rules) {
+        for number in self.banks_of(pseudo, rules) {
             self.banks[number].activate_ok = now + rules.refresh_all_to_activate;
         }
     }
@@ -254,15 +254,15 @@ impl Channel {
     fn refresh_bank(&mut self, bank: u8, now: u64, rules: &Rules) {
         let bank = &mut self.banks[usize::from(bank)];
         bank.activate_ok = now + rules.refresh_bank_to_activate;
-        let first = usize::from(bank.rank) * rules.groups;
+        let first = usize::from(bank.pseudo) * rules.groups;
         for group in &mut self.groups[first..first + rules.groups] {
             group.activate_ok = group.activate_ok.max(now + rules.activate_short);
         }
     }
 
-    fn banks_of(&self, rank: u8, rules: &Rules) -> std::ops::Range<usize> {
+    fn banks_of(&self, pseudo: u8, rules: &Rules) -> std::ops::Range<usize> {
         let banks = rules.groups * rules.group_banks;
-        let first = usize::from(rank) * banks;
+        let first = usize::from(pseudo) * banks;
         first..first + banks
     }
 
@@ -275,7 +275,7 @@ impl Channel {
                 self.due.push(Due::Bank(self.refresh_bank));
                 self.refresh_bank = (self.refresh_bank + 1) % rules.banks() as u8;
             } else {
-                self.due.extend((0..rules.ranks as u8).map(Due::Rank));
+                self.due.extend((0..rules.pseudo_channels as u8).map(Due::PseudoChannel));
             }
         }
     }
@@ -293,7 +293,7 @@ impl Channel {
         if rules.refresh == Refresh::PerBank {
             stats.refreshes_bank += skipped;
         } else {
-            stats.refreshes_all += skipped * rules.ranks as u64;
+            stats.refreshes_all += skipped * rules.pseudo_channels as u64;
         }
         skipped > 0
     }
@@ -301,29 +301,31 @@ impl Channel {
     /// Considers the next command of the refresh that is due.
     pub(super) fn consider_refresh(&self, now: u64, rules: &Rules, best: &mut [Candidate; 2]) {
         let banks = match self.due[0] {
-            Due::Rank(rank) => self.banks_of(rank, rules),
+            Due::PseudoChannel(pseudo) => self.banks_of(pseudo, rules),
             Due::Bank(bank) => usize::from(bank)..usize::from(bank) + 1,
         };
         let banks = &self.banks[banks];
         if banks.iter().any(|b| b.active != NONE) {
             return;
         }
-        let rank = &self.ranks[usize::from(banks[0].rank)];
+        let pseudo = &self.pseudo_channels[usize::from(banks[0].pseudo)];
         let open = banks.iter().any(|b| b.row != CLOSED);
         let after = rules.refresh_after_activate;
         let closed = banks.iter().map(|b| b.activate_ok + after).max().unwrap_or(0);
         let precharge = banks.iter().map(|b| b.precharge_ok).max().unwrap_or(0);
-        let precharge = precharge.max(rank.precharge_ok);
-        let (time, action) = match (self.due[0], open) {
-            (Due::Rank(r), true) => (precharge, Action::PrechargeAll(r)),
-            (Due::Rank(r), false) => (closed.max(rank.refresh_ok), Action::RefreshAll(r)),
-            (Due::Bank(b), true) => (precharge, Action::PrechargeBank(b)),
+        let precharge = precharge.max(pseudo.precharge_ok);
+        let (time, command) = match (self.due[0], open) {
+            (Due::PseudoChannel(r), true) => (precharge, Command::PrechargeAll(r)),
+            (Due::PseudoChannel(r), false) => {
+                (closed.max(pseudo.refresh_ok), Command::RefreshAll(r))
+            }
+            (Due::Bank(b), true) => (precharge, Command::PrechargeBank(b)),
             (Due::Bank(b), false) => {
                 let group = self.groups[usize::from(banks[0].group)].activate_ok;
-                (closed.max(group + after), Action::RefreshBank(b))
+                (closed.max(group + after), Command::RefreshBank(b))
             }
         };
         // After the columns of activated rows; no request is considered while a refresh is due.
-        self.consider(time, 1 << 62, action, now, rules, best);
+        self.consider(time, 1 << 62, command, now, rules, best);
     }
 }

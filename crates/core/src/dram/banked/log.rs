@@ -1,7 +1,7 @@
 //! The log of the commands of a run, for checks of the timing constraints.
 
 use super::channel::Channel;
-use super::plan::Action;
+use super::plan::Command;
 use super::rules::Rules;
 
 /// A kind of command.
@@ -52,8 +52,8 @@ impl Channel {
         }
     }
 
-    /// Notes an action before it is done.
-    pub(super) fn log(&mut self, time: u64, action: Action, rules: &Rules) {
+    /// Notes an command before it is done.
+    pub(super) fn log(&mut self, time: u64, command: Command, rules: &Rules) {
         if self.log.is_none() {
             return;
         }
@@ -61,18 +61,18 @@ impl Channel {
             let entry = self.entries.get(index);
             (u32::from(entry.bank), entry.row, entry.write)
         };
-        let first = |rank: u8| u32::from(rank) * (rules.groups * rules.group_banks) as u32;
-        let (bank, row, kind) = match action {
-            Action::Column(e) => {
+        let first = |pseudo: u8| u32::from(pseudo) * (rules.groups * rules.group_banks) as u32;
+        let (bank, row, kind) = match command {
+            Command::Column(e) => {
                 let (bank, row, write) = of(e);
                 (bank, row, if write { CommandKind::Write } else { CommandKind::Read })
             }
-            Action::Activate(e) => (of(e).0, of(e).1, CommandKind::Activate),
-            Action::Precharge(e) => (of(e).0, of(e).1, CommandKind::Precharge),
-            Action::PrechargeBank(b) => (u32::from(b), 0, CommandKind::Precharge),
-            Action::PrechargeAll(r) => (first(r), 0, CommandKind::PrechargeAll),
-            Action::RefreshAll(r) => (first(r), 0, CommandKind::RefreshAll),
-            Action::RefreshBank(b) => (u32::from(b), 0, CommandKind::RefreshBank),
+            Command::Activate(e) => (of(e).0, of(e).1, CommandKind::Activate),
+            Command::Precharge(e) => (of(e).0, of(e).1, CommandKind::Precharge),
+            Command::PrechargeBank(b) => (u32::from(b), 0, CommandKind::Precharge),
+            Command::PrechargeAll(r) => (first(r), 0, CommandKind::PrechargeAll),
+            Command::RefreshAll(r) => (first(r), 0, CommandKind::RefreshAll),
+            Command::RefreshBank(b) => (u32::from(b), 0, CommandKind::RefreshBank),
         };
         self.log.iter_mut().for_each(|log| log.push(Logged { time, kind, bank, row }));
     }

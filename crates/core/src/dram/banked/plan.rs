@@ -7,7 +7,7 @@ use crate::dram::device::Scheduler;
 
 /// A command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Action {
+pub(super) enum Command {
     /// Read or write for an entry.
     Column(u16),
     /// Open the row of an entry.
@@ -31,13 +31,13 @@ pub(super) struct Candidate {
     pub time: u64,
     /// Of two commands at one time, the one with the smaller priority value goes.
     pub priority: u64,
-    pub action: Action,
+    pub command: Command,
 }
 
 impl Candidate {
     /// Nothing can go.
     pub(super) const NEVER: Candidate =
-        Candidate { time: u64::MAX, priority: u64::MAX, action: Action::RefreshAll(u8::MAX) };
+        Candidate { time: u64::MAX, priority: u64::MAX, command: Command::RefreshAll(u8::MAX) };
 }
 
 /// Priority values below this: columns of activated rows; from here: requests by age.
@@ -45,13 +45,13 @@ const BY_AGE: u64 = 1 << 63;
 
 impl Channel {
     /// The bank that a command is for; `usize::MAX` for commands to several.
-    pub(super) fn bank_of(&self, action: Action) -> usize {
-        match action {
-            Action::Column(e) | Action::Activate(e) | Action::Precharge(e) => {
+    pub(super) fn bank_of(&self, command: Command) -> usize {
+        match command {
+            Command::Column(e) | Command::Activate(e) | Command::Precharge(e) => {
                 usize::from(self.entries.get(e).bank)
             }
-            Action::PrechargeBank(b) | Action::RefreshBank(b) => usize::from(b),
-            Action::PrechargeAll(_) | Action::RefreshAll(_) => usize::MAX,
+            Command::PrechargeBank(b) | Command::RefreshBank(b) => usize::from(b),
+            Command::PrechargeAll(_) | Command::RefreshAll(_) => usize::MAX,
         }
     }
 
@@ -83,8 +83,8 @@ impl Channel {
                 let kind = usize::from(entry.write);
                 let group = self.groups[usize::from(bank.group)].column_ok[kind];
                 let time = bank.column_ok[kind].max(group);
-                let action = Action::Column(bank.active);
-                self.consider(time, entry.age, action, now, rules, &mut best);
+                let command = Command::Column(bank.active);
+                self.consider(time, entry.age, command, now, rules, &mut best);
             }
         }
         if !self.due.is_empty() {
@@ -139,7 +139,7 @@ impl Channel {
         if list.hit != NONE && !(only_head && list.hit != list.head) {
             let hit = self.entries.get(list.hit);
             let time = bank.column_ok[mode].max(group.column_ok[mode]);
-            self.consider(time, BY_AGE | hit.age, Action::Column(list.hit), now, rules, best);
+            self.consider(time, BY_AGE | hit.age, Command::Column(list.hit), now, rules, best);
             blocked |= rules.scheduler == Scheduler::FrFcfsRowHit
                 && list.miss != NONE
                 && hit.accepted <= self.entries.get(list.miss).accepted;
@@ -148,14 +148,14 @@ impl Channel {
             return;
         }
         let age = BY_AGE | self.entries.get(list.miss).age;
-        let rank = &self.ranks[usize::from(bank.rank)];
+        let pseudo = &self.pseudo_channels[usize::from(bank.pseudo)];
         if bank.row != CLOSED {
-            let time = bank.precharge_ok.max(rank.precharge_ok);
-            self.consider(time, age, Action::Precharge(list.miss), now, rules, best);
+            let time = bank.precharge_ok.max(pseudo.precharge_ok);
+            self.consider(time, age, Command::Precharge(list.miss), now, rules, best);
         } else if self.second.is_none() {
-            let faw_end = rank.faw_ends[rank.faw_oldest];
+            let faw_end = pseudo.faw_ends[pseudo.faw_oldest];
             let time = bank.activate_ok.max(group.activate_ok).max(faw_end);
-            self.consider(time, age, Action::Activate(list.miss), now, rules, best);
+            self.consider(time, age, Command::Activate(list.miss), now, rules, best);
         }
     }
 
@@ -165,16 +165,16 @@ impl Channel {
         &self,
         time: u64,
         priority: u64,
-        action: Action,
+        command: Command,
         now: u64,
         rules: &Rules,
         best: &mut [Candidate; 2],
     ) {
-        let bus = usize::from(rules.column_bus && !matches!(action, Action::Column(_)));
+        let bus = usize::from(rules.column_bus && !matches!(command, Command::Column(_)));
         let time = time.max(self.bus_free[bus]).max(now);
         let best = &mut best[bus];
         if (time, priority) < (best.time, best.priority) {
-            *best = Candidate { time, priority, action };
+            *best = Candidate { time, priority, command };
         }
     }
 }

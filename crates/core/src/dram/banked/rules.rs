@@ -19,7 +19,7 @@ pub(super) struct Rules {
     /// Bytes of a burst.
     pub burst_bytes: u64,
     /// Pseudo channels of a channel.
-    pub ranks: usize,
+    pub pseudo_channels: usize,
     /// Groups of a pseudo channel.
     pub groups: usize,
     /// Banks of a group.
@@ -105,7 +105,7 @@ impl Rules {
             page: c.page,
             refresh: c.refresh,
             burst_bytes: o.burst.0,
-            ranks: o.pseudo_channels as usize,
+            pseudo_channels: o.pseudo_channels as usize,
             groups: o.bank_groups as usize,
             group_banks: o.banks as usize,
             queue: [c.read_queue as usize, c.write_queue as usize],
@@ -144,6 +144,6 @@ impl Rules {
 
     /// Banks of a channel.
     pub(super) fn banks(&self) -> usize {
-        self.ranks * self.groups * self.group_banks
+        self.pseudo_channels * self.groups * self.group_banks
     }
 }

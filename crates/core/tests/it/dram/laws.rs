@@ -1,6 +1,6 @@
 //! Laws of the memory: causality, order, bounds in closed form.
 
-use powergs_core::dram::banked::{Banked, Request, Span};
+use powergs_core::dram::banked::{AddressRange, Banked, Request};
 use powergs_core::dram::drive::{Access, WindowDrive, banked};
 use powergs_core::dram::{Device, Mode, Windowed};
 
@@ -18,7 +18,7 @@ fn completions(device: &Device, requests: &[(u64, Access)], step: u64) -> Vec<(u
     let mut left: Vec<Option<Access>> = requests.iter().map(|r| Some(r.1)).collect();
     let mut pieces = |ticket: u32| {
         let access = left[ticket as usize].take()?;
-        Some(Span { address: access.address, bytes: access.bytes })
+        Some(access.range())
     };
     let mut done = Vec::new();
     let mut until = step;
@@ -71,7 +71,7 @@ fn a_request_pushed_when_another_completed_enters_after_it() {
     let mut address = 0;
     let mut pieces = move |_: u32| {
         address += 64;
-        (address % 128 == 64).then_some(Span { address, bytes: 64 })
+        (address % 128 == 64).then_some(AddressRange { address, bytes: 64 })
     };
     let read = |ticket, arrival| Request { ticket, write: false, class: 0, arrival };
     memory.push(read(0, 0));
@@ -187,8 +187,7 @@ fn the_window_level_serves_in_order_and_never_above_the_peak() {
     let mut free = 0;
     let mut bytes = 0;
     for access in traffic(3, 20_000, 3) {
-        let span = Span { address: access.address, bytes: access.bytes };
-        let done = memory.serve(0, access.write, 2, [span]);
+        let done = memory.serve(0, access.write, 2, [access.range()]);
         if access.write {
             assert!(done >= free);
             free = done;

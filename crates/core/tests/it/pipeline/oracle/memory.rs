@@ -96,8 +96,7 @@ impl<'a> Memory<'a> {
             }
             Kind::Window(device) => {
                 let mut cursor = 0;
-                let pieces =
-                    std::iter::from_fn(|| piece(layout, workload, &mut (span, &mut cursor)));
+                let pieces = std::iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
                 let end = device.serve(arrival, !is_read, stage as u8, pieces);
                 self.done[ticket] = Some((end * ck).div_ceil(cycle).max(now + 1) * TICKS);
             }
@@ -128,7 +127,7 @@ impl<'a> Memory<'a> {
                 let until = (now + 1) * cycle / ck;
                 let mut pieces = |ticket: u32| {
                     let (span, cursor) = &mut spans[ticket as usize];
-                    piece(layout, workload, &mut (*span, cursor))
+                    layout.piece(span, cursor, workload)
                 };
                 while let Some((end, ticket)) = device.advance(until, &mut pieces) {
                     let done = (end * ck).div_ceil(cycle).max(now + 1);
@@ -151,13 +150,4 @@ impl<'a> Memory<'a> {
             }
         }
     }
-}
-
-fn piece(
-    layout: &Layout,
-    workload: &FrameWorkload,
-    (span, cursor): &mut (AccessPattern, &mut u64),
-) -> Option<dram::Span> {
-    let piece = layout.piece(span, cursor, workload)?;
-    Some(dram::Span { address: piece.address, bytes: piece.bytes as u32 })
 }
