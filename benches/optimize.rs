@@ -10,12 +10,13 @@ use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use powergs_sim::cli::inputs::display as load_display;
-use powergs_sim::optimize::lambda::Rule;
 use powergs_sim::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
-use powergs_sim::optimize::setup::{Gate, Reference, Settings, Setup};
+use powergs_sim::optimize::references::Reference;
+use powergs_sim::optimize::settings::Settings;
+use powergs_sim::optimize::setup::Setup;
 use powergs_sim::optimize::target::{Quality, Target};
 use powergs_sim::optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Orders, Pruning, State, Trains, Tuner,
+    DisplayTerm, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, Tuner,
 };
 use powergs_sim::optimize::views::split;
 use powergs_sim::raster::train::{self, Gradients, Tape, Which};
@@ -42,21 +43,11 @@ fn milliseconds(mut work: impl FnMut()) -> f64 {
 
 fn settings() -> Settings {
     Settings {
-        iterations: 1_000,
         first_effort: 1.0,
         final_iterations: 1_000,
         interval: 1_000_000,
-        adjust_share: 0.75,
-        display_weight: 0.01,
-        level_effort: 0.5,
-        level_display_weight: 0.001,
-        rule: Rule::Damped,
-        epsilon_db: 0.05,
-        opacity_cap: 1.0,
-        rate_scale: 1.0,
         rate_end: 1.0,
-        seed: 1,
-        gate: Gate::Validation,
+        ..Settings::DEFAULT
     }
 }
 
@@ -81,7 +72,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         lpips: None,
         settings: &settings,
     };
-    let orders = Orders {
+    let config = TuneConfig {
         iterations: 1_000,
         pruning: Pruning::Never,
         display: DisplayTerm::Fixed(0.1),
@@ -91,7 +82,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
     };
     let target = Target::Likeness(Quality::likeness(40.0, 0.9));
     let state = State::begin(Model::fresh(&case.scene));
-    let mut tuner = Tuner::new(&setup, orders, target, 0, state);
+    let mut tuner = Tuner::new(&setup, config, target, 0, state);
     let (mut tape, mut gradients) = (Tape::new(), Gradients::new());
     let by_pixel = vec![[1e-6f32; 3]; picture.pixels.len()];
     let options = train::Options::reference();

@@ -1,6 +1,5 @@
 //! `optimize`: the fewest watts at a given quality.
 
-mod album;
 mod demo;
 mod finish;
 mod folder;
@@ -8,15 +7,21 @@ mod foveated;
 mod inputs;
 mod photos;
 mod record;
-mod settings;
-mod shelf;
-mod work;
+mod references;
+mod request;
+mod watch;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::background::Background;
-use super::{Context, Exit, Failure};
-use powergs_frame::fovea::Screen;
+use super::invocation::Started;
+use super::{Context, Exit, Failure, gaze, out};
+use folder::Folder;
+use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
+use powergs_optimize::campaign::Campaign;
+use powergs_optimize::settings::Settings;
+use powergs_report::format::wrapped;
+use watch::Watched;
 
 /// Shown under `optimize --help`.
 pub const EXAMPLES: &str = "\
@@ -94,10 +99,10 @@ pub struct FoveaArgs {
     #[arg(long, value_enum, value_delimiter = ',', ignore_case = true, value_name = "LEVELS")]
     pub variants: Vec<LevelArg>,
     /// Iterations of the fine-tunes of levels 2 to 4, relative to those of level 1
-    #[arg(long, value_name = "FACTOR", default_value_t = 0.5)]
+    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.level_effort)]
     pub level_effort: f64,
     /// As --lambda, at the beginning of level 2
-    #[arg(long, value_name = "WEIGHT", default_value_t = 0.001)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.level_display_weight)]
     pub level_lambda: f64,
     /// Operations of the D22 colour filter for a pixel outside of the fovea (A99)
     #[arg(long, value_name = "N", default_value_t = 215.0)]
@@ -191,7 +196,7 @@ pub struct QualityArgs {
     #[arg(long, value_name = "SSIM", requires = "quality_db")]
     pub quality_ssim: Option<f64>,
     /// The quality has settled when it is less than this above the target, decibels
-    #[arg(long, value_name = "DB", default_value_t = 0.05)]
+    #[arg(long, value_name = "DB", default_value_t = Settings::DEFAULT.epsilon_db)]
     pub epsilon_db: f64,
 }
 
@@ -248,41 +253,41 @@ pub struct SearchArgs {
     #[arg(long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
     /// Iterations of a sample
-    #[arg(long, value_name = "N", default_value_t = 1000)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.iterations)]
     pub iterations: u32,
     /// Iterations of the first sample, relative to the others
-    #[arg(long, value_name = "FACTOR", default_value_t = 2.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.first_effort)]
     pub first_effort: f64,
     /// Iterations of the final model and of each baseline [default: twice those of a sample]
     #[arg(long, value_name = "N")]
     pub final_iterations: Option<u32>,
     /// Iterations between checks of the quality
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.interval)]
     pub interval: u32,
     /// The share of a fine-tune in which lambda is adjusted; then it rests
-    #[arg(long, value_name = "SHARE", default_value_t = 0.75)]
+    #[arg(long, value_name = "SHARE", default_value_t = Settings::DEFAULT.adjust_share)]
     pub adjust_share: f64,
     /// First lambda times the display power of the dense model: what the display term of the loss
     /// begins with
-    #[arg(long, value_name = "WEIGHT", default_value_t = 0.01)]
+    #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.display_weight)]
     pub lambda: f64,
     /// How lambda follows the quality
     #[arg(long, value_enum, default_value = "damped")]
     pub rule: RuleArg,
     /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
-    #[arg(long, value_name = "ALPHA", default_value_t = 1.0)]
+    #[arg(long, value_name = "ALPHA", default_value_t = Settings::DEFAULT.opacity_cap)]
     pub opacity_cap: f32,
     /// Factor on all learning rates
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_scale)]
     pub rate_scale: f64,
     /// Learning rates at the end of a fine-tune, relative to its beginning; 1 as the published code
-    #[arg(long, value_name = "FACTOR", default_value_t = 0.1)]
+    #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_end)]
     pub rate_end: f64,
     /// Seed of the order of training views
-    #[arg(long, value_name = "S", default_value_t = 1)]
+    #[arg(long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
     pub seed: u64,
     /// Iterations between checkpoints
-    #[arg(long, value_name = "N", default_value_t = 250)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.checkpoint_every)]
     pub checkpoint_every: u32,
 }
 
@@ -340,5 +345,43 @@ fn named_file(text: &str) -> Result<(String, PathBuf), String> {
 
 /// Runs `optimize`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
-    work::run(args, context)
+    let started = Started::now();
+    // What is wrong with the arguments is said before anything is loaded.
+    let settings = request::settings(args)?;
+    let goals = request::goals(args, &settings)?;
+    if args.demo && !context.global.quiet {
+        out::complain(wrapped(demo::NOTE, 80));
+    }
+    let watched = Watched::new(context);
+    let campaign = Campaign::open(inputs::request(args, context, settings, goals)?, &watched)?;
+    note_missing(&campaign, context);
+    let record = record::run_toml(&campaign)?;
+    let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&campaign.name));
+    let folder = Folder::new(&path);
+    let run = folder.open(&campaign, args.resume)?;
+    folder.write("run.toml", record)?;
+    watched.record(&path, &campaign.cameras)?;
+    let finished = run.work(&watched)?;
+    watched.finish()?;
+    folder.write("invocation.toml", started.invocation_toml())?;
+    let Some(finished) = finished else {
+        if !context.global.quiet {
+            let again = "the same command with --resume goes on";
+            out::complain(format!("interrupted, {}: {again}", path.display()));
+        }
+        return Ok(Exit::Interrupted);
+    };
+    finish::finish(&campaign, &finished, &folder, context)
+}
+
+/// Says which regions no view has.
+fn note_missing(campaign: &Campaign, context: &Context) {
+    if let Some(foveation) = &campaign.foveation {
+        let views = &campaign.power_views;
+        let gaze = |i: usize| ScreenGaze {
+            point: GAZE_CYCLE[i % GAZE_CYCLE.len()],
+            screen: foveation.screen,
+        };
+        gaze::note_missing(context, views, &(0..views.len()).map(gaze).collect::<Vec<_>>());
+    }
 }

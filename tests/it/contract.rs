@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use assert_cmd::Command;
-use powergs_sim::optimize::oracle::{CycleOracle, PowerOracle, Shot};
+use powergs_sim::optimize::oracle::{CycleOracle, PowerOracle, RenderedFrame};
 use powergs_sim::raster::{Detail, Options, render};
 use powergs_sim::run::{Session, Subject, System};
 use powergs_sim::scene::camera::edit::resized;
@@ -270,7 +270,8 @@ fn the_oracle_of_the_optimiser_is_the_session() {
                 )
                 .expect("a session");
             let shot = render(&scene, view, &Options::reference(Detail::Counters));
-            let parts = oracle.frame(Shot::Plain(shot), view, [0.0; 3]).expect("the oracle");
+            let parts =
+                oracle.frame(RenderedFrame::Plain(shot), view, [0.0; 3]).expect("the oracle");
             same(&format!("{}: oracle", case.name), parts.total_w(), folded.states[0]);
         }
     }

@@ -1,27 +1,34 @@
-//! Where a run is, as bytes: outcomes so far, the fine-tune in flight, models with their moments.
+//! Where a run is, in a [`Store`]: outcomes and history so far, the fine-tune in flight, and the
+//! models that later jobs start from.
 //!
-//! `PGSOPT`, a version, a kind, a fingerprint of inputs and settings, the body, and the XXH3 of
-//! everything before. Numbers are little-endian and exact, so a run goes on bit for bit. A reader
-//! refuses what is damaged, of another version, of another run, or promises more than it holds.
+//! A file is `PGSOPT`, a version, a kind, a fingerprint of everything that the numbers of the run
+//! depend on, the length of its head, the head (postcard), the parameters of models as
+//! little-endian floats, and the XXH3 of everything before. All numbers are exact, so a run goes on
+//! bit for bit. A reader refuses what is damaged, of another version, of another run, or promises
+//! more than it holds. Models are streamed: none is in memory twice.
 
-mod codec;
+use std::io::{self, BufReader, BufWriter, Read, Write};
 
-use std::io::{self, Read, Seek, SeekFrom, Write};
-
-use codec::{In, Out};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use xxhash_rust::xxh3::Xxh3;
 
 use super::adam::Adam;
+use super::history::HistoryRow;
 use super::lambda::Memory;
-use super::oracle::{Parts, Watts};
-use super::plan::{Baseline, Outcome, Place, Role};
-use super::setup::Seen;
-use super::target::Quality;
+use super::outcome::Outcome;
 use super::tune::{Check, Model, State};
+use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes.
-pub const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const MAGIC: &[u8; 6] = b"PGSOPT";
+/// Bytes before the body: magic, version, kind, fingerprint, length of the head.
+const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
+/// The checkpoint of the run as a whole.
+const PROGRESS: &str = "checkpoints/progress.ckpt";
+/// Floats that are written or read at a time.
+const BLOCK: usize = 4096;
 
 /// What a file holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,40 +38,21 @@ enum Kind {
 }
 
 /// A checkpoint that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum CheckpointError {
-    /// Not one of ours.
+#[derive(Debug, thiserror::Error)]
+enum CheckpointError {
     #[error("byte 0: this is no checkpoint of an optimisation; give the folder of a run")]
     Foreign,
-    /// From another version of the program.
-    #[error("checkpoint version {found}, this program reads {VERSION}; begin the run anew")]
-    Version {
-        /// The version in the file.
-        found: u32,
-    },
-    /// Another run.
+    #[error("checkpoint version {0}, this program reads {VERSION}; begin the run anew")]
+    Version(u32),
     #[error(
         "the checkpoint belongs to a run with other inputs or settings; repeat the command of \
          that run with --resume, or give another --out"
     )]
     OtherRun,
-    /// The file cannot be read.
-    #[error("{0}")]
-    Read(String),
-    /// Damaged or cut short.
     #[error("byte {at}: {what}; the file is damaged, begin the run anew")]
-    Damaged {
-        /// Where, bytes from the beginning.
-        at: usize,
-        /// What is wrong.
-        what: &'static str,
-    },
-}
-
-impl From<io::Error> for CheckpointError {
-    fn from(error: io::Error) -> Self {
-        Self::Read(error.to_string())
-    }
+    Damaged { at: u64, what: &'static str },
+    #[error(transparent)]
+    Read(#[from] io::Error),
 }
 
 /// Where a run is.
@@ -72,313 +60,331 @@ impl From<io::Error> for CheckpointError {
 pub struct Progress {
     /// Jobs that are done.
     pub outcomes: Vec<Outcome>,
-    /// Bytes of `history.csv` that belong to this state.
-    pub history_bytes: u64,
+    /// Their iterations, and those of the job in flight.
+    pub history: Vec<HistoryRow>,
     /// The job in flight.
     pub current: Option<(String, State)>,
 }
 
-/// Writes where a run is: its outcomes, the length of its history, the job in flight. Streams: a
-/// model is never in memory a second time.
-///
-/// # Errors
-/// Those of `to`.
-pub fn write_progress(
-    to: &mut dyn Write,
+/// The checkpoints of one run.
+#[derive(Clone, Copy)]
+pub struct Checkpoints<'a> {
+    store: &'a dyn Store,
     fingerprint: u128,
-    outcomes: &[Outcome],
-    history_bytes: u64,
-    current: Option<(&str, &State)>,
-) -> io::Result<()> {
-    let mut out = begin(to, Kind::Progress, fingerprint);
-    out.u64(history_bytes);
-    out.u64(outcomes.len() as u64);
-    outcomes.iter().for_each(|o| write_outcome(&mut out, o));
-    out.option(current.as_ref(), |out, (name, state)| {
-        out.text(name);
-        write_state(out, state);
-    });
-    out.finish()
 }
 
-impl Progress {
-    /// From a stream, which is read twice: no number is believed before the checksum is.
+impl<'a> Checkpoints<'a> {
+    /// Those of the run with this fingerprint.
+    pub fn new(store: &'a dyn Store, fingerprint: u128) -> Checkpoints<'a> {
+        Checkpoints { store, fingerprint }
+    }
+
+    /// Whether there is a run, this or another.
     ///
     /// # Errors
-    /// [`CheckpointError`].
-    pub fn read(
-        from: &mut (impl Read + Seek),
-        fingerprint: u128,
-    ) -> Result<Progress, CheckpointError> {
-        let mut input = open(from, Kind::Progress, fingerprint)?;
-        let history_bytes = input.u64()?;
-        // An outcome takes more than 100 bytes.
-        let count = input.count(100)?;
-        let outcomes =
-            (0..count).map(|_| read_outcome(&mut input)).collect::<Result<Vec<_>, _>>()?;
-        let current = input.option(|input| Ok((input.text()?, read_state(input)?)))?;
-        input.finish()?;
-        Ok(Progress { outcomes, history_bytes, current })
+    /// [`RunError::Input`]: the store cannot be read.
+    pub fn has_run(&self) -> Result<bool, RunError> {
+        Ok(self.store.open(PROGRESS)?.is_some())
     }
-}
 
-/// Writes a model with its moments.
-///
-/// # Errors
-/// Those of `to`.
-pub fn write_whole_model(to: &mut dyn Write, fingerprint: u128, model: &Model) -> io::Result<()> {
-    let mut out = begin(to, Kind::Model, fingerprint);
-    write_model(&mut out, model);
-    out.finish()
-}
+    /// Keeps where the run is: what is done, and the job in flight.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: it cannot be written; the checkpoint of before stays.
+    pub fn save(
+        &self,
+        outcomes: &[Outcome],
+        history: &[HistoryRow],
+        current: Option<(&str, &State)>,
+    ) -> Result<(), RunError> {
+        let head = (outcomes, history, current.map(|(name, s)| (name, StateHead::of(s))));
+        let best = current.and_then(|(_, s)| s.best.as_ref().map(|best| &best.0));
+        let models = current.iter().map(|(_, s)| &s.model).chain(best);
+        self.write(PROGRESS, Kind::Progress, &head, models)
+    }
 
-/// A model with its moments, from a stream; see [`Progress::read`].
-///
-/// # Errors
-/// [`CheckpointError`].
-pub fn read_whole_model(
-    from: &mut (impl Read + Seek),
-    fingerprint: u128,
-) -> Result<Model, CheckpointError> {
-    let mut input = open(from, Kind::Model, fingerprint)?;
-    let model = read_model(&mut input)?;
-    input.finish()?;
-    Ok(model)
-}
-
-fn begin(to: &mut dyn Write, kind: Kind, fingerprint: u128) -> Out<'_> {
-    let mut out = Out::new(to);
-    out.raw(MAGIC);
-    out.u32(VERSION);
-    out.u32(kind as u32);
-    out.u64(fingerprint as u64);
-    out.u64((fingerprint >> 64) as u64);
-    out
-}
-
-fn open<R: Read + Seek>(
-    from: &mut R,
-    kind: Kind,
-    fingerprint: u128,
-) -> Result<In<'_>, CheckpointError> {
-    let len = from.seek(SeekFrom::End(0))? as usize;
-    from.rewind()?;
-    let damaged = |what| CheckpointError::Damaged { at: len, what };
-    let mut magic = [0; MAGIC.len()];
-    if len < magic.len() {
-        return Err(CheckpointError::Foreign);
-    }
-    from.read_exact(&mut magic)?;
-    if magic != *MAGIC {
-        return Err(CheckpointError::Foreign);
-    }
-    let body = len.checked_sub(MAGIC.len() + 4 + 8);
-    let body = body.ok_or_else(|| damaged("it ends within its head"))? + MAGIC.len() + 4;
-    let version = In::new(from, 4).u32()?;
-    if version != VERSION {
-        return Err(CheckpointError::Version { found: version });
-    }
-    from.rewind()?;
-    let hash = codec::hash(from, body)?;
-    if hash != In::new(from, 8).u64()? {
-        return Err(damaged("the checksum is wrong"));
-    }
-    from.rewind()?;
-    let mut input = In::new(from, body);
-    input.skip(MAGIC.len() + 4)?;
-    if input.u32()? != kind as u32 {
-        return Err(damaged("it holds something else"));
-    }
-    let found = u128::from(input.u64()?) | u128::from(input.u64()?) << 64;
-    if found == fingerprint { Ok(input) } else { Err(CheckpointError::OtherRun) }
-}
-
-fn write_model(out: &mut Out<'_>, model: &Model) {
-    let scene = &model.scene;
-    out.u32(u32::from(scene.sh_degree));
-    out.u64(scene.len() as u64);
-    out.u64(model.adam.steps);
-    for part in [scene, &model.adam.first, &model.adam.second] {
-        out.floats(part.means.as_flattened());
-        out.floats(part.log_scales.as_flattened());
-        out.floats(part.rotations.as_flattened());
-        out.floats(&part.logit_opacities);
-        out.floats(&part.sh);
-    }
-}
-
-fn read_model(input: &mut In<'_>) -> Result<Model, CheckpointError> {
-    let degree = input.u32()?;
-    if degree > 3 {
-        return Err(input.wrong("an SH degree above 3"));
-    }
-    let coefficients = 3 * (degree as usize + 1).pow(2);
-    let count = input.count(3 * 4 * (11 + coefficients))?;
-    let steps = input.u64()?;
-    let mut part = || -> Result<Gaussians, CheckpointError> {
-        Ok(Gaussians {
-            means: input.floats(3 * count)?.as_chunks().0.to_vec(),
-            log_scales: input.floats(3 * count)?.as_chunks().0.to_vec(),
-            rotations: input.floats(4 * count)?.as_chunks().0.to_vec(),
-            logit_opacities: input.floats(count)?,
-            sh_degree: degree as u8,
-            sh: input.floats(count * coefficients)?,
+    /// Where the run is; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a checkpoint that is damaged, or of another run or version.
+    pub fn load(&self) -> Result<Option<Progress>, RunError> {
+        type Head = (Vec<Outcome>, Vec<HistoryRow>, Option<(String, StateHead)>);
+        self.read(PROGRESS, Kind::Progress, |head: Head, floats| {
+            let (outcomes, history, current) = head;
+            let current = match current {
+                Some((name, head)) => Some((name, head.state(floats)?)),
+                None => None,
+            };
+            Ok(Progress { outcomes, history, current })
         })
-    };
-    let (scene, first, second) = (part()?, part()?, part()?);
-    Ok(Model { scene, adam: Adam { first, second, steps } })
-}
-
-fn write_state(out: &mut Out<'_>, state: &State) {
-    write_model(out, &state.model);
-    out.u32(state.iteration);
-    out.u32(state.pruned);
-    out.option(state.control.as_ref(), |out, memory| {
-        out.f64(memory.lambda);
-        out.option(memory.passing.as_ref(), |out, p| out.f64(*p));
-        out.option(memory.margin_db.as_ref(), |out, m| out.f64(*m));
-        out.u32(memory.calm);
-    });
-    out.option(state.best.as_ref(), |out, (model, check)| {
-        write_model(out, model);
-        write_check(out, check);
-    });
-    out.option(state.last.as_ref(), write_check);
-    out.flag(state.settled);
-}
-
-fn read_state(input: &mut In<'_>) -> Result<State, CheckpointError> {
-    Ok(State {
-        model: read_model(input)?,
-        iteration: input.u32()?,
-        pruned: input.u32()?,
-        control: input.option(|i| {
-            Ok(Memory {
-                lambda: i.f64()?,
-                passing: i.option(In::f64)?,
-                margin_db: i.option(In::f64)?,
-                calm: i.u32()?,
-            })
-        })?,
-        best: input.option(|i| Ok((read_model(i)?, read_check(i)?)))?,
-        last: input.option(read_check)?,
-        settled: input.flag()?,
-    })
-}
-
-fn write_seen(out: &mut Out<'_>, seen: &Seen) {
-    out.f64(seen.quality.psnr_db);
-    out.f64(seen.quality.ssim);
-    out.option(seen.quality.hvsq.as_ref(), |out, v| out.f64(*v));
-    out.f64(seen.display_w);
-}
-
-fn read_seen(input: &mut In<'_>) -> Result<Seen, CheckpointError> {
-    let (psnr_db, ssim) = (input.f64()?, input.f64()?);
-    let quality = Quality { psnr_db, ssim, hvsq: input.option(In::f64)? };
-    Ok(Seen { quality, display_w: input.f64()? })
-}
-
-fn write_check(out: &mut Out<'_>, check: &Check) {
-    out.u32(check.iteration);
-    write_seen(out, &check.seen);
-    out.flag(check.passed);
-    out.f64(check.lambda);
-}
-
-fn read_check(input: &mut In<'_>) -> Result<Check, CheckpointError> {
-    Ok(Check {
-        iteration: input.u32()?,
-        seen: read_seen(input)?,
-        passed: input.flag()?,
-        lambda: input.f64()?,
-    })
-}
-
-fn write_outcome(out: &mut Out<'_>, outcome: &Outcome) {
-    out.text(&outcome.name);
-    write_role(out, outcome.role);
-    out.u32(u32::from(outcome.place.variant));
-    out.u32(u32::from(outcome.place.level));
-    out.f64(outcome.rho);
-    out.u64(outcome.points as u64);
-    out.u32(outcome.iterations);
-    out.option(outcome.kept_at.as_ref(), |out, k| out.u32(*k));
-    out.option(outcome.lambda.as_ref(), |out, l| out.f64(*l));
-    out.option(outcome.passing_lambda.as_ref(), |out, l| out.f64(*l));
-    write_seen(out, &outcome.gate);
-    out.flag(outcome.passed);
-    write_seen(out, &outcome.test);
-    out.f64(outcome.flip_test);
-    out.option(outcome.lpips_test.as_ref(), |out, v| out.f64(*v));
-    out.f64(outcome.watts.render_w);
-    out.f64(outcome.watts.display_w);
-    outcome.watts.parts.0.iter().flatten().for_each(|w| out.f64(*w));
-}
-
-fn read_outcome(input: &mut In<'_>) -> Result<Outcome, CheckpointError> {
-    Ok(Outcome {
-        name: input.text()?,
-        role: read_role(input)?,
-        place: Place { variant: read_small(input)?, level: read_small(input)? },
-        rho: input.f64()?,
-        points: input.u64()? as usize,
-        iterations: input.u32()?,
-        kept_at: input.option(In::u32)?,
-        lambda: input.option(In::f64)?,
-        passing_lambda: input.option(In::f64)?,
-        gate: read_seen(input)?,
-        passed: input.flag()?,
-        test: read_seen(input)?,
-        flip_test: input.f64()?,
-        lpips_test: input.option(In::f64)?,
-        watts: read_watts(input)?,
-    })
-}
-
-fn read_small(input: &mut In<'_>) -> Result<u8, CheckpointError> {
-    u8::try_from(input.u32()?).map_err(|_| input.wrong("a place that there is not"))
-}
-
-fn read_watts(input: &mut In<'_>) -> Result<Watts, CheckpointError> {
-    let (render_w, display_w) = (input.f64()?, input.f64()?);
-    let mut parts = Parts::default();
-    for part in parts.0.iter_mut().flatten() {
-        *part = input.f64()?;
     }
-    Ok(Watts { render_w, display_w, parts })
+
+    /// Keeps the model of a finished job.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: it cannot be written.
+    pub fn save_model(&self, job: &str, model: &Model) -> Result<(), RunError> {
+        self.write(&model_file(job), Kind::Model, &ModelHead::of(model), std::iter::once(model))
+    }
+
+    /// The model of a finished job.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: it is missing or damaged.
+    pub fn load_model(&self, job: &str) -> Result<Model, RunError> {
+        let name = model_file(job);
+        let model =
+            self.read(&name, Kind::Model, |head: ModelHead, floats| Ok(head.model(floats)?))?;
+        let missing = || RunError::Input {
+            place: self.store.place(&name),
+            message: "is missing; begin the run anew".into(),
+        };
+        model.ok_or_else(missing)
+    }
+
+    fn write<'m>(
+        &self,
+        name: &str,
+        kind: Kind,
+        head: &impl Serialize,
+        models: impl Iterator<Item = &'m Model>,
+    ) -> Result<(), RunError> {
+        let head = postcard::to_stdvec(head).map_err(|e| RunError::Internal(e.to_string()))?;
+        let mut file = self.store.create(name)?;
+        let written = || {
+            let mut out = Summed { hash: Xxh3::new(), to: BufWriter::new(&mut file) };
+            out.write_all(MAGIC)?;
+            out.write_all(&VERSION.to_le_bytes())?;
+            out.write_all(&(kind as u32).to_le_bytes())?;
+            out.write_all(&self.fingerprint.to_le_bytes())?;
+            out.write_all(&(head.len() as u64).to_le_bytes())?;
+            out.write_all(&head)?;
+            for model in models {
+                write_floats(&mut out, model)?;
+            }
+            let sum = out.hash.digest();
+            out.to.write_all(&sum.to_le_bytes())?;
+            out.to.flush()
+        };
+        let written = written().and_then(|()| file.commit());
+        written.map_err(|e| RunError::Output {
+            place: self.store.place(name),
+            message: format!("cannot be written: {e}"),
+        })
+    }
+
+    /// Reads a file twice: nothing in it is believed before its checksum is.
+    fn read<H: DeserializeOwned, T>(
+        &self,
+        name: &str,
+        kind: Kind,
+        body: impl FnOnce(H, &mut Floats<'_>) -> Result<T, CheckpointError>,
+    ) -> Result<Option<T>, RunError> {
+        let (Some(first), Some(mut second)) = (self.store.open(name)?, self.store.open(name)?)
+        else {
+            return Ok(None);
+        };
+        let read = self.parse(&mut BufReader::new(first), &mut second, kind, body);
+        read.map(Some).map_err(|e| RunError::input(self.store.place(name), e))
+    }
+
+    fn parse<H: DeserializeOwned, T>(
+        &self,
+        first: &mut dyn Read,
+        second: &mut dyn Read,
+        kind: Kind,
+        body: impl FnOnce(H, &mut Floats<'_>) -> Result<T, CheckpointError>,
+    ) -> Result<T, CheckpointError> {
+        let (header, len) = checked(first)?;
+        let damaged = |what| CheckpointError::Damaged { at: HEADER as u64, what };
+        if header[10..14] != (kind as u32).to_le_bytes() {
+            return Err(damaged("it holds something else"));
+        }
+        if header[14..30] != self.fingerprint.to_le_bytes() {
+            return Err(CheckpointError::OtherRun);
+        }
+        let head_len = u64::from_le_bytes(header[30..].try_into().expect("8 bytes"));
+        let left = len.checked_sub(head_len);
+        let left = left.ok_or_else(|| damaged("it promises more than it holds"))?;
+        io::copy(&mut (&mut *second).take(HEADER as u64), &mut io::sink())?;
+        let mut head = vec![0; head_len as usize];
+        second.read_exact(&mut head)?;
+        let head = postcard::from_bytes(&head).map_err(|_| damaged("its head makes no sense"))?;
+        let mut floats = Floats { from: second, left };
+        let value = body(head, &mut floats)?;
+        if floats.left == 0 { Ok(value) } else { Err(damaged("bytes are left over")) }
+    }
 }
 
-fn write_role(out: &mut Out<'_>, role: Role) {
-    let (tag, number) = match role {
-        Role::Dense => (0, 0.0),
-        Role::Sample => (1, 0.0),
-        Role::Final => (2, 0.0),
-        Role::Baseline(Baseline::RenderOnly) => (3, 0.0),
-        Role::Baseline(Baseline::DisplayOnly) => (4, 0.0),
-        Role::Baseline(Baseline::LightGaussian(share)) => (5, share),
-        Role::Baseline(Baseline::TwoStage) => (6, 0.0),
-        Role::External(position) => (7, position as f64),
-        Role::Sweep(lambda) => (8, lambda),
-        Role::HeldOut => (9, 0.0),
-    };
-    out.u32(tag);
-    out.f64(number);
+fn model_file(job: &str) -> String {
+    format!("checkpoints/{job}.ckpt")
 }
 
-fn read_role(input: &mut In<'_>) -> Result<Role, CheckpointError> {
-    let (tag, number) = (input.u32()?, input.f64()?);
-    Ok(match tag {
-        0 => Role::Dense,
-        1 => Role::Sample,
-        2 => Role::Final,
-        3 => Role::Baseline(Baseline::RenderOnly),
-        4 => Role::Baseline(Baseline::DisplayOnly),
-        5 => Role::Baseline(Baseline::LightGaussian(number)),
-        6 => Role::Baseline(Baseline::TwoStage),
-        7 => Role::External(number as usize),
-        8 => Role::Sweep(number),
-        9 => Role::HeldOut,
-        _ => return Err(input.wrong("an unknown kind of job")),
-    })
+/// Reads a file to its end. Returns its header and the bytes between that and the checksum, which
+/// is right.
+fn checked(from: &mut dyn Read) -> Result<([u8; HEADER], u64), CheckpointError> {
+    let mut start = Vec::with_capacity(HEADER);
+    from.take(HEADER as u64).read_to_end(&mut start)?;
+    if !start.starts_with(MAGIC) {
+        return Err(CheckpointError::Foreign);
+    }
+    let damaged = |at, what| CheckpointError::Damaged { at, what };
+    let short = start.len() as u64;
+    let header: [u8; HEADER] =
+        start.try_into().map_err(|_| damaged(short, "it ends within its header"))?;
+    let version = u32::from_le_bytes(header[6..10].try_into().expect("4 bytes"));
+    if version != VERSION {
+        return Err(CheckpointError::Version(version));
+    }
+    let mut hash = Xxh3::new();
+    hash.update(&header);
+    // The last eight bytes are the checksum: they are held back until it is known that they are.
+    let (mut held, mut bytes, mut len) = (Vec::new(), vec![0; 4 * BLOCK], 0);
+    loop {
+        let n = from.read(&mut bytes)?;
+        if n == 0 {
+            break;
+        }
+        held.extend_from_slice(&bytes[..n]);
+        let body = held.len().saturating_sub(8);
+        hash.update(&held[..body]);
+        held.drain(..body);
+        len += body as u64;
+    }
+    let end = HEADER as u64 + len;
+    let sum = held.try_into().map_err(|_| damaged(end, "it ends too early"))?;
+    if u64::from_le_bytes(sum) == hash.digest() {
+        Ok((header, len))
+    } else {
+        Err(damaged(end, "the checksum is wrong"))
+    }
+}
+
+/// A stream, and the hash of what went into it.
+struct Summed<W> {
+    hash: Xxh3,
+    to: W,
+}
+
+impl<W: Write> Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let n = self.to.write(bytes)?;
+        self.hash.update(&bytes[..n]);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+}
+
+/// All parameters of a model, then both moments.
+fn write_floats(out: &mut dyn Write, model: &Model) -> io::Result<()> {
+    let mut bytes = Vec::with_capacity(4 * BLOCK);
+    for part in [&model.scene, &model.adam.first, &model.adam.second] {
+        let lists: [&[f32]; 5] = [
+            part.means.as_flattened(),
+            part.log_scales.as_flattened(),
+            part.rotations.as_flattened(),
+            &part.logit_opacities,
+            &part.sh,
+        ];
+        for block in lists.into_iter().flat_map(|list| list.chunks(BLOCK)) {
+            bytes.clear();
+            block.iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+            out.write_all(&bytes)?;
+        }
+    }
+    Ok(())
+}
+
+/// The floats of a file, of which `left` bytes are still to come.
+struct Floats<'a> {
+    from: &'a mut dyn Read,
+    left: u64,
+}
+
+impl Floats<'_> {
+    fn list(&mut self, count: usize) -> io::Result<Vec<f32>> {
+        let bytes = (count as u64).checked_mul(4).and_then(|n| self.left.checked_sub(n));
+        self.left = bytes.ok_or(io::ErrorKind::UnexpectedEof)?;
+        let (mut values, mut bytes) = (Vec::with_capacity(count), [0; 4 * BLOCK]);
+        while values.len() < count {
+            let block = &mut bytes[..4 * BLOCK.min(count - values.len())];
+            self.from.read_exact(block)?;
+            values.extend(block.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+        }
+        Ok(values)
+    }
+
+    fn part(&mut self, head: ModelHead) -> io::Result<Gaussians> {
+        let n = head.points;
+        let of = |each: usize| n.checked_mul(each).ok_or(io::ErrorKind::UnexpectedEof);
+        Ok(Gaussians {
+            means: self.list(of(3)?)?.as_chunks().0.to_vec(),
+            log_scales: self.list(of(3)?)?.as_chunks().0.to_vec(),
+            rotations: self.list(of(4)?)?.as_chunks().0.to_vec(),
+            logit_opacities: self.list(n)?,
+            sh_degree: head.sh_degree,
+            sh: self.list(of(3 * (usize::from(head.sh_degree) + 1).pow(2))?)?,
+        })
+    }
+}
+
+/// A model without its floats.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct ModelHead {
+    points: usize,
+    sh_degree: u8,
+    steps: u64,
+}
+
+impl ModelHead {
+    fn of(model: &Model) -> ModelHead {
+        let Model { scene, adam } = model;
+        ModelHead { points: scene.len(), sh_degree: scene.sh_degree, steps: adam.steps }
+    }
+
+    fn model(self, floats: &mut Floats<'_>) -> io::Result<Model> {
+        let scene = floats.part(self)?;
+        let (first, second) = (floats.part(self)?, floats.part(self)?);
+        Ok(Model { scene, adam: Adam { first, second, steps: self.steps } })
+    }
+}
+
+/// A fine-tune without the floats of its models.
+#[derive(Serialize, Deserialize)]
+struct StateHead {
+    model: ModelHead,
+    iteration: u32,
+    pruned: u32,
+    control: Option<Memory>,
+    best: Option<(ModelHead, Check)>,
+    last: Option<Check>,
+    settled: bool,
+}
+
+impl StateHead {
+    fn of(state: &State) -> StateHead {
+        let State { model, iteration, pruned, control, best, last, settled } = state;
+        StateHead {
+            model: ModelHead::of(model),
+            iteration: *iteration,
+            pruned: *pruned,
+            control: *control,
+            best: best.as_ref().map(|(model, check)| (ModelHead::of(model), *check)),
+            last: *last,
+            settled: *settled,
+        }
+    }
+
+    fn state(self, floats: &mut Floats<'_>) -> io::Result<State> {
+        let StateHead { model, iteration, pruned, control, best, last, settled } = self;
+        let model = model.model(floats)?;
+        let best = match best {
+            Some((head, check)) => Some((head.model(floats)?, check)),
+            None => None,
+        };
+        Ok(State { model, iteration, pruned, control, best, last, settled })
+    }
 }

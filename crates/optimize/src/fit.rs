@@ -15,7 +15,7 @@ mod optimum;
 mod samples;
 
 pub use curve::{Curve, Shape};
-pub use optimum::{Optimum, Place};
+pub use optimum::{Optimum, OptimumPlace};
 pub use samples::{SampleError, read_samples};
 
 /// One model at the target quality.

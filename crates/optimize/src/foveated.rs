@@ -8,8 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use rayon::prelude::*;
 
-use super::oracle::{CycleOracle, Parts, Shot, Watts};
-use super::plan::{Baseline, Campaign, Line, Outcome, Place};
+use super::job::Place;
+use super::oracle::{CycleOracle, Parts, RenderedFrame, Watts};
+use super::outcome::Outcome;
+use super::plan::{Line, Plan};
+use super::role::Baseline;
 use super::setup::Setup;
 use powergs_base::picture::Picture;
 use powergs_core::action::Stage;
@@ -17,8 +20,10 @@ use powergs_core::energy::Component;
 use powergs_core::sim::SimError;
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_frame::fovea::{
-    EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, Screen, ScreenGaze,
+    EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, REGIONS, Screen, ScreenGaze,
+    TileLevels,
 };
+use powergs_frame::splat::TileGrid;
 use powergs_quality::hvsq::Measures;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
@@ -70,7 +75,7 @@ impl Method {
 pub struct Levels {
     /// The method.
     pub method: Method,
-    /// Position in the variants of the campaign.
+    /// Position in the variants of the plan.
     pub variant: u8,
     /// Jobs whose models they are. A level without a model that passes shows that of the level
     /// before.
@@ -105,18 +110,46 @@ impl LevelState {
     }
 }
 
+/// Where somebody looks in view `i`.
+pub(crate) fn looking(screen: Screen, i: usize) -> ScreenGaze {
+    ScreenGaze { point: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen }
+}
+
+/// Levels that some view shows, from 1.
+pub(crate) fn levels_shown(screen: Screen, views: &[Camera]) -> u8 {
+    let of_view = |(i, camera): (usize, &Camera)| {
+        let (width, height) = (camera.width, camera.height);
+        let sight = looking(screen, i).eccentricity_map([width, height]).ok()?;
+        let tiles = TileLevels::new(&sight, TileGrid::new(width, height, 16)).tiles;
+        tiles.iter().map(|t| t.first + u8::from(t.blends)).max()
+    };
+    1 + views.iter().enumerate().filter_map(of_view).max().unwrap_or(0)
+}
+
+/// The regions that no view shows: images that are too small for all four.
+pub(crate) fn missing_regions(screen: Screen, views: &[Camera]) -> Vec<&'static str> {
+    let mut missing: Vec<u8> = (0..LEVELS as u8).collect();
+    for (i, camera) in views.iter().enumerate() {
+        if let Ok(sight) = looking(screen, i).eccentricity_map([camera.width, camera.height]) {
+            let own = sight.missing_regions();
+            missing.retain(|region| own.contains(region));
+        }
+    }
+    missing.into_iter().map(|region| REGIONS[usize::from(region)]).collect()
+}
+
 /// The foveated models of a run: variant by variant, in the order of [`Method::ALL`].
-pub fn lines(campaign: &Campaign, done: &[Outcome]) -> Vec<Levels> {
-    if campaign.levels < 2 {
+pub fn lines(plan: &Plan, done: &[Outcome]) -> Vec<Levels> {
+    if plan.levels < 2 {
         return Vec::new();
     }
-    let variants = 0..campaign.variants.len() as u8;
+    let variants = 0..plan.variants.len() as u8;
     let all = variants.flat_map(|v| Method::ALL.map(|method| (v, method)));
     all.filter_map(|(variant, method)| {
         let of = |level: usize| {
             let place = Place { variant, level: level as u8 };
-            let own = campaign.model_at(done, method.line(), place)?;
-            let state = match (level < usize::from(campaign.levels), own.place == place) {
+            let own = plan.model_at(done, method.line(), place)?;
+            let state = match (level < usize::from(plan.levels), own.place == place) {
                 (false, _) => LevelState::NotShown,
                 (true, false) => LevelState::Fallback,
                 (true, true) if own.passed => LevelState::Passed,
@@ -200,7 +233,7 @@ struct Shown {
 impl Viewer<'_> {
     /// Where somebody looks in view `i`.
     pub fn looking(&self, i: usize) -> ScreenGaze {
-        ScreenGaze { point: GAZE_CYCLE[i % GAZE_CYCLE.len()], screen: self.screen }
+        looking(self.screen, i)
     }
 
     /// Measures the model of `levels`.
@@ -245,7 +278,7 @@ impl Viewer<'_> {
         let background = setup.background;
         let options = Options { background, ..Options::reference(Detail::Counters) };
         let of_view = |camera: &Camera| -> Result<f64, FovealError> {
-            let shot = Shot::Plain(render(scene, camera, &options));
+            let shot = RenderedFrame::Plain(render(scene, camera, &options));
             let report = self.clock.report(shot, camera, background)?;
             Ok(report.frame_time_s().unwrap_or(f64::NAN))
         };
@@ -271,8 +304,9 @@ impl Viewer<'_> {
             frame.picture.mean_linear_rgb()
         };
         let display_w = setup.display.power(linear).0;
-        let parts = setup.oracle.frame(Shot::Foveated(frame.clone()), camera, background)?;
-        let report = self.clock.report(Shot::Foveated(frame), camera, background)?;
+        let parts =
+            setup.oracle.frame(RenderedFrame::Foveated(frame.clone()), camera, background)?;
+        let report = self.clock.report(RenderedFrame::Foveated(frame), camera, background)?;
         let mut seconds = report.frame_time_s().unwrap_or(f64::NAN);
         if is_filtered {
             let pixels = self.filtered_pixels(camera, looking)?;

@@ -12,6 +12,8 @@
 //! short fine-tune. The damped rule looks ahead along the trend of the quality and takes a power
 //! of S that shrinks with the distance from the target.
 
+use serde::{Deserialize, Serialize};
+
 use super::target::{Quality, Target};
 
 /// λ never falls below this, 1/W.
@@ -31,7 +33,7 @@ const AIM: f64 = 0.5;
 const AHEAD: f64 = 2.0;
 
 /// How large a step is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Rule {
     /// S or 1/S.
     Published,
@@ -64,7 +66,7 @@ pub enum Verdict {
 }
 
 /// What a controller remembers.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// λ for the next iteration, 1/W.
     pub lambda: f64,

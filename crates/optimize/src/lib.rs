@@ -15,20 +15,30 @@
 //! stopped after any iteration and continued from a [`checkpoint`] bit for bit.
 
 pub mod adam;
+pub mod campaign;
 pub mod checkpoint;
 pub mod claims;
+pub mod conclusion;
 pub mod fit;
 pub mod foveated;
+pub mod history;
+pub mod invalid;
 pub mod job;
 pub mod lambda;
 pub mod oracle;
+pub mod outcome;
+pub mod pictures;
 pub mod plan;
 pub mod prune;
+pub mod references;
+pub mod request;
 pub mod results;
+pub mod role;
 pub mod schedule;
-pub mod search;
+pub mod settings;
 pub mod setup;
 pub mod study;
 pub mod target;
 pub mod tune;
 pub mod views;
+pub mod watch;

@@ -6,21 +6,23 @@
 //! it were the first of its trace.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use xxhash_rust::xxh3::Xxh3;
 
 use powergs_base::picture::Picture;
 use powergs_core::action::Stage;
 use powergs_core::energy::Component;
-use powergs_core::run::System;
+use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
 use powergs_core::sim::{FrameReport, Label, SimError};
-use powergs_core::workload::paper::{TileLoad, count, count_foveated};
+use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_frame::display::Display;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};
 
-/// Watts by stage and component, orders of [`Stage::ALL`] and [`Component::ALL`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Watts by stage and component, config of [`Stage::ALL`] and [`Component::ALL`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Parts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
 
 impl Parts {
@@ -42,7 +44,7 @@ impl Parts {
 }
 
 /// The power of a model, mean over views.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Watts {
     /// Rendering, at the display rate.
     pub render_w: f64,
@@ -72,42 +74,53 @@ impl Watts {
 
 /// A rendered frame, with the reference tiling and [`Detail::Counters`].
 #[derive(Debug)]
-pub enum Shot {
+pub enum RenderedFrame {
     /// Of a plain model.
     Plain(Rendered),
     /// Of a foveated one.
     Foveated(FoveatedFrame),
 }
 
-impl Shot {
+impl RenderedFrame {
     /// The picture.
     pub fn picture(&self) -> &Picture {
         match self {
-            Shot::Plain(rendered) => &rendered.picture,
-            Shot::Foveated(frame) => &frame.picture,
+            RenderedFrame::Plain(rendered) => &rendered.picture,
+            RenderedFrame::Foveated(frame) => &frame.picture,
         }
     }
 
     /// The work that it is for machines of a geometry.
     fn workload(self, camera: &Camera, background: [f32; 3], geometry: Geometry) -> FrameWorkload {
         let frame = match self {
-            Shot::Plain(rendered) => rendered.into_frame(camera, background),
-            Shot::Foveated(frame) => frame.into_frame(camera, background),
+            RenderedFrame::Plain(rendered) => rendered.into_frame(camera, background),
+            RenderedFrame::Foveated(frame) => frame.into_frame(camera, background),
         };
         bin(&frame, geometry)
     }
 }
 
 /// Says what it costs to render a frame.
-pub trait PowerOracle: Sync {
+pub trait PowerOracle: Send + Sync {
     /// The name in every output.
     fn name(&self) -> String;
+
+    /// A hash of everything that its answers depend on.
+    fn id(&self) -> u128;
+
+    /// Frames shown per second.
+    fn fps(&self) -> f64;
 
     /// Watts of showing this frame again and again at the display rate.
     ///
     /// # Errors
     /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
-    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, SimError>;
+    fn frame(
+        &self,
+        shot: RenderedFrame,
+        camera: &Camera,
+        background: [f32; 3],
+    ) -> Result<Parts, SimError>;
 
     /// Mean power of `scene` over `views`, which must not be empty. The display term is that of
     /// the displayed images (8 bits a channel). Views are worked on in parallel and added in order.
@@ -128,7 +141,7 @@ pub trait PowerOracle: Sync {
             .map(|camera| {
                 let rendered = render(scene, camera, &options);
                 let display_w = display.power(rendered.picture.mean_linear_rgb()).0;
-                Ok((self.frame(Shot::Plain(rendered), camera, background)?, display_w))
+                Ok((self.frame(RenderedFrame::Plain(rendered), camera, background)?, display_w))
             })
             .collect();
         Ok(Watts::mean(&frames.into_iter().collect::<Result<Vec<_>, _>>()?))
@@ -149,18 +162,27 @@ impl PowerOracle for PaperOracle {
         "paper".into()
     }
 
-    fn frame(&self, shot: Shot, _: &Camera, _: [f32; 3]) -> Result<Parts, SimError> {
+    fn id(&self) -> u128 {
+        let UnitPrices { flop_pj, sram_pj_per_byte, dram_pj_per_byte } = self.prices;
+        hash_of([flop_pj, sram_pj_per_byte, dram_pj_per_byte, self.fps].map(f64::to_le_bytes))
+    }
+
+    fn fps(&self) -> f64 {
+        self.fps
+    }
+
+    fn frame(&self, shot: RenderedFrame, _: &Camera, _: [f32; 3]) -> Result<Parts, SimError> {
         let load = |entries: u32, loaded: u32| TileLoad {
             entries: f64::from(entries),
             loaded: f64::from(loaded),
         };
         let pixels = shot.picture().pixels.len() as u64;
         let counts = match &shot {
-            Shot::Plain(rendered) => {
+            RenderedFrame::Plain(rendered) => {
                 let tiles = rendered.tiles.iter().map(|t| load(t.entries, t.loaded));
                 count(&rendered.counters, &tiles.collect::<Vec<_>>(), pixels)
             }
-            Shot::Foveated(frame) => {
+            RenderedFrame::Foveated(frame) => {
                 let tiles = frame.tiles.iter().map(|t| load(t.count.entries, t.count.loaded));
                 let tiles: Vec<TileLoad> = tiles.collect();
                 count_foveated(&frame.counters, &frame.fovea, &tiles, pixels)
@@ -170,6 +192,22 @@ impl PowerOracle for PaperOracle {
         let watts = self.fps * 1e-12;
         Ok(Parts(Stage::ALL.map(|s| Component::ALL.map(|c| energy.part(s, c).0 * watts))))
     }
+}
+
+impl PaperOracle {
+    /// The model with the published prices, at a display rate in frames a second.
+    ///
+    /// # Errors
+    /// [`RunError::Internal`]: the table of prices is damaged.
+    pub fn published(fps: f64) -> Result<PaperOracle, RunError> {
+        Ok(PaperOracle { prices: PaperModel::new(Padding::TrueTiles)?.prices, fps })
+    }
+}
+
+fn hash_of(parts: impl IntoIterator<Item = impl AsRef<[u8]>>) -> u128 {
+    let mut hash = Xxh3::new();
+    parts.into_iter().for_each(|part| hash.update(part.as_ref()));
+    hash.digest128()
 }
 
 /// The simulated machine.
@@ -186,7 +224,20 @@ impl PowerOracle for CycleOracle {
         self.system.machine().name.clone()
     }
 
-    fn frame(&self, shot: Shot, camera: &Camera, background: [f32; 3]) -> Result<Parts, SimError> {
+    fn id(&self) -> u128 {
+        hash_of([&self.system.id().to_le_bytes()[..], &self.fps.to_le_bytes()])
+    }
+
+    fn fps(&self) -> f64 {
+        self.fps
+    }
+
+    fn frame(
+        &self,
+        shot: RenderedFrame,
+        camera: &Camera,
+        background: [f32; 3],
+    ) -> Result<Parts, SimError> {
         Ok(at_rate(&self.report(shot, camera, background)?, self.fps))
     }
 }
@@ -198,7 +249,7 @@ impl CycleOracle {
     /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
     pub fn report(
         &self,
-        shot: Shot,
+        shot: RenderedFrame,
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<FrameReport, SimError> {

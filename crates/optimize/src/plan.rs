@@ -3,16 +3,19 @@
 
 mod search;
 
-use super::schedule::Plan;
-use super::search::{self as samples, Conclusion};
-use super::setup::Settings;
+use serde::Serialize;
+
+use super::conclusion::{Conclusion, conclude};
+use super::job::{Job, Place};
+use super::outcome::{Outcome, at};
+use super::role::{Baseline, Role};
+use super::schedule::Schedule;
+use super::settings::Settings;
 use super::target::{Quality, Target, TargetRule};
 use search::{Search, measured};
 
-pub use super::job::{Baseline, Ended, Job, Outcome, Place, Role, at};
-
 /// A quality that models are made for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Variant {
     /// `H`, `M`, `L`, or what the user asked for.
     pub name: String,
@@ -21,10 +24,10 @@ pub struct Variant {
 }
 
 /// Everything that a run is to do.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Campaign {
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
     /// The samples.
-    pub schedule: Plan,
+    pub schedule: Schedule,
     /// Comparisons, in order.
     pub baselines: Vec<Baseline>,
     /// Names of the user's other models.
@@ -45,7 +48,7 @@ pub struct Campaign {
 /// The models of one kind: ours, or those of a baseline.
 pub type Line = Option<Baseline>;
 
-impl Campaign {
+impl Plan {
     /// The most jobs that the run can have.
     pub fn most_jobs(&self) -> usize {
         let upper = usize::from(self.levels.saturating_sub(1));
@@ -112,12 +115,12 @@ impl Campaign {
         if matches!(job.role, Role::Dense | Role::HeldOut) {
             return self.variants.first().map(|v| v.rule.target(quality));
         }
-        self.target_at(done, job.role.line(), job.place)
+        self.target_at(done, job.role.baseline(), job.place)
     }
 
     /// What the samples at a place say.
     pub fn conclusion(&self, done: &[Outcome], place: Place) -> Conclusion {
-        samples::conclude(&at(done, place), self.target_at(done, None, place))
+        conclude(&at(done, place), self.target_at(done, None, place))
     }
 
     /// The model of `line` that stands for a place; in the periphery that of the level before where
@@ -147,7 +150,7 @@ impl Campaign {
     /// The next job; `None` at the end. `points` is the size of the dense model.
     pub fn next(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
         let is_new = |job: &Job| done.iter().all(|o| o.name != job.name);
-        let dense = measured("dense", Role::Dense);
+        let dense = measured(&Role::Dense.name(), Role::Dense);
         if is_new(&dense) {
             return Some(dense);
         }

@@ -7,13 +7,12 @@
 mod made;
 mod read;
 
-pub use made::Sources;
 pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
 use crate::foveated::{LevelState, Method};
-use crate::job::RoleKind;
+use crate::role::{Baseline, RoleKind};
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// What the file is.
@@ -124,7 +123,7 @@ pub struct ModelRecord {
     /// What it was made for.
     pub role: RoleKind,
     /// Which comparison it is.
-    pub baseline: Option<String>,
+    pub baseline: Option<Baseline>,
     /// λ of the sweep, in units of one over the dense model's display power.
     pub sweep_lambda: Option<f64>,
     /// The variant.
@@ -290,10 +289,9 @@ impl Results {
     }
 
     /// A comparison at level 1 of a variant.
-    pub fn baseline(&self, name: &str, variant: &str) -> Option<&ModelRecord> {
-        let is = |m: &&ModelRecord| {
-            m.baseline.as_deref() == Some(name) && m.level == 1 && m.variant == variant
-        };
+    pub fn baseline(&self, baseline: Baseline, variant: &str) -> Option<&ModelRecord> {
+        let is =
+            |m: &&ModelRecord| m.baseline == Some(baseline) && m.level == 1 && m.variant == variant;
         self.models.iter().find(is)
     }
 

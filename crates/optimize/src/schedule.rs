@@ -1,8 +1,12 @@
 //! Which pruning ratios are sampled, and for how many iterations.
 //!
-//! [`Plan::Adaptive`] is ours: a few ratios, and where a sample misses its target the rest of the
-//! budget goes to ratios below it. [`Plan::Listed`] takes what the user says. [`Plan::Published`]
+//! [`Schedule::Adaptive`] is ours: a few ratios, and where a sample misses its target the rest of the
+//! budget goes to ratios below it. [`Schedule::Listed`] takes what the user says. [`Schedule::Published`]
 //! is the coarse-to-fine search of the published code, 7 + 5 samples (`powergs`, section 4.5).
+
+use serde::Serialize;
+
+use super::invalid::Invalid;
 
 /// Coarse samples of the published schedule.
 pub const COARSE: usize = 7;
@@ -14,12 +18,14 @@ pub const COARSE_STEP: f64 = 0.15;
 const BUDGETS: [u32; 2] = [10_000, 5_000];
 /// The published iterations that the budget of a sample stands for.
 const UNIT: f64 = 1500.0;
+/// Most ratios of a list.
+const MOST_RHOS: usize = 1000;
 /// The range that fine samples cover.
 const FINE_RANGE: f64 = 0.30;
 
 /// A sample that is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Done {
+pub struct TakenSample {
     /// The ratio of pruned Gaussians.
     pub rho: f64,
     /// Display and rendering power, watts.
@@ -30,7 +36,7 @@ pub struct Done {
 
 /// A sample to take.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct NextSample {
     /// The ratio of pruned Gaussians, of the dense model.
     pub rho: f64,
     /// Position of the sample that it starts from; `None`: the dense model.
@@ -40,8 +46,8 @@ pub struct Sample {
 }
 
 /// A way to choose samples.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Plan {
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum Schedule {
     /// This many samples from 0 to `highest`, moved below the first that fails.
     Adaptive {
         /// Number of samples.
@@ -59,25 +65,40 @@ pub enum Plan {
     },
 }
 
-impl Plan {
+impl Schedule {
+    /// Five samples, up to 0.8: what the program takes where it is not told otherwise.
+    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, highest: 0.8 };
+
+    /// These ratios.
+    ///
+    /// # Errors
+    /// [`Invalid::Rhos`]: too many, not ascending, or not from 0 to below 1.
+    pub fn listed(rhos: &[f64]) -> Result<Schedule, Invalid> {
+        let ascending = rhos.windows(2).all(|w| w[0] < w[1]);
+        if ascending && rhos.iter().all(|r| (0.0..1.0).contains(r)) && rhos.len() <= MOST_RHOS {
+            return Ok(Schedule::Listed(rhos.to_vec()));
+        }
+        Err(Invalid::Rhos { most: MOST_RHOS })
+    }
+
     /// The published search of the first level.
-    pub const PUBLISHED: Plan = Plan::Published { budget: BUDGETS[0] };
+    pub const PUBLISHED: Schedule = Schedule::Published { budget: BUDGETS[0] };
 
     /// The same search in the periphery, and the budget of a sample there relative to the first
     /// level: `share`, unless the plan has budgets of its own.
-    pub fn upper(&self, share: f64) -> (Plan, f64) {
+    pub fn upper(&self, share: f64) -> (Schedule, f64) {
         match self {
-            Plan::Adaptive { .. } | Plan::Listed(_) => (self.clone(), share),
-            Plan::Published { .. } => (Plan::Published { budget: BUDGETS[1] }, 1.0),
+            Schedule::Adaptive { .. } | Schedule::Listed(_) => (self.clone(), share),
+            Schedule::Published { .. } => (Schedule::Published { budget: BUDGETS[1] }, 1.0),
         }
     }
 
     /// The most samples that it takes.
     pub fn count(&self) -> usize {
         match self {
-            Plan::Adaptive { count, .. } => *count,
-            Plan::Listed(rhos) => rhos.len(),
-            Plan::Published { .. } => COARSE + FINE,
+            Schedule::Adaptive { count, .. } => *count,
+            Schedule::Listed(rhos) => rhos.len(),
+            Schedule::Published { .. } => COARSE + FINE,
         }
     }
 
@@ -85,10 +106,10 @@ impl Plan {
     /// the effort of the very first.
     pub fn most_effort(&self, first: f64) -> f64 {
         match self {
-            Plan::Adaptive { .. } | Plan::Listed(_) => {
+            Schedule::Adaptive { .. } | Schedule::Listed(_) => {
                 self.count().saturating_sub(1) as f64 + first
             }
-            Plan::Published { budget } => {
+            Schedule::Published { budget } => {
                 let coarse = (0..COARSE).map(|i| coarse_iterations(i, *budget)).sum::<u32>();
                 // The longest fine-tune of a fine sample prunes 0.15 where 0.9 is gone.
                 let fine = FINE as u32 * fine_tune(*budget, COARSE_STEP, 0.9);
@@ -98,18 +119,18 @@ impl Plan {
     }
 
     /// The next sample, or `None` at the end. `first` is the effort of the very first.
-    pub fn next(&self, done: &[Done], first: f64) -> Option<Sample> {
+    pub fn next(&self, done: &[TakenSample], first: f64) -> Option<NextSample> {
         let next = done.len();
         if next >= self.count() {
             return None;
         }
         match self {
-            Plan::Adaptive { count, highest } => adaptive(done, *count, *highest, first),
-            Plan::Listed(rhos) => {
+            Schedule::Adaptive { count, highest } => adaptive(done, *count, *highest, first),
+            Schedule::Listed(rhos) => {
                 let effort = if next == 0 { first } else { 1.0 };
-                Some(Sample { rho: rhos[next], from: next.checked_sub(1), effort })
+                Some(NextSample { rho: rhos[next], from: next.checked_sub(1), effort })
             }
-            Plan::Published { budget } => Some(published(done, next, *budget)),
+            Schedule::Published { budget } => Some(published(done, next, *budget)),
         }
     }
 }
@@ -117,19 +138,19 @@ impl Plan {
 /// Ratios rise evenly until one fails. Then what is left of the budget divides the gap between the
 /// last that passed and the first that failed. Where not even the unpruned model reaches the
 /// target there is no gap, and no further sample.
-fn adaptive(done: &[Done], count: usize, highest: f64, first: f64) -> Option<Sample> {
+fn adaptive(done: &[TakenSample], count: usize, highest: f64, first: f64) -> Option<NextSample> {
     let next = done.len();
     let Some(failed) = done.iter().filter(|d| !d.passed).map(|d| d.rho).reduce(f64::min) else {
         let rho = highest * next as f64 / (count - 1).max(1) as f64;
         let effort = if next == 0 { first } else { 1.0 };
-        return Some(Sample { rho, from: next.checked_sub(1), effort });
+        return Some(NextSample { rho, from: next.checked_sub(1), effort });
     };
-    let below = |d: &&(usize, &Done)| d.1.passed && d.1.rho < failed;
-    let sorted: Vec<(usize, &Done)> = done.iter().enumerate().collect();
+    let below = |d: &&(usize, &TakenSample)| d.1.passed && d.1.rho < failed;
+    let sorted: Vec<(usize, &TakenSample)> = done.iter().enumerate().collect();
     let base = sorted.iter().filter(below).max_by(|a, b| a.1.rho.total_cmp(&b.1.rho));
     let (from, rho) = base.map_or((None, 0.0), |(i, d)| (Some(*i), d.rho));
     let left = (count - next) as f64;
-    let sample = Sample { rho: rho + (failed - rho) / (left + 1.0), from, effort: 1.0 };
+    let sample = NextSample { rho: rho + (failed - rho) / (left + 1.0), from, effort: 1.0 };
     (sample.rho > rho).then_some(sample)
 }
 
@@ -149,12 +170,12 @@ pub fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
     ((f64::from(budget) * (step / (1.0 - pruned))) as u32).max(1500)
 }
 
-fn published(done: &[Done], next: usize, budget: u32) -> Sample {
+fn published(done: &[TakenSample], next: usize, budget: u32) -> NextSample {
     let effort = |iterations: u32| f64::from(iterations) / UNIT;
     if next < COARSE {
         let rho = COARSE_STEP * next as f64;
         let iterations = coarse_iterations(next, budget);
-        return Sample { rho, from: next.checked_sub(1), effort: effort(iterations) };
+        return NextSample { rho, from: next.checked_sub(1), effort: effort(iterations) };
     }
     let coarse = &done[..COARSE];
     let fine = Fine::around(best_of(coarse), COARSE_STEP);
@@ -165,7 +186,7 @@ fn published(done: &[Done], next: usize, budget: u32) -> Sample {
     let rho = fine.ratios[k];
     let base = COARSE_STEP * from as f64;
     let iterations = fine_tune(budget, rho - base, base);
-    Sample { rho, from: Some(from), effort: effort(iterations) }
+    NextSample { rho, from: Some(from), effort: effort(iterations) }
 }
 
 /// The fine samples of the published schedule.
@@ -190,7 +211,7 @@ impl Fine {
 }
 
 /// Position of the smallest smoothed total of the samples that passed; the first if none did.
-pub fn best_of(samples: &[Done]) -> usize {
+pub fn best_of(samples: &[TakenSample]) -> usize {
     let totals: Vec<f64> = samples.iter().map(|d| d.total_w).collect();
     let passed: Vec<bool> = samples.iter().map(|d| d.passed).collect();
     let smooth = smoothed(&totals, &passed);

@@ -1,11 +1,12 @@
 //! What a run works on, and its settings: everything that does not change while it runs.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::adam::Rates;
-use super::lambda::Rule;
 use super::oracle::{PowerOracle, Watts};
-use super::schedule::Plan;
+use super::references::References;
+use super::settings::{Gate, Settings};
 use super::target::Quality;
 use super::views::ViewSplit;
 use powergs_base::picture::Picture;
@@ -17,137 +18,6 @@ use powergs_quality::hvsq::Measures;
 use powergs_quality::{Lpips, likeness};
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::{Camera, Gaussians};
-
-/// A reference image in 16 bits a channel: half the room of floats, exact for 8-bit photos, and 96
-/// dB away from any other image in 0..1.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Reference {
-    width: u32,
-    height: u32,
-    codes: Vec<[u16; 3]>,
-}
-
-impl Reference {
-    /// Stores a picture; values are clamped to 0..1.
-    pub fn new(picture: &Picture) -> Reference {
-        let code = |v: f32| (f64::from(v.clamp(0.0, 1.0)) * 65535.0).round() as u16;
-        let codes = picture.pixels.par_iter().map(|p| p.map(code)).collect();
-        Reference { width: picture.width, height: picture.height, codes }
-    }
-
-    /// A reference of `width` x `height` pixels, all black.
-    pub fn black(width: u32, height: u32) -> Reference {
-        Reference { width, height, codes: vec![[0; 3]; width as usize * height as usize] }
-    }
-
-    /// Width and height, pixels.
-    pub fn size(&self) -> (u32, u32) {
-        (self.width, self.height)
-    }
-
-    /// The codes: three numbers of 16 bits a pixel, in the order of this processor.
-    pub fn as_bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.codes)
-    }
-
-    /// The same, to be written.
-    pub fn as_bytes_mut(&mut self) -> &mut [u8] {
-        bytemuck::cast_slice_mut(&mut self.codes)
-    }
-
-    /// Writes the picture over another.
-    pub fn write_to(&self, picture: &mut Picture) {
-        (picture.width, picture.height) = (self.width, self.height);
-        self.codes
-            .par_iter()
-            .map(|c| c.map(|v| f32::from(v) / 65535.0))
-            .collect_into_vec(&mut picture.pixels);
-    }
-}
-
-/// Where the reference images of a run are: in memory, or somewhere that memory is not spent on.
-pub trait References: Sync {
-    /// Writes the reference of a view over `picture`.
-    fn write_to(&self, view: usize, picture: &mut Picture);
-}
-
-impl References for Vec<Reference> {
-    fn write_to(&self, view: usize, picture: &mut Picture) {
-        self[view].write_to(picture);
-    }
-}
-
-/// Which views decide whether a model passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Gate {
-    /// Views held out of training for this.
-    Validation,
-    /// The test views, as the published code does: what it reports it has also selected on.
-    Test,
-}
-
-/// The numbers of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
-    /// Iterations of a sample, at least 1.
-    pub iterations: u32,
-    /// Iterations of the first sample, relative to the others: its λ comes from far away.
-    pub first_effort: f64,
-    /// Iterations of the final model and of each baseline.
-    pub final_iterations: u32,
-    /// Iterations of the fine-tunes in the periphery, relative to those of the first level.
-    pub level_effort: f64,
-    /// Iterations between checks of the quality.
-    pub interval: u32,
-    /// The share of a fine-tune in which λ is adjusted; then it rests.
-    pub adjust_share: f64,
-    /// Weight of the display term at the start, without unit: the term of an image that needs the
-    /// display power of the dense model. λ, in 1/W, is this over that power.
-    pub display_weight: f64,
-    /// The same for the levels of the periphery; HVSQ is a smaller number than L1.
-    pub level_display_weight: f64,
-    /// How λ is controlled.
-    pub rule: Rule,
-    /// The quality has settled when it is less than this above the target, decibels.
-    pub epsilon_db: f64,
-    /// Opacities are limited to this when Gaussians are pruned; 1 for no limit.
-    pub opacity_cap: f32,
-    /// Factor on all learning rates.
-    pub rate_scale: f64,
-    /// The learning rates at the end of a fine-tune, relative to its beginning; a cosine between.
-    pub rate_end: f64,
-    /// Seed of the order of views.
-    pub seed: u64,
-    /// Which views decide.
-    pub gate: Gate,
-}
-
-impl Settings {
-    /// How the samples of a level (0 for level 1) are chosen, and the iterations of one.
-    pub fn budget(&self, schedule: &Plan, level: u8) -> (Plan, u32) {
-        if level == 0 {
-            return (schedule.clone(), self.iterations);
-        }
-        let (plan, share) = schedule.upper(self.level_effort);
-        (plan, share_of(self.iterations, share))
-    }
-
-    /// Iterations of the dense model that is trained on without the gate views.
-    pub fn first_budget(&self) -> u32 {
-        share_of(self.iterations, self.first_effort)
-    }
-
-    /// Iterations of the final model of a level, and of each baseline there.
-    pub fn final_budget(&self, level: u8) -> u32 {
-        let share = if level == 0 { 1.0 } else { self.level_effort };
-        share_of(self.final_iterations, share)
-    }
-}
-
-/// A share of a number of iterations, at least 1.
-pub(super) fn share_of(iterations: u32, share: f64) -> u32 {
-    ((f64::from(iterations) * share).round() as u32).max(1)
-}
 
 /// A run's inputs.
 pub struct Setup<'a> {
@@ -176,7 +46,7 @@ pub struct Setup<'a> {
 }
 
 /// Quality and display power over some views.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
     /// Mean quality.
     pub quality: Quality,

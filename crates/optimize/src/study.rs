@@ -5,7 +5,8 @@
 //! display part scales. Nothing is trained for this study.
 
 use super::fit::{Sample, fit, optimum};
-use super::plan::{Baseline, Outcome, Role};
+use super::outcome::Outcome;
+use super::role::{Baseline, Role};
 
 /// The published range of the ratio, dense model.
 pub const RATIOS: (f64, f64) = (0.38, 2.66);

@@ -1,7 +1,9 @@
 //! How good a model is, and how good it must be.
 
+use serde::{Deserialize, Serialize};
+
 /// Mean quality over some views.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Mean of the PSNRs of the views, decibels; infinite where all images are equal.
     pub psnr_db: f64,
@@ -50,6 +52,11 @@ impl Level {
             Level::Medium => 0.98,
             Level::Low => 0.97,
         }
+    }
+
+    /// The target of this step. `is_own`: the references are the dense model's own renders.
+    pub(crate) fn rule(self, is_own: bool) -> TargetRule {
+        if is_own { TargetRule::Absolute(self.absolute()) } else { TargetRule::Share(self.share()) }
     }
 
     /// The absolute target where the dense model's own renders are the reference: a share of an
@@ -144,7 +151,7 @@ impl Target {
 }
 
 /// How the target follows from the dense model.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum TargetRule {
     /// This share of its quality.
     Share(f64),

@@ -2,22 +2,24 @@
 //!
 //! A tuner can be asked for its [`State`] after any iteration; from that it goes on bit for bit.
 
+mod config;
 mod objective;
-mod orders;
+
+use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, bad_gradient};
 use super::lambda::{Controller, Memory, Verdict};
 use super::prune::{Score, keep, survivors};
 use super::setup::{Seen, Setup};
 use super::target::Target;
-use super::views::Order;
+use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
 use powergs_raster::train::{Gradients, Options, Tape, Which};
 use powergs_scene::Gaussians;
 
+pub use config::{DisplayTerm, Keep, Objective, Pruning, Trains, TuneConfig};
 pub use objective::Term;
-pub use orders::{DisplayTerm, Keep, Objective, Orders, Pruning, Trains};
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,7 +38,7 @@ impl Model {
 }
 
 /// A check of the quality over the gate views.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// After this iteration, counted from 0.
     pub iteration: u32,
@@ -83,8 +85,8 @@ impl State {
 }
 
 /// What happened in an iteration.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Iteration {
     /// Counted from 0.
     pub iteration: u32,
     /// The training view, index into the list of views.
@@ -140,11 +142,11 @@ pub enum TuneError {
 /// A fine-tune at work.
 pub struct Tuner<'a> {
     setup: &'a Setup<'a>,
-    orders: Orders,
+    config: TuneConfig,
     target: Target,
     state: State,
     controller: Option<Controller>,
-    order: Order,
+    order: ViewOrder,
     tape: Tape,
     gradients: Gradients,
     by_pixel: Vec<[f32; 3]>,
@@ -155,12 +157,12 @@ impl<'a> Tuner<'a> {
     /// A tuner in `state`. `stream` keeps the order of views of different fine-tunes apart.
     pub fn new(
         setup: &'a Setup<'a>,
-        orders: Orders,
+        config: TuneConfig,
         target: Target,
         stream: u64,
         state: State,
     ) -> Tuner<'a> {
-        let controller = match (orders.display, state.control) {
+        let controller = match (config.display, state.control) {
             (DisplayTerm::Controlled { control, .. }, None) => Some(Controller::new(control)),
             (DisplayTerm::Controlled { control, .. }, Some(s)) => {
                 Some(Controller::restored(control, s))
@@ -170,11 +172,11 @@ impl<'a> Tuner<'a> {
         let seed = setup.settings.seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
         Tuner {
             setup,
-            orders,
+            config,
             target,
             state,
             controller,
-            order: Order::new(seed, setup.split.train.len()),
+            order: ViewOrder::new(seed, setup.split.train.len()),
             tape: Tape::new(),
             gradients: Gradients::new(),
             by_pixel: Vec::new(),
@@ -184,7 +186,7 @@ impl<'a> Tuner<'a> {
 
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
-        self.state.settled || self.state.iteration >= self.orders.iterations
+        self.state.settled || self.state.iteration >= self.config.iterations
     }
 
     /// The state now.
@@ -196,7 +198,7 @@ impl<'a> Tuner<'a> {
     /// The model to keep and its check, and the controller's last passing λ.
     pub fn finish(self) -> (Model, Option<Check>, Option<f64>) {
         let passing = self.controller.as_ref().and_then(Controller::passing);
-        match (self.orders.keep, self.state.best) {
+        match (self.config.keep, self.state.best) {
             (Keep::Dimmest | Keep::LastPassing, Some((model, check))) => {
                 (model, Some(check), passing)
             }
@@ -210,7 +212,7 @@ impl<'a> Tuner<'a> {
     ///
     /// # Errors
     /// A loss or gradient that is not finite; the model is that before the iteration.
-    pub fn step(&mut self) -> Result<Row, TuneError> {
+    pub fn step(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
         self.prune_if_due(iteration);
         let lambda = self.lambda(iteration);
@@ -218,11 +220,11 @@ impl<'a> Tuner<'a> {
         let points = self.state.model.scene.len();
         let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
         self.state.iteration += 1;
-        Ok(Row { iteration, view, points, loss, lambda, check })
+        Ok(Iteration { iteration, view, points, loss, lambda, check })
     }
 
     fn lambda(&self, iteration: u32) -> f64 {
-        match (self.orders.display, &self.controller) {
+        match (self.config.display, &self.controller) {
             (DisplayTerm::Fixed(lambda), _) => lambda,
             (DisplayTerm::Controlled { from, .. }, Some(c)) if iteration >= from => c.lambda(),
             (DisplayTerm::Off | DisplayTerm::Controlled { .. }, _) => 0.0,
@@ -239,14 +241,14 @@ impl<'a> Tuner<'a> {
         let picture = self.tape.forward(scene, camera, &options);
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
         let by_pixel = &mut self.by_pixel;
-        let objective = self.orders.objective;
+        let objective = self.config.objective;
         let loss = self.losses.evaluate(setup, objective, (view, picture), lambda, by_pixel);
         let place = |what| TuneError::Size { what, view: camera.name.clone() };
         let loss = loss.map_err(place)?;
         if !loss.total.is_finite() {
             return Err(TuneError::Loss { iteration, view: camera.name.clone() });
         }
-        let which = match self.orders.trains {
+        let which = match self.config.trains {
             Trains::ColoursAndOpacities => Which::ColourAndOpacity,
             Trains::All | Trains::Colours => Which::All,
         };
@@ -255,7 +257,7 @@ impl<'a> Tuner<'a> {
             return Err(TuneError::Gradient { bad, iteration, view: camera.name.clone() });
         }
         let rates = setup.rates().scaled(self.decay(iteration));
-        let rates = match self.orders.trains {
+        let rates = match self.config.trains {
             Trains::All => rates,
             Trains::Colours => rates.colours_only(),
             Trains::ColoursAndOpacities => rates.colours_and_opacities(),
@@ -268,12 +270,12 @@ impl<'a> Tuner<'a> {
     /// Factor on the learning rates.
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
-        let share = f64::from(iteration) / f64::from(self.orders.iterations.max(1));
+        let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }
 
     fn prune_if_due(&mut self, iteration: u32) {
-        let Pruning::Steps { score, goal, steps, every } = self.orders.pruning else { return };
+        let Pruning::Steps { score, goal, steps, every } = self.config.pruning else { return };
         let due = self.state.pruned < steps.get()
             && u64::from(iteration) == u64::from(self.state.pruned) * u64::from(every);
         if due {
@@ -295,11 +297,11 @@ impl<'a> Tuner<'a> {
     }
 
     fn is_check_due(&self, iteration: u32) -> bool {
-        if iteration + 1 >= self.orders.iterations {
+        if iteration + 1 >= self.config.iterations {
             return true;
         }
         let interval = self.setup.settings.interval.max(1);
-        match (self.orders.display, self.orders.pruning, &self.controller) {
+        match (self.config.display, self.config.pruning, &self.controller) {
             (DisplayTerm::Controlled { from, .. }, _, Some(controller)) => {
                 iteration >= from && controller.is_due(iteration - from)
             }
@@ -309,7 +311,7 @@ impl<'a> Tuner<'a> {
     }
 
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
-        let pooling = match self.orders.objective {
+        let pooling = match self.config.objective {
             Objective::Likeness => None,
             Objective::Hvsq { pooling } => Some(pooling),
         };
@@ -320,15 +322,15 @@ impl<'a> Tuner<'a> {
         if passed && self.is_pruned() {
             self.remember(check);
         }
-        if let DisplayTerm::Controlled { from, .. } = self.orders.display
+        if let DisplayTerm::Controlled { from, .. } = self.config.display
             && let Some(controller) = &mut self.controller
             && iteration >= from
         {
             let verdict = controller.hear(iteration - from, seen.quality, &self.target);
             self.state.settled = verdict == Verdict::Settled && self.is_pruned();
         }
-        if let (true, Pruning::WhilePassing { count }) = (passed, self.orders.pruning)
-            && iteration + 1 < self.orders.iterations
+        if let (true, Pruning::WhilePassing { count }) = (passed, self.config.pruning)
+            && iteration + 1 < self.config.iterations
         {
             self.prune(Score::Dominance, count);
         }
@@ -337,14 +339,14 @@ impl<'a> Tuner<'a> {
 
     /// Whether all pruning that was ordered is done.
     fn is_pruned(&self) -> bool {
-        match self.orders.pruning {
+        match self.config.pruning {
             Pruning::Steps { steps, .. } => self.state.pruned >= steps.get(),
             Pruning::Never | Pruning::WhilePassing { .. } => true,
         }
     }
 
     fn remember(&mut self, check: Check) {
-        let better = match (self.orders.keep, &self.state.best) {
+        let better = match (self.config.keep, &self.state.best) {
             (Keep::Last, _) => false,
             (Keep::LastPassing, _) | (Keep::Dimmest, None) => true,
             (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,

@@ -3,7 +3,12 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use powergs_scene::{Camera, Split};
+use serde::Serialize;
+
+use super::invalid::Invalid;
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::camera::path::Path;
+use powergs_scene::{Camera, Gaussians, Split};
 
 /// Every how many-th view (by name) is held out where a camera file names no splits: the published
 /// rule (`llffhold`).
@@ -12,7 +17,7 @@ pub const HELD_OUT: usize = 8;
 const FEW: usize = 4;
 
 /// Indices into the list of views. Every list holds at least one.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ViewSplit {
     /// Seen in training.
     pub train: Vec<usize>,
@@ -83,21 +88,65 @@ impl ViewSplit {
     }
 }
 
+/// Most frames of a path.
+const PATH_MOST: usize = 100_000;
+
+/// The views that power is a mean over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PowerViews {
+    /// All views.
+    All,
+    /// The test views, as the published code does.
+    Test,
+    /// So many frames of a smooth path through the views.
+    Path(usize),
+}
+
+impl PowerViews {
+    /// The cameras.
+    ///
+    /// # Errors
+    /// [`Invalid::Path`]: a path without frames, or through a single view.
+    pub(crate) fn of(self, cameras: &[Camera], split: &ViewSplit) -> Result<Vec<Camera>, Invalid> {
+        match self {
+            PowerViews::All => Ok(cameras.to_vec()),
+            PowerViews::Test => Ok(split.test.iter().map(|&v| cameras[v].clone()).collect()),
+            PowerViews::Path(frames) => Path::through(cameras)
+                .filter(|_| (1..=PATH_MOST).contains(&frames))
+                .map(|path| path.frames(frames))
+                .ok_or(Invalid::Path),
+        }
+    }
+}
+
+/// Names of the views that see nothing of `dense`, and so cannot train.
+pub(crate) fn blind<'a>(
+    dense: &Gaussians,
+    cameras: &'a [Camera],
+    background: [f32; 3],
+) -> Vec<&'a str> {
+    let options = Options { background, ..Options::reference(Detail::Image) };
+    let is_blind = |camera: &&Camera| {
+        render(dense, camera, &options).picture.pixels.iter().all(|p| *p == background)
+    };
+    cameras.iter().filter(is_blind).map(|camera| camera.name.as_str()).collect()
+}
+
 /// The training view of an iteration: every epoch is another permutation of all views. The result
 /// depends on nothing but the arguments, so a run can be continued anywhere.
 #[derive(Debug, Clone)]
-pub struct Order {
+pub struct ViewOrder {
     seed: u64,
     count: usize,
     epoch: Option<u64>,
     permutation: Vec<usize>,
 }
 
-impl Order {
+impl ViewOrder {
     /// An order of `count` views, at least one.
-    pub fn new(seed: u64, count: usize) -> Order {
+    pub fn new(seed: u64, count: usize) -> ViewOrder {
         assert!(count > 0, "an order needs a view");
-        Order { seed, count, epoch: None, permutation: Vec::new() }
+        ViewOrder { seed, count, epoch: None, permutation: Vec::new() }
     }
 
     /// The position, below `count`, of the view that trains at `iteration`.

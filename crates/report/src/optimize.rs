@@ -14,13 +14,14 @@ mod tables;
 use super::format::{shortened, significant};
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::claims::Book;
-use powergs_optimize::plan::{Baseline, Outcome, Role};
-use powergs_optimize::search::Conclusion;
+use powergs_optimize::conclusion::Conclusion;
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::pictures::BeforeAfter;
+use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::study::RatioRow;
 use powergs_optimize::target::Quality;
 
 pub use course::Moment;
-pub use strip::Strip;
 pub use summary::{Facts, document};
 pub use tables::{models_csv, ratios_csv, samples_csv};
 
@@ -46,7 +47,7 @@ pub struct Story<'a> {
     /// The study of display-to-render ratios; empty if it was not asked for.
     pub ratios: Vec<RatioRow>,
     /// Pictures of one view.
-    pub strip: Option<Strip>,
+    pub strip: Option<BeforeAfter>,
     /// What the run says about the published claims.
     pub claims: Book,
 }

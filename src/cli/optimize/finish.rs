@@ -1,161 +1,102 @@
 //! What a finished run leaves: tables, the final model, its trace, charts, a summary.
 
-use std::io;
-
 use serde_json::{Value, json};
 
-use super::super::{Context, Exit, Failure, OrExit, out};
+use super::super::{Context, Exit, Failure, out};
 use super::folder::Folder;
 use super::foveated;
-use super::inputs::Inputs;
-use powergs_chart::Chart;
-use powergs_frame::trace::{EncodedFrame, TraceHeader, Writer};
-use powergs_optimize::checkpoint::Progress;
+use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::claims::{self, Run};
-use powergs_optimize::plan::{Campaign, Outcome, Place, at};
-use powergs_optimize::results::{ChangeRecord, FILE, Results, Sources};
-use powergs_optimize::setup::{Seen, Setup};
-use powergs_optimize::study::ratios;
-use powergs_optimize::tune::Model;
-use powergs_raster::{Detail, Options, render};
-use powergs_report::chart_files;
+use powergs_optimize::history::rows_of;
+use powergs_optimize::job::Place;
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::results::FILE;
+use powergs_optimize::role::Role;
+use powergs_optimize::setup::Seen;
 use powergs_report::document::{Block, Document};
 use powergs_report::optimize::{
-    Moment, Story, Strip, charts, document, models_csv, ratios_csv, samples_csv,
+    Moment, Story, charts, document, models_csv, ratios_csv, samples_csv,
 };
 use powergs_scene::write_ply;
 
-/// Longer side of the images of the strip, pixels.
-const STRIP_SIDE: u32 = 800;
-
-/// What a run was about.
-pub struct Finished<'a> {
-    /// Inputs and numbers.
-    pub setup: &'a Setup<'a>,
-    /// What was to be done.
-    pub campaign: &'a Campaign,
-    /// Frames shown per second.
-    pub fps: f64,
-    /// Whether the study of ratios was asked for.
-    pub wants_ratios: bool,
-    /// Operations of the colour filter for a pixel.
-    pub filter_flops: f64,
-    /// Why it ended before its jobs were done.
-    pub stopped: Option<&'static str>,
-}
-
-/// Writes everything that follows from the outcomes.
+/// Writes everything that a run found, and says it.
 pub fn finish(
-    run: &Finished<'_>,
-    inputs: &Inputs,
-    folder: &mut Folder,
-    progress: &Progress,
+    campaign: &Campaign,
+    finished: &Finished,
+    folder: &Folder,
     context: &Context,
 ) -> Result<Exit, Failure> {
     // The report of level 1 is the same with and without levels beyond it.
-    let done = &at(&progress.outcomes, Place::default());
-    let conclusion = run.campaign.conclusion(done, Place::default());
-    folder.write("samples.csv", &samples_csv(done))?;
-    folder.write("models.csv", &models_csv(done))?;
-    let rows = if run.wants_ratios { ratios(done) } else { Vec::new() };
-    if !rows.is_empty() {
-        folder.write("ratios.csv", &ratios_csv(&rows))?;
+    let done = &finished.first();
+    folder.write("samples.csv", samples_csv(done))?;
+    folder.write("models.csv", models_csv(done))?;
+    if !finished.ratios.is_empty() {
+        folder.write("ratios.csv", ratios_csv(&finished.ratios))?;
     }
-    let mut strip = None;
-    if let Some(best) = &conclusion.best {
-        let model = folder.load_model(best)?;
-        write_model(run.setup, inputs, folder, &model)?;
-        strip = Some(pictures(run.setup, &model, best));
+    if let Some(model) = &finished.model {
+        folder.stream("final.ply", |mut w| write_ply(model, &mut w))?;
+        folder.stream("final.bin", |w| campaign.write_trace(model, w))?;
     }
-    let viewer = foveated::viewer(run, inputs).filter(|_| conclusion.best.is_some());
-    let shown = match &viewer {
-        Some(viewer) => Some(foveated::finish(run, viewer, inputs, folder, progress)?),
-        None => None,
-    };
-    let results = results(run, inputs, progress, (strip.as_ref(), shown.as_ref()));
-    folder.write(FILE, results.to_json().as_bytes())?;
-    let whole = Run { label: inputs.name.clone(), results };
+    if let Some(model) = finished.foveated.as_ref().and_then(|f| f.model.as_ref()) {
+        folder.stream("model.fov", |mut w| model.write(&mut w))?;
+        folder.stream("fr.bin", |w| campaign.write_foveated_trace(model, w))?;
+    }
+    folder.write(FILE, finished.results.to_json())?;
+    let whole = Run { label: campaign.name.clone(), results: finished.results.clone() };
     let story = Story {
-        name: inputs.name.clone(),
-        oracle: inputs.oracle.name(),
-        display: inputs.display.name.clone(),
-        fps: run.fps,
+        name: campaign.name.clone(),
+        oracle: campaign.oracle.name(),
+        display: campaign.display.name.clone(),
+        fps: campaign.oracle.fps(),
         done,
-        target: run.campaign.target(done, 0).and_then(|t| t.likeness_target()),
-        conclusion: &conclusion,
-        course: course(&folder.history()?),
-        ratios: rows,
-        strip,
+        target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
+        conclusion: &finished.conclusion,
+        course: course(finished),
+        ratios: finished.ratios.clone(),
+        strip: finished.pictures.clone(),
         claims: claims::check(std::slice::from_ref(&whole)),
     };
-    let results = &whole.results;
     let drawn = charts(&story);
-    write_charts(folder, &drawn)?;
+    folder.draw(&drawn)?;
     let mut page = document(&story, &drawn);
-    if let Some(shown) = shown {
-        page.extend(foveated::report(run, results, shown, folder, progress)?);
+    if let Some(found) = &finished.foveated {
+        page.extend(foveated::report(campaign, finished, found, folder)?);
     }
-    folder.write("summary.md", page.markdown().as_bytes())?;
-    tell(run, &story, results, folder, context)?;
-    Ok(if conclusion.best.is_some() { Exit::Done } else { Exit::GoalMissed })
+    folder.write("summary.md", page.markdown())?;
+    tell(&story, finished, folder, context)?;
+    Ok(if finished.model.is_some() { Exit::Done } else { Exit::GoalMissed })
 }
 
-/// Draws and writes charts.
-pub fn write_charts(folder: &Folder, drawn: &[Chart]) -> Result<(), Failure> {
-    for file in chart_files(drawn).or_exit(Exit::Internal, "charts")? {
-        folder.write(&file.name, &file.bytes)?;
-    }
-    Ok(())
-}
-
-/// Everything that the run found, with what its colours lost.
-fn results(
-    run: &Finished<'_>,
-    inputs: &Inputs,
-    progress: &Progress,
-    (strip, shown): (Option<&Strip>, Option<&foveated::Outcome>),
-) -> Results {
-    let camera = &inputs.cameras[0];
-    let missing = inputs.screen.map(|s| foveated::missing(&s, &inputs.power_views));
-    let mut results = Results::of(&Sources {
-        scene: &inputs.name,
-        is_self: inputs.is_self,
-        size: [camera.width, camera.height],
-        screen: inputs.screen,
-        missing: &missing.unwrap_or_default(),
-        oracle: &inputs.oracle.name(),
-        fps: run.fps,
-        display: (&inputs.display.name, inputs.display.scale),
-        stopped: run.stopped,
-        campaign: run.campaign,
-        done: &progress.outcomes,
-        measured: shown.map_or(&[], |s| &s.measured),
-        dense_fps: shown.map(|s| s.dense_fps),
-    });
-    results.mean_change = strip.map(|strip| ChangeRecord {
-        view: strip.view.clone(),
-        level_1: strip.mean_change(),
-        dense: Some(strip.mean_dense()),
-        regions: shown.and_then(|s| s.change),
-    });
-    results
+/// The checks of the samples and of the final model.
+fn course(finished: &Finished) -> Vec<Moment> {
+    let is_shown =
+        |o: &Outcome| o.place == Place::default() && matches!(o.role, Role::Sample | Role::Final);
+    let moment = |(outcome, iteration): (&Outcome, &powergs_optimize::tune::Iteration)| {
+        Some(Moment {
+            job: outcome.name.clone(),
+            iteration: iteration.iteration,
+            lambda: iteration.lambda,
+            psnr_db: iteration.check?.seen.quality.psnr_db,
+        })
+    };
+    rows_of(&finished.history, &finished.outcomes, is_shown).filter_map(moment).collect()
 }
 
 fn tell(
-    run: &Finished<'_>,
     story: &Story<'_>,
-    results: &Results,
+    finished: &Finished,
     folder: &Folder,
     context: &Context,
 ) -> Result<(), Failure> {
+    let results = &finished.results;
     if context.global.json {
-        return out::json(&object(run, story, results));
+        return out::json(&object(story, finished));
     }
-    if let Some(why) = run.stopped {
+    if let Some(why) = &results.stopped {
         out::complain(why);
     }
     if context.global.quiet {
-        if story.conclusion.best.is_none() {
+        if finished.model.is_none() {
             out::complain(story.headline().trim_end());
         }
         return Ok(());
@@ -166,69 +107,6 @@ fn tell(
     page.table(powergs_report::optimize::foveated::headline(results));
     page.add(Block::Facts(vec![("report".into(), place.display().to_string().into())]));
     out::document(&page)
-}
-
-/// The final model as INRIA PLY, and its trace over the power views.
-fn write_model(
-    setup: &Setup<'_>,
-    inputs: &Inputs,
-    folder: &Folder,
-    model: &Model,
-) -> Result<(), Failure> {
-    folder.stream("final.ply", |mut w| write_ply(&model.scene, &mut w))?;
-    let header = TraceHeader {
-        generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
-        scene: format!("{}-optimised", inputs.name),
-        points: model.scene.len() as u64,
-    };
-    let options = Options { background: setup.background, ..Options::reference(Detail::Counters) };
-    folder.stream("final.bin", |w| {
-        let mut writer = Writer::new(w, &header).map_err(io::Error::other)?;
-        for camera in setup.power_views {
-            let frame = render(&model.scene, camera, &options).into_frame(camera, setup.background);
-            let encoded = EncodedFrame::encode(&frame).map_err(io::Error::other)?;
-            writer.write_encoded(encoded).map_err(io::Error::other)?;
-        }
-        writer.finish().map(drop).map_err(io::Error::other)
-    })
-}
-
-/// The first test view, before and after.
-fn pictures(setup: &Setup<'_>, model: &Model, best: &str) -> Strip {
-    let camera = &setup.cameras[setup.split.test[0]];
-    let options = Options { background: setup.background, ..Options::reference(Detail::Image) };
-    let shown = |scene| {
-        let picture = render(scene, camera, &options).picture;
-        if picture.width.max(picture.height) > STRIP_SIDE {
-            picture.shrunk(STRIP_SIDE)
-        } else {
-            picture
-        }
-    };
-    let (dense, ours) = (shown(setup.dense), shown(&model.scene));
-    Strip {
-        view: camera.name.clone(),
-        width: dense.width,
-        height: dense.height,
-        dense: dense.to_rgb8(),
-        ours: ours.to_rgb8(),
-        name: if best == "final" { "optimised".into() } else { format!("optimised ({best})") },
-    }
-}
-
-/// The checks in `history.csv`, which this program wrote.
-fn course(history: &str) -> Vec<Moment> {
-    let moment = |line: &str| {
-        let cells: Vec<&str> = line.split(',').collect();
-        let cell = |i: usize| cells.get(i).copied().filter(|c| !c.is_empty());
-        Some(Moment {
-            job: cell(0)?.to_owned(),
-            iteration: cell(1)?.parse().ok()?,
-            lambda: cell(8)?.parse().ok()?,
-            psnr_db: cell(10)?.parse().ok()?,
-        })
-    };
-    history.lines().skip(1).filter_map(moment).collect()
 }
 
 /// A number as JSON; what is not finite becomes null.
@@ -266,7 +144,7 @@ fn model(outcome: &Outcome) -> Value {
     value
 }
 
-fn object(run: &Finished<'_>, story: &Story<'_>, results: &Results) -> Value {
+fn object(story: &Story<'_>, finished: &Finished) -> Value {
     let conclusion = story.conclusion;
     let missed: Vec<Value> = conclusion
         .missed
@@ -285,7 +163,7 @@ fn object(run: &Finished<'_>, story: &Story<'_>, results: &Results) -> Value {
     let facts = story.facts();
     json!({
         "reached": conclusion.best.is_some(),
-        "stopped": run.stopped,
+        "stopped": finished.results.stopped,
         "best": conclusion.best,
         "target_psnr_db": target.map(|t| number(t.psnr_db)),
         "target_ssim": target.map(|t| number(t.ssim)),
@@ -302,6 +180,6 @@ fn object(run: &Finished<'_>, story: &Story<'_>, results: &Results) -> Value {
         "mre_render": fit.and_then(|f| f.render.mre),
         "missed": missed,
         "models": story.done.iter().map(model).collect::<Vec<Value>>(),
-        "results": results,
+        "results": finished.results,
     })
 }

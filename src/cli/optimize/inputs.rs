@@ -1,156 +1,83 @@
-//! Everything that a run reads, opened and checked.
+//! Everything that a run reads, opened.
 
 use std::path::Path;
-
-use xxhash_rust::xxh3::Xxh3;
 
 use super::super::camera_file::{CameraArgs, Views};
 use super::super::inputs;
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, OrExit, lpips_file, out, scene_file};
-use super::shelf::Shelf;
-use super::{Args, GateArg, PowerArgs, PowerViewsArg, ViewArgs, demo, foveated, photos};
-use powergs_core::run::{FileKind, PaperModel};
-use powergs_core::sim::paper::UnitPrices;
-use powergs_core::workload::paper::Padding;
-use powergs_frame::display::Display;
+use super::super::{Context, Exit, Failure, lpips_file, scene_file};
+use super::references::FileReferences;
+use super::{Args, PowerArgs, PowerViewsArg, demo, photos};
 use powergs_frame::fovea::Screen;
-use powergs_optimize::adam::Group;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
-use powergs_optimize::setup::Reference;
-use powergs_optimize::views::{ViewSplit, split};
-use powergs_quality::Lpips;
-use powergs_raster::{Detail, Options, render};
+use powergs_optimize::references::{ReferenceImages, ReferenceSink};
+use powergs_optimize::request::{Foveation, Goals, Request};
+use powergs_optimize::settings::Settings;
+use powergs_optimize::views::PowerViews;
+use powergs_scene::camera::edit;
 use powergs_scene::camera::orbit::SceneBounds;
-use powergs_scene::camera::{edit, path};
 use powergs_scene::{Camera, Gaussians};
 
-/// What a run reads.
-pub struct Inputs {
-    /// Name for people and for the folder.
-    pub name: String,
-    /// The dense model.
-    pub dense: Gaussians,
-    /// Further models.
-    pub externals: Vec<(String, Gaussians)>,
-    /// All views.
-    pub cameras: Vec<Camera>,
-    /// Their references.
-    pub references: Shelf,
-    /// Whether those are renders of the dense model.
-    pub is_self: bool,
-    /// Which view does what.
-    pub split: ViewSplit,
-    /// Views that power is a mean over.
-    pub power_views: Vec<Camera>,
-    /// The panel.
-    pub display: Display,
-    /// What rendering costs.
-    pub oracle: Box<dyn PowerOracle>,
-    /// The machine or price table, as resolved.
-    pub oracle_toml: String,
-    /// What LPIPS is measured with, and the hash of its file.
-    pub lpips: Option<(Lpips, u128)>,
-    /// The virtual screen of a foveated run.
-    pub screen: Option<Screen>,
-    /// The machine whose speed a foveated run reports, and the price of an operation of the colour
-    /// filter, picojoules.
-    pub clock: Option<(CycleOracle, f64)>,
+/// What `args` ask for, with everything that they name.
+pub fn request(
+    args: &Args,
+    context: &Context,
+    settings: Settings,
+    goals: Goals,
+) -> Result<Request, Failure> {
+    let foveation = foveation(args)?;
+    let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
+    let (name, dense) = dense(args, context)?;
+    let display = inputs::display(&args.power.display)?;
+    let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some())?;
+    let externals = externals(args, context)?;
+    let (full, cameras) = views(args, context, &dense)?;
+    let background = args.views.background.0;
+    let mut images = FileReferences::new()?;
+    let references = match &args.views.images {
+        Some(folder) => {
+            let progress = Progress::new(context, cameras.len() as u64, "reference images");
+            photos::load(folder, &full, &cameras, background, |reference| {
+                progress.advance(1);
+                Ok(images.push(reference)?)
+            })?;
+            ReferenceImages::Photos(Box::new(images))
+        }
+        None => ReferenceImages::OwnRenders(Box::new(images)),
+    };
+    Ok(Request {
+        name,
+        dense,
+        externals,
+        cameras,
+        references,
+        background,
+        validation_every: args.views.validation.map_or(0, |k| k.get()),
+        power_views: match (args.views.path_frames, args.views.power_views) {
+            (Some(frames), _) => PowerViews::Path(frames),
+            (None, PowerViewsArg::All) => PowerViews::All,
+            (None, PowerViewsArg::Test) => PowerViews::Test,
+        },
+        goals,
+        oracle,
+        display,
+        display_ratio: demo::display_ratio(args),
+        settings,
+        foveation,
+        lpips,
+    })
 }
 
-impl Inputs {
-    /// Opens and checks everything.
-    pub fn load(args: &Args, context: &Context) -> Result<Inputs, Failure> {
-        let screen = foveated::screen(args)?;
-        let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
-        let (name, dense) = dense(args, context)?;
-        let display = inputs::display(&args.power.display)?;
-        let (oracle, oracle_toml) = oracle(&args.power, demo::oracle(args), screen.is_some())?;
-        let clock = screen.map(|_| foveated::clock(&args.power)).transpose()?;
-        let externals = externals(args, context)?;
-        let (full, cameras) = views(args, context, &dense)?;
-        let background = args.views.background.0;
-        check_sight(&dense, &cameras, background, context)?;
-        let progress = Progress::new(context, cameras.len() as u64, "reference images");
-        let references = match &args.views.images {
-            Some(folder) => {
-                let mut shelf = Shelf::new()?;
-                photos::load(folder, &full, &cameras, background, |reference| {
-                    progress.advance(1);
-                    shelf.push(&reference)
-                })?;
-                shelf
-            }
-            None => own_renders(&dense, &cameras, background, &progress)?,
-        };
-        drop(progress);
-        let split = split(&cameras, args.views.validation.map_or(0, |k| k.get()));
-        // Views that do not gate have no reason not to train.
-        let is_gate = args.views.gate == GateArg::Validation;
-        let trains = args.views.train_on_validation || !is_gate;
-        let split = if trains { split.validation_trains() } else { split };
-        for note in split.notes.iter().filter(|_| !context.global.quiet) {
-            out::complain(format!("note: {note}"));
-        }
-        for &view in lpips.iter().flat_map(|_| &split.test) {
-            let Camera { name, width, height, .. } = &cameras[view];
-            let checked = lpips.as_ref().map_or(Ok(()), |l| l.0.check_size(*width, *height));
-            checked.or_exit(Exit::BadInput, format_args!("--lpips-weights: test view {name}"))?;
-        }
-        let power_views = power_views(&args.views, &cameras, &split)?;
-        let display = match demo::display_ratio(args) {
-            Some(ratio) => {
-                scaled(display, ratio, &dense, &power_views, background, oracle.as_ref())?
-            }
-            None => display,
-        };
-        let is_self = args.views.images.is_none();
-        if let Some(screen) = &screen {
-            foveated::note_missing(context, screen, &power_views);
-        }
-        Ok(Inputs {
-            name,
-            dense,
-            externals,
-            cameras,
-            references,
-            is_self,
-            split,
-            power_views,
-            display,
-            oracle,
-            oracle_toml,
-            lpips,
-            screen,
-            clock,
-        })
+/// The virtual screen and the machine; `None` without `--foveated`.
+fn foveation(args: &Args) -> Result<Option<Foveation>, Failure> {
+    if !args.fovea.foveated {
+        return Ok(None);
     }
-
-    /// Levels that some power view shows, from 1.
-    pub fn levels(&self) -> u8 {
-        self.screen.map_or(1, |screen| foveated::levels(&screen, &self.power_views))
-    }
-
-    /// A hash of everything here that numbers depend on, and of `settings`.
-    pub fn fingerprint(&self, settings: &str) -> u128 {
-        let mut hash = Xxh3::new();
-        hash.update(settings.as_bytes());
-        hash.update(self.oracle_toml.as_bytes());
-        if let Some((clock, flop_pj)) = &self.clock {
-            hash.update(format!("{:?}{flop_pj}", clock.system.machine()).as_bytes());
-        }
-        hash.update(format!("{:?}{:?}", self.display, self.cameras).as_bytes());
-        hash.update(format!("{:?}{:?}", self.split, self.power_views).as_bytes());
-        for scene in std::iter::once(&self.dense).chain(self.externals.iter().map(|e| &e.1)) {
-            hash.update(&[scene.sh_degree]);
-            for group in Group::ALL {
-                hash.update(bytemuck::cast_slice(group.of(scene)));
-            }
-        }
-        hash.update(&self.references.digest().to_le_bytes());
-        hash.digest128()
-    }
+    let pooling_rate = demo::pooling_rate(args);
+    let screen = Screen { pooling_rate, ..args.fovea.screen.unwrap_or(Screen::PUBLISHED) };
+    let clock = clock(&args.power)?;
+    Ok(Some(Foveation::new(screen, clock, args.fovea.filter_flops)?))
 }
 
 fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
@@ -253,84 +180,9 @@ fn smaller(camera: &Camera, (width, height): (u32, u32)) -> Result<Camera, Failu
     Ok(edit::resized(camera, width, height))
 }
 
-/// Views that see nothing cannot train: all of them is an error, some are a warning.
-fn check_sight(
-    dense: &Gaussians,
-    cameras: &[Camera],
-    background: [f32; 3],
-    context: &Context,
-) -> Result<(), Failure> {
-    let options = Options { background, ..Options::reference(Detail::Image) };
-    let blind: Vec<&str> = cameras
-        .iter()
-        .filter(|c| render(dense, c, &options).picture.pixels.iter().all(|p| *p == background))
-        .map(|c| c.name.as_str())
-        .collect();
-    if blind.len() == cameras.len() {
-        let what = "no view sees anything of the model: are these the cameras of this scene?";
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    if !blind.is_empty() && !context.global.quiet {
-        let names = blind.join(", ");
-        out::complain(format!("warning: {} views see nothing of the model: {names}", blind.len()));
-    }
-    Ok(())
-}
-
-/// The panel at which the dense model's display power is `ratio` times its rendering power.
-fn scaled(
-    display: Display,
-    ratio: f64,
-    dense: &Gaussians,
-    views: &[Camera],
-    background: [f32; 3],
-    oracle: &dyn PowerOracle,
-) -> Result<Display, Failure> {
-    if !(0.001..=1000.0).contains(&ratio) {
-        let what = format!("--display-ratio {ratio}: must be 0.001 to 1000");
-        return Err(Failure::new(Exit::Usage, what));
-    }
-    let watts = oracle.watts(dense, views, background, &display);
-    let watts = watts.or_exit(Exit::Internal, "internal error in the dense model")?;
-    if watts.display_w <= 0.0 {
-        let what = "--display-ratio: the dense model's images cost no display power";
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    let factor = ratio * watts.render_w / watts.display_w;
-    let static_power = powergs_base::quantity::Watts(display.static_power.0 * factor);
-    Ok(Display { scale: display.scale * factor, static_power, ..display })
-}
-
-fn own_renders(
-    dense: &Gaussians,
-    cameras: &[Camera],
-    background: [f32; 3],
-    progress: &Progress,
-) -> Result<Shelf, Failure> {
-    let options = Options { background, ..Options::reference(Detail::Image) };
-    let mut shelf = Shelf::new()?;
-    for camera in cameras {
-        shelf.push(&Reference::new(&render(dense, camera, &options).picture))?;
-        progress.advance(1);
-    }
-    Ok(shelf)
-}
-
-fn power_views(
-    args: &ViewArgs,
-    cameras: &[Camera],
-    split: &ViewSplit,
-) -> Result<Vec<Camera>, Failure> {
-    if let Some(frames) = args.path_frames {
-        let what = "--path-frames: a path needs 1 to 100000 frames and at least two views";
-        let refused = || Failure::new(Exit::Usage, what);
-        let path = path::Path::through(cameras).filter(|_| (1..=100_000).contains(&frames));
-        return Ok(path.ok_or_else(refused)?.frames(frames));
-    }
-    Ok(match args.power_views {
-        PowerViewsArg::All => cameras.to_vec(),
-        PowerViewsArg::Test => split.test.iter().map(|&v| cameras[v].clone()).collect(),
-    })
+fn clock(args: &PowerArgs) -> Result<CycleOracle, Failure> {
+    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
+    Ok(CycleOracle { system, fps: args.fps })
 }
 
 /// `is_timed`: a machine says how fast frames are, whatever counts their power.
@@ -338,23 +190,13 @@ fn oracle(
     args: &PowerArgs,
     model: ModelArg,
     is_timed: bool,
-) -> Result<(Box<dyn PowerOracle>, String), Failure> {
-    if model == ModelArg::Paper {
-        if !is_timed && (!args.sets.is_empty() || args.energy.is_some()) {
-            let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
-            return Err(Failure::new(Exit::Usage, what));
-        }
-        let (prices, text) = published_prices()?;
-        return Ok((Box::new(PaperOracle { prices, fps: args.fps }), text));
+) -> Result<Box<dyn PowerOracle>, Failure> {
+    if model != ModelArg::Paper {
+        return Ok(Box::new(clock(args)?));
     }
-    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
-    let energy = system.read(FileKind::Energy).map_or("", |file| &file.text);
-    let text = format!("{}\n{energy}", system.machine_toml());
-    Ok((Box::new(CycleOracle { system, fps: args.fps }), text))
-}
-
-/// The published prices, and the table that they are from.
-pub fn published_prices() -> Result<(UnitPrices, String), Failure> {
-    let model = PaperModel::new(Padding::TrueTiles)?;
-    Ok((model.prices, model.table().text.clone()))
+    if !is_timed && (!args.sets.is_empty() || args.energy.is_some()) {
+        let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    Ok(Box::new(PaperOracle::published(args.fps)?))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::{Exit, Failure, OrExit, picture_file};
 use powergs_base::picture::Picture;
-use powergs_optimize::setup::Reference;
+use powergs_optimize::references::Reference;
 use powergs_pixels::{Decoded, Limits};
 use powergs_scene::Camera;
 

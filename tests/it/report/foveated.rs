@@ -4,9 +4,10 @@ use std::path::Path;
 
 use powergs_sim::optimize::fit::{Sample, fit};
 use powergs_sim::optimize::foveated::Method;
+use powergs_sim::optimize::pictures::{Album, Shot};
 use powergs_sim::optimize::results::{Results, saving_at};
 use powergs_sim::report::optimize::foveated::{
-    Album, Shot, Show, charts, document, foveated_csv, levels_csv, regions_csv,
+    Show, charts, document, foveated_csv, levels_csv, regions_csv,
 };
 
 use super::foveated_run::run;
@@ -88,6 +89,7 @@ fn album() -> Album {
         levels: shade(5).collect(),
         tints: [[128; 3], [0, 115, 178], [230, 158, 0], [204, 64, 140]],
         shares: [0.3, 0.4, 0.3, 0.0],
+        change: [None; 4],
     }
 }
 

@@ -2,11 +2,11 @@
 
 use powergs_sim::optimize::claims::Run;
 use powergs_sim::optimize::foveated::{LevelState, Method};
-use powergs_sim::optimize::job::RoleKind;
 use powergs_sim::optimize::results::{
     ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
     SeenRecord, VERSION, VariantRecord,
 };
+use powergs_sim::optimize::role::RoleKind;
 
 /// A model of level 1: display and rendering power, PSNR.
 fn model(
@@ -45,7 +45,7 @@ fn model(
 fn baseline(name: &str, variant: &str, watts: (f64, f64), db: f64) -> ModelRecord {
     let job = if variant == "H" { name.into() } else { format!("{variant}-{name}") };
     let own = model(&job, RoleKind::Baseline, variant, watts, db);
-    ModelRecord { baseline: Some(name.into()), ..own }
+    ModelRecord { baseline: Some(name.parse().unwrap()), ..own }
 }
 
 fn level(name: &str, level: u8, watts: (f64, f64)) -> ModelRecord {

@@ -1,7 +1,7 @@
 //! `results.json`: round trip, other versions, damage.
 
-use powergs_sim::optimize::job::RoleKind;
 use powergs_sim::optimize::results::{Results, ResultsError};
+use powergs_sim::optimize::role::RoleKind;
 
 use super::foveated_run::run;
 

@@ -2,8 +2,8 @@
 
 use super::facts::{dense, high, saved};
 use super::{Answer, Asks, Check, Rule, here};
-use crate::job::RoleKind;
 use crate::results::{FitRecord, ModelRecord, Results};
+use crate::role::RoleKind;
 
 /// A mean relative error that is a few percent.
 const MRE_MOST: f64 = 0.05;

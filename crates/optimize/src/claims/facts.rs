@@ -2,6 +2,7 @@
 
 use crate::foveated::{LevelState, Method};
 use crate::results::{FovealRecord, ModelRecord, Reference, Results};
+use crate::role::Baseline;
 use powergs_base::format::engineering;
 
 /// A line about a run.
@@ -68,10 +69,11 @@ pub(super) fn ours<'a>(r: &'a Results, variant: &str) -> Result<&'a ModelRecord,
 /// A comparison at level 1.
 pub(super) fn baseline<'a>(
     r: &'a Results,
-    name: &str,
+    baseline: Baseline,
     variant: &str,
 ) -> Result<&'a ModelRecord, String> {
-    r.baseline(name, variant).ok_or_else(|| format!("no {name} (optimize --baselines)"))
+    let missing = || format!("no {baseline} (optimize --baselines)");
+    r.baseline(baseline, variant).ok_or_else(missing)
 }
 
 /// Our foveated model.

@@ -8,6 +8,7 @@ use super::facts::{
 use super::{Answer, Asks, Check, Here, Rule};
 use crate::foveated::Method;
 use crate::results::{FovealRecord, ModelRecord, Results};
+use crate::role::Baseline;
 
 /// A large factor: more than half is saved.
 const LARGE: f64 = 0.5;
@@ -130,7 +131,7 @@ fn high_against_others(r: &Results) -> Answer {
     let ours = foveated(r, high)?;
     let render = compared(r, Method::FrRender, high)?;
     let display = compared(r, Method::FrDisplay, low)?;
-    let light = baseline(r, "lightgs-86", &r.variants[0].name)?;
+    let light = baseline(r, Baseline::LightGaussian(86), &r.variants[0].name)?;
     let against = |w: f64| saved(ours.total_w(), w);
     let [a, b, c] = [light.total_w(), render.total_w(), display.total_w()].map(against);
     let (a, b, c) = (a?, b?, c?);
@@ -231,9 +232,8 @@ fn front(r: &Results) -> Answer {
     if ours.is_empty() {
         foveated(r, high(r))?;
     }
-    let is_light = |m: &&ModelRecord| {
-        m.baseline.as_deref().is_some_and(|b| b.starts_with("lightgs")) && m.level == 1
-    };
+    let is_light =
+        |m: &&ModelRecord| matches!(m.baseline, Some(Baseline::LightGaussian(_))) && m.level == 1;
     let light: Vec<&ModelRecord> = r.models.iter().filter(is_light).collect();
     if light.is_empty() {
         return Err("no lightgs models (optimize --baselines)".into());

@@ -2,8 +2,8 @@
 
 use super::facts::{dense, high};
 use super::{Answer, Asks, Check, Rule, Run, here};
-use crate::job::RoleKind;
 use crate::results::Results;
+use crate::role::RoleKind;
 
 /// Optima as near as this are the same.
 const NEAR: f64 = 0.1;

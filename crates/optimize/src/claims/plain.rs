@@ -3,6 +3,7 @@
 use super::facts::{baseline, dense, high, less, ours, saved, watts};
 use super::{Answer, Asks, Check, Rule, here};
 use crate::results::Results;
+use crate::role::Baseline;
 
 pub(super) const CHECKS: &[Check] = &[
     Check {
@@ -27,8 +28,8 @@ fn order(r: &Results) -> Answer {
     let variant = high(r);
     let all = [
         dense(r)?,
-        baseline(r, "display-only", variant)?,
-        baseline(r, "render-only", variant)?,
+        baseline(r, Baseline::DisplayOnly, variant)?,
+        baseline(r, Baseline::RenderOnly, variant)?,
         ours(r, variant)?,
     ];
     let [a, b, c, d] = all.map(|m| m.total_w());
@@ -38,7 +39,7 @@ fn order(r: &Results) -> Answer {
 
 fn over_render_only(r: &Results) -> Answer {
     let variant = high(r);
-    let (other, ours) = (baseline(r, "render-only", variant)?, ours(r, variant)?);
+    let (other, ours) = (baseline(r, Baseline::RenderOnly, variant)?, ours(r, variant)?);
     let share = saved(ours.total_w(), other.total_w())?;
     let quality = match (ours.test.psnr_db, other.test.psnr_db) {
         (Some(a), Some(b)) => format!(", at {a:.2} dB against {b:.2} dB"),

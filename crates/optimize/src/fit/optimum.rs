@@ -12,7 +12,7 @@ use super::Fit;
 
 /// Where the optimum lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum OptimumPlace {
     /// Between the samples.
     Interior,
     /// At the least ρ: pruning does not pay.
@@ -23,14 +23,14 @@ pub enum Place {
     Anywhere,
 }
 
-impl Place {
+impl OptimumPlace {
     /// Its name in outputs.
     pub fn name(self) -> &'static str {
         match self {
-            Place::Interior => "interior",
-            Place::LeastPruned => "least_pruned",
-            Place::MostPruned => "most_pruned",
-            Place::Anywhere => "anywhere",
+            OptimumPlace::Interior => "interior",
+            OptimumPlace::LeastPruned => "least_pruned",
+            OptimumPlace::MostPruned => "most_pruned",
+            OptimumPlace::Anywhere => "anywhere",
         }
     }
 }
@@ -45,7 +45,7 @@ pub struct Optimum {
     /// Fitted rendering power there, W.
     pub render_w: f64,
     /// Where it lies.
-    pub place: Place,
+    pub place: OptimumPlace,
     /// ρ of the sample with the least total.
     pub best_sample_rho: f64,
     /// The total of that sample, W.
@@ -63,13 +63,13 @@ impl Optimum {
         let (above, below) = (b - a * r, a * (1.0 - r) + b * (1.0 - t));
         let (rho, place) = match above.total_cmp(&0.0) {
             // Both lines straight and equally steep, or both flat.
-            Ordering::Equal if below == 0.0 => (best.rho, Place::Anywhere),
+            Ordering::Equal if below == 0.0 => (best.rho, OptimumPlace::Anywhere),
             Ordering::Greater if above < below => {
                 let u = above / below;
-                (fit.rho_min() + u * (fit.rho_max() - fit.rho_min()), Place::Interior)
+                (fit.rho_min() + u * (fit.rho_max() - fit.rho_min()), OptimumPlace::Interior)
             }
-            Ordering::Greater => (fit.rho_max(), Place::MostPruned),
-            Ordering::Less | Ordering::Equal => (fit.rho_min(), Place::LeastPruned),
+            Ordering::Greater => (fit.rho_max(), OptimumPlace::MostPruned),
+            Ordering::Less | Ordering::Equal => (fit.rho_min(), OptimumPlace::LeastPruned),
         };
         Optimum {
             rho,
@@ -106,11 +106,11 @@ impl Optimum {
         );
         match self.place {
             _ if !self.is_trusted() => Some(far),
-            Place::MostPruned => {
+            OptimumPlace::MostPruned => {
                 Some("the optimum is the largest rho: samples beyond it may be better".into())
             }
-            Place::Anywhere => Some("the fitted total is the same everywhere".into()),
-            Place::LeastPruned | Place::Interior => None,
+            OptimumPlace::Anywhere => Some("the fitted total is the same everywhere".into()),
+            OptimumPlace::LeastPruned | OptimumPlace::Interior => None,
         }
     }
 }

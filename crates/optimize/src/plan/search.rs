@@ -3,12 +3,15 @@
 
 use std::num::NonZeroU32;
 
-use super::super::lambda::Control;
-use super::super::prune::Score;
-use super::super::schedule::Done;
-use super::super::setup::{Settings, share_of};
-use super::super::tune::{DisplayTerm, Keep, Objective, Orders, Pruning, Trains};
-use super::{Baseline, Campaign, Job, Line, Outcome, Place, Role, at};
+use super::{Line, Plan};
+use crate::job::{Job, Place};
+use crate::lambda::Control;
+use crate::outcome::{Outcome, at};
+use crate::prune::Score;
+use crate::role::{Baseline, Role};
+use crate::schedule::TakenSample;
+use crate::settings::{Settings, share_of};
+use crate::tune::{DisplayTerm, Keep, Objective, Pruning, Trains, TuneConfig};
 use powergs_frame::fovea::POOLINGS;
 
 /// Pruning steps of the final model.
@@ -21,7 +24,7 @@ const RENDER_ONLY_SHARE: f64 = 0.05;
 /// A search at one place.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
-    campaign: &'a Campaign,
+    plan: &'a Plan,
     settings: &'a Settings,
     /// Everything so far.
     done: &'a [Outcome],
@@ -37,13 +40,13 @@ pub(super) struct Search<'a> {
 /// A job that trains nothing.
 pub(super) fn measured(name: &str, role: Role) -> Job {
     let place = Place::default();
-    Job { name: name.into(), role, place, rho: 0.0, base: None, from: None, orders: None }
+    Job { name: name.into(), role, place, rho: 0.0, base: None, from: None, config: None }
 }
 
 impl<'a> Search<'a> {
     /// A search from the dense model, which has `points` Gaussians.
     pub fn new(
-        campaign: &'a Campaign,
+        plan: &'a Plan,
         settings: &'a Settings,
         points: usize,
         done: &'a [Outcome],
@@ -52,7 +55,7 @@ impl<'a> Search<'a> {
         let watts = dense.map_or(1.0, |o| o.gate.display_w);
         let unit = if watts > 0.0 { watts.recip() } else { 1.0 };
         let start = done.iter().find(|o| o.role == Role::HeldOut);
-        Search { campaign, settings, done, place: Place::default(), start, points, unit }
+        Search { plan, settings, done, place: Place::default(), start, points, unit }
     }
 
     /// The same search for another quality.
@@ -63,17 +66,17 @@ impl<'a> Search<'a> {
     /// The search of a level of the periphery, once the level before has its model.
     pub fn upper(&self, line: Line, level: u8) -> Option<Search<'a>> {
         let before = Place { level: level - 1, ..self.place };
-        let start = self.campaign.model_at(self.done, line, before)?;
+        let start = self.plan.model_at(self.done, line, before)?;
         // Without it there is no target.
         let place = Place { level, ..self.place };
-        self.campaign.target_at(self.done, line, place)?;
+        self.plan.target_at(self.done, line, place)?;
         Some(Search { place, start: Some(start), points: start.points, ..*self })
     }
 
     fn name(&self, what: &str) -> String {
         let variant = match self.place.variant {
             0 => String::new(),
-            v => format!("{}-", self.campaign.variants[usize::from(v)].name),
+            v => format!("{}-", self.plan.variants[usize::from(v)].name),
         };
         match self.place.level {
             0 => format!("{variant}{what}"),
@@ -81,22 +84,23 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn job(&self, name: &str, role: Role, rho: f64, orders: Orders) -> Job {
+    /// A job of this search, named after its role.
+    fn job(&self, role: Role, rho: f64, config: TuneConfig) -> Job {
         Job {
-            name: self.name(name),
+            name: self.name(&role.name()),
             role,
             place: self.place,
             rho,
             base: self.start.map(|o| o.points),
             from: self.start.map(|o| o.name.clone()),
-            orders: Some(orders),
+            config: Some(config),
         }
     }
 
     /// The next sample or the final model; `None` if nothing is left, or a job that is done.
     pub fn next(&self) -> Option<Job> {
         self.sample().or_else(|| {
-            let rho = self.campaign.conclusion(self.done, self.place).optimum()?;
+            let rho = self.plan.conclusion(self.done, self.place).rho?;
             Some(self.realised(rho)).filter(|job| self.done.iter().all(|o| o.name != job.name))
         })
     }
@@ -105,20 +109,20 @@ impl<'a> Search<'a> {
         let settings = self.settings;
         let here = at(self.done, self.place);
         let samples: Vec<&Outcome> = here.iter().filter(|o| o.role == Role::Sample).collect();
-        let facts: Vec<Done> = samples
+        let facts: Vec<TakenSample> = samples
             .iter()
-            .map(|o| Done { rho: o.rho, total_w: o.watts.total_w(), passed: o.passed })
+            .map(|o| TakenSample { rho: o.rho, total_w: o.watts.total_w(), passed: o.passed })
             .collect();
-        let (plan, budget) = settings.budget(&self.campaign.schedule, self.place.level);
-        let sample = plan.next(&facts, settings.first_effort)?;
+        let (schedule, budget) = settings.budget(&self.plan.schedule, self.place.level);
+        let sample = schedule.next(&facts, settings.first_effort)?;
         let from = sample.from.map(|i| samples[i]);
         let lambda = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
         let iterations = share_of(budget, sample.effort);
         let display = self.controlled(0, lambda, iterations);
         let pruning = self.steps(sample.rho, 1, 0);
-        let orders = Orders { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) };
-        let name = format!("sample-{:02}", samples.len() + 1);
-        let job = self.job(&name, Role::Sample, sample.rho, orders);
+        let config = TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) };
+        let name = self.name(&format!("{}-{:02}", Role::Sample.name(), samples.len() + 1));
+        let job = Job { name, ..self.job(Role::Sample, sample.rho, config) };
         Some(match from {
             Some(from) => Job { from: Some(from.name.clone()), ..job },
             None => job,
@@ -136,13 +140,13 @@ impl<'a> Search<'a> {
         let pruned_by = if rho > 0.0 { pruned_by } else { 0 };
         let lambda = nearest.and_then(|o| o.passing_lambda);
         let steps = FINAL_STEPS.min(pruned_by.max(1));
-        let orders = Orders {
+        let config = TuneConfig {
             pruning: self.steps(rho, steps, pruned_by / FINAL_STEPS),
             display: self.controlled(pruned_by, lambda, iterations - pruned_by),
             keep: Keep::Dimmest,
             ..self.plain(iterations)
         };
-        self.job("final", Role::Final, rho, orders)
+        self.job(Role::Final, rho, config)
     }
 
     /// A model to compare level 1 with.
@@ -150,27 +154,28 @@ impl<'a> Search<'a> {
         let iterations = self.settings.final_budget(0);
         let controlled = self.controlled(0, None, iterations);
         let plain = self.plain(iterations);
-        let (rho, orders) = match baseline {
+        let (rho, config) = match baseline {
             Baseline::RenderOnly => (0.0, self.while_passing(plain)),
             Baseline::DisplayOnly => {
-                (0.0, Orders { display: controlled, keep: Keep::Dimmest, ..plain })
+                (0.0, TuneConfig { display: controlled, keep: Keep::Dimmest, ..plain })
             }
-            Baseline::LightGaussian(share) => {
+            Baseline::LightGaussian(percent) => {
+                let share = f64::from(percent) / 100.0;
                 let pruning = Pruning::Steps {
                     score: Score::LightGaussian,
                     goal: goal(self.points, share),
                     steps: NonZeroU32::MIN,
                     every: 0,
                 };
-                (share, Orders { pruning, ..plain })
+                (share, TuneConfig { pruning, ..plain })
             }
             Baseline::TwoStage => {
                 let trains = Trains::Colours;
                 let keep = Keep::Dimmest;
-                (0.0, Orders { display: controlled, trains, keep, ..plain })
+                (0.0, TuneConfig { display: controlled, trains, keep, ..plain })
             }
         };
-        let job = self.job(&baseline.name(), Role::Baseline(baseline), rho, orders);
+        let job = self.job(Role::Baseline(baseline), rho, config);
         match baseline {
             Baseline::TwoStage => Job { from: Some(Baseline::RenderOnly.name()), ..job },
             Baseline::RenderOnly | Baseline::DisplayOnly | Baseline::LightGaussian(_) => job,
@@ -179,34 +184,34 @@ impl<'a> Search<'a> {
 
     /// The dense model, trained on without the gate views.
     pub fn held_out(&self) -> Job {
-        let job = measured("held-out", Role::HeldOut);
-        Job { orders: Some(self.plain(self.settings.first_budget())), ..job }
+        let job = measured(&Role::HeldOut.name(), Role::HeldOut);
+        Job { config: Some(self.plain(self.settings.first_budget())), ..job }
     }
 
     /// A baseline's model of a level of the periphery.
     pub fn upper_baseline(&self, baseline: Baseline) -> Job {
         let plain = self.plain(self.settings.final_budget(self.place.level));
-        let orders = match baseline {
+        let config = match baseline {
             Baseline::DisplayOnly => {
                 let display = self.controlled(0, None, plain.iterations);
-                Orders { display, keep: Keep::Dimmest, ..plain }
+                TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
                 self.while_passing(plain)
             }
         };
-        self.job(&baseline.name(), Role::Baseline(baseline), 0.0, orders)
+        self.job(Role::Baseline(baseline), 0.0, config)
     }
 
     /// A fixed λ without pruning; `weight` is that of the display term, without unit.
     pub fn sweep(&self, weight: f64) -> Job {
         let display = DisplayTerm::Fixed(weight * self.unit);
-        let orders = Orders { display, ..self.plain(self.settings.final_budget(0)) };
-        self.job(&format!("lambda-{weight}"), Role::Sweep(weight), 0.0, orders)
+        let config = TuneConfig { display, ..self.plain(self.settings.final_budget(0)) };
+        self.job(Role::Sweep(weight), 0.0, config)
     }
 
-    /// Orders that neither prune nor dim.
-    fn plain(&self, iterations: u32) -> Orders {
+    /// TuneConfig that neither prune nor dim.
+    fn plain(&self, iterations: u32) -> TuneConfig {
         let (objective, trains) = match self.place.level {
             0 => (Objective::Likeness, Trains::All),
             level => {
@@ -214,7 +219,7 @@ impl<'a> Search<'a> {
                 (Objective::Hvsq { pooling }, Trains::ColoursAndOpacities)
             }
         };
-        Orders {
+        TuneConfig {
             iterations,
             pruning: Pruning::Never,
             display: DisplayTerm::Off,
@@ -224,9 +229,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    fn while_passing(&self, orders: Orders) -> Orders {
+    fn while_passing(&self, config: TuneConfig) -> TuneConfig {
         let count = ((self.points as f64 * RENDER_ONLY_SHARE) as usize).max(1);
-        Orders { pruning: Pruning::WhilePassing { count }, keep: Keep::LastPassing, ..orders }
+        TuneConfig { pruning: Pruning::WhilePassing { count }, keep: Keep::LastPassing, ..config }
     }
 
     /// A display term from an iteration on, with `start` or the first λ of the place.

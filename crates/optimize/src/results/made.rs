@@ -1,99 +1,90 @@
 //! From a run to its results.
 
 use super::{
-    FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord, SeenRecord,
-    VERSION, VariantRecord,
+    ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
+    SeenRecord, VERSION, VariantRecord,
 };
-use crate::foveated::Foveal;
-use crate::plan::{Campaign, Outcome, Place, Role};
+use crate::campaign::{Campaign, FoveatedModels};
+use crate::foveated::{Foveal, missing_regions};
+use crate::job::Place;
+use crate::outcome::Outcome;
+use crate::plan::{Plan, Variant};
+use crate::role::Role;
 use crate::setup::Seen;
 use crate::target::Target;
 use powergs_base::TOOL_VERSION;
-use powergs_frame::fovea::{REGIONS, Screen};
-
-/// What results are made from.
-#[derive(Debug, Clone, Copy)]
-pub struct Sources<'a> {
-    /// Name of the scene.
-    pub scene: &'a str,
-    /// Whether renders of the dense model are the references.
-    pub is_self: bool,
-    /// Size of the views, pixels.
-    pub size: [u32; 2],
-    /// The virtual screen of a foveated run.
-    pub screen: Option<Screen>,
-    /// Regions that no view shows, 0 for R1.
-    pub missing: &'a [u8],
-    /// What counted the power.
-    pub oracle: &'a str,
-    /// Frames shown per second.
-    pub fps: f64,
-    /// The panel, and the factor on its power.
-    pub display: (&'a str, f64),
-    /// Why the run ended before its jobs were done.
-    pub stopped: Option<&'a str>,
-    /// What was to be done.
-    pub campaign: &'a Campaign,
-    /// What became of it.
-    pub done: &'a [Outcome],
-    /// Foveated models.
-    pub measured: &'a [Foveal],
-    /// Speed of the dense model on the machine, frames a second.
-    pub dense_fps: Option<f64>,
-}
+use powergs_frame::fovea::Screen;
 
 impl Results {
-    /// The results of a run, without its colours.
-    pub fn of(run: &Sources<'_>) -> Results {
-        let dense = run.done.iter().find(|o| o.role == Role::Dense);
+    /// The results of a campaign. `stopped`: why it ended before its jobs were done.
+    pub(crate) fn of(
+        campaign: &Campaign,
+        done: &[Outcome],
+        stopped: Option<&str>,
+        foveated: Option<&FoveatedModels>,
+        mean_change: Option<ChangeRecord>,
+    ) -> Results {
+        let run = &Made { plan: &campaign.plan, done };
+        let dense = done.iter().find(|o| o.role == Role::Dense);
         let ratio = dense.map(|o| o.watts.display_w / o.watts.render_w);
-        let screen = |s: Screen| ScreenRecord { fov_deg: s.fov_deg, pooling_rate: s.pooling_rate };
-        let names = run.missing.iter().filter_map(|&r| REGIONS.get(usize::from(r)));
+        let screen = campaign.foveation.as_ref().map(|f| f.screen);
+        let missing = screen.map_or(Vec::new(), |s| missing_regions(s, &campaign.power_views));
+        let record = |s: Screen| ScreenRecord { fov_deg: s.fov_deg, pooling_rate: s.pooling_rate };
+        let measured = foveated.map_or(&[][..], |f| &f.measured);
         Results {
             format: FORMAT.into(),
             version: VERSION,
             tool_version: TOOL_VERSION.into(),
-            scene: run.scene.into(),
-            reference: if run.is_self { Reference::Own } else { Reference::Photos },
-            width_px: run.size[0],
-            height_px: run.size[1],
-            screen: run.screen.map(screen),
-            missing_regions: names.map(|r| (*r).to_owned()).collect(),
-            oracle: run.oracle.into(),
-            fps: run.fps,
-            display: run.display.0.into(),
-            display_scale: run.display.1,
+            scene: campaign.name.clone(),
+            reference: match campaign.references.is_own() {
+                true => Reference::Own,
+                false => Reference::Photos,
+            },
+            width_px: campaign.cameras[0].width,
+            height_px: campaign.cameras[0].height,
+            screen: screen.map(record),
+            missing_regions: missing.into_iter().map(str::to_owned).collect(),
+            oracle: campaign.oracle.name(),
+            fps: campaign.oracle.fps(),
+            display: campaign.display.name.clone(),
+            display_scale: campaign.display.scale,
             display_to_render: ratio.and_then(finite),
-            stopped: run.stopped.map(str::to_owned),
+            stopped: stopped.map(str::to_owned),
             variants: variants(run),
-            levels: run.campaign.levels,
-            models: run.done.iter().map(|o| model(run, o)).collect(),
+            levels: campaign.plan.levels,
+            models: done.iter().map(|o| model(run, o)).collect(),
             fits: fits(run),
-            dense_fps: run.dense_fps.and_then(finite),
-            foveated: run.measured.iter().map(|f| foveal(run, f)).collect(),
-            mean_change: None,
+            dense_fps: foveated.and_then(|f| finite(f.dense_fps)),
+            foveated: measured.iter().map(|f| foveal(run, f)).collect(),
+            mean_change,
         }
     }
+}
+
+/// What was to be done, and what became of it.
+struct Made<'a> {
+    plan: &'a Plan,
+    done: &'a [Outcome],
 }
 
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-fn name_of(run: &Sources<'_>, variant: u8) -> String {
-    run.campaign.variants.get(usize::from(variant)).map_or(String::new(), |v| v.name.clone())
+fn name_of(run: &Made<'_>, variant: u8) -> String {
+    run.plan.variants.get(usize::from(variant)).map_or(String::new(), |v| v.name.clone())
 }
 
-fn variants(run: &Sources<'_>) -> Vec<VariantRecord> {
-    let record = |(i, v): (usize, &crate::plan::Variant)| {
-        let target = run.campaign.target(run.done, i as u8).and_then(|t| t.likeness_target());
+fn variants(run: &Made<'_>) -> Vec<VariantRecord> {
+    let record = |(i, v): (usize, &Variant)| {
+        let target = run.plan.target(run.done, i as u8).and_then(|t| t.likeness_target());
         VariantRecord {
             name: v.name.clone(),
             target_psnr_db: target.and_then(|t| finite(t.psnr_db)),
             target_ssim: target.and_then(|t| finite(t.ssim)),
         }
     };
-    run.campaign.variants.iter().enumerate().map(record).collect()
+    run.plan.variants.iter().enumerate().map(record).collect()
 }
 
 fn seen(seen: &Seen) -> SeenRecord {
@@ -106,15 +97,15 @@ fn seen(seen: &Seen) -> SeenRecord {
     }
 }
 
-fn model(run: &Sources<'_>, o: &Outcome) -> ModelRecord {
+fn model(run: &Made<'_>, o: &Outcome) -> ModelRecord {
     let target = match o.role {
-        Role::Dense | Role::HeldOut => run.campaign.target(run.done, 0),
-        role => run.campaign.target_at(run.done, role.line(), o.place),
+        Role::Dense | Role::HeldOut => run.plan.target(run.done, 0),
+        role => run.plan.target_at(run.done, role.baseline(), o.place),
     };
     ModelRecord {
         name: o.name.clone(),
         role: o.role.kind(),
-        baseline: o.role.line().map(|b| b.name()),
+        baseline: o.role.baseline(),
         sweep_lambda: if let Role::Sweep(lambda) = o.role { Some(lambda) } else { None },
         variant: name_of(run, o.place.variant),
         level: o.place.level + 1,
@@ -139,15 +130,15 @@ fn model(run: &Sources<'_>, o: &Outcome) -> ModelRecord {
 }
 
 /// One for every place that has samples.
-fn fits(run: &Sources<'_>) -> Vec<FitRecord> {
-    let variants = 0..run.campaign.variants.len() as u8;
+fn fits(run: &Made<'_>) -> Vec<FitRecord> {
+    let variants = 0..run.plan.variants.len() as u8;
     let places = variants.flat_map(|variant| (0..4).map(move |level| Place { variant, level }));
     let has_samples = |p: &Place| run.done.iter().any(|o| o.role == Role::Sample && o.place == *p);
     places.filter(has_samples).map(|place| fit(run, place)).collect()
 }
 
-fn fit(run: &Sources<'_>, place: Place) -> FitRecord {
-    let conclusion = run.campaign.conclusion(run.done, place);
+fn fit(run: &Made<'_>, place: Place) -> FitRecord {
+    let conclusion = run.plan.conclusion(run.done, place);
     let realised = run.done.iter().find(|o| o.role == Role::Final && o.place == place);
     let fit = conclusion.fit.as_ref().ok();
     FitRecord {
@@ -170,7 +161,7 @@ fn fit(run: &Sources<'_>, place: Place) -> FitRecord {
     }
 }
 
-fn foveal(run: &Sources<'_>, f: &Foveal) -> FovealRecord {
+fn foveal(run: &Made<'_>, f: &Foveal) -> FovealRecord {
     FovealRecord {
         method: f.levels.method,
         variant: name_of(run, f.levels.variant),

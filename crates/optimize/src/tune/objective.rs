@@ -1,5 +1,7 @@
 //! The loss of an iteration and its gradient by the pixels.
 
+use serde::{Deserialize, Serialize};
+
 use super::super::setup::Setup;
 use super::Objective;
 use powergs_base::picture::Picture;
@@ -14,7 +16,7 @@ const HVSQ_WEIGHT: f64 = 100.0;
 const ROOM: usize = 64 << 20;
 
 /// What a loss is made of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// Everything.
     pub total: f64,

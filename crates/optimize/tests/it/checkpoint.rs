@@ -1,22 +1,26 @@
 //! Checkpoints: exact, and hostile bytes are refused.
 
-use std::io::Cursor;
-
-use powergs_optimize::checkpoint::{
-    CheckpointError, Progress, read_whole_model, write_progress, write_whole_model,
-};
+use powergs_core::run::{MemoryStore, Store};
+use powergs_optimize::checkpoint::{Checkpoints, Progress};
+use powergs_optimize::history::HistoryRow;
 use powergs_optimize::lambda::Memory;
-use powergs_optimize::plan::{Campaign, Outcome, Variant};
-use powergs_optimize::schedule::Plan;
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::plan::{Plan, Variant};
+use powergs_optimize::schedule::Schedule;
 use powergs_optimize::target::{Quality, TargetRule};
-use powergs_optimize::tune::{Check, Model, State};
+use powergs_optimize::tune::{Check, Iteration, Model, State, Term};
 
 use super::scenes::tiny;
 
 const PRINT: u128 = 0x0123_4567_89ab_cdef_0011_2233_4455_6677;
+const FILE: &str = "checkpoints/progress.ckpt";
 
-fn read(bytes: &[u8], print: u128) -> Result<Progress, CheckpointError> {
-    Progress::read(&mut Cursor::new(bytes), print)
+/// What a store with these bytes says.
+fn read(bytes: &[u8], print: u128) -> Result<Progress, String> {
+    let store = MemoryStore::new();
+    store.write(FILE, bytes).unwrap();
+    let read = Checkpoints::new(&store, print).load();
+    read.map(|progress| progress.expect("there is a file")).map_err(|e| e.to_string())
 }
 
 fn progress() -> Progress {
@@ -24,8 +28,8 @@ fn progress() -> Progress {
     let setup = tiny.setup();
     let model = Model::fresh(&tiny.dense);
     let quality = Quality::likeness(30.0, 0.9);
-    let campaign = Campaign {
-        schedule: Plan::PUBLISHED,
+    let campaign = Plan {
+        schedule: Schedule::PUBLISHED,
         baselines: Vec::new(),
         externals: Vec::new(),
         sweep: Vec::new(),
@@ -43,19 +47,22 @@ fn progress() -> Progress {
     state.control = Some(memory);
     state.best = Some((model, check));
     state.last = Some(check);
+    let loss = Term { total: 0.5, display_w: 0.25, likeness: None, hvsq: Some(1e-5) };
+    let iteration =
+        Iteration { iteration: 6, view: 1, points: 20, loss, lambda: 0.1, check: Some(check) };
     Progress {
         outcomes: vec![dense],
-        history_bytes: 1234,
+        history: vec![HistoryRow { job: 1, iteration }],
         current: Some(("sample-01".into(), state)),
     }
 }
 
 fn bytes_of(progress: &Progress) -> Vec<u8> {
-    let mut bytes = Vec::new();
+    let store = MemoryStore::new();
     let current = progress.current.as_ref().map(|(name, state)| (name.as_str(), state));
-    let (outcomes, history) = (&progress.outcomes, progress.history_bytes);
-    write_progress(&mut bytes, PRINT, outcomes, history, current).unwrap();
-    bytes
+    let checkpoints = Checkpoints::new(&store, PRINT);
+    checkpoints.save(&progress.outcomes, &progress.history, current).unwrap();
+    store.read(FILE).unwrap().expect("it was written")
 }
 
 #[test]
@@ -66,12 +73,15 @@ fn everything_comes_back_exactly() {
     progress.outcomes[0].watts.render_w = 0.1 + 0.2;
     progress.outcomes[0].lpips_test = Some(0.125);
     progress.outcomes[0].flip_test = 0.0625;
-    let bytes = bytes_of(&progress);
-    assert_eq!(read(&bytes, PRINT).unwrap(), progress);
+    assert_eq!(read(&bytes_of(&progress), PRINT).unwrap(), progress);
     let (_, state) = progress.current.unwrap();
-    let mut bytes = Vec::new();
-    write_whole_model(&mut bytes, PRINT, &state.model).unwrap();
-    assert_eq!(read_whole_model(&mut Cursor::new(&bytes), PRINT).unwrap(), state.model);
+    let store = MemoryStore::new();
+    let checkpoints = Checkpoints::new(&store, PRINT);
+    assert!(!checkpoints.has_run().unwrap() && checkpoints.load().unwrap().is_none());
+    checkpoints.save_model("sample-01", &state.model).unwrap();
+    assert_eq!(checkpoints.load_model("sample-01").unwrap(), state.model);
+    let missing = checkpoints.load_model("sample-02").unwrap_err().to_string();
+    assert_eq!(missing, "memory:checkpoints/sample-02.ckpt: is missing; begin the run anew");
 }
 
 #[test]
@@ -87,29 +97,37 @@ fn every_cut_and_every_flipped_byte_is_refused() {
     }
 }
 
+#[track_caller]
+fn fails(bytes: &[u8], print: u128, text: &str) {
+    let error = read(bytes, print).unwrap_err();
+    assert!(error.contains(text), "{error}");
+}
+
 #[test]
 fn other_files_other_versions_and_other_runs_are_told_apart() {
     let bytes = bytes_of(&progress());
-    let error = |bytes: &[u8], print| read(bytes, print).unwrap_err();
-    assert_eq!(error(b"ply\nformat", PRINT), CheckpointError::Foreign);
-    assert_eq!(error(&bytes, PRINT + 1), CheckpointError::OtherRun);
+    fails(b"ply\nformat", PRINT, "no checkpoint of an optimisation");
+    fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;
-    assert_eq!(error(&newer, PRINT), CheckpointError::Version { found: 9 });
-    let wrong = read_whole_model(&mut Cursor::new(&bytes), PRINT).unwrap_err();
-    assert!(wrong.to_string().contains("something else"), "{wrong}");
+    fails(&newer, PRINT, "checkpoint version 9, this program reads 4");
+    let store = MemoryStore::new();
+    store.write("checkpoints/a.ckpt", &bytes).unwrap();
+    let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();
+    assert!(wrong.contains("something else"), "{wrong}");
 }
 
-/// A file with a right checksum whose counts promise more than it holds.
+/// Files with a right checksum whose counts promise more than they hold.
 #[test]
-fn a_count_of_terabytes_allocates_nothing() {
-    let mut bytes = bytes_of(&progress());
-    bytes.truncate(bytes.len() - 8);
-    // After magic, version, kind, fingerprint and the length of the history.
-    let at = 6 + 4 + 4 + 16 + 8;
-    bytes[at..at + 8].copy_from_slice(&(u64::MAX / 7).to_le_bytes());
-    let sum = xxhash_rust::xxh3::xxh3_64(&bytes);
-    bytes.extend(sum.to_le_bytes());
-    let error = read(&bytes, PRINT).unwrap_err();
-    assert!(error.to_string().contains("promises more"), "{error}");
+fn counts_of_terabytes_allocate_nothing() {
+    let whole = bytes_of(&progress());
+    // The length of the head, after magic, version, kind and fingerprint; then the head itself,
+    // which begins with the number of outcomes.
+    for (at, count) in [(30, u64::MAX / 7), (38, u64::MAX)] {
+        let mut bytes = whole[..whole.len() - 8].to_vec();
+        bytes[at..at + 8].copy_from_slice(&count.to_le_bytes());
+        let sum = xxhash_rust::xxh3::xxh3_64(&bytes);
+        bytes.extend(sum.to_le_bytes());
+        fails(&bytes, PRINT, "damaged");
+    }
 }

@@ -1,6 +1,8 @@
 //! Curves through samples of equal quality, and the optimum.
 
-use powergs_optimize::fit::{Fit, FitError, Place, Sample, Shape, fit, optimum, read_samples};
+use powergs_optimize::fit::{
+    Fit, FitError, OptimumPlace, Sample, Shape, fit, optimum, read_samples,
+};
 use serde_json::Value;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -87,15 +89,18 @@ fn the_ends_of_the_range_are_found_and_said() {
     // Rendering falls twice as steeply as display rises, everywhere; and the other way round.
     let fitted = fit(&made(|x| 2.0 - x, |x| 3.0 - 2.0 * x)).expect("a fit");
     let best = optimum(&fitted);
-    assert_eq!((best.place, best.rho), (Place::MostPruned, 0.9));
+    assert_eq!((best.place, best.rho), (OptimumPlace::MostPruned, 0.9));
     assert!(fitted.notes().iter().any(|n| n.contains("largest rho")), "{:?}", fitted.notes());
     let best = optimum(&fit(&made(|x| 3.0 - 2.0 * x, |x| 2.0 - x)).expect("a fit"));
-    assert_eq!((best.place, best.rho), (Place::LeastPruned, 0.0));
+    assert_eq!((best.place, best.rho), (OptimumPlace::LeastPruned, 0.0));
     // No rendering power to save, no display power to save, neither.
-    assert_eq!(optimum(&fit(&made(|x| 2.0 - x, |_| 1.0)).unwrap()).place, Place::LeastPruned);
-    assert_eq!(optimum(&fit(&made(|_| 1.0, |x| 2.0 - x)).unwrap()).place, Place::MostPruned);
+    assert_eq!(
+        optimum(&fit(&made(|x| 2.0 - x, |_| 1.0)).unwrap()).place,
+        OptimumPlace::LeastPruned
+    );
+    assert_eq!(optimum(&fit(&made(|_| 1.0, |x| 2.0 - x)).unwrap()).place, OptimumPlace::MostPruned);
     let fitted = fit(&made(|_| 1.0, |_| 2.0)).expect("a fit");
-    assert_eq!(optimum(&fitted).place, Place::Anywhere);
+    assert_eq!(optimum(&fitted).place, OptimumPlace::Anywhere);
     assert_eq!((fitted.display.shape(), fitted.display.r2), (Shape::Flat, None));
     assert_eq!(fitted.display.mre, Some(0.0));
 }

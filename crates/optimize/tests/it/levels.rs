@@ -5,15 +5,18 @@ use powergs_core::run::System;
 use powergs_frame::display::d22::Filter;
 use powergs_frame::fovea::{POOLINGS, Screen};
 use powergs_optimize::foveated::{FilterCost, LevelState, Levels, Method, Viewer, lines};
+use powergs_optimize::job::{Job, Place};
 use powergs_optimize::lambda::{Control, Rule};
 use powergs_optimize::oracle::{CycleOracle, Watts};
-use powergs_optimize::plan::{Baseline, Campaign, Job, Outcome, Place, Role, Variant, at};
+use powergs_optimize::outcome::{Outcome, at};
+use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::prune::Score;
-use powergs_optimize::schedule::Plan;
+use powergs_optimize::role::{Baseline, Role};
+use powergs_optimize::schedule::Schedule;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Orders, Pruning, State, Trains, Tuner,
+    DisplayTerm, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, Tuner,
 };
 use powergs_quality::Loss;
 use powergs_quality::loss::display_term;
@@ -21,10 +24,10 @@ use powergs_scene::Foveated;
 
 use super::scenes::tiny;
 
-fn campaign(levels: u8) -> Campaign {
+fn campaign(levels: u8) -> Plan {
     let variant = |name: &str, share| Variant { name: name.into(), rule: TargetRule::Share(share) };
-    Campaign {
-        schedule: Plan::Listed(vec![0.0, 0.4]),
+    Plan {
+        schedule: Schedule::Listed(vec![0.0, 0.4]),
         baselines: vec![Baseline::DisplayOnly, Baseline::RenderOnly, Baseline::TwoStage],
         externals: Vec::new(),
         sweep: Vec::new(),
@@ -63,7 +66,7 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
 }
 
 /// All jobs of a campaign, and their outcomes; `passes` judges.
-fn play(campaign: &Campaign, passes: impl Fn(&Job) -> bool) -> (Vec<Job>, Vec<Outcome>) {
+fn play(campaign: &Plan, passes: impl Fn(&Job) -> bool) -> (Vec<Job>, Vec<Outcome>) {
     let settings = tiny(10, 24, (16, 12)).settings;
     let (mut jobs, mut done) = (Vec::new(), Vec::new());
     while let Some(job) = campaign.next(&settings, 1000, &done) {
@@ -72,7 +75,7 @@ fn play(campaign: &Campaign, passes: impl Fn(&Job) -> bool) -> (Vec<Job>, Vec<Ou
         assert!(jobs.len() < 200, "no end");
     }
     let iterations: u64 =
-        jobs.iter().filter_map(|j| j.orders).map(|o| u64::from(o.iterations)).sum();
+        jobs.iter().filter_map(|j| j.config).map(|o| u64::from(o.iterations)).sum();
     assert!(jobs.len() <= campaign.most_jobs());
     assert!(iterations <= campaign.most_iterations(&settings));
     (jobs, done)
@@ -120,14 +123,14 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
     assert_eq!(from("L4-render-only"), "L3-render-only");
     assert_eq!(from("L2-display-only"), "display-only");
     for (level, name) in [(1, "L2-final"), (2, "L3-sample-02"), (3, "L4-render-only")] {
-        let orders = of(name).orders.unwrap();
+        let config = of(name).config.unwrap();
         assert_eq!(of(name).place.level, level);
-        assert_eq!(orders.objective, Objective::Hvsq { pooling: POOLINGS[usize::from(level)] });
-        assert_eq!(orders.trains, Trains::ColoursAndOpacities);
+        assert_eq!(config.objective, Objective::Hvsq { pooling: POOLINGS[usize::from(level)] });
+        assert_eq!(config.trains, Trains::ColoursAndOpacities);
     }
     // Ratios are shares of the level before.
     let base = of("L3-sample-02").base.unwrap();
-    let goal = match of("L3-sample-02").orders.unwrap().pruning {
+    let goal = match of("L3-sample-02").config.unwrap().pruning {
         Pruning::Steps { goal, .. } => goal,
         other => panic!("{other:?}"),
     };
@@ -172,11 +175,11 @@ fn levels_that_no_view_shows_are_not_made() {
     assert_eq!(at(&done, Place { variant: 1, level: 0 }).len(), 5);
 }
 
-/// Orders for a level: prune, then colours and opacities at a pooling.
-fn orders(points: usize, pooling: f64) -> Orders {
+/// TuneConfig for a level: prune, then colours and opacities at a pooling.
+fn config(points: usize, pooling: f64) -> TuneConfig {
     let control =
         Control { rule: Rule::Damped, start: 0.01, interval: 2, adjust: 8, epsilon_db: 0.05 };
-    Orders {
+    TuneConfig {
         iterations: 12,
         pruning: Pruning::Steps {
             score: Score::Dominance,
@@ -199,10 +202,10 @@ fn trained_levels_share_all_but_their_paint_and_become_one_model() {
     let mut levels = vec![tiny.dense.clone()];
     for pooling in POOLINGS.into_iter().skip(1) {
         let before = levels.last().unwrap();
-        let orders = orders(before.len(), pooling);
+        let config = config(before.len(), pooling);
         let target = Target::Hvsq(1e-3);
         let state = State::begin(Model::fresh(before));
-        let mut tuner = Tuner::new(&setup, orders, target, 1, state);
+        let mut tuner = Tuner::new(&setup, config, target, 1, state);
         let first = tuner.step().unwrap();
         assert!(first.loss.hvsq.unwrap() > 0.0 && first.loss.likeness.is_none());
         let mut last = first;
@@ -229,7 +232,7 @@ fn a_level_goes_on_bit_for_bit() {
     let tiny = tiny(120, 24, (40, 30));
     let setup = tiny.setup();
     let start = || State::begin(Model::fresh(&tiny.dense));
-    let tuner = |state| Tuner::new(&setup, orders(120, 3.0), Target::Hvsq(1e-3), 4, state);
+    let tuner = |state| Tuner::new(&setup, config(120, 3.0), Target::Hvsq(1e-3), 4, state);
     let mut whole = tuner(start());
     while !whole.is_done() {
         whole.step().unwrap();
@@ -311,5 +314,5 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
     assert!(at(&filtered, 3) > at(&plain, 3));
     assert!((plain.tiles.iter().sum::<f64>() - 6.0 * 5.0).abs() < 1e-9);
     assert!(plain.region_j.iter().zip(plain.tiles).all(|(j, n)| (*j > 0.0) == (n > 0.0)));
-    assert_eq!(Role::Final.line(), None);
+    assert_eq!(Role::Final.baseline(), None);
 }

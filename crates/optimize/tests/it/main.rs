@@ -1,12 +1,14 @@
 //! The optimiser: rules, numbers, runs.
 
 mod adam;
+mod campaign;
 mod checkpoint;
 mod fit;
 mod lambda;
 mod levels;
 mod oracle;
 mod prune;
+mod role;
 mod scenes;
 mod schedule;
 mod search;

@@ -3,9 +3,10 @@
 use powergs_base::config::embedded::{DISPLAYS, find};
 use powergs_core::sim::paper::UnitPrices;
 use powergs_frame::display::Display;
-use powergs_optimize::lambda::Rule;
 use powergs_optimize::oracle::PaperOracle;
-use powergs_optimize::setup::{Gate, Reference, Settings, Setup};
+use powergs_optimize::references::Reference;
+use powergs_optimize::settings::Settings;
+use powergs_optimize::setup::Setup;
 use powergs_optimize::views::{ViewSplit, split};
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::camera::edit::resized;
@@ -44,17 +45,7 @@ pub fn tiny(points: usize, every: usize, size: (u32, u32)) -> Tiny {
             first_effort: 1.0,
             final_iterations: 16,
             interval: 3,
-            adjust_share: 0.75,
-            display_weight: 0.01,
-            level_effort: 0.5,
-            level_display_weight: 0.001,
-            rule: Rule::Damped,
-            epsilon_db: 0.05,
-            opacity_cap: 1.0,
-            rate_scale: 1.0,
-            rate_end: 0.1,
-            seed: 1,
-            gate: Gate::Validation,
+            ..Settings::DEFAULT
         },
     }
 }

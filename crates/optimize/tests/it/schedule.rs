@@ -1,7 +1,7 @@
 //! Which ratios are sampled.
 
 use powergs_optimize::schedule::{
-    COARSE_STEP, Done, Fine, Plan, best_of, coarse_iterations, smoothed,
+    COARSE_STEP, Fine, Schedule, TakenSample, best_of, coarse_iterations, smoothed,
 };
 use serde_json::Value;
 
@@ -27,11 +27,15 @@ fn smoothing_and_fine_samples_are_the_published_ones() {
         for (got, want) in smooth.iter().zip(numbers(&case["filtered"])) {
             assert!((got - want).abs() < 1e-12, "{got} is not {want}");
         }
-        let samples: Vec<Done> = powers
+        let samples: Vec<TakenSample> = powers
             .iter()
             .zip(&passes)
             .enumerate()
-            .map(|(i, (&total_w, &passed))| Done { rho: COARSE_STEP * i as f64, total_w, passed })
+            .map(|(i, (&total_w, &passed))| TakenSample {
+                rho: COARSE_STEP * i as f64,
+                total_w,
+                passed,
+            })
             .collect();
         let best = best_of(&samples);
         assert_eq!(best as u64, case["min_idx"].as_u64().unwrap());
@@ -54,11 +58,11 @@ fn coarse_budgets_are_the_published_ones() {
 }
 
 /// Runs a plan; a ratio passes up to `highest`, and the total is least at `best`.
-fn run(plan: &Plan, highest: f64, best: f64) -> Vec<(f64, Option<usize>)> {
+fn run(plan: &Schedule, highest: f64, best: f64) -> Vec<(f64, Option<usize>)> {
     let (mut done, mut taken) = (Vec::new(), Vec::new());
     while let Some(sample) = plan.next(&done, 2.0) {
         let total_w = 1.0 + (sample.rho - best).powi(2);
-        done.push(Done { rho: sample.rho, total_w, passed: sample.rho <= highest });
+        done.push(TakenSample { rho: sample.rho, total_w, passed: sample.rho <= highest });
         taken.push((sample.rho, sample.from));
     }
     taken
@@ -74,14 +78,14 @@ fn check(got: &[(f64, Option<usize>)], want: &[(f64, Option<usize>)]) {
 
 #[test]
 fn five_samples_go_up_to_the_highest_ratio() {
-    let plan = Plan::Adaptive { count: 5, highest: 0.8 };
+    let plan = Schedule::Adaptive { count: 5, highest: 0.8 };
     let all = [(0.0, None), (0.2, Some(0)), (0.4, Some(1)), (0.6, Some(2)), (0.8, Some(3))];
     check(&run(&plan, 1.0, 0.5), &all);
 }
 
 #[test]
 fn after_a_miss_the_budget_goes_below_it() {
-    let plan = Plan::Adaptive { count: 5, highest: 0.8 };
+    let plan = Schedule::Adaptive { count: 5, highest: 0.8 };
     // 0.4 misses; two samples are left for the gap from 0.2: a third, then half of what is left.
     let want = [(0.0, None), (0.2, Some(0)), (0.4, Some(1)), (0.8 / 3.0, Some(1))];
     let got = run(&plan, 0.3, 0.1);
@@ -93,7 +97,7 @@ fn after_a_miss_the_budget_goes_below_it() {
 
 #[test]
 fn the_published_plan_is_coarse_then_fine() {
-    let got = run(&Plan::PUBLISHED, 1.0, 0.47);
+    let got = run(&Schedule::PUBLISHED, 1.0, 0.47);
     assert_eq!(got.len(), 12);
     let coarse: Vec<_> =
         (0..7).map(|i| (0.15 * f64::from(i), (i as usize).checked_sub(1))).collect();
@@ -106,6 +110,6 @@ fn the_published_plan_is_coarse_then_fine() {
 
 #[test]
 fn listed_ratios_are_taken_as_they_are() {
-    let plan = Plan::Listed(vec![0.1, 0.5]);
+    let plan = Schedule::Listed(vec![0.1, 0.5]);
     check(&run(&plan, 0.2, 0.0), &[(0.1, None), (0.5, Some(0))]);
 }

@@ -1,9 +1,12 @@
 //! From samples to the optimum, to the best model, to savings over ratios.
 
+use powergs_optimize::conclusion::conclude;
+use powergs_optimize::job::{Job, Place};
 use powergs_optimize::oracle::Watts;
-use powergs_optimize::plan::{Baseline, Campaign, Job, Outcome, Place, Role, Variant};
-use powergs_optimize::schedule::Plan;
-use powergs_optimize::search::conclude;
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::plan::{Plan, Variant};
+use powergs_optimize::role::{Baseline, Role};
+use powergs_optimize::schedule::Schedule;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::study::{RATIOS, ratios};
 use powergs_optimize::target::{Quality, Target, TargetRule};
@@ -113,7 +116,7 @@ fn savings_over_ratios_have_the_published_signs() {
 }
 
 /// The jobs of a campaign in which everything passes.
-fn jobs(campaign: &Campaign) -> Vec<Job> {
+fn jobs(campaign: &Plan) -> Vec<Job> {
     let settings = tiny(10, 24, (16, 12)).settings;
     let (mut done, mut jobs) = (Vec::new(), Vec::new());
     while let Some(job) = campaign.next(&settings, 1000, &done) {
@@ -127,8 +130,8 @@ fn jobs(campaign: &Campaign) -> Vec<Job> {
 
 #[test]
 fn a_campaign_measures_samples_realises_and_compares() {
-    let campaign = Campaign {
-        schedule: Plan::Adaptive { count: 5, highest: 0.8 },
+    let campaign = Plan {
+        schedule: Schedule::Adaptive { count: 5, highest: 0.8 },
         baselines: Baseline::ALL.to_vec(),
         externals: vec!["mini".into()],
         sweep: vec![0.1],
@@ -161,14 +164,14 @@ fn a_campaign_measures_samples_realises_and_compares() {
     assert_eq!(jobs[9].from.as_deref(), Some("render-only"));
     let settings = tiny(10, 24, (16, 12)).settings;
     let iterations: u64 =
-        jobs.iter().filter_map(|j| j.orders).map(|o| u64::from(o.iterations)).sum();
+        jobs.iter().filter_map(|j| j.config).map(|o| u64::from(o.iterations)).sum();
     assert_eq!(iterations, campaign.most_iterations(&settings));
 }
 
 #[test]
 fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
-    let campaign = Campaign {
-        schedule: Plan::Listed(vec![0.0, 0.3]),
+    let campaign = Plan {
+        schedule: Schedule::Listed(vec![0.0, 0.3]),
         baselines: vec![Baseline::RenderOnly, Baseline::TwoStage],
         externals: Vec::new(),
         sweep: vec![0.1],
@@ -179,7 +182,7 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
     let all = jobs(&campaign);
     let names: Vec<&str> = all.iter().map(|j| j.name.as_str()).collect();
     assert_eq!(names[..3], ["dense", "held-out", "sample-01"]);
-    assert!(all[1].orders.is_some() && all[1].from.is_none());
+    assert!(all[1].config.is_some() && all[1].from.is_none());
     for (name, from) in [
         ("sample-01", "held-out"),
         ("sample-02", "sample-01"),

@@ -7,15 +7,16 @@ use powergs_optimize::lambda::{Control, Rule};
 use powergs_optimize::prune::Score;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Orders, Pruning, Row, State, Trains, TuneError, Tuner,
+    DisplayTerm, Iteration, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, TuneError,
+    Tuner,
 };
 
 use super::scenes::{Tiny, tiny};
 
 const TARGET: Target = Target::Likeness(Quality::likeness(34.0, 0.9));
 
-fn orders(points: usize) -> Orders {
-    Orders {
+fn config(points: usize) -> TuneConfig {
+    TuneConfig {
         iterations: 14,
         pruning: Pruning::Steps {
             score: Score::Dominance,
@@ -39,9 +40,9 @@ fn orders(points: usize) -> Orders {
     }
 }
 
-fn run(tiny: &Tiny, orders: Orders, state: State, stop: u32) -> (Vec<Row>, State) {
+fn run(tiny: &Tiny, config: TuneConfig, state: State, stop: u32) -> (Vec<Iteration>, State) {
     let setup = tiny.setup();
-    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, state);
+    let mut tuner = Tuner::new(&setup, config, TARGET, 5, state);
     let mut rows = Vec::new();
     while !tuner.is_done() && tuner.state().iteration < stop {
         rows.push(tuner.step().unwrap());
@@ -53,14 +54,14 @@ fn run(tiny: &Tiny, orders: Orders, state: State, stop: u32) -> (Vec<Row>, State
 #[test]
 fn a_fine_tune_goes_on_bit_for_bit_from_any_iteration() {
     let tiny = tiny(300, 4, (48, 36));
-    let orders = orders(300);
+    let config = config(300);
     let begin = || State::begin(Model::fresh(&tiny.dense));
-    let (rows, whole) = run(&tiny, orders, begin(), u32::MAX);
+    let (rows, whole) = run(&tiny, config, begin(), u32::MAX);
     assert_eq!(rows.len(), 14);
     assert_eq!(whole.model.scene.len(), 180);
     for stop in [1, 3, 5, 9] {
-        let (mut first, half) = run(&tiny, orders, begin(), stop);
-        let (second, end) = run(&tiny, orders, half, u32::MAX);
+        let (mut first, half) = run(&tiny, config, begin(), stop);
+        let (second, end) = run(&tiny, config, half, u32::MAX);
         first.extend(second);
         assert_eq!(first, rows, "stopped after {stop}");
         assert_eq!(end, whole, "stopped after {stop}");
@@ -73,7 +74,7 @@ fn threads_do_not_matter() {
     let on = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
         let state = State::begin(Model::fresh(&tiny.dense));
-        pool.install(|| run(&tiny, orders(300), state, u32::MAX))
+        pool.install(|| run(&tiny, config(300), state, u32::MAX))
     };
     assert_eq!(on(1), on(3));
 }
@@ -82,7 +83,7 @@ fn threads_do_not_matter() {
 fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
     let tiny = tiny(300, 4, (48, 36));
     let with = |display| {
-        let orders = Orders {
+        let config = TuneConfig {
             iterations: 40,
             pruning: Pruning::Never,
             display,
@@ -90,7 +91,7 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
             trains: Trains::All,
             keep: Keep::Last,
         };
-        let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
+        let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
         state.last.unwrap().seen.display_w
     };
     let (plain, dimmed) = (with(DisplayTerm::Off), with(DisplayTerm::Fixed(0.5)));
@@ -100,8 +101,8 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
 #[test]
 fn only_colours_move_if_only_colours_may() {
     let tiny = tiny(200, 6, (48, 36));
-    let orders = Orders { trains: Trains::Colours, pruning: Pruning::Never, ..orders(200) };
-    let (_, state) = run(&tiny, orders, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
+    let config = TuneConfig { trains: Trains::Colours, pruning: Pruning::Never, ..config(200) };
+    let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
     let (now, before) = (&state.model.scene, &tiny.dense);
     assert_ne!(now.sh, before.sh);
     assert_eq!(now.means, before.means);
@@ -112,7 +113,7 @@ fn only_colours_move_if_only_colours_may() {
 fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     let mut tiny = tiny(300, 4, (48, 36));
     tiny.settings.interval = 2;
-    let orders = Orders {
+    let config = TuneConfig {
         iterations: 30,
         pruning: Pruning::WhilePassing { count: 15 },
         display: DisplayTerm::Off,
@@ -122,7 +123,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     };
     let setup = tiny.setup();
     let state = State::begin(Model::fresh(&tiny.dense));
-    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, state);
+    let mut tuner = Tuner::new(&setup, config, TARGET, 5, state);
     let (mut points, mut passed) = (300, true);
     while !tuner.is_done() {
         let row = tuner.step().unwrap();
@@ -146,8 +147,8 @@ fn numbers_that_are_none_are_named_and_change_nothing() {
     model.scene.sh.fill(1e30);
     let setup = tiny.setup();
     let before = State::begin(model);
-    let orders = Orders { pruning: Pruning::Never, ..orders(200) };
-    let mut tuner = Tuner::new(&setup, orders, TARGET, 5, before);
+    let config = TuneConfig { pruning: Pruning::Never, ..config(200) };
+    let mut tuner = Tuner::new(&setup, config, TARGET, 5, before);
     let error = tuner.step().unwrap_err();
     let (TuneError::Loss { iteration, .. } | TuneError::Gradient { iteration, .. }) = &error else {
         panic!("{error}")

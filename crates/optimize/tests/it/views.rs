@@ -1,7 +1,7 @@
 //! Splits and the order of training views.
 
 use glam::DVec3;
-use powergs_optimize::views::{Order, split};
+use powergs_optimize::views::{ViewOrder, split};
 use powergs_scene::{Camera, Split};
 
 fn cameras(n: usize) -> Vec<Camera> {
@@ -52,8 +52,8 @@ fn too_few_views_serve_twice_and_that_is_said() {
 
 #[test]
 fn an_epoch_is_a_permutation_and_the_next_is_another() {
-    let mut order = Order::new(7, 13);
-    let epoch = |order: &mut Order, e: u64| -> Vec<usize> {
+    let mut order = ViewOrder::new(7, 13);
+    let epoch = |order: &mut ViewOrder, e: u64| -> Vec<usize> {
         (0..13).map(|i| order.at(13 * e + i)).collect()
     };
     let first = epoch(&mut order, 0);
@@ -62,10 +62,10 @@ fn an_epoch_is_a_permutation_and_the_next_is_another() {
     assert_eq!(sorted, (0..13).collect::<Vec<_>>());
     assert_ne!(first, epoch(&mut order, 1));
     // Anywhere, in any order of asking.
-    let mut other = Order::new(7, 13);
+    let mut other = ViewOrder::new(7, 13);
     assert_eq!(other.at(13 * 5 + 4), order.at(13 * 5 + 4));
     assert_eq!(first, epoch(&mut other, 0));
-    assert_ne!(first, epoch(&mut Order::new(8, 13), 0));
+    assert_ne!(first, epoch(&mut ViewOrder::new(8, 13), 0));
 }
 
 #[test]

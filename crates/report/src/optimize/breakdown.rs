@@ -4,7 +4,8 @@ use super::{Story, label};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
 use powergs_core::action::Stage;
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 
 const NAME: &str = "breakdown";
 const TITLE: &str = "Where the power goes";

@@ -3,6 +3,7 @@
 use super::Story;
 use crate::format::shortened;
 use powergs_chart::{Axis, Chart, Colour, Line, Mark, Panel, Rule, Scale, Words};
+use powergs_optimize::role::Role;
 
 const NAME: &str = "course";
 const TITLE: &str = "λ and PSNR while tuning";
@@ -42,8 +43,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
 
 fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
     let mut shown: Vec<Stretch<'a>> = Vec::new();
-    let is_shown = |m: &&Moment| m.job == "final" || m.job.starts_with("sample-");
-    for moment in story.course.iter().filter(is_shown) {
+    for moment in &story.course {
         if shown.last().is_none_or(|s| s.job != moment.job) {
             let end = |s: &Stretch<'_>| {
                 s.begin + s.moments.last().map_or(0.0, |m| f64::from(m.iteration) + 1.0)
@@ -107,10 +107,10 @@ fn panel(
 fn names(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
     let name = |(i, stretch): (usize, &Stretch<'_>)| {
         let next = shown.get(i + 1).map_or(end, |s| s.begin);
-        let rho = story.done.iter().find(|o| o.name == stretch.job).map(|o| o.rho);
-        let text = match rho {
-            Some(rho) if stretch.job == "final" => format!("final, ρ {rho:.2}"),
-            Some(rho) => format!("ρ {rho:.2}"),
+        let job = story.done.iter().find(|o| o.name == stretch.job);
+        let text = match job.map(|o| (o.role, o.rho)) {
+            Some((Role::Final, rho)) => format!("final, ρ {rho:.2}"),
+            Some((_, rho)) => format!("ρ {rho:.2}"),
             None => shortened(stretch.job, 12),
         };
         ((stretch.begin + next) / 2.0, next - stretch.begin, Words::note(text))

@@ -10,14 +10,15 @@ mod regions;
 mod tables;
 mod words;
 
-pub use album::{Album, Shot};
 pub use tables::{foveated_csv, levels_csv, regions_csv};
 pub use words::{document, headline};
 
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::fit::Fit;
 use powergs_optimize::foveated::Method;
+use powergs_optimize::pictures::Album;
 use powergs_optimize::results::Results;
+use powergs_optimize::role::{Baseline, Role};
 
 /// Everything that the charts of a foveated run show.
 #[derive(Debug, Clone)]
@@ -66,14 +67,11 @@ fn colour(method: Method) -> Colour {
 }
 
 /// The colour of the model of level 1 that is shown without foveation.
-fn plain_colour(baseline: Option<&str>, is_dense: bool, is_ours: bool) -> Colour {
+fn plain_colour(baseline: Option<Baseline>, is_dense: bool, is_ours: bool) -> Colour {
     match baseline {
-        Some("render-only") => Colour::ORANGE,
-        Some("display-only") => Colour::BLUE,
-        Some("two-stage") => Colour::PURPLE,
-        Some(_) => Colour::GREEN,
-        None if is_dense => Colour::INK,
-        None if is_ours => Colour::VERMILION,
+        Some(baseline) => super::colour(Role::Baseline(baseline)),
+        None if is_dense => super::colour(Role::Dense),
+        None if is_ours => super::colour(Role::Final),
         None => Colour::GREY,
     }
 }

@@ -6,7 +6,8 @@ use crate::format::{significant, watt_unit};
 use powergs_chart::{
     Axis, Chart, Colour, Entry, Line, Panel, Points, Scale, Side, Size, Symbol, Words,
 };
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 
 const NAME: &str = "plane";
 const TITLE: &str = "Display against rendering power";

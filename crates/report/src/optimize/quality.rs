@@ -3,7 +3,8 @@
 use super::{Story, colour, label};
 use crate::format::watt_unit;
 use powergs_chart::{Axis, Chart, Colour, Line, Panel, Points, Rule, Scale, Side, Size, Words};
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 
 const NAME: &str = "quality";
 const TITLE: &str = "Quality against total power";

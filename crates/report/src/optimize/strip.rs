@@ -5,54 +5,17 @@ use powergs_pixels::RgbImage;
 
 use super::Story;
 use powergs_chart::{Chart, Colour, Columns, Panel, Words};
+use powergs_optimize::pictures::BeforeAfter;
 
 const NAME: &str = "strip";
 const TITLE: &str = "Before and after";
 /// Differences are shown this many times as large.
 const GAIN: f32 = 8.0;
-/// Pictures of one view, sRGB codes, row-major.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Strip {
-    /// The view.
-    pub view: String,
-    /// Width, pixels.
-    pub width: u32,
-    /// Height, pixels.
-    pub height: u32,
-    /// The dense model.
-    pub dense: Vec<u8>,
-    /// The optimised model.
-    pub ours: Vec<u8>,
-    /// What the optimised model is called.
-    pub name: String,
-}
 
-impl Strip {
-    fn pixels(&self) -> impl Iterator<Item = ([f32; 3], [f32; 3])> {
-        let colour = |p: &[u8; 3]| p.map(f32::from);
-        let (dense, ours) = (self.dense.as_chunks().0, self.ours.as_chunks().0);
-        dense.iter().zip(ours).map(move |(a, b)| (colour(a), colour(b)))
-    }
-
-    /// Mean of each channel of the dense model, codes of 8 bits.
-    pub fn mean_dense(&self) -> [f64; 3] {
-        let pixels = self.dense.as_chunks::<3>().0;
-        let mean = |c: usize| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
-        std::array::from_fn(|c| mean(c) / pixels.len().max(1) as f64)
-    }
-
-    /// Mean change of each channel, codes of 8 bits.
-    pub fn mean_change(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        let mut count = 0u32;
-        for (a, b) in self.pixels() {
-            count += 1;
-            for c in 0..3 {
-                sum[c] += f64::from(b[c] - a[c]);
-            }
-        }
-        sum.map(|s| s / f64::from(count.max(1)))
-    }
+fn pixels(strip: &BeforeAfter) -> impl Iterator<Item = ([f32; 3], [f32; 3])> {
+    let colour = |p: &[u8; 3]| p.map(f32::from);
+    let (dense, ours) = (strip.dense.as_chunks().0, strip.ours.as_chunks().0);
+    dense.iter().zip(ours).map(move |(a, b)| (colour(a), colour(b)))
 }
 
 pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
@@ -75,7 +38,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let mut chart = story.chart(NAME, TITLE, &what);
     chart.columns = Columns::Fitting;
     for (caption, look) in looks {
-        let pixels: Vec<u8> = strip.pixels().flat_map(|(a, b)| look(a, b)).collect();
+        let pixels: Vec<u8> = pixels(strip).flat_map(|(a, b)| look(a, b)).collect();
         let image = RgbImage::from_bytes(strip.width, strip.height, pixels)?;
         chart = chart.panel(Panel::picture(image, caption));
     }
@@ -84,7 +47,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
 }
 
 /// Mean change of each channel.
-fn changes(strip: &Strip) -> Vec<Words> {
+fn changes(strip: &BeforeAfter) -> Vec<Words> {
     let mut parts = vec![Words::note("mean change, of 255 (grey above is none):")];
     let colours = [Colour::VERMILION, Colour::GREEN, Colour::BLUE];
     let names = ["red", "green", "blue"].into_iter().zip(strip.mean_change());

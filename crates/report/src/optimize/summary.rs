@@ -8,7 +8,8 @@ use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_optimize::claims::Verdict;
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 
 /// A result as a list of names and values, for `--json` and the terminal.
 #[derive(Debug, Clone, Copy, PartialEq)]

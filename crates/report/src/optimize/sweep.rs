@@ -3,7 +3,8 @@
 use super::Story;
 use crate::format::watt_unit;
 use powergs_chart::{Axis, Chart, Colour, Line, Panel, Place, Points, Scale, Size};
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 
 const NAME: &str = "sweep";
 const TITLE: &str = "λ without pruning";

@@ -1,7 +1,8 @@
 //! Tables as CSV: the record that everything else is derived from.
 
 use crate::document::{Cell, Column, Table};
-use powergs_optimize::plan::{Outcome, Role};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
 use powergs_optimize::study::RatioRow;
 
 /// λ as the files have it.

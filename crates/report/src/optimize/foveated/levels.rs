@@ -3,9 +3,9 @@
 use powergs_pixels::RgbImage;
 
 use super::Show;
-use super::album::Album;
 use powergs_chart::{Chart, Colour, Entry, Panel};
 use powergs_frame::fovea::{LEVELS, POOLINGS, REGIONS};
+use powergs_optimize::pictures::Album;
 
 const NAME: &str = "foveated_levels";
 const TITLE: &str = "Levels over a frame";

@@ -7,8 +7,8 @@ use powergs_chart::{
     Axis, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Rule, Scale, Side, Size, Symbol,
 };
 use powergs_optimize::foveated::Method;
-use powergs_optimize::job::RoleKind;
 use powergs_optimize::results::{Reference, Results};
+use powergs_optimize::role::{Baseline, RoleKind};
 
 const NAME: &str = "foveated_quality";
 const TITLE: &str = "Quality against total power";
@@ -80,11 +80,12 @@ fn marks(r: &Results) -> Vec<Mark> {
             psnr_db: m.test.psnr_db.filter(|_| !is_perfect),
             hvsq: None,
             method: None,
-            colour: plain_colour(m.baseline.as_deref(), is_dense, is_ours),
+            colour: plain_colour(m.baseline, is_dense, is_ours),
             // Dots beside them say the variant.
-            label: match m.baseline.as_deref() {
-                Some("render-only" | "display-only") => String::new(),
-                Some(name) => name.strip_prefix("lightgs-").unwrap_or(name).to_owned(),
+            label: match m.baseline {
+                Some(Baseline::RenderOnly | Baseline::DisplayOnly) => String::new(),
+                Some(Baseline::LightGaussian(percent)) => percent.to_string(),
+                Some(Baseline::TwoStage) => Baseline::TwoStage.name(),
                 None if is_ours => String::new(),
                 None => m.name.clone(),
             },

@@ -5,8 +5,8 @@ use crate::document::{Block, Cell, Column, Document, Kind, Table};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
-use powergs_optimize::job::RoleKind;
 use powergs_optimize::results::{FovealRecord, ModelRecord, Results};
+use powergs_optimize::role::RoleKind;
 
 /// The part, with `charts` beside it; empty if nothing was measured.
 pub fn document(show: &Show<'_>, charts: &[Chart]) -> Document {

@@ -10,10 +10,11 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::super::{Exit, Failure, OrExit};
 use powergs_base::picture::Picture;
-use powergs_optimize::setup::{Reference, References};
+use powergs_core::run::RunError;
+use powergs_optimize::references::{Reference, ReferenceSink, References};
 
 /// References in a file of the system's folder for such, which goes when this does.
-pub struct Shelf {
+pub struct FileReferences {
     file: Mutex<File>,
     /// Where each one begins, and its width and height.
     places: Vec<(u64, (u32, u32))>,
@@ -25,12 +26,12 @@ pub struct Shelf {
     path: Option<PathBuf>,
 }
 
-impl Shelf {
-    /// An empty shelf.
+impl FileReferences {
+    /// No references yet.
     ///
     /// # Errors
     /// Exit code 2: no temporary file can be made.
-    pub fn new() -> Result<Shelf, Failure> {
+    pub fn new() -> Result<FileReferences, Failure> {
         let name = format!("powergs-sim-references-{}", std::process::id());
         let mut path = std::env::temp_dir().join(&name);
         let mut options = OpenOptions::new();
@@ -45,39 +46,7 @@ impl Shelf {
         let file = options.open(&path).or_exit(Exit::Usage, path.display())?;
         let path = fs::remove_file(&path).err().map(|_| path);
         let (file, failure) = (Mutex::new(file), Mutex::new(None));
-        Ok(Shelf { file, places: Vec::new(), end: 0, hash: Xxh3::new(), failure, path })
-    }
-
-    /// Adds the reference of the next view.
-    ///
-    /// # Errors
-    /// Exit code 2: the file cannot be written.
-    pub fn push(&mut self, reference: &Reference) -> Result<(), Failure> {
-        let bytes = reference.as_bytes();
-        let file = self.file.get_mut().unwrap_or_else(|broken| broken.into_inner());
-        let what = "the temporary file of reference images (TMPDIR says where it is)";
-        file.write_all(bytes).or_exit(Exit::Usage, what)?;
-        self.places.push((self.end, reference.size()));
-        self.end += bytes.len() as u64;
-        self.hash.update(bytes);
-        Ok(())
-    }
-
-    /// A hash of all references.
-    pub fn digest(&self) -> u128 {
-        self.hash.digest128()
-    }
-
-    /// Fails if a reference could not be read back; everything since then is worthless.
-    ///
-    /// # Errors
-    /// Exit code 2.
-    pub fn check(&self) -> Result<(), Failure> {
-        let failure = self.failure.lock().unwrap_or_else(|broken| broken.into_inner());
-        match &*failure {
-            None => Ok(()),
-            Some(e) => Err(Failure::new(Exit::Usage, format!("reading a reference image: {e}"))),
-        }
+        Ok(FileReferences { file, places: Vec::new(), end: 0, hash: Xxh3::new(), failure, path })
     }
 
     fn read(&self, view: usize) -> io::Result<Reference> {
@@ -90,7 +59,22 @@ impl Shelf {
     }
 }
 
-impl References for Shelf {
+impl ReferenceSink for FileReferences {
+    fn push(&mut self, reference: Reference) -> Result<(), RunError> {
+        let bytes = reference.as_bytes();
+        let file = self.file.get_mut().unwrap_or_else(|broken| broken.into_inner());
+        file.write_all(bytes).map_err(|e| RunError::Output {
+            place: "the temporary file of reference images (TMPDIR says where it is)".into(),
+            message: e.to_string(),
+        })?;
+        self.places.push((self.end, reference.size()));
+        self.end += bytes.len() as u64;
+        self.hash.update(bytes);
+        Ok(())
+    }
+}
+
+impl References for FileReferences {
     fn write_to(&self, view: usize, picture: &mut Picture) {
         let reference = self.read(view).unwrap_or_else(|error| {
             let mut failure = self.failure.lock().unwrap_or_else(|broken| broken.into_inner());
@@ -100,9 +84,24 @@ impl References for Shelf {
         });
         reference.write_to(picture);
     }
+
+    fn digest(&self) -> u128 {
+        self.hash.digest128()
+    }
+
+    fn check(&self) -> Result<(), RunError> {
+        let failure = self.failure.lock().unwrap_or_else(|broken| broken.into_inner());
+        match &*failure {
+            None => Ok(()),
+            Some(e) => Err(RunError::Output {
+                place: "reading a reference image".into(),
+                message: e.to_string(),
+            }),
+        }
+    }
 }
 
-impl Drop for Shelf {
+impl Drop for FileReferences {
     fn drop(&mut self) {
         if let Some(path) = &self.path {
             // Nothing else can be done about a file that stays.

@@ -1,8 +1,9 @@
 //! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and what
 //! was promised against what came true.
 
-use super::fit::{Fit, FitError, Optimum, Place, Sample, fit, optimum};
-use super::plan::{Outcome, Role};
+use super::fit::{Fit, FitError, Optimum, OptimumPlace, Sample, fit, optimum};
+use super::outcome::Outcome;
+use super::role::Role;
 use super::target::{Quality, Target};
 
 /// A sample that missed the target.
@@ -71,7 +72,7 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let reach = passing().map(|o| o.rho).reduce(f64::max);
     let rho = best_sample.map(|best| {
         let chosen = optimum.map_or(best, |o| o.chosen_rho());
-        let is_inside = optimum.is_some_and(|o| o.place == Place::Interior);
+        let is_inside = optimum.is_some_and(|o| o.place == OptimumPlace::Interior);
         let reach = reach.unwrap_or(chosen);
         let end = fit.as_ref().map_or(reach, Fit::rho_max).max(reach);
         chosen.min(if is_inside { (reach + end) / 2.0 } else { reach })
@@ -82,11 +83,6 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
 }
 
 impl Conclusion {
-    /// The ratio to realise; `None` if no sample passed.
-    pub fn optimum(&self) -> Option<f64> {
-        self.rho
-    }
-
     /// What the fit promises at the ratio that is realised.
     pub fn predicted(&self) -> Option<Predicted> {
         let (rho, fit) = (self.rho?, self.fit.as_ref().ok()?);

@@ -80,9 +80,9 @@ pub enum Trains {
     ColoursAndOpacities,
 }
 
-/// Orders for a fine-tune.
+/// TuneConfig for a fine-tune.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Orders {
+pub struct TuneConfig {
     /// Iterations, at least 1.
     pub iterations: u32,
     /// What is pruned.

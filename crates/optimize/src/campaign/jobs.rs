@@ -1,0 +1,164 @@
+//! The loop over the jobs of a plan.
+
+use super::{CampaignError, Run};
+use crate::history::HistoryRow;
+use crate::job::Job;
+use crate::outcome::{Outcome, Training};
+use crate::role::Role;
+use crate::target::{Quality, Target};
+use crate::tune::{Model, State, TuneConfig, Tuner};
+use crate::watch::CampaignWatch;
+
+/// A target this far above the dense model is not tried, decibels.
+const OUT_OF_REACH_DB: f64 = 1.0;
+/// The same in SSIM.
+const OUT_OF_REACH_SSIM: f64 = 0.02;
+/// What is said then.
+pub(super) const OUT_OF_REACH: &str =
+    "the target is out of reach: the dense model itself is far below it; lower the target";
+/// No job trains before the dense model is measured; this target is reached by nothing.
+const UNREACHED: Target = Target::Likeness(Quality::likeness(f64::INFINITY, f64::INFINITY));
+
+/// How the jobs ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// All are done.
+    Done,
+    /// Cancelled; a checkpoint is written.
+    Cancelled,
+    /// The dense model itself is far below the target.
+    OutOfReach,
+}
+
+impl Run<'_> {
+    /// Does the jobs that are left.
+    pub(super) fn jobs(&mut self, watch: &dyn CampaignWatch) -> Result<Stop, CampaignError> {
+        let campaign = self.campaign;
+        let setup = campaign.setup();
+        let points = campaign.dense.len();
+        watch.planned(campaign.plan.most_iterations(&campaign.settings));
+        self.tell_known(watch);
+        while let Some(job) =
+            campaign.plan.next(&campaign.settings, points, &self.progress.outcomes)
+        {
+            if self.is_out_of_reach() {
+                return Ok(Stop::OutOfReach);
+            }
+            if watch.is_cancelled() {
+                let current = self.progress.current.as_ref();
+                self.save(current.map(|(name, state)| (name.as_str(), state)))?;
+                return Ok(Stop::Cancelled);
+            }
+            let done = match job.config {
+                Some(config) => self.tune(&job, config, watch)?,
+                None => Some((self.untuned(&job), None)),
+            };
+            let Some((model, training)) = done else { return Ok(Stop::Cancelled) };
+            let judge = |quality| campaign.plan.judge(&self.progress.outcomes, &job, quality);
+            let outcome = Outcome::measured(&setup, &job, &model, training, judge);
+            let what = || format!("job {}", job.name);
+            let outcome = outcome.map_err(|error| CampaignError::Sim { what: what(), error })?;
+            campaign.references.images().check()?;
+            if job.is_kept() {
+                self.checkpoints.save_model(&job.name, &model)?;
+            }
+            watch.outcome(&outcome);
+            self.progress.outcomes.push(outcome);
+            self.save(None)?;
+        }
+        Ok(Stop::Done)
+    }
+
+    fn save(&self, current: Option<(&str, &State)>) -> Result<(), CampaignError> {
+        let (outcomes, history) = (&self.progress.outcomes, &self.progress.history);
+        Ok(self.checkpoints.save(outcomes, history, current)?)
+    }
+
+    /// Tells of everything that was done before.
+    fn tell_known(&self, watch: &dyn CampaignWatch) {
+        let progress = &self.progress;
+        watch.advanced(progress.outcomes.iter().map(|o| u64::from(o.iterations)).sum());
+        let current = progress.current.as_ref().map_or("", |(name, _)| name);
+        for row in &progress.history {
+            let job = progress.outcomes.get(row.job).map_or(current, |o| &o.name);
+            watch.iteration(job, &row.iteration);
+        }
+    }
+
+    /// Whether the target is far above what the dense model itself reaches.
+    fn is_out_of_reach(&self) -> bool {
+        let outcomes = &self.progress.outcomes;
+        let Some(target) = self.campaign.plan.target(outcomes, 0) else { return false };
+        let Some(dense) = outcomes.first() else { return false };
+        let short = target.shortfall(dense.gate.quality);
+        short.psnr_db > OUT_OF_REACH_DB || short.ssim > OUT_OF_REACH_SSIM
+    }
+
+    fn untuned(&self, job: &Job) -> Model {
+        Model::fresh(match job.role {
+            Role::External(position) => &self.campaign.externals[position].1,
+            Role::Dense
+            | Role::HeldOut
+            | Role::Sample
+            | Role::Final
+            | Role::Baseline(_)
+            | Role::Sweep(_) => &self.campaign.dense,
+        })
+    }
+
+    /// Trains; `None` if it was cancelled.
+    fn tune(
+        &mut self,
+        job: &Job,
+        config: TuneConfig,
+        watch: &dyn CampaignWatch,
+    ) -> Result<Option<(Model, Option<Training>)>, CampaignError> {
+        let campaign = self.campaign;
+        let setup = campaign.setup();
+        let target =
+            campaign.plan.target_at(&self.progress.outcomes, job.role.baseline(), job.place);
+        let state = self.state(job)?;
+        watch.advanced(u64::from(state.iteration));
+        let position = self.progress.outcomes.len();
+        let target = target.unwrap_or(UNREACHED);
+        let mut tuner = Tuner::new(&setup, config, target, position as u64, state);
+        while !tuner.is_done() {
+            let iteration = tuner
+                .step()
+                .map_err(|error| CampaignError::Tune { job: job.name.clone(), error })?;
+            campaign.references.images().check()?;
+            self.progress.history.push(HistoryRow { job: position, iteration });
+            watch.iteration(&job.name, &iteration);
+            watch.advanced(1);
+            let is_cancelled = watch.is_cancelled();
+            let every = campaign.settings.checkpoint_every;
+            if is_cancelled || (iteration.iteration + 1).is_multiple_of(every) {
+                self.save(Some((&job.name, tuner.state())))?;
+            }
+            if is_cancelled {
+                return Ok(None);
+            }
+        }
+        let iterations = tuner.state().iteration;
+        watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
+        let (model, check, passing_lambda) = tuner.finish();
+        Ok(Some((model, Some(Training { iterations, check, passing_lambda }))))
+    }
+
+    /// Where the job in flight is, or its beginning.
+    fn state(&mut self, job: &Job) -> Result<State, CampaignError> {
+        if let Some((name, state)) = self.progress.current.take()
+            && name == job.name
+        {
+            return Ok(state);
+        }
+        let Some(from) = &job.from else {
+            return Ok(State::begin(Model::fresh(&self.campaign.dense)));
+        };
+        let model = self.checkpoints.load_model(from)?;
+        let mut outcomes = self.progress.outcomes.iter();
+        let is_own = outcomes.any(|o| o.name == *from && o.place == job.place);
+        // Moments of another loss would hold the first hundreds of steps back.
+        Ok(State::begin(if is_own { model } else { Model::fresh(&model.scene) }))
+    }
+}

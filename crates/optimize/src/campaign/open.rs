@@ -1,0 +1,103 @@
+//! From a request to a campaign: checks, reference images, the split of the views, the panel.
+
+use powergs_base::quantity::Watts;
+use powergs_frame::display::Display;
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::Camera;
+
+use super::{Campaign, CampaignError};
+use crate::foveated::levels_shown;
+use crate::invalid::in_range;
+use crate::references::{Reference, ReferenceImages};
+use crate::request::Request;
+use crate::settings::Gate;
+use crate::views::{blind, split};
+use crate::watch::CampaignWatch;
+
+impl Campaign {
+    /// Checks a request, renders the references if they are the dense model's own, and scales the
+    /// panel.
+    ///
+    /// # Errors
+    /// [`CampaignError`]: a request that is out of range, cameras that see nothing, test views that
+    /// LPIPS is not defined for, a panel that cannot be scaled, references that cannot be kept.
+    ///
+    /// # Panics
+    /// Without cameras.
+    pub fn open(request: Request, watch: &dyn CampaignWatch) -> Result<Campaign, CampaignError> {
+        let Request { goals, settings, cameras, mut references, background, .. } = request;
+        settings.check()?;
+        let names: Vec<String> = request.externals.iter().map(|(name, _)| name.clone()).collect();
+        let is_own = references.is_own();
+        // What is wrong with the request is said before any work.
+        goals.plan(settings.gate, is_own, &names, 1)?;
+        if let Some(ratio) = request.display_ratio {
+            in_range("display_ratio", ratio, 0.001, 1000.0)?;
+        }
+        let unseen = blind(&request.dense, &cameras, background);
+        if unseen.len() == cameras.len() {
+            return Err(CampaignError::NothingSeen);
+        }
+        if !unseen.is_empty() {
+            let (n, names) = (unseen.len(), unseen.join(", "));
+            watch.warn(&format!("{n} views see nothing of the model: {names}"));
+        }
+        if let ReferenceImages::OwnRenders(sink) = &mut references {
+            watch.rendering(cameras.len() as u64);
+            let options = Options { background, ..Options::reference(Detail::Image) };
+            for camera in &cameras {
+                sink.push(Reference::new(&render(&request.dense, camera, &options).picture))?;
+                watch.rendered();
+            }
+        }
+        let split = split(&cameras, request.validation_every);
+        // Views that do not gate have no reason not to train.
+        let trains = goals.train_on_validation || settings.gate == Gate::Test;
+        let split = if trains { split.validation_trains() } else { split };
+        split.notes.iter().for_each(|note| watch.note(note));
+        for &view in request.lpips.iter().flat_map(|_| &split.test) {
+            let Camera { name, width, height, .. } = &cameras[view];
+            let checked =
+                request.lpips.as_ref().map_or(Ok(()), |l| l.0.check_size(*width, *height));
+            checked.map_err(|error| CampaignError::Lpips { view: name.clone(), error })?;
+        }
+        let power_views = request.power_views.of(&cameras, &split)?;
+        let shown = request.foveation.as_ref().map(|f| levels_shown(f.screen, &power_views));
+        let plan = goals.plan(settings.gate, is_own, &names, shown.unwrap_or(1))?;
+        let mut campaign = Campaign {
+            name: request.name,
+            dense: request.dense,
+            externals: request.externals,
+            cameras,
+            references,
+            background,
+            split,
+            power_views,
+            oracle: request.oracle,
+            display: request.display,
+            settings,
+            plan,
+            ratio_study: goals.ratio_study,
+            foveation: request.foveation,
+            lpips: request.lpips,
+        };
+        if let Some(ratio) = request.display_ratio {
+            campaign.display = campaign.scaled(ratio)?;
+        }
+        Ok(campaign)
+    }
+
+    /// The panel at which the dense model's display power is `ratio` times its rendering power.
+    fn scaled(&self, ratio: f64) -> Result<Display, CampaignError> {
+        let watts = self.setup().watts(&self.dense);
+        let what = || "the dense model".to_owned();
+        let watts = watts.map_err(|error| CampaignError::Sim { what: what(), error })?;
+        if watts.display_w <= 0.0 {
+            return Err(CampaignError::NoDisplayPower);
+        }
+        let factor = ratio * watts.render_w / watts.display_w;
+        let display = self.display.clone();
+        let static_power = Watts(display.static_power.0 * factor);
+        Ok(Display { scale: display.scale * factor, static_power, ..display })
+    }
+}

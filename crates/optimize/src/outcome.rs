@@ -1,0 +1,106 @@
+//! What became of a job.
+
+use serde::{Deserialize, Serialize};
+
+use super::job::{Job, Place};
+use super::oracle::Watts;
+use super::role::Role;
+use super::setup::{Seen, Setup};
+use super::target::{Quality, Target};
+use super::tune::{Check, DisplayTerm, Model};
+use powergs_core::sim::SimError;
+use powergs_frame::fovea::POOLINGS;
+
+/// What became of a job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Its name.
+    pub name: String,
+    /// What it was for.
+    pub role: Role,
+    /// Where it belongs.
+    pub place: Place,
+    /// The share of the dense model that is gone, in the periphery of the level before.
+    pub rho: f64,
+    /// Gaussians left.
+    pub points: usize,
+    /// Iterations done.
+    pub iterations: u32,
+    /// The iteration whose model was kept, counted from 0; `None` without training.
+    pub kept_at: Option<u32>,
+    /// λ of the kept model, 1/W; `None` without a display term.
+    pub lambda: Option<f64>,
+    /// The last λ that passed, 1/W: where the next sample begins.
+    pub passing_lambda: Option<f64>,
+    /// Quality and display power over the gate views.
+    pub gate: Seen,
+    /// Whether the gate was passed.
+    pub passed: bool,
+    /// Quality and display power over the test views.
+    pub test: Seen,
+    /// FLIP, mean over the test views, at the viewing distance of its authors. Not a number in the
+    /// periphery, which is not looked at.
+    pub flip_test: f64,
+    /// LPIPS, mean over the test views; `None` without weights.
+    pub lpips_test: Option<f64>,
+    /// Power over the power views.
+    pub watts: Watts,
+}
+
+/// What is known of a job when its training has training.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Training {
+    /// Iterations done.
+    pub iterations: u32,
+    /// The check of the kept model.
+    pub check: Option<Check>,
+    /// The last λ that passed.
+    pub passing_lambda: Option<f64>,
+}
+
+impl Outcome {
+    /// The outcome of `job`: `model` measured in every respect. `judge` says what a model of this
+    /// quality must reach; without an answer it fails.
+    ///
+    /// # Errors
+    /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
+    pub fn measured(
+        setup: &Setup<'_>,
+        job: &Job,
+        model: &Model,
+        training: Option<Training>,
+        judge: impl FnOnce(Quality) -> Option<Target>,
+    ) -> Result<Outcome, SimError> {
+        let scene = &model.scene;
+        let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
+        let gate = setup.see(scene, setup.gate_views(), pooling);
+        let test = setup.see(scene, &setup.split.test, pooling);
+        let target = judge(gate.quality);
+        let base = job.base.unwrap_or(setup.dense.len());
+        let is_whole = job.place.level == 0;
+        let check = training.and_then(|e| e.check);
+        let has_term = job.config.is_some_and(|o| o.display != DisplayTerm::Off);
+        Ok(Outcome {
+            name: job.name.clone(),
+            role: job.role,
+            place: job.place,
+            rho: 1.0 - scene.len() as f64 / base.max(1) as f64,
+            points: scene.len(),
+            iterations: training.map_or(0, |e| e.iterations),
+            kept_at: check.map(|c| c.iteration),
+            lambda: check.filter(|_| has_term).map(|c| c.lambda),
+            passing_lambda: training.and_then(|e| e.passing_lambda),
+            gate,
+            passed: target.is_some_and(|t| t.passes(gate.quality)),
+            test,
+            flip_test: if is_whole { setup.flip_test(scene) } else { f64::NAN },
+            lpips_test: setup.lpips_test(scene).filter(|_| is_whole),
+            watts: setup.watts(scene)?,
+        })
+    }
+}
+
+/// The outcomes at a place, in order.
+pub fn at(done: &[Outcome], place: Place) -> Vec<Outcome> {
+    done.iter().filter(|o| o.place == place).cloned().collect()
+}

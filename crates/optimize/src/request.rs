@@ -1,0 +1,270 @@
+//! What is asked of an optimisation: inputs, targets, and what is made for comparison.
+
+use powergs_core::run::{PaperModel, RunError};
+use powergs_core::workload::paper::Padding;
+use powergs_frame::display::Display;
+use powergs_frame::fovea::Screen;
+use powergs_quality::Lpips;
+use powergs_scene::{Camera, Gaussians};
+
+use super::foveated::FilterCost;
+use super::invalid::{Invalid, in_range};
+use super::oracle::{CycleOracle, PowerOracle};
+use super::plan::{Plan, Variant};
+use super::references::ReferenceImages;
+use super::role::{Baseline, Role};
+use super::schedule::Schedule;
+use super::settings::{Gate, Settings};
+use super::target::{Level, Quality, TargetRule};
+use super::views::PowerViews;
+
+/// Values of λ for the sweep, in units of one over the dense model's display power.
+const SWEEP: [f64; 8] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3];
+/// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.
+const OPERATIONS: f64 = 13.0 + 11.0;
+
+/// Everything that a campaign is made from. [`Campaign::open`](crate::campaign::Campaign::open)
+/// checks it.
+pub struct Request {
+    /// Name of the scene, for people.
+    pub name: String,
+    /// The model to optimise.
+    pub dense: Gaussians,
+    /// Further trained models of the scene under their names, to compare with.
+    pub externals: Vec<(String, Gaussians)>,
+    /// All views.
+    pub cameras: Vec<Camera>,
+    /// What they should look like.
+    pub references: ReferenceImages,
+    /// Behind everything, sRGB from 0 to 1.
+    pub background: [f32; 3],
+    /// Of the training views, every so many-th validates; 0: as many as there are test views.
+    pub validation_every: usize,
+    /// The views that power is a mean over.
+    pub power_views: PowerViews,
+    /// What is to be made.
+    pub goals: Goals,
+    /// What rendering costs.
+    pub oracle: Box<dyn PowerOracle>,
+    /// The panel.
+    pub display: Display,
+    /// The panel is scaled so that the dense model's display power is so many times its rendering
+    /// power; `None` leaves it as it is.
+    pub display_ratio: Option<f64>,
+    /// How it is searched.
+    pub settings: Settings,
+    /// Levels for the periphery of sight; `None`: level 1 alone.
+    pub foveation: Option<Foveation>,
+    /// What LPIPS of the test views is measured with, and the hash of its file; `None`: it is not
+    /// measured.
+    pub lpips: Option<(Lpips, u128)>,
+}
+
+impl Request {
+    /// A model against its own renders in these views, with what the program takes where it is not
+    /// told otherwise.
+    pub fn new(
+        name: &str,
+        dense: Gaussians,
+        cameras: Vec<Camera>,
+        oracle: impl PowerOracle + 'static,
+        display: Display,
+    ) -> Request {
+        Request {
+            name: name.to_owned(),
+            dense,
+            externals: Vec::new(),
+            cameras,
+            references: ReferenceImages::own(),
+            background: [0.0; 3],
+            validation_every: 0,
+            power_views: PowerViews::All,
+            goals: Goals::default(),
+            oracle: Box::new(oracle),
+            display,
+            display_ratio: None,
+            settings: Settings::DEFAULT,
+            foveation: None,
+            lpips: None,
+        }
+    }
+}
+
+/// How good the result must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// A named step.
+    Level(Level),
+    /// This share of the PSNR and SSIM of the dense model.
+    Share(f64),
+    /// These numbers.
+    Absolute {
+        /// PSNR, decibels.
+        psnr_db: f64,
+        /// SSIM; 0 for none.
+        ssim: f64,
+    },
+}
+
+/// What is to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Goals {
+    /// How good the result must be; `None`: high against photos, medium against own renders.
+    pub goal: Option<Goal>,
+    /// Further qualities, each with its own search and baselines.
+    pub variants: Vec<Level>,
+    /// The samples.
+    pub schedule: Schedule,
+    /// Comparisons that are trained, in order.
+    pub baselines: Vec<Baseline>,
+    /// Whether savings are also computed over display-to-render ratios.
+    pub ratio_study: bool,
+    /// Whether fixed values of λ are tried without pruning.
+    pub lambda_study: bool,
+    /// Whether the validation views train too. With photos, the gate then sees what it trains on.
+    pub train_on_validation: bool,
+}
+
+impl Default for Goals {
+    fn default() -> Goals {
+        Goals {
+            goal: None,
+            variants: Vec::new(),
+            schedule: Schedule::FIVE,
+            baselines: Vec::new(),
+            ratio_study: false,
+            lambda_study: false,
+            train_on_validation: false,
+        }
+    }
+}
+
+impl Goals {
+    /// The jobs that follow. `is_own`: the references are the dense model's own renders.
+    /// `externals`: names of the user's other models. `levels`: those that the views show, from 1.
+    ///
+    /// # Errors
+    /// [`Invalid`]: a target that says nothing or cannot be, a name that is taken.
+    pub fn plan(
+        &self,
+        gate: Gate,
+        is_own: bool,
+        externals: &[String],
+        levels: u8,
+    ) -> Result<Plan, Invalid> {
+        let mut baselines = self.baselines.clone();
+        // The study compares with these two, and so do variants.
+        for needed in [Baseline::DisplayOnly, Baseline::RenderOnly] {
+            let is_needed = self.ratio_study || !self.variants.is_empty();
+            if is_needed && !baselines.contains(&needed) {
+                baselines.push(needed);
+            }
+        }
+        for (i, name) in externals.iter().enumerate() {
+            if Role::reserves(name) || externals[..i].contains(name) {
+                return Err(Invalid::NameTaken(name.clone()));
+            }
+        }
+        let variants = self.variants(is_own)?;
+        for variant in variants.iter().skip(1) {
+            if externals.iter().any(|name| name.starts_with(&format!("{}-", variant.name))) {
+                return Err(Invalid::VariantName(variant.name.clone()));
+            }
+        }
+        // Its own renders it has never been trained on, and a given number is no share.
+        let is_share = matches!(variants[0].rule, TargetRule::Share(_));
+        let holds_out = is_share && gate == Gate::Validation && !self.train_on_validation;
+        Ok(Plan {
+            schedule: self.schedule.clone(),
+            baselines,
+            externals: externals.to_vec(),
+            sweep: if self.lambda_study { SWEEP.to_vec() } else { Vec::new() },
+            variants,
+            holds_out,
+            levels,
+        })
+    }
+
+    /// The quality of the run, under its name if it is a named one, and further ones.
+    fn variants(&self, is_own: bool) -> Result<Vec<Variant>, Invalid> {
+        let rule = self.rule(is_own)?;
+        let known = Level::ALL.into_iter().find(|l| l.rule(is_own) == rule);
+        let name = known.map_or("own", Level::name).to_owned();
+        let mut variants = vec![Variant { name, rule }];
+        for level in &self.variants {
+            if variants.iter().all(|v| v.name != level.name()) {
+                let (name, rule) = (level.name().to_owned(), level.rule(is_own));
+                variants.push(Variant { name, rule });
+            }
+        }
+        Ok(variants)
+    }
+
+    fn rule(&self, is_own: bool) -> Result<TargetRule, Invalid> {
+        match self.goal {
+            None => Ok(if is_own { Level::Medium } else { Level::High }.rule(is_own)),
+            Some(Goal::Level(level)) => Ok(level.rule(is_own)),
+            Some(Goal::Share(_)) if is_own => Err(Invalid::ShareOfPerfect),
+            Some(Goal::Share(share)) if (0.01..=1.5).contains(&share) => {
+                Ok(TargetRule::Share(share))
+            }
+            Some(Goal::Share(share)) => Err(Invalid::Share(share)),
+            Some(Goal::Absolute { psnr_db, ssim })
+                if (1.0..=120.0).contains(&psnr_db) && (0.0..=1.0).contains(&ssim) =>
+            {
+                Ok(TargetRule::Absolute(Quality::likeness(psnr_db, ssim)))
+            }
+            Some(Goal::Absolute { .. }) => Err(Invalid::Likeness),
+        }
+    }
+}
+
+/// What levels for the periphery of sight are made and measured for.
+#[derive(Debug, Clone)]
+pub struct Foveation {
+    /// The virtual screen.
+    pub screen: Screen,
+    /// The machine whose speed and regions are reported, whatever counts power.
+    pub clock: CycleOracle,
+    /// What the colour filter of the comparison costs on it.
+    pub filter: FilterCost,
+}
+
+/// Why there is no foveation.
+#[derive(Debug, thiserror::Error)]
+pub enum FoveationError {
+    /// A number or a machine that cannot be.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
+    /// The price of an operation is not known.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+impl Foveation {
+    /// A foveation on a screen and a machine. `filter_flops`: operations of the colour filter for a
+    /// pixel outside of the fovea (A99), at the published price.
+    ///
+    /// # Errors
+    /// A screen that cannot be, a number out of its range, a machine that shows no foveated frames;
+    /// [`RunError::Internal`]: the published prices are damaged.
+    pub fn new(
+        screen: Screen,
+        clock: CycleOracle,
+        filter_flops: f64,
+    ) -> Result<Foveation, FoveationError> {
+        screen.check().map_err(Invalid::from)?;
+        in_range("filter_flops", filter_flops, 0.0, 1e6)?;
+        let machine = clock.system.machine();
+        if machine.fovea.accumulators == 0 {
+            return Err(Invalid::NoFovea(machine.name.clone()).into());
+        }
+        let lanes = f64::from(machine.vru.cores) * f64::from(machine.vru.units_per_core);
+        let filter = FilterCost {
+            flops: filter_flops,
+            flop_pj: PaperModel::new(Padding::TrueTiles)?.prices.flop_pj,
+            flops_per_cycle: lanes * OPERATIONS,
+        };
+        Ok(Foveation { screen, clock, filter })
+    }
+}

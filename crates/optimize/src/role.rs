@@ -1,0 +1,240 @@
+//! What a model of a run is made for: one type, and one spelling of it in job names, checkpoints,
+//! results and messages.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// What our models are compared with; trained with the budget of the final model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub enum Baseline {
+    /// Pruned while the quality passes; colours are left alone.
+    RenderOnly,
+    /// Not pruned; the display term takes all the slack.
+    DisplayOnly,
+    /// So many percent of the Gaussians pruned at once by LightGaussian's score, then fine-tuned.
+    LightGaussian(u8),
+    /// `render-only`, then its colours with the display term.
+    TwoStage,
+}
+
+/// What stands before the percentage in the name of [`Baseline::LightGaussian`].
+const LIGHT_GAUSSIAN: &str = "lightgs-";
+/// What stands before the λ in the name of [`Role::Sweep`].
+const SWEEP: &str = "lambda-";
+/// What stands before the position in the name of [`Role::External`].
+const EXTERNAL: &str = "external-";
+
+/// A name that no role has.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is no role of a model")]
+pub struct UnknownRole(String);
+
+impl Baseline {
+    /// All of them, in the order in which they are made.
+    pub const ALL: [Baseline; 6] = [
+        Baseline::DisplayOnly,
+        Baseline::RenderOnly,
+        Baseline::TwoStage,
+        Baseline::LightGaussian(66),
+        Baseline::LightGaussian(76),
+        Baseline::LightGaussian(86),
+    ];
+
+    /// Whether it gets levels for the periphery of sight, as the foveated methods of the
+    /// publication: FR-Render and FR-Display.
+    pub fn has_levels(self) -> bool {
+        matches!(self, Baseline::RenderOnly | Baseline::DisplayOnly)
+    }
+
+    /// The name in every output.
+    pub fn name(self) -> String {
+        match self {
+            Baseline::RenderOnly => "render-only".into(),
+            Baseline::DisplayOnly => "display-only".into(),
+            Baseline::LightGaussian(percent) => format!("{LIGHT_GAUSSIAN}{percent}"),
+            Baseline::TwoStage => "two-stage".into(),
+        }
+    }
+}
+
+impl FromStr for Baseline {
+    type Err = UnknownRole;
+
+    fn from_str(name: &str) -> Result<Baseline, UnknownRole> {
+        let named = Baseline::ALL.into_iter().find(|b| b.name() == name);
+        let pruned =
+            || Some(Baseline::LightGaussian(name.strip_prefix(LIGHT_GAUSSIAN)?.parse().ok()?));
+        named.or_else(pruned).ok_or_else(|| UnknownRole(name.to_owned()))
+    }
+}
+
+/// What a model is made for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub enum Role {
+    /// The model that the user brought.
+    Dense,
+    /// The dense model, trained on without the views that gate: what a share of its quality is
+    /// measured on, where it may have been trained on them.
+    HeldOut,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that we train.
+    Baseline(Baseline),
+    /// Another model of the user, measured only; position in their list.
+    External(usize),
+    /// A fixed λ without pruning; in units of one over the dense model's display power.
+    Sweep(f64),
+}
+
+impl Role {
+    /// Its name, with all particulars. Jobs are named after it: samples get a number, models of the
+    /// user keep the name that they have.
+    pub fn name(self) -> String {
+        match self {
+            Role::Baseline(baseline) => baseline.name(),
+            Role::External(position) => format!("{EXTERNAL}{position}"),
+            Role::Sweep(lambda) => format!("{SWEEP}{lambda}"),
+            Role::Dense | Role::HeldOut | Role::Sample | Role::Final => self.kind().name().into(),
+        }
+    }
+
+    /// Whether a job of a run may have this name, so that no model of the user can.
+    pub fn reserves(name: &str) -> bool {
+        let numbered = format!("{}-", Role::Sample.name());
+        let is_job = match name.parse() {
+            Ok(Role::Dense | Role::HeldOut | Role::Final) => true,
+            Ok(Role::Baseline(baseline)) => Baseline::ALL.contains(&baseline),
+            Ok(Role::Sample | Role::External(_) | Role::Sweep(_)) | Err(_) => false,
+        };
+        is_job || name.starts_with(&numbered) || name.starts_with(SWEEP)
+    }
+
+    /// What the model was made for, without the particulars.
+    pub const fn kind(self) -> RoleKind {
+        match self {
+            Role::Dense => RoleKind::Dense,
+            Role::HeldOut => RoleKind::HeldOut,
+            Role::Sample => RoleKind::Sample,
+            Role::Final => RoleKind::Final,
+            Role::Baseline(_) => RoleKind::Baseline,
+            Role::External(_) => RoleKind::External,
+            Role::Sweep(_) => RoleKind::Sweep,
+        }
+    }
+
+    /// Which comparison it is.
+    pub const fn baseline(self) -> Option<Baseline> {
+        match self {
+            Role::Baseline(baseline) => Some(baseline),
+            Role::Dense
+            | Role::HeldOut
+            | Role::Sample
+            | Role::Final
+            | Role::External(_)
+            | Role::Sweep(_) => None,
+        }
+    }
+}
+
+impl FromStr for Role {
+    type Err = UnknownRole;
+
+    fn from_str(name: &str) -> Result<Role, UnknownRole> {
+        let after = |prefix: &str| name.strip_prefix(prefix);
+        let plain = [Role::Dense, Role::HeldOut, Role::Sample, Role::Final];
+        let plain = plain.into_iter().find(|role| role.kind().name() == name);
+        plain
+            .or_else(|| Some(Role::External(after(EXTERNAL)?.parse().ok()?)))
+            .or_else(|| Some(Role::Sweep(after(SWEEP)?.parse().ok()?)))
+            .map_or_else(|| name.parse().map(Role::Baseline), Ok)
+    }
+}
+
+/// What a model was made for, without the particulars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
+pub enum RoleKind {
+    /// The model that the user brought.
+    Dense,
+    /// The dense model, trained on without the views that gate.
+    HeldOut,
+    /// A sample of the iso-quality curve.
+    Sample,
+    /// The predicted optimum, made real.
+    Final,
+    /// A comparison that was trained.
+    Baseline,
+    /// Another model of the user.
+    External,
+    /// A fixed λ without pruning.
+    Sweep,
+}
+
+impl RoleKind {
+    /// All of them.
+    const ALL: [RoleKind; 7] = [
+        RoleKind::Dense,
+        RoleKind::HeldOut,
+        RoleKind::Sample,
+        RoleKind::Final,
+        RoleKind::Baseline,
+        RoleKind::External,
+        RoleKind::Sweep,
+    ];
+
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            RoleKind::Dense => "dense",
+            RoleKind::HeldOut => "held-out",
+            RoleKind::Sample => "sample",
+            RoleKind::Final => "final",
+            RoleKind::Baseline => "baseline",
+            RoleKind::External => "external",
+            RoleKind::Sweep => "sweep",
+        }
+    }
+}
+
+impl FromStr for RoleKind {
+    type Err = UnknownRole;
+
+    fn from_str(name: &str) -> Result<RoleKind, UnknownRole> {
+        // Results of older versions write it with an underscore.
+        let name = name.replace('_', "-");
+        RoleKind::ALL.into_iter().find(|k| k.name() == name).ok_or(UnknownRole(name))
+    }
+}
+
+/// Serde by name, both ways.
+macro_rules! by_name {
+    ($($role:ty),*) => {$(
+        impl fmt::Display for $role {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name().as_ref())
+            }
+        }
+
+        impl From<$role> for String {
+            fn from(role: $role) -> String {
+                role.name().into()
+            }
+        }
+
+        impl TryFrom<String> for $role {
+            type Error = UnknownRole;
+
+            fn try_from(name: String) -> Result<$role, UnknownRole> {
+                name.parse()
+            }
+        }
+    )*};
+}
+
+by_name!(Baseline, Role, RoleKind);

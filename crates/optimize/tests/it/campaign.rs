@@ -1,0 +1,259 @@
+//! Whole campaigns in memory: cancelled, resumed, refused.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use powergs_core::run::{MemoryStore, Store, Watch};
+use powergs_core::run::{RunError, System};
+use powergs_frame::fovea::Screen;
+use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
+use powergs_optimize::invalid::Invalid;
+use powergs_optimize::lambda::Rule;
+use powergs_optimize::oracle::{CycleOracle, PaperOracle};
+use powergs_optimize::request::{Foveation, Goal, Goals, Request};
+use powergs_optimize::role::{Baseline, Role};
+use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::{Gate, Settings};
+use powergs_optimize::tune::Iteration;
+use powergs_optimize::watch::CampaignWatch;
+
+use super::scenes::tiny;
+
+/// A short campaign.
+fn request() -> Request {
+    let tiny = tiny(200, 3, (48, 36));
+    let settings = Settings {
+        iterations: 5,
+        first_effort: 1.0,
+        final_iterations: 6,
+        interval: 2,
+        checkpoint_every: 2,
+        ..Settings::DEFAULT
+    };
+    let goals = Goals {
+        goal: Some(Goal::Absolute { psnr_db: 20.0, ssim: 0.0 }),
+        schedule: Schedule::listed(&[0.0, 0.2, 0.4]).unwrap(),
+        baselines: vec![Baseline::RenderOnly],
+        ratio_study: true,
+        ..Goals::default()
+    };
+    let oracle = PaperOracle::published(60.0).unwrap();
+    let asked = Request::new("tiny", tiny.dense, tiny.cameras, oracle, tiny.display);
+    Request { settings, goals, display_ratio: Some(0.5), ..asked }
+}
+
+/// The same with levels for the periphery, on a screen on which 48 pixels show all of them.
+fn foveated() -> Request {
+    let screen = Screen { pooling_rate: 1.2, ..Screen::PUBLISHED };
+    let clock = CycleOracle { system: System::named("gscore").unwrap(), fps: 60.0 };
+    let foveation = Foveation::new(screen, clock, 215.0).unwrap();
+    let request = request();
+    let schedule = Schedule::listed(&[0.0, 0.3]).unwrap();
+    let goals = Goals { schedule, ratio_study: false, ..request.goals };
+    Request { goals, foveation: Some(foveation), ..request }
+}
+
+fn open(request: Request) -> Campaign {
+    Campaign::open(request, &()).unwrap()
+}
+
+/// Cancels after so many iterations.
+struct CancelsAfter(AtomicU32);
+
+impl Watch for CancelsAfter {
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+impl CampaignWatch for CancelsAfter {
+    fn advanced(&self, n: u64) {
+        // What was done before is announced at once.
+        if n == 1 {
+            let _ = self.0.try_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1));
+        }
+    }
+}
+
+/// Cancels again and again; how often.
+fn in_pieces(campaign: &Campaign, store: &MemoryStore, iterations: u32) -> (Finished, u32) {
+    let mut pieces = 0;
+    loop {
+        pieces += 1;
+        assert!(pieces < 100, "no end");
+        let watch = CancelsAfter(AtomicU32::new(iterations));
+        if let Some(finished) = campaign.run(store, &watch).unwrap() {
+            return (finished, pieces);
+        }
+    }
+}
+
+#[track_caller]
+fn same(a: &Finished, b: &Finished) {
+    // As text: HVSQ and FLIP may be no numbers, which are never equal.
+    assert_eq!(format!("{:?}", a.outcomes), format!("{:?}", b.outcomes));
+    assert_eq!(format!("{:?}", a.history), format!("{:?}", b.history));
+    assert_eq!(a.results.to_json(), b.results.to_json());
+    assert_eq!((&a.model, &a.pictures, &a.ratios), (&b.model, &b.pictures, &b.ratios));
+    let model = |f: &Finished| f.foveated.as_ref().and_then(|f| f.model.clone());
+    assert_eq!(model(a), model(b));
+}
+
+#[test]
+fn a_cancelled_campaign_goes_on_bit_for_bit() {
+    let (whole, broken) = (MemoryStore::new(), MemoryStore::new());
+    let once = open(request()).run(&whole, &()).unwrap().expect("it was not cancelled");
+    assert!(once.model.is_some() && once.pictures.is_some() && !once.ratios.is_empty());
+    let (pieces, count) = in_pieces(&open(request()), &broken, 7);
+    assert!(count > 3, "{count} pieces");
+    same(&once, &pieces);
+    let names = whole.list("checkpoints").unwrap();
+    assert_eq!(names, broken.list("checkpoints").unwrap());
+    for name in names {
+        let of = |store: &MemoryStore| store.read(&format!("checkpoints/{name}")).unwrap();
+        assert!(of(&whole) == of(&broken), "{name}");
+    }
+    // A finished campaign that is run again says the same.
+    same(&once, &open(request()).run(&whole, &()).unwrap().unwrap());
+}
+
+#[test]
+fn so_does_a_foveated_one() {
+    let once = open(foveated()).run(&MemoryStore::new(), &()).unwrap().unwrap();
+    let found = once.foveated.as_ref().expect("levels were made");
+    assert!(found.model.is_some() && found.album.is_some() && found.measured.len() >= 2);
+    let (pieces, count) = in_pieces(&open(foveated()), &MemoryStore::new(), 19);
+    assert!(count > 2, "{count} pieces");
+    same(&once, &pieces);
+}
+
+/// Counts what it hears.
+#[derive(Default)]
+struct Hears {
+    iterations: AtomicU32,
+    advanced: AtomicU32,
+    outcomes: AtomicU32,
+}
+
+impl Watch for Hears {}
+
+impl CampaignWatch for Hears {
+    fn iteration(&self, _: &str, _: &Iteration) {
+        self.iterations.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn advanced(&self, n: u64) {
+        self.advanced.fetch_add(n as u32, Ordering::Relaxed);
+    }
+
+    fn outcome(&self, _: &powergs_optimize::outcome::Outcome) {
+        self.outcomes.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_watch_hears_every_iteration_and_every_model() {
+    let (store, campaign) = (MemoryStore::new(), open(request()));
+    assert!(campaign.run(&store, &CancelsAfter(AtomicU32::new(4))).unwrap().is_none());
+    let hears = Hears::default();
+    let finished = campaign.run(&store, &hears).unwrap().unwrap();
+    assert_eq!(hears.iterations.into_inner() as usize, finished.history.len());
+    // The dense model was measured before.
+    assert_eq!(hears.outcomes.into_inner() as usize, finished.outcomes.len() - 1);
+    let most = campaign.plan.most_iterations(&campaign.settings);
+    assert!(u64::from(hears.advanced.into_inner()) <= most);
+    assert_eq!(finished.outcomes[0].role, Role::Dense);
+}
+
+#[test]
+fn a_fingerprint_changes_with_everything_that_numbers_depend_on() {
+    let settings: [fn(&mut Settings); 15] = [
+        |s| s.iterations += 1,
+        |s| s.first_effort += 0.5,
+        |s| s.final_iterations += 1,
+        |s| s.level_effort += 0.1,
+        |s| s.interval += 1,
+        |s| s.adjust_share -= 0.1,
+        |s| s.display_weight *= 2.0,
+        |s| s.level_display_weight *= 2.0,
+        |s| s.rule = Rule::Published,
+        |s| s.epsilon_db += 0.01,
+        |s| s.opacity_cap = 0.5,
+        |s| s.rate_scale = 2.0,
+        |s| s.rate_end = 0.2,
+        |s| s.seed += 1,
+        |s| s.gate = Gate::Test,
+    ];
+    let others: [fn(&mut Request); 12] = [
+        |r| r.name.push('2'),
+        |r| r.dense.sh[5] += 1e-3,
+        |r| r.externals.push(("mini".into(), r.dense.clone())),
+        |r| r.cameras[3].fx += 1.0,
+        |r| r.background = [1.0; 3],
+        |r| r.validation_every = 3,
+        |r| r.goals.goal = Some(Goal::Absolute { psnr_db: 21.0, ssim: 0.0 }),
+        |r| r.goals.baselines.clear(),
+        |r| r.goals.lambda_study = true,
+        |r| r.goals.schedule = Schedule::FIVE,
+        |r| r.oracle = Box::new(PaperOracle::published(30.0).unwrap()),
+        |r| r.display_ratio = None,
+    ];
+    let print = |change: &dyn Fn(&mut Request)| {
+        let mut request = request();
+        change(&mut request);
+        open(request).fingerprint()
+    };
+    let mut prints = vec![print(&|_| ())];
+    prints.extend(settings.iter().map(|change| print(&|r| change(&mut r.settings))));
+    prints.extend(others.iter().map(|change| print(change)));
+    prints.push(open(foveated()).fingerprint());
+    let count = prints.len();
+    prints.sort_unstable();
+    prints.dedup();
+    assert_eq!(prints.len(), count);
+    // When checkpoints are written changes no number.
+    let often = print(&|r| r.settings.checkpoint_every = 1);
+    assert!(prints.contains(&often));
+}
+
+#[test]
+fn another_campaign_is_not_continued() {
+    let store = MemoryStore::new();
+    let campaign = open(request());
+    assert!(matches!(campaign.resume(&store), Err(CampaignError::NoRun)));
+    assert!(campaign.run(&store, &CancelsAfter(AtomicU32::new(1))).unwrap().is_none());
+    assert!(matches!(campaign.begin(&store), Err(CampaignError::HoldsRun)));
+    let mut other = request();
+    other.settings.seed = 2;
+    let error = open(other).run(&store, &()).unwrap_err();
+    let CampaignError::Run(RunError::Input { message, .. }) = error else { panic!("{error}") };
+    assert!(message.contains("other inputs or settings"), "{message}");
+}
+
+#[track_caller]
+fn refused(change: impl Fn(&mut Request), expected: Invalid) {
+    let mut request = request();
+    change(&mut request);
+    match Campaign::open(request, &()) {
+        Err(CampaignError::Invalid(invalid)) => assert_eq!(invalid, expected),
+        Err(error) => panic!("{error}"),
+        Ok(_) => panic!("accepted: {expected}"),
+    }
+}
+
+#[test]
+fn requests_that_cannot_be_met_say_which_key_and_what_it_may_be() {
+    let range = |key, value, low, high| Invalid::Range { key, value, low, high };
+    refused(|r| r.settings.interval = 0, range("interval", 0.0, 1.0, 1e7));
+    refused(|r| r.settings.display_weight = -1.0, range("display_weight", -1.0, 1e-6, 1e6));
+    refused(|r| r.display_ratio = Some(0.0), range("display_ratio", 0.0, 0.001, 1000.0));
+    refused(|r| r.goals.goal = Some(Goal::Share(0.99)), Invalid::ShareOfPerfect);
+    let bright = Goal::Absolute { psnr_db: 500.0, ssim: 0.0 };
+    refused(move |r| r.goals.goal = Some(bright), Invalid::Likeness);
+    let taken = |r: &mut Request| r.externals.push(("final".into(), r.dense.clone()));
+    refused(taken, Invalid::NameTaken("final".into()));
+    let mut blind = request();
+    for camera in &mut blind.cameras {
+        camera.centre += 1000.0 * camera.forward();
+    }
+    assert!(matches!(Campaign::open(blind, &()), Err(CampaignError::NothingSeen)));
+}

@@ -1,0 +1,149 @@
+//! From flags to what is asked of the library, and from its refusals back to flags.
+
+use super::super::{Exit, Failure};
+use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
+use powergs_optimize::campaign::CampaignError;
+use powergs_optimize::invalid::Invalid;
+use powergs_optimize::lambda::Rule;
+use powergs_optimize::request::{FoveationError, Goal, Goals};
+use powergs_optimize::role::Baseline;
+use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::{Gate, Settings};
+use powergs_optimize::target::Level;
+
+/// The settings of `args`, checked.
+pub fn settings(args: &Args) -> Result<Settings, Failure> {
+    let s = &args.search;
+    let settings = Settings {
+        iterations: s.iterations,
+        first_effort: s.first_effort,
+        final_iterations: s.final_iterations.unwrap_or(s.iterations.saturating_mul(2)),
+        interval: s.interval,
+        adjust_share: s.adjust_share,
+        display_weight: s.lambda,
+        level_effort: args.fovea.level_effort,
+        level_display_weight: args.fovea.level_lambda,
+        rule: match s.rule {
+            RuleArg::Damped => Rule::Damped,
+            RuleArg::Published => Rule::Published,
+        },
+        epsilon_db: args.quality.epsilon_db,
+        opacity_cap: s.opacity_cap,
+        rate_scale: s.rate_scale,
+        rate_end: s.rate_end,
+        seed: s.seed,
+        checkpoint_every: s.checkpoint_every,
+        gate: match args.views.gate {
+            GateArg::Validation => Gate::Validation,
+            GateArg::Test => Gate::Test,
+        },
+    };
+    settings.check().map_err(refused)?;
+    Ok(settings)
+}
+
+/// What `args` ask for, checked.
+pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
+    let q = &args.quality;
+    let absolute = |psnr_db| Goal::Absolute { psnr_db, ssim: q.quality_ssim.unwrap_or(0.0) };
+    let schedule = match (args.search.rhos.as_slice(), args.search.schedule) {
+        ([], ScheduleArg::Five) => Schedule::FIVE,
+        ([], ScheduleArg::Published) => Schedule::PUBLISHED,
+        (rhos, _) => Schedule::listed(rhos).map_err(refused)?,
+    };
+    let goals = Goals {
+        goal: q
+            .quality
+            .map(Goal::Share)
+            .or(q.quality_db.map(absolute))
+            .or(q.level.map(|l| Goal::Level(level(l)))),
+        variants: args.fovea.variants.iter().map(|l| level(*l)).collect(),
+        schedule,
+        baselines: if args.compare.baselines { Baseline::ALL.to_vec() } else { Vec::new() },
+        ratio_study: args.compare.study.contains(&StudyArg::Ratio),
+        lambda_study: args.compare.study.contains(&StudyArg::Lambda),
+        train_on_validation: args.views.train_on_validation,
+    };
+    let names: Vec<String> = args.compare.others.iter().map(|(name, _)| name.clone()).collect();
+    let is_own = args.views.images.is_none();
+    goals.plan(settings.gate, is_own, &names, 1).map_err(refused)?;
+    Ok(goals)
+}
+
+fn level(arg: LevelArg) -> Level {
+    match arg {
+        LevelArg::H => Level::High,
+        LevelArg::M => Level::Medium,
+        LevelArg::L => Level::Low,
+    }
+}
+
+/// Exit code 2, in the words of the command line.
+fn refused(invalid: Invalid) -> Failure {
+    let what = match invalid {
+        Invalid::Range { key, value, low, high } => {
+            format!("{} {value}: must be {low} to {high}", flag(key))
+        }
+        Invalid::Rhos { .. } | Invalid::Share(_) => format!("--{invalid}"),
+        Invalid::ShareOfPerfect => {
+            "--quality: against its own renders the dense model is perfect, so a share of its PSNR \
+             says nothing; give --quality-db, or --level H, M or L"
+                .into()
+        }
+        Invalid::Likeness => "--quality-db must be 1 to 120 dB, --quality-ssim 0 to 1".into(),
+        Invalid::NameTaken(name) => {
+            format!("--baseline {name}=…: the name is taken; use another")
+        }
+        Invalid::VariantName(variant) => {
+            format!("--baseline {variant}-…: names that begin so belong to variant {variant}")
+        }
+        Invalid::Path => {
+            "--path-frames: a path needs 1 to 100000 frames and at least two views".into()
+        }
+        Invalid::Screen(error) => format!("--screen, --pooling-rate: {error}"),
+        Invalid::NoFovea(machine) => format!(
+            "--foveated: the machine {machine} cannot show foveated frames (fovea.accumulators is \
+             0); give --set fovea.accumulators=1 or 2, or another --arch"
+        ),
+    };
+    Failure::new(Exit::Usage, what)
+}
+
+/// The flag of a key of the library.
+fn flag(key: &str) -> String {
+    match key {
+        "display_weight" => "--lambda".into(),
+        "level_display_weight" => "--level-lambda".into(),
+        _ => format!("--{}", key.replace('_', "-")),
+    }
+}
+
+impl From<FoveationError> for Failure {
+    fn from(error: FoveationError) -> Failure {
+        match error {
+            FoveationError::Invalid(invalid) => refused(invalid),
+            FoveationError::Run(error) => error.into(),
+        }
+    }
+}
+
+impl From<CampaignError> for Failure {
+    fn from(error: CampaignError) -> Failure {
+        let exit = match error {
+            CampaignError::Invalid(invalid) => return refused(invalid),
+            CampaignError::Run(error) => return error.into(),
+            CampaignError::Lpips { view, error } => {
+                let what = format!("--lpips-weights: test view {view}: {error}");
+                return Failure::new(Exit::BadInput, what);
+            }
+            CampaignError::NoDisplayPower => {
+                let what = "--display-ratio: the dense model's images cost no display power";
+                return Failure::new(Exit::BadInput, what);
+            }
+            CampaignError::NoRun | CampaignError::HoldsRun => Exit::Usage,
+            CampaignError::NothingSeen | CampaignError::Tune { .. } => Exit::BadInput,
+            CampaignError::Sim { .. } | CampaignError::Foveated(_) => Exit::Internal,
+        };
+        Failure { exit, error: error.into() }
+    }
+}

@@ -1,0 +1,182 @@
+//! What is seen of a run while it works: a bar, a line for each model, and `history.csv`.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::super::progress::Progress;
+use super::super::{Context, Exit, Failure, OrExit, out};
+use powergs_core::run::Watch;
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::role::Role;
+use powergs_optimize::tune::Iteration;
+use powergs_optimize::watch::CampaignWatch;
+use powergs_report::format::{engineering, shortened};
+use powergs_scene::Camera;
+
+/// The history of all iterations.
+const HISTORY: &str = "history.csv";
+/// Its columns.
+const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,display_w,\
+                       gate_psnr_db,gate_ssim,gate_display_w,gate_passed,hvsq,gate_hvsq\n";
+
+/// Ctrl-C, a bar, notes and the history.
+pub struct Watched<'a> {
+    context: &'a Context,
+    bar: Mutex<Option<Progress>>,
+    history: Mutex<Option<History>>,
+}
+
+/// `history.csv`, written anew whenever a run begins or goes on.
+struct History {
+    file: File,
+    place: String,
+    /// Names of the views, as cells.
+    views: Vec<String>,
+    /// The first failure; nothing is written after it.
+    failure: Option<Failure>,
+}
+
+impl<'a> Watched<'a> {
+    /// Without a history, which the folder may not be there for.
+    pub fn new(context: &'a Context) -> Watched<'a> {
+        Watched { context, bar: Mutex::new(None), history: Mutex::new(None) }
+    }
+
+    /// Begins `history.csv` in a run folder.
+    ///
+    /// # Errors
+    /// Exit code 2: it cannot be written.
+    pub fn record(&self, folder: &Path, cameras: &[Camera]) -> Result<(), Failure> {
+        let path = folder.join(HISTORY);
+        let place = path.display().to_string();
+        let mut file = File::create(&path).or_exit(Exit::Usage, &place)?;
+        file.write_all(COLUMNS.as_bytes()).or_exit(Exit::Usage, &place)?;
+        let cell = |camera: &Camera| camera.name.replace([',', '"', '\n', '\r'], "_");
+        let views = cameras.iter().map(cell).collect();
+        *held(&self.history) = Some(History { file, place, views, failure: None });
+        Ok(())
+    }
+
+    /// Ends the bar.
+    ///
+    /// # Errors
+    /// Exit code 2: the history could not be written.
+    pub fn finish(self) -> Result<(), Failure> {
+        match held(&self.history).take().and_then(|history| history.failure) {
+            Some(failure) => Err(failure),
+            None => Ok(()),
+        }
+    }
+
+    fn bar(&self, total: u64, what: &'static str) {
+        *held(&self.bar) = Some(Progress::new(self.context, total, what));
+    }
+
+    fn advance(&self, n: u64) {
+        if let Some(bar) = &*held(&self.bar) {
+            bar.advance(n);
+        }
+    }
+
+    fn say(&self, text: impl std::fmt::Display) {
+        if !self.context.global.quiet {
+            out::complain(text);
+        }
+    }
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Watch for Watched<'_> {
+    fn is_cancelled(&self) -> bool {
+        let has_failed = |history: &History| history.failure.is_some();
+        self.context.is_cancelled() || held(&self.history).as_ref().is_some_and(has_failed)
+    }
+}
+
+impl CampaignWatch for Watched<'_> {
+    fn rendering(&self, views: u64) {
+        self.bar(views, "reference images");
+    }
+
+    fn rendered(&self) {
+        self.advance(1);
+    }
+
+    fn planned(&self, iterations: u64) {
+        self.bar(iterations, "iterations");
+    }
+
+    fn advanced(&self, n: u64) {
+        self.advance(n);
+    }
+
+    fn iteration(&self, job: &str, iteration: &Iteration) {
+        let mut history = held(&self.history);
+        if let Some(history) = history.as_mut().filter(|h| h.failure.is_none()) {
+            let line = line(job, &history.views[iteration.view], iteration);
+            let written = history.file.write_all(line.as_bytes());
+            history.failure = written.or_exit(Exit::Usage, &history.place).err();
+        }
+    }
+
+    fn outcome(&self, outcome: &Outcome) {
+        if outcome.role == Role::Dense {
+            let power = "total = rendering + display";
+            self.say(format_args!(
+                "{:17} {:>9} {:>8} {:6} {:6} {power}",
+                "model", "Gaussians", "PSNR, dB", "SSIM", "target"
+            ));
+        }
+        let q = &outcome.gate.quality;
+        let w = &outcome.watts;
+        let quality = match q.hvsq.filter(|_| outcome.place.level > 0) {
+            Some(hvsq) => format!("HVSQ {hvsq:>10.3e}"),
+            None => format!("{:>8.2} {:.4}", q.psnr_db, q.ssim),
+        };
+        self.say(format_args!(
+            "{:17} {:>9} {quality} {:6} {} = {} + {}",
+            shortened(&outcome.name, 17),
+            outcome.points,
+            if outcome.passed { "ok" } else { "missed" },
+            engineering(w.total_w(), "W"),
+            engineering(w.render_w, "W"),
+            engineering(w.display_w, "W")
+        ));
+    }
+
+    fn note(&self, text: &str) {
+        *held(&self.bar) = None;
+        self.say(format_args!("note: {text}"));
+    }
+
+    fn warn(&self, text: &str) {
+        self.say(format_args!("warning: {text}"));
+    }
+}
+
+/// A line of the history.
+fn line(job: &str, view: &str, row: &Iteration) -> String {
+    let loss = &row.loss;
+    let check = row.check.map_or_else(
+        || ",,,".to_owned(),
+        |c| {
+            let (psnr_db, ssim) = (c.seen.quality.psnr_db, c.seen.quality.ssim);
+            format!("{psnr_db:.4},{ssim:.6},{:.6},{}", c.seen.display_w, c.passed)
+        },
+    );
+    let likeness = loss.likeness.map_or_else(
+        || ",,".to_owned(),
+        |[l1, ssim, psnr_db]| format!("{l1:.8},{ssim:.6},{psnr_db:.4}"),
+    );
+    let shown = |hvsq: Option<f64>| hvsq.map_or(String::new(), |v| format!("{v:.6e}"));
+    let (hvsq, gate) = (shown(loss.hvsq), shown(row.check.and_then(|c| c.seen.quality.hvsq)));
+    format!(
+        "{job},{},{view},{},{:.8},{likeness},{:.6e},{:.6},{check},{hvsq},{gate}\n",
+        row.iteration, row.points, loss.total, row.lambda, loss.display_w,
+    )
+}
