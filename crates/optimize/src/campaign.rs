@@ -88,8 +88,8 @@ impl Campaign {
     /// goes on from there when it is run again.
     ///
     /// # Errors
-    /// [`CampaignError`]: another run in the store, a store that fails, numbers that are not finite,
-    /// a machine that cannot run a frame.
+    /// [`CampaignError`]: another run in the store, a store that fails, numbers that are not
+    /// finite, a machine that cannot run a frame.
     pub fn run(
         &self,
         store: &dyn Store,

@@ -1,8 +1,9 @@
 //! Which pruning ratios are sampled, and for how many iterations.
 //!
-//! [`Schedule::Adaptive`] is ours: a few ratios, and where a sample misses its target the rest of the
-//! budget goes to ratios below it. [`Schedule::Listed`] takes what the user says. [`Schedule::Published`]
-//! is the coarse-to-fine search of the published code, 7 + 5 samples (`powergs`, section 4.5).
+//! [`Schedule::Adaptive`] is ours: a few ratios, and where a sample misses its target the rest of
+//! the budget goes to ratios below it. [`Schedule::Listed`] takes what the user says.
+//! [`Schedule::Published`] is the coarse-to-fine search of the published code, 7 + 5 samples
+//! (`powergs`, section 4.5).
 
 use serde::Serialize;
 
