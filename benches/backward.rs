@@ -9,10 +9,10 @@ mod scenes;
 
 use std::path::Path;
 
-use powergs_sim::cli::camera_file;
 use powergs_sim::raster::train::{Gradients, Options, Tape, Which};
 use powergs_sim::raster::{self, Detail, render};
 use powergs_sim::scene::camera::edit;
+use powergs_sim::scene::files::open_cameras;
 use powergs_sim::scene::{OneFile, read};
 
 use floor::{Cost, Now, Peaks, floor, wall};
@@ -30,7 +30,7 @@ fn trained(folder: &str, model: &str, view: usize, size: (u32, u32)) -> Option<C
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
     let bytes = std::fs::read(folder.join(model)).ok()?;
     let scene = read(&OneFile(&bytes), model, None).ok()?.gaussians;
-    let file = camera_file::read(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
     let camera = edit::resized(&file.cameras[view], size.0, size.1);
     Some(Case { scene, camera })
 }

@@ -10,10 +10,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use powergs_sim::cli::camera_file;
 use powergs_sim::fovea::{Screen, ScreenGaze};
 use powergs_sim::raster::{Detail, Options, render, render_foveated};
 use powergs_sim::scene::camera::edit;
+use powergs_sim::scene::files::open_cameras;
 use powergs_sim::scene::foveated::LevelPaint;
 use powergs_sim::scene::{Foveated, Gaussians, OneFile, read};
 
@@ -80,7 +80,7 @@ fn trained() -> Option<Case> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/playcanvas-playbot");
     let bytes = std::fs::read(folder.join("playbot_lod1_sh2.ply")).ok()?;
     let scene = read(&OneFile(&bytes), "playbot_lod1_sh2.ply", None).ok()?.gaussians;
-    let file = camera_file::read(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
     let camera = edit::resized(&file.cameras[3], 1920, 1080);
     Some(Case { scene, camera })
 }

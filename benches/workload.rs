@@ -9,10 +9,10 @@ mod scenes;
 use std::path::Path;
 use std::time::Instant;
 
-use powergs_sim::cli::camera_file;
 use powergs_sim::quantity::Bytes;
 use powergs_sim::raster::{Detail, Options, render};
 use powergs_sim::scene::camera::edit;
+use powergs_sim::scene::files::open_cameras;
 use powergs_sim::scene::{Camera, Gaussians, OneFile, read};
 use powergs_sim::splat::Intersection;
 use powergs_sim::trace::Frame;
@@ -48,7 +48,7 @@ fn trained(folder: &str, model: &str) -> Option<Case> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data").join(folder);
     let bytes = std::fs::read(folder.join(model)).ok()?;
     let scene = read(&OneFile(&bytes), "model.ply", None).ok()?.gaussians;
-    let file = camera_file::read(&folder.join("cameras.json"), None).ok()?;
+    let file = open_cameras(&folder.join("cameras.json"), None).ok()?;
     Some(Case { scene, camera: edit::resized(&file.cameras[3], 1920, 1080) })
 }
 

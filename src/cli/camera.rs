@@ -10,6 +10,7 @@ use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
 use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera, Split};
 
 /// Examples at the end of the help.
@@ -50,7 +51,7 @@ enum CameraCommand {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         CameraCommand::Info { file, size } => {
-            let read = camera_file::read(file, *size)?;
+            let read = open_cameras(file, *size)?;
             let (cameras, warnings) = (read.cameras, read.warnings);
             let facts = facts(&Views { cameras, format: read.format, warnings });
             if context.global.json { out::json(&facts)? } else { out::text(&lines(&facts))? }

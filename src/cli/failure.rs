@@ -4,6 +4,8 @@ use std::fmt;
 
 use powergs_base::config::ConfigError;
 use powergs_core::run::RunError;
+use powergs_scene::SceneError;
+use powergs_scene::files::{FileError, FileFault};
 
 /// The exit codes of every command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +76,19 @@ impl From<RunError> for Failure {
             RunError::Invariant { .. } | RunError::Internal(_) => Exit::Internal,
         };
         Failure { exit, error: error.into() }
+    }
+}
+
+/// A level of detail that a model does not have was asked for with `--lod`.
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Failure {
+        let level = match &error.what {
+            FileFault::Model(
+                level @ (SceneError::NoLevels { .. } | SceneError::NoSuchLevel { .. }),
+            ) => level,
+            _ => return Failure { exit: Exit::BadInput, error: error.into() },
+        };
+        Failure::new(Exit::Usage, format!("{}: --lod: {level}", error.place))
     }
 }
 

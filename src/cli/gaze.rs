@@ -1,12 +1,13 @@
 //! Where somebody looks: the flags of commands that show foveated models.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::filter::pair;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_frame::fovea::stream::Eye;
-use powergs_frame::fovea::{GAZE_CYCLE, GazeStream, REGIONS, Screen, ScreenGaze};
+use powergs_frame::fovea::{GazeStream, REGIONS, Screen, ScreenGaze};
 use powergs_scene::Camera;
+use powergs_scene::gaze::{GazeSource, ViewGazeError, gazes, missing_regions};
 
 /// Where somebody looks in each view, and on which screen.
 #[derive(Debug, Clone, clap::Args)]
@@ -71,75 +72,50 @@ impl GazeArgs {
         self.gaze.is_some() || self.gaze_cycle.is_some() || self.gaze_stream.is_some()
     }
 
-    /// Where somebody looks in each of the views.
+    /// Where the viewer looks in each of the views.
     ///
     /// # Errors
     /// Exit code 2 for a gaze or a screen that cannot be, 3 for a stream that cannot be read or has
     /// a gap.
     pub fn of_views(&self, cameras: &[Camera]) -> Result<Vec<ScreenGaze>, Failure> {
         let screen = Screen { pooling_rate: self.pooling_rate, ..self.screen };
-        screen.check().or_exit(Exit::Usage, "--screen, --pooling-rate")?;
-        let gazes: Vec<[f32; 2]> = match (&self.gaze_stream, self.gaze_cycle) {
-            (Some(path), _) => self.streamed(path, cameras)?,
-            (None, Some(n)) => (0..cameras.len()).map(|i| GAZE_CYCLE[i % usize::from(n)]).collect(),
-            (None, None) => {
-                let (x, y) = self.gaze.unwrap_or((0.5, 0.5));
-                // Before it is rounded: just outside is outside.
-                let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
-                let map = powergs_frame::fovea::EccentricityMap::on(screen, [x, y], size);
-                map.or_exit(Exit::Usage, "--gaze")?;
-                vec![[x as f32, y as f32]; cameras.len()]
-            }
+        let file = self.gaze_stream.as_ref().map(|path| path.display().to_string());
+        let file = file.unwrap_or_default();
+        let stream = self.gaze_stream.as_deref().map(stream).transpose()?;
+        let source = match (&stream, self.gaze_cycle) {
+            (Some(stream), _) => GazeSource::Stream {
+                stream,
+                rate: self.gaze_rate,
+                gap_s: self.gaze_gap,
+                eye: match self.eye {
+                    EyeArg::Left => Eye::Left,
+                    EyeArg::Right => Eye::Right,
+                },
+            },
+            (None, Some(n)) => GazeSource::Cycle(usize::from(n)),
+            (None, None) => GazeSource::Point(self.gaze.unwrap_or((0.5, 0.5)).into()),
         };
-        Ok(gazes.into_iter().map(|gaze| ScreenGaze { point: gaze, screen }).collect())
-    }
-
-    fn streamed(&self, path: &PathBuf, cameras: &[Camera]) -> Result<Vec<[f32; 2]>, Failure> {
-        let shown = path.display();
-        let text = std::fs::read_to_string(path).or_exit(Exit::BadInput, &shown)?;
-        let stream = GazeStream::parse(&text).or_exit(Exit::BadInput, &shown)?;
-        let of_pair = |camera: &Camera| match () {
-            () if camera.name.ends_with("_left") => Some(Eye::Left),
-            () if camera.name.ends_with("_right") => Some(Eye::Right),
-            () => None,
-        };
-        let is_stereo =
-            cameras.len().is_multiple_of(2) && cameras.iter().all(|c| of_pair(c).is_some());
-        let own = match self.eye {
-            EyeArg::Left => Eye::Left,
-            EyeArg::Right => Eye::Right,
-        };
-        let at = |(i, camera): (usize, &Camera)| {
-            let (moment, eye) = match of_pair(camera).filter(|_| is_stereo) {
-                Some(eye) => (i / 2, eye),
-                None => (i, own),
+        gazes(source, screen, cameras).map_err(|error| {
+            let (exit, place) = match &error {
+                ViewGazeError::Screen(_) => (Exit::Usage, "--screen, --pooling-rate"),
+                ViewGazeError::Point(_) => (Exit::Usage, "--gaze"),
+                ViewGazeError::Stream { .. } => (Exit::BadInput, file.as_str()),
             };
-            let time = stream.samples()[0].time_s + moment as f64 / self.gaze_rate;
-            let gaze = stream.at(time, eye, self.gaze_gap);
-            gaze.or_exit(Exit::BadInput, format_args!("{shown}: view {i}"))
-        };
-        cameras.iter().enumerate().map(at).collect()
+            Failure::new(exit, format!("{place}: {error}"))
+        })
     }
 }
 
-/// The regions that no view shows, 0 for R1: images that are too small for all four.
-pub fn missing(cameras: &[Camera], gazes: &[ScreenGaze]) -> Vec<u8> {
-    let mut missing: Vec<u8> = (0..4).collect();
-    for (camera, gaze) in cameras.iter().zip(gazes) {
-        if missing.is_empty() {
-            break;
-        }
-        if let Ok(map) = gaze.eccentricity_map([camera.width, camera.height]) {
-            let own = map.missing_regions();
-            missing.retain(|region| own.contains(region));
-        }
-    }
-    missing
+/// The samples in a file.
+fn stream(path: &Path) -> Result<GazeStream, Failure> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path).or_exit(Exit::BadInput, &shown)?;
+    GazeStream::parse(&text).or_exit(Exit::BadInput, &shown)
 }
 
 /// Says which levels no view shows.
 pub fn note_missing(context: &Context, cameras: &[Camera], gazes: &[ScreenGaze]) {
-    let missing = missing(cameras, gazes);
+    let missing = missing_regions(cameras, gazes);
     if !missing.is_empty() && !context.global.quiet {
         let names: Vec<_> = missing.iter().map(|&r| REGIONS[usize::from(r)]).collect();
         out::complain(format_args!(

@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::scene_file::{self, LoadedScene};
+use super::scene_file::warn;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_scene::files::{OpenedModel, open_foveated, open_model};
 use powergs_scene::stats::Percentiles;
 use powergs_scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
@@ -80,7 +81,7 @@ enum SceneCommand {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         SceneCommand::Info { file, lod } => {
-            let scene = scene_file::load(file, *lod)?;
+            let scene = open_model(file, *lod)?;
             let (stats, oddities) = SceneStats::of(&scene.gaussians);
             let warnings: Vec<Warning> = scene.warnings.iter().cloned().chain(oddities).collect();
             if context.global.json {
@@ -90,8 +91,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             }
         }
         SceneCommand::Convert { file, output, lod } => {
-            let scene = scene_file::load(file, *lod)?;
-            scene.warn(context);
+            let scene = open_model(file, *lod)?;
+            warn(&scene, context);
             write_atomically(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
             if context.global.json {
                 let points = scene.gaussians.len();
@@ -100,7 +101,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         }
         SceneCommand::Compose { levels, output } => compose(levels, output, context)?,
         SceneCommand::Level { file, level, output } => {
-            let scene = scene_file::load_foveated(file)?.level(usize::from(level - 1));
+            let scene = open_foveated(file)?.level(usize::from(level - 1));
             write_atomically(output, |mut w| write_ply(&scene, &mut w))?;
             if context.global.json {
                 out::json(&json!({ "points": scene.len(), "sh_degree": scene.sh_degree }))?;
@@ -113,8 +114,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Failure> {
     let mut levels = Vec::with_capacity(Foveated::LEVELS);
     for file in files {
-        let scene = scene_file::load(file, None)?;
-        scene.warn(context);
+        let scene = open_model(file, None)?;
+        warn(&scene, context);
         levels.push(scene.gaussians);
     }
     let levels: [Gaussians; 4] = levels.try_into().expect("clap counts the files");
@@ -132,7 +133,7 @@ fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Fa
 }
 
 /// The facts as JSON.
-fn object(scene: &LoadedScene, stats: &SceneStats, warnings: &[Warning]) -> Value {
+fn object(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> Value {
     let warning =
         |w: &Warning| json!({ "kind": w.kind(), "count": w.count(), "text": w.to_string() });
     let mut value = json!({ "format": scene.format });
@@ -145,7 +146,7 @@ fn object(scene: &LoadedScene, stats: &SceneStats, warnings: &[Warning]) -> Valu
 }
 
 /// The facts for people, within 80 columns.
-fn lines(scene: &LoadedScene, stats: &SceneStats, warnings: &[Warning]) -> String {
+fn lines(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         writeln!(text, "{name:<24}{value}").expect("text is written to memory");

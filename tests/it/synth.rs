@@ -3,6 +3,7 @@
 use clap::Parser;
 use powergs_sim::cli::synth::as_table;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::scene::files::{open_cameras, open_model};
 use powergs_sim::scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
 use powergs_sim::scene::{Gaussians, Split};
 use powergs_sim::scene_statistics::{FrameCounts, measure, statistics};
@@ -180,9 +181,9 @@ fn command_writes_a_scene_and_its_views() {
     let (ply, views) = (path("a.ply"), path("a.json"));
     let exit = run(&["demo", "--points", "1000", "-o", &ply, "--cameras", &views]).unwrap();
     assert_eq!(exit, Exit::Done);
-    let scene = cli::scene_file::load(ply.as_ref(), None).unwrap().gaussians;
+    let scene = open_model(ply.as_ref(), None).unwrap().gaussians;
     assert_eq!(scene, generate(demo(), 1000, 1));
-    let views = cli::camera_file::read(views.as_ref(), None).unwrap().cameras;
+    let views = open_cameras(views.as_ref(), None).unwrap().cameras;
     assert_eq!(views.len(), cameras(demo()).len());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing else is left");
 }

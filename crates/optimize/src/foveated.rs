@@ -128,13 +128,8 @@ pub(crate) fn levels_shown(screen: Screen, views: &[Camera]) -> u8 {
 
 /// The regions that no view shows: images that are too small for all four.
 pub(crate) fn missing_regions(screen: Screen, views: &[Camera]) -> Vec<&'static str> {
-    let mut missing: Vec<u8> = (0..LEVELS as u8).collect();
-    for (i, camera) in views.iter().enumerate() {
-        if let Ok(sight) = looking(screen, i).eccentricity_map([camera.width, camera.height]) {
-            let own = sight.missing_regions();
-            missing.retain(|region| own.contains(region));
-        }
-    }
+    let gazes: Vec<ScreenGaze> = (0..views.len()).map(|i| looking(screen, i)).collect();
+    let missing = powergs_scene::gaze::missing_regions(views, &gazes);
     missing.into_iter().map(|region| REGIONS[usize::from(region)]).collect()
 }
 

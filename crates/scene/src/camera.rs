@@ -2,8 +2,8 @@
 //!
 //! Readers take text or bytes: [`json::read`] (INRIA `cameras.json` and NeRF `transforms.json`,
 //! told apart by their shape), [`colmap::read_binary`] and [`colmap::read_text`]. Generators:
-//! [`orbit`] and [`path`]. [`edit`] holds what is done to a list of views afterwards. Every camera
-//! that leaves this module is checked.
+//! [`orbit`] and [`path`]. [`edit`] changes single views, [`views`] says which of a list are taken.
+//! Every camera that leaves this module is checked.
 
 pub mod check;
 pub mod colmap;
@@ -14,6 +14,7 @@ pub mod json;
 pub mod nerf;
 pub mod orbit;
 pub mod path;
+pub mod views;
 
 pub use error::CameraError;
 pub use powergs_frame::scene::{Camera, Split};

@@ -2,13 +2,16 @@
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
-//! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's.
+//! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's; [`files`] opens models
+//! and camera files by path.
 
 pub mod camera;
 mod check;
 pub mod convert;
 mod error;
+pub mod files;
 pub mod foveated;
+pub mod gaze;
 mod input;
 mod ply;
 mod read;

@@ -17,6 +17,7 @@ use powergs_optimize::settings::Settings;
 use powergs_optimize::views::PowerViews;
 use powergs_scene::camera::edit;
 use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::files::open_model;
 use powergs_scene::{Camera, Gaussians};
 
 /// What `args` ask for, with everything that they name.
@@ -84,8 +85,8 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
     let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
         return Ok(("demo".into(), demo::model()?));
     };
-    let scene = scene_file::load(path, args.lod)?;
-    scene.warn(context);
+    let scene = open_model(path, args.lod)?;
+    scene_file::warn(&scene, context);
     if scene.gaussians.is_empty() {
         let what = format!("{}: the model has no Gaussians", path.display());
         return Err(Failure::new(Exit::BadInput, what));
@@ -108,8 +109,8 @@ fn name_of(path: &Path) -> String {
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
     let mut externals = Vec::new();
     for (name, path) in &args.compare.others {
-        let scene = scene_file::load(path, None)?;
-        scene.warn(context);
+        let scene = open_model(path, None)?;
+        scene_file::warn(&scene, context);
         externals.push((name.clone(), scene.gaussians));
     }
     Ok(externals)

@@ -1,7 +1,7 @@
 //! `scene info` and `scene convert` as a user meets them.
 
 use assert_cmd::Command;
-use powergs_sim::cli::scene_file::load;
+use powergs_sim::scene::files::open_model;
 use powergs_testkit::scene_files::{self as encode, sample};
 use serde_json::Value;
 
@@ -54,7 +54,7 @@ fn convert_writes_what_was_read() {
         std::fs::write(input.join(name), bytes).unwrap();
     }
     program().args(["scene", "convert"]).arg(&input).arg(&output).assert().success().stdout("");
-    let (before, after) = (load(&input, None).unwrap(), load(&output, None).unwrap());
+    let (before, after) = (open_model(&input, None).unwrap(), open_model(&output, None).unwrap());
     assert_eq!(before.gaussians, after.gaussians);
     assert_eq!((before.format, after.format), ("sog v2", "ply"));
     assert!(before.path.ends_with("in/meta.json"));

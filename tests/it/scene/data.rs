@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use powergs_sim::cli::scene_file::{LoadedScene, load};
 use powergs_sim::scene::SceneStats;
+use powergs_sim::scene::files::{OpenedModel, open_model};
 use powergs_sim::scene::stats::Percentiles;
 use powergs_testkit::data;
 use powergs_testkit::difference::difference;
 use serde_json::Value;
 
-fn open(path: &Path, lod: Option<u32>) -> LoadedScene {
-    load(path, lod).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+fn open(path: &Path, lod: Option<u32>) -> OpenedModel {
+    open_model(path, lod).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
 /// The statistics are rounded to three decimals.

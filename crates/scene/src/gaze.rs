@@ -1,0 +1,107 @@
+//! Where a viewer looks in each of some views.
+
+use powergs_frame::fovea::stream::Eye;
+use powergs_frame::fovea::{
+    EccentricityMap, GAZE_CYCLE, GazeError, GazeStream, Screen, ScreenGaze, StreamError,
+};
+use powergs_frame::scene::Camera;
+
+/// Where the gazes of views come from.
+#[derive(Debug, Clone, Copy)]
+pub enum GazeSource<'a> {
+    /// The same point in all views: shares of width and height, from the upper left corner.
+    Point([f64; 2]),
+    /// The first so many of the nine points at 1/4, 1/2 and 3/4 of both sides, one view after the
+    /// other; 1 to 9.
+    Cycle(usize),
+    /// What an eye tracker saw while the views were shown.
+    Stream {
+        /// Its samples.
+        stream: &'a GazeStream,
+        /// Views a second.
+        rate: f64,
+        /// The longest time for which a sample holds, seconds.
+        gap_s: f64,
+        /// Which eye. Views in pairs, `NAME_left` and `NAME_right`, are those of both at one time.
+        eye: Eye,
+    },
+}
+
+/// A gaze that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ViewGazeError {
+    /// The screen.
+    #[error("{0}")]
+    Screen(GazeError),
+    /// The point.
+    #[error("{0}")]
+    Point(GazeError),
+    /// The stream knows no gaze in a view.
+    #[error("view {view}: {error}")]
+    Stream {
+        /// The view, from 0.
+        view: usize,
+        /// Why.
+        error: StreamError,
+    },
+}
+
+/// The gaze on `screen` in each of the views.
+///
+/// # Errors
+/// [`ViewGazeError`]: a screen or a point that cannot be, a gap in the stream.
+pub fn gazes(
+    source: GazeSource<'_>,
+    screen: Screen,
+    cameras: &[Camera],
+) -> Result<Vec<ScreenGaze>, ViewGazeError> {
+    screen.check().map_err(ViewGazeError::Screen)?;
+    let points: Vec<[f32; 2]> = match source {
+        GazeSource::Point(point) => {
+            // Before it is rounded: just outside is outside.
+            let size = cameras.first().map_or([1, 1], |c| [c.width, c.height]);
+            EccentricityMap::on(screen, point, size).map_err(ViewGazeError::Point)?;
+            vec![point.map(|share| share as f32); cameras.len()]
+        }
+        GazeSource::Cycle(n) => (0..cameras.len()).map(|i| GAZE_CYCLE[i % n]).collect(),
+        GazeSource::Stream { stream, rate, gap_s, eye } => {
+            let is_stereo = cameras.len().is_multiple_of(2)
+                && cameras.iter().all(|camera| eye_of(camera).is_some());
+            let at = |(view, camera): (usize, &Camera)| {
+                let (moment, eye) = match eye_of(camera).filter(|_| is_stereo) {
+                    Some(eye) => (view / 2, eye),
+                    None => (view, eye),
+                };
+                let time_s = stream.samples()[0].time_s + moment as f64 / rate;
+                let gaze = stream.at(time_s, eye, gap_s);
+                gaze.map_err(|error| ViewGazeError::Stream { view, error })
+            };
+            cameras.iter().enumerate().map(at).collect::<Result<_, _>>()?
+        }
+    };
+    Ok(points.into_iter().map(|point| ScreenGaze { point, screen }).collect())
+}
+
+/// The eye of a view of a pair.
+fn eye_of(camera: &Camera) -> Option<Eye> {
+    match () {
+        () if camera.name.ends_with("_left") => Some(Eye::Left),
+        () if camera.name.ends_with("_right") => Some(Eye::Right),
+        () => None,
+    }
+}
+
+/// The regions that no view shows, 0 for R1: the images are too small for all four.
+pub fn missing_regions(cameras: &[Camera], gazes: &[ScreenGaze]) -> Vec<u8> {
+    let mut missing: Vec<u8> = (0..4).collect();
+    for (camera, gaze) in cameras.iter().zip(gazes) {
+        if missing.is_empty() {
+            break;
+        }
+        if let Ok(map) = gaze.eccentricity_map([camera.width, camera.height]) {
+            let own = map.missing_regions();
+            missing.retain(|region| own.contains(region));
+        }
+    }
+    missing
+}
