@@ -7,9 +7,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use powergs_sim::analysis::question::default_objectives;
 use powergs_sim::analysis::{Analysis, Question, Table};
 use powergs_sim::run::{MemoryStore, System, TraceFile};
+use powergs_sim::sweep::file::Objectives;
 use powergs_sim::sweep::run::Sweep;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             number("area_mm2"),
         );
     }
-    let question = Question::of(default_objectives());
+    let question = Question::of(Objectives::default().all());
     let table = Table::of(&results, &question)?;
     let analysis = Analysis::of(&table, &question)?;
     println!("\nNothing is faster, smaller and thriftier than any of these:");

@@ -1,24 +1,24 @@
 //! `pareto`: which designs of a finished sweep to keep, and why.
 
-mod about;
 mod folder;
+mod provenance;
 mod question;
 
 use std::path::{Path, PathBuf};
 
 use super::{Context, Exit, Failure, OrExit, out};
-use about::About;
 use folder::FinishedSweep;
 use powergs_core::run::store::FileStore;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_report::sweep as report;
 use powergs_study::analysis::table::{Collector, TableError};
-use powergs_study::analysis::{Analysis, AnalysisError, Question};
+use powergs_study::analysis::{Analysis, AnalysisError, Question, SweepFacts};
 use powergs_study::sweep::run::finish::excluded;
 use powergs_study::sweep::run::results::{CSV, header, some_rows};
 use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
 use powergs_study::sweep::table::Cell;
+use provenance::provenance;
 
 /// Shown under `pareto --help`.
 pub const EXAMPLES: &str = "\
@@ -105,7 +105,7 @@ struct Answer {
 
 /// The analysis of a sweep that was just run: it sees the rows of the table as they are written.
 pub struct OfSweep {
-    about: About,
+    facts: SweepFacts,
     question: Question,
     table: Result<Collector, TableError>,
 }
@@ -113,10 +113,10 @@ pub struct OfSweep {
 impl OfSweep {
     /// The question of the sweep file.
     pub fn new(sweep: &OpenedSweep<'_>) -> OfSweep {
-        let about = About::of_sweep(sweep);
-        let question = about.question();
+        let facts = SweepFacts::of(sweep);
+        let question = facts.question();
         let table = Collector::new(&header(sweep), |column| question.needs(column));
-        OfSweep { about, question, table }
+        OfSweep { facts, question, table }
     }
 
     /// Takes a row of the table.
@@ -141,7 +141,7 @@ impl OfSweep {
         context: &Context,
     ) -> Result<Option<String>, Failure> {
         let mut table = self.table.or_exit(Exit::BadInput, path.join(CSV).display())?.finish();
-        table.follow(&self.about.followers);
+        table.follow(&self.facts.followers);
         table.leave_out(plan.excluded.values().sum::<u64>() as usize);
         let analysis =
             Analysis::of(&table, &self.question).map_err(|error| failure(path, error))?;
@@ -153,7 +153,7 @@ impl OfSweep {
         let rows = rows.into_iter().map(|(n, row)| (n, row.iter().map(Cell::text).collect()));
         let pareto = report::pareto_csv(&analysis, &head, &rows.collect());
         let pareto = pareto.or_exit(Exit::Internal, "pareto.csv")?;
-        let provenance = self.about.provenance(&[]);
+        let provenance = provenance(&self.facts, &[]);
         let out = path.join(FOLDER);
         let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
         let page = report::document(&analysis, &[], &provenance);
@@ -164,7 +164,7 @@ impl OfSweep {
 /// Reads, analyses and writes; `None` if the user broke off.
 fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
     let sweep = FinishedSweep::open(&args.folder)?;
-    let question = question::question(args, &sweep.about)?;
+    let question = question::question(args, &sweep.facts)?;
     let mut table = sweep.table(&question)?;
     table.leave_out(excluded(&FileStore::new(&args.folder)).unwrap_or(0) as usize);
     let analysis = Analysis::of(&table, &question).map_err(|error| failure(&args.folder, error))?;
@@ -176,7 +176,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     if let Some(path) = &args.csv {
         write_atomically(path, |w| w.write_all(&pareto))?;
     }
-    let provenance = sweep.about.provenance(typed);
+    let provenance = provenance(&sweep.facts, typed);
     let out = args.out.clone().unwrap_or_else(|| args.folder.join(FOLDER));
     let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
     let Some(written) = written else { return Ok(None) };

@@ -1,10 +1,12 @@
-//! Answers from the results of a sweep: which designs to keep, and why. Nothing is simulated and
-//! nothing is opened here; every number follows from a [`Table`] and a [`Question`].
+//! Answers from the results of a sweep: which designs to keep, and why. Nothing is simulated here;
+//! every number follows from a [`Table`] and a [`Question`], and [`SweepFacts`] says where these are
+//! from.
 //! `docs/analysis.md` gives the formulas.
 
 pub mod axes;
 pub mod designs;
 pub mod distance;
+mod facts;
 pub mod front;
 pub mod indices;
 pub mod knee;
@@ -14,6 +16,7 @@ pub mod question;
 pub mod stability;
 pub mod table;
 
+pub use facts::SweepFacts;
 pub use question::{AnalysisError, Goal, Named, Objective, Question, Scope};
 pub use stability::Stability;
 pub use table::{Table, TableError};

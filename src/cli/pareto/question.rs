@@ -1,14 +1,13 @@
 //! From arguments and the sweep file to a question.
 
 use super::Args;
-use super::about::About;
 use crate::cli::{Exit, Failure, OrExit};
-use powergs_study::analysis::{Named, Objective, Question, Scope};
+use powergs_study::analysis::{Named, Objective, Question, Scope, SweepFacts};
 use powergs_study::sweep::expr::Expr;
 
 /// What the arguments ask, and where they say nothing, the sweep file.
-pub(super) fn question(args: &Args, about: &About) -> Result<Question, Failure> {
-    let asked = about.question();
+pub(super) fn question(args: &Args, facts: &SweepFacts) -> Result<Question, Failure> {
+    let asked = facts.question();
     let given = objectives(&args.minimize, &args.maximize);
     let condition = args.condition.as_deref().map(Expr::parse).transpose();
     let condition = condition.or_exit(Exit::Usage, "--where")?;

@@ -6,15 +6,6 @@ use crate::sweep::expr::Expr;
 pub use crate::sweep::objective::{Goal, Objective};
 use powergs_base::config::suggest::nearest;
 
-/// The objectives of a sweep that names none.
-pub fn default_objectives() -> Vec<Objective> {
-    vec![
-        Objective::minimize("energy_pj.mean"),
-        Objective::minimize("area_mm2"),
-        Objective::maximize("fps.mean"),
-    ]
-}
-
 /// Which rows of a point count.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Scope {

@@ -4,6 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::objective::Objective;
 use place::Places;
 use powergs_base::config::{self, ConfigError, Problem};
 
@@ -102,6 +103,14 @@ pub struct Objectives {
     /// The larger the better.
     #[serde(default)]
     pub maximize: Vec<String>,
+}
+
+impl Objectives {
+    /// All, those that are to be small first.
+    pub fn all(&self) -> Vec<Objective> {
+        let minimize = self.minimize.iter().map(Objective::minimize);
+        minimize.chain(self.maximize.iter().map(Objective::maximize)).collect()
+    }
 }
 
 impl Default for Objectives {

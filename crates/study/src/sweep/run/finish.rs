@@ -14,6 +14,11 @@ use powergs_core::run::{RunError, Store};
 /// Its name in the folder.
 const FILE: &str = "finished.toml";
 
+/// What the results of a finished sweep were made from, as every report has it: a [`State`].
+pub(crate) const RUN_FILE: &str = "run.toml";
+/// The sweep file of a finished sweep.
+pub(crate) const SWEEP_FILE: &str = "sweep.toml";
+
 /// A sweep that is whole.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
@@ -76,8 +81,8 @@ impl Finished {
 /// # Errors
 /// [`RunError::Output`]: the store cannot be written.
 pub fn write_sources(sweep: &OpenedSweep<'_>, store: &dyn Store) -> Result<(), RunError> {
-    store.write("run.toml", sweep.state.toml().as_bytes())?;
-    store.write("sweep.toml", sweep.file.text().as_bytes())
+    store.write(RUN_FILE, sweep.state.toml().as_bytes())?;
+    store.write(SWEEP_FILE, sweep.file.text().as_bytes())
 }
 
 fn hash(store: &dyn Store, name: &str) -> Option<u128> {

@@ -160,9 +160,7 @@ impl<'a> OpenedSweep<'a> {
             let what = "no traces: name some with --traces, or in the sweep file ([[traces]])";
             return Err(RunError::config(origin, what));
         }
-        let minimize = file.objectives.minimize.iter().map(Objective::minimize);
-        let maximize = file.objectives.maximize.iter().map(Objective::maximize);
-        let objectives: Vec<Objective> = minimize.chain(maximize).collect();
+        let objectives = file.objectives.all();
         columns::check_objectives(&objectives, &designs.space, origin)?;
         for SweepTrace { frames, label, input, .. } in &traces {
             let (start, end) = (frames.range().start, frames.range().end);

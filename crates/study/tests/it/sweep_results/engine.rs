@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use powergs_core::run::{
     Change, Frames, MemoryFrames, MemoryStore, RunError, Store, System, TraceFile, Watch,
 };
-use powergs_study::analysis::question::default_objectives;
 use powergs_study::analysis::{Analysis, Question, Table};
+use powergs_study::sweep::file::Objectives;
 use powergs_study::sweep::run::results::Results;
 use powergs_study::sweep::run::{Shard, Sweep, SweepWatch};
 
@@ -117,7 +117,7 @@ fn a_table_in_memory_answers_as_its_csv_does() {
         csv.write_record(row.iter().map(|cell| cell.text())).unwrap();
     }
     let csv = csv.into_inner().unwrap();
-    let question = Question::of(default_objectives());
+    let question = Question::of(Objectives::default().all());
     let read = Table::read(csv.as_slice(), |column| question.needs(column)).unwrap();
     let made = Table::of(&results, &question).unwrap();
     assert_eq!(read, made);

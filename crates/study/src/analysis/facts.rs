@@ -1,0 +1,79 @@
+//! What the analysis of a sweep says about it besides its numbers.
+
+use std::collections::BTreeSet;
+
+use powergs_core::run::{RunError, Store};
+
+use super::{Objective, Question};
+use crate::sweep::SweepFile;
+use crate::sweep::file::Objectives;
+use crate::sweep::run::finish::{RUN_FILE, SWEEP_FILE};
+use crate::sweep::run::{OpenedSweep, State};
+
+/// A sweep as its analysis sees it.
+#[derive(Debug, Default)]
+pub struct SweepFacts {
+    /// The question of the sweep file; empty without one.
+    pub question: String,
+    /// Objectives of the sweep file.
+    pub objectives: Vec<Objective>,
+    /// Columns of keys that follow from others.
+    pub followers: BTreeSet<String>,
+    /// Names of sweep files.
+    pub sweeps: Vec<String>,
+    /// Names of traces.
+    pub traces: Vec<String>,
+}
+
+impl SweepFacts {
+    /// A sweep that was just run.
+    pub fn of(sweep: &OpenedSweep<'_>) -> SweepFacts {
+        SweepFacts::of_files(Some(&sweep.file), Some(&sweep.state))
+    }
+
+    /// A finished sweep in a folder. Its sweep file may be absent; so may the record of its inputs,
+    /// and that of another version of the program is as good as none.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: the sweep file is damaged; [`RunError::Output`]: the folder cannot be
+    /// read.
+    pub fn read(folder: &dyn Store) -> Result<SweepFacts, RunError> {
+        let text = folder.read_text(SWEEP_FILE)?;
+        let file = text.map(|text| SweepFile::parse(&text)).transpose();
+        let file = file.map_err(|e| RunError::Input {
+            place: folder.place(SWEEP_FILE),
+            message: e.to_string(),
+        })?;
+        let record = folder.read_text(RUN_FILE)?;
+        let state = record.and_then(|text| toml::from_str(&text).ok());
+        Ok(SweepFacts::of_files(file.as_ref(), state.as_ref()))
+    }
+
+    fn of_files(file: Option<&SweepFile>, state: Option<&State>) -> SweepFacts {
+        let names = |role| state.map_or_else(Vec::new, |state: &State| state.names(role));
+        SweepFacts {
+            question: file.map_or("", |file| file.question.trim()).to_owned(),
+            objectives: file.map_or_else(Vec::new, |file| file.objectives.all()),
+            followers: file.map_or_else(BTreeSet::new, followers),
+            sweeps: names("sweep"),
+            traces: names("trace"),
+        }
+    }
+
+    /// The question of the sweep file, with the answers that are asked for by default.
+    pub fn question(&self) -> Question {
+        let objectives = match self.objectives.is_empty() {
+            false => self.objectives.clone(),
+            true => Objectives::default().all(),
+        };
+        Question { text: self.question.clone(), ..Question::of(objectives) }
+    }
+}
+
+/// Derived keys, and of keys that are varied together all but the first.
+fn followers(file: &SweepFile) -> BTreeSet<String> {
+    let derived = file.derived.0.iter().map(|(key, _)| key.clone());
+    let zips = file.axes.iter().filter_map(|axis| axis.zip.as_ref());
+    let together = zips.flat_map(|zip| zip.0.iter().skip(1).map(|(key, _)| key.clone()));
+    derived.chain(together).collect()
+}
