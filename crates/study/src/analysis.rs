@@ -4,7 +4,7 @@
 //! `docs/analysis.md` gives the formulas.
 
 pub mod axes;
-pub mod designs;
+mod designs;
 pub mod distance;
 mod facts;
 pub mod front;

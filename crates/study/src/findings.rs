@@ -9,7 +9,7 @@ pub mod limits;
 pub mod roofline;
 pub mod sensitivity;
 pub mod summary;
-pub mod tile_load;
+pub(crate) mod tile_load;
 pub mod what_if;
 
 pub use bottleneck::{Bottleneck, Limit};

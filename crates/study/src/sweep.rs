@@ -5,21 +5,21 @@
 //! chooses points beforehand, [`search`] as results come in. [`expr`] is the language of derived
 //! keys, constraints, conditions and filters.
 
-pub mod axis;
+mod axis;
 pub mod design;
 pub mod docs;
 pub mod expr;
 pub mod file;
-pub mod key;
+mod key;
 pub mod lattice;
-pub mod library;
-pub mod measure;
+mod library;
+mod measure;
 pub mod metric;
-pub mod objective;
+pub(crate) mod objective;
 pub mod outcome;
 pub mod parquet;
 mod range;
-pub mod record;
+mod record;
 pub mod run;
 pub mod sample;
 pub mod search;

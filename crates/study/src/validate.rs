@@ -9,13 +9,13 @@
 //!
 //! This module opens no file: whoever calls it hands in the texts and the systems.
 
-pub mod judge;
-pub mod metric;
+mod judge;
+mod metric;
 pub mod numbers;
-pub mod row;
+mod row;
 pub mod run;
-pub mod totals;
-pub mod workload;
+mod totals;
+mod workload;
 
 pub use judge::{Judged, Verdict, judge};
 pub use metric::Metric;

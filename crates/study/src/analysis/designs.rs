@@ -82,7 +82,11 @@ pub fn values(table: &Table, objectives: &[Objective], row: u32) -> Option<Vec<f
 }
 
 /// Rows with their costs, for those rows that have every objective.
-pub fn with_costs(table: &Table, objectives: &[Objective], rows: &[u32]) -> (Vec<u32>, Costs) {
+pub(crate) fn with_costs(
+    table: &Table,
+    objectives: &[Objective],
+    rows: &[u32],
+) -> (Vec<u32>, Costs) {
     let columns: Vec<_> =
         objectives.iter().map(|o| (table.numbers(&o.name).unwrap_or(&[]), o.goal)).collect();
     let mut kept = Vec::new();
@@ -106,7 +110,7 @@ pub fn with_costs(table: &Table, objectives: &[Objective], rows: &[u32]) -> (Vec
 ///
 /// # Errors
 /// [`AnalysisError::Column`] with the nearest name.
-pub fn check_names(table: &Table, expr: &Expr) -> Result<(), AnalysisError> {
+pub(crate) fn check_names(table: &Table, expr: &Expr) -> Result<(), AnalysisError> {
     let known: HashSet<&str> = names(table).collect();
     match expr.names().into_iter().find(|name| !known.contains(name)) {
         Some(name) => Err(AnalysisError::column(name, names(table))),
@@ -125,7 +129,11 @@ pub fn names(table: &Table) -> impl Iterator<Item = &str> {
 /// # Errors
 /// [`AnalysisError::Column`] for a name that is none, [`AnalysisError::Condition`] if it is no
 /// statement, or compares words with numbers.
-pub fn meeting(table: &Table, condition: &Expr, rows: &[u32]) -> Result<Vec<u32>, AnalysisError> {
+pub(crate) fn meeting(
+    table: &Table,
+    condition: &Expr,
+    rows: &[u32],
+) -> Result<Vec<u32>, AnalysisError> {
     check_names(table, condition)?;
     let mut columns: Vec<(&str, Source)> = Vec::new();
     for name in condition.names() {

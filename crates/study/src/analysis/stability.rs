@@ -16,7 +16,7 @@ use super::table::Table;
 use rank::{kendall, spearman};
 
 /// Alternatives that are looked at; a sweep has a few energy tables and traces.
-pub const ALTERNATIVES_MAX: usize = 24;
+pub(crate) const ALTERNATIVES_MAX: usize = 24;
 
 /// The ranking of one energy table and scope.
 #[derive(Debug, Clone, PartialEq)]

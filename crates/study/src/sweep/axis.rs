@@ -13,7 +13,7 @@ use powergs_base::config::Problem;
 use powergs_base::config::suggest::nearest;
 
 /// More values on one axis are a typing error.
-pub const VALUES_MAX: usize = 100_000;
+pub(crate) const VALUES_MAX: usize = 100_000;
 
 /// One axis of a space, checked.
 #[derive(Debug, Clone)]

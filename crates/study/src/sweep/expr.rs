@@ -249,7 +249,7 @@ impl Expr {
     }
 
     /// An error about a name of the expression, at its first place.
-    pub fn at_name(&self, name: &str, message: impl Into<String>) -> ExprError {
+    pub(crate) fn at_name(&self, name: &str, message: impl Into<String>) -> ExprError {
         let mut place = 0..0;
         visit(&self.root, &mut |node| {
             if place.is_empty() && matches!(&node.what, What::Name(n) if n == name) {

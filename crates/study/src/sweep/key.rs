@@ -130,7 +130,7 @@ impl Key {
     }
 
     /// Whether it is the base machine itself.
-    pub fn is_machine(&self) -> bool {
+    pub(crate) fn is_machine(&self) -> bool {
         self.file == FileKind::Machine && self.path == MACHINE
     }
 }

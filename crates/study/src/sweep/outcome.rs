@@ -10,10 +10,10 @@ use powergs_core::sim::statistics::{Statistic, catalogue};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub const OUTCOME_VERSION: u32 = 2;
+pub(crate) const OUTCOME_VERSION: u32 = 2;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
-pub const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
+pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
@@ -79,7 +79,7 @@ pub struct Outcome {
 
 /// Adds up frames; they must come in the order of the trace.
 #[derive(Debug, Clone)]
-pub struct Accumulator {
+pub(crate) struct Accumulator {
     samples: Vec<[f64; SAMPLED.len()]>,
     sums: Vec<Option<f64>>,
 }

@@ -9,25 +9,25 @@
 //! A part of a sweep ([`Shard`]) is worked on like the whole and has a journal of its own; all
 //! journals of a store are read, so merging parts is making the table.
 
-pub mod columns;
+mod columns;
 pub mod estimate;
 pub mod finish;
 pub mod folder;
-pub mod noted;
+mod noted;
 pub mod opened;
-pub mod own;
+mod own;
 pub mod parts;
-pub mod plan;
-pub mod records;
-pub mod request;
+mod plan;
+mod records;
+mod request;
 pub mod results;
 mod running;
 pub mod search;
-pub mod shared;
+mod shared;
 pub mod state;
-pub mod traces;
-pub mod watch;
-pub mod work;
+mod traces;
+mod watch;
+mod work;
 
 pub use folder::{Existing, Shard, SweepFolder};
 pub use opened::{Designs, OpenedSweep};

@@ -16,7 +16,7 @@ mod permutation;
 pub mod sobol;
 
 /// Points of a Latin hypercube are drawn together; more than this many are refused to be held.
-pub const HELD_MAX: u64 = 10_000_000;
+pub(crate) const HELD_MAX: u64 = 10_000_000;
 
 /// The numbers of the points that are taken, one at a time, none twice.
 #[derive(Debug, Clone)]

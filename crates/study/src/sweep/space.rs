@@ -32,7 +32,7 @@ use draft::Draft;
 use names::Computed;
 
 /// Label of the energy table that the machine names.
-pub const OWN: &str = "own";
+pub(crate) const OWN: &str = "own";
 
 /// Everything that is wrong with a sweep, in the order of its lines.
 pub type SweepError = ConfigError;

@@ -29,7 +29,7 @@ pub struct Workload {
 
 impl Workload {
     /// What decides the scene: workloads with the same key share it.
-    pub fn scene_key(&self) -> (&str, usize, u64) {
+    pub(crate) fn scene_key(&self) -> (&str, usize, u64) {
         (&self.preset, self.points, self.seed)
     }
 
@@ -39,7 +39,7 @@ impl Workload {
     }
 
     /// Frames that are simulated but not counted.
-    pub fn warm_up(&self) -> usize {
+    pub(crate) fn warm_up(&self) -> usize {
         usize::from(self.path > 0)
     }
 

@@ -40,7 +40,7 @@ impl Words {
     }
 
     /// The value of a code in base units.
-    pub fn number_of(&self, code: u32) -> Option<f64> {
+    pub(crate) fn number_of(&self, code: u32) -> Option<f64> {
         self.numbers[code as usize]
     }
 

@@ -53,7 +53,7 @@ impl SweepRequest {
     ///
     /// # Errors
     /// [`RunError::Input`]: it is not there, or damaged.
-    pub fn recall(store: &dyn Store) -> Result<SweepRequest, RunError> {
+    pub(crate) fn recall(store: &dyn Store) -> Result<SweepRequest, RunError> {
         let place = store.place(FILE);
         let Some(text) = store.read_text(FILE)? else {
             let message = "No such file or directory (os error 2)".into();

@@ -95,7 +95,7 @@ fn rows_of(
 ///
 /// # Errors
 /// [`RunError::Input`]: a journal that cannot be read; those of `row`.
-pub fn each_row(
+pub(crate) fn each_row(
     sweep: &OpenedSweep<'_>,
     plan: &Plan,
     records: &mut Records,
