@@ -12,6 +12,7 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::read;
 use powergs_frame::display::Display;
+use powergs_report::document::{Cell, Column, Document, Table};
 use powergs_study::sweep::file::SweepFile;
 
 use check::kind_of;
@@ -153,7 +154,7 @@ fn list(context: &Context) -> Result<Exit, Failure> {
         };
         return out::json(&rows.iter().map(row).collect::<Vec<_>>()).map(|()| Exit::Done);
     }
-    let mut text = String::new();
+    let mut page = Document::new();
     for kind in Kind::ALL {
         let title = match kind {
             Kind::Machine => "Machines (--arch NAME)",
@@ -162,27 +163,14 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             Kind::Dram => "DRAM devices (dram --device NAME)",
             Kind::Sweep => "Sweeps (sweep NAME)",
         };
-        text.push_str(&format!("{title}\n"));
-        let of_kind = || rows.iter().filter(|r| r.kind == kind);
-        let width = of_kind().map(|r| r.name.len()).max().unwrap_or(0);
-        for row in of_kind() {
-            let (name, node) = (row.name, row.node.as_deref().unwrap_or(""));
-            let line = format!("  {name:width$}  {node:5}  {}", row.description);
-            text.push_str(&fit(line));
-            text.push('\n');
-        }
+        let columns = [title, "node", "description"].map(Column::text);
+        let row = |r: &Row| -> [Cell; 3] {
+            let node = r.node.as_deref().unwrap_or("");
+            [r.name.into(), node.into(), r.description.as_str().into()]
+        };
+        page.table(Table::new(columns).rows(rows.iter().filter(|r| r.kind == kind).map(row)));
     }
-    out::text(&text).map(|()| Exit::Done)
-}
-
-/// At most the width of a terminal.
-fn fit(line: String) -> String {
-    const WIDTH: usize = 80;
-    if line.chars().count() <= WIDTH {
-        return line;
-    }
-    let start: String = line.chars().take(WIDTH - 1).collect();
-    start.trim_end().to_owned() + "…"
+    out::document(&page).map(|()| Exit::Done)
 }
 
 struct Row {
@@ -238,6 +226,6 @@ fn show_cost(arch: &str, sets: &[String], context: &Context) -> Result<Exit, Fai
     let system = inputs::system(arch, sets, None)?;
     let cost = Cost::new(system.machine(), system.prices());
     let json = context.global.json;
-    let shown = if json { out::json(&cost.json()) } else { out::text(&cost.text()) };
+    let shown = if json { out::json(&cost.json()) } else { out::document(&cost.document()) };
     shown.map(|()| Exit::Done)
 }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::camera_file::{self, CameraArgs, Views};
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_report::document::Document;
 use powergs_scene::camera::inria;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::open_cameras;
@@ -54,7 +55,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             let read = open_cameras(file, *size)?;
             let (cameras, warnings) = (read.cameras, read.warnings);
             let facts = facts(&Views { cameras, format: read.format, warnings });
-            if context.global.json { out::json(&facts)? } else { out::text(&lines(&facts))? }
+            if context.global.json { out::json(&facts)? } else { out::document(&document(&facts))? }
         }
         CameraCommand::Convert { cameras, output } => {
             // Without a scene an orbit goes around the origin.
@@ -95,9 +96,9 @@ fn facts(views: &Views) -> Value {
     })
 }
 
-/// The facts as lines: name, value.
-fn lines(facts: &Value) -> String {
-    let mut text = String::new();
+/// The facts for people.
+fn document(facts: &Value) -> Document {
+    let mut page = Document::new();
     for (name, value) in facts.as_object().into_iter().flatten() {
         let value = match value {
             Value::Object(range) => {
@@ -111,7 +112,7 @@ fn lines(facts: &Value) -> String {
             Value::String(text) => text.clone(),
             other => other.to_string(),
         };
-        text.push_str(&format!("{name:17} {value}\n"));
+        page.facts([(name.as_str(), value)]);
     }
-    text
+    page
 }

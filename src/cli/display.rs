@@ -1,5 +1,6 @@
 //! `display`: what a picture costs to show.
 
+use powergs_report::document::Document;
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -57,10 +58,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let [r, g, b] = mean;
-    out::text(&format!(
-        "power        {:.4} W on {} (red {:.4}, green {:.4}, blue {:.4}, static {:.4})\n\
-         linear mean  red {r:.4}, green {g:.4}, blue {b:.4} of full\n",
+    let power = format!(
+        "{:.4} W on {} (red {:.4}, green {:.4}, blue {:.4}, static {:.4})",
         power.0, display.name, parts[0], parts[1], parts[2], display.static_power.0
-    ))?;
+    );
+    let mut page = Document::new();
+    page.facts([
+        ("power", power),
+        ("linear mean", format!("red {r:.4}, green {g:.4}, blue {b:.4} of full")),
+    ]);
+    out::document(&page)?;
     Ok(Exit::Done)
 }

@@ -106,7 +106,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&as_json(args, &device, &results))?;
     } else if !context.global.quiet {
-        out::text(&table::text(args, &device, &results))?;
+        out::document(&table::document(args, &device, &results))?;
     }
     Ok(Exit::Done)
 }

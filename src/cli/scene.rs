@@ -1,7 +1,7 @@
 //! `scene`: what a trained model holds, any format as INRIA PLY, and four models as the levels of
 //! a foveated one and back.
 
-use std::fmt::Write;
+use powergs_report::document::{Cell, Column, Document, Kind, Table};
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -10,7 +10,6 @@ use super::scene_file::warn;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::files::{OpenedModel, open_foveated, open_model};
-use powergs_scene::stats::Percentiles;
 use powergs_scene::{Foveated, Gaussians, SceneStats, Warning, write_ply};
 
 /// Examples at the end of the help.
@@ -87,7 +86,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             if context.global.json {
                 out::json(&object(&scene, &stats, &warnings))?;
             } else {
-                out::text(&lines(&scene, &stats, &warnings))?;
+                out::document(&document(&scene, &stats, &warnings))?;
             }
         }
         SceneCommand::Convert { file, output, lod } => {
@@ -145,47 +144,43 @@ fn object(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> Valu
     value
 }
 
-/// The facts for people, within 80 columns.
-fn lines(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> String {
-    let mut text = String::new();
-    let mut line = |name: &str, value: String| {
-        writeln!(text, "{name:<24}{value}").expect("text is written to memory");
-    };
+/// The facts for people.
+fn document(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> Document {
     let point = |p: [f32; 3]| format!("{:.4} {:.4} {:.4}", p[0], p[1], p[2]);
-    line("format", scene.format.to_string());
-    line("points", stats.points.to_string());
-    line("SH degree", stats.sh_degree.to_string());
-    line("memory", format!("{:.1} MB", stats.memory_bytes as f64 / 1e6));
-    line("bounds, lowest x y z", point(stats.bounds.min));
-    line("bounds, highest x y z", point(stats.bounds.max));
-    let names: String =
-        stats.opacity.named().iter().map(|(name, _)| format!("{name:>8}")).collect();
-    line("percentiles", names);
-    for (axis, values) in ["x", "y", "z"].iter().zip(&stats.position) {
-        line(&format!("  {axis}, world units"), row(values));
-    }
-    line("  opacity", row(&stats.opacity));
-    line("  scale, world units", row(&stats.scale));
-    line("  longest/shortest axis", row(&stats.axis_ratio));
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    line("opacity below 0.35", percent(stats.share_opacity_below_0_35));
-    line("axis ratio 3 and more", percent(stats.share_axis_ratio_at_least_3));
-    line(
-        "needles 3 and more",
-        format!("{} (longest over middle axis)", percent(stats.share_needles_at_least_3)),
-    );
-    if warnings.is_empty() {
-        line("warnings", "none".into());
+    let needles = percent(stats.share_needles_at_least_3);
+    let mut page = Document::new();
+    page.facts([
+        ("format", scene.format.to_string()),
+        ("points", stats.points.to_string()),
+        ("SH degree", stats.sh_degree.to_string()),
+        ("memory", format!("{:.1} MB", stats.memory_bytes as f64 / 1e6)),
+        ("bounds, lowest x y z", point(stats.bounds.min)),
+        ("bounds, highest x y z", point(stats.bounds.max)),
+        ("opacity below 0.35", percent(stats.share_opacity_below_0_35)),
+        ("axis ratio 3 and more", percent(stats.share_axis_ratio_at_least_3)),
+        ("needles 3 and more", format!("{needles} (longest over middle axis)")),
+    ]);
+    let names = stats.opacity.named().map(|(name, _)| Column::new(name, Kind::Real(short)));
+    let mut table = Table::new([Column::text("percentiles")].into_iter().chain(names));
+    let [x, y, z] = &stats.position;
+    for (name, values) in [
+        ("x, world units", x),
+        ("y, world units", y),
+        ("z, world units", z),
+        ("opacity", &stats.opacity),
+        ("scale, world units", &stats.scale),
+        ("longest/shortest axis", &stats.axis_ratio),
+    ] {
+        let values = values.named().map(|(_, value)| Cell::Real(value));
+        table.row([Cell::from(name)].into_iter().chain(values));
     }
-    for warning in warnings {
-        writeln!(text, "warning: {warning}").expect("text is written to memory");
+    page.table(table);
+    match warnings {
+        [] => page.facts([("warnings", "none")]),
+        _ => page.facts(warnings.iter().map(|w| ("warning", w.to_string()))),
     }
-    text
-}
-
-/// Seven columns of eight characters.
-fn row(values: &Percentiles) -> String {
-    values.named().iter().map(|(_, value)| format!("{:>8}", short(*value))).collect()
+    page
 }
 
 /// At most seven characters: four significant digits where they fit.

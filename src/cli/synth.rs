@@ -1,6 +1,6 @@
 //! `synth`: seeded scenes that behave like trained ones.
 
-use std::fmt::Write as _;
+use powergs_report::document::{Block, Column, Document, Kind, Table};
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
@@ -9,7 +9,8 @@ use super::progress::Progress;
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
-use powergs_scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
+
+use powergs_scene::synth::{PRESETS, Preset, Statistic, Target, cameras, generate};
 use powergs_scene::{Camera, Gaussians, write_ply};
 use powergs_study::scene_statistics::{SceneStatistics, measure, statistics};
 
@@ -111,7 +112,7 @@ fn check(
     if context.global.json {
         out::json(&as_json(preset, &measured))?;
     } else {
-        out::text(&as_table(preset, scene.len(), &measured))?;
+        out::document(&document(preset, scene.len(), &measured))?;
     }
     Ok(Exit::Done)
 }
@@ -132,40 +133,53 @@ fn list(context: &Context) -> Result<Exit, Failure> {
         out::json(&PRESETS.iter().map(preset).collect::<Value>())?;
         return Ok(Exit::Done);
     }
-    let mut text = String::new();
+    let mut table = Table::new([
+        Column::text("preset"),
+        Column::count("Gaussians"),
+        Column::count("pixels"),
+        Column::text("like"),
+    ]);
     for p in &PRESETS {
         let size = format!("{}x{}", p.size.0, p.size.1);
-        let _ = writeln!(text, "{:18} {:>9} Gaussians  {size:>9}", p.name, p.points);
-        let _ = writeln!(text, "    {}", p.summary);
+        table.row([p.name.into(), p.points.into(), size.into(), p.summary.into()]);
     }
-    out::text(&text)?;
+    let mut page = Document::new();
+    page.table(table);
+    out::document(&page)?;
     Ok(Exit::Done)
 }
 
 /// The targets of `preset` beside what was measured, and what was measured without a target.
-pub fn as_table(preset: &Preset, points: usize, measured: &SceneStatistics) -> String {
-    let mut text = format!("{:26} {:>10}  {:>17}\n", preset.name, "measured", "published");
+pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> Document {
+    let mut table = Table::new([
+        Column::text(preset.name),
+        Column::new("measured", Kind::Real(number)),
+        Column::count("published"),
+        Column::text(""),
+    ]);
     for (statistic, value) in measured {
         let target = preset.targets.iter().find(|t| t.statistic == *statistic);
-        let range = target.map_or_else(String::new, |t| {
-            let near = (t.low..=t.high).contains(value);
-            let mark = if near { "" } else { "  OUTSIDE" };
-            format!("{:>8} to {:<6}{mark}", number(t.low), number(t.high))
-        });
-        let line = format!("{:26} {:>10}  {range}", statistic.name(), number(*value));
-        let _ = writeln!(text, "{}", line.trim_end());
+        let range = target.map(|t| format!("{} to {}", number(t.low), number(t.high)));
+        let is_near = target.is_none_or(|t| (t.low..=t.high).contains(value));
+        let mark = if is_near { "" } else { "OUTSIDE" };
+        table.row([
+            statistic.name().to_string().into(),
+            (*value).into(),
+            range.into(),
+            mark.into(),
+        ]);
     }
+    let mut page = Document::new();
+    page.table(table);
     if points != preset.points {
-        let _ = writeln!(
-            text,
-            "Published values are for about {} Gaussians, not {points}.",
-            preset.points
-        );
+        let published = preset.points;
+        page.paragraph(format!(
+            "Published values are for about {published} Gaussians, not {points}."
+        ));
     }
-    for target in preset.targets {
-        let _ = writeln!(text, "  {}: {}", target.statistic.name(), target.source);
-    }
-    text
+    let source = |t: &Target| format!("{}: {}", t.statistic.name(), t.source).into();
+    page.add(Block::List(preset.targets.iter().map(source).collect()));
+    page
 }
 
 /// The same as JSON.

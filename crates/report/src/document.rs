@@ -105,6 +105,15 @@ impl Document {
         self.add(Block::Paragraph(text.into()));
     }
 
+    /// Adds names and what they are.
+    pub fn facts<N: Into<String>, V: Into<Text>>(
+        &mut self,
+        facts: impl IntoIterator<Item = (N, V)>,
+    ) {
+        let facts = facts.into_iter().map(|(name, value)| (name.into(), value.into()));
+        self.add(Block::Facts(facts.collect()));
+    }
+
     /// Adds a table.
     pub fn table(&mut self, table: Table) {
         self.add(Block::Table(table));

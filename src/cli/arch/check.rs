@@ -19,6 +19,7 @@ use powergs_core::run::files::{DiskFiles, is_yaml, read};
 use powergs_core::run::system::energy_table;
 use powergs_core::sim;
 use powergs_frame::display::Display;
+use powergs_report::document::Document;
 use powergs_study::sweep::file::SweepFile;
 use powergs_study::sweep::run::opened::find_base;
 use powergs_study::sweep::space::Space;
@@ -64,8 +65,10 @@ pub fn run(files: &[String], sets: &[String], context: &Context) -> Result<Exit,
         let origin = &one.file.origin;
         match &one.result {
             Ok(good) if !context.global.json && !context.global.quiet => {
-                let cost = good.cost.as_ref().map_or(String::new(), Cost::text);
-                out::text(&format!("{origin}: ok ({})\n{cost}", good.summary))?;
+                let mut page = Document::new();
+                page.title(format!("{origin}: ok ({})", good.summary));
+                page.extend(good.cost.as_ref().map(Cost::document).unwrap_or_default());
+                out::document(&page)?;
             }
             Ok(_) => {}
             Err(problems) => {

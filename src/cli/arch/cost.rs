@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use powergs_core::accel::Machine;
 use powergs_core::energy::{Area, Prices};
 use powergs_core::sim::cost::peak_w;
-use powergs_report::format::significant;
+use powergs_report::document::{Column, Document, Table};
 
 /// What a machine takes in silicon and, at most, in power.
 #[derive(Debug, Clone)]
@@ -24,24 +24,24 @@ impl Cost {
         self.peak_w.iter().map(|(_, watts)| watts).sum()
     }
 
-    /// Blocks that take nothing are left out.
-    pub fn text(&self) -> String {
-        let mut text = format!("  {:<12} {:>9} {:>9}\n", "block", "area mm2", "peak mW");
-        let mut line = |name: &str, area: Option<f64>, watts: Option<f64>| {
-            if area.unwrap_or(0.0) == 0.0 && watts.unwrap_or(0.0) == 0.0 {
-                return;
+    /// For people; blocks that take nothing are left out.
+    pub fn document(&self) -> Document {
+        let columns = [Column::text("block"), Column::real("area mm2"), Column::real("peak mW")];
+        let mut table = Table::new(columns);
+        let mut row = |name: &str, area: Option<f64>, watts: Option<f64>| {
+            if area.unwrap_or(0.0) != 0.0 || watts.unwrap_or(0.0) != 0.0 {
+                table.row([name.into(), area.into(), watts.map(|w| w * 1e3).into()]);
             }
-            let cell = |x: Option<f64>| x.map_or("-".to_owned(), significant);
-            let (area, power) = (cell(area), cell(watts.map(|w| w * 1e3)));
-            text += &format!("  {name:<12} {area:>9} {power:>9}\n");
         };
         for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
             let area = self.area.map(|a| a.blocks()[i].1.0);
             let watts = self.peak_w.iter().find(|(block, _)| *block == name).map(|(_, w)| *w);
-            line(name, area, watts);
+            row(name, area, watts);
         }
-        line("total", self.area.map(|a| a.total().0), Some(self.total_w()));
-        text
+        row("total", self.area.map(|a| a.total().0), Some(self.total_w()));
+        let mut page = Document::new();
+        page.table(table);
+        page
     }
 
     /// As JSON.

@@ -1,69 +1,66 @@
-//! What `dram` prints for people: a table of at most 80 columns.
-
-use std::fmt::Write;
+//! What `dram` prints for people.
 
 use super::{Args, share};
 use powergs_core::dram::Device;
 use powergs_core::dram::levels::LevelRun;
+use powergs_report::document::{Cell, Column, Document, Table};
 
-/// The table of one or two levels.
-pub(super) fn text(args: &Args, device: &Device, results: &[LevelRun]) -> String {
-    let mut text = String::new();
-    let peak = device.peak_gb_s();
-    let _ = writeln!(text, "{}, {peak:.1} GB/s peak, mode {}", device.name, args.mode);
-    let mut line = |name: &str, value: &dyn Fn(&LevelRun) -> String| {
-        let values: Vec<String> = results.iter().map(|r| format!("{:>18}", value(r))).collect();
-        let row = format!("  {name:22}{}", values.concat());
-        let _ = writeln!(text, "{}", row.trim_end());
+/// The run at one or two levels, a column each.
+pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Document {
+    let title = format!("{}, {:.1} GB/s peak, mode {}", device.name, device.peak_gb_s(), args.mode);
+    let columns = results.iter().map(|r| Column::count(r.level.name()));
+    let mut table = Table::new([Column::text("")].into_iter().chain(columns));
+    let mut row = |name: &str, value: &dyn Fn(&LevelRun) -> String| {
+        let cells = results.iter().map(|r| Cell::from(value(r)));
+        table.row([Cell::from(name)].into_iter().chain(cells));
     };
-    if results.len() > 1 {
-        line("", &|r| r.level.name().to_owned());
-    }
     let total = |r: &LevelRun| r.run.stats.total;
     let ns = |r: &LevelRun| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
     let period = device.clock_period.0;
-    line("time", &|r| format!("{:.1} ns", device.ns(r.run.cycles)));
-    line("requested", &|r| bytes(total(r).requested_bytes()));
-    line("moved", &|r| bytes(total(r).moved_bytes));
-    line("bandwidth", &|r| format!("{:.2} GB/s", total(r).requested_bytes() as f64 / ns(r)));
-    line("data bus busy", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_mean, r)));
-    line("busiest data bus", &|r| {
-        format!("{:.1} %", 100.0 * share(r.run.stats.busy_max as f64, r))
-    });
-    line("row-hit rate", &|r| format!("{:.4}", r.run.stats.row_hit_rate()));
+    row("time", &|r| format!("{:.1} ns", device.ns(r.run.cycles)));
+    row("requested", &|r| bytes(total(r).requested_bytes()));
+    row("moved", &|r| bytes(total(r).moved_bytes));
+    row("bandwidth", &|r| format!("{:.2} GB/s", total(r).requested_bytes() as f64 / ns(r)));
+    row("data bus busy", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_mean, r)));
+    row("busiest data bus", &|r| format!("{:.1} %", 100.0 * share(r.run.stats.busy_max as f64, r)));
+    row("row-hit rate", &|r| format!("{:.4}", r.run.stats.row_hit_rate()));
     if results.iter().any(|r| r.run.stats.latency.count() > 0) {
-        line("read latency, mean", &|r| format!("{:.1} ns", r.run.stats.latency.mean() * period));
+        row("read latency, mean", &|r| format!("{:.1} ns", r.run.stats.latency.mean() * period));
         for (name, fraction) in [("  p50", 0.5), ("  p95", 0.95), ("  p99", 0.99)] {
-            line(name, &|r| {
+            row(name, &|r| {
                 format!("{:.1} ns", r.run.stats.latency.percentile(fraction) as f64 * period)
             });
         }
     }
     for (i, (name, _)) in results[0].run.stats.commands().into_iter().enumerate() {
         if results.iter().any(|r| r.run.stats.commands()[i].1 > 0) {
-            line(name, &|r| r.run.stats.commands()[i].1.to_string());
+            row(name, &|r| r.run.stats.commands()[i].1.to_string());
         }
     }
-    line("energy", &|r| format!("{:.3} uJ", r.energy.total().0 * 1e-6));
+    row("energy", &|r| format!("{:.3} uJ", r.energy.total().0 * 1e-6));
     for (i, (name, _)) in results[0].energy.parts().into_iter().enumerate() {
         if results.iter().any(|r| r.energy.parts()[i].1.0 > 0.0) {
-            line(&format!("  {}", name.replace('_', " ")), &|r| {
+            row(&format!("  {}", name.replace('_', " ")), &|r| {
                 let total = r.energy.total().0.max(f64::MIN_POSITIVE);
                 let part = r.energy.parts()[i].1.0;
                 format!("{:.3} uJ {:>4.1} %", part * 1e-6, 100.0 * part / total)
             });
         }
     }
-    line("energy per byte", &|r| {
+    row("energy per byte", &|r| {
         format!("{:.2} pJ/B", r.energy.total().0 / total(r).requested_bytes().max(1) as f64)
     });
+    let mut page = Document::new();
+    page.title(title);
+    page.table(table);
     if let [banked, window] = results {
         let change = 100.0 * (ns(window) / ns(banked) - 1.0);
         let energy = 100.0 * (window.energy.total().0 / banked.energy.total().0 - 1.0);
-        let _ =
-            writeln!(text, "  window against banked: time {change:+.1} %, energy {energy:+.1} %");
+        page.paragraph(format!(
+            "window against banked: time {change:+.1} %, energy {energy:+.1} %"
+        ));
     }
-    text
+    page
 }
 
 fn bytes(n: u64) -> String {

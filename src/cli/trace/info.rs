@@ -1,5 +1,6 @@
 //! `trace info`: header, frames, sizes on disk.
 
+use powergs_report::document::{Cell, Column, Document, Table};
 use std::path::Path;
 
 use serde_json::{Map, Value, json};
@@ -32,7 +33,7 @@ pub(super) fn run(path: &Path, all: bool, context: &Context) -> Result<Exit, Fai
     if context.global.json {
         out::json(&trace.json())?
     } else {
-        out::text(&trace.text(all))?
+        out::document(&trace.document(all))?
     }
     Ok(Exit::Done)
 }
@@ -110,15 +111,19 @@ impl Sizes {
         self.raw_bytes as f64 / self.bytes.max(1) as f64
     }
 
-    /// A line of the table; counts are divided by `n` frames.
-    fn line(&self, first: &str, view: &str, n: u64) -> String {
-        let mean = |sum: u64| (sum as f64 / n as f64).round();
-        let splat = self.bytes_per_splat().map_or("-".into(), |b| format!("{b:.2}"));
-        let pixel = format!("{:.3}", self.bytes_per_pixel());
-        let counts = [self.splats, self.survivors, self.other_bytes()].map(|n| mean(n).to_string());
-        let [splats, survivors, other] = &counts;
-        let ratio = format!("{:.2}", self.ratio());
-        cells([first, view, splats, survivors, &splat, &pixel, other, &ratio])
+    /// A row of the table; counts are divided by `n` frames.
+    fn row(&self, first: String, view: &str, n: u64) -> [Cell; 8] {
+        let mean = |sum: u64| Cell::Count((sum as f64 / n as f64).round() as u64);
+        [
+            first.into(),
+            view.into(),
+            mean(self.splats),
+            mean(self.survivors),
+            self.bytes_per_splat().into(),
+            self.bytes_per_pixel().into(),
+            mean(self.other_bytes()),
+            self.ratio().into(),
+        ]
     }
 
     /// The shared names of a frame and of the mean; counts are divided by `n` frames.
@@ -144,15 +149,6 @@ impl Sizes {
     }
 }
 
-/// A line of the table, 80 columns at most.
-fn cells([frame, view, splats, survivors, splat, pixel, other, ratio]: [&str; 8]) -> String {
-    let view: String = view.chars().take(20).collect();
-    format!(
-        "{frame:>6} {view:20} {splats:>9} {survivors:>9} {splat:>7} {pixel:>7} {other:>8} \
-         {ratio:>6}\n"
-    )
-}
-
 impl Trace {
     fn total(&self) -> Sizes {
         let mut total = Sizes::default();
@@ -160,7 +156,7 @@ impl Trace {
         total
     }
 
-    fn text(&self, all: bool) -> String {
+    fn document(&self, all: bool) -> Document {
         let foveated = self.frames.iter().filter(|f| f.gaze.is_some()).count();
         let mut sizes: Vec<_> = self.frames.iter().map(|f| (f.width, f.height)).collect();
         sizes.sort_unstable();
@@ -172,39 +168,44 @@ impl Trace {
                 format!("{} sizes, {w}x{h} to {w2}x{h2}", sizes.len())
             }
         };
-        let mut text = format!(
-            "file        {}, {:.2} MB, complete\n\
-             format      version {}.{}, written by {}\n\
-             scene       {}, {} Gaussians\n\
-             frames      {}, {foveated} of them foveated\n\
-             resolution  {resolution}\n",
-            self.file,
-            self.bytes as f64 * 1e-6,
-            self.version.0,
-            self.version.1,
-            printable(&self.header.generator),
-            printable(&self.header.scene),
-            self.header.points,
-            self.frames.len(),
-        );
+        let (major, minor) = self.version;
+        let (generator, scene) = (printable(&self.header.generator), printable(&self.header.scene));
+        let (frames, points) = (self.frames.len(), self.header.points);
+        let mut page = Document::new();
+        page.facts([
+            ("file", format!("{}, {:.2} MB, complete", self.file, self.bytes as f64 * 1e-6)),
+            ("format", format!("version {major}.{minor}, written by {generator}")),
+            ("scene", format!("{scene}, {points} Gaussians")),
+            ("frames", format!("{frames}, {foveated} of them foveated")),
+            ("resolution", resolution),
+        ]);
         if self.frames.is_empty() {
-            return text;
+            return page;
         }
-        text.push('\n');
-        text += &cells(["", "", "visible", "", "bytes a", "bytes a", "other", "compr."]);
-        text +=
-            &cells(["frame", "view", "splats", "survivors", "splat", "pixel", "bytes", "ratio"]);
-        let shown = if all { self.frames.len() } else { self.frames.len().min(LISTED) };
+        let mut table = Table::new([
+            Column::count("frame"),
+            Column::text("view").at_most(20),
+            Column::count("splats").group("visible"),
+            Column::count("survivors"),
+            Column::fixed("splat", 2).group("bytes a"),
+            Column::fixed("pixel", 3).group("bytes a"),
+            Column::count("bytes").group("other"),
+            Column::fixed("ratio", 2).group("compr."),
+        ]);
+        let shown = if all { frames } else { frames.min(LISTED) };
         for (k, frame) in self.frames[..shown].iter().enumerate() {
-            text += &frame.line(&k.to_string(), &frame.view, 1);
+            table.row(frame.row(k.to_string(), &frame.view, 1));
         }
-        if shown < self.frames.len() {
-            text += &format!("   ... {} frames more: --all\n", self.frames.len() - shown);
+        table.row(self.total().row("mean".into(), "", frames as u64));
+        if shown < frames {
+            table.more = format!("... {} frames more: --all", frames - shown);
         }
-        let n = self.frames.len() as u64;
-        text += &self.total().line("mean", "", n);
-        text + "\nsplat, pixel: their compressed columns; other: survivor bits, preview, facts;\n\
-                ratio: columns before compression over bytes of the frame\n"
+        page.table(table);
+        page.paragraph(
+            "splat, pixel: their compressed columns; other: survivor bits, preview, facts; ratio: \
+             columns before compression over bytes of the frame",
+        );
+        page
     }
 
     fn json(&self) -> Value {
