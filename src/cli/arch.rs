@@ -163,7 +163,8 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             Kind::Dram => "DRAM devices (dram --device NAME)",
             Kind::Sweep => "Sweeps (sweep NAME)",
         };
-        let columns = [title, "node", "description"].map(Column::text);
+        page.heading(title);
+        let columns = ["name", "node", "description"].map(Column::text);
         let row = |r: &Row| -> [Cell; 3] {
             let node = r.node.as_deref().unwrap_or("");
             [r.name.into(), node.into(), r.description.as_str().into()]

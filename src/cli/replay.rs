@@ -309,7 +309,7 @@ fn continued(words: impl Iterator<Item = String>) -> String {
     for word in words {
         let length = word.chars().count();
         if column > 0 && column + 1 + length > 70 {
-            text.push_str(" \\\n        ");
+            text.push_str(" \\\n");
             column = 0;
         } else if column > 0 {
             text.push(' ');

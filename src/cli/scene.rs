@@ -170,7 +170,7 @@ fn document(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> Do
         ("z, world units", z),
         ("opacity", &stats.opacity),
         ("scale, world units", &stats.scale),
-        ("longest/shortest axis", &stats.axis_ratio),
+        ("axis ratio", &stats.axis_ratio),
     ] {
         let values = values.named().map(|(_, value)| Cell::Real(value));
         table.row([Cell::from(name)].into_iter().chain(values));

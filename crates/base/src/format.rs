@@ -87,11 +87,17 @@ pub fn rounded(text: &str) -> String {
     }
 }
 
-/// Breaks `text` at spaces into lines of at most `width` characters; a longer word stays whole.
+/// Breaks `text` at spaces into lines of at most `width` characters; a longer word stays whole, and
+/// `%` stays behind its number.
 pub fn wrapped(text: &str, width: usize) -> String {
     let mut out = String::new();
     let mut column = 0;
-    for word in text.split_whitespace() {
+    let mut words = text.split_whitespace().peekable();
+    while let Some(word) = words.next() {
+        let word = match words.next_if(|next| next.starts_with('%')) {
+            Some(percent) => format!("{word} {percent}"),
+            None => word.to_owned(),
+        };
         let length = word.chars().count();
         if column > 0 && column + 1 + length > width {
             out.push('\n');
@@ -100,7 +106,7 @@ pub fn wrapped(text: &str, width: usize) -> String {
             out.push(' ');
             column += 1;
         }
-        out.push_str(word);
+        out.push_str(&word);
         column += length;
     }
     out

@@ -142,7 +142,7 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
     add(&format!("power at the display rate ({fps} FPS)"), watts(Some(summary.power_w)));
     if let Some(sum) = summary.rendering_plus_display_w {
         add("display power", watts(summary.display_w));
-        add("display rate and display", watts(Some(sum)));
+        add("accelerator and display", watts(Some(sum)));
     }
     facts
 }

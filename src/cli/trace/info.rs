@@ -185,12 +185,12 @@ impl Trace {
         let mut table = Table::new([
             Column::count("frame"),
             Column::text("view").at_most(20),
-            Column::count("splats").group("visible"),
+            Column::count("visible"),
             Column::count("survivors"),
-            Column::fixed("splat", 2).group("bytes a"),
-            Column::fixed("pixel", 3).group("bytes a"),
-            Column::count("bytes").group("other"),
-            Column::fixed("ratio", 2).group("compr."),
+            Column::fixed("B/splat", 2),
+            Column::fixed("B/pixel", 3),
+            Column::count("other B"),
+            Column::fixed("ratio", 2),
         ]);
         let shown = if all { frames } else { frames.min(LISTED) };
         for (k, frame) in self.frames[..shown].iter().enumerate() {
@@ -202,8 +202,8 @@ impl Trace {
         }
         page.table(table);
         page.paragraph(
-            "splat, pixel: their compressed columns; other: survivor bits, preview, facts; ratio: \
-             columns before compression over bytes of the frame",
+            "Visible: splats. Bytes per splat and pixel: their compressed columns; other: survivor \
+             bits, preview, facts. Ratio: columns before compression over bytes of the frame.",
         );
         page
     }

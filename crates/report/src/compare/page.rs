@@ -126,9 +126,9 @@ fn measures(comparison: &Comparison) -> Table {
         columns.push(Column::new("change", Kind::Real(signed)));
         columns.push(Column::fixed("ratio", 3));
     } else {
-        let ratio =
-            |i: usize| format!("{0} / {1}", comparison.sides[i].label, comparison.sides[0].label);
-        columns.extend((1..n).map(|i| Column::fixed(ratio(i), 3).at_most(2 * LABEL)));
+        let of = |side: &Side| Column::fixed(side.label.clone(), 3).at_most(LABEL);
+        let group = format!("ratio to {}", comparison.sides[0].label);
+        columns.extend(comparison.sides[1..].iter().map(|side| of(side).group(group.clone())));
     }
     let mut table = Table::new(columns);
     for row in comparison.rows.iter().filter(|row| row.values.iter().any(Option::is_some)) {

@@ -58,15 +58,15 @@ fn terminal(block: &Block, width: usize) -> String {
 
 /// `text` after `first`, its further lines after `indent` blanks.
 fn hanging(first: &str, text: &str, indent: usize, width: usize) -> String {
-    let taken = first.chars().count().max(indent);
-    let lines = wrapped(text, width.saturating_sub(taken).max(NARROWEST));
+    let room = width.saturating_sub(first.chars().count().max(indent)).max(NARROWEST);
+    let lines: Vec<String> = text.lines().map(|line| wrapped(line, room)).collect();
     let blanks = " ".repeat(indent);
-    format!("{first}{}\n", lines.replace('\n', &format!("\n{blanks}")))
+    format!("{first}{}\n", lines.join("\n").replace('\n', &format!("\n{blanks}")))
 }
 
 impl Table {
-    /// The table, with lines of at most `width` characters. Words are shortened first; if that is
-    /// not enough, the last columns go below, after the leading words again.
+    /// The table, with lines of at most `width` characters. Words beyond the leading ones are
+    /// shortened; if that is not enough, the last columns go below, after the leading words again.
     pub fn terminal(&self, width: usize) -> String {
         let shown: Vec<usize> =
             (0..self.columns.len()).filter(|&i| self.columns[i].shown.on_terminal()).collect();
@@ -106,22 +106,37 @@ impl Table {
     }
 }
 
-/// Shortens columns of words, the widest first, until a line fits or none can be shortened.
+/// Leading columns of words, which say what a row is: they stay whole and are repeated.
+fn lead(columns: &[&Column]) -> usize {
+    columns.iter().take_while(|c| !c.is_number()).count().min(columns.len() - 1)
+}
+
+/// Makes lines fit by shortening words. Those beyond the lead give way first; the lead itself only
+/// to the widest single column beside it, as the others can go below.
 fn shrink(widths: &mut [usize], columns: &[&Column], width: usize) {
+    let (lead, n) = (lead(columns), columns.len());
     let line = |widths: &[usize]| widths.iter().sum::<usize>() + GAP * (widths.len() - 1);
-    while line(widths) > width {
-        let words = (0..widths.len()).filter(|&i| !columns[i].is_number());
-        let Some(widest) = words.max_by_key(|&i| widths[i]).filter(|&i| widths[i] > NARROWEST)
-        else {
-            return;
-        };
-        widths[widest] -= (line(widths) - width).min(widths[widest] - NARROWEST);
+    let over = line(widths).saturating_sub(width);
+    shorten(widths, (lead..n).filter(|&i| !columns[i].is_number()), over);
+    let widest = widths[lead..].iter().copied().max().unwrap_or(0);
+    let first: usize = widths[..lead].iter().map(|w| w + GAP).sum();
+    shorten(widths, 0..lead, (first + widest).saturating_sub(width));
+}
+
+/// Takes `over` characters from some columns, the widest first.
+fn shorten(widths: &mut [usize], columns: impl Iterator<Item = usize> + Clone, mut over: usize) {
+    while over > 0 {
+        let widest = columns.clone().max_by_key(|&i| widths[i]);
+        let Some(i) = widest.filter(|&i| widths[i] > NARROWEST) else { return };
+        let step = over.min(widths[i] - NARROWEST);
+        widths[i] -= step;
+        over -= step;
     }
 }
 
 /// Columns that fit beside each other: the leading words, and as many others as there is room for.
 fn folded(widths: &[usize], columns: &[&Column], width: usize) -> Vec<Vec<usize>> {
-    let lead = columns.iter().take_while(|c| !c.is_number()).count().min(columns.len() - 1);
+    let lead = lead(columns);
     let of = |part: &[usize]| part.iter().map(|&i| widths[i] + GAP).sum::<usize>() - GAP;
     let first: Vec<usize> = (0..lead).collect();
     let mut parts: Vec<Vec<usize>> = Vec::new();
