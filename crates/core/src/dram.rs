@@ -13,6 +13,7 @@
 
 pub mod address_trace;
 pub mod banked;
+mod commands;
 pub mod device;
 pub mod drive;
 pub mod energy;
@@ -22,6 +23,7 @@ pub mod stats;
 mod windowed;
 
 pub use banked::{AddressRange, Banked, Request};
+pub use commands::{DramCommands, StageCommands};
 pub use device::{Device, Energy};
 pub use drive::{Drive, Mode, Run};
 pub use energy::{CommandPrices, EnergyUse};

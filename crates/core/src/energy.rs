@@ -13,7 +13,7 @@ use powergs_base::quantity::Picojoules;
 
 pub use area::Area;
 pub use flops::flops;
-pub use prices::{Activity, DramCosts, DramWork, Prices, StageWork, Standby};
+pub use prices::{Activity, DramCosts, Prices, Standby};
 pub use table::{Built, EnergyTable};
 
 /// Where energy is spent.

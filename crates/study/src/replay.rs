@@ -3,7 +3,7 @@
 
 mod doubling;
 
-use powergs_core::accel::DramCommands;
+use powergs_core::dram::DramCommands;
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};

@@ -1,9 +1,8 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
-use powergs_sim::accel::{
-    BufferUse, DramCommands, DramUse, FrameTiming, Histogram, StageCommands, UnitCycles,
-};
+use powergs_sim::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_sim::dram::{DramCommands, StageCommands};
 use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
 use powergs_sim::findings::roofline::Roofline;
 use powergs_sim::findings::what_if::{Cost, Skipped, Step};
@@ -18,6 +17,9 @@ use powergs_sim::sim::{
 use powergs_sim::splat::{Counters, FoveaCounters};
 
 use powergs_sim::workload::reuse::ReuseSummary;
+
+/// Leakage, DRAM background and refresh, watts.
+const STATIC_W: [f64; 3] = [0.06, 0.025, 0.005];
 
 fn area() -> Area {
     let mm2 = SquareMillimetres;
@@ -58,7 +60,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
         actions,
         energy,
-        standby: Standby::constant([0.06, 0.025, 0.005]),
+        standby: Standby { running_w: STATIC_W, idle_w: STATIC_W },
         area: Some(area()),
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
         model: ModelReport::Cycle(Box::new(CycleReport {

@@ -4,14 +4,14 @@
 //! issued. With the `banked` model it is known only when the request completes, because the
 //! controller may serve later requests first.
 
+use super::DramUse;
 use super::dram::{Channel, Dram};
 use super::layout::{AccessPattern, Layout};
 use super::machine::{DramModel, Machine};
 use super::timeline::Observer;
 use super::traffic::Traffic;
-use super::{DramCommands, DramUse, StageCommands};
 use crate::action::Stage;
-use crate::dram::{self, Banked, Device, Windowed};
+use crate::dram::{self, Banked, Device, DramCommands, StageCommands, Windowed};
 use crate::workload::FrameWorkload;
 
 /// No cycle.

@@ -325,13 +325,6 @@ impl Device {
         buses * o.burst.0 as f64 / (f64::from(self.timing.burst) * self.clock_period.0)
     }
 
-    /// All bytes of the device.
-    pub fn capacity(&self) -> Bytes {
-        let o = &self.organisation;
-        let banks = u64::from(o.pseudo_channels) * u64::from(o.bank_groups) * u64::from(o.banks);
-        Bytes(u64::from(o.channels) * banks * u64::from(o.rows) * o.row.0)
-    }
-
     /// A time in CK, rounded to the nearest.
     pub fn ck(&self, time: Nanoseconds) -> u64 {
         (time.0 / self.clock_period.0).round() as u64

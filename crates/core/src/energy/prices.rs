@@ -4,7 +4,7 @@
 use super::area::Area;
 use super::{Component, EnergyBreakdown};
 use crate::action::{Action, ActionCounts, Buffer, Stage};
-use crate::dram::CommandPrices;
+use crate::dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_base::quantity::Picojoules;
 
 /// The prices of one machine.
@@ -53,28 +53,6 @@ impl DramCosts {
     }
 }
 
-/// Commands of the DRAM in one frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct DramWork {
-    /// In the order of [`Stage::WORK`].
-    pub stages: [StageWork; 3],
-    /// Refreshes of all banks of a pseudo channel.
-    pub refreshes: u64,
-    /// Refreshes of one bank.
-    pub bank_refreshes: u64,
-}
-
-/// Commands for one stage.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct StageWork {
-    /// Bursts read.
-    pub reads: u64,
-    /// Bursts written.
-    pub writes: u64,
-    /// Rows opened.
-    pub activates: u64,
-}
-
 /// The activity of a frame, as far as it costs energy.
 #[derive(Debug, Clone, Copy)]
 pub struct Activity<'a> {
@@ -85,7 +63,7 @@ pub struct Activity<'a> {
     /// Share of the frame for which CCUs, QSUs, BSUs and rendering units had no work, 0 to 1.
     pub idle: [f64; 4],
     /// Commands of the DRAM, where the model counts them.
-    pub dram: Option<DramWork>,
+    pub dram: Option<DramCommands>,
 }
 
 /// Static power, watts: leakage, DRAM background power, DRAM refresh.
@@ -101,11 +79,6 @@ impl Standby {
     /// The components, in the order of both lists.
     pub const COMPONENTS: [Component; 3] =
         [Component::Leakage, Component::Background, Component::Refresh];
-
-    /// The same all the time.
-    pub const fn constant(watts: [f64; 3]) -> Standby {
-        Standby { running_w: watts, idle_w: watts }
-    }
 
     /// Mean static powers, watts, when a frame of `seconds` starts `fps` times a second. A frame
     /// that takes longer than a period leaves no idle time.
@@ -148,10 +121,12 @@ impl Prices {
     }
 
     /// Energy of the commands of one stage.
-    pub(crate) fn commands(&self, work: &StageWork) -> Picojoules {
+    pub(crate) fn commands(&self, commands: &StageCommands) -> Picojoules {
         match &self.dram {
             DramCosts::Bytes { .. } => Picojoules(0.0),
-            DramCosts::Commands(p) => p.commands(work.reads, work.writes, work.activates),
+            DramCosts::Commands(p) => {
+                p.commands(commands.reads, commands.writes, commands.activates)
+            }
         }
     }
 

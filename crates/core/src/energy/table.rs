@@ -180,16 +180,6 @@ impl EnergyTable {
         Ok(Prices { per_action, unit_leakage_w, sram_leakage_w, idle_leakage, dram, area })
     }
 
-    /// The area of a machine that is built of these memories and units; `None` where the table has
-    /// no `[area]`.
-    ///
-    /// # Errors
-    /// A bank outside of the SRAM prices, unless the table allows extrapolation.
-    pub fn area(&self, inventory: &Inventory) -> Result<Option<Area>, PriceError> {
-        let factors = self.factors();
-        Ok(self.area_of(inventory, &self.banks(inventory, &factors)?, &factors))
-    }
-
     fn area_of(&self, built: &Inventory, banks: &[Bank], factors: &Factors) -> Option<Area> {
         let area = self.area.as_ref()?;
         let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];

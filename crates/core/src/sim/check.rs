@@ -1,9 +1,9 @@
 //! Accounts that must close in every run. One that does not is a defect, never a warning.
 
 use super::FrameReport;
-use crate::accel::{FrameTiming, Machine, Replay, RuleError, StageCommands};
+use crate::accel::{FrameTiming, Machine, Replay, RuleError};
 use crate::action::{Action, Stage};
-use crate::energy::{Prices, StageWork};
+use crate::energy::Prices;
 use crate::workload::{FrameWorkload, Geometry};
 
 /// Relative tolerance of sums of energies: they are added in different orders.
@@ -226,11 +226,7 @@ pub fn energy(report: &FrameReport, prices: &Prices) -> Result<(), InvariantViol
     let work: f64 =
         Action::all().iter().map(|&a| report.actions.total(a) as f64 * prices.of(a).0).sum();
     let commands = report.timing().and_then(|t| t.dram.commands.as_ref());
-    let commands: f64 = commands.map_or(0.0, |c| {
-        let sum = |field: fn(&StageCommands) -> u64| c.stages.iter().map(field).sum();
-        let (reads, writes) = (sum(|s| s.reads), sum(|s| s.writes));
-        prices.commands(&StageWork { reads, writes, activates: sum(|s| s.activates) }).0
-    });
+    let commands = commands.map_or(0.0, |c| prices.commands(&c.total()).0);
     let standby: f64 = report.standby.running_w.iter().sum();
     let time = standby * report.frame_time_s().unwrap_or(0.0);
     let (parts, total) = (work + commands + time * 1e12, report.energy.total().0);

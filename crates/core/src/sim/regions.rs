@@ -1,9 +1,8 @@
 //! Costs of the regions of a foveated frame.
 
-use crate::accel::StageCommands;
 use crate::accel::regions::RegionWork;
 use crate::action::{Action, Stage};
-use crate::energy::{Prices, StageWork};
+use crate::energy::Prices;
 
 use super::Foveal;
 use super::timed::Timed;
@@ -37,15 +36,11 @@ pub(super) fn priced(timed: &Timed, prices: &Prices) -> Option<Foveal<RegionRepo
                 let all = timed.actions.count(stage, Action::DramRead)
                     + timed.actions.count(stage, Action::DramWrite);
                 let share = bytes(work, stage) as f64 / all.max(1) as f64;
-                energy_pj += prices.commands(&stage_work(made)).0 * share;
+                energy_pj += prices.commands(made).0 * share;
             }
         }
         let RegionWork { tiles, entries, cycles, .. } = *work;
         RegionReport { tiles, entries, cycles, energy_pj }
     };
     Some(Foveal { summary: fovea.summary, regions: fovea.regions.each_ref().map(of) })
-}
-
-fn stage_work(made: &StageCommands) -> StageWork {
-    StageWork { reads: made.reads, writes: made.writes, activates: made.activates }
 }

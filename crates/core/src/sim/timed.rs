@@ -5,9 +5,9 @@ use super::{
     ListOrder, Measured, ModelReport, SimError, StageBytes, check, regions,
 };
 use crate::accel::regions::RegionWork;
-use crate::accel::{self, DramCommands, FrameTiming, Machine, Memo, Replay, UnitCycles};
+use crate::accel::{self, FrameTiming, Machine, Memo, Replay, UnitCycles};
 use crate::action::{Action, ActionCounts, Stage};
-use crate::energy::{Activity, DramWork, Prices, StageWork};
+use crate::energy::{Activity, Prices};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
 use powergs_frame::splat::Counters;
@@ -103,7 +103,7 @@ pub fn priced(
         // By way of milliseconds: recorded results have this rounding.
         seconds: timed.timing.frame as f64 / timed.clock.0 * 1e3 * 1e-3,
         idle: idle(&timed.timing),
-        dram: timed.timing.dram.commands.as_ref().map(dram_work),
+        dram: timed.timing.dram.commands,
     };
     let report = FrameReport {
         frame: label.frame,
@@ -136,16 +136,6 @@ fn idle(timing: &FrameTiming) -> [f64; 4] {
         if cycles > 0.0 { unit.idle as f64 / cycles } else { 0.0 }
     };
     timing.units.each_ref().map(share)
-}
-
-/// The commands that cost energy.
-fn dram_work(commands: &DramCommands) -> DramWork {
-    let stages = commands.stages.map(|s| StageWork {
-        reads: s.reads,
-        writes: s.writes,
-        activates: s.activates,
-    });
-    DramWork { stages, refreshes: commands.refreshes, bank_refreshes: commands.bank_refreshes }
 }
 
 fn stage_bytes(stage: Stage, actions: &ActionCounts) -> StageBytes {

@@ -5,11 +5,9 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::machine::{DramModel, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
 use powergs_core::action::{Action, ActionCounts, Stage};
-use powergs_core::dram::CommandPrices;
+use powergs_core::dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_core::energy::prices::component_of;
-use powergs_core::energy::{
-    Activity, Component, DramCosts, DramWork, EnergyTable, Prices, StageWork,
-};
+use powergs_core::energy::{Activity, Component, DramCosts, EnergyTable, Prices};
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
 };
@@ -95,8 +93,8 @@ fn standby_is_paid_for_time() {
 fn commands_cost_what_they_are_and_bytes_nothing() {
     let mut actions = ActionCounts::default();
     actions.charge(Stage::Rendering, Action::DramRead, 1_000_000);
-    let mut work = DramWork { refreshes: 7, ..DramWork::default() };
-    work.stages[1] = StageWork { reads: 2, writes: 3, activates: 5 };
+    let mut work = DramCommands { refreshes: 7, ..DramCommands::default() };
+    work.stages[1] = StageCommands { reads: 2, writes: 3, activates: 5 };
     let done = Activity { dram: Some(work), ..activity(&actions, 1e-3) };
     let energy = commands().breakdown(&done);
     assert_eq!(energy.part(Stage::Sorting, Component::Dram).0, 2.0 * 211.0 + 3.0 * 307.0 + 505.0);
@@ -105,7 +103,7 @@ fn commands_cost_what_they_are_and_bytes_nothing() {
     // From energy to power and back: a few roundings.
     assert!((refresh - 7.0 * 401.0).abs() < 1e-9 * refresh, "{refresh}");
     // Eight refreshes of one bank cost as much as one of all banks.
-    let both = DramWork { refreshes: 6, bank_refreshes: 8, ..work };
+    let both = DramCommands { refreshes: 6, bank_refreshes: 8, ..work };
     let both = commands().breakdown(&Activity { dram: Some(both), ..done });
     assert_eq!(both.part(Stage::Standby, Component::Refresh).0, refresh);
     let standby = commands().standby(&done);

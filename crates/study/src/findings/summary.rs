@@ -1,8 +1,9 @@
 //! What one run comes to: means over its frames, each frame with equal weight, and the constants of
 //! its machine. Every conclusion is drawn from this.
 
-use powergs_core::accel::{BufferUse, DramCommands, FrameTiming, StageCommands, Stall};
+use powergs_core::accel::{BufferUse, FrameTiming, Stall};
 use powergs_core::action::{Buffer, Stage, UnitKind};
+use powergs_core::dram::{DramCommands, StageCommands};
 use powergs_core::energy::{Component, Standby};
 use powergs_core::sim::statistics::{Aggregate, Value};
 use powergs_core::sim::{CycleReport, FrameReport, RegionReport};

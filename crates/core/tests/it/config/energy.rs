@@ -134,7 +134,7 @@ fn area_of_gscore() {
 fn area_grows_with_units_and_buffers() {
     let base = Machine::parse(gscore()).expect("gscore");
     let area = |machine: &Machine| {
-        table("gscore-28nm").area(&machine.inventory()).expect("prices").expect("an area")
+        cost::prices(&table("gscore-28nm"), machine).expect("prices").area.expect("an area")
     };
     let mut wide = base.clone();
     wide.vru.units_per_core *= 2;

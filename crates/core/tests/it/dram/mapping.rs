@@ -73,8 +73,7 @@ fn fields_say_what_the_names_say() {
 #[test]
 fn addresses_beyond_the_capacity_wrap() {
     let device = device("lpddr4-3200-x16x8", &[]);
-    let capacity = device.capacity().0;
-    assert_eq!(capacity, 4 << 30);
+    let capacity = 4 << 30;
     assert_eq!(place(&device, capacity + 64), place(&device, 64));
     assert_eq!(place(&device, u64::MAX), place(&device, capacity - 1));
 }

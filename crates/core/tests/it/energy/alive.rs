@@ -5,7 +5,8 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::action::{Action, ActionCounts, Stage};
-use powergs_core::energy::{Activity, DramWork, EnergyTable, StageWork};
+use powergs_core::dram::{DramCommands, StageCommands};
+use powergs_core::energy::{Activity, EnergyTable};
 use powergs_core::sim::cost;
 use toml::Value;
 
@@ -20,8 +21,8 @@ fn outputs(text: &str) -> (f64, f64) {
     for action in Action::all() {
         actions.charge(Stage::Rendering, action, 1_000_000);
     }
-    let stage = StageWork { reads: 1000, writes: 1000, activates: 1000 };
-    let dram = Some(DramWork { stages: [stage; 3], refreshes: 10, bank_refreshes: 0 });
+    let stage = StageCommands { reads: 1000, writes: 1000, activates: 1000 };
+    let dram = Some(DramCommands { stages: [stage; 3], refreshes: 10, ..DramCommands::default() });
     let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
     (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0))
 }

@@ -3,7 +3,8 @@
 use powergs_base::config::embedded::{ENERGY, Embedded, MACHINES};
 use powergs_base::config::{key_docs, knob};
 use powergs_core::accel::Machine;
-use powergs_core::energy::prices::{Activity, DramWork, StageWork};
+use powergs_core::dram::{DramCommands, StageCommands};
+use powergs_core::energy::Activity;
 use powergs_core::energy::{Area, EnergyBreakdown, EnergyTable, Prices};
 use powergs_core::sim::cost;
 use toml::{Table, Value};
@@ -30,12 +31,12 @@ fn costs(
 ) -> Result<Costs, String> {
     let table = EnergyTable::parse(text).map_err(|e| e.to_string())?;
     let prices = cost::prices(&table, machine).map_err(|e| e.to_string())?;
-    let work = StageWork { reads: 1000, writes: 100, activates: 300 };
+    let work = StageCommands { reads: 1000, writes: 100, activates: 300 };
     let energy = prices.breakdown(&Activity {
         actions: &frame.actions,
         seconds: 1e-4,
         idle: [0.3; 4],
-        dram: Some(DramWork { stages: [work; 3], refreshes: 7, bank_refreshes: 0 }),
+        dram: Some(DramCommands { stages: [work; 3], refreshes: 7, ..DramCommands::default() }),
     });
     Ok(Costs { energy, area: prices.area, prices })
 }

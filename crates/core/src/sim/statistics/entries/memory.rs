@@ -1,8 +1,9 @@
 //! DRAM activity and buffer occupancy.
 
 use super::{List, count, real};
-use crate::accel::{BufferUse, DramCommands, DramUse, FrameTiming, StageCommands};
+use crate::accel::{BufferUse, DramUse, FrameTiming};
 use crate::action::{Buffer, Stage};
+use crate::dram::{DramCommands, StageCommands};
 use crate::sim::{CycleReport, FrameReport};
 
 fn usage(frame: &FrameReport) -> Option<&DramUse> {
