@@ -1,4 +1,4 @@
-//! Where somebody looks: the flags of commands that show foveated models.
+//! Where the viewer looks: the flags of commands that show foveated models.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use powergs_frame::fovea::{GazeStream, REGIONS, Screen, ScreenGaze};
 use powergs_scene::Camera;
 use powergs_scene::gaze::{GazeSource, ViewGazeError, gazes, missing_regions};
 
-/// Where somebody looks in each view, and on which screen.
+/// Where the viewer looks in each view, and on which screen.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Foveation (with a .fov model)")]
 pub struct GazeArgs {
@@ -126,7 +126,7 @@ pub fn note_missing(context: &Context, cameras: &[Camera], gazes: &[ScreenGaze])
     }
 }
 
-/// Says where somebody looks, if nobody said.
+/// Says where the viewer looks, if no flag does.
 pub fn note_default(context: &Context, gaze: &GazeArgs) {
     if !gaze.is_given() && !context.global.quiet {
         out::complain(

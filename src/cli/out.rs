@@ -37,7 +37,7 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     })
 }
 
-/// Prints a line on standard error. If that is closed there is nobody left to tell.
+/// Prints a line on standard error. If that is closed the line is lost.
 pub fn complain(message: impl std::fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{message}");
 }

@@ -128,7 +128,7 @@ impl OfSweep {
     }
 
     /// Writes the analysis into the folder of the sweep and returns what a terminal shows; `None`
-    /// if the user broke off.
+    /// if the user pressed Ctrl-C.
     ///
     /// # Errors
     /// A table that does not answer the question, a folder that cannot be written.
@@ -161,7 +161,7 @@ impl OfSweep {
     }
 }
 
-/// Reads, analyses and writes; `None` if the user broke off.
+/// Reads, analyses and writes; `None` if the user pressed Ctrl-C.
 fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
     let sweep = FinishedSweep::open(&args.folder)?;
     let question = question::question(args, &sweep.facts)?;
@@ -187,7 +187,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     Ok(Some(Answer { page, json }))
 }
 
-/// A condition that nobody meets is a goal that was missed; an empty table is a bad input.
+/// A condition that no design meets is a goal that was missed; an empty table is a bad input.
 fn failure(folder: &Path, error: AnalysisError) -> Failure {
     let exit = match error {
         AnalysisError::Unmet { .. } => Exit::GoalMissed,

@@ -100,7 +100,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     report(context, &cameras, &targets)
 }
 
-/// The views, and where somebody looks in each: the place in the sequence counts, also where only
+/// The views, and where the viewer looks in each: the place in the sequence counts, also where only
 /// one of them is rendered.
 fn chosen(
     args: &Args,

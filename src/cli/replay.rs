@@ -6,7 +6,7 @@ use super::camera_file::{FrameRange, frame_range};
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
-use super::timeline::{self, Asked};
+use super::timeline::{self, TimelineRequest};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::session::Target;
@@ -78,7 +78,7 @@ pub struct Args {
     /// What every unit did in a frame, as a picture (of the tiles A to B, or of all of
     /// it) and as trace.json.gz for ui.perfetto.dev
     #[arg(long, value_name = "FRAME[:A..B]", value_parser = timeline::asked)]
-    pub timeline: Option<timeline::Asked>,
+    pub timeline: Option<timeline::TimelineRequest>,
     /// Write the DRAM requests of the first frame to a file, one a line: R 0x1f40 64
     #[arg(long, value_name = "FILE")]
     pub dump_dram: Option<PathBuf>,
@@ -212,7 +212,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let folder = folder(args, &facts)?;
     let run = replay.run(&mut trace, &Watched::new(context, Counts::Frames))?;
-    let mut timeline = |folder: &RunFolder, asked: &Asked| match &model {
+    let mut timeline = |folder: &RunFolder, asked: &TimelineRequest| match &model {
         Model::Cycle(system) => {
             let frame = Session::new(&mut trace, &()).frame_on(system, asked.frame)?;
             timeline::write(folder, asked, &frame)
@@ -232,7 +232,8 @@ pub fn folder(args: &Args, facts: &Facts) -> Result<RunFolder, Failure> {
 }
 
 /// Writes a timeline into a folder; returns what the user should know.
-pub type WriteTimeline<'a> = dyn FnMut(&RunFolder, &Asked) -> Result<Option<String>, Failure> + 'a;
+pub type WriteTimeline<'a> =
+    dyn FnMut(&RunFolder, &TimelineRequest) -> Result<Option<String>, Failure> + 'a;
 
 /// Writes the report folder and prints the summary.
 ///
@@ -270,7 +271,7 @@ fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(),
     if context.global.quiet {
         return Ok(());
     }
-    let best = run.extras.what_if.as_ref().and_then(|w| w.best());
+    let best = run.experiments.what_if.as_ref().and_then(|w| w.best());
     let next = next_command(args, best.map_or(&[], |step| &step.sets));
     let summary = folder.join("summary.md").display().to_string();
     out::document(&report::page::document(run, &[], &[("report", summary), ("next", next)]))

@@ -109,7 +109,7 @@ fn selection(text: &str) -> Result<(String, KeySelection), String> {
     Ok((text.to_owned(), text.parse()?))
 }
 
-/// How keys are turned together.
+/// How keys are perturbed together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum MethodArg {
     /// Elementary effects: cheap, says which keys matter and which act alone

@@ -15,14 +15,14 @@ use powergs_report::{charts, format};
 
 /// A frame, and the tiles of it that the picture shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Asked {
+pub struct TimelineRequest {
     /// Position in the trace.
     pub frame: usize,
     /// Tiles by number, row by row from the upper left; `None`: the whole frame.
     pub tiles: Option<Range<u32>>,
 }
 
-impl Asked {
+impl TimelineRequest {
     /// Checks it against the frames of a run and the tiles of its first frame.
     ///
     /// # Errors
@@ -42,18 +42,18 @@ impl Asked {
 }
 
 /// Reads `3` or `3:100..140`.
-pub fn asked(text: &str) -> Result<Asked, String> {
+pub fn asked(text: &str) -> Result<TimelineRequest, String> {
     let wrong = || "write FRAME or FRAME:A..B (tiles A to B, B excluded), as in 3:100..140";
     let (frame, tiles) = text.split_once(':').map_or((text, None), |(f, t)| (f, Some(t)));
     let frame = frame.parse().map_err(|_| wrong())?;
-    let Some(tiles) = tiles else { return Ok(Asked { frame, tiles: None }) };
+    let Some(tiles) = tiles else { return Ok(TimelineRequest { frame, tiles: None }) };
     let (first, last) = tiles.split_once("..").ok_or_else(wrong)?;
     let number = |text: &str| text.parse::<u32>().map_err(|_| wrong());
     let tiles = number(first)?..number(last)?;
     if tiles.is_empty() {
         return Err("the range of tiles is empty".into());
     }
-    Ok(Asked { frame, tiles: Some(tiles) })
+    Ok(TimelineRequest { frame, tiles: Some(tiles) })
 }
 
 /// Writes `trace.json.gz` of the whole frame, and `timeline.png` and `.svg` of the tiles; returns
@@ -63,7 +63,7 @@ pub fn asked(text: &str) -> Result<Asked, String> {
 /// Exit code 2: tiles that no unit works on, or a folder that cannot be written.
 pub fn write(
     folder: &RunFolder,
-    asked: &Asked,
+    asked: &TimelineRequest,
     frame: &FrameOn<'_>,
 ) -> Result<Option<String>, Failure> {
     let machine = frame.machine;

@@ -17,7 +17,7 @@ use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
 pub fn report(run: &Run) -> Json {
     let (facts, table, summary) = (&run.facts, Table::of(run), summary_of(run));
     let found = bottleneck::of(&summary);
-    let mattered = limits::mattered(&summary, found.as_ref(), run.extras.what_if.as_ref());
+    let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
     let frames: Vec<Json> =
         run.frames.iter().zip(&table.rows).map(|(frame, row)| self::frame(frame, row)).collect();
     json!({
@@ -82,7 +82,7 @@ pub(super) fn bottleneck_json(found: Option<&Bottleneck>) -> Json {
 }
 
 fn what_if(run: &Run) -> Json {
-    let Some(experiment) = &run.extras.what_if else { return Json::Null };
+    let Some(experiment) = &run.experiments.what_if else { return Json::Null };
     json!({
         "frames": experiment.frames,
         "frame_time_ms": experiment.base.frame_time_ms,
@@ -103,7 +103,7 @@ fn what_if(run: &Run) -> Json {
 }
 
 fn dram_models(run: &Run) -> Json {
-    let Some(models) = run.extras.dram_models else { return Json::Null };
+    let Some(models) = run.experiments.dram_models else { return Json::Null };
     let [time, bytes] = models.differences();
     json!({
         "window_frame_time_ms": models.window_ms,

@@ -39,10 +39,10 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         cycles(&mut page, run, cycle);
         regions(&mut page, cycle);
     }
-    if let Some(experiment) = &run.extras.what_if {
+    if let Some(experiment) = &run.experiments.what_if {
         what_if(&mut page, experiment);
     }
-    if let Some(models) = &run.extras.dram_models {
+    if let Some(models) = &run.experiments.dram_models {
         page.paragraph(dram_models(models));
     }
     if let Some(cycle) = &summary.cycle {
@@ -54,7 +54,7 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     page.charts(charts);
     let mut last: Vec<(String, Text)> = Vec::new();
     if summary.throughput_fps().is_some() {
-        let mattered = limits::mattered(&summary, found.as_ref(), run.extras.what_if.as_ref());
+        let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
         let left_out = limits::left_out(run.facts.machine.dram_model);
         last.push(("limits".into(), words::line(left_out.len(), &mattered).into()));
         page.page_heading("What is not modelled");

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::document::Table;
 use outcome::{outcome_json, traces_json};
-use powergs_study::findings::sensitivity::{Fixed, Outcome, Row, Sensitivity, Side};
+use powergs_study::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Outcome, Sensitivity};
 
 /// One line a knob, side and trace, exact numbers.
 pub fn csv(all: &Sensitivity) -> Vec<u8> {
@@ -55,8 +55,8 @@ pub fn csv(all: &Sensitivity) -> Vec<u8> {
 }
 
 /// Base, low and high of a row, those that it has.
-fn sides(row: &Row) -> Vec<(&'static str, Side)> {
-    let base = Side { value: row.value.clone(), outcomes: Ok(row.base.clone()) };
+fn sides(row: &KnobEffect) -> Vec<(&'static str, KnobSetting)> {
+    let base = KnobSetting { value: row.value.clone(), outcomes: Ok(row.base.clone()) };
     let all = [("base", Some(base)), ("low", row.low.clone()), ("high", row.high.clone())];
     all.into_iter().filter_map(|(name, side)| Some((name, side?))).collect()
 }
@@ -64,14 +64,14 @@ fn sides(row: &Row) -> Vec<(&'static str, Side)> {
 /// The experiment as JSON.
 pub fn json(all: &Sensitivity) -> Value {
     let outcome = outcome_json;
-    let side = |side: &Side| match &side.outcomes {
+    let side = |side: &KnobSetting| match &side.outcomes {
         Ok(outcomes) => {
             let outcomes: Vec<Value> = outcomes.iter().map(outcome).collect();
             json!({ "value": side.value, "outcomes": outcomes })
         }
         Err(reason) => json!({ "value": side.value, "refused": reason }),
     };
-    let row = |row: &Row| {
+    let row = |row: &KnobEffect| {
         json!({
             "assumption": row.number,
             "text": row.text,

@@ -28,7 +28,7 @@ use front::Costs;
 use knee::Scaling;
 use marginal::{Marginal, Neighbour};
 
-/// A design that somebody named, and how far it is from the front.
+/// A design that the question names, and how far it is from the front.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedDesign {
     /// Its row.
@@ -48,7 +48,7 @@ pub struct Analysis<'t> {
     pub table: &'t Table,
     /// What was asked.
     pub question: Question,
-    /// Label of the energy table that was looked at.
+    /// Label of the energy table whose rows are analysed.
     pub energy_table: String,
     /// Designs that were simulated, have every objective, and need not meet the condition.
     pub simulated: usize,
@@ -95,7 +95,7 @@ impl<'t> Analysis<'t> {
     /// Answers `question` from `table`.
     ///
     /// # Errors
-    /// Names that are no columns, labels that do not occur, conditions that nobody meets.
+    /// Names that are no columns, labels that do not occur, conditions that no design meets.
     pub fn of(table: &'t Table, question: &Question) -> Result<Analysis<'t>, AnalysisError> {
         check(table, question)?;
         let energy_table = energy_table(table, question)?;

@@ -11,7 +11,7 @@ use powergs_core::sim::{FrameReport, Model};
 
 use crate::findings::what_if::Cost;
 use crate::findings::{Picture, TileLoad};
-use crate::run_record::{DramModels, Extras, Facts, MachineFacts, Run, TraceFacts};
+use crate::run_record::{DramModels, Experiments, Facts, MachineFacts, Run, TraceFacts};
 use doubling::Doubling;
 
 /// What is simulated besides the frames themselves.
@@ -113,7 +113,7 @@ impl Replay<'_> {
             facts,
             frames: main.reports,
             tiles: main.slowest.map(|(_, tiles)| tiles),
-            extras: Extras { what_if, dram_models },
+            experiments: Experiments { what_if, dram_models },
         })
     }
 }
@@ -136,7 +136,8 @@ pub fn on_each(
     let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();
     let keep = |reports: &mut Vec<FrameReport>, view: FrameView<'_>| reports.push(view.report);
     let folded = Session::new(frames, watch).fold(&subjects, |_| Vec::new(), keep)?;
-    let run = |(facts, frames)| Run { facts, frames, tiles: None, extras: Extras::default() };
+    let run =
+        |(facts, frames)| Run { facts, frames, tiles: None, experiments: Experiments::default() };
     Ok(facts.into_iter().zip(folded.states).map(run).collect())
 }
 

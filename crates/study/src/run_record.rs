@@ -117,12 +117,12 @@ pub struct Run {
     /// Tile lists of the slowest frame (in the `paper` model: the one with most loads).
     pub tiles: Option<TileLoad>,
     /// What was simulated beside the frames.
-    pub extras: Extras,
+    pub experiments: Experiments,
 }
 
 /// What a run may carry beside its frames.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Extras {
+pub struct Experiments {
     /// What doubling single resources would buy.
     pub what_if: Option<WhatIf>,
     /// The same frames under two models of the DRAM.

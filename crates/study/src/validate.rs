@@ -7,7 +7,7 @@
 //! takes it through all machines that want it. [`judge()`] compares with the tolerance of the row
 //! and with what came out the last time (`baseline.csv`).
 //!
-//! This module opens no file: whoever calls it hands in the texts and the systems.
+//! This module opens no file: the caller hands in the texts and the systems.
 
 mod judge;
 mod metric;

@@ -43,7 +43,7 @@ fn named(text: &str) -> Result<Named, Failure> {
     let hex = plain.len() >= DIGITS_MIN && plain.len() <= 32;
     let hex = hex && plain.chars().all(|c| c.is_ascii_hexdigit());
     match plain.parse() {
-        // A whole hash may have decimal digits only; nobody has that many points.
+        // A whole hash may have decimal digits only; no space has that many points.
         Ok(point) if plain.len() < 16 => Ok(Named::Point(point)),
         _ if hex => Ok(Named::Id(plain.to_lowercase())),
         _ => {

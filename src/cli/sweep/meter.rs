@@ -25,7 +25,7 @@ pub struct Meter<'a> {
 /// What a sweep is at.
 enum Stage {
     Nothing,
-    /// Designs are looked at.
+    /// Designs are planned.
     Planning(Progress),
     /// Machines are timed.
     Working(Bar),

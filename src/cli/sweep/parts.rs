@@ -13,7 +13,7 @@ use powergs_core::run::FileStore;
 use powergs_report::format::wrapped;
 use powergs_study::sweep::design::Design;
 use powergs_study::sweep::run::finish::Finished;
-use powergs_study::sweep::run::parts::{Count, Named, find, parts_of, reopen, take_over};
+use powergs_study::sweep::run::parts::{FoundDesign, PartCount, find, parts_of, reopen, take_over};
 use powergs_study::sweep::run::search::search;
 use powergs_study::sweep::run::{Existing, OpenedSweep, Plan, SharedResults, SweepFolder};
 use powergs_study::sweep::table::{Cell, FIRST};
@@ -52,7 +52,7 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let plan = planned(&sweep, context)?;
     let of = parts_of(&store);
-    let count = Count::of(&sweep, &plan, &mut records, of)?;
+    let count = PartCount::of(&sweep, &plan, &mut records, of)?;
     let excluded: u64 = plan.excluded.values().sum();
     if context.global.json {
         out::json(&json!({
@@ -120,7 +120,7 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     }
     let plan = planned(&sweep, context)?;
     let of = parts_of(&store);
-    let count = Count::of(&sweep, &plan, &mut folder.records, of)?;
+    let count = PartCount::of(&sweep, &plan, &mut folder.records, of)?;
     if count.missing > 0 {
         let parts: Vec<String> = count.parts.iter().map(u32::to_string).collect();
         let what = format!(
@@ -142,7 +142,7 @@ pub fn show(args: &ShowArgs, context: &Context) -> Result<Exit, Failure> {
     let sweep = reopen(&FileStore::new(&args.folder))?;
     let place = args.folder.display().to_string();
     let found = find(&sweep.designs, &args.id, &place, &Meter::new(context))?;
-    let Named::Found(point, design) = found else { return Err(interrupted()) };
+    let FoundDesign::Found(point, design) = found else { return Err(interrupted()) };
     let columns = sweep.designs.columns();
     let cells = sweep.designs.cells(point);
     if args.toml {

@@ -12,7 +12,7 @@ use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::search::search;
 use powergs_study::sweep::run::state;
 use powergs_study::sweep::run::{
-    Existing, OpenedSweep, Plan, Shard, SharedResults, Sink, SweepFolder, SweepWatch, work,
+    Existing, OpenedSweep, Plan, ResultSink, Shard, SharedResults, SweepFolder, SweepWatch, work,
 };
 
 /// Runs the command.
@@ -67,7 +67,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
             return Ok(interrupted(&path, args));
         };
         let machines = plan.machines(shard);
-        let sink = Sink { folder: &mut folder, shared: &mut shared };
+        let sink = ResultSink { folder: &mut folder, shared: &mut shared };
         let done = work(&mut sweep, &plan, &machines, sink, args.memory, &meter)?;
         done.then_some(plan)
     };

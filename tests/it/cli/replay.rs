@@ -6,9 +6,9 @@ use std::path::Path;
 use clap::Parser;
 use powergs_sim::cli::invocation::Started;
 use powergs_sim::cli::replay::{Args, folder, publish};
-use powergs_sim::cli::timeline::{Asked, asked};
+use powergs_sim::cli::timeline::{TimelineRequest, asked};
 use powergs_sim::cli::{Context, Exit, Failure, Global};
-use powergs_sim::run_record::{Extras, Run};
+use powergs_sim::run_record::{Experiments, Run};
 
 use crate::report::builder;
 
@@ -31,8 +31,8 @@ fn replay(out: &Path, asked: usize, millions: &[f64]) -> Result<Exit, Failure> {
     let slowest = (0..millions.len()).max_by(|&a, &b| millions[a].total_cmp(&millions[b]));
     tiles.frame = slowest.unwrap_or(0);
     let frames = millions.iter().enumerate().map(|(i, &m)| builder::frame(i, m)).collect();
-    let extras = Extras { what_if: Some(builder::what_if()), dram_models: None };
-    let run = Run { facts, frames, tiles: Some(tiles), extras };
+    let experiments = Experiments { what_if: Some(builder::what_if()), dram_models: None };
+    let run = Run { facts, frames, tiles: Some(tiles), experiments };
     publish(&line.args, &context, &started, folder, &run, &mut |_, _| Ok(None))
 }
 
@@ -95,8 +95,8 @@ fn rates_are_checked() {
 
 #[test]
 fn timelines_are_asked_for_by_frame_and_tiles() {
-    assert_eq!(asked("3"), Ok(Asked { frame: 3, tiles: None }));
-    assert_eq!(asked("3:100..140"), Ok(Asked { frame: 3, tiles: Some(100..140) }));
+    assert_eq!(asked("3"), Ok(TimelineRequest { frame: 3, tiles: None }));
+    assert_eq!(asked("3:100..140"), Ok(TimelineRequest { frame: 3, tiles: Some(100..140) }));
     for bad in ["", "x", "3:", "3:5", "3:9..9", "3:9..2", "-1", "3:1..99999999999"] {
         assert!(asked(bad).is_err(), "{bad}");
     }

@@ -9,7 +9,7 @@ use powergs_sim::findings::what_if::{Cost, Skipped, Step};
 use powergs_sim::findings::{Picture, TileLoad, WhatIf};
 use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
 use powergs_sim::run::Input;
-use powergs_sim::run_record::{Extras, Facts, MachineFacts, Run, TraceFacts};
+use powergs_sim::run_record::{Experiments, Facts, MachineFacts, Run, TraceFacts};
 use powergs_sim::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
     OrderSummary, PaperReport, RegionReport, StageBytes,
@@ -276,7 +276,7 @@ pub fn run(millions: &[f64]) -> Run {
         facts: facts(frames.len()),
         frames,
         tiles: Some(tiles(979, 546, 16)),
-        extras: Extras { what_if: Some(what_if()), dram_models: None },
+        experiments: Experiments { what_if: Some(what_if()), dram_models: None },
     }
 }
 
@@ -319,7 +319,7 @@ pub fn garden() -> Run {
 pub fn paper() -> Run {
     let mut run = garden();
     run.facts.model = Model::Paper;
-    run.extras = Extras::default();
+    run.experiments = Experiments::default();
     run.facts.machine = MachineFacts {
         name: "paper".into(),
         energy_table: "paper".into(),

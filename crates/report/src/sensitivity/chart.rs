@@ -3,7 +3,7 @@
 
 use crate::format::{shortened, significant};
 use powergs_chart::{Axis, Chart, Colour, Entry, Mark, Name, Panel, Scale, Words};
-use powergs_study::findings::sensitivity::{Change, Row, Sensitivity};
+use powergs_study::findings::sensitivity::{Change, KnobEffect, Sensitivity};
 
 /// File names; further traces have no chart.
 const NAMES: [&str; 4] = ["tornado", "tornado_2", "tornado_3", "tornado_4"];
@@ -23,8 +23,8 @@ pub fn charts(all: &Sensitivity) -> Vec<Chart> {
 fn chart(all: &Sensitivity, t: usize) -> Chart {
     let trace = &all.traces[t];
     // The title names one machine: rows about others stay in the tables.
-    let moves = |r: &&Row| r.on.is_none() && effect(r, t) >= 0.0005;
-    let mut rows: Vec<&Row> = all.rows.iter().filter(moves).collect();
+    let moves = |r: &&KnobEffect| r.on.is_none() && effect(r, t) >= 0.0005;
+    let mut rows: Vec<&KnobEffect> = all.rows.iter().filter(moves).collect();
     rows.sort_by(|a, b| effect(b, t).total_cmp(&effect(a, t)));
     rows.truncate(MOST);
     let note = all.incomplete_note().map_or(String::new(), |note| format!("{note}. "));
@@ -42,15 +42,16 @@ fn chart(all: &Sensitivity, t: usize) -> Chart {
         .panel(right)
 }
 
-fn effect(row: &Row, t: usize) -> f64 {
+fn effect(row: &KnobEffect, t: usize) -> f64 {
     let size = |c: Change| c.fps.abs().max(c.energy.abs());
     row.changes(t).into_iter().flatten().map(size).fold(0.0, f64::max)
 }
 
-fn panel(rows: &[&Row], t: usize, title: &str, of: impl Fn(Change) -> f64) -> Panel {
-    let percents = |row: &&Row| row.changes(t).map(|c| c.map(|c| of(c) * 100.0));
+fn panel(rows: &[&KnobEffect], t: usize, title: &str, of: impl Fn(Change) -> f64) -> Panel {
+    let percents = |row: &&KnobEffect| row.changes(t).map(|c| c.map(|c| of(c) * 100.0));
     let values: Vec<[Option<f64>; 2]> = rows.iter().map(percents).collect();
-    let name = |row: &&Row| Name { words: Words::from(row.knob()), lead: row.number.clone() };
+    let name =
+        |row: &&KnobEffect| Name { words: Words::from(row.knob()), lead: row.number.clone() };
     let y = Axis::names(rows.iter().map(name));
     Panel::new(both_ways(title, &values, 1.0, WIDEST), y)
         .mark(Mark::Tornado { rows: values, colours: COLOURS })

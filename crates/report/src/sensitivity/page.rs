@@ -4,7 +4,7 @@ use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
-use powergs_study::findings::sensitivity::{Change, Row, Sensitivity, Side, Traced};
+use powergs_study::findings::sensitivity::{Change, KnobEffect, KnobSetting, Sensitivity, Traced};
 
 /// Characters of a knob on a terminal.
 const KNOB: usize = 27;
@@ -82,7 +82,7 @@ pub(super) fn traces(traces: &[Traced], note: Option<String>, fps: Option<f64>) 
 }
 
 /// Whether a row has something to show; `None` if neither side is a valid configuration.
-fn shows(row: &Row) -> Option<bool> {
+fn shows(row: &KnobEffect) -> Option<bool> {
     let all = (0..row.base.len()).flat_map(|t| row.changes(t)).flatten();
     all.map(|c| c.largest() >= LEAST).reduce(|a, b| a || b)
 }
@@ -127,7 +127,7 @@ fn rows(all: &Sensitivity, part: Part) -> Table {
         columns.extend(["low", "high"].map(|side| Column::count(side).group(group.clone())));
     }
     let mut table = Table::new(columns);
-    let changes = |row: &Row| -> Vec<Option<f64>> {
+    let changes = |row: &KnobEffect| -> Vec<Option<f64>> {
         let pair = |&(_, t, of): &(String, usize, Of)| row.changes(t).map(|c| c.map(of));
         pairs.iter().flat_map(pair).collect()
     };
@@ -149,7 +149,7 @@ fn rows(all: &Sensitivity, part: Part) -> Table {
 }
 
 /// The keys of a knob, and what else it needs.
-fn keys(row: &Row) -> Text {
+fn keys(row: &KnobEffect) -> Text {
     let mut text = Text::codes(row.keys.iter().map(String::as_str));
     if let Some(on) = &row.on {
         text = text.then(format!(" on {on}"));
@@ -172,7 +172,7 @@ pub(super) fn percent(change: Option<f64>) -> Cell {
 }
 
 /// `0.39 .. 1`, or `-> all`.
-fn values(row: &Row) -> String {
+fn values(row: &KnobEffect) -> String {
     match (&row.low, &row.high) {
         (Some(low), Some(high)) => format!("{} .. {}", low.value, high.value),
         (Some(low), None) => format!("{} ..", low.value),
@@ -186,7 +186,7 @@ fn refused(all: &Sensitivity) -> Table {
     let mut table = Table::new(["invalid configuration", "", "why"].map(Column::text));
     for row in &all.rows {
         for side in [&row.low, &row.high].into_iter().flatten() {
-            if let Side { value, outcomes: Err(reason) } = side {
+            if let KnobSetting { value, outcomes: Err(reason) } = side {
                 let what = Text::codes(row.keys.iter().map(String::as_str));
                 let what = what.then(format!(" = {value}"));
                 table.row([row.number.as_str().into(), what.into(), Text::marked(reason).into()]);

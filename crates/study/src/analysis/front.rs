@@ -3,7 +3,7 @@
 //! Objectives are *costs* here: smaller is better, so what is to be maximised comes with its sign
 //! turned. A design is beaten (dominated) by another that is nowhere worse and somewhere better.
 //! Designs with equal costs do not beat each other: all of them are on the front, or none. A design
-//! with a cost that is not finite is on no front and beats nobody.
+//! with a cost that is not finite is on no front and beats no other.
 
 /// Costs of many designs, `k` each.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,7 +137,7 @@ fn weakly(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| a <= b)
 }
 
-/// Those of `second` that nobody of `first` equals or beats in the objectives `keys`.
+/// Those of `second` that none of `first` equals or beats in the objectives `keys`.
 fn not_below(costs: &Costs, first: &[usize], second: Vec<usize>, keys: &[usize]) -> Vec<usize> {
     if first.is_empty() || second.is_empty() {
         return second;

@@ -27,7 +27,7 @@ impl fmt::Display for Scope {
     }
 }
 
-/// A design that somebody names.
+/// How a question names a design.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Named {
     /// The base machine.
@@ -132,7 +132,7 @@ pub enum AnalysisError {
     /// No row of the wanted kind has all objectives.
     #[error("no design has a value of every objective ({scope}, energy table `{energy_table}`)")]
     Nothing {
-        /// Which rows were looked at.
+        /// Which rows were analysed.
         scope: String,
         /// Which energy table.
         energy_table: String,
@@ -140,7 +140,7 @@ pub enum AnalysisError {
     /// No design meets the condition.
     #[error("none of {designs} designs meets the condition{}", parts_text(.parts))]
     Unmet {
-        /// Designs that were looked at.
+        /// Designs that were analysed.
         designs: usize,
         /// Each part of the condition with the number of designs that meet it.
         parts: Vec<(String, usize)>,

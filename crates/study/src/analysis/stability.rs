@@ -15,7 +15,7 @@ use super::question::{AnalysisError, Question, Scope};
 use super::table::Table;
 use rank::{kendall, spearman};
 
-/// Alternatives that are looked at; a sweep has a few energy tables and traces.
+/// The most alternatives that are compared; a sweep has a few energy tables and traces.
 pub(crate) const ALTERNATIVES_MAX: usize = 24;
 
 /// The ranking of one energy table and scope.
@@ -150,7 +150,7 @@ impl Stability {
     }
 }
 
-/// An alternative to be looked at.
+/// An alternative to compare with.
 struct Here<'t> {
     table: &'t Table,
     question: &'t Question,

@@ -137,14 +137,14 @@ impl Measure {
 
 /// One measure of all sides.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct ComparedMeasure {
     /// What was measured.
     pub measure: Measure,
     /// One value per side; `None` where a side does not have it.
     pub values: Vec<Option<f64>>,
 }
 
-impl Row {
+impl ComparedMeasure {
     /// The value of side `i` over that of the first side.
     pub fn ratio(&self, i: usize) -> Option<f64> {
         let (first, other) = (self.values[0]?, self.values[i]?);
@@ -189,7 +189,7 @@ pub struct Comparison {
     /// At least two, with labels of their own.
     pub sides: Vec<Side>,
     /// The measures, in the order of [`Measure::ALL`].
-    pub rows: Vec<Row>,
+    pub rows: Vec<ComparedMeasure>,
     /// What else differs.
     pub notes: Vec<Note>,
 }
@@ -203,7 +203,7 @@ impl Comparison {
                 side.label = format!("{}-{}", side.label, i + 1);
             }
         }
-        let row = |measure: Measure| Row {
+        let row = |measure: Measure| ComparedMeasure {
             measure,
             values: sides.iter().map(|side| measure.of(side, &sides[0])).collect(),
         };
@@ -217,7 +217,7 @@ impl Comparison {
     }
 
     /// One measure of all sides.
-    pub fn row(&self, measure: Measure) -> &Row {
+    pub fn row(&self, measure: Measure) -> &ComparedMeasure {
         &self.rows[measure as usize]
     }
 

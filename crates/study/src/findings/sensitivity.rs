@@ -1,5 +1,5 @@
 //! What every assumption moves: the frame rate, the energy of a frame and the area of the chip,
-//! with its knob turned down and up. What every key moves is in [`keys`], and how keys act together
+//! with its knob set lower and higher. What every key moves is in [`keys`], and how keys act together
 //! in [`interactions`].
 
 pub mod interactions;
@@ -10,9 +10,9 @@ pub use outcome::{Change, Measure, Outcome, Traced};
 
 use outcome::incomplete_note;
 
-/// A knob turned one way.
+/// A knob at another value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Side {
+pub struct KnobSetting {
     /// Value of the keys, as in a file.
     pub value: String,
     /// What it costs, by trace; or why that is no machine.
@@ -21,7 +21,7 @@ pub struct Side {
 
 /// One knob of one assumption.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct KnobEffect {
     /// `A4`.
     pub number: String,
     /// What is assumed.
@@ -34,17 +34,17 @@ pub struct Row {
     pub value: String,
     /// `--set` values of the machine that the knob needs.
     pub with: Vec<String>,
-    /// The machine that is turned, where it is not the one of the experiment.
+    /// The machine that is perturbed, where it is not the one of the experiment.
     pub on: Option<String>,
     /// The machine with those, by trace.
     pub base: Vec<Outcome>,
-    /// Turned down; `None` for a knob that has names, not numbers.
-    pub low: Option<Side>,
-    /// Turned up, or to another name.
-    pub high: Option<Side>,
+    /// At a lower value; `None` for a knob that has names, not numbers.
+    pub low: Option<KnobSetting>,
+    /// At a higher value, or another name.
+    pub high: Option<KnobSetting>,
 }
 
-impl Row {
+impl KnobEffect {
     /// The changes on one trace, down and up.
     pub fn changes(&self, trace: usize) -> [Option<Change>; 2] {
         [&self.low, &self.high].map(|side| {
@@ -71,14 +71,14 @@ impl Row {
     }
 }
 
-/// An assumption that no knob turns.
+/// An assumption without a knob on this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fixed {
     /// `A14`.
     pub number: String,
     /// What is assumed.
     pub text: String,
-    /// Why nothing turns it on this machine.
+    /// Why it has none.
     pub why: String,
 }
 
@@ -90,7 +90,7 @@ pub struct Sensitivity {
     /// The traces.
     pub traces: Vec<Traced>,
     /// The knobs; after [`Sensitivity::sorted`] by effect, the largest first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<KnobEffect>,
     /// Assumptions without a knob.
     pub fixed: Vec<Fixed>,
 }

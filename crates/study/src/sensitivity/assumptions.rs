@@ -7,7 +7,7 @@ use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, Frames, RunError, System, SystemSpec, Watch};
 
 use super::measure::{Machines, Measurements};
-use crate::findings::sensitivity::{Fixed, Row, Sensitivity, Side};
+use crate::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Sensitivity};
 
 /// Half.
 const LOW: f64 = 0.5;
@@ -103,12 +103,12 @@ struct PerturbedKnob {
 
 impl PerturbedKnob {
     /// What it does to the frames that were measured.
-    fn row(&self, measured: &Measurements) -> Row {
-        let side = |perturbation: &Perturbation| Side {
+    fn row(&self, measured: &Measurements) -> KnobEffect {
+        let side = |perturbation: &Perturbation| KnobSetting {
             value: perturbation.value.clone(),
             outcomes: perturbation.machine.clone().map(|place| measured.outcomes(place)),
         };
-        Row {
+        KnobEffect {
             number: format!("A{}", self.number),
             text: self.assumption.text.clone(),
             file: self.knob.file.name(),

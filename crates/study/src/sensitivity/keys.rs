@@ -9,7 +9,7 @@ use super::key::{self, Key};
 use super::levels::{self, KeySelection};
 use super::measure::Machines;
 use crate::findings::sensitivity::interactions::Interactions;
-use crate::findings::sensitivity::keys::{KeyRow, Keys, Reach, Turned};
+use crate::findings::sensitivity::keys::{KeyRow, Keys, Perturbation, Reach};
 
 /// Every key of a machine, of its energy table and of its DRAM device, perturbed one at a time: by a
 /// step down and up (elasticity), to half and to double, to other names.
@@ -66,7 +66,7 @@ impl KeyStudy<'_> {
         let placed = self.perturbed(&all, &mut machines);
         let measured = machines.measure(lists, self.display_fps, watch)?;
         let Some(measured) = measured else { return Ok(None) };
-        let turned = |placed: Placed| Turned {
+        let perturbation = |placed: Placed| Perturbation {
             reach: placed.reach,
             value: placed.value,
             ratio: placed.ratio,
@@ -77,7 +77,7 @@ impl KeyStudy<'_> {
             key: key.path.clone(),
             value: knob::shown(&key.value),
             base: measured.outcomes(0),
-            turns: placed.into_iter().map(turned).collect(),
+            perturbations: placed.into_iter().map(perturbation).collect(),
             reason: key.reason(),
         };
         let keys = Keys {

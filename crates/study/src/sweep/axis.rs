@@ -6,7 +6,7 @@ use toml::Value;
 
 use super::expr::Expr;
 use super::file::place::Places;
-use super::file::{AxisSpec, Raw, Row, Settings, VariantSpec, Zip};
+use super::file::{AxisSpec, Raw, Settings, VariantSpec, Zip, ZipValues};
 use super::key::Key;
 use super::range;
 use powergs_base::config::Problem;
@@ -191,10 +191,12 @@ fn zipped(zip: &Zip, spec: &AxisSpec, at: &str, found: &mut Found<'_>) -> Option
             value(key, v, &format!("{path}.{i}"), found).map(|(_, value)| value)
         };
         let values = match row {
-            Row::List(values) => {
+            ZipValues::List(values) => {
                 values.iter().enumerate().filter_map(|(i, v)| read(v, i, found)).collect()
             }
-            Row::Range(range) => found.ok(&path, range::values(key, range)).unwrap_or_default(),
+            ZipValues::Range(range) => {
+                found.ok(&path, range::values(key, range)).unwrap_or_default()
+            }
         };
         rows.push((key, values));
     }

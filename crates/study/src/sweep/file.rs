@@ -11,7 +11,7 @@ use powergs_base::config::{self, ConfigError, Problem};
 pub(super) mod place;
 mod settings;
 
-pub use settings::{Raw, Row, Settings, Zip};
+pub use settings::{Raw, Settings, Zip, ZipValues};
 
 /// A sweep file. Its keys have the right types; whether they name anything is checked with the
 /// space.

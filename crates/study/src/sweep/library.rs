@@ -167,7 +167,7 @@ fn table_of<T: Serialize>(value: &T) -> Result<Table, String> {
     Table::try_from(value).map_err(|e| e.to_string())
 }
 
-/// Problems of a text that nobody has seen, without their lines.
+/// Problems of a text that was composed here: without lines, which the user has never seen.
 fn changed(kind: FileKind, name: &str, error: &ConfigError) -> String {
     let messages: Vec<&str> = error.problems.iter().map(|p| p.message.as_str()).collect();
     format!("{} `{name}` as changed: {}", kind.name(), messages.join("; "))

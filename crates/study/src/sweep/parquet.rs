@@ -6,7 +6,7 @@
 
 use std::io::{Error, ErrorKind, Result, Write};
 
-use super::table::{Cell, Column, Kind};
+use super::table::{Cell, Column, ColumnKind};
 use thrift::Struct;
 
 mod thrift;
@@ -135,18 +135,18 @@ fn size(bytes: usize) -> Result<i64> {
 }
 
 /// `Type`: what values are in the file.
-fn physical(kind: Kind) -> i64 {
+fn physical(kind: ColumnKind) -> i64 {
     match kind {
-        Kind::Truth => 0,
-        Kind::Integer => 2,
-        Kind::Real => 5,
-        Kind::Text => 6,
+        ColumnKind::Truth => 0,
+        ColumnKind::Integer => 2,
+        ColumnKind::Real => 5,
+        ColumnKind::Text => 6,
     }
 }
 
 /// The `SchemaElement` of a column. Texts are required, everything else is optional.
 fn element(column: &Column) -> Struct {
-    let text = column.kind == Kind::Text;
+    let text = column.kind == ColumnKind::Text;
     let head = Struct::new().int(1, physical(column.kind)).int(3, i64::from(!text));
     let named = head.text(4, &column.name);
     // `ConvertedType.UTF8` for old readers, `LogicalType.STRING` for new ones.
@@ -161,23 +161,23 @@ fn page<'a>(cells: impl ExactSizeIterator<Item = &'a Cell>, column: &Column) -> 
     for cell in cells {
         there.push(*cell != Cell::Empty);
         match (column.kind, cell) {
-            (Kind::Text, Cell::Text(text)) => {
+            (ColumnKind::Text, Cell::Text(text)) => {
                 values.extend((text.len() as u32).to_le_bytes());
                 values.extend(text.as_bytes());
             }
-            (Kind::Text, Cell::Empty) => values.extend(0u32.to_le_bytes()),
+            (ColumnKind::Text, Cell::Empty) => values.extend(0u32.to_le_bytes()),
             (_, Cell::Empty) => {}
-            (Kind::Integer, Cell::Integer(n)) => values.extend(n.to_le_bytes()),
-            (Kind::Real, Cell::Real(x)) => values.extend(x.to_le_bytes()),
-            (Kind::Real, Cell::Integer(n)) => values.extend((*n as f64).to_le_bytes()),
-            (Kind::Truth, Cell::Truth(yes)) => truths.push(*yes),
+            (ColumnKind::Integer, Cell::Integer(n)) => values.extend(n.to_le_bytes()),
+            (ColumnKind::Real, Cell::Real(x)) => values.extend(x.to_le_bytes()),
+            (ColumnKind::Real, Cell::Integer(n)) => values.extend((*n as f64).to_le_bytes()),
+            (ColumnKind::Truth, Cell::Truth(yes)) => truths.push(*yes),
             _ => {
                 let what = format!("column {}: a cell of another kind", column.name);
                 return Err(Error::new(ErrorKind::InvalidData, what));
             }
         }
     }
-    if column.kind == Kind::Text {
+    if column.kind == ColumnKind::Text {
         return Ok(values);
     }
     // One bit-packed run: twice the number of its bytes, plus one.

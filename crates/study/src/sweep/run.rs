@@ -40,4 +40,4 @@ pub use shared::SharedResults;
 pub use state::State;
 pub use traces::SweepTrace;
 pub use watch::SweepWatch;
-pub use work::{Sink, work};
+pub use work::{ResultSink, work};

@@ -1,7 +1,7 @@
 //! Adaptive search for a Pareto front: NSGA-II (Deb et al. 2002) on the points of a lattice, as
 //! ask and tell.
 //!
-//! [`Search::ask`] gives the points of the next generation that nobody has simulated yet,
+//! [`Search::ask`] gives the points of the next generation that are not simulated yet,
 //! [`Search::tell`] takes what came of them. Parents are taken by rank and crowding from the best
 //! points so far; children mix their values, and values move to neighbours on axes of numbers or to
 //! any other value on axes of names. A point is asked for once; a generation without enough new

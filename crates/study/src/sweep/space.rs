@@ -212,7 +212,7 @@ impl Space {
     /// A point with its columns.
     ///
     /// # Errors
-    /// As [`Space::design`], but constraints and contradictions are not looked at.
+    /// As [`Space::design`], but constraints and contradictions are not checked.
     ///
     /// # Panics
     /// When there is no such point.

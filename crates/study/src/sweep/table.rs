@@ -8,7 +8,7 @@ use super::outcome::{Outcome, place};
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColumnKind {
     /// Text; never absent.
     Text,
     /// Whole numbers.
@@ -25,7 +25,7 @@ pub struct Column {
     /// Name in the header.
     pub name: String,
     /// What it holds.
-    pub kind: Kind,
+    pub kind: ColumnKind,
 }
 
 /// One cell. `Empty` is an empty text in text columns and null in others.
@@ -57,31 +57,39 @@ impl Cell {
 }
 
 /// The columns before those of the axes: name, kind, definition.
-pub const FIRST: [(&str, Kind, &str); 8] = [
-    ("point", Kind::Integer, "Number of the design in the space, from 0; empty for the baseline."),
-    ("is_baseline", Kind::Truth, "Whether this is the base machine itself, without any axis."),
+pub const FIRST: [(&str, ColumnKind, &str); 8] = [
+    (
+        "point",
+        ColumnKind::Integer,
+        "Number of the design in the space, from 0; empty for the baseline.",
+    ),
+    (
+        "is_baseline",
+        ColumnKind::Truth,
+        "Whether this is the base machine itself, without any axis.",
+    ),
     (
         "id",
-        Kind::Text,
+        ColumnKind::Text,
         "Hash of everything that makes the design: 32 hex digits. `sweep show ID --toml` writes \
          its machine file.",
     ),
     (
         "status",
-        Kind::Text,
+        ColumnKind::Text,
         "`ok`, `failed` (the design is no machine, or its simulation broke off; never part of an \
          aggregate) or `missing` (the sweep was interrupted).",
     ),
-    ("reason", Kind::Text, "Why a design failed."),
-    ("energy_table", Kind::Text, "Label of the energy table that priced the row."),
+    ("reason", ColumnKind::Text, "Why a design failed."),
+    ("energy_table", ColumnKind::Text, "Label of the energy table that priced the row."),
     (
         "trace",
-        Kind::Text,
+        ColumnKind::Text,
         "Label of the trace; empty in `mean` rows, the slowest trace in `worst` rows.",
     ),
     (
         "scope",
-        Kind::Text,
+        ColumnKind::Text,
         "`trace` (one trace), `mean` (all traces by weight) or `worst` (the trace with the largest \
          mean frame time).",
     ),
@@ -92,7 +100,7 @@ pub fn columns(axes: &[Column]) -> Vec<Column> {
     let first = FIRST.iter().map(|&(name, kind, _)| Column { name: name.into(), kind });
     let last = metrics().iter().map(|m| Column {
         name: m.name.clone(),
-        kind: if m.name == "frames" { Kind::Integer } else { Kind::Real },
+        kind: if m.name == "frames" { ColumnKind::Integer } else { ColumnKind::Real },
     });
     first.chain(axes.iter().cloned()).chain(last).collect()
 }

@@ -20,7 +20,7 @@ fn replay(system: &System) -> Replay<'_> {
 fn what_if(system: &System, frames: usize) -> WhatIf {
     let replay = Replay { what_if_frames: frames, ..replay(system) };
     let run = replay.run(&mut crate::frames(3), &()).expect("a run");
-    run.extras.what_if.expect("an experiment")
+    run.experiments.what_if.expect("an experiment")
 }
 
 /// A system by itself on all frames.
@@ -78,7 +78,7 @@ fn two_dram_models_see_the_same_frames() {
     let (banked, window) = (change("banked"), change("window"));
     let run = Replay { compares_window: true, ..replay(&banked) }.run(&mut frames(3), &());
     let run = run.expect("a run");
-    let models = run.extras.dram_models.expect("both models");
+    let models = run.experiments.dram_models.expect("both models");
     let times: Vec<f64> =
         run.frames.iter().map(|frame| frame.timing().expect("a time").frame as f64).collect();
     let expected: Vec<f64> =
@@ -108,6 +108,6 @@ fn the_published_model_has_neither_machine_nor_experiment() {
     let run = replay.run(&mut frames(2), &()).expect("a run");
     assert_eq!((run.facts.model, run.frames.len()), (Model::Paper, 2));
     assert_eq!(run.facts.trace.frames, frames(2).range().len());
-    assert!(run.facts.machine.roofline.is_none() && run.extras.what_if.is_none());
+    assert!(run.facts.machine.roofline.is_none() && run.experiments.what_if.is_none());
     assert!(run.tiles.is_some() && !run.incomplete());
 }

@@ -92,9 +92,9 @@ fn keys_move_what_the_changed_machines_do() {
     let mut compared = 0;
     for row in rows {
         assert_eq!(row.base, alone(&system));
-        for turned in &row.turns {
-            let Ok(outcomes) = &turned.outcomes else { continue };
-            assert_eq!(*outcomes, alone(&changed(&system, row.file, &row.key, &turned.value)));
+        for perturbed in &row.perturbations {
+            let Ok(outcomes) = &perturbed.outcomes else { continue };
+            assert_eq!(*outcomes, alone(&changed(&system, row.file, &row.key, &perturbed.value)));
             compared += 1;
         }
     }

@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(15 * 60);
 /// Looks at a part that ended without an exit code before it is taken for lost.
 const UNCLEAR_LOOKS: u32 = 3;
 
-/// How often Ctrl-C is looked at.
+/// How often Ctrl-C is polled.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Parts that are named one by one in a message.

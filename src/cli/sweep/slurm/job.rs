@@ -17,10 +17,10 @@ use powergs_study::sweep::slurm::{SHARDS_MAX, Settings};
 /// The largest `job.toml` that is read, bytes.
 const JOB_MAX: u64 = 64 << 20;
 
-/// Bytes of the end of a log that are looked at.
+/// Bytes of the end of a log that are read.
 const TAIL: u64 = 4096;
 
-/// The jobs of a sweep. Nobody else follows them as long as it lives.
+/// The jobs of a sweep. While it lives no other program follows them.
 #[derive(Debug)]
 pub struct Job {
     /// The output folder, absolute.

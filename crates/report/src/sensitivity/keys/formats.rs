@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use crate::document::{Cell, Column, Table};
 use crate::sensitivity::outcome::{outcome_json, traces_json};
-use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, NotTried, Reach, Turned};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, NotTried, Perturbation, Reach};
 use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// One line a key, value and trace, exact numbers.
@@ -15,23 +15,23 @@ pub fn csv(all: &Keys) -> Vec<u8> {
          refused",
     );
     for row in &all.rows {
-        let base = Turned {
+        let base = Perturbation {
             reach: Reach::Near,
             value: row.value.clone(),
             ratio: None,
             outcomes: Ok(row.base.clone()),
         };
-        let turns = row.turns.iter().map(|t| (t.reach.name(), t));
-        for (reach, turned) in [("base", &base)].into_iter().chain(turns) {
+        let perturbed = row.perturbations.iter().map(|t| (t.reach.name(), t));
+        for (reach, perturbed) in [("base", &base)].into_iter().chain(perturbed) {
             for (t, trace) in all.traces.iter().enumerate() {
-                let outcome = turned.outcomes.as_ref().ok().and_then(|o| o.get(t));
+                let outcome = perturbed.outcomes.as_ref().ok().and_then(|o| o.get(t));
                 let of = |f: fn(&Outcome) -> Option<f64>| Cell::from(outcome.and_then(f));
                 let mut cells: Vec<Cell> = vec![
                     row.file.into(),
                     row.key.as_str().into(),
                     reach.into(),
-                    turned.value.as_str().into(),
-                    turned.ratio.into(),
+                    perturbed.value.as_str().into(),
+                    perturbed.ratio.into(),
                     trace.name.as_str().into(),
                     trace.frames.into(),
                     of(|o| Some(o.frame_time_ms)),
@@ -43,7 +43,7 @@ pub fn csv(all: &Keys) -> Vec<u8> {
                 let pair = outcome.zip(row.base.get(t));
                 let change = |m: Measure| pair.and_then(|(new, base)| m.change(new, base));
                 cells.extend(Measure::ALL.map(|m| Cell::from(change(m))));
-                cells.push(turned.outcomes.as_ref().err().cloned().into());
+                cells.push(perturbed.outcomes.as_ref().err().cloned().into());
                 table.row(cells);
             }
         }
@@ -81,7 +81,7 @@ fn sides(row: &KeyRow) -> Option<&'static str> {
 
 /// The experiment as JSON.
 pub fn json(all: &Keys) -> Value {
-    let turned = |t: &Turned| {
+    let turned = |t: &Perturbation| {
         let mut value = json!({ "reach": t.reach.name(), "value": t.value, "ratio": t.ratio });
         match &t.outcomes {
             Ok(outcomes) => value["outcomes"] = outcomes.iter().map(outcome_json).collect(),
@@ -103,7 +103,7 @@ pub fn json(all: &Keys) -> Value {
             "elasticity_sides": sides(row),
             "largest_change": row.largest(),
             "reason": row.reason,
-            "turned": row.turns.iter().map(turned).collect::<Vec<_>>(),
+            "turned": row.perturbations.iter().map(turned).collect::<Vec<_>>(),
         })
     };
     let not_tried = |n: &NotTried| json!({ "file": n.file, "keys": n.keys, "why": n.why });

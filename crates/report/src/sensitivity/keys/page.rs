@@ -154,7 +154,7 @@ fn names(all: &Keys) -> Table {
 fn fixed(all: &Keys) -> Table {
     let mut table = Table::new(["no other value is valid", "tried", "why"].map(Column::text));
     for row in all.of(Status::Fixed) {
-        let tried = row.turns.last().map(|t| (t.value.as_str(), t.outcomes.as_ref().err()));
+        let tried = row.perturbations.last().map(|t| (t.value.as_str(), t.outcomes.as_ref().err()));
         let (value, why) = tried.unwrap_or(("", None));
         let why = why.map_or(Cell::Empty, |why| Text::marked(why).into());
         table.row([Text::code(row.key.clone()).into(), value.into(), why]);

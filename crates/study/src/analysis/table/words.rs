@@ -103,7 +103,7 @@ impl Builder {
     }
 }
 
-/// The longest word that is looked at as a number.
+/// The longest word that may be a number.
 const NUMBER_MAX: usize = 64;
 
 /// `64 KiB` in base units.

@@ -80,7 +80,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
     let frames = integer("frames-reported")?;
     let display_fps = display_fps.ok_or(key("display-fps", "number"))?;
     let incomplete = incomplete.ok_or(key("incomplete", "true or false"))?;
-    let mean = Row::read(results_csv, "mean")?;
+    let mean = ResultsRow::read(results_csv, "mean")?;
     Ok(Side {
         label: label.to_owned(),
         machine: text("machine"),
@@ -108,11 +108,11 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
 }
 
 /// One aggregate of `results.csv`: cells by the name of their statistic.
-struct Row(BTreeMap<String, f64>);
+struct ResultsRow(BTreeMap<String, f64>);
 
-impl Row {
-    fn read(results_csv: &[u8], kind: &'static str) -> Result<Row, SideError> {
-        Ok(Row(cells(results_csv, kind)?))
+impl ResultsRow {
+    fn read(results_csv: &[u8], kind: &'static str) -> Result<ResultsRow, SideError> {
+        Ok(ResultsRow(cells(results_csv, kind)?))
     }
 
     /// A cell that may be empty.
@@ -128,7 +128,7 @@ impl Row {
 
 /// What a run of `frames` frames comes to. An older report without a column leaves a gap: what this
 /// version would have written is then not a number.
-fn summary(mean: &Row, results_csv: &[u8], frames: i64) -> Result<RunSummary, SideError> {
+fn summary(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<RunSummary, SideError> {
     let bytes = |path: String| ReadWrite {
         read: mean.value(&format!("{path}dram_read_bytes")),
         write: mean.value(&format!("{path}dram_write_bytes")),
@@ -150,7 +150,7 @@ fn summary(mean: &Row, results_csv: &[u8], frames: i64) -> Result<RunSummary, Si
     })
 }
 
-fn energy(mean: &Row) -> EnergyMeans {
+fn energy(mean: &ResultsRow) -> EnergyMeans {
     let of = |stage: Stage, component: Component| {
         mean.value(&format!("energy_by_stage_pj.{}.{}", stage.name(), component.name()))
     };
@@ -162,8 +162,8 @@ fn energy(mean: &Row) -> EnergyMeans {
     }
 }
 
-fn cycle(mean: &Row, results_csv: &[u8], frames: i64) -> Result<CycleSummary, SideError> {
-    let (p99, max) = (Row::read(results_csv, "p99")?, Row::read(results_csv, "max")?);
+fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<CycleSummary, SideError> {
+    let (p99, max) = (ResultsRow::read(results_csv, "p99")?, ResultsRow::read(results_csv, "max")?);
     Ok(CycleSummary {
         frame_time_ms: mean.value("frame_time_ms"),
         frame_time_p99_ms: p99.value("frame_time_ms"),
@@ -185,7 +185,7 @@ fn cycle(mean: &Row, results_csv: &[u8], frames: i64) -> Result<CycleSummary, Si
     })
 }
 
-fn unit(mean: &Row, unit: UnitKind) -> UnitSummary {
+fn unit(mean: &ResultsRow, unit: UnitKind) -> UnitSummary {
     let path = |end: &str| format!("units.{}.{end}", unit.name());
     UnitSummary {
         unit,
@@ -197,7 +197,7 @@ fn unit(mean: &Row, unit: UnitKind) -> UnitSummary {
 }
 
 /// `None` where the model of the DRAM counts no commands.
-fn commands(mean: &Row) -> Option<[CommandMeans; Stage::WORK.len()]> {
+fn commands(mean: &ResultsRow) -> Option<[CommandMeans; Stage::WORK.len()]> {
     let of = |stage: Stage| {
         let known = |end: &str| mean.known(&format!("dram.stages.{}.{end}", stage.name()));
         let (reads, writes) = (known("reads")?, known("writes")?);
@@ -208,7 +208,7 @@ fn commands(mean: &Row) -> Option<[CommandMeans; Stage::WORK.len()]> {
 }
 
 /// `None` where the machine has no such buffer.
-fn buffer(mean: &Row, buffer: Buffer) -> Option<BufferSummary> {
+fn buffer(mean: &ResultsRow, buffer: Buffer) -> Option<BufferSummary> {
     let known = |end: &str| mean.known(&format!("buffers.{}.{end}", buffer.name()));
     Some(BufferSummary {
         buffer,
@@ -222,7 +222,7 @@ fn buffer(mean: &Row, buffer: Buffer) -> Option<BufferSummary> {
 }
 
 /// `None` where frames are not foveated.
-fn regions(mean: &Row) -> Option<[RegionMeans; REGIONS.len()]> {
+fn regions(mean: &ResultsRow) -> Option<[RegionMeans; REGIONS.len()]> {
     let of = |region: &str| {
         let known = |end: &str| mean.known(&format!("regions.{}.{end}", region.to_lowercase()));
         Some(RegionMeans {

@@ -4,7 +4,7 @@ use super::outcome::{Measure, Outcome, Traced, incomplete_note};
 use crate::analysis::indices::Indices;
 use crate::analysis::morris::Effect;
 
-/// A key that is turned with others.
+/// A key that is perturbed together with others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Factor {
     /// Kind of file that has it.

@@ -6,7 +6,7 @@ use super::outcome::{Measure, Outcome, Traced, incomplete_note};
 /// Below this relative change a key is weak.
 pub const LEAST: f64 = 0.0005;
 
-/// How far a key was turned.
+/// How far a key is perturbed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reach {
     /// The step of the elasticity.
@@ -30,7 +30,7 @@ impl Reach {
 
 /// A key with another value.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Turned {
+pub struct Perturbation {
     /// How far.
     pub reach: Reach,
     /// What it is set to, as in a file.
@@ -62,17 +62,17 @@ pub struct KeyRow {
     /// The machine as it is, by trace.
     pub base: Vec<Outcome>,
     /// Other values: near ones, far ones, names; each ascending.
-    pub turns: Vec<Turned>,
+    pub perturbations: Vec<Perturbation>,
     /// Why it may move nothing, where that is known.
     pub reason: Option<String>,
 }
 
 impl KeyRow {
-    /// The turns of one reach that are machines, with their means over the traces.
-    pub fn reached(&self, reach: Reach) -> impl Iterator<Item = (&Turned, Outcome)> {
-        let of = move |t: &Turned| t.reach == reach;
-        let mean = |t: &Turned| Some(Outcome::mean(t.outcomes.as_ref().ok()?));
-        self.turns.iter().filter(move |t| of(t)).filter_map(move |t| Some((t, mean(t)?)))
+    /// The perturbations of one reach that are machines, with their means over the traces.
+    pub fn reached(&self, reach: Reach) -> impl Iterator<Item = (&Perturbation, Outcome)> {
+        let of = move |t: &Perturbation| t.reach == reach;
+        let mean = |t: &Perturbation| Some(Outcome::mean(t.outcomes.as_ref().ok()?));
+        self.perturbations.iter().filter(move |t| of(t)).filter_map(move |t| Some((t, mean(t)?)))
     }
 
     /// The elasticity of a measure, of its mean over the traces: over both near sides where both
@@ -103,14 +103,14 @@ impl KeyRow {
     pub fn far(&self, measure: Measure) -> [Option<f64>; 2] {
         let base = Outcome::mean(&self.base);
         let side = |up: bool| {
-            let is_side = |t: &Turned| t.ratio.is_some_and(|r| (r > 1.0) == up);
+            let is_side = |t: &Perturbation| t.ratio.is_some_and(|r| (r > 1.0) == up);
             let (_, outcome) = self.reached(Reach::Far).find(|(t, _)| is_side(t))?;
             measure.change(&outcome, &base)
         };
         [side(false), side(true)]
     }
 
-    /// The largest relative change of a measure by any turn on any trace; 0 if none is a machine.
+    /// The largest relative change of a measure by any perturbation on any trace; 0 if none is a machine.
     pub fn effect(&self, measure: Measure) -> f64 {
         let change = |outcomes: &Vec<Outcome>| {
             let pairs = outcomes.iter().zip(&self.base);
@@ -119,7 +119,11 @@ impl KeyRow {
                 .map(f64::abs)
                 .fold(0.0, f64::max)
         };
-        self.turns.iter().filter_map(|t| t.outcomes.as_ref().ok()).map(change).fold(0.0, f64::max)
+        self.perturbations
+            .iter()
+            .filter_map(|t| t.outcomes.as_ref().ok())
+            .map(change)
+            .fold(0.0, f64::max)
     }
 
     /// The largest effect on any measure.
@@ -130,7 +134,7 @@ impl KeyRow {
     /// What the key is on these traces.
     pub fn status(&self) -> Status {
         match self.largest() {
-            _ if self.turns.iter().all(|t| t.outcomes.is_err()) => Status::Fixed,
+            _ if self.perturbations.iter().all(|t| t.outcomes.is_err()) => Status::Fixed,
             0.0 => Status::Dead,
             effect if effect < LEAST => Status::Weak,
             _ => Status::Alive,
@@ -139,7 +143,7 @@ impl KeyRow {
 
     /// Whether it has numbers, not names.
     pub fn is_number(&self) -> bool {
-        self.turns.iter().any(|t| t.reach != Reach::Name)
+        self.perturbations.iter().any(|t| t.reach != Reach::Name)
     }
 }
 
@@ -168,7 +172,7 @@ impl Status {
     }
 }
 
-/// Keys that were not turned.
+/// Keys that are not perturbed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotTried {
     /// Kind of file.
@@ -192,7 +196,7 @@ pub struct Keys {
     pub traces: Vec<Traced>,
     /// The keys; after [`Keys::sorted`] by effect, the largest first.
     pub rows: Vec<KeyRow>,
-    /// Keys that were not turned.
+    /// Keys that are not perturbed.
     pub not_tried: Vec<NotTried>,
 }
 

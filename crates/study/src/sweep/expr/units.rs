@@ -1,7 +1,7 @@
 //! Numbers with a unit beside statistics, which say their unit in their name.
 //!
-//! `energy_pj.mean <= 2 mJ` compares picojoules with joules unless somebody looks: the literal is
-//! brought to the unit of the name, and what cannot be brought there is an error.
+//! In `energy_pj.mean <= 2 mJ` the literal is converted to picojoules, the unit of the name; a
+//! literal that has no such unit is an error.
 
 use super::{ExprError, Node, What, visit};
 use crate::sweep::measure::Measure;

@@ -37,11 +37,11 @@ pub struct Settings(pub Vec<(String, Value)>);
 
 /// Dotted keys with their lists of values or rows of numbers.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Zip(pub Vec<(String, Row)>);
+pub struct Zip(pub Vec<(String, ZipValues)>);
 
 /// The values of one key.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Row {
+pub enum ZipValues {
     /// As they are.
     List(Vec<Value>),
     /// A row of numbers.
@@ -88,10 +88,10 @@ impl<'de> Deserialize<'de> for Zip {
             .map_err(serde::de::Error::custom)?;
         let row = |(key, value): (String, Value)| {
             let row = match value {
-                Value::Array(values) => Row::List(values),
+                Value::Array(values) => ZipValues::List(values),
                 table @ Value::Table(_) => {
                     let range = table.try_into();
-                    Row::Range(range.map_err(|e| format!("`{key}`: {}", first_line(&e)))?)
+                    ZipValues::Range(range.map_err(|e| format!("`{key}`: {}", first_line(&e)))?)
                 }
                 _ => return Err(format!("`{key}` must be a list or a range")),
             };
@@ -114,9 +114,9 @@ impl Serialize for Settings {
 
 impl Serialize for Zip {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let value = |row: &Row| match row {
-            Row::List(values) => Value::Array(values.clone()),
-            Row::Range(range) => Value::try_from(range).unwrap_or(Value::Boolean(false)),
+        let value = |row: &ZipValues| match row {
+            ZipValues::List(values) => Value::Array(values.clone()),
+            ZipValues::Range(range) => Value::try_from(range).unwrap_or(Value::Boolean(false)),
         };
         let table: Table = self.0.iter().map(|(key, row)| (key.clone(), value(row))).collect();
         table.serialize(serializer)

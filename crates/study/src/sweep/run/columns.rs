@@ -7,11 +7,11 @@ use crate::sweep::measure::Measure;
 use crate::sweep::metric::metrics;
 use crate::sweep::objective::Objective;
 use crate::sweep::space::Space;
-use crate::sweep::table::{Cell, Column, Kind};
+use crate::sweep::table::{Cell, Column, ColumnKind};
 use powergs_base::config::suggest::nearest;
 use powergs_core::run::RunError;
 
-/// Steps of each axis that are looked at to find the kind of its column.
+/// Steps of each axis that decide the kind of its column.
 const LOOKED_AT: u32 = 4096;
 
 /// Ending of the column that has a measure as a number in SI units.
@@ -21,7 +21,7 @@ const SI: &str = ".si";
 /// of measures (`64 KiB`) one with the same in SI units (bytes, hertz, seconds, joules).
 pub fn kinds(space: &Space) -> Vec<Column> {
     let names = space.columns();
-    let mut found: Vec<Option<Kind>> = vec![None; names.len()];
+    let mut found: Vec<Option<ColumnKind>> = vec![None; names.len()];
     let mut measures = vec![true; names.len()];
     for index in looked_at(space) {
         let Ok(point) = space.point(index) else { continue };
@@ -33,17 +33,17 @@ pub fn kinds(space: &Space) -> Vec<Column> {
     }
     let mut columns = Vec::new();
     for (i, name) in names.into_iter().enumerate() {
-        let kind = found[i].unwrap_or(Kind::Text);
-        let is_measure = kind == Kind::Text && measures[i];
+        let kind = found[i].unwrap_or(ColumnKind::Text);
+        let is_measure = kind == ColumnKind::Text && measures[i];
         columns.push(Column { name: name.clone(), kind });
         if is_measure && found[i].is_some() {
-            columns.push(Column { name: name + SI, kind: Kind::Real });
+            columns.push(Column { name: name + SI, kind: ColumnKind::Real });
         }
     }
     columns
 }
 
-/// Points in which every step of every axis occurs, as far as it is looked at.
+/// Points in which every step of every axis occurs, up to that many.
 fn looked_at(space: &Space) -> impl Iterator<Item = u64> {
     let lattice = space.lattice();
     let sides = lattice.sides().to_vec();
@@ -54,20 +54,22 @@ fn looked_at(space: &Space) -> impl Iterator<Item = u64> {
     })
 }
 
-fn kind(value: &Value) -> Kind {
+fn kind(value: &Value) -> ColumnKind {
     match value {
-        Value::Integer(_) => Kind::Integer,
-        Value::Float(_) => Kind::Real,
-        Value::Boolean(_) => Kind::Truth,
-        _ => Kind::Text,
+        Value::Integer(_) => ColumnKind::Integer,
+        Value::Float(_) => ColumnKind::Real,
+        Value::Boolean(_) => ColumnKind::Truth,
+        _ => ColumnKind::Text,
     }
 }
 
-fn joined(a: Kind, b: Kind) -> Kind {
+fn joined(a: ColumnKind, b: ColumnKind) -> ColumnKind {
     match (a, b) {
         (a, b) if a == b => a,
-        (Kind::Integer, Kind::Real) | (Kind::Real, Kind::Integer) => Kind::Real,
-        _ => Kind::Text,
+        (ColumnKind::Integer, ColumnKind::Real) | (ColumnKind::Real, ColumnKind::Integer) => {
+            ColumnKind::Real
+        }
+        _ => ColumnKind::Text,
     }
 }
 
@@ -121,12 +123,12 @@ fn cell<'v>(column: &Column, find: impl Fn(&str) -> Option<&'v Value>) -> Cell {
     }
     match (column.kind, find(&column.name)) {
         (_, None) => Cell::Empty,
-        (Kind::Integer, Some(Value::Integer(n))) => Cell::Integer(*n),
-        (Kind::Real, Some(Value::Integer(n))) => Cell::Real(*n as f64),
-        (Kind::Real, Some(Value::Float(x))) => Cell::Real(*x),
-        (Kind::Truth, Some(Value::Boolean(yes))) => Cell::Truth(*yes),
-        (Kind::Text, Some(value)) => Cell::Text(powergs_base::config::knob::shown(value)),
-        // Beyond the steps that were looked at there is another kind of value.
+        (ColumnKind::Integer, Some(Value::Integer(n))) => Cell::Integer(*n),
+        (ColumnKind::Real, Some(Value::Integer(n))) => Cell::Real(*n as f64),
+        (ColumnKind::Real, Some(Value::Float(x))) => Cell::Real(*x),
+        (ColumnKind::Truth, Some(Value::Boolean(yes))) => Cell::Truth(*yes),
+        (ColumnKind::Text, Some(value)) => Cell::Text(powergs_base::config::knob::shown(value)),
+        // A later step has another kind of value.
         (_, Some(_)) => Cell::Empty,
     }
 }
@@ -144,7 +146,7 @@ pub fn check_objectives(
     let names: Vec<&str> = metrics()
         .iter()
         .map(|m| m.name.as_str())
-        .chain(axes.iter().filter(|c| c.kind != Kind::Text).map(|c| c.name.as_str()))
+        .chain(axes.iter().filter(|c| c.kind != ColumnKind::Text).map(|c| c.name.as_str()))
         .collect();
     for objective in objectives {
         let column = objective.name.as_str();

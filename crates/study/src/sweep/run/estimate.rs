@@ -12,22 +12,22 @@ use crate::sweep::design::Design;
 use powergs_core::accel::Memo;
 use powergs_core::run::{RunError, Window};
 
-/// Points that are looked at; of larger spaces this many are taken to stand for all.
+/// Points that are planned; of a larger space this many are a sample.
 const LOOKED_AT: u64 = 20_000;
 
 /// Machines that are timed on a frame.
 const TIMED: usize = 8;
-/// Machines that are looked at for what they share.
+/// Machines that are compared for what they share.
 const COMPARED: usize = 2048;
 
 /// What a sweep would take.
 #[derive(Debug)]
 pub struct Estimate {
-    /// The plan of the points that were looked at.
+    /// The plan of the sampled points.
     pub plan: Plan,
     /// Points that the sweep takes, at most.
     pub points: u64,
-    /// Points for each that was looked at.
+    /// Points of the space for each sampled one.
     pub scale: f64,
     /// Machines to time.
     pub machines: f64,

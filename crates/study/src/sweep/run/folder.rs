@@ -85,7 +85,7 @@ impl<'a> SweepFolder<'a> {
         Ok(SweepFolder { store, records, _lock: lock })
     }
 
-    /// The records of a folder, to be looked at.
+    /// The records of a folder, read only.
     ///
     /// # Errors
     /// [`RunError::Output`]: they cannot be read.

@@ -7,7 +7,7 @@ use super::columns;
 use super::noted::NotedFiles;
 use super::request::SweepRequest;
 use super::state::State;
-use super::traces::{self, SweepTrace, Wanted};
+use super::traces::{self, SweepTrace, TraceRequest};
 use crate::sweep::design::{Design, Rejected};
 use crate::sweep::file::{Method, SweepFile, TraceSpec};
 use crate::sweep::objective::Objective;
@@ -211,8 +211,8 @@ pub fn find_base(file: &mut SweepFile, folder: Option<&Path>) {
     }
 }
 
-fn wanted(file: &SweepFile, request: &SweepRequest) -> Vec<Wanted> {
-    let of_file = |t: &TraceSpec| Wanted {
+fn wanted(file: &SweepFile, request: &SweepRequest) -> Vec<TraceRequest> {
+    let of_file = |t: &TraceSpec| TraceRequest {
         pattern: t.path.clone(),
         label: t.label.clone(),
         weight: t.weight,
@@ -221,5 +221,5 @@ fn wanted(file: &SweepFile, request: &SweepRequest) -> Vec<Wanted> {
         return file.traces.iter().map(of_file).collect();
     }
     let typed = request.traces.iter();
-    typed.map(|p| Wanted { pattern: p.clone(), label: None, weight: 1.0 }).collect()
+    typed.map(|p| TraceRequest { pattern: p.clone(), label: None, weight: 1.0 }).collect()
 }

@@ -15,7 +15,7 @@ use super::search::search;
 use super::shared::SharedResults;
 use super::traces::SweepTrace;
 use super::watch::SweepWatch;
-use super::work::{Sink, work};
+use super::work::{ResultSink, work};
 use crate::sweep::file::{AxisSpec, Objectives, Raw, Sampling, Settings, SweepFile};
 use crate::sweep::table::TraceLabel;
 
@@ -156,7 +156,7 @@ impl Sweep {
         } else {
             let plan = Plan::new(&sweep.designs, watch);
             if let Some(plan) = &plan {
-                let sink = Sink { folder: &mut folder, shared: &mut shared };
+                let sink = ResultSink { folder: &mut folder, shared: &mut shared };
                 let machines = plan.machines(Shard::WHOLE);
                 work(&mut sweep, plan, &machines, sink, self.memory, watch)?;
             }
@@ -188,7 +188,7 @@ impl Sweep {
         let mut folder = SweepFolder::open(store, &sweep.state, Existing::Resume, Some(part))?;
         let mut shared = SharedResults::default();
         let Some(plan) = Plan::new(&sweep.designs, watch) else { return Ok(false) };
-        let sink = Sink { folder: &mut folder, shared: &mut shared };
+        let sink = ResultSink { folder: &mut folder, shared: &mut shared };
         work(&mut sweep, &plan, &plan.machines(part), sink, self.memory, watch)
     }
 

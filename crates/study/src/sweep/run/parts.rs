@@ -43,7 +43,7 @@ pub fn take_over(
 
 /// How many results there are.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
-pub struct Count {
+pub struct PartCount {
     /// Designs with all results.
     pub ok: u64,
     /// Designs that failed.
@@ -54,7 +54,7 @@ pub struct Count {
     pub parts: Vec<u32>,
 }
 
-impl Count {
+impl PartCount {
     /// Counts the results of a sweep that was divided into `of` parts.
     ///
     /// # Errors
@@ -64,8 +64,8 @@ impl Count {
         plan: &Plan,
         records: &mut Records,
         of: u32,
-    ) -> Result<Count, RunError> {
-        let mut count = Count { failed: plan.invalid.len() as u64, ..Count::default() };
+    ) -> Result<PartCount, RunError> {
+        let mut count = PartCount { failed: plan.invalid.len() as u64, ..PartCount::default() };
         for number in 1..=of {
             let before = count.missing;
             for &design in plan.machines(Shard { number, of }).iter().flatten() {
@@ -104,7 +104,7 @@ pub fn parts_of(store: &dyn Store) -> u32 {
 
 /// A design that was asked for by name.
 #[derive(Debug)]
-pub enum Named {
+pub enum FoundDesign {
     /// It is there; without a point it is the base machine.
     Found(Option<u64>, Box<Design>),
     /// The walk through the space was cancelled.
@@ -126,24 +126,24 @@ pub fn find(
     name: &str,
     place: &str,
     watch: &dyn SweepWatch,
-) -> Result<Named, RunError> {
+) -> Result<FoundDesign, RunError> {
     let refuse = |what: String| Err(RunError::Request(what));
     if name == "baseline" {
-        return Ok(Named::Found(None, Box::new(designs.base.clone())));
+        return Ok(FoundDesign::Found(None, Box::new(designs.base.clone())));
     }
     let points = designs.space.lattice().points();
     let number = name.parse::<u64>().ok().filter(|&p| p < points && name.len() < NUMBER_MAX);
     if let Some(point) = number {
         let design = designs.space.design(point);
         let design = design.map_err(|e| RunError::config(format!("point {point}"), e))?;
-        return Ok(Named::Found(Some(point), Box::new(design)));
+        return Ok(FoundDesign::Found(Some(point), Box::new(design)));
     }
     let is_hex = name.len() >= DIGITS_MIN && name.chars().all(|c| c.is_ascii_hexdigit());
     if !is_hex {
         let what = "give an id of the table (4 digits of it at least), a point, or `baseline`";
         return refuse(format!("`{name}`: {what}"));
     }
-    let Some(plan) = Plan::new(designs, watch) else { return Ok(Named::Cancelled) };
+    let Some(plan) = Plan::new(designs, watch) else { return Ok(FoundDesign::Cancelled) };
     let begins = |id: u128| format!("{id:032x}").starts_with(&name.to_lowercase());
     let mut fits = plan.designs.iter().filter(|d| begins(d.id));
     let Some(first) = fits.next() else {
@@ -154,5 +154,5 @@ pub fn find(
     }
     let design = designs.design(first.point);
     let design = design.map_err(|e| RunError::Internal(format!("design: {e}")))?;
-    Ok(Named::Found(first.point, Box::new(design)))
+    Ok(FoundDesign::Found(first.point, Box::new(design)))
 }

@@ -47,7 +47,7 @@ pub struct Plan {
     pub invalid: Vec<(u64, String)>,
 }
 
-/// What one point of the space turns out to be.
+/// What one point of the space is.
 enum Found {
     Design(Planned, Geometry, Vec<u128>),
     Excluded(String),

@@ -8,7 +8,7 @@ use super::opened::OpenedSweep;
 use super::plan::Plan;
 use super::shared::SharedResults;
 use super::watch::SweepWatch;
-use super::work::{Sink, work};
+use super::work::{ResultSink, work};
 use crate::sweep::design::Rejected;
 use crate::sweep::metric::{metrics, values};
 use crate::sweep::objective::Objective;
@@ -18,7 +18,7 @@ use crate::sweep::search::Search;
 use crate::sweep::table::Cell;
 use powergs_core::run::RunError;
 
-/// Runs the search; all designs that it looked at, or `None` after a cancellation.
+/// Runs the search; all designs that it tried, or `None` after a cancellation.
 ///
 /// # Errors
 /// As [`work()`].
@@ -51,7 +51,7 @@ pub fn search(
             return Ok(None);
         };
         let machines = plan.machines(Shard::WHOLE);
-        let sink = Sink { folder, shared };
+        let sink = ResultSink { folder, shared };
         if !work(sweep, &plan, &machines, sink, memory, watch)? {
             return Ok(None);
         }

@@ -36,9 +36,9 @@ impl<'a> SweepTrace<'a> {
     }
 }
 
-/// A trace that somebody asked for: a file, or a pattern of files.
+/// A trace of a request: a file, or a pattern of files.
 #[derive(Debug, Clone)]
-pub struct Wanted {
+pub struct TraceRequest {
     /// Path or pattern.
     pub pattern: String,
     /// What the table calls it; the name of the file without its ending by default.
@@ -53,7 +53,7 @@ pub struct Wanted {
 /// [`RunError::Request`]: two traces with one label, a range without frames; [`RunError::Input`]:
 /// a pattern without files, a file that is no trace.
 pub fn open(
-    wanted: &[Wanted],
+    wanted: &[TraceRequest],
     folder: Option<&Path>,
     range: Option<(usize, Option<usize>)>,
 ) -> Result<Vec<SweepTrace<'static>>, RunError> {

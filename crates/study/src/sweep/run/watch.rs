@@ -1,4 +1,4 @@
-//! What a sweep tells whoever started it.
+//! What a sweep tells its caller.
 
 use powergs_core::run::Watch;
 
@@ -13,7 +13,7 @@ pub trait SweepWatch: Watch {
         let _ = points;
     }
 
-    /// `n` more points were looked at.
+    /// `n` more points are planned.
     fn planned(&self, n: u64) {
         let _ = n;
     }

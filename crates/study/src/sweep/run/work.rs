@@ -20,14 +20,14 @@ use powergs_core::run::{RunError, Window};
 const BLOCK: usize = 8192;
 
 /// Where results are kept.
-pub struct Sink<'a, 's> {
+pub struct ResultSink<'a, 's> {
     /// The folder of the sweep.
     pub folder: &'a mut SweepFolder<'s>,
     /// What sweeps share.
     pub shared: &'a mut SharedResults,
 }
 
-impl Sink<'_, '_> {
+impl ResultSink<'_, '_> {
     fn append(&mut self, key: u128, record: &Record) -> Result<(), RunError> {
         self.folder.records.append(key, record)?;
         self.shared.append(key, record)
@@ -48,7 +48,7 @@ impl Sink<'_, '_> {
 /// binned frames (one frame at least). Returns whether everything is done; not after a
 /// cancellation.
 ///
-/// A simulation that breaks off makes failed records of its designs and ends nothing else.
+/// A simulation that fails gives failed records of its designs; the others go on.
 ///
 /// # Errors
 /// [`RunError::Input`]: a trace that cannot be read; [`RunError::Output`]: a store that cannot be
@@ -57,7 +57,7 @@ pub fn work(
     sweep: &mut OpenedSweep<'_>,
     plan: &Plan,
     machines: &[Vec<u32>],
-    sink: Sink<'_, '_>,
+    sink: ResultSink<'_, '_>,
     memory: usize,
     watch: &dyn SweepWatch,
 ) -> Result<bool, RunError> {
@@ -82,7 +82,7 @@ struct Work<'a, 's, 'f> {
     designs: &'a Designs,
     plan: &'a Plan,
     display_fps: f64,
-    sink: Sink<'s, 'f>,
+    sink: ResultSink<'s, 'f>,
     memory: usize,
     watch: &'a dyn SweepWatch,
 }
@@ -163,7 +163,7 @@ struct Crew<'a, 's, 'f, 'r> {
     trace: u128,
     designs: &'a Designs,
     display_fps: f64,
-    sink: Mutex<&'r mut Sink<'s, 'f>>,
+    sink: Mutex<&'r mut ResultSink<'s, 'f>>,
     watch: &'a dyn SweepWatch,
 }
 

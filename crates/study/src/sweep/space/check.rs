@@ -12,7 +12,7 @@ use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
 
-/// Points that are looked at in search of a single design.
+/// Points that are tried until one is a design.
 const LOOK_MAX: u64 = 10_000;
 
 /// Surroundings in which an axis is tried.

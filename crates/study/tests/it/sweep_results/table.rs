@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use powergs_study::sweep::parquet::ParquetWriter;
-use powergs_study::sweep::table::{Cell, Column, Entry, Fate, Kind, TraceLabel, columns, rows};
+use powergs_study::sweep::table::{
+    Cell, Column, ColumnKind, Entry, Fate, TraceLabel, columns, rows,
+};
 
 use super::outcome;
 
@@ -18,8 +20,8 @@ fn entry(point: Option<u64>) -> Entry {
 
 fn axes() -> Vec<Column> {
     vec![
-        Column { name: "vru.cores".into(), kind: Kind::Integer },
-        Column { name: "buffers.feature.capacity".into(), kind: Kind::Text },
+        Column { name: "vru.cores".into(), kind: ColumnKind::Integer },
+        Column { name: "buffers.feature.capacity".into(), kind: ColumnKind::Text },
     ]
 }
 
@@ -89,7 +91,7 @@ fn parquet_holds_what_csv_says() {
 
 #[test]
 fn a_cell_of_another_kind_is_an_error() {
-    let columns = [Column { name: "n".into(), kind: Kind::Integer }];
+    let columns = [Column { name: "n".into(), kind: ColumnKind::Integer }];
     let mut table = ParquetWriter::new(Vec::new(), &columns).unwrap();
     table.row(vec![Cell::Text("7".into())]).unwrap();
     let error = table.finish().unwrap_err().to_string();

@@ -3,7 +3,7 @@
 use expect_test::expect_file;
 use powergs_base::config::schema_of;
 use powergs_study::sweep::SweepFile;
-use powergs_study::sweep::file::{Method, Row};
+use powergs_study::sweep::file::{Method, ZipValues};
 use proptest::prelude::*;
 
 #[test]
@@ -28,8 +28,10 @@ zip = { "geometry.tile" = [8, 16], geometry = { chunk = { from = 64, to = 128, f
     let keys: Vec<&str> = file.set.0.iter().map(|(key, _)| key.as_str()).collect();
     assert_eq!(keys, ["vru.cores", "vru.latency", "ccu.units", "ccu.batch"]);
     let zip = file.axes[0].zip.as_ref().expect("a zip");
-    assert!(matches!(&zip.0[0], (key, Row::List(l)) if key == "geometry.tile" && l.len() == 2));
-    assert!(matches!(&zip.0[1], (key, Row::Range(_)) if key == "geometry.chunk"));
+    assert!(
+        matches!(&zip.0[0], (key, ZipValues::List(l)) if key == "geometry.tile" && l.len() == 2)
+    );
+    assert!(matches!(&zip.0[1], (key, ZipValues::Range(_)) if key == "geometry.chunk"));
 }
 
 #[track_caller]
