@@ -1,44 +1,44 @@
-//! The command line: the only code that opens paths or prints.
+//! The command line: arguments, exit codes and printing. Everything else is in the library.
 //!
 //! One file per command under `cli/`; each has its `Args` (clap) and a
 //! `run(&Args, &Context) -> Result<Exit, Failure>`.
 
 pub mod arch;
 pub mod background;
-pub mod camera;
+mod camera;
 pub mod camera_file;
-pub mod claims;
-pub mod compare;
-pub mod completions;
-pub mod display;
-pub mod dram;
-pub mod explain;
-pub mod extract;
-pub mod failure;
-pub mod filter;
-pub mod fit;
-pub mod gaze;
+mod claims;
+mod compare;
+mod completions;
+mod display;
+mod dram;
+mod explain;
+mod extract;
+mod failure;
+mod filter;
+mod fit;
+mod gaze;
 pub mod inputs;
 pub mod invocation;
-pub mod lpips_file;
-pub mod optimize;
+mod lpips_file;
+mod optimize;
 pub mod out;
-pub mod pareto;
-pub mod picture_file;
-pub mod progress;
-pub mod quality;
-pub mod render;
+mod pareto;
+mod picture_file;
+mod progress;
+mod quality;
+mod render;
 pub mod replay;
 pub mod run_folder;
-pub mod scene;
-pub mod scene_file;
-pub mod sensitivity;
+mod scene;
+mod scene_file;
+mod sensitivity;
 pub mod startup;
-pub mod sweep;
+mod sweep;
 pub mod synth;
 pub mod timeline;
-pub mod trace;
-pub mod validate;
+mod trace;
+mod validate;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
