@@ -55,8 +55,18 @@ fn density(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "write a number from 1 to 1000".into())
 }
 
-/// A measure: its name in JSON, its value, and its line for people.
-type Row = (String, Value, String);
+/// A measure of the picture.
+struct Measured {
+    /// Its name in JSON.
+    name: String,
+    value: Value,
+    /// What a terminal shows.
+    line: String,
+}
+
+fn measured(name: impl Into<String>, value: Value, line: String) -> Measured {
+    Measured { name: name.into(), value, line }
+}
 
 /// Runs `quality`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
@@ -66,30 +76,30 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let flip = flip::flip(&reference, &picture, args.pixels_per_degree);
     let psnr = like.psnr_db.is_finite().then_some(like.psnr_db);
     let shown = psnr.map_or("infinite: equal pictures".into(), |db| format!("{db:.4} dB"));
-    let mut rows: Vec<Row> = vec![
-        ("psnr_db".into(), json!(psnr), format!("PSNR  {shown}")),
-        ("ssim".into(), json!(like.ssim), format!("SSIM  {:.6}", like.ssim)),
-        ("flip".into(), json!(flip), format!("FLIP  {flip:.6}")),
-        ("l1".into(), json!(like.l1), format!("L1    {:.6}", like.l1)),
-        ("mse".into(), json!(like.mse), format!("MSE   {:.4e}", like.mse)),
+    let mut rows = vec![
+        measured("psnr_db", json!(psnr), format!("PSNR  {shown}")),
+        measured("ssim", json!(like.ssim), format!("SSIM  {:.6}", like.ssim)),
+        measured("flip", json!(flip), format!("FLIP  {flip:.6}")),
+        measured("l1", json!(like.l1), format!("L1    {:.6}", like.l1)),
+        measured("mse", json!(like.mse), format!("MSE   {:.4e}", like.mse)),
     ];
     rows.extend(lpips(args, &picture, &reference)?);
     rows.extend(hvsq(args, &picture, &reference)?);
     rows.extend(regional(args, &picture, &reference)?);
-    print(args, context, (picture.width, picture.height), rows)
+    print(args, context, &picture, rows)
 }
 
 /// LPIPS, if there are weights for it.
-fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<Row>, Failure> {
+fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<Measured>, Failure> {
     let Some(path) = &args.lpips_weights else { return Ok(None) };
     let (lpips, _) = lpips_file::read(path)?;
     let value = lpips.distance(picture, reference);
     let value = value.or_exit(Exit::BadInput, args.picture.display())?;
     let line = format!("LPIPS {value:.6} ({})", lpips.network());
-    Ok(Some(("lpips".into(), json!(value), line)))
+    Ok(Some(measured("lpips", json!(value), line)))
 }
 
-fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
+fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measured>, Failure> {
     if args.hvsq.is_empty() {
         return Ok(Vec::new());
     }
@@ -98,13 +108,14 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>,
     let reference = hvsq.reference(reference);
     let values = hvsq.values(picture, &reference);
     let row = |(p, value): (&f64, f64)| {
-        (format!("hvsq_p{p}"), json!(value), format!("HVSQ  {value:.4e} at pooling {p}"))
+        let line = format!("HVSQ  {value:.4e} at pooling {p}");
+        measured(format!("hvsq_p{p}"), json!(value), line)
     };
     Ok(args.hvsq.iter().zip(values).map(row).collect())
 }
 
 /// HVSQ of the regions around a gaze, each at its pooling size.
-fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Row>, Failure> {
+fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measured>, Failure> {
     let Some((x, y)) = args.gaze else { return Ok(Vec::new()) };
     let size = [picture.width, picture.height];
     let map = EccentricityMap::new([x, y], args.fov, size).or_exit(Exit::Usage, "--gaze")?;
@@ -115,7 +126,7 @@ fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<R
     let row = |(i, value): (usize, Option<f64>)| {
         let shown = value.map_or("no pixels".into(), |v| format!("{v:.4e}"));
         let line = format!("HVSQ  {shown} in R{}, pooling {}", i + 1, POOLINGS[i]);
-        (format!("hvsq_r{}", i + 1), json!(value), line)
+        measured(format!("hvsq_r{}", i + 1), json!(value), line)
     };
     Ok(values.into_iter().enumerate().map(row).collect())
 }
@@ -123,20 +134,20 @@ fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<R
 fn print(
     args: &Args,
     context: &Context,
-    (width, height): (u32, u32),
-    rows: Vec<Row>,
+    picture: &Picture,
+    rows: Vec<Measured>,
 ) -> Result<Exit, Failure> {
     if !context.global.json {
-        let lines: String = rows.iter().map(|row| format!("{}\n", row.2)).collect();
+        let lines: String = rows.iter().map(|row| format!("{}\n", row.line)).collect();
         out::text(&lines)?;
         return Ok(Exit::Done);
     }
     let mut object = Map::new();
     object.insert("picture".into(), json!(args.picture.display().to_string()));
     object.insert("reference".into(), json!(args.reference.display().to_string()));
-    object.insert("width_px".into(), json!(width));
-    object.insert("height_px".into(), json!(height));
-    object.extend(rows.into_iter().map(|(name, value, _)| (name, value)));
+    object.insert("width_px".into(), json!(picture.width));
+    object.insert("height_px".into(), json!(picture.height));
+    object.extend(rows.into_iter().map(|row| (row.name, row.value)));
     out::json(&Value::Object(object))?;
     Ok(Exit::Done)
 }

@@ -148,7 +148,7 @@ fn not_below(costs: &Costs, first: &[usize], second: Vec<usize>, keys: &[usize])
         return second.into_iter().filter(|&b| !first.iter().any(|&a| below(a, b))).collect();
     }
     if let &[other] = others {
-        return not_below_in_two(costs, first, second, (other, key));
+        return not_below_in_two(costs, first, second, other, key);
     }
     let value = |i: usize| costs.of(i)[key];
     let Some(middle) = middle(first.iter().chain(&second).map(|&i| value(i))) else {
@@ -175,12 +175,13 @@ fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.into_iter().filter(|v| *v < median).max_by(f64::total_cmp)
 }
 
-/// As [`not_below`] for two objectives: one walk in the order of the first of them.
+/// As [`not_below`] for the objectives `x` and `y`: one walk in the order of `x`.
 fn not_below_in_two(
     costs: &Costs,
     first: &[usize],
     second: Vec<usize>,
-    (x, y): (usize, usize),
+    x: usize,
+    y: usize,
 ) -> Vec<usize> {
     let by_x = |&a: &usize, &b: &usize| costs.of(a)[x].total_cmp(&costs.of(b)[x]);
     let (mut first, mut second) = (first.to_vec(), second);

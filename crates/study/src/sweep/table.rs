@@ -128,11 +128,11 @@ pub enum Fate {
 }
 
 impl Fate {
-    fn status(&self) -> (&'static str, &str) {
+    fn status(&self) -> Status<'_> {
         match self {
-            Fate::Ok(_) => ("ok", ""),
-            Fate::Failed(reason) => ("failed", reason),
-            Fate::Missing => ("missing", ""),
+            Fate::Ok(_) => Status::OK,
+            Fate::Failed(reason) => Status { word: "failed", reason },
+            Fate::Missing => Status::MISSING,
         }
     }
 
@@ -142,6 +142,18 @@ impl Fate {
             Fate::Failed(_) | Fate::Missing => None,
         }
     }
+}
+
+/// The status of a row, and the reason where it failed.
+#[derive(Clone, Copy)]
+struct Status<'a> {
+    word: &'static str,
+    reason: &'a str,
+}
+
+impl Status<'_> {
+    const OK: Status<'static> = Status { word: "ok", reason: "" };
+    const MISSING: Status<'static> = Status { word: "missing", reason: "" };
 }
 
 /// A trace in the table.
@@ -166,15 +178,15 @@ pub fn rows(entry: &Entry, table: &str, traces: &[TraceLabel], fates: &[Fate]) -
     match outcomes {
         Some(outcomes) if !outcomes.is_empty() => {
             let mean = values(&outcomes);
-            rows.push(row(entry, ("ok", ""), table, "", "mean", Some(mean)));
+            rows.push(row(entry, Status::OK, table, "", "mean", Some(mean)));
             let slowest = slowest(&outcomes);
             let worst = values(&outcomes[slowest..=slowest]);
             let label = &traces[slowest].label;
-            rows.push(row(entry, ("ok", ""), table, label, "worst", Some(worst)));
+            rows.push(row(entry, Status::OK, table, label, "worst", Some(worst)));
         }
         _ => {
             let failed = fates.iter().find(|f| matches!(f, Fate::Failed(_)));
-            let status = failed.map_or(("missing", ""), Fate::status);
+            let status = failed.map_or(Status::MISSING, Fate::status);
             rows.push(row(entry, status, table, "", "mean", None));
             rows.push(row(entry, status, table, "", "worst", None));
         }
@@ -191,7 +203,7 @@ fn slowest(outcomes: &[Weighted]) -> usize {
 
 fn row(
     entry: &Entry,
-    (status, reason): (&str, &str),
+    status: Status<'_>,
     table: &str,
     trace: &str,
     scope: &str,
@@ -202,8 +214,8 @@ fn row(
         entry.point.map_or(Cell::Empty, |p| Cell::Integer(p as i64)),
         Cell::Truth(entry.point.is_none()),
         entry.id.map_or(Cell::Empty, |id| Cell::Text(format!("{id:032x}"))),
-        text(status),
-        text(reason),
+        text(status.word),
+        text(status.reason),
         text(table),
         text(trace),
         text(scope),

@@ -91,7 +91,7 @@ impl Context<'_> {
         }
         let mut left = self.value(first)?;
         for (node, two, sides) in operators.into_iter().rev() {
-            left = self.two(node, two, (&sides[0], left), &sides[1])?;
+            left = self.two(node, two, &sides[0], left, &sides[1])?;
         }
         Ok(left)
     }
@@ -100,7 +100,8 @@ impl Context<'_> {
         &self,
         node: &Node,
         two: Two,
-        (a, left): (&Node, Value),
+        a: &Node,
+        left: Value,
         b: &Node,
     ) -> Result<Value, ExprError> {
         let truth = |truth: bool| Ok(Value::Truth(truth));
