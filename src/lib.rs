@@ -28,7 +28,7 @@
 //! | find what keys and assumptions move | [`sensitivity`] |
 //! | try thousands of machines | [`sweep::run::Sweep`], [`analysis`] |
 //! | change how a unit counts cycles | [`accel`] |
-//! | find the fewest watts at a given quality | [`optimize`] |
+//! | find the fewest watts at a given quality | [`optimize::campaign::Campaign`] |
 //! | write tables, pages and charts | [`report`] |
 //!
 //! Every part is a crate of its own under `crates/`; this one hands them on and adds the command

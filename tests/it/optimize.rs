@@ -1,6 +1,7 @@
 //! The optimiser as the user sees it.
 
 mod command;
+mod example;
 mod foveated_command;
 // Tests of the crate use more of it.
 #[allow(dead_code)]

@@ -11,11 +11,11 @@ use super::prune::select;
 use powergs_scene::Gaussians;
 
 /// Decay of the first moment.
-pub const BETA_1: f64 = 0.9;
+const BETA_1: f64 = 0.9;
 /// Decay of the second moment.
-pub const BETA_2: f64 = 0.999;
+const BETA_2: f64 = 0.999;
 /// Keeps the step of a parameter without gradient finite.
-pub const EPSILON: f64 = 1e-15;
+const EPSILON: f64 = 1e-15;
 /// Parameters that one task works on; a multiple of all group widths.
 const PART: usize = 48 * 1024;
 /// Gradients beyond this would overflow when squared: as bad as infinite ones.
@@ -64,7 +64,7 @@ impl Group {
     }
 
     /// The values of this kind, to be changed.
-    pub fn of_mut(self, scene: &mut Gaussians) -> &mut [f32] {
+    pub(crate) fn of_mut(self, scene: &mut Gaussians) -> &mut [f32] {
         match self {
             Group::Means => scene.means.as_flattened_mut(),
             Group::Scales => scene.log_scales.as_flattened_mut(),
@@ -134,7 +134,7 @@ impl Rates {
     }
 
     /// Only the constant coefficients and the opacities.
-    pub fn colours_and_opacities(self) -> Rates {
+    pub(crate) fn colours_and_opacities(self) -> Rates {
         Rates { sh_rest: 0.0, opacities: self.opacities, ..self.colours_only() }
     }
 
@@ -220,7 +220,7 @@ impl Adam {
     }
 
     /// Sets the moments of all opacities to zero.
-    pub fn forget_opacities(&mut self) {
+    pub(crate) fn forget_opacities(&mut self) {
         self.first.logit_opacities.fill(0.0);
         self.second.logit_opacities.fill(0.0);
     }

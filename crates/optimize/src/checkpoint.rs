@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::adam::Adam;
 use super::history::HistoryRow;
-use super::lambda::Memory;
+use super::lambda::ControllerState;
 use super::outcome::Outcome;
 use super::tune::{Check, Model, State};
 use powergs_core::run::{RunError, Store};
@@ -358,7 +358,7 @@ struct StateHead {
     model: ModelHead,
     iteration: u32,
     pruned: u32,
-    control: Option<Memory>,
+    control: Option<ControllerState>,
     best: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,

@@ -12,6 +12,9 @@ mod fovea;
 mod pairs;
 mod periphery;
 mod plain;
+mod sentence;
+
+pub use sentence::{Number, Part, Sentence, Unit};
 
 use super::results::Results;
 
@@ -50,17 +53,17 @@ impl Verdict {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Here {
     /// The numbers.
-    text: String,
+    text: Sentence,
     /// Whether sign and order agree.
     holds: bool,
     /// Why not, where it follows from the results.
-    why: Option<String>,
+    why: Option<Sentence>,
 }
 
 /// Numbers, or why there are none.
 type Answer = Result<Here, String>;
 
-fn here(text: String, holds: bool) -> Answer {
+fn here(text: Sentence, holds: bool) -> Answer {
     Ok(Here { text, holds, why: None })
 }
 
@@ -98,7 +101,7 @@ pub struct Finding {
     /// The run; `None` for all together.
     pub run: Option<String>,
     /// Our numbers, or why there are none.
-    pub here: String,
+    pub here: Sentence,
     /// Whether sign and order agree.
     pub verdict: Verdict,
 }
@@ -122,7 +125,7 @@ pub struct Row {
 
 /// All claims.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Book {
+pub struct ClaimTable {
     /// A line about each run: its name, what it is and which regions count.
     pub runs: Vec<(String, String)>,
     /// Those that can be checked with the right runs.
@@ -161,9 +164,9 @@ fn checks() -> Vec<&'static Check> {
 }
 
 /// Checks everything.
-pub fn check(runs: &[Run]) -> Book {
+pub fn check(runs: &[Run]) -> ClaimTable {
     let lines = runs.iter().map(|run| (run.label.clone(), facts::about(&run.results)));
-    Book { runs: lines.collect(), rows: checks().into_iter().map(|c| row(c, runs)).collect() }
+    ClaimTable { runs: lines.collect(), rows: checks().into_iter().map(|c| row(c, runs)).collect() }
 }
 
 fn row(check: &Check, runs: &[Run]) -> Row {
@@ -191,16 +194,16 @@ fn finding(run: Option<String>, answer: Answer) -> Finding {
         Ok(Here { text, holds, why }) => {
             let verdict = if holds { Verdict::Yes } else { Verdict::No };
             let here = match why.filter(|_| !holds) {
-                Some(why) => format!("{text}; {why}"),
+                Some(why) => text.then("; ", why),
                 None => text,
             };
             Finding { run, here, verdict }
         }
-        Err(why) => Finding { run, here: why, verdict: Verdict::Unchecked },
+        Err(why) => Finding { run, here: why.into(), verdict: Verdict::Unchecked },
     }
 }
 
-impl Book {
+impl ClaimTable {
     /// Claims that agree, and those that could be checked.
     pub fn agreed(&self) -> (usize, usize) {
         let count = |verdict: Verdict| self.rows.iter().filter(|r| r.verdict == verdict).count();

@@ -141,7 +141,7 @@ impl Fit {
     }
 
     /// The sample with the least total power, the first one if several have it.
-    pub fn best_sample(&self) -> &Sample {
+    pub(crate) fn best_sample(&self) -> &Sample {
         let first = &self.samples[0];
         self.samples.iter().fold(first, |a, b| if b.total_w() < a.total_w() { b } else { a })
     }

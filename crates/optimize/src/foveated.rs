@@ -227,7 +227,7 @@ struct Shown {
 
 impl Viewer<'_> {
     /// Where somebody looks in view `i`.
-    pub fn looking(&self, i: usize) -> ScreenGaze {
+    pub(crate) fn looking(&self, i: usize) -> ScreenGaze {
         looking(self.screen, i)
     }
 
@@ -268,7 +268,7 @@ impl Viewer<'_> {
     ///
     /// # Errors
     /// [`FovealError`].
-    pub fn plain_fps(&self, scene: &Gaussians) -> Result<f64, FovealError> {
+    pub(crate) fn plain_fps(&self, scene: &Gaussians) -> Result<f64, FovealError> {
         let setup = self.setup;
         let background = setup.background;
         let options = Options { background, ..Options::reference(Detail::Counters) };

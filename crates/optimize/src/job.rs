@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::role::Role;
 use super::tune::TuneConfig;
 
-/// For which quality and which level of the eye a model is made.
+/// The quality and the level of the periphery that a model is made for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Place {
-    /// Position in the variants of the campaign.
+    /// Position in the variants of the plan.
     pub variant: u8,
     /// 0 for level 1, the whole picture and the fovea, to 3 for level 4.
     pub level: u8,
@@ -23,9 +23,9 @@ pub struct Job {
     pub role: Role,
     /// Where it belongs.
     pub place: Place,
-    /// The share of its base that it prunes; of what it is to become.
+    /// Share of the Gaussians of `base` that is pruned.
     pub rho: f64,
-    /// Gaussians that `rho` is a share of; `None`: those of the dense model.
+    /// How many Gaussians `rho` is a share of; `None`: as many as the dense model has.
     pub base: Option<usize>,
     /// The job whose model it starts from; `None`: the dense (or the user's other) model.
     pub from: Option<String>,
@@ -35,7 +35,7 @@ pub struct Job {
 
 impl Job {
     /// Whether a later job may start from its model, or a report shows it.
-    pub fn is_kept(&self) -> bool {
+    pub(crate) fn is_kept(&self) -> bool {
         match self.role {
             Role::HeldOut | Role::Sample | Role::Final => true,
             Role::Baseline(b) => b.has_levels(),

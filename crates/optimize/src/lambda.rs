@@ -19,11 +19,11 @@ use super::target::{Quality, Target};
 /// λ never falls below this, 1/W.
 pub const FLOOR: f64 = 1e-6;
 /// λ never rises above this, 1/W: colours are black long before.
-pub const CEILING: f64 = 1e6;
+const CEILING: f64 = 1e6;
 /// The largest factor.
 const STEP: f64 = 2.0;
 /// Checks in a row that must be settled.
-const CALM: u32 = 3;
+const SETTLED_CHECKS: u32 = 3;
 /// The damped rule takes a full step from this distance on, decibels.
 const FULL_STEP_DB: f64 = 4.0;
 /// The damped rule aims so far above the target, as a share of epsilon: a λ that came to the target
@@ -65,9 +65,9 @@ pub enum Verdict {
     Settled,
 }
 
-/// What a controller remembers.
+/// Where a controller is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ControllerState {
     /// λ for the next iteration, 1/W.
     pub lambda: f64,
     /// λ at the last check that passed.
@@ -75,14 +75,14 @@ pub struct Memory {
     /// Distance from the target at the last check, decibels.
     pub margin_db: Option<f64>,
     /// Settled checks in a row.
-    pub calm: u32,
+    pub settled_checks: u32,
 }
 
 /// The controller of one fine-tune.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Controller {
     control: Control,
-    memory: Memory,
+    state: ControllerState,
 }
 
 /// The factor S at an iteration: 2 at 0, 1 at `adjust`, a half cosine between.
@@ -95,28 +95,28 @@ impl Controller {
     /// A controller at its first λ.
     pub fn new(control: Control) -> Controller {
         let lambda = control.start.clamp(FLOOR, CEILING);
-        let memory = Memory { lambda, passing: None, margin_db: None, calm: 0 };
-        Controller { control, memory }
+        let state = ControllerState { lambda, passing: None, margin_db: None, settled_checks: 0 };
+        Controller { control, state }
     }
 
     /// A controller that goes on.
-    pub fn restored(control: Control, memory: Memory) -> Controller {
-        Controller { control, memory }
+    pub(crate) fn restored(control: Control, state: ControllerState) -> Controller {
+        Controller { control, state }
     }
 
-    /// What it remembers, for checkpoints.
-    pub fn memory(&self) -> Memory {
-        self.memory
+    /// Where it is, for checkpoints.
+    pub fn state(&self) -> ControllerState {
+        self.state
     }
 
     /// λ now, 1/W.
     pub fn lambda(&self) -> f64 {
-        self.memory.lambda
+        self.state.lambda
     }
 
     /// λ at the last check that passed.
     pub fn passing(&self) -> Option<f64> {
-        self.memory.passing
+        self.state.passing
     }
 
     /// Whether the quality is to be checked after this iteration, counted from 0.
@@ -124,34 +124,34 @@ impl Controller {
         iteration.is_multiple_of(self.control.interval.max(1))
     }
 
-    /// Hears the quality after `iteration`.
-    pub fn hear(&mut self, iteration: u32, quality: Quality, target: &Target) -> Verdict {
-        let memory = &mut self.memory;
+    /// Takes in the quality after `iteration` and sets the next λ.
+    pub fn observe(&mut self, iteration: u32, quality: Quality, target: &Target) -> Verdict {
+        let state = &mut self.state;
         if iteration >= self.control.adjust {
             // Nothing passed: without any weight to speak of the quality may still arrive.
-            memory.lambda = memory.passing.unwrap_or(FLOOR);
+            state.lambda = state.passing.unwrap_or(FLOOR);
             return Verdict::Continue;
         }
         let margin = target.margin_db(quality);
         let full = factor(iteration, self.control.adjust);
         let passes = target.passes(quality);
         if passes {
-            memory.passing = Some(memory.lambda);
+            state.passing = Some(state.lambda);
         }
         let power = match self.control.rule {
             Rule::Published if passes => 1.0,
             Rule::Published => -1.0,
             Rule::Damped => {
-                let trend = memory.margin_db.map_or(0.0, |last| margin - last);
+                let trend = state.margin_db.map_or(0.0, |last| margin - last);
                 let aim = AIM * self.control.epsilon_db;
                 let ahead = margin - aim + AHEAD * trend;
                 if ahead.is_nan() { 1.0 } else { (ahead / FULL_STEP_DB).clamp(-1.0, 1.0) }
             }
         };
-        memory.lambda = (memory.lambda * full.powf(power)).clamp(FLOOR, CEILING);
-        memory.margin_db = Some(margin);
+        state.lambda = (state.lambda * full.powf(power)).clamp(FLOOR, CEILING);
+        state.margin_db = Some(margin);
         let settled = target.is_settled(quality, self.control.epsilon_db);
-        memory.calm = if settled { memory.calm + 1 } else { 0 };
-        if memory.calm >= CALM { Verdict::Settled } else { Verdict::Continue }
+        state.settled_checks = if settled { state.settled_checks + 1 } else { 0 };
+        if state.settled_checks >= SETTLED_CHECKS { Verdict::Settled } else { Verdict::Continue }
     }
 }

@@ -11,8 +11,12 @@
 //! samples (rho, D, R) --fit--> rho* --realise--> final model;   oracle: watts of any candidate
 //! ```
 //!
-//! Nothing here knows a path or a clock. A run is a list of jobs ([`plan`]), each of which can be
-//! stopped after any iteration and continued from a [`checkpoint`] bit for bit.
+//! A [`request::Request`] is opened as a [`campaign::Campaign`] and run in a
+//! [`Store`](powergs_core::run::Store), a folder or memory. It is a list of jobs ([`plan`]), each
+//! of which can be stopped after any iteration ([`watch::CampaignWatch`]) and goes on from a
+//! [`checkpoint`] bit for bit. Nothing here prints, parses arguments or asks for the time.
+
+#![warn(clippy::missing_errors_doc)]
 
 pub mod adam;
 pub mod campaign;

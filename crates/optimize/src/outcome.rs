@@ -1,4 +1,4 @@
-//! What became of a job.
+//! The result of a job.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use super::tune::{Check, DisplayTerm, Model};
 use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
 
-/// What became of a job.
+/// The result of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Its name.
@@ -20,7 +20,8 @@ pub struct Outcome {
     pub role: Role,
     /// Where it belongs.
     pub place: Place,
-    /// The share of the dense model that is gone, in the periphery of the level before.
+    /// Share of the Gaussians that were pruned: of the dense model, or beyond level 1 of the model
+    /// of the level before.
     pub rho: f64,
     /// Gaussians left.
     pub points: usize,
@@ -38,8 +39,8 @@ pub struct Outcome {
     pub passed: bool,
     /// Quality and display power over the test views.
     pub test: Seen,
-    /// FLIP, mean over the test views, at the viewing distance of its authors. Not a number in the
-    /// periphery, which is not looked at.
+    /// FLIP, mean over the test views, at the viewing distance of its authors; NaN beyond level 1,
+    /// because nobody looks straight at the periphery.
     pub flip_test: f64,
     /// LPIPS, mean over the test views; `None` without weights.
     pub lpips_test: Option<f64>,

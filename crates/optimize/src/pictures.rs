@@ -56,7 +56,7 @@ impl BeforeAfter {
     }
 
     /// Mean of each channel of the dense model, codes of 8 bits.
-    pub fn mean_dense(&self) -> [f64; 3] {
+    pub(crate) fn mean_dense(&self) -> [f64; 3] {
         let pixels = self.dense.as_chunks::<3>().0;
         let mean = |c: usize| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>();
         std::array::from_fn(|c| mean(c) / pixels.len().max(1) as f64)

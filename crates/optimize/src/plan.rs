@@ -36,12 +36,11 @@ pub struct Plan {
     pub sweep: Vec<f64>,
     /// The qualities: first that of the run, then further ones to compare with. At least one.
     pub variants: Vec<Variant>,
-    /// Whether the dense model is trained on without the views that gate, before anything else, and
-    /// targets are shares of what it reaches then: it may have been trained on those views, and
-    /// what it knows of them by heart is no quality to keep.
+    /// Whether the dense model is first trained further without the gate views, and targets are
+    /// shares of the quality that it reaches then. It may have been trained on those views, and
+    /// quality that it has memorised cannot be kept.
     pub holds_out: bool,
-    /// Levels that are made, from 1: level 1 alone, or also those of the periphery that the views
-    /// show, up to 4.
+    /// Number of levels to make: 1, or with foveation as many as the views show, up to 4.
     pub levels: u8,
 }
 
@@ -49,19 +48,6 @@ pub struct Plan {
 pub type Line = Option<Baseline>;
 
 impl Plan {
-    /// The most jobs that the run can have.
-    pub fn most_jobs(&self) -> usize {
-        let upper = usize::from(self.levels.saturating_sub(1));
-        let ours = self.schedule.count() + 1;
-        let of_variant = |v: usize| {
-            ours * (1 + upper)
-                + self.compared(v).count()
-                + upper * self.foveated_baselines().count()
-        };
-        let all: usize = (0..self.variants.len()).map(of_variant).sum();
-        1 + usize::from(self.holds_out) + all + self.externals.len() + self.sweep.len()
-    }
-
     /// The most iterations that the run can have.
     pub fn most_iterations(&self, settings: &Settings) -> u64 {
         let final_iterations = u64::from(settings.final_iterations);

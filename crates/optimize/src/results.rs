@@ -311,7 +311,7 @@ impl Results {
     }
 
     /// Regions that some test view of some foveated model shows.
-    pub fn counted_regions(&self) -> Vec<&'static str> {
+    fn counted_regions(&self) -> Vec<&'static str> {
         let counts = |i: &usize| self.foveated.iter().any(|f| f.hvsq[*i].is_some());
         (0..LEVELS).filter(counts).map(|i| REGIONS[i]).collect()
     }

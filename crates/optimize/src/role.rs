@@ -77,12 +77,12 @@ impl FromStr for Baseline {
 pub enum Role {
     /// The model that the user brought.
     Dense,
-    /// The dense model, trained on without the views that gate: what a share of its quality is
-    /// measured on, where it may have been trained on them.
+    /// The dense model, trained further without the gate views, which it may have been trained on:
+    /// targets that are shares are shares of its quality.
     HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
-    /// The predicted optimum, made real.
+    /// A model at the ratio of the fitted optimum.
     Final,
     /// A comparison that we train.
     Baseline(Baseline),
@@ -162,11 +162,11 @@ impl FromStr for Role {
 pub enum RoleKind {
     /// The model that the user brought.
     Dense,
-    /// The dense model, trained on without the views that gate.
+    /// The dense model, trained further without the gate views.
     HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
-    /// The predicted optimum, made real.
+    /// A model at the ratio of the fitted optimum.
     Final,
     /// A comparison that was trained.
     Baseline,

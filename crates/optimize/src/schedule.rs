@@ -10,9 +10,9 @@ use serde::Serialize;
 use super::invalid::Invalid;
 
 /// Coarse samples of the published schedule.
-pub const COARSE: usize = 7;
+const COARSE: usize = 7;
 /// Fine samples of the published schedule.
-pub const FINE: usize = 5;
+const FINE: usize = 5;
 /// Ratio between two coarse samples.
 pub const COARSE_STEP: f64 = 0.15;
 /// The published budget of a sample that prunes everything: first level, other levels.
@@ -105,7 +105,7 @@ impl Schedule {
 
     /// The most iterations that all samples take, relative to the budget of a sample. `first` is
     /// the effort of the very first.
-    pub fn most_effort(&self, first: f64) -> f64 {
+    pub(crate) fn most_effort(&self, first: f64) -> f64 {
         match self {
             Schedule::Adaptive { .. } | Schedule::Listed(_) => {
                 self.count().saturating_sub(1) as f64 + first
@@ -166,7 +166,7 @@ pub fn coarse_iterations(i: usize, budget: u32) -> u32 {
 
 /// Iterations for pruning `step` more where `pruned` is gone: in proportion to the share of what
 /// is left, at least 1,500.
-pub fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
+pub(crate) fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
     // In this order: the published 3,749 is 3,750 less a rounding.
     ((f64::from(budget) * (step / (1.0 - pruned))) as u32).max(1500)
 }

@@ -27,7 +27,8 @@ pub enum Gate {
 pub struct Settings {
     /// Iterations of a sample, at least 1.
     pub iterations: u32,
-    /// Iterations of the first sample, relative to the others: its λ comes from far away.
+    /// Iterations of the first sample, relative to the others: its λ starts far from the value that
+    /// it needs.
     pub first_effort: f64,
     /// Iterations of the final model and of each baseline.
     pub final_iterations: u32,
@@ -35,7 +36,7 @@ pub struct Settings {
     pub level_effort: f64,
     /// Iterations between checks of the quality.
     pub interval: u32,
-    /// The share of a fine-tune in which λ is adjusted; then it rests.
+    /// The share of a fine-tune in which λ is adjusted; after it λ is fixed.
     pub adjust_share: f64,
     /// Weight of the display term at the start, without unit: the term of an image that needs the
     /// display power of the dense model. λ, in 1/W, is this over that power.
@@ -115,13 +116,13 @@ impl Settings {
         (plan, share_of(self.iterations, share))
     }
 
-    /// Iterations of the dense model that is trained on without the gate views.
-    pub fn first_budget(&self) -> u32 {
+    /// Iterations of the dense model that is trained further without the gate views.
+    pub(crate) fn first_budget(&self) -> u32 {
         share_of(self.iterations, self.first_effort)
     }
 
     /// Iterations of the final model of a level, and of each baseline there.
-    pub fn final_budget(&self, level: u8) -> u32 {
+    pub(crate) fn final_budget(&self, level: u8) -> u32 {
         let share = if level == 0 { 1.0 } else { self.level_effort };
         share_of(self.final_iterations, share)
     }

@@ -64,7 +64,7 @@ impl Setup<'_> {
     }
 
     /// The training cameras.
-    pub fn train_cameras(&self) -> Vec<Camera> {
+    pub(crate) fn train_cameras(&self) -> Vec<Camera> {
         self.split.train.iter().map(|&v| self.cameras[v].clone()).collect()
     }
 
@@ -108,7 +108,7 @@ impl Setup<'_> {
     }
 
     /// FLIP of `scene`, mean over the test views.
-    pub fn flip_test(&self, scene: &Gaussians) -> f64 {
+    pub(crate) fn flip_test(&self, scene: &Gaussians) -> f64 {
         self.mean_over_test(scene, |picture, reference| {
             Some(flip(reference, picture, PIXELS_PER_DEGREE))
         })
@@ -117,7 +117,7 @@ impl Setup<'_> {
 
     /// LPIPS of `scene`, mean over the test views; `None` without weights, or if a view is too
     /// small or too large for them. One view at a time: features take much memory.
-    pub fn lpips_test(&self, scene: &Gaussians) -> Option<f64> {
+    pub(crate) fn lpips_test(&self, scene: &Gaussians) -> Option<f64> {
         let lpips = self.lpips?;
         self.mean_over_test(scene, |picture, reference| lpips.distance(picture, reference).ok())
     }
@@ -146,7 +146,7 @@ impl Setup<'_> {
     }
 
     /// The learning rates of this run, before decay.
-    pub fn rates(&self) -> Rates {
+    pub(crate) fn rates(&self) -> Rates {
         let cameras = self.split.train.iter().map(|&v| self.cameras[v].centre);
         let n = self.split.train.len().max(1) as f64;
         let mean = cameras.clone().sum::<glam::DVec3>() / n;

@@ -10,8 +10,8 @@ use super::role::{Baseline, Role};
 
 /// The published range of the ratio, dense model.
 pub const RATIOS: (f64, f64) = (0.38, 2.66);
-/// Places in it, evenly spaced.
-const PLACES: usize = 13;
+/// Ratios that are evaluated, evenly spaced.
+const COUNT: usize = 13;
 
 /// Powers with one panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +47,7 @@ pub fn ratios(done: &[Outcome]) -> Vec<RatioRow> {
         return Vec::new();
     }
     let row = |i: usize| {
-        let share = i as f64 / (PLACES - 1) as f64;
+        let share = i as f64 / (COUNT - 1) as f64;
         let ratio = RATIOS.0 + (RATIOS.1 - RATIOS.0) * share;
         let scale = ratio * dense.watts.render_w / dense.watts.display_w;
         let (rho, ours_w) = cheapest(&samples, scale);
@@ -62,7 +62,7 @@ pub fn ratios(done: &[Outcome]) -> Vec<RatioRow> {
             over_dense: saved(dense),
         }
     };
-    (0..PLACES).map(row).collect()
+    (0..COUNT).map(row).collect()
 }
 
 /// Ratio and power of the cheapest model with display power scaled.

@@ -84,7 +84,7 @@ const NEAR: f64 = 0.01;
 
 impl Target {
     /// A share of the quality of the dense model.
-    pub fn share_of(dense: Quality, share: f64) -> Target {
+    pub(crate) fn share_of(dense: Quality, share: f64) -> Target {
         Target::Likeness(Quality::likeness(share * dense.psnr_db, share * dense.ssim))
     }
 
@@ -97,7 +97,7 @@ impl Target {
     }
 
     /// Whether the quality reaches the target or misses it by less than 1 %.
-    pub fn is_near(&self, quality: Quality) -> bool {
+    pub(crate) fn is_near(&self, quality: Quality) -> bool {
         let eased = match self {
             Target::Likeness(t) => {
                 Target::Likeness(Quality::likeness((1.0 - NEAR) * t.psnr_db, (1.0 - NEAR) * t.ssim))
@@ -121,7 +121,7 @@ impl Target {
     }
 
     /// Whether the quality passes, but by no more than `epsilon_db`.
-    pub fn is_settled(&self, quality: Quality, epsilon_db: f64) -> bool {
+    pub(crate) fn is_settled(&self, quality: Quality, epsilon_db: f64) -> bool {
         self.passes(quality) && self.margin_db(quality) <= epsilon_db
     }
 

@@ -8,7 +8,7 @@ mod objective;
 use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, bad_gradient};
-use super::lambda::{Controller, Memory, Verdict};
+use super::lambda::{Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, survivors};
 use super::setup::{Seen, Setup};
 use super::target::Target;
@@ -60,7 +60,7 @@ pub struct State {
     /// Pruning steps done.
     pub pruned: u32,
     /// The controller's state.
-    pub control: Option<Memory>,
+    pub control: Option<ControllerState>,
     /// The model to keep so far, with its check.
     pub best: Option<(Model, Check)>,
     /// The last check.
@@ -191,7 +191,7 @@ impl<'a> Tuner<'a> {
 
     /// The state now.
     pub fn state(&mut self) -> &State {
-        self.state.control = self.controller.as_ref().map(Controller::memory);
+        self.state.control = self.controller.as_ref().map(Controller::state);
         &self.state
     }
 
@@ -242,7 +242,7 @@ impl<'a> Tuner<'a> {
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
         let by_pixel = &mut self.by_pixel;
         let objective = self.config.objective;
-        let loss = self.losses.evaluate(setup, objective, (view, picture), lambda, by_pixel);
+        let loss = self.losses.evaluate(setup, objective, view, picture, lambda, by_pixel);
         let place = |what| TuneError::Size { what, view: camera.name.clone() };
         let loss = loss.map_err(place)?;
         if !loss.total.is_finite() {
@@ -326,7 +326,7 @@ impl<'a> Tuner<'a> {
             && let Some(controller) = &mut self.controller
             && iteration >= from
         {
-            let verdict = controller.hear(iteration - from, seen.quality, &self.target);
+            let verdict = controller.observe(iteration - from, seen.quality, &self.target);
             self.state.settled = verdict == Verdict::Settled && self.is_pruned();
         }
         if let (true, Pruning::WhilePassing { count }) = (passed, self.config.pruning)

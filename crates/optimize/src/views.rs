@@ -12,7 +12,7 @@ use powergs_scene::{Camera, Gaussians, Split};
 
 /// Every how many-th view (by name) is held out where a camera file names no splits: the published
 /// rule (`llffhold`).
-pub const HELD_OUT: usize = 8;
+const HELD_OUT: usize = 8;
 /// With fewer training views than this the training views validate too.
 const FEW: usize = 4;
 

@@ -3,15 +3,15 @@
 use serde_json::{Value, json as object};
 
 use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
-use crate::format::shortened;
-use powergs_optimize::claims::{Book, LEFT_OUT, Row, Verdict};
+use crate::format::{engineering, shortened};
+use powergs_optimize::claims::{ClaimTable, LEFT_OUT, Number, Part, Row, Sentence, Unit, Verdict};
 
 /// What sign and order can show.
 const NOTE: &str = "Sign and order are what small scenes and short runs can show; the published \
                     numbers are for full-size scenes and 150,000 iterations.";
 
 /// The answer: what is printed, and the page.
-pub fn document(book: &Book) -> Document {
+pub fn document(book: &ClaimTable) -> Document {
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title("Published claims, checked".into()));
     page.page_paragraph(format!("{}.", summary(book)));
@@ -34,6 +34,36 @@ pub fn document(book: &Book) -> Document {
     page
 }
 
+/// A finding in words.
+pub fn words(sentence: &Sentence) -> String {
+    let part = |part: &Part| match part {
+        Part::Words(words) => words.clone(),
+        Part::Number(number) => written(number),
+    };
+    sentence.parts.iter().map(part).collect()
+}
+
+fn written(number: &Number) -> String {
+    let Number { value, unit, decimals, is_signed } = *number;
+    let shown = match unit {
+        Unit::Saved => {
+            let word = if value >= 0.0 { "less" } else { "more" };
+            return format!("{:.1} % {word}", 100.0 * value.abs());
+        }
+        Unit::Watts => return engineering(value, "W"),
+        Unit::Percent => 100.0 * value,
+        Unit::Hvsq => 1e5 * value,
+        Unit::Decibels
+        | Unit::FramesPerSecond
+        | Unit::Codes
+        | Unit::PerWatt
+        | Unit::Count
+        | Unit::One => value,
+    };
+    let decimals = usize::from(decimals);
+    if is_signed { format!("{shown:+.decimals$}") } else { format!("{shown:.decimals$}") }
+}
+
 /// A claim on a terminal.
 fn lines(row: &Row) -> Vec<(String, Text)> {
     let claim = format!("{}: {}", row.what, row.verdict.name());
@@ -47,13 +77,13 @@ fn lines(row: &Row) -> Vec<(String, Text)> {
             Verdict::No => "    here  no",
             Verdict::Unchecked => "    here  -",
         };
-        lines.push((mark.into(), format!("{run}{}", finding.here).into()));
+        lines.push((mark.into(), format!("{run}{}", words(&finding.here)).into()));
     }
     lines
 }
 
 /// `12 of 20 claims agree, 5 could not be checked`.
-fn summary(book: &Book) -> String {
+fn summary(book: &ClaimTable) -> String {
     let (yes, checked) = book.agreed();
     let rest = book.rows.len() - checked;
     let rest = if rest > 0 { format!(", {rest} could not be checked") } else { String::new() };
@@ -61,7 +91,7 @@ fn summary(book: &Book) -> String {
 }
 
 /// The claims that some run can check, for a page about that run.
-pub fn table(book: &Book) -> Table {
+pub fn table(book: &ClaimTable) -> Table {
     let columns = ["", "claim", "published", "expected", "here", "agrees"].map(Column::text);
     let mut table = Table::new(columns);
     for row in &book.rows {
@@ -71,7 +101,7 @@ pub fn table(book: &Book) -> Table {
             _ => String::new(),
         };
         let findings = row.findings.iter().map(|f| {
-            let (run, here, verdict) = (label(&f.run), &f.here, f.verdict.name());
+            let (run, here, verdict) = (label(&f.run), words(&f.here), f.verdict.name());
             let said = if row.findings.len() > 1 { format!(" ({verdict})") } else { String::new() };
             format!("{run}{here}{said}")
         });
@@ -83,13 +113,12 @@ pub fn table(book: &Book) -> Table {
 }
 
 /// One object.
-pub fn json(book: &Book) -> Value {
+pub fn json(book: &ClaimTable) -> Value {
     let (agree, checked) = book.agreed();
     let row = |row: &Row| {
-        let findings = row
-            .findings
-            .iter()
-            .map(|f| object!({ "run": f.run, "here": f.here, "agrees": verdict(&f.verdict) }));
+        let findings = row.findings.iter().map(
+            |f| object!({ "run": f.run, "here": words(&f.here), "agrees": verdict(&f.verdict) }),
+        );
         object!({
             "claim": row.id,
             "what": row.what,

@@ -13,7 +13,7 @@ mod tables;
 
 use super::format::{shortened, significant};
 use powergs_chart::{Chart, Colour};
-use powergs_optimize::claims::Book;
+use powergs_optimize::claims::ClaimTable;
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
@@ -49,7 +49,7 @@ pub struct Story<'a> {
     /// Pictures of one view.
     pub strip: Option<BeforeAfter>,
     /// What the run says about the published claims.
-    pub claims: Book,
+    pub claims: ClaimTable,
 }
 
 impl Story<'_> {

@@ -1,22 +1,22 @@
 //! Published claims on made-up results: those that hold, those that do not, those that cannot be
 //! said.
 
-use powergs_sim::optimize::claims::{Book, Verdict, check};
+use powergs_sim::optimize::claims::{ClaimTable, Number, Unit, Verdict, check};
 use powergs_sim::optimize::foveated::{LevelState, Method};
 use powergs_sim::optimize::results::Results;
-use powergs_sim::report::claims::{document, json};
+use powergs_sim::report::claims::{document, json, words};
 
 use super::foveated_run::{labelled, run};
 
 /// What a run says alone.
-fn alone(results: &Results) -> Book {
+fn alone(results: &Results) -> ClaimTable {
     check(&[labelled("one", results.clone())])
 }
 
 #[track_caller]
-fn verdict(book: &Book, id: &str) -> (Verdict, String) {
+fn verdict(book: &ClaimTable, id: &str) -> (Verdict, String) {
     let row = book.rows.iter().find(|r| r.id == id).unwrap_or_else(|| panic!("no claim {id}"));
-    (row.verdict.clone(), row.findings[0].here.clone())
+    (row.verdict.clone(), words(&row.findings[0].here))
 }
 
 /// A change of the run makes the claim fail, and the text has the number.
@@ -202,4 +202,17 @@ fn the_answer_fits_a_terminal_and_says_what_cannot_be_simulated() {
     assert_eq!(value["agree"], 29);
     assert_eq!(value["claims"].as_array().unwrap().len(), 31);
     assert!(value["claims"][6]["agrees"].is_null());
+}
+
+#[test]
+fn findings_have_their_numbers_as_numbers() {
+    let book = alone(&run());
+    let finding = |id: &str| &book.rows.iter().find(|r| r.id == id).unwrap().findings[0].here;
+    let numbers = |id: &str| finding(id).numbers().collect::<Vec<Number>>();
+    let [saved] = numbers("1")[..] else { panic!("{:?}", finding("1")) };
+    assert_eq!(saved.unit, Unit::Saved);
+    assert_eq!(words(finding("1")), format!("{:.1} % less (PowerGS-L)", 100.0 * saved.value));
+    let powers: Vec<f64> = numbers("23").iter().map(|n| n.value).collect();
+    assert_eq!(powers.len(), 4);
+    assert!((powers[0] - 0.98).abs() < 1e-12 && numbers("23")[0].unit == Unit::Watts);
 }

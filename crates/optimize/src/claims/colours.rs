@@ -1,6 +1,7 @@
 //! Claims about what becomes of the colours.
 
-use super::{Answer, Asks, Check, Here, Rule, here};
+use super::sentence::{say, signed};
+use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit, here};
 use crate::results::{ChangeRecord, Results};
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
@@ -27,20 +28,19 @@ fn change(r: &Results) -> Result<&ChangeRecord, String> {
     r.mean_change.as_ref().ok_or_else(|| "no model of ours reached the target".into())
 }
 
-fn shown([r, g, b]: [f64; 3]) -> String {
-    format!("{r:+.2}, {g:+.2}, {b:+.2}")
+fn shown(change: [f64; 3]) -> Sentence {
+    say("{}, {}, {}", change.map(|c| signed(c, Unit::Codes, 2)))
 }
 
 fn blue(r: &Results) -> Answer {
     let change = change(r)?;
     let [red, green, blue] = change.level_1;
-    let text = format!("red, green, blue {} of 255", shown([red, green, blue]));
-    let share = |c: usize| Some(100.0 * change.level_1[c] / change.dense?[c]);
-    let shares: Option<Vec<f64>> = (0..3).map(share).collect();
-    let shares = shares.filter(|s| s.iter().all(|v| v.is_finite()));
-    let why = shares.map(|s| {
-        let (r, g, b) = (s[0], s[1], s[2]);
-        format!("as shares of what the view has {r:+.1}, {g:+.1}, {b:+.1} %")
+    let text = say("red, green, blue {} of 255", [shown([red, green, blue])]);
+    let dense = change.dense.map(|dense| [0, 1, 2].map(|c| change.level_1[c] / dense[c]));
+    let shares = dense.filter(|s| s.iter().all(|v| v.is_finite()));
+    let why = shares.map(|shares| {
+        let shares = shares.map(|s| signed(s, Unit::Percent, 1));
+        say("as shares of what the view has {}, {}, {} %", shares)
     });
     Ok(Here { text, holds: blue < red && blue < green, why })
 }
@@ -55,6 +55,6 @@ fn periphery(r: &Results) -> Answer {
     let fovea = regions[0].ok_or("no R1 in this view")?;
     let outer = (1..LEVELS).rev().find_map(|i| Some((i, regions[i]?)));
     let (i, outer) = outer.ok_or("no region beyond R1 in this view")?;
-    let text = format!("R1 {}; {} {} of 255", shown(fovea), REGIONS[i], shown(outer));
+    let text = say("R1 {}; {} {} of 255", [shown(fovea), REGIONS[i].into(), shown(outer)]);
     here(text, tint(outer) > tint(fovea))
 }

@@ -1,7 +1,8 @@
 //! Claims about power over the pruning ratio, and about λ.
 
 use super::facts::{dense, high, saved};
-use super::{Answer, Asks, Check, Rule, here};
+use super::sentence::{count, fixed, say, signed};
+use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit, here};
 use crate::results::{FitRecord, ModelRecord, Results};
 use crate::role::RoleKind;
 
@@ -83,17 +84,15 @@ fn fits(r: &Results) -> Answer {
     let (Some(d), Some(e)) = (fit.mre_display, fit.mre_render) else {
         return Err("a sample without power".into());
     };
-    let shown = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
-    let text = format!(
-        "errors {d:.4} and {e:.4}, R² {} and {}",
-        shown(fit.r2_display),
-        shown(fit.r2_render)
-    );
+    let shown = |v: Option<f64>| v.map_or("none".into(), |v| fixed(v, Unit::One, 3));
+    let [d4, e4] = [d, e].map(|v| fixed(v, Unit::One, 4));
+    let r2 = [shown(fit.r2_display), shown(fit.r2_render)];
+    let text = say("errors {} and {}, ", [d4, e4]).then("R² ", say("{} and {}", r2));
     let explains = |r2: Option<f64>| r2.is_some_and(|r2| r2 > R2_LEAST);
     let good = d <= MRE_MOST && e <= MRE_MOST;
     let answer = here(text, good && explains(fit.r2_display) && explains(fit.r2_render))?;
-    let why = good.then(|| "the errors are small, the powers hardly vary".to_owned());
-    Ok(super::Here { why, ..answer })
+    let why = good.then(|| "the errors are small, the powers hardly vary".into());
+    Ok(Here { why, ..answer })
 }
 
 /// The samples of level 1 that reached the target, by ρ.
@@ -112,10 +111,14 @@ fn samples(r: &Results) -> Result<Vec<&ModelRecord>, String> {
 }
 
 /// Change from the least to the most pruned sample, with the ratios.
-fn change(samples: &[&ModelRecord], of: fn(&ModelRecord) -> f64) -> Result<(f64, String), String> {
+fn change(
+    samples: &[&ModelRecord],
+    of: fn(&ModelRecord) -> f64,
+) -> Result<(f64, Sentence), String> {
     let (low, high) = (samples[0], samples[samples.len() - 1]);
     let change = -saved(of(high), of(low))?;
-    let text = format!("{:+.1} % from ρ {:.2} to {:.2}", 100.0 * change, low.rho, high.rho);
+    let [from, to] = [low, high].map(|m| fixed(m.rho, Unit::One, 2));
+    let text = say("{} % from ρ {} to {}", [signed(change, Unit::Percent, 1), from, to]);
     Ok((change, text))
 }
 
@@ -124,7 +127,8 @@ fn render_falls(r: &Results) -> Answer {
     let (change, text) = change(&samples, |m| m.render_w)?;
     let points: Vec<(f64, f64)> = samples.iter().map(|m| (m.rho, m.render_w)).collect();
     let Some(r2) = straightness(&points) else { return here(text, change < 0.0) };
-    here(format!("{text}, straight line R² {r2:.3}"), change < 0.0 && r2 > R2_LEAST)
+    let text = text.then(", straight line R² ", fixed(r2, Unit::One, 3));
+    here(text, change < 0.0 && r2 > R2_LEAST)
 }
 
 fn display_rises(r: &Results) -> Answer {
@@ -148,11 +152,12 @@ fn interior(r: &Results) -> Answer {
     let fit = first_fit(r)?;
     let place = fit.optimum_place.as_deref().ok_or("no optimum")?;
     let rho = fit.optimum_rho.unwrap_or(0.0);
-    let text = format!("{} at ρ {rho:.3}", place.replace('_', " "));
+    let text = say("{} at ρ {}", [place.replace('_', " ").into(), fixed(rho, Unit::One, 3)]);
     let Some([low, high]) = fit.rho_range else { return here(text, place == "interior") };
     let room = EDGE * (high - low);
     let is_inside = (low + room..=high - room).contains(&rho);
-    here(format!("{text} of {low:.2} to {high:.2}"), place == "interior" && is_inside)
+    let [from, to] = [low, high].map(|rho| fixed(rho, Unit::One, 2));
+    here(text.then(" of ", say("{} to {}", [from, to])), place == "interior" && is_inside)
 }
 
 fn sweep(r: &Results) -> Answer {
@@ -173,9 +178,10 @@ fn sweep(r: &Results) -> Answer {
     if unit <= 0.0 {
         return Err("the dense model shows black: no display power".into());
     }
-    let text = format!(
-        "PSNR falls in {psnr} of {steps} steps, display power in {display}; λ up to {:.3}/W",
-        models[steps].0 / unit
+    let most = fixed(models[steps].0 / unit, Unit::PerWatt, 3);
+    let text = say(
+        "PSNR falls in {} of {} steps, display power in {}; λ up to {}/W",
+        [count(psnr), count(steps), count(display), most],
     );
     here(text, psnr == steps && display == steps)
 }
@@ -190,9 +196,10 @@ fn settles(r: &Results) -> Answer {
     let most = margins.iter().copied().fold(0.0, f64::max);
     let iterations = samples.iter().map(|m| m.iterations).max().unwrap_or(0);
     let near = margins.iter().filter(|m| **m <= SETTLED_DB).count();
-    let text = format!(
-        "{near} of {} samples, the farthest {most:.2} dB above, in at most {iterations} iterations",
-        margins.len()
+    let farthest = fixed(most, Unit::Decibels, 2);
+    let text = say(
+        "{} of {} samples, the farthest {} dB above, in at most {} iterations",
+        [count(near), count(margins.len()), farthest, count(iterations as usize)],
     );
     here(text, near == margins.len() && iterations <= ITERATIONS)
 }

@@ -1,9 +1,9 @@
 //! What checks take out of results, or why they cannot.
 
+use super::sentence::{Sentence, Unit, joined, say, signed};
 use crate::foveated::{LevelState, Method};
 use crate::results::{FovealRecord, ModelRecord, Reference, Results};
 use crate::role::Baseline;
-use powergs_base::format::engineering;
 
 /// A line about a run.
 pub(super) fn about(r: &Results) -> String {
@@ -23,20 +23,9 @@ pub(super) fn about(r: &Results) -> String {
     text
 }
 
-/// `63.1 % less`, or `4.2 % more`.
-pub(super) fn less(share: f64) -> String {
-    let word = if share >= 0.0 { "less" } else { "more" };
-    format!("{:.1} % {word}", 100.0 * share.abs())
-}
-
 /// The share that is saved.
 pub(super) fn saved(ours_w: f64, other_w: f64) -> Result<f64, String> {
     if other_w > 0.0 { Ok(1.0 - ours_w / other_w) } else { Err("a model without power".into()) }
-}
-
-/// Watts with a prefix.
-pub(super) fn watts(w: f64) -> String {
-    engineering(w, "W")
 }
 
 /// The high-quality variant: `H`, else that of the run.
@@ -104,21 +93,33 @@ pub(super) fn first<'a>(r: &'a Results, f: &FovealRecord) -> Result<&'a ModelRec
 }
 
 /// Levels that show the model of the level before although views show them.
-pub(super) fn fallbacks(f: &FovealRecord) -> Option<String> {
+pub(super) fn fallbacks(f: &FovealRecord) -> Option<Sentence> {
     let is_fallback = |i: &usize| f.states[*i] == LevelState::Fallback;
     let levels: Vec<String> =
         (0..f.states.len()).filter(is_fallback).map(|i| format!("L{}", i + 1)).collect();
     let names = levels.join(", ");
-    (!levels.is_empty()).then(|| format!("{} of {} missed the target", names, f.label()))
+    (!levels.is_empty()).then(|| format!("{} of {} missed the target", names, f.label()).into())
 }
 
-/// Loss of PSNR and of SSIM on the test views, shares of the other's. PSNR is left out where it
-/// says nothing: the dense model against its own renders.
-pub(super) fn losses(
-    r: &Results,
-    ours: &ModelRecord,
-    other: &ModelRecord,
-) -> Result<(Option<f64>, f64), String> {
+/// Quality that one model loses against another on the test views.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Loss {
+    /// Share of the other's PSNR; `None` where it says nothing: the dense model against its own
+    /// renders.
+    pub psnr: Option<f64>,
+    /// Share of the other's SSIM.
+    pub ssim: f64,
+}
+
+impl Loss {
+    /// Whether neither is above `most`.
+    pub fn is_within(self, most: f64) -> bool {
+        self.psnr.is_none_or(|loss| loss <= most) && self.ssim <= most
+    }
+}
+
+/// What our model loses on the test views.
+pub(super) fn losses(r: &Results, ours: &ModelRecord, other: &ModelRecord) -> Result<Loss, String> {
     let share = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) if b > 0.0 => Some(1.0 - a / b),
         _ => None,
@@ -126,11 +127,12 @@ pub(super) fn losses(
     let is_perfect = r.reference == Reference::Own && other.baseline.is_none();
     let psnr = share(ours.test.psnr_db, other.test.psnr_db).filter(|_| !is_perfect);
     let ssim = share(ours.test.ssim, other.test.ssim);
-    Ok((psnr, ssim.ok_or("no test views")?))
+    Ok(Loss { psnr, ssim: ssim.ok_or("no test views")? })
 }
 
 /// `PSNR 0.4 %, SSIM 0.1 %`.
-pub(super) fn losses_text((psnr, ssim): (Option<f64>, f64)) -> String {
-    let psnr = psnr.map_or(String::new(), |p| format!("PSNR {:+.2} %, ", -100.0 * p));
-    format!("{psnr}SSIM {:+.2} %", -100.0 * ssim)
+pub(super) fn losses_text(loss: Loss) -> Sentence {
+    let change = |loss: f64| [signed(-loss, Unit::Percent, 2)];
+    let psnr = loss.psnr.map(|p| say("PSNR {} %", change(p)));
+    joined(psnr.into_iter().chain([say("SSIM {} %", change(loss.ssim))]), ", ").unwrap_or_default()
 }

@@ -2,10 +2,10 @@
 //! optimise one thing.
 
 use super::facts::{
-    baseline, compared, dense, fallbacks, first, foveated, high, less, losses, losses_text, low,
-    saved, watts,
+    baseline, compared, dense, fallbacks, first, foveated, high, losses, losses_text, low, saved,
 };
-use super::{Answer, Asks, Check, Here, Rule};
+use super::sentence::{count, fixed, joined, less, say, signed, watts};
+use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit};
 use crate::foveated::Method;
 use crate::results::{FovealRecord, ModelRecord, Results};
 use crate::role::Baseline;
@@ -103,9 +103,8 @@ pub(super) const CHECKS: &[Check] = &[
 ];
 
 /// An answer that fails for a known reason where levels fell back.
-pub(super) fn about(text: String, holds: bool, models: &[&FovealRecord]) -> Answer {
-    let why: Vec<String> = models.iter().filter_map(|f| fallbacks(f)).collect();
-    Ok(Here { text, holds, why: (!why.is_empty()).then(|| why.join("; ")) })
+pub(super) fn about(text: Sentence, holds: bool, models: &[&FovealRecord]) -> Answer {
+    Ok(Here { text, holds, why: joined(models.iter().filter_map(|f| fallbacks(f)), "; ") })
 }
 
 fn against_dense<'a>(r: &'a Results, variant: &str) -> Result<(&'a FovealRecord, f64), String> {
@@ -118,12 +117,12 @@ fn best_case(r: &Results) -> Answer {
     let all = r.variants.iter().filter_map(|v| against_dense(r, &v.name).ok());
     let best = all.reduce(|a, b| if b.1 > a.1 { b } else { a });
     let (ours, share) = best.ok_or("no model of ours reached the target")?;
-    about(format!("{} ({})", less(share), ours.label()), share > LARGE, &[ours])
+    about(say("{} ({})", [less(share), ours.label().into()]), share > LARGE, &[ours])
 }
 
 fn over_dense(r: &Results) -> Answer {
     let (ours, share) = against_dense(r, high(r))?;
-    about(format!("{} ({})", less(share), ours.label()), share >= TENS, &[ours])
+    about(say("{} ({})", [less(share), ours.label().into()]), share >= TENS, &[ours])
 }
 
 fn high_against_others(r: &Results) -> Answer {
@@ -135,14 +134,10 @@ fn high_against_others(r: &Results) -> Answer {
     let against = |w: f64| saved(ours.total_w(), w);
     let [a, b, c] = [light.total_w(), render.total_w(), display.total_w()].map(against);
     let (a, b, c) = (a?, b?, c?);
-    let text = format!(
+    let [own, b_name, c_name] = [ours, render, display].map(|f| f.label().into());
+    let text = say(
         "{}: {} than lightgs-86, {} than {}, {} than {}",
-        ours.label(),
-        less(a),
-        less(b),
-        render.label(),
-        less(c),
-        display.label()
+        [own, less(a), less(b), b_name, less(c), c_name],
     );
     let holds = a > 0.0 && b > 0.0 && c > a.max(b);
     about(text, holds, &[ours])
@@ -155,10 +150,12 @@ fn factor(r: &Results) -> Answer {
         return Err("a model without power".into());
     }
     let factor = dense.total_w() / ours.total_w();
-    let speed = r
-        .dense_fps
-        .map_or(String::new(), |fps| format!("; dense {fps:.0} FPS on the simulated accelerator"));
-    about(format!("{factor:.2} times {}{speed}", ours.label()), factor > 2.0, &[ours])
+    let speed = r.dense_fps.map_or(Sentence::default(), |fps| {
+        let fps = fixed(fps, Unit::FramesPerSecond, 0);
+        say("; dense {} FPS on the simulated accelerator", [fps])
+    });
+    let times = fixed(factor, Unit::One, 2);
+    about(say("{} times {}{}", [times, ours.label().into(), speed]), factor > 2.0, &[ours])
 }
 
 /// All variants with a model of ours and both comparisons.
@@ -188,7 +185,8 @@ fn variants(r: &Results) -> Answer {
     };
     let (render, display) = (mean(1)?, mean(2)?);
     let names: Vec<&str> = triples.iter().map(|t| t[0].variant.as_str()).collect();
-    let text = format!("{} and {} (mean of {})", less(render), less(display), names.join(", "));
+    let names = names.join(", ").into();
+    let text = say("{} and {} (mean of {})", [less(render), less(display), names]);
     let ours: Vec<&FovealRecord> = triples.iter().map(|t| t[0]).collect();
     about(text, render > 0.0 && display > render, &ours)
 }
@@ -200,26 +198,26 @@ fn variants_quality(r: &Results) -> Answer {
         for other in [render, display] {
             let theirs = first(r, other)?;
             let loss = losses(r, model, theirs)?;
-            let is_small = loss.0.is_none_or(|l| l <= LOSS.0) && loss.1 <= LOSS.0;
+            let is_small = loss.is_within(LOSS.0);
             holds &= is_small;
-            texts.push(format!("{} against {}", losses_text(loss), other.label()));
+            texts.push(losses_text(loss).then(" against ", other.label()));
             let margins = model.margin_db.zip(theirs.margin_db);
             if let Some((a, b)) = margins.filter(|_| !is_small) {
-                let name = other.label();
-                why.push(format!("{name} ends {b:+.2} dB from the target, ours {a:+.2} dB"));
+                let [b, a] = [b, a].map(|db| signed(db, Unit::Decibels, 2));
+                let values = [other.label().into(), b, a];
+                why.push(say("{} ends {} dB from the target, ours {} dB", values));
             }
         }
     }
-    let why = (!why.is_empty()).then(|| format!("over the gate views {}", why.join(", ")));
-    Ok(Here { text: texts.join("; "), holds, why })
+    let why = joined(why, ", ").map(|why| say("over the gate views {}", [why]));
+    Ok(Here { text: joined(texts, "; ").unwrap_or_default(), holds, why })
 }
 
 fn dense_quality(r: &Results) -> Answer {
     let (ours, share) = against_dense(r, high(r))?;
     let loss = losses(r, first(r, ours)?, dense(r)?)?;
-    let text = format!("{} ({}), {}", less(share), ours.label(), losses_text(loss));
-    let kept = loss.0.is_none_or(|l| l <= LOSS.1) && loss.1 <= LOSS.1;
-    about(text, share > OVER_DENSE && kept, &[ours])
+    let text = say("{} ({}), {}", [less(share), ours.label().into(), losses_text(loss)]);
+    about(text, share > OVER_DENSE && loss.is_within(LOSS.1), &[ours])
 }
 
 fn front(r: &Results) -> Answer {
@@ -249,18 +247,17 @@ fn front(r: &Results) -> Answer {
     };
     let n = light.iter().filter(beaten).count();
     let cheaper = light.iter().filter(|o| ours.iter().any(|(f, _)| f.total_w() < o.total_w()));
-    let text =
-        format!("{n} of {} models beaten in all three, {} in power", light.len(), cheaper.count());
+    let counts = [n, light.len(), cheaper.count()].map(count);
+    let text = say("{} of {} models beaten in all three, {} in power", counts);
     let left = light.iter().filter(|m| !beaten(m));
-    let quality = |m: &ModelRecord| {
-        let (db, ssim) = (m.test.psnr_db.unwrap_or(0.0), m.test.ssim.unwrap_or(0.0));
-        format!("{db:.2} dB, SSIM {ssim:.4}")
+    let model = |name: &str, w: f64, m: &ModelRecord| {
+        let db = fixed(m.test.psnr_db.unwrap_or(0.0), Unit::Decibels, 2);
+        let ssim = fixed(m.test.ssim.unwrap_or(0.0), Unit::One, 4);
+        say("{} {} {} dB, SSIM {}", [name.into(), watts(w), db, ssim])
     };
-    let not = left.map(|m| format!("{} {} {}", m.name, watts(m.total_w()), quality(m)));
-    let own =
-        ours.iter().map(|(f, m)| format!("{} {} {}", f.label(), watts(f.total_w()), quality(m)));
-    let (not, own): (Vec<String>, Vec<String>) = (not.collect(), own.collect());
-    let why = Some(format!("not beaten: {}; ours: {}", not.join(", "), own.join(", ")));
+    let not = joined(left.map(|m| model(&m.name, m.total_w(), m)), ", ").unwrap_or_default();
+    let own = joined(ours.iter().map(|(f, m)| model(&f.label(), f.total_w(), m)), ", ");
+    let why = Some(say("not beaten: {}; ours: {}", [not, own.unwrap_or_default()]));
     Ok(Here { text, holds: n == light.len(), why })
 }
 
@@ -274,18 +271,18 @@ fn four(r: &Results) -> Result<(&ModelRecord, [&FovealRecord; 3]), String> {
 fn render_order(r: &Results) -> Answer {
     let (dense, [render, display, ours]) = four(r)?;
     let all = [dense.render_w, display.render_w, render.render_w, ours.render_w];
-    let text = all.map(watts).join(", ");
+    let text = say("{}, {}, {}, {}", all.map(watts));
     let [a, b, c, d] = all;
-    let (n, m) = (render.gaussians[0], ours.gaussians[0]);
-    let more = format!("FR-Render has {n} Gaussians in level 1, ours has {m}");
-    let why: Vec<String> = [render, ours].into_iter().filter_map(fallbacks).chain([more]).collect();
-    Ok(Here { text, holds: a.min(b) > c && c > d, why: Some(why.join("; ")) })
+    let counts = [render, ours].map(|f| count(f.gaussians[0] as usize));
+    let more = say("FR-Render has {} Gaussians in level 1, ours has {}", counts);
+    let why = joined([render, ours].into_iter().filter_map(fallbacks).chain([more]), "; ");
+    Ok(Here { text, holds: a.min(b) > c && c > d, why })
 }
 
 fn display_order(r: &Results) -> Answer {
     let (dense, [render, display, ours]) = four(r)?;
     let all = [dense.display_w, render.display_w, ours.display_w, display.display_w];
-    let text = all.map(watts).join(", ");
+    let text = say("{}, {}, {}, {}", all.map(watts));
     let [a, b, c, d] = all;
     about(text, a.min(b) > c && c > d, &[ours, display])
 }

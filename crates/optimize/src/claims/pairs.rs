@@ -1,7 +1,8 @@
 //! Claims that need more than one run.
 
 use super::facts::{dense, high};
-use super::{Answer, Asks, Check, Rule, Run, here};
+use super::sentence::{count, fixed, say};
+use super::{Answer, Asks, Check, Rule, Run, Unit, here};
 use crate::results::Results;
 use crate::role::RoleKind;
 
@@ -51,7 +52,9 @@ fn samples(runs: &[Run]) -> Answer {
             && let (Some(a), Some(b)) = (optimum(few), optimum(many))
         {
             let (n, m) = (samples_of(few), samples_of(many));
-            let text = format!("{}: ρ {a:.3} of {n} samples, {b:.3} of {m}", many.scene);
+            let [rho, other] = [a, b].map(|rho| fixed(rho, Unit::One, 3));
+            let values = [many.scene.clone().into(), rho, count(n), other, count(m)];
+            let text = say("{}: ρ {} of {} samples, {} of {}", values);
             return here(text, (a - b).abs() <= NEAR);
         }
     }
@@ -80,14 +83,18 @@ fn scenes(runs: &[Run]) -> Answer {
     }
     let ratio = b.render_w / a.render_w;
     let size = |r: &Results| format!("{}x{}", r.width_px, r.height_px);
-    let text = format!(
-        "{} ({} Gaussians, {}) : {} ({}, {}) = {ratio:.1} : 1 in rendering power",
-        large.scene,
-        b.gaussians,
-        size(large),
-        small.scene,
-        a.gaussians,
-        size(small)
+    let [large_count, small_count] = [b, a].map(|m| count(m.gaussians as usize));
+    let text = say(
+        "{} ({} Gaussians, {}) : {} ({}, {}) = {} : 1 in rendering power",
+        [
+            large.scene.clone().into(),
+            large_count,
+            size(large).into(),
+            small.scene.clone().into(),
+            small_count,
+            size(small).into(),
+            fixed(ratio, Unit::One, 1),
+        ],
     );
     here(text, ratio > 1.0)
 }

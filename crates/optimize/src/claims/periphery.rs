@@ -1,8 +1,9 @@
 //! Claims about the colour filter in two stages, and about other panels.
 
-use super::facts::{compared, dense, fallbacks, foveated, high, less, watts};
+use super::facts::{compared, dense, fallbacks, foveated, high};
 use super::fovea::about;
-use super::{Answer, Asks, Check, Here, Rule};
+use super::sentence::{fixed, joined, less, say, signed, watts};
+use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit};
 use crate::foveated::Method;
 use crate::results::{FovealRecord, Results, saving_at};
 use powergs_frame::fovea::{LEVELS, REGIONS};
@@ -94,8 +95,9 @@ fn ends(r: &Results, other: (f64, f64)) -> Result<(f64, f64), String> {
     Ok((at(RATIOS.0)?, at(RATIOS.1)?))
 }
 
-fn ends_text((low, high): (f64, f64)) -> String {
-    format!("{} at {}, {} at {} (our model held fixed)", less(low), RATIOS.0, less(high), RATIOS.1)
+fn ends_text((low, high): (f64, f64)) -> Sentence {
+    let [first, last] = [RATIOS.0, RATIOS.1].map(|ratio| fixed(ratio, Unit::One, 2));
+    say("{} at {}, {} at {} (our model held fixed)", [less(low), first, less(high), last])
 }
 
 fn ratio_render(r: &Results) -> Answer {
@@ -126,24 +128,30 @@ fn filter_power(r: &Results) -> Answer {
     let (a, b) = (ours.total_w(), filtered.total_w());
     let share = super::facts::saved(a, b)?;
     let filter = watts(filtered.filter_w);
-    let text = format!("{} against {}, {} (the filter {filter})", watts(a), watts(b), less(share));
+    let text = say("{} against {}, {} (the filter {})", [watts(a), watts(b), less(share), filter]);
     // Less power at less quality is no win.
     let quality = ours.worst().zip(filtered.worst()).map(|((a, _), (b, _))| {
-        format!("its worst region has HVSQ {:.2} against {:.2} e-5", 1e5 * b, 1e5 * a)
+        say("its worst region has HVSQ {} against {} e-5", [hvsq(b), hvsq(a)])
     });
-    let why: Vec<String> = fallbacks(ours).into_iter().chain(quality).collect();
-    Ok(Here { text, holds: share > 0.0, why: (!why.is_empty()).then(|| why.join("; ")) })
+    let why = joined(fallbacks(ours).into_iter().chain(quality), "; ");
+    Ok(Here { text, holds: share > 0.0, why })
 }
 
 fn filter_speed(r: &Results) -> Answer {
     let [ours, filtered] = two(r)?;
     let (Some(a), Some(b)) = (ours.fps, filtered.fps) else { return Err("no speed".into()) };
-    about(format!("{a:.0} against {b:.0} FPS, {:+.1} %", 100.0 * (a / b - 1.0)), a > b, &[ours])
+    let [own, other] = [a, b].map(|fps| fixed(fps, Unit::FramesPerSecond, 0));
+    let change = signed(a / b - 1.0, Unit::Percent, 1);
+    about(say("{} against {} FPS, {} %", [own, other, change]), a > b, &[ours])
 }
 
-fn hvsq(values: &[Option<f64>]) -> String {
-    let shown = |v: &Option<f64>| v.map_or("none".into(), |v| format!("{:.2}", 1e5 * v));
-    values.iter().map(shown).collect::<Vec<String>>().join(", ")
+fn hvsq(value: f64) -> Sentence {
+    fixed(value, Unit::Hvsq, 2)
+}
+
+fn all_hvsq(values: &[Option<f64>]) -> Sentence {
+    let shown = |v: &Option<f64>| v.map_or("none".into(), hvsq);
+    joined(values.iter().map(shown), ", ").unwrap_or_default()
 }
 
 /// The regions that both have, from `first` on.
@@ -158,7 +166,8 @@ fn filter_quality(r: &Results) -> Answer {
     if regions.is_empty() {
         return Err("no test view has a region beyond R1".into());
     }
-    let text = format!("{} with, {} e-5 without", hvsq(&filtered.hvsq), hvsq(&plain.hvsq));
+    let both = [filtered, plain].map(|f| all_hvsq(&f.hvsq));
+    let text = say("{} with, {} e-5 without", both);
     about(text, regions.iter().all(|(_, a, b)| a > b), &[])
 }
 
@@ -171,20 +180,20 @@ fn flat_levels(r: &Results) -> Answer {
     if upper.iter().all(Option::is_none) {
         return Err("no level beyond the first has a model of its own".into());
     }
-    let text = format!("{} e-5; level 1 {:.2} e-5", hvsq(&upper), 1e5 * first);
+    let text = say("{} e-5; level 1 {} e-5", [all_hvsq(&upper), hvsq(first)]);
     // What the levels had to reach, over other views.
     let target = super::facts::first(r, ours)?.gate.hvsq;
-    let gate = target.map(|v| format!("over the gate views level 1 has {:.2} e-5", 1e5 * v));
-    let why: Vec<String> = fallbacks(ours).into_iter().chain(gate).collect();
+    let gate = target.map(|v| say("over the gate views level 1 has {} e-5", [hvsq(v)]));
+    let why = joined(fallbacks(ours).into_iter().chain(gate), "; ");
     let holds = upper.iter().flatten().all(|v| *v <= SLACK * first);
-    Ok(Here { text, holds, why: (!why.is_empty()).then(|| why.join("; ")) })
+    Ok(Here { text, holds, why })
 }
 
 fn flat(r: &Results) -> Answer {
     let ours = foveated(r, high(r))?;
     let first = ours.level_hvsq(r)[0].ok_or("level 1 has no HVSQ")?;
     let worst = ours.worst().ok_or("no test view has a region")?;
-    let text = format!("{}; level 1 {:.2} e-5", hvsq(&ours.hvsq), 1e5 * first);
+    let text = say("{}; level 1 {} e-5", [all_hvsq(&ours.hvsq), hvsq(first)]);
     let why = "a mean over whole views counts empty places, a region is where the detail is";
     Ok(Here { text, holds: worst.0 <= SLACK * first, why: Some(why.into()) })
 }
@@ -193,7 +202,8 @@ fn outermost(r: &Results) -> Answer {
     let [ours, filtered] = two(r)?;
     let regions = shared(ours, filtered, 1);
     let &(i, a, b) = regions.last().ok_or("no test view has a region beyond R1")?;
-    let factor = if a > 0.0 { format!(", {:.2} times", b / a) } else { String::new() };
-    let text = format!("{}: {:.2} against {:.2} e-5{factor}", REGIONS[i], 1e5 * a, 1e5 * b);
+    let factor = (a > 0.0).then(|| say(", {} times", [fixed(b / a, Unit::One, 2)]));
+    let values = [REGIONS[i].into(), hvsq(a), hvsq(b), factor.unwrap_or_default()];
+    let text = say("{}: {} against {} e-5{}", values);
     about(text, a < b, &[ours])
 }

@@ -1,7 +1,8 @@
 //! Claims about level 1 shown everywhere: no foveation.
 
-use super::facts::{baseline, dense, high, less, ours, saved, watts};
-use super::{Answer, Asks, Check, Rule, here};
+use super::facts::{baseline, dense, high, ours, saved};
+use super::sentence::{fixed, less, say, watts};
+use super::{Answer, Asks, Check, Rule, Sentence, Unit, here};
 use crate::results::Results;
 use crate::role::Baseline;
 
@@ -33,7 +34,7 @@ fn order(r: &Results) -> Answer {
         ours(r, variant)?,
     ];
     let [a, b, c, d] = all.map(|m| m.total_w());
-    let text = all.map(|m| watts(m.total_w())).join(", ");
+    let text = say("{}, {}, {}, {}", [a, b, c, d].map(watts));
     here(text, a > b && b > c && c >= d)
 }
 
@@ -42,8 +43,10 @@ fn over_render_only(r: &Results) -> Answer {
     let (other, ours) = (baseline(r, Baseline::RenderOnly, variant)?, ours(r, variant)?);
     let share = saved(ours.total_w(), other.total_w())?;
     let quality = match (ours.test.psnr_db, other.test.psnr_db) {
-        (Some(a), Some(b)) => format!(", at {a:.2} dB against {b:.2} dB"),
-        _ => String::new(),
+        (Some(a), Some(b)) => {
+            say(", at {} dB against {} dB", [a, b].map(|db| fixed(db, Unit::Decibels, 2)))
+        }
+        _ => Sentence::default(),
     };
-    here(format!("{}{quality}", less(share)), share > 0.0)
+    here(say("{}{}", [less(share), quality]), share > 0.0)
 }

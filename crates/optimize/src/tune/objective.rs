@@ -49,14 +49,15 @@ impl Losses {
         &mut self,
         setup: &Setup<'_>,
         objective: Objective,
-        (view, picture): (usize, &Picture),
+        view: usize,
+        picture: &Picture,
         lambda: f64,
         gradient: &mut [[f32; 3]],
     ) -> Result<Term, HvsqError> {
         match objective {
-            Objective::Likeness => Ok(self.likeness(setup, (view, picture), lambda, gradient)),
+            Objective::Likeness => Ok(self.likeness(setup, view, picture, lambda, gradient)),
             Objective::Hvsq { pooling } => {
-                let hvsq = self.hvsq(setup, pooling, (view, picture), gradient)?;
+                let hvsq = self.hvsq(setup, pooling, view, picture, gradient)?;
                 let display_w = display_term(picture, lambda, setup.display, gradient);
                 let total = HVSQ_WEIGHT * hvsq + lambda * display_w;
                 Ok(Term { total, display_w, likeness: None, hvsq: Some(hvsq) })
@@ -67,7 +68,8 @@ impl Losses {
     fn likeness(
         &mut self,
         setup: &Setup<'_>,
-        (view, picture): (usize, &Picture),
+        view: usize,
+        picture: &Picture,
         lambda: f64,
         gradient: &mut [[f32; 3]],
     ) -> Term {
@@ -88,7 +90,8 @@ impl Losses {
         &mut self,
         setup: &Setup<'_>,
         pooling: f64,
-        (view, picture): (usize, &Picture),
+        view: usize,
+        picture: &Picture,
         gradient: &mut [[f32; 3]],
     ) -> Result<f64, HvsqError> {
         let measure = self.measures.of(picture, &[pooling])?;

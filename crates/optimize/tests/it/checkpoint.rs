@@ -3,7 +3,7 @@
 use powergs_core::run::{MemoryStore, Store};
 use powergs_optimize::checkpoint::{Checkpoints, Progress};
 use powergs_optimize::history::HistoryRow;
-use powergs_optimize::lambda::Memory;
+use powergs_optimize::lambda::ControllerState;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::schedule::Schedule;
@@ -41,7 +41,12 @@ fn progress() -> Progress {
     let dense =
         Outcome::measured(&setup, &job, &model, None, |q| campaign.judge(&[], &job, q)).unwrap();
     let check = Check { iteration: 3, seen: dense.gate, passed: true, lambda: 0.25 };
-    let memory = Memory { lambda: 0.5, passing: Some(0.25), margin_db: Some(1.5), calm: 2 };
+    let memory = ControllerState {
+        lambda: 0.5,
+        passing: Some(0.25),
+        margin_db: Some(1.5),
+        settled_checks: 2,
+    };
     let mut state = State::begin(model.clone());
     (state.iteration, state.pruned) = (7, 1);
     state.control = Some(memory);

@@ -31,7 +31,7 @@ fn run(rule: Rule, start: f64, iterations: u32, delay: f64) -> (Controller, f64)
         if controller.is_due(iteration) {
             let seen = Quality::likeness(quality, 1.0);
             // It goes on after it has settled, so that resting is seen too.
-            controller.hear(iteration, seen, &TARGET);
+            controller.observe(iteration, seen, &TARGET);
         }
         if iteration >= iterations * 9 / 10 {
             worst = worst.min(quality);
@@ -73,7 +73,7 @@ fn the_damped_rule_overshoots_less_than_the_published_one() {
             quality += (at_rest(controller.lambda()) - quality) / 40.0;
             lowest = lowest.min(quality);
             if controller.is_due(iteration) {
-                controller.hear(iteration, Quality::likeness(quality, 1.0), &TARGET);
+                controller.observe(iteration, Quality::likeness(quality, 1.0), &TARGET);
             }
         }
         lowest
@@ -87,7 +87,7 @@ fn a_failed_fine_tune_is_no_trap() {
     for rule in [Rule::Published, Rule::Damped] {
         let mut failed = Controller::new(control(rule, 1e-3, 900));
         for iteration in (0..1000).step_by(10) {
-            failed.hear(iteration, Quality::likeness(10.0, 1.0), &TARGET);
+            failed.observe(iteration, Quality::likeness(10.0, 1.0), &TARGET);
             assert!(failed.lambda() >= FLOOR, "{rule:?}: λ {}", failed.lambda());
         }
         assert_eq!(failed.passing(), None);
@@ -100,7 +100,8 @@ fn a_failed_fine_tune_is_no_trap() {
 fn it_stops_when_the_quality_has_settled_just_above_the_target() {
     let settings = Control { epsilon_db: 0.1, ..control(Rule::Damped, 1e-2, 1000) };
     let mut controller = Controller::new(settings);
-    let mut hear = |i: u32, psnr_db| controller.hear(i, Quality::likeness(psnr_db, 1.0), &TARGET);
+    let mut hear =
+        |i: u32, psnr_db| controller.observe(i, Quality::likeness(psnr_db, 1.0), &TARGET);
     assert_eq!(hear(0, 35.05), Verdict::Continue);
     assert_eq!(hear(10, 35.09), Verdict::Continue);
     assert_eq!(hear(20, 35.20), Verdict::Continue, "too far above");
@@ -141,12 +142,12 @@ fn published_traces_are_reproduced() {
             let iteration = check["counter"].as_u64().unwrap() as u32;
             let psnr_db = if check["passed"].as_bool().unwrap() { 40.0 } else { 30.0 };
             assert!(controller.is_due(iteration));
-            controller.hear(iteration, Quality::likeness(psnr_db, 1.0), &TARGET);
+            controller.observe(iteration, Quality::likeness(psnr_db, 1.0), &TARGET);
             let expected = check["lam"].as_f64().unwrap();
             let off = (controller.lambda() / expected - 1.0).abs();
             assert!(off < 1e-12, "{iteration}: {} is not {expected}", controller.lambda());
         }
-        controller.hear(adjust, Quality::likeness(40.0, 1.0), &TARGET);
+        controller.observe(adjust, Quality::likeness(40.0, 1.0), &TARGET);
         let expected = number("final_lambda");
         assert!((controller.lambda() / expected - 1.0).abs() < 1e-12);
     }
