@@ -32,8 +32,9 @@ pub struct Plan {
     pub baselines: Vec<Baseline>,
     /// Names of the user's other models.
     pub externals: Vec<String>,
-    /// Values of λ for the sweep, in units of one over the dense model's display power.
-    pub sweep: Vec<f64>,
+    /// Weights of the display term that are tried without pruning. Without unit, as
+    /// [`Settings::display_weight`].
+    pub sweep_weights: Vec<f64>,
     /// The qualities: first that of the run, then further ones to compare with. At least one.
     pub variants: Vec<Variant>,
     /// Whether the dense model is first trained further without the gate views, and targets are
@@ -65,7 +66,7 @@ impl Plan {
         };
         let all: u64 = (0..self.variants.len()).map(of_variant).sum();
         let held_out = if self.holds_out { u64::from(settings.first_budget()) } else { 0 };
-        held_out + all + self.sweep.len() as u64 * final_iterations
+        held_out + all + self.sweep_weights.len() as u64 * final_iterations
     }
 
     /// Comparisons of a variant: all for the first, those with levels for the others.
@@ -157,7 +158,7 @@ impl Plan {
         }
         let externals = self.externals.iter().enumerate();
         let externals = externals.map(|(i, name)| measured(name, Role::External(i)));
-        let sweep = self.sweep.iter().map(|lambda| first.sweep(*lambda));
+        let sweep = self.sweep_weights.iter().map(|lambda| first.sweep(*lambda));
         externals.chain(sweep).find(is_new)
     }
 

@@ -18,7 +18,7 @@ use super::settings::{Gate, Settings};
 use super::target::{Level, Quality, TargetRule};
 use super::views::PowerViews;
 
-/// Values of λ for the sweep, in units of one over the dense model's display power.
+/// Weights of the display term, without unit, for the study of λ.
 const SWEEP: [f64; 8] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.1, 0.3];
 /// Operations of a pixel in a rendering unit and cycle: the published costs of an α and of a blend.
 const OPERATIONS: f64 = 13.0 + 11.0;
@@ -178,7 +178,7 @@ impl Goals {
             schedule: self.schedule.clone(),
             baselines,
             externals: externals.to_vec(),
-            sweep: if self.lambda_study { SWEEP.to_vec() } else { Vec::new() },
+            sweep_weights: if self.lambda_study { SWEEP.to_vec() } else { Vec::new() },
             variants,
             holds_out,
             levels,

@@ -11,6 +11,7 @@ pub use read::ResultsError;
 
 use serde::{Deserialize, Serialize};
 
+use crate::fit::OptimumPlace;
 use crate::foveated::{LevelState, Method};
 use crate::role::{Baseline, RoleKind};
 use powergs_frame::fovea::{LEVELS, REGIONS};
@@ -184,8 +185,8 @@ pub struct FitRecord {
     pub no_curve: Option<String>,
     /// ρ of the fitted minimum.
     pub optimum_rho: Option<f64>,
-    /// Where it lies: `interior`, `least_pruned`, `most_pruned`, `anywhere`.
-    pub optimum_place: Option<String>,
+    /// Where it lies.
+    pub optimum_place: Option<OptimumPlace>,
     /// The least and the largest ρ that were fitted.
     pub rho_range: Option<[f64; 2]>,
     /// ρ that was made real.

@@ -22,7 +22,7 @@ pub enum Baseline {
 
 /// What stands before the percentage in the name of [`Baseline::LightGaussian`].
 const LIGHT_GAUSSIAN: &str = "lightgs-";
-/// What stands before the λ in the name of [`Role::Sweep`].
+/// What stands before the weight in the name of [`Role::Sweep`].
 const SWEEP: &str = "lambda-";
 /// What stands before the position in the name of [`Role::External`].
 const EXTERNAL: &str = "external-";
@@ -88,7 +88,8 @@ pub enum Role {
     Baseline(Baseline),
     /// Another model of the user, measured only; position in their list.
     External(usize),
-    /// A fixed λ without pruning; in units of one over the dense model's display power.
+    /// A fixed weight of the display term, without unit, and no pruning: λ, in 1/W, is this over the
+    /// display power of the dense model.
     Sweep(f64),
 }
 
@@ -99,7 +100,7 @@ impl Role {
         match self {
             Role::Baseline(baseline) => baseline.name(),
             Role::External(position) => format!("{EXTERNAL}{position}"),
-            Role::Sweep(lambda) => format!("{SWEEP}{lambda}"),
+            Role::Sweep(weight) => format!("{SWEEP}{weight}"),
             Role::Dense | Role::HeldOut | Role::Sample | Role::Final => self.kind().name().into(),
         }
     }

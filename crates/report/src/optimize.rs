@@ -17,8 +17,8 @@ use powergs_optimize::claims::ClaimTable;
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
+use powergs_optimize::ratio_study::RatioRow;
 use powergs_optimize::role::{Baseline, Role};
-use powergs_optimize::study::RatioRow;
 use powergs_optimize::target::Quality;
 
 pub use course::Moment;

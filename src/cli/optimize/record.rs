@@ -146,6 +146,6 @@ fn search(campaign: &Campaign) -> Value {
         ("rate-end", settings.rate_end.into()),
         ("seed", (settings.seed as i64).into()),
         ("baselines", baselines.into()),
-        ("lambda-sweep", plan.sweep.clone().into()),
+        ("lambda-sweep", plan.sweep_weights.clone().into()),
     ])
 }

@@ -2,6 +2,7 @@
 //! said.
 
 use powergs_sim::optimize::claims::{ClaimTable, Number, Unit, Verdict, check};
+use powergs_sim::optimize::fit::OptimumPlace;
 use powergs_sim::optimize::foveated::{LevelState, Method};
 use powergs_sim::optimize::results::Results;
 use powergs_sim::report::claims::{document, json, words};
@@ -75,7 +76,7 @@ fn claims_fail_with_their_numbers() {
     fails("27a", "-50.0, +0.6, -6.2 %", |r| r.mean_change.as_mut().unwrap().level_1[0] = -50.0);
     fails("27a", "+3.00", |r| r.mean_change.as_mut().unwrap().level_1[2] = 3.0);
     fails("3", "0.2000", |r| r.fits[0].mre_render = Some(0.2));
-    fails("4c", "most pruned", |r| r.fits[0].optimum_place = Some("most_pruned".into()));
+    fails("4c", "most pruned", |r| r.fits[0].optimum_place = Some(OptimumPlace::MostPruned));
     fails("4c", "of 0.00 to 0.80", |r| r.fits[0].optimum_rho = Some(0.79));
     fails("24", "more", |r| {
         r.models.iter_mut().find(|m| m.name == "final").unwrap().render_w = 0.5;
@@ -154,7 +155,7 @@ fn a_run_whose_jobs_were_not_done_is_not_checkable_and_no_panic() {
 fn runs_are_put_together_by_the_rule_of_the_claim() {
     let (good, mut bad) = (run(), run());
     bad.scene = "toy".into();
-    bad.fits[0].optimum_place = Some("most_pruned".into());
+    bad.fits[0].optimum_place = Some(OptimumPlace::MostPruned);
     bad.fits[0].mre_display = Some(0.5);
     bad.models[0].gaussians = 100;
     bad.models[0].render_w = 0.2;

@@ -1,6 +1,7 @@
 //! A made-up foveated run in which every published claim holds.
 
 use powergs_sim::optimize::claims::Run;
+use powergs_sim::optimize::fit::OptimumPlace;
 use powergs_sim::optimize::foveated::{LevelState, Method};
 use powergs_sim::optimize::results::{
     ChangeRecord, FORMAT, FitRecord, FovealRecord, ModelRecord, Reference, Results, ScreenRecord,
@@ -91,7 +92,7 @@ fn fit(variant: &str, level: u8, best: &str) -> FitRecord {
         best: Some(best.into()),
         no_curve: None,
         optimum_rho: Some(0.62),
-        optimum_place: Some("interior".into()),
+        optimum_place: Some(OptimumPlace::Interior),
         rho_range: Some([0.0, 0.8]),
         chosen_rho: Some(0.62),
         predicted_w: Some(0.33),

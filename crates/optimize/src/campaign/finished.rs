@@ -10,9 +10,9 @@ use crate::history::HistoryRow;
 use crate::job::Place;
 use crate::outcome::{Outcome, at};
 use crate::pictures::{Album, BeforeAfter};
+use crate::ratio_study::{RatioRow, ratios};
 use crate::results::{ChangeRecord, Results};
 use crate::setup::Setup;
-use crate::study::{RatioRow, ratios};
 
 /// What a campaign ends with.
 #[derive(Debug)]

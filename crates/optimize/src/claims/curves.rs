@@ -3,6 +3,7 @@
 use super::facts::{dense, high, saved};
 use super::sentence::{count, fixed, say, signed};
 use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit, here};
+use crate::fit::OptimumPlace;
 use crate::results::{FitRecord, ModelRecord, Results};
 use crate::role::RoleKind;
 
@@ -150,14 +151,19 @@ fn straightness(points: &[(f64, f64)]) -> Option<f64> {
 
 fn interior(r: &Results) -> Answer {
     let fit = first_fit(r)?;
-    let place = fit.optimum_place.as_deref().ok_or("no optimum")?;
+    let place = fit.optimum_place.ok_or("no optimum")?;
     let rho = fit.optimum_rho.unwrap_or(0.0);
-    let text = say("{} at ρ {}", [place.replace('_', " ").into(), fixed(rho, Unit::One, 3)]);
-    let Some([low, high]) = fit.rho_range else { return here(text, place == "interior") };
+    let text = say("{} at ρ {}", [place.name().replace('_', " ").into(), fixed(rho, Unit::One, 3)]);
+    let Some([low, high]) = fit.rho_range else {
+        return here(text, place == OptimumPlace::Interior);
+    };
     let room = EDGE * (high - low);
     let is_inside = (low + room..=high - room).contains(&rho);
     let [from, to] = [low, high].map(|rho| fixed(rho, Unit::One, 2));
-    here(text.then(" of ", say("{} to {}", [from, to])), place == "interior" && is_inside)
+    here(
+        text.then(" of ", say("{} to {}", [from, to])),
+        place == OptimumPlace::Interior && is_inside,
+    )
 }
 
 fn sweep(r: &Results) -> Answer {

@@ -9,7 +9,7 @@ use crate::results::{FovealRecord, Results, saving_at};
 use powergs_frame::fovea::{LEVELS, REGIONS};
 
 /// The published range of display power over rendering power.
-const RATIOS: (f64, f64) = crate::study::RATIOS;
+const RATIOS: (f64, f64) = crate::ratio_study::RATIOS;
 /// A level or a region may be this far above level 1: they are of other poolings.
 const SLACK: f64 = 1.1;
 

@@ -149,7 +149,7 @@ fn fit(run: &Made<'_>, place: Place) -> FitRecord {
         best: conclusion.best.clone(),
         no_curve: conclusion.fit.as_ref().err().map(ToString::to_string),
         optimum_rho: conclusion.optimum.map(|o| o.rho),
-        optimum_place: conclusion.optimum.map(|o| o.place.name().to_owned()),
+        optimum_place: conclusion.optimum.map(|o| o.place),
         rho_range: fit.map(|f| [f.rho_min(), f.rho_max()]),
         chosen_rho: conclusion.rho,
         predicted_w: conclusion.predicted().map(|p| p.total_w()),

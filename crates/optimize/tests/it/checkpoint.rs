@@ -32,7 +32,7 @@ fn progress() -> Progress {
         schedule: Schedule::PUBLISHED,
         baselines: Vec::new(),
         externals: Vec::new(),
-        sweep: Vec::new(),
+        sweep_weights: Vec::new(),
         variants: vec![Variant { name: "own".into(), rule: TargetRule::Absolute(quality) }],
         holds_out: false,
         levels: 1,

@@ -30,7 +30,7 @@ fn campaign(levels: u8) -> Plan {
         schedule: Schedule::Listed(vec![0.0, 0.4]),
         baselines: vec![Baseline::DisplayOnly, Baseline::RenderOnly, Baseline::TwoStage],
         externals: Vec::new(),
-        sweep: Vec::new(),
+        sweep_weights: Vec::new(),
         variants: vec![variant("H", 0.99), variant("L", 0.97)],
         holds_out: false,
         levels,

@@ -5,10 +5,10 @@ use powergs_optimize::job::{Job, Place};
 use powergs_optimize::oracle::Watts;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::plan::{Plan, Variant};
+use powergs_optimize::ratio_study::{RATIOS, ratios};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::setup::Seen;
-use powergs_optimize::study::{RATIOS, ratios};
 use powergs_optimize::target::{Quality, Target, TargetRule};
 
 use super::scenes::tiny;
@@ -107,7 +107,8 @@ fn savings_over_ratios_have_the_published_signs() {
     let rows = ratios(&done);
     assert_eq!(rows.len(), 13);
     assert!((rows[0].ratio - RATIOS.0).abs() < 1e-12 && (rows[12].ratio - RATIOS.1).abs() < 1e-12);
-    let first = |of: fn(&powergs_optimize::study::RatioRow) -> f64| (of(&rows[0]), of(&rows[12]));
+    let first =
+        |of: fn(&powergs_optimize::ratio_study::RatioRow) -> f64| (of(&rows[0]), of(&rows[12]));
     let (low, high) = first(|r| r.over_render_only.unwrap());
     assert!(high > low, "the more the panel draws, the more we save over render-only");
     let (low, high) = first(|r| r.over_display_only.unwrap());
@@ -134,7 +135,7 @@ fn a_campaign_measures_samples_realises_and_compares() {
         schedule: Schedule::Adaptive { count: 5, highest: 0.8 },
         baselines: Baseline::ALL.to_vec(),
         externals: vec!["mini".into()],
-        sweep: vec![0.1],
+        sweep_weights: vec![0.1],
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.99) }],
         holds_out: false,
         levels: 1,
@@ -173,7 +174,7 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
         schedule: Schedule::Listed(vec![0.0, 0.3]),
         baselines: vec![Baseline::RenderOnly, Baseline::TwoStage],
         externals: Vec::new(),
-        sweep: vec![0.1],
+        sweep_weights: vec![0.1],
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.5) }],
         holds_out: true,
         levels: 1,

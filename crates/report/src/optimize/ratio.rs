@@ -2,7 +2,7 @@
 
 use super::Story;
 use powergs_chart::{Axis, Chart, Colour, Entry, Line, Panel, Place, Points, Scale, Size};
-use powergs_optimize::study::{RATIOS, RatioRow};
+use powergs_optimize::ratio_study::{RATIOS, RatioRow};
 
 const NAME: &str = "ratio";
 const TITLE: &str = "Saving against the display-to-render ratio";

@@ -2,8 +2,8 @@
 
 use crate::document::{Cell, Column, Table};
 use powergs_optimize::outcome::Outcome;
+use powergs_optimize::ratio_study::RatioRow;
 use powergs_optimize::role::Role;
-use powergs_optimize::study::RatioRow;
 
 /// λ as the files have it.
 fn lambda(outcome: &Outcome) -> Cell {

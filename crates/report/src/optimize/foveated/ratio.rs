@@ -3,8 +3,8 @@
 use super::{Show, colour};
 use powergs_chart::{Axis, Chart, Colour, Entry, Line, Panel, Place, Rule, Scale, Side, Words};
 use powergs_optimize::foveated::Method;
+use powergs_optimize::ratio_study::RATIOS;
 use powergs_optimize::results::saving_at;
-use powergs_optimize::study::RATIOS;
 
 const NAME: &str = "foveated_ratio";
 const TITLE: &str = "Foveated saving against the display-to-render ratio";
