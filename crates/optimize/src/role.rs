@@ -88,8 +88,8 @@ pub enum Role {
     Baseline(Baseline),
     /// Another model of the user, measured only; position in their list.
     External(usize),
-    /// A fixed weight of the display term, without unit, and no pruning: λ, in 1/W, is this over the
-    /// display power of the dense model.
+    /// A fixed weight of the display term, without unit, and no pruning: λ, in 1/W, is this over
+    /// the display power of the dense model.
     Sweep(f64),
 }
 
