@@ -42,6 +42,9 @@ impl CampaignWatch for Talks {
 }
 
 /// The fewest watts at 30 dB.
+///
+/// # Errors
+/// Everything that [`Campaign`] refuses.
 pub fn optimise() -> Result<Finished, Box<dyn Error>> {
     let preset = Preset::named("demo").ok_or("no such preset")?;
     let views: Vec<Camera> =

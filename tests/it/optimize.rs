@@ -1,8 +1,8 @@
 //! The optimiser as the user sees it.
 
 mod command;
-mod example;
 mod foveated_command;
+mod own_campaign;
 // Tests of the crate use more of it.
 #[allow(dead_code)]
 #[path = "../../crates/optimize/tests/it/scenes.rs"]

@@ -1,8 +1,10 @@
 //! Runs an optimisation: job after job, each of which can be stopped after any iteration and goes
 //! on bit for bit, until everything that the plan asks for is made and measured.
 //!
-//! A [`Request`] is opened as a [`Campaign`], which begins or goes on in a
-//! [`Store`](powergs_core::run::Store) and ends with a [`Finished`]. Nothing is printed.
+//! A [`Request`] is opened as a [`Campaign`], which begins or goes on in a [`Store`] and ends with
+//! a [`Finished`]. Nothing is printed.
+//!
+//! [`Request`]: super::request::Request
 
 mod error;
 mod finished;
