@@ -15,7 +15,7 @@ pub mod memory;
 pub mod pipeline;
 pub mod qsu;
 pub mod regions;
-pub mod resolved;
+mod resolved;
 pub mod rules;
 pub mod schedule;
 pub mod timeline;

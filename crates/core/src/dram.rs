@@ -18,7 +18,7 @@ pub mod device;
 pub mod drive;
 pub mod energy;
 pub mod levels;
-pub mod mapping;
+mod mapping;
 pub mod stats;
 mod windowed;
 

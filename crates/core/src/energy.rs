@@ -1,10 +1,10 @@
 //! What actions cost: prices, area, and the breakdown of one frame. Never sees a tile.
 
 pub mod accelergy;
-pub mod area;
+mod area;
 pub mod cacti;
 pub mod flops;
-pub mod node;
+mod node;
 pub mod prices;
 pub mod table;
 

@@ -8,7 +8,7 @@ pub mod paper;
 pub mod regions;
 pub mod report;
 pub mod statistics;
-pub mod timed;
+mod timed;
 
 use crate::accel::Machine;
 use crate::energy::Prices;

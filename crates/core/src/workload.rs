@@ -192,7 +192,7 @@ pub struct FoveaWork {
 pub const STORAGE_BLOCK: u64 = 32;
 /// Scenes of more records have no [`FrameWorkload::storage`]: it would take more room than the
 /// trace (which may hold few of them).
-pub(crate) const STORAGE_RECORDS_MAX: u64 = 1 << 27;
+pub const STORAGE_RECORDS_MAX: u64 = 1 << 27;
 
 /// A binned frame: everything that a machine of this geometry needs.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,12 +4,12 @@
 //! intersection tests) is here once, and used by the rasteriser and by the workload alike: that is
 //! why their counters agree exactly.
 
-pub mod counters;
+mod counters;
 pub mod cover;
-pub mod ellipse;
+mod ellipse;
 pub mod gradient;
 pub mod levels;
-pub mod obb;
+mod obb;
 pub mod project;
 pub mod runs;
 pub mod simd;

@@ -8,11 +8,11 @@
 //!
 //! [`train`] is the differentiable form: the same picture, and the gradients of a loss.
 
-pub mod blend;
-pub mod forward;
+mod blend;
+mod forward;
 pub mod foveated;
 pub mod regions;
-pub mod row;
+mod row;
 pub mod train;
 
 pub use forward::{Detail, Options, Rendered, render};

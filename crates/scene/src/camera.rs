@@ -11,7 +11,7 @@ pub mod edit;
 mod error;
 pub mod inria;
 pub mod json;
-pub mod nerf;
+mod nerf;
 pub mod orbit;
 pub mod path;
 pub mod views;

@@ -42,22 +42,22 @@ impl<R: Read> Scan<R> {
     }
 
     /// The trace header.
-    pub(crate) fn header(&self) -> &TraceHeader {
+    pub fn header(&self) -> &TraceHeader {
         &self.header
     }
 
     /// The version of the file: major, minor.
-    pub(crate) fn version(&self) -> (u16, u16) {
+    pub fn version(&self) -> (u16, u16) {
         self.version
     }
 
     /// Bytes read so far.
-    pub(crate) fn offset(&self) -> u64 {
+    pub fn offset(&self) -> u64 {
         self.source.offset
     }
 
     /// Frames read so far.
-    pub(crate) fn frames(&self) -> u64 {
+    pub fn frames(&self) -> u64 {
         self.source.frames
     }
 
@@ -93,7 +93,7 @@ impl<R: Read> Scan<R> {
     ///
     /// # Errors
     /// [`TraceError::Io`].
-    pub(crate) fn resume(&mut self) -> Result<bool, TraceError> {
+    pub fn resume(&mut self) -> Result<bool, TraceError> {
         let mut window = std::mem::take(&mut self.window);
         loop {
             if window.len() == HEADER {
