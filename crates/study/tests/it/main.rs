@@ -2,6 +2,7 @@
 
 mod analysis;
 mod estimators;
+mod extract;
 mod replay;
 mod sensitivity;
 mod slurm;

@@ -2,6 +2,7 @@
 
 use powergs_core::dram::banked::{AddressRange, Banked, Request};
 use powergs_core::dram::drive::{Access, WindowDrive, banked};
+use powergs_core::dram::levels::{Level, run_levels};
 use powergs_core::dram::{Device, Mode, Windowed};
 
 use super::device;
@@ -211,4 +212,22 @@ fn the_window_level_is_near_on_streams() {
     let exact = banked(&device, Mode::Saturated, accesses).cycles as f64;
     // Counts know nothing of queues: the specification of the level allows 6.3 % here.
     assert!((near / exact - 1.0).abs() < 0.063, "{near} {exact}");
+}
+
+#[test]
+fn levels_run_at_once_as_they_do_alone() {
+    let device = device("lpddr4-3200-x16x8", &[]);
+    let run = |levels: &[Level], is_cancelled: fn() -> bool| {
+        let stream = traffic(3, 9000, 3).into_iter().map(Ok::<_, ()>);
+        run_levels(&device, Mode::Idle, levels, stream, is_cancelled).expect("no errors")
+    };
+    let both = run(&[Level::Banked, Level::Window], || false).expect("not cancelled");
+    let expected = banked(&device, Mode::Idle, traffic(3, 9000, 3));
+    assert_eq!((both[0].level, &both[0].run), (Level::Banked, &expected));
+    let alone = run(&[Level::Window], || false).expect("not cancelled");
+    assert_eq!((both[1].level, &both[1].run), (Level::Window, &alone[0].run));
+    assert!(run(&[Level::Banked], || true).is_none(), "cancelled");
+    let broken = traffic(3, 9, 3).into_iter().map(Ok).chain([Err("line 10")]);
+    let broken = run_levels(&device, Mode::Saturated, &[Level::Window], broken, || false);
+    assert_eq!(broken.map(|_| ()), Err("line 10"));
 }
