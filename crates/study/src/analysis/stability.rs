@@ -105,7 +105,7 @@ pub struct Stability {
     pub designs: usize,
     /// The alternatives: energy tables, then scopes, then traces, in the order of the results.
     pub alternatives: Vec<Alternative>,
-    /// Alternatives beyond [`ALTERNATIVES_MAX`].
+    /// Alternatives beyond the most that are compared.
     pub left_out: usize,
     /// Points that are on a front, with the number of fronts (reference and alternatives) that they
     /// are on, the most frequent first.

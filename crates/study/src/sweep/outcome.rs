@@ -71,7 +71,7 @@ fn fits(name: &str, pattern: &str) -> bool {
 /// One design, one energy table, one trace.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Per frame, in the order of the trace: the values of [`SAMPLED`].
+    /// Per frame, in the order of the trace: the values that percentiles are taken of.
     pub samples: Vec<[f64; SAMPLED.len()]>,
     /// Means over the frames, in the order of [`means`]; `None` where some frame has no value.
     pub means: Vec<Option<f64>>,

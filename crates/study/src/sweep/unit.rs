@@ -88,7 +88,7 @@ impl Unit {
 
     /// What it measures, and how many of it are in one of [`Measure`]; `None` for what no literal
     /// of an expression can be.
-    pub const fn measure(self) -> Option<(Measure, f64)> {
+    pub(crate) const fn measure(self) -> Option<(Measure, f64)> {
         Some(match self {
             Unit::Bytes => (Measure::Size, 1.0),
             Unit::GigabytesPerSecond => (Measure::Bandwidth, 1e-9),
