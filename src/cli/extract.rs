@@ -106,8 +106,8 @@ fn stem(path: &Path) -> String {
     }
 }
 
-/// Puts the finished file in its place. One that was interrupted is a valid trace of the frames that
-/// were done, under a name that says so.
+/// Puts the finished file in its place. One that was interrupted is a valid trace of the frames
+/// that were done, under a name that says so.
 fn finish(
     args: &Args,
     context: &Context,

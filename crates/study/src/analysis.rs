@@ -1,7 +1,6 @@
 //! Answers from the results of a sweep: which designs to keep, and why. Nothing is simulated here;
-//! every number follows from a [`Table`] and a [`Question`], and [`SweepFacts`] says where these are
-//! from.
-//! `docs/analysis.md` gives the formulas.
+//! every number follows from a [`Table`] and a [`Question`], and [`SweepFacts`] says where these
+//! are from. `docs/analysis.md` gives the formulas.
 
 pub mod axes;
 mod designs;

@@ -188,9 +188,9 @@ impl Banked {
     ///
     /// A read completes with its last data and the latency of the controller, a write with its last
     /// column command, a request without pieces when its turn comes. `pieces` yields the next
-    /// [`AddressRange`] of a request, `None` when there is no more. Returns the CK and the ticket; several
-    /// that complete in one CK come one per call in the order of tickets. Nothing beyond `until` is
-    /// simulated.
+    /// [`AddressRange`] of a request, `None` when there is no more. Returns the CK and the ticket;
+    /// several that complete in one CK come one per call in the order of tickets. Nothing beyond
+    /// `until` is simulated.
     pub fn advance<F>(&mut self, until: u64, pieces: &mut F) -> Option<(u64, u32)>
     where
         F: FnMut(u32) -> Option<AddressRange> + ?Sized,

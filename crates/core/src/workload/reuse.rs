@@ -101,8 +101,9 @@ pub struct ReuseSummary {
 /// of tiles keep more than 78 %).
 pub const KEEP: f64 = 0.78;
 
-/// Updates `old` to the frame of `workload`; returns how much is reused, and the updated lists. Where
-/// the lists of the two frames do not correspond (another geometry or image size), all is new.
+/// Updates `old` to the frame of `workload`; returns how much is reused, and the updated lists.
+/// Where the lists of the two frames do not correspond (another geometry or image size), all is
+/// new.
 pub fn update(old: &SortedLists, workload: &FrameWorkload) -> (Reuse, SortedLists) {
     let same = (old.geometry, old.grid) == (workload.geometry, grid(workload));
     let rank_of = ranks_by_index(workload);

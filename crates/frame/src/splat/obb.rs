@@ -55,8 +55,8 @@ pub(crate) struct ObbRow<'a> {
 }
 
 impl ObbRow<'_> {
-    /// Whether the box meets tile `tx` of this row; touching counts. Every condition is monotonic in `tx`, so the
-    /// tiles that are met form an interval, in floating point too.
+    /// Whether the box meets tile `tx` of this row; touching counts. Every condition is monotonic
+    /// in `tx`, so the tiles that are met form an interval, in floating point too.
     pub(crate) fn meets(&self, tx: u32) -> bool {
         let o = self.obb;
         let dx = (tx as f32 + 0.5) * o.tile - o.mean[0];

@@ -50,7 +50,8 @@ fn check_count(option: &str, n: usize) -> Result<(), ViewError> {
 }
 
 impl ViewSelection {
-    /// The views that are taken of `cameras`, and what whoever asked should know, one sentence each.
+    /// The views that are taken of `cameras`, and what whoever asked should know, one sentence
+    /// each.
     ///
     /// # Errors
     /// [`ViewError`]: nothing would be left, or a number is out of its range.

@@ -13,8 +13,8 @@ const MAX_JSON: u64 = 1 << 30;
 /// Largest picture whose size is asked for, bytes.
 const MAX_PICTURE: u64 = 2 << 30;
 
-/// Reads a camera file or a COLMAP folder. `size` serves files that do not say the image size, width
-/// and height in pixels; without it the first image beside the file is asked.
+/// Reads a camera file or a COLMAP folder. `size` serves files that do not say the image size,
+/// width and height in pixels; without it the first image beside the file is asked.
 ///
 /// # Errors
 /// [`FileError`]: it cannot be read, is no camera file or is damaged.

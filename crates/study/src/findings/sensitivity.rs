@@ -1,6 +1,6 @@
 //! What every assumption moves: the frame rate, the energy of a frame and the area of the chip,
-//! with its knob set lower and higher. What every key moves is in [`keys`], and how keys act together
-//! in [`interactions`].
+//! with its knob set lower and higher. What every key moves is in [`keys`], and how keys act
+//! together in [`interactions`].
 
 pub mod interactions;
 pub mod keys;

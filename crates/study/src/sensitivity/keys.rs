@@ -11,8 +11,8 @@ use super::measure::Machines;
 use crate::findings::sensitivity::interactions::Interactions;
 use crate::findings::sensitivity::keys::{KeyRow, Keys, Perturbation, Reach};
 
-/// Every key of a machine, of its energy table and of its DRAM device, perturbed one at a time: by a
-/// step down and up (elasticity), to half and to double, to other names.
+/// Every key of a machine, of its energy table and of its DRAM device, perturbed one at a time: by
+/// a step down and up (elasticity), to half and to double, to other names.
 #[derive(Debug, Clone, Copy)]
 pub struct KeyStudy<'a> {
     /// The machine.

@@ -110,7 +110,8 @@ impl KeyRow {
         [side(false), side(true)]
     }
 
-    /// The largest relative change of a measure by any perturbation on any trace; 0 if none is a machine.
+    /// The largest relative change of a measure by any perturbation on any trace; 0 if none is a
+    /// machine.
     pub fn effect(&self, measure: Measure) -> f64 {
         let change = |outcomes: &Vec<Outcome>| {
             let pairs = outcomes.iter().zip(&self.base);
