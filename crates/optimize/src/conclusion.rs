@@ -1,5 +1,5 @@
-//! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and what
-//! was promised against what came true.
+//! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and the
+//! power that is predicted at the optimum.
 
 use super::fit::{Fit, FitError, Optimum, OptimumPlace, Sample, fit, optimum};
 use super::outcome::Outcome;
@@ -17,7 +17,7 @@ pub struct Missed {
     pub by: Quality,
 }
 
-/// Power that the fit promises at the ratio that was realised.
+/// Power that the fit predicts at the ratio that is realised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Predicted {
     /// The ratio.
@@ -52,7 +52,7 @@ pub struct Conclusion {
     pub best: Option<String>,
 }
 
-/// Draws the conclusion. Without a target there are no samples.
+/// Evaluates the samples. Without a target there are none.
 pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
     let by =
@@ -83,7 +83,7 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
 }
 
 impl Conclusion {
-    /// What the fit promises at the ratio that is realised.
+    /// Power that the fit predicts at the ratio that is realised.
     pub fn predicted(&self) -> Option<Predicted> {
         let (rho, fit) = (self.rho?, self.fit.as_ref().ok()?);
         let (display_w, render_w) = (fit.display_w(rho), fit.render_w(rho));

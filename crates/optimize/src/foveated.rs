@@ -1,8 +1,8 @@
-//! Foveated models as they are shown: four levels around a gaze, their power, their speed, and how
-//! the eye sees each region. Ours, and those of the published baselines.
+//! Foveated models as a viewer sees them: four levels around a gaze, with their power, their speed
+//! and the HVSQ of each region; ours and those of the published baselines.
 //!
-//! View i is looked at where the i-th gaze of the published cycle of nine says. Power is a mean
-//! over the power views, HVSQ one over the test views.
+//! In view i the viewer looks at gaze i of the published cycle of nine. Power is the mean over the
+//! power views, HVSQ the mean over the test views.
 
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ impl Method {
         }
     }
 
-    /// Whose models it shows.
+    /// The baseline whose models it shows; `None`: ours.
     pub const fn line(self) -> Line {
         match self {
             Method::PowerGs => None,
@@ -70,21 +70,21 @@ impl Method {
     }
 }
 
-/// Which models of a run are the four levels of a method.
+/// The models of a run that are the four levels of a method.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Levels {
     /// The method.
     pub method: Method,
     /// Position in the variants of the plan.
     pub variant: u8,
-    /// Jobs whose models they are. A level without a model that passes shows that of the level
+    /// The job that made the model of each level. Where none passed, it is that of the level
     /// before.
     pub jobs: [String; LEVELS],
-    /// What is known of each.
+    /// The state of each level.
     pub state: [LevelState; LEVELS],
 }
 
-/// What a level of a foveated model is.
+/// Where the model of a level comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LevelState {
@@ -174,13 +174,13 @@ pub struct FilterCost {
 /// A foveated model, measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foveal {
-    /// Which models.
+    /// The models that it is composed of.
     pub levels: Levels,
     /// Gaussians of each level.
     pub counts: [usize; LEVELS],
     /// Power at the display rate; rendering includes the filter.
     pub watts: Watts,
-    /// Of that, the filter.
+    /// The part of it that the filter takes.
     pub filter_w: f64,
     /// Frames a second of the machine at full rate.
     pub fps: f64,

@@ -18,7 +18,7 @@ use super::target::{Quality, Target};
 
 /// λ never falls below this, 1/W.
 pub const FLOOR: f64 = 1e-6;
-/// λ never rises above this, 1/W: colours are black long before.
+/// λ never rises above this, 1/W: far below it all colours are black.
 const CEILING: f64 = 1e6;
 /// The largest factor.
 const STEP: f64 = 2.0;
@@ -128,7 +128,7 @@ impl Controller {
     pub fn observe(&mut self, iteration: u32, quality: Quality, target: &Target) -> Verdict {
         let state = &mut self.state;
         if iteration >= self.control.adjust {
-            // Nothing passed: without any weight to speak of the quality may still arrive.
+            // Nothing passed: with almost no weight the quality may still reach the target.
             state.lambda = state.passing.unwrap_or(FLOOR);
             return Verdict::Continue;
         }

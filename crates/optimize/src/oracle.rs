@@ -1,9 +1,9 @@
-//! What a candidate costs: a trait, and behind it the closed-form `paper` model and the simulated
-//! machine.
+//! What a candidate costs: a trait, implemented by the closed-form `paper` model and by the
+//! simulated machine.
 //!
-//! Power is that at the display rate: the work of so many frames a second plus what is paid for
-//! time, never the power of a machine that runs as fast as it can. Every frame is simulated as if
-//! it were the first of its trace.
+//! Power is taken at the display rate: the energy of that many frames a second plus static and
+//! refresh power. It is not the power of a machine that renders as fast as it can. Every frame is
+//! simulated as the first of its trace.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ use powergs_frame::display::Display;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};
 
-/// Watts by stage and component, config of [`Stage::ALL`] and [`Component::ALL`].
+/// Watts by stage and component, in the orders of [`Stage::ALL`] and [`Component::ALL`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Parts(pub [[f64; Component::ALL.len()]; Stage::ALL.len()]);
 
@@ -55,7 +55,7 @@ pub struct Watts {
 }
 
 impl Watts {
-    /// The mean of frames: rendering, and the display's watts.
+    /// The mean over frames: for each, rendering power by part and display power, watts.
     pub fn mean(frames: &[(Parts, f64)]) -> Watts {
         let (mut watts, weight) = (Watts::default(), 1.0 / frames.len().max(1) as f64);
         for (parts, display_w) in frames {
@@ -90,7 +90,7 @@ impl RenderedFrame {
         }
     }
 
-    /// The work that it is for machines of a geometry.
+    /// Its workload under a geometry.
     fn workload(self, camera: &Camera, background: [f32; 3], geometry: Geometry) -> FrameWorkload {
         let frame = match self {
             RenderedFrame::Plain(rendered) => rendered.into_frame(camera, background),
@@ -100,7 +100,7 @@ impl RenderedFrame {
     }
 }
 
-/// Says what it costs to render a frame.
+/// Gives the power that rendering takes.
 pub trait PowerOracle: Send + Sync {
     /// The name in every output.
     fn name(&self) -> String;
@@ -243,7 +243,7 @@ impl PowerOracle for CycleOracle {
 }
 
 impl CycleOracle {
-    /// What the machine makes of a frame.
+    /// Simulates a frame on the machine.
     ///
     /// # Errors
     /// [`SimError`]: a machine that cannot run the frame, or a defect of the simulator.
@@ -258,7 +258,7 @@ impl CycleOracle {
     }
 }
 
-/// Watts of a report at a display rate: what the stages work, and what is paid for time.
+/// Power of a report at a display rate: dynamic power of the stages, and static and refresh power.
 fn at_rate(report: &FrameReport, fps: f64) -> Parts {
     let mut parts = Parts::default();
     for stage in Stage::WORK {

@@ -1,9 +1,9 @@
 //! Which Gaussians go, and what goes with them.
 //!
-//! A Gaussian is worth the pixels in which it is the heaviest, per tile that fetches it, the
-//! maximum over the training views: what is dominant nowhere and fetched everywhere goes first
-//! (`powergs`, section 4.1). A pixel without any contribution counts nowhere. Ties go by index, so
-//! that many worthless Gaussians are pruned in a fixed order.
+//! The score of a Gaussian is the number of pixels in which it has the largest weight, divided by
+//! the number of tiles that fetch it; of all training views the maximum counts. The lowest scores
+//! go first (`powergs`, section 4.1). A pixel without any contribution is not counted. Ties are
+//! broken by index, so that Gaussians with a score of 0 go in a fixed order.
 
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ use powergs_frame::splat::ALPHA_STEPS;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::{Camera, Gaussians};
 
-/// Keeps the quotient of a splat that no tile fetched finite; the published value.
+/// Avoids a division by zero for a splat that no tile fetched; the published value.
 const GUARD: f64 = 1e-7;
 /// Exponent of the volume term of LightGaussian's score.
 const VOLUME_POWER: f64 = 0.1;
@@ -56,7 +56,7 @@ fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
 
 /// Hits are estimated: the area where α reaches 1/255, from the projected covariance, times the
 /// share of its tiles that fetch the splat at all. The published code counts blended pixels with
-/// racing increments, so its numbers cannot be had twice.
+/// racing increments, so its numbers are not reproducible.
 fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     let of_view = |camera: &Camera| {
         let rendered = render(scene, camera, &Options::reference(Detail::Counters));
@@ -85,7 +85,7 @@ fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     score
 }
 
-/// Joins the scores of all views in their order; at most one score a thread is alive.
+/// Joins the scores of all views in their order; at most one score per thread is in memory.
 fn folded(
     len: usize,
     views: &[Camera],

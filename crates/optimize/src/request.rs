@@ -242,6 +242,14 @@ pub enum FoveationError {
 }
 
 impl Foveation {
+    /// Checks the operations of the colour filter for a pixel.
+    ///
+    /// # Errors
+    /// [`Invalid::Range`].
+    pub fn check_filter(flops: f64) -> Result<(), Invalid> {
+        in_range("filter_flops", flops, 0.0, 1e6)
+    }
+
     /// A foveation on a screen and a machine. `filter_flops`: operations of the colour filter for a
     /// pixel outside of the fovea (A99), at the published price.
     ///
@@ -254,7 +262,7 @@ impl Foveation {
         filter_flops: f64,
     ) -> Result<Foveation, FoveationError> {
         screen.check().map_err(Invalid::from)?;
-        in_range("filter_flops", filter_flops, 0.0, 1e6)?;
+        Foveation::check_filter(filter_flops)?;
         let machine = clock.system.machine();
         if machine.fovea.accumulators == 0 {
             return Err(Invalid::NoFovea(machine.name.clone()).into());

@@ -68,7 +68,7 @@ pub struct Results {
     pub dense_fps: Option<f64>,
     /// The foveated models.
     pub foveated: Vec<FovealRecord>,
-    /// What the colours lost.
+    /// How much the colours changed.
     pub mean_change: Option<ChangeRecord>,
 }
 
@@ -123,15 +123,17 @@ pub struct ModelRecord {
     pub name: String,
     /// What it was made for.
     pub role: RoleKind,
-    /// Which comparison it is.
+    /// The comparison, if it is one.
     pub baseline: Option<Baseline>,
-    /// λ of the sweep, in units of one over the dense model's display power.
+    /// Weight of the display term in the study of λ, without unit: λ times the display power of the
+    /// dense model.
     pub sweep_lambda: Option<f64>,
     /// The variant.
     pub variant: String,
     /// The level, from 1.
     pub level: u8,
-    /// The share of the dense model that is gone, in the periphery of the level before.
+    /// Share of the Gaussians that were pruned: of the dense model, or beyond level 1 of the model
+    /// of the level before.
     pub rho: f64,
     /// Gaussians.
     pub gaussians: u64,
@@ -189,9 +191,9 @@ pub struct FitRecord {
     pub optimum_place: Option<OptimumPlace>,
     /// The least and the largest ρ that were fitted.
     pub rho_range: Option<[f64; 2]>,
-    /// ρ that was made real.
+    /// ρ of the model that was made for the optimum.
     pub chosen_rho: Option<f64>,
-    /// Total power that the fit promises there, watts.
+    /// Total power that the fit predicts there, watts.
     pub predicted_w: Option<f64>,
     /// Total power of the model that was made there, watts.
     pub realised_w: Option<f64>,
@@ -214,7 +216,7 @@ pub struct FovealRecord {
     pub variant: String,
     /// Models of its levels.
     pub jobs: [String; LEVELS],
-    /// What is known of each.
+    /// The state of each level.
     pub states: [LevelState; LEVELS],
     /// Gaussians of each level.
     pub gaussians: [u64; LEVELS],
@@ -222,7 +224,7 @@ pub struct FovealRecord {
     pub display_w: f64,
     /// Rendering power with the filter, watts.
     pub render_w: f64,
-    /// Of that, the colour filter, watts.
+    /// The part of it that the colour filter takes, watts.
     pub filter_w: f64,
     /// Frames a second of the simulated machine at full rate.
     pub fps: Option<f64>,
@@ -264,8 +266,8 @@ impl FovealRecord {
     }
 }
 
-/// What our colours lost against the dense model: mean change of red, green and blue in one test
-/// view, codes of 8 bits.
+/// How much our colours changed against the dense model: mean change of red, green and blue in one
+/// test view, codes of 8 bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChangeRecord {
     /// The view.
@@ -337,9 +339,9 @@ impl Results {
     }
 }
 
-/// The share that a foveated model saves over another with a panel that takes `ratio` times the
-/// rendering power of the dense model. Powers are display and rendering, watts. The models stay as
-/// they are.
+/// Share of the power that a foveated model saves over another on a panel that takes `ratio` times
+/// the rendering power of the dense model. `ours` and `other` are display and rendering power,
+/// watts; the models are not trained anew.
 ///
 /// # Errors
 /// Why there is no number: powers of 0.

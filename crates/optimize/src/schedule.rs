@@ -112,7 +112,7 @@ impl Schedule {
             }
             Schedule::Published { budget } => {
                 let coarse = (0..COARSE).map(|i| coarse_iterations(i, *budget)).sum::<u32>();
-                // The longest fine-tune of a fine sample prunes 0.15 where 0.9 is gone.
+                // The longest fine-tune of a fine sample prunes 0.15 after 0.9 are pruned.
                 let fine = FINE as u32 * fine_tune(*budget, COARSE_STEP, 0.9);
                 f64::from(coarse + fine) / UNIT
             }
@@ -164,10 +164,10 @@ pub fn coarse_iterations(i: usize, budget: u32) -> u32 {
     }
 }
 
-/// Iterations for pruning `step` more where `pruned` is gone: in proportion to the share of what
+/// Iterations for pruning `step` more after `pruned`: in proportion to the share of what
 /// is left, at least 1,500.
 pub(crate) fn fine_tune(budget: u32, step: f64, pruned: f64) -> u32 {
-    // In this order: the published 3,749 is 3,750 less a rounding.
+    // In this order the rounding gives the published 3,749 and not 3,750.
     ((f64::from(budget) * (step / (1.0 - pruned))) as u32).max(1500)
 }
 

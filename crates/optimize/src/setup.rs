@@ -1,4 +1,4 @@
-//! What a run works on, and its settings: everything that does not change while it runs.
+//! The inputs of a run, which do not change while it runs, and how models are measured on them.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -151,7 +151,7 @@ impl Setup<'_> {
         let n = self.split.train.len().max(1) as f64;
         let mean = cameras.clone().sum::<glam::DVec3>() / n;
         let farthest = cameras.map(|c| c.distance(mean)).fold(0.0, f64::max);
-        // One camera has no extent: its distance from the scene's centre would be the next guess.
+        // A single camera has no extent; 1 is as good as any other.
         let extent = if farthest > 0.0 { 1.1 * farthest } else { 1.0 };
         Rates::published(extent).scaled(self.settings.rate_scale)
     }

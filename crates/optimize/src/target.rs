@@ -79,7 +79,8 @@ pub enum Target {
     Hvsq(f64),
 }
 
-/// A quality within this share of the target still says where the curves run (`powergs`, 5.1).
+/// A sample that misses the target by less than this share still counts in the fit (`powergs`,
+/// 5.1).
 const NEAR: f64 = 0.01;
 
 impl Target {
@@ -88,7 +89,7 @@ impl Target {
         Target::Likeness(Quality::likeness(share * dense.psnr_db, share * dense.ssim))
     }
 
-    /// Whether the quality reaches the target. Never with a NaN, nor without the number it needs.
+    /// Whether the quality reaches the target. NaN does not, nor does a number that is missing.
     pub fn passes(&self, quality: Quality) -> bool {
         match self {
             Target::Likeness(t) => quality.psnr_db >= t.psnr_db && quality.ssim >= t.ssim,

@@ -1,6 +1,6 @@
-//! One fine-tune: prune, forward, loss, backward, Adam, and now and then a check of the quality.
+//! One fine-tune: prune, forward, loss, backward, Adam, and at intervals a check of the quality.
 //!
-//! A tuner can be asked for its [`State`] after any iteration; from that it goes on bit for bit.
+//! The [`State`] after any iteration is enough to go on bit for bit.
 
 mod config;
 mod objective;
@@ -31,7 +31,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A model that has not been trained by us.
+    /// A model with moments of zero.
     pub fn fresh(scene: &Gaussians) -> Model {
         Model { scene: scene.clone(), adam: Adam::new(scene) }
     }
@@ -352,7 +352,7 @@ impl<'a> Tuner<'a> {
             (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,
         };
         if better {
-            // The old one goes first: two of them are never in memory.
+            // The old model is dropped first, so that two are never in memory.
             self.state.best = None;
             self.state.best = Some((self.state.model.clone(), check));
         }

@@ -10,7 +10,7 @@ use powergs_raster::{Detail, Options, render};
 use powergs_scene::camera::path::Path;
 use powergs_scene::{Camera, Gaussians, Split};
 
-/// Every how many-th view (by name) is held out where a camera file names no splits: the published
+/// Where a camera file names no split, one view in so many, by name, is a test view: the published
 /// rule (`llffhold`).
 const HELD_OUT: usize = 8;
 /// With fewer training views than this the training views validate too.
@@ -78,8 +78,8 @@ pub fn split(cameras: &[Camera], every: usize) -> ViewSplit {
 }
 
 impl ViewSplit {
-    /// The validation views train too. For a model that was trained on them: without them its own
-    /// quality there could not be kept, whatever the power.
+    /// Lets the validation views train too. A model that was trained on them could not keep its
+    /// quality there without them, whatever power is spent.
     pub fn validation_trains(mut self) -> ViewSplit {
         self.train.extend(&self.validation);
         self.train.sort_unstable();

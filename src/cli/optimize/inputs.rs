@@ -94,8 +94,8 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
     Ok((name_of(&scene.path), scene.gaussians))
 }
 
-/// A name for people: that of the file, or of the folder around it where every trainer and
-/// exporter uses the same one.
+/// A name for people: that of the file, or that of its folder if the file has one of the names that
+/// every trainer or exporter uses.
 fn name_of(path: &Path) -> String {
     let is_common = |name: &String| {
         ["meta", "lod-meta", "point_cloud"].contains(&name.as_str())
@@ -186,7 +186,7 @@ fn clock(args: &PowerArgs) -> Result<CycleOracle, Failure> {
     Ok(CycleOracle { system, fps: args.fps })
 }
 
-/// `is_timed`: a machine says how fast frames are, whatever counts their power.
+/// `is_timed`: a machine gives the frame time even if the paper model gives the power.
 fn oracle(
     args: &PowerArgs,
     model: ModelArg,

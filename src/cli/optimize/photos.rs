@@ -104,8 +104,8 @@ fn photo(
     })
 }
 
-/// Whether a JPEG has no end: the decoder takes it all the same, and makes the rest grey. Some
-/// cameras write a little after the end.
+/// Whether a JPEG is cut off: the decoder would accept it and make the rest grey. Some cameras
+/// write a few bytes after the end.
 fn is_cut_jpeg(bytes: &[u8]) -> bool {
     let tail = &bytes[bytes.len().saturating_sub(4096)..];
     bytes.starts_with(&[0xff, 0xd8]) && !tail.windows(2).any(|w| w == [0xff, 0xd9])
@@ -153,7 +153,7 @@ fn mean(weights: &[f32], at: impl Fn(usize) -> [f32; 3]) -> [f32; 3] {
     sum
 }
 
-/// For each new sample the first old one that it covers, and the share of each.
+/// For each new pixel along a side: the first old one that it covers, and the share of each.
 fn weights(old: u32, new: u32) -> Vec<(usize, Vec<f32>)> {
     let step = f64::from(old) / f64::from(new);
     (0..new)

@@ -13,7 +13,7 @@ use powergs_base::picture::Picture;
 use powergs_core::run::RunError;
 use powergs_optimize::references::{Reference, ReferenceSink, References};
 
-/// References in a file of the system's folder for such, which goes when this does.
+/// References in a temporary file, which is deleted with this value.
 pub struct FileReferences {
     file: Mutex<File>,
     /// Where each one begins, and its width and height.
@@ -104,7 +104,7 @@ impl References for FileReferences {
 impl Drop for FileReferences {
     fn drop(&mut self) {
         if let Some(path) = &self.path {
-            // Nothing else can be done about a file that stays.
+            // If it cannot be deleted, nothing else can be done.
             let _ = fs::remove_file(path);
         }
     }

@@ -5,7 +5,7 @@ use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::lambda::Rule;
-use powergs_optimize::request::{FoveationError, Goal, Goals};
+use powergs_optimize::request::{Foveation, FoveationError, Goal, Goals};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{Gate, Settings};
@@ -39,6 +39,7 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         },
     };
     settings.check().map_err(refused)?;
+    Foveation::check_filter(args.fovea.filter_flops).map_err(refused)?;
     Ok(settings)
 }
 

@@ -183,6 +183,7 @@ fn flags_that_make_no_sense_are_refused_before_anything_is_written() {
     usage(&["--iterations", "0"], "--iterations 0");
     usage(&["--rate-scale", "NaN"], "--rate-scale NaN");
     usage(&["--lambda=-1"], "--lambda -1");
+    usage(&["--filter-flops=-1"], "--filter-flops -1: must be 0 to 1000000");
     usage(&["--display-ratio", "0"], "--display-ratio");
     usage(&["--baseline", "dense=@/tiny.ply"], "the name is taken");
     usage(&["--set", "vru.cores=2"], "no machine");

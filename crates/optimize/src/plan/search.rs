@@ -16,7 +16,7 @@ use powergs_frame::fovea::POOLINGS;
 
 /// Pruning steps of the final model.
 const FINAL_STEPS: u32 = 5;
-/// The share of the final fine-tune in which it is pruned and the display term is off.
+/// The share of the final fine-tune that prunes, with the display term off.
 const FINAL_PRUNING: f64 = 0.4;
 /// The share of all Gaussians that `render-only` prunes at a time.
 const RENDER_ONLY_SHARE: f64 = 0.05;
@@ -63,7 +63,7 @@ impl<'a> Search<'a> {
         Search { place: Place { variant, level: 0 }, ..self }
     }
 
-    /// The search of a level of the periphery, once the level before has its model.
+    /// The search of a level of the periphery; `None` until the level before has its model.
     pub fn upper(&self, line: Line, level: u8) -> Option<Search<'a>> {
         let before = Place { level: level - 1, ..self.place };
         let start = self.plan.model_at(self.done, line, before)?;

@@ -49,8 +49,8 @@ pub enum DisplayTerm {
 pub enum Keep {
     /// The last.
     Last,
-    /// Of the checked ones that pass with all pruning done: the least display power. The last
-    /// where none passes.
+    /// The one with the least display power of those that passed a check with all pruning done;
+    /// the last if none passed.
     Dimmest,
     /// The last that passed, else the last.
     LastPassing,
@@ -61,7 +61,7 @@ pub enum Keep {
 pub enum Objective {
     /// `0.8 L1 + 0.2 (1 - SSIM)`: the picture is looked at.
     Likeness,
-    /// `100 HVSQ`: the picture is seen in the periphery, pooled over so many pixels.
+    /// `100 HVSQ`: the picture is seen in the periphery, where the eye pools over so many pixels.
     Hvsq {
         /// The pooling, pixels.
         pooling: f64,
@@ -75,8 +75,8 @@ pub enum Trains {
     All,
     /// All SH coefficients.
     Colours,
-    /// The constant SH coefficients and the opacities: all that a level of the periphery has of its
-    /// own.
+    /// The constant SH coefficients and the opacities: the only parameters that a level of the
+    /// periphery does not share.
     ColoursAndOpacities,
 }
 

@@ -9,10 +9,10 @@ use powergs_quality::hvsq::{Measures, Reference};
 use powergs_quality::loss::display_term;
 use powergs_quality::{HvsqError, Loss};
 
-/// HVSQ counts so many times in the loss (`powergs`, section 6.2).
+/// Weight of HVSQ in the loss (`powergs`, section 6.2).
 const HVSQ_WEIGHT: f64 = 100.0;
-/// Room for the statistics of reference pictures, bytes; those of other views are made again each
-/// time.
+/// Most memory for statistics of reference pictures, bytes; those of further views are computed
+/// again each time.
 const ROOM: usize = 64 << 20;
 
 /// What a loss is made of.
@@ -22,7 +22,7 @@ pub struct Term {
     pub total: f64,
     /// Display power of the picture, values above 1 counted as they are, W.
     pub display_w: f64,
-    /// Where the picture is looked at: mean absolute difference, SSIM, PSNR in dB.
+    /// At level 1: mean absolute difference, SSIM, PSNR in dB.
     pub likeness: Option<[f64; 3]>,
     /// In the periphery: HVSQ.
     pub hvsq: Option<f64>,
@@ -85,7 +85,7 @@ impl Losses {
         Term { total: parts.total, display_w: parts.display_w, likeness, hvsq: None }
     }
 
-    /// HVSQ; `gradient` gets the derivatives of what it counts for.
+    /// HVSQ; `gradient` gets its derivatives, times its weight in the loss.
     fn hvsq(
         &mut self,
         setup: &Setup<'_>,
