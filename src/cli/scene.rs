@@ -178,7 +178,7 @@ fn document(scene: &OpenedModel, stats: &SceneStats, warnings: &[Warning]) -> Do
     page.table(table);
     match warnings {
         [] => page.facts([("warnings", "none")]),
-        _ => page.facts(warnings.iter().map(|w| ("warning", w.to_string()))),
+        _ => page.facts(warnings.iter().map(|w| ("warning:", w.to_string()))),
     }
     page
 }

@@ -5,6 +5,7 @@ mod cli;
 mod config;
 mod contract;
 mod dram;
+mod examples;
 mod fovea;
 mod geometry;
 mod lpips;

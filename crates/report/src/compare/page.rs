@@ -189,5 +189,5 @@ fn stalls(sides: &[Side], least: f64) -> Table {
 }
 
 const ISO: &str = "At the area (the bandwidth) of the first: frames per second times the ratio of \
-areas (peak rates), as if performance grew in proportion. It shows what a mm2 or a GB/s buys and \
-is no simulation.";
+                   areas (peak rates), as if performance grew in proportion. It shows what a mm2 \
+                   or a GB/s buys and is no simulation.";
