@@ -37,7 +37,7 @@ fn terminal_summary() {
         power at full rate (90.9 FPS)       635 mW
         power at the display rate (60 FPS)  450 mW
         display power                       940 mW
-        display rate and display            1.39 W
+        accelerator and display             1.39 W
 
         mW at 60 FPS   dram  sram  flop  leakage  background  refresh  total
         preprocessing  33.0  6.60  13.2        -           -        -   52.8

@@ -1,8 +1,8 @@
 //! Expressions over named values: `area_mm2 <= 4 && geometry.test == 'obb'`.
 //!
-//! Numbers may carry a unit (`64 KiB`, `10.88 pJ/B`) and are then in SI units. A name may hold dots, dashes and a leading `file:`; a dash
-//! between letters is part of the name, so that a difference of two names needs spaces. Any name
-//! can stand in backquotes. From loose to tight: `||`, `&&`, comparisons, `+ -`, `* / %`, `! -`,
+//! Numbers may carry a unit (`64 KiB`, `10.88 pJ/B`) and are then in SI units. A name may hold
+//! dots, dashes and a leading `file:`; a dash between letters is part of the name, so that a
+//! difference of two names needs spaces. Any name can stand in backquotes. From loose to tight: `||`, `&&`, comparisons, `+ -`, `* / %`, `! -`,
 //! `^`. Functions: `min`, `max`, `abs`, `ceil`, `floor`, `round`, `sqrt`, `log2`, `ceil_pow2`,
 //! `floor_pow2` and `if(condition, then, else)`.
 //!
