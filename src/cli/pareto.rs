@@ -95,7 +95,7 @@ pub const REPORT: &str = "analysis/report.html";
 /// Columns of the answer that a sweep keeps.
 const WIDTH: usize = 80;
 
-/// What a sweep comes to.
+/// The analysis of a sweep, in its forms.
 struct Answer {
     /// For people.
     page: Document,

@@ -19,7 +19,7 @@ pub fn start(cli: &Cli) -> Exit {
     })
 }
 
-/// Runs `work`; a panic in it (an assertion of ours that fired) becomes [`Exit::Internal`], after
+/// Runs `work`; a panic in it (a failed assertion) becomes [`Exit::Internal`], after
 /// everything on the stack was cleaned up: temporary files go away.
 pub fn guarded(work: impl FnOnce() -> Exit) -> Exit {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Exit::Internal)
@@ -59,7 +59,7 @@ fn announce(info: &PanicHookInfo<'_>) {
     }
 }
 
-/// What the user reads when an assertion of ours fired.
+/// What the user reads when an assertion failed.
 pub fn internal_error(payload: &(dyn Any + Send), place: Option<&str>) -> String {
     let message = payload
         .downcast_ref::<&str>()

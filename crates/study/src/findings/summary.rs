@@ -1,4 +1,4 @@
-//! What one run comes to: means over its frames, each frame with equal weight, and the constants of
+//! The summary of a run: means over its frames, each frame with equal weight, and the constants of
 //! its machine. Every conclusion is drawn from this.
 
 use powergs_core::accel::{BufferUse, FrameTiming, Stall};

@@ -1,13 +1,14 @@
 //! Expressions over named values: `area_mm2 <= 4 && geometry.test == 'obb'`.
 //!
-//! Numbers may carry a unit (`64 KiB`, `10.88 pJ/B`) and are then in SI units. A name may hold
-//! dots, dashes and a leading `file:`; a dash between letters is part of the name, so that a
-//! difference of two names needs spaces. Any name can stand in backquotes. From loose to tight: `||`, `&&`, comparisons, `+ -`, `* / %`, `! -`,
-//! `^`. Functions: `min`, `max`, `abs`, `ceil`, `floor`, `round`, `sqrt`, `log2`, `ceil_pow2`,
-//! `floor_pow2` and `if(condition, then, else)`.
+//! A number with a unit (`64 KiB`, `10.88 pJ/B`) is converted to SI units. A name may contain dots,
+//! dashes and a leading `file:`; a dash between letters is part of the name, so the difference of
+//! two names needs spaces. Any name can be put in backquotes. Operators from the lowest precedence
+//! to the highest: `||`, `&&`, comparisons, `+ -`, `* / %`, `! -`, `^`. Functions: `min`, `max`,
+//! `abs`, `ceil`, `floor`, `round`, `sqrt`, `log2`, `ceil_pow2`, `floor_pow2` and
+//! `if(condition, then, else)`.
 //!
 //! A statistic says its unit in its name, and a number beside it may be bare (`frame_time_ms.p99 <=
-//! 16.67`) or have a unit, which is then brought to that of the name (`energy_pj.mean <= 2 mJ`).
+//! 16.67`) or have a unit, which is then converted to that of the name (`energy_pj.mean <= 2 mJ`).
 
 mod eval;
 mod lex;
@@ -21,7 +22,7 @@ use std::ops::Range;
 /// The longest expression that is read, bytes.
 pub const TEXT_MAX: usize = 4096;
 
-/// What an expression comes to, or a name stands for.
+/// The value of an expression or of a name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A finite number; measures in SI units.

@@ -6,8 +6,8 @@
 //! known yet and appends each result to a journal of the [`Store`](powergs_core::run::Store).
 //! [`results`] makes the table from the journals, in the order of the space.
 //!
-//! A part of a sweep ([`Shard`]) is worked on like the whole and has a journal of its own; all
-//! journals of a store are read, so merging parts is making the table.
+//! A part of a sweep ([`Shard`]) is simulated like the whole and has a journal of its own. All
+//! journals of a store are read, so merging parts only takes making the table.
 
 mod columns;
 pub mod estimate;

@@ -6,7 +6,7 @@
 //! points so far; children mix their values, and values move to neighbours on axes of numbers or to
 //! any other value on axes of names. A point is asked for once; a generation without enough new
 //! children is filled up with random points. Points that failed or are left out lose against every
-//! other. The same seed and the same answers give the same questions.
+//! other. The same seed and the same results give the same points.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! What a sweep file spans: points by number, and what becomes of each.
+//! The space of a sweep file: its points by number, and the design of each.
 //!
 //! Nothing is held per point: a space of 10^12 points is a few lists of values. A point becomes a
 //! design by putting the values of its axes on the base machine, then the derived keys, then

@@ -1,4 +1,4 @@
-//! What to think of a measured row.
+//! The verdict on a measured row.
 
 use super::row::{Row, Status};
 

@@ -40,7 +40,7 @@ pub struct Side {
     pub incomplete: bool,
     /// Peak DRAM rate, 10⁹ bytes per second.
     pub dram_peak_gb_s: Option<f64>,
-    /// What the run comes to.
+    /// The summary of the run.
     pub summary: RunSummary,
     /// Means of all statistics, in the order of the catalogue; `None` where a frame has no value.
     pub means: Vec<Option<f64>>,

@@ -1,4 +1,4 @@
-//! The value of a tree.
+//! Evaluates the tree of an expression.
 
 use super::{ExprError, Function, Node, Two, Value, What};
 

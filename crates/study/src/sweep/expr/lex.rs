@@ -1,4 +1,4 @@
-//! Words of an expression.
+//! The lexer of expressions: text to tokens.
 
 use std::ops::Range;
 

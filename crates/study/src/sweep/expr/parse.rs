@@ -1,4 +1,4 @@
-//! From words to a tree, by precedence.
+//! The parser of expressions: tokens to a tree, by precedence.
 
 use std::ops::Range;
 

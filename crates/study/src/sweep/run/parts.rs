@@ -1,4 +1,4 @@
-//! The parts of a sweep that is there: how much is done, and which design an id means.
+//! The parts of an existing sweep: how much is done, and which design an id means.
 
 use super::folder::{RECORDS, Shard, SweepFolder, same};
 use super::opened::{Designs, OpenedSweep};

@@ -1,5 +1,5 @@
 //! An adaptive search: generation by generation, every result kept like any other. A search that
-//! was broken off asks the same questions again and finds the answers in its journals.
+//! was interrupted asks for the same points again and finds their results in its journals.
 
 use std::collections::BTreeSet;
 

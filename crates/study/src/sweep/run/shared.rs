@@ -1,4 +1,4 @@
-//! Results that sweeps share: what one has simulated, another need not.
+//! Results that sweeps share, so that none simulates what another has.
 
 use powergs_core::run::{RunError, Store};
 use powergs_core::sim::MODEL_VERSION;

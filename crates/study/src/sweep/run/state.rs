@@ -57,7 +57,7 @@ impl State {
     /// The state of a folder; `None` if there is none.
     ///
     /// # Errors
-    /// [`RunError::Input`]: a file that is none of ours.
+    /// [`RunError::Input`]: the file is not the state of a sweep.
     pub fn read(store: &dyn Store) -> Result<Option<State>, RunError> {
         let Some(text) = store.read_text(FILE)? else { return Ok(None) };
         toml::from_str(&text).map(Some).map_err(|e| RunError::Input {

@@ -1,4 +1,4 @@
-//! Who beats whom: ranks and crowding of points, all objectives to be minimised.
+//! Dominance: ranks and crowding distances of points, all objectives to be minimised.
 
 /// Ranks and crowding distances, in the order of the points.
 #[derive(Debug, Clone, PartialEq)]
