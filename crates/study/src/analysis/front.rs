@@ -1,9 +1,9 @@
 //! The designs that no other design beats: the Pareto front, for any number of objectives.
 //!
 //! Objectives are *costs* here: smaller is better, and an objective to be maximised is negated. A
-//! design is beaten (dominated) by another that is worse in no objective and better in one at least.
-//! Designs with equal costs do not beat each other: all of them are on the front, or none. A design
-//! with a cost that is not finite is on no front and beats no other.
+//! design is beaten (dominated) by another that is worse in no objective and better in one at
+//! least. Designs with equal costs do not beat each other: all of them are on the front, or none. A
+//! design with a cost that is not finite is on no front and beats no other.
 
 /// Costs of many designs, `k` each.
 #[derive(Debug, Clone, PartialEq)]

@@ -126,8 +126,8 @@ impl ResultsRow {
     }
 }
 
-/// The summary of a run of `frames` frames. An older report without a column leaves a gap: what this
-/// version would have written is then not a number.
+/// The summary of a run of `frames` frames. An older report without a column leaves a gap: what
+/// this version would have written is then not a number.
 fn summary(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<RunSummary, SideError> {
     let bytes = |path: String| ReadWrite {
         read: mean.value(&format!("{path}dram_read_bytes")),
