@@ -43,7 +43,7 @@ impl Colour {
     pub(crate) fn text(self) -> Colour {
         let Colour(r, g, b) = self;
         let [r, g, b] = [r, g, b].map(f64::from);
-        if 0.299 * r + 0.587 * g + 0.114 * b > 145.0 { Colour::INK } else { Colour::PAPER }
+        if 0.299 * r + 0.587 * g + 0.114 * b > 125.0 { Colour::INK } else { Colour::PAPER }
     }
 
     /// The colour at a share from 0 to 1 of a scale from dark to light in equal steps of

@@ -210,8 +210,8 @@ pub struct Cell {
     pub colour: Colour,
     /// What stands in it where there is room; may be empty.
     pub label: String,
-    /// The colour of a dot in it.
-    pub dot: Option<Colour>,
+    /// The colour of a dot in it, and whether it is the one to look at first.
+    pub dot: Option<(Colour, bool)>,
 }
 
 /// A stretch on a track.

@@ -15,7 +15,7 @@ fn machines() -> Table {
         Column::text("fits").key("fits"),
     ];
     let mut table = Table::new(columns);
-    table.row(["gscore".into(), 3.14159.into(), 2.0.into(), 0.25.into(), true.into()]);
+    table.row(["gscore".into(), 3.25125.into(), 2.0.into(), 0.25.into(), true.into()]);
     table.row(["a|b, \"c\"".into(), Cell::Missing, 10.25.into(), Cell::Empty, false.into()]);
     table
 }
@@ -25,13 +25,13 @@ fn a_table_has_one_meaning_in_every_format() {
     let table = machines();
     assert_eq!(
         String::from_utf8_lossy(&table.csv()),
-        "name,frame_time_ms,energy_mj,busy_frac,fits\ngscore,3.14159,2.0,0.25,true\n\
+        "name,frame_time_ms,energy_mj,busy_frac,fits\ngscore,3.25125,2.0,0.25,true\n\
          \"a|b, \"\"c\"\"\",,10.2,,false\n"
     );
     assert_eq!(
         table.json(),
         [
-            json!({"name": "gscore", "frame_time_ms": 3.14159, "energy_mj": 2.0,
+            json!({"name": "gscore", "frame_time_ms": 3.25125, "energy_mj": 2.0,
                 "busy_frac": 0.25, "fits": true}),
             json!({"name": "a|b, \"c\"", "frame_time_ms": null, "energy_mj": 10.25,
                 "busy_frac": null, "fits": false}),
@@ -40,11 +40,11 @@ fn a_table_has_one_meaning_in_every_format() {
     assert_eq!(
         table.markdown(),
         "| machine | a frame: ms | a frame: mJ | bus | fits |\n|---|--:|--:|--:|---|\n\
-         | gscore | 3.14 | 2.0 | 25 % | yes |\n| a\\|b, \"c\" | - | 10.2 |  | no |\n"
+         | gscore | 3.25 | 2.0 | 25 % | yes |\n| a\\|b, \"c\" | - | 10.2 |  | no |\n"
     );
     assert_eq!(
         table.terminal(80),
-        "             a frame\nmachine     ms    mJ  fits\ngscore    3.14   2.0  yes\n\
+        "             a frame\nmachine     ms    mJ  fits\ngscore    3.25   2.0  yes\n\
          a|b, \"c\"     -  10.2  no\n"
     );
 }

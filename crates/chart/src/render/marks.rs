@@ -324,10 +324,11 @@ impl<'p, 'c> Plot<'p, 'c> {
                 let words = Words::new(cell.label.as_str(), cell.colour.text());
                 self.page.text(&words, (middle.0, middle.1 + shift), Align::Centre);
             }
-            if let Some(colour) = cell.dot {
+            if let Some((colour, is_first)) = cell.dot {
+                let radius = if is_first { 9.0 } else { 6.0 };
                 let up = if high { self.at((x, y)).1 + 12.0 } else { middle.1 };
-                self.page.dot((middle.0, up), 7.5, Colour::PAPER)?;
-                self.page.dot((middle.0, up), 6.0, colour)?;
+                self.page.dot((middle.0, up), radius + 1.5, Colour::PAPER)?;
+                self.page.dot((middle.0, up), radius, colour)?;
             }
         }
         Ok(())

@@ -69,7 +69,7 @@ fn every_mark(values: &[f64], text: &str) -> Vec<Mark> {
         row: 0,
         colour: Colour::at(values.first().copied().unwrap_or(0.5)),
         label: text.into(),
-        dot: Some(Colour::INK),
+        dot: Some((Colour::INK, true)),
     };
     let pair = |&v: &f64| [Some(v), Some(-v)];
     let dots = Points::dots(points.clone(), Colour::INK, Size::Huge);

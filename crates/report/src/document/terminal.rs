@@ -140,9 +140,9 @@ fn folded(widths: &[usize], columns: &[&Column], width: usize) -> Vec<Vec<usize>
     let of = |part: &[usize]| part.iter().map(|&i| widths[i] + GAP).sum::<usize>() - GAP;
     let first: Vec<usize> = (0..lead).collect();
     let mut parts: Vec<Vec<usize>> = Vec::new();
-    for i in lead..columns.len() {
+    for (i, own) in widths.iter().enumerate().skip(lead) {
         match parts.last_mut() {
-            Some(part) if of(part) + GAP + widths[i] <= width => part.push(i),
+            Some(part) if of(part) + GAP + own <= width => part.push(i),
             _ => parts.push(first.iter().copied().chain([i]).collect()),
         }
     }

@@ -32,14 +32,14 @@ fn panel(analysis: &Analysis, x: &Lane, y: &Lane, j: usize) -> Panel {
     let (low, high) = ends(analysis.rows.iter().map(|&row| value(row)));
     let cell = |&row: &u32| {
         let share = if high > low { (value(row) - low) / (high - low) } else { 0.5 };
-        let dot = analysis.front.contains(&row).then_some(FRONT);
+        let dot = analysis.front.contains(&row).then_some((FRONT, false));
         Cell {
             column: x.place(row),
             // The smallest value lies at the bottom.
             row: y.order.len() - 1 - y.place(row),
             colour: Colour::at(share),
             label: measure.text(value(row)),
-            dot: if row == analysis.knee { Some(KNEE) } else { dot },
+            dot: if row == analysis.knee { Some((KNEE, true)) } else { dot },
         }
     };
     let names = |lane: &Lane| -> Vec<Words> {
