@@ -4,14 +4,15 @@ use std::io::Cursor;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use powergs_core::run::{Frames, Watch};
+use powergs_core::run::{Frames, MemoryFrames, Watch};
 use powergs_frame::trace::{Frame, Reader, TraceHeader};
 use powergs_study::extract::{Extracted, extract};
 
 use crate::frames;
 
-fn header() -> TraceHeader {
-    TraceHeader { generator: "test".to_owned(), scene: "demo".to_owned(), points: 7 }
+fn header(frames: &MemoryFrames) -> TraceHeader {
+    let points = frames.frames[0].facts.points;
+    TraceHeader { generator: "test".to_owned(), scene: "demo".to_owned(), points }
 }
 
 fn read(trace: &Extracted<Vec<u8>>) -> Vec<Frame> {
@@ -24,7 +25,8 @@ fn read(trace: &Extracted<Vec<u8>>) -> Vec<Frame> {
 #[test]
 fn a_trace_has_the_frames_that_went_in() {
     let mut source = frames(3);
-    let trace = extract(&mut source, &header(), Vec::new(), &()).expect("a trace");
+    let header = header(&source);
+    let trace = extract(&mut source, &header, Vec::new(), &()).expect("a trace");
     let expected: Vec<Frame> = source.frames.iter().map(|f| Frame::clone(f)).collect();
     assert_eq!((trace.frames, read(&trace)), (3, expected));
     let (width, height) = source.size().expect("a size");
@@ -50,7 +52,8 @@ impl Watch for Until {
 fn a_cancelled_trace_has_the_frames_that_were_done() {
     let mut source = frames(3);
     let watch = Until(AtomicU64::new(2));
-    let trace = extract(&mut source, &header(), Vec::new(), &watch).expect("a trace");
+    let header = header(&source);
+    let trace = extract(&mut source, &header, Vec::new(), &watch).expect("a trace");
     assert_eq!(trace.frames, 2);
     let expected: Vec<&Arc<Frame>> = source.frames[..2].iter().collect();
     assert!(read(&trace).iter().zip(expected).all(|(read, made)| *read == **made));
