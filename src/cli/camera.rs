@@ -98,8 +98,7 @@ fn facts(views: &Views) -> Value {
 
 /// The facts for people.
 fn document(facts: &Value) -> Document {
-    let mut page = Document::new();
-    for (name, value) in facts.as_object().into_iter().flatten() {
+    let fact = |(name, value): (&String, &Value)| {
         let value = match value {
             Value::Object(range) => {
                 let end = |key: &str| range.get(key).and_then(Value::as_f64).unwrap_or(f64::NAN);
@@ -112,7 +111,9 @@ fn document(facts: &Value) -> Document {
             Value::String(text) => text.clone(),
             other => other.to_string(),
         };
-        page.facts([(name.as_str(), value)]);
-    }
+        (name.clone(), value)
+    };
+    let mut page = Document::new();
+    page.facts(facts.as_object().into_iter().flatten().map(fact));
     page
 }

@@ -11,12 +11,12 @@ use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
 use powergs_study::findings::summary::{CycleSummary, UnitSummary};
-use powergs_study::findings::what_if::{Cost, WhatIf};
+use powergs_study::findings::what_if::{Cost, Step, WhatIf};
 use powergs_study::findings::{RunSummary, bottleneck, limits};
 use powergs_study::run_record::{DramModels, Run, Table as Statistics};
 
-/// Rows of the table of doubled resources on a terminal, the run as it is included.
-const STEPS: usize = 5;
+/// Doubled resources on a terminal, and the least change of the time that is one.
+const STEPS: (usize, f64) = (4, 0.005);
 
 /// The page, with `charts` that lie beside it. `ending` are the last lines on a terminal: where the
 /// report is, a command to try.
@@ -247,7 +247,26 @@ fn what_if(page: &mut Document, experiment: &WhatIf) {
     let which = if frames.len() == 1 { "frame" } else { "frames" };
     let numbers = frames.join(", ");
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
-    let first = format!("doubled ({})", counted(frames.len(), "frame"));
+    let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
+    let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();
+    let mut short = doubled(experiment, &best);
+    let others = experiment.steps.len() - best.len();
+    if others > 0 {
+        short.more = format!("... and {others} more: summary.md");
+    }
+    page.on(Shown::Terminal, Block::Table(short));
+    let all: Vec<&Step> = experiment.steps.iter().collect();
+    page.on(Shown::Page, Block::Table(doubled(experiment, &all)));
+    let skipped = experiment.skipped.iter();
+    let item = |s: &powergs_study::findings::what_if::Skipped| {
+        Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason))
+    };
+    page.on(Shown::Page, Block::List(skipped.map(item).collect()));
+}
+
+/// The run as it is, then with some resources doubled.
+fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
+    let first = format!("doubled ({})", counted(experiment.frames.len(), "frame"));
     let change = || Column::new("change", Kind::Real(words::signed_percent));
     let mut table = Table::new([
         Column::text(first),
@@ -266,16 +285,11 @@ fn what_if(page: &mut Document, experiment: &WhatIf) {
         ]);
     };
     row("nothing", &experiment.base, [Cell::Empty, Cell::Empty]);
-    for step in &experiment.steps {
+    for step in steps {
         let changes = [experiment.time_change(step), experiment.energy_change(step)];
         row(step.resource, &step.cost, changes.map(Cell::Real));
     }
-    page.table(table.most(STEPS, "summary.md"));
-    let skipped = experiment.skipped.iter();
-    let item = |s: &powergs_study::findings::what_if::Skipped| {
-        Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason))
-    };
-    page.on(Shown::Page, Block::List(skipped.map(item).collect()));
+    table
 }
 
 /// Two models of the DRAM in a sentence.
