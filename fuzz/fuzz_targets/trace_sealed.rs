@@ -1,7 +1,7 @@
 //! Trace files whose checksums are made right: what is behind them holds up too.
 #![no_main]
 
-#[path = "../../tests/it/trace/seal.rs"]
+#[path = "../../crates/frame/tests/it/trace/seal.rs"]
 mod seal;
 
 use std::io::Cursor;

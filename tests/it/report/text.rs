@@ -65,7 +65,7 @@ fn terminal_summary() {
         nothing                     11.0                  6.93
         dram.bandwidth              8.36   -24 %          6.80  -1.9 %
         vru.units-per-core          10.1  -8.2 %          6.90  -0.4 %
-        gsu.qsu-per-core            11.0     0 %          6.93     0 %
+        ... and 1 more: summary.md
 
         limits  9 effects left out; mattered most: A4 A5 A26 powergs A8 A10
         report  reports/garden-gscore/summary.md
