@@ -1,7 +1,7 @@
 //! `arch`: lists, shows and checks machine files, energy tables, display presets, DRAM devices and
 //! sweeps.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::failure::ConfigUsage;
 use super::{Context, Exit, Failure, inputs, out};
@@ -12,7 +12,7 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::read;
 use powergs_frame::display::Display;
-use powergs_report::document::{Cell, Column, Document, Table};
+use powergs_report::document::{Cell, Column, Document, Shown, Table};
 use powergs_study::sweep::file::SweepFile;
 
 use check::kind_of;
@@ -147,29 +147,28 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             rows.push(describe(kind, file)?);
         }
     }
+    let table = |kind: Option<Kind>| {
+        let columns = ["kind", "name", "node", "description"].map(Column::text);
+        let [kinds, name, node, description] = columns;
+        let of_kind = rows.iter().filter(|r| kind.is_none_or(|kind| r.kind == kind));
+        Table::new([kinds.on(Shown::Page), name, node, description]).rows(of_kind.map(|r| {
+            let (kind, name) = (r.kind.name(), r.name);
+            [kind.into(), name.into(), Cell::from(r.node.clone()), r.description.as_str().into()]
+        }))
+    };
     if context.global.json {
-        let row = |r: &Row| {
-            json!({ "kind": r.kind.name(), "name": r.name, "node": r.node,
-            "description": r.description })
-        };
-        return out::json(&rows.iter().map(row).collect::<Vec<_>>()).map(|()| Exit::Done);
+        return out::json(&table(None).json()).map(|()| Exit::Done);
     }
     let mut page = Document::new();
     for kind in Kind::ALL {
-        let title = match kind {
+        page.heading(match kind {
             Kind::Machine => "Machines (--arch NAME)",
             Kind::Energy => "Energy tables (key `energy` of a machine)",
             Kind::Display => "Displays (--display NAME)",
             Kind::Dram => "DRAM devices (dram --device NAME)",
             Kind::Sweep => "Sweeps (sweep NAME)",
-        };
-        page.heading(title);
-        let columns = ["name", "node", "description"].map(Column::text);
-        let row = |r: &Row| -> [Cell; 3] {
-            let node = r.node.as_deref().unwrap_or("");
-            [r.name.into(), node.into(), r.description.as_str().into()]
-        };
-        page.table(Table::new(columns).rows(rows.iter().filter(|r| r.kind == kind).map(row)));
+        });
+        page.table(table(Some(kind)));
     }
     out::document(&page).map(|()| Exit::Done)
 }

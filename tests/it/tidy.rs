@@ -221,28 +221,6 @@ fn words_are_where_they_may_be() {
 }
 
 #[test]
-fn public_functions_that_can_fail_say_when() {
-    let mut findings = Vec::new();
-    for source in sources().iter().filter(|s| s.is_library()) {
-        let lines: Vec<&str> = source.text.lines().map(str::trim_start).collect();
-        for (i, line) in lines.iter().enumerate() {
-            let Some(name) = line.strip_prefix("pub fn ") else { continue };
-            let end = lines[i..].iter().position(|line| line.ends_with(['{', ';', '}']));
-            let signature = lines[i..=i + end.unwrap_or(0)].join(" ");
-            let returned = signature.rsplit_once(" -> ").map_or("", |(_, returned)| returned);
-            let mut doc = lines[..i].iter().rev().take_while(|l| l.starts_with(['/', '#']));
-            if ["Result<", "io::Result<"].iter().any(|r| returned.starts_with(r))
-                && !doc.any(|line| *line == "/// # Errors")
-            {
-                let name = name.split(['(', '<']).next().unwrap_or(name);
-                findings.push(format!("{}:{}: {name}", source.path.display(), i + 1));
-            }
-        }
-    }
-    none(findings);
-}
-
-#[test]
 fn markers_of_unfinished_work_are_absent() {
     let mut findings = Vec::new();
     for source in sources().iter().filter(|s| !s.inside().starts_with("tests")) {

@@ -74,7 +74,13 @@ fn blocks_are_shown_where_they_belong() {
     page.paragraph("");
     assert_eq!(page.terminal(80), "report  here\n");
     assert_eq!(page.markdown(), "## only on pages\n");
-    assert_eq!(page.tables().count(), 0, "a table without rows is left out");
+    page.facts([("model", "cycle")]);
+    page.table(machines());
+    let json = page.json();
+    assert_eq!(json[0], json!({ "heading": "only on pages" }));
+    assert_eq!(json[1], json!({ "facts": { "model": "cycle" } }));
+    assert_eq!(json[2]["table"][0]["frame_time_ms"], 3.25125);
+    assert_eq!(page.tables().count(), 1, "a table without rows is left out");
 }
 
 proptest! {

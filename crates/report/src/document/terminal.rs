@@ -135,15 +135,24 @@ fn shorten(widths: &mut [usize], columns: impl Iterator<Item = usize> + Clone, m
 }
 
 /// Columns that fit beside each other: the leading words, and as many others as there is room for.
+/// A group stays together where it fits.
 fn folded(widths: &[usize], columns: &[&Column], width: usize) -> Vec<Vec<usize>> {
     let lead = lead(columns);
     let of = |part: &[usize]| part.iter().map(|&i| widths[i] + GAP).sum::<usize>() - GAP;
     let first: Vec<usize> = (0..lead).collect();
+    let rest: Vec<usize> = (lead..columns.len()).collect();
     let mut parts: Vec<Vec<usize>> = Vec::new();
-    for (i, own) in widths.iter().enumerate().skip(lead) {
-        match parts.last_mut() {
-            Some(part) if of(part) + GAP + own <= width => part.push(i),
-            _ => parts.push(first.iter().copied().chain([i]).collect()),
+    let mut place = |together: &[usize]| match parts.last_mut() {
+        Some(part) if of(part) + GAP + of(together) <= width => part.extend(together),
+        _ => parts.push([first.as_slice(), together].concat()),
+    };
+    let is_same = |a: &usize, b: &usize| {
+        !columns[*a].group.is_empty() && columns[*a].group == columns[*b].group
+    };
+    for group in rest.chunk_by(is_same) {
+        match of(&[first.as_slice(), group].concat()) <= width {
+            true => place(group),
+            false => group.chunks(1).for_each(&mut place),
         }
     }
     parts
