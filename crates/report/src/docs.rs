@@ -51,8 +51,8 @@ fn kind(statistic: &Statistic) -> &'static str {
 const HEAD: &str = "\
 # Results: every file, every number
 
-<!-- Written from src/report/docs.rs and the catalogue of statistics: change those, then run
-     UPDATE_EXPECT=1 cargo test report:: -->
+<!-- Written from crates/report/src/docs.rs and the catalogue of statistics: change those, then
+     run UPDATE_EXPECT=1 cargo test report:: -->
 
 `powergs-sim replay TRACE --out DIR` writes a folder. It appears complete or not at all; a folder \
 that holds a finished report is replaced only with `--force`. Same inputs give the same bytes in \
