@@ -78,6 +78,9 @@ impl Table {
             .map(|row| shown.iter().map(|&i| self.columns[i].words(&row[i]).plain()).collect())
             .collect();
         let columns: Vec<&Column> = shown.iter().map(|&i| &self.columns[i]).collect();
+        if columns.is_empty() {
+            return String::new();
+        }
         let mut widths: Vec<usize> = (0..columns.len())
             .map(|i| {
                 let cells = cells.iter().map(|row| row[i].chars().count());
