@@ -66,6 +66,15 @@ fn text_from_files_cannot_start_markup() {
 }
 
 #[test]
+fn names_from_files_cannot_steer_the_terminal() {
+    let mut page = Document::new();
+    page.title("a\x1b[2Jb");
+    page.facts([("file\x07", "c\rd")]);
+    page.table(Table::new([Column::text("name")]).rows([["e\x1bf".into()]]));
+    assert_eq!(page.terminal(80), "a?[2Jb\nfile?  c d\n\nname\ne?f\n");
+}
+
+#[test]
 fn blocks_are_shown_where_they_belong() {
     let mut page = Document::new();
     page.on(Shown::Page, Block::Heading("only on pages".into()));

@@ -9,7 +9,8 @@ const GAP: usize = 2;
 const NARROWEST: usize = 12;
 
 impl Document {
-    /// The text, with lines of at most `width` characters.
+    /// The text, with lines of at most `width` characters. Control characters, which names from
+    /// files may have, become `?`.
     pub fn terminal(&self, width: usize) -> String {
         let mut text = String::new();
         let mut before: Option<&Block> = None;
@@ -30,7 +31,7 @@ impl Document {
             text += &terminal(block, width);
             before = Some(block);
         }
-        text
+        text.replace(|c: char| c.is_control() && c != '\n', "?")
     }
 }
 
