@@ -12,6 +12,7 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::sim::statistics;
 use powergs_frame::display::Display;
+use powergs_report::document::Document;
 
 /// Shown under `explain --help`.
 pub const EXAMPLES: &str = "\
@@ -19,9 +20,6 @@ Examples:
   powergs-sim explain vru.cores
   powergs-sim explain frame_time_ms
   powergs-sim explain dram";
-
-/// Width of the text, columns.
-const WIDTH: usize = 78;
 
 /// Arguments of `explain`.
 #[derive(Debug, clap::Args)]
@@ -57,8 +55,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return out::json(&found.iter().map(|e| as_json(e)).collect::<Vec<_>>())
             .map(|()| Exit::Done);
     }
-    let text: Vec<String> = found.iter().map(|e| as_text(e)).collect();
-    out::text(&text.join("\n")).map(|()| Exit::Done)
+    out::document(&document(&found)).map(|()| Exit::Done)
 }
 
 /// The entry of this name, or all under it (`vru`: `vru.cores`, ...), or of this last part.
@@ -118,29 +115,13 @@ fn as_json(entry: &Entry) -> Value {
     })
 }
 
-fn as_text(entry: &Entry) -> String {
-    let mut text = format!("{}  ({})\n", entry.name, entry.kind);
-    for (title, value) in [("unit", Some(&entry.unit)), ("value", entry.default.as_ref())] {
-        if let Some(value) = value {
-            text.push_str(&wrapped(&format!("{title}: {value}")));
-        }
+fn document(entries: &[&Entry]) -> Document {
+    let mut page = Document::new();
+    for entry in entries {
+        page.heading(format!("{}  ({})", entry.name, entry.kind));
+        let facts = [("unit", Some(&entry.unit)), ("value", entry.default.as_ref())];
+        let facts = facts.into_iter().filter_map(|(name, value)| Some((name, value?.as_str())));
+        page.facts(facts.chain([("", entry.definition.as_str())]).filter(|f| !f.1.is_empty()));
     }
-    text.push_str(&wrapped(&entry.definition));
-    text
-}
-
-/// Lines of at most [`WIDTH`] columns, indented by two.
-fn wrapped(text: &str) -> String {
-    let mut lines = String::new();
-    let mut line = String::from(" ");
-    for word in text.split_whitespace() {
-        if line.chars().count() + 1 + word.chars().count() > WIDTH && line.len() > 1 {
-            lines.push_str(&line);
-            lines.push('\n');
-            line = String::from(" ");
-        }
-        line.push(' ');
-        line.push_str(word);
-    }
-    lines + &line + "\n"
+    page
 }

@@ -92,8 +92,8 @@ const FOLDER: &str = "analysis";
 /// Where the report of a finished sweep is in its folder.
 pub const REPORT: &str = "analysis/report.html";
 
-/// Columns of the answer that a sweep keeps.
-const WIDTH: usize = 80;
+/// Columns of the texts that a sweep keeps.
+pub(super) const WIDTH: usize = 80;
 
 /// The analysis of a sweep, in its forms.
 struct Answer {

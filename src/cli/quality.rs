@@ -9,6 +9,7 @@ use super::{Context, Exit, Failure, OrExit, lpips_file, out, picture_file};
 use powergs_base::picture::Picture;
 use powergs_frame::fovea::{EccentricityMap, POOLINGS};
 use powergs_quality::{Hvsq, flip, likeness};
+use powergs_report::document::Document;
 
 /// Shown under `quality --help`.
 pub const EXAMPLES: &str = "\
@@ -60,12 +61,12 @@ struct Measured {
     /// Its name in JSON.
     name: String,
     value: Value,
-    /// What a terminal shows.
-    line: String,
+    /// Its name and value for people.
+    shown: (&'static str, String),
 }
 
-fn measured(name: impl Into<String>, value: Value, line: String) -> Measured {
-    Measured { name: name.into(), value, line }
+fn measured(name: impl Into<String>, value: Value, shown: (&'static str, String)) -> Measured {
+    Measured { name: name.into(), value, shown }
 }
 
 /// Runs `quality`.
@@ -77,11 +78,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let psnr = like.psnr_db.is_finite().then_some(like.psnr_db);
     let shown = psnr.map_or("infinite: equal pictures".into(), |db| format!("{db:.4} dB"));
     let mut rows = vec![
-        measured("psnr_db", json!(psnr), format!("PSNR  {shown}")),
-        measured("ssim", json!(like.ssim), format!("SSIM  {:.6}", like.ssim)),
-        measured("flip", json!(flip), format!("FLIP  {flip:.6}")),
-        measured("l1", json!(like.l1), format!("L1    {:.6}", like.l1)),
-        measured("mse", json!(like.mse), format!("MSE   {:.4e}", like.mse)),
+        measured("psnr_db", json!(psnr), ("PSNR", shown)),
+        measured("ssim", json!(like.ssim), ("SSIM", format!("{:.6}", like.ssim))),
+        measured("flip", json!(flip), ("FLIP", format!("{flip:.6}"))),
+        measured("l1", json!(like.l1), ("L1", format!("{:.6}", like.l1))),
+        measured("mse", json!(like.mse), ("MSE", format!("{:.4e}", like.mse))),
     ];
     rows.extend(lpips(args, &picture, &reference)?);
     rows.extend(hvsq(args, &picture, &reference)?);
@@ -95,7 +96,7 @@ fn lpips(args: &Args, picture: &Picture, reference: &Picture) -> Result<Option<M
     let (lpips, _) = lpips_file::read(path)?;
     let value = lpips.distance(picture, reference);
     let value = value.or_exit(Exit::BadInput, args.picture.display())?;
-    let line = format!("LPIPS {value:.6} ({})", lpips.network());
+    let line = ("LPIPS", format!("{value:.6} ({})", lpips.network()));
     Ok(Some(measured("lpips", json!(value), line)))
 }
 
@@ -108,7 +109,7 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measu
     let reference = hvsq.reference(reference);
     let values = hvsq.values(picture, &reference);
     let row = |(p, value): (&f64, f64)| {
-        let line = format!("HVSQ  {value:.4e} at pooling {p}");
+        let line = ("HVSQ", format!("{value:.4e} at pooling {p}"));
         measured(format!("hvsq_p{p}"), json!(value), line)
     };
     Ok(args.hvsq.iter().zip(values).map(row).collect())
@@ -125,7 +126,7 @@ fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<M
     let values = hvsq.regional(picture, &reference, &map.regions());
     let row = |(i, value): (usize, Option<f64>)| {
         let shown = value.map_or("no pixels".into(), |v| format!("{v:.4e}"));
-        let line = format!("HVSQ  {shown} in R{}, pooling {}", i + 1, POOLINGS[i]);
+        let line = ("HVSQ", format!("{shown} in R{}, pooling {}", i + 1, POOLINGS[i]));
         measured(format!("hvsq_r{}", i + 1), json!(value), line)
     };
     Ok(values.into_iter().enumerate().map(row).collect())
@@ -138,8 +139,9 @@ fn print(
     rows: Vec<Measured>,
 ) -> Result<Exit, Failure> {
     if !context.global.json {
-        let lines: String = rows.iter().map(|row| format!("{}\n", row.line)).collect();
-        out::text(&lines)?;
+        let mut page = Document::new();
+        page.facts(rows.into_iter().map(|row| row.shown));
+        out::document(&page)?;
         return Ok(Exit::Done);
     }
     let mut object = Map::new();

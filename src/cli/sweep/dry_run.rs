@@ -4,12 +4,10 @@ use serde_json::{Value, json};
 
 use super::meter::Meter;
 use crate::cli::{Context, Exit, Failure, out};
-use powergs_report::format::{engineering, significant, wrapped};
+use powergs_report::document::Document;
+use powergs_report::format::{engineering, significant};
 use powergs_study::sweep::run::OpenedSweep;
 use powergs_study::sweep::run::estimate::Estimate;
-
-/// What a further line of the list begins with.
-const INDENT: &str = "\n            ";
 
 /// Looks, times and says.
 ///
@@ -24,7 +22,7 @@ pub fn run(sweep: &mut OpenedSweep<'_>, memory: usize, context: &Context) -> Res
     if context.global.json {
         out::json(&json_of(sweep, &estimate))?;
     } else {
-        out::text(&text_of(sweep, &estimate))?;
+        out::document(&document(sweep, &estimate))?;
     }
     Ok(Exit::Done)
 }
@@ -49,36 +47,41 @@ fn json_of(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Value {
     })
 }
 
-fn text_of(sweep: &OpenedSweep<'_>, seen: &Estimate) -> String {
+/// For people.
+fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
     let Estimate { plan, points, scale, machines, seconds, threads, cost } = seen;
     let about = if *scale > 1.0 { "about " } else { "" };
-    let mut text = format!("{}\n\n", wrapped(sweep.file.question.trim(), 80));
     let space = sweep.designs.space.proposed();
-    text += &format!("Points      {points} of a space of {space}\n");
+    let mut facts = vec![("Points", format!("{points} of a space of {space}"))];
     let designs = ((plan.designs.len() - 1) as f64 * scale).round();
-    text += &format!("Designs     {about}{designs}");
-    text += &format!(" ({about}{} machines to time)\n", machines.round());
+    let machines_to_time = machines.round();
+    facts.push((
+        "Designs",
+        format!("{about}{designs} ({about}{machines_to_time} machines to time)"),
+    ));
     for (cause, count) in &plan.excluded {
         let count = (*count as f64 * scale).round();
-        text += &format!("            {about}{count} left out: {cause}\n");
+        facts.push(("", format!("{about}{count} left out: {cause}")));
     }
     if let Some((point, reason)) = plan.invalid.first() {
         let count = (plan.invalid.len() as f64 * scale).round();
         let what = format!("are no machine, e.g. point {point}: {reason}");
-        let what = wrapped(&format!("{about}{count} {what}"), 68).replace('\n', INDENT);
-        text += &format!("            {what}\n");
+        facts.push(("", format!("{about}{count} {what}")));
     }
-    text += &format!("Geometries  {}\n", plan.geometries.len());
-    let frames = cost.frames;
     let s = |n: usize| if n == 1 { "" } else { "s" };
-    let some = s(frames);
-    text += &format!("Traces      {} with {frames} frame{some}\n", sweep.traces.len());
-    let s = s(plan.tables);
-    text += &format!("Tables      {} energy table{s}\n", plan.tables);
+    let (frames, traces) = (cost.frames, sweep.traces.len());
+    facts.push(("Geometries", plan.geometries.len().to_string()));
+    facts.push(("Traces", format!("{traces} with {frames} frame{}", s(frames))));
+    facts.push(("Tables", format!("{} energy table{}", plan.tables, s(plan.tables))));
     let one = engineering(seen.timed_s() / frames.max(1) as f64 / machines.max(1.0), "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
-    text += &format!("Time        about {} {what}\n", time(*seconds));
-    text + &format!("Memory      about {} MiB\n", significant(cost.bytes as f64 / 1048576.0))
+    facts.push(("Time", format!("about {} {what}", time(*seconds))));
+    let memory = significant(cost.bytes as f64 / 1048576.0);
+    facts.push(("Memory", format!("about {memory} MiB")));
+    let mut page = Document::new();
+    page.paragraph(sweep.file.question.trim());
+    page.facts(facts);
+    page
 }
 
 /// A time for people.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out, pareto};
-use powergs_report::format::wrapped;
+use powergs_report::document::{Block, Document};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
 use powergs_study::sweep::run::results::{self, CSV, PARQUET, Tally};
 use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
@@ -38,7 +38,7 @@ pub fn finish(
         return Ok(Exit::GoalMissed);
     }
     let store = folder.store;
-    store.write(SUMMARY, summary(sweep, plan, tally).as_bytes())?;
+    store.write(SUMMARY, summary(sweep, plan, tally).terminal(pareto::WIDTH).as_bytes())?;
     write_sources(sweep, store)?;
     store.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let answer = match analysis.answer(folder, path, sweep, plan, context) {
@@ -53,24 +53,23 @@ pub fn finish(
     say(&finished, path, context)
 }
 
-/// What a sweep says of its results, in words.
-fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
+/// What a sweep says of its results.
+fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> Document {
     let excluded: u64 = plan.excluded.values().sum();
-    let mut text = format!("{}\n\n{} designs", wrapped(sweep.file.question.trim(), 80), tally.ok);
-    if tally.failed > 0 {
-        text += &format!(", {} failed", tally.failed);
+    let mut designs = format!("{} designs", tally.ok);
+    for (n, what) in [(tally.failed, "failed"), (excluded, "left out")] {
+        if n > 0 {
+            designs += &format!(", {n} {what}");
+        }
     }
-    if excluded > 0 {
-        text += &format!(", {excluded} left out");
-    }
-    text += "\n";
-    for (cause, count) in &plan.excluded {
-        text += &format!("  {count} left out: {cause}\n");
-    }
-    for (point, reason) in plan.invalid.iter().take(3) {
-        text += &format!("  failed: point {point}: {reason}\n");
-    }
-    text
+    let causes = plan.excluded.iter().map(|(why, n)| format!("{n} left out: {why}").into());
+    let invalid = plan.invalid.iter().take(3);
+    let failed = invalid.map(|(point, why)| format!("failed: point {point}: {why}").into());
+    let mut page = Document::new();
+    page.add(Block::Quote(sweep.file.question.trim().into()));
+    page.paragraph(designs);
+    page.add(Block::List(causes.chain(failed).collect()));
+    page
 }
 
 /// Says what a finished sweep has.

@@ -10,7 +10,7 @@ use super::meter::Meter;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_core::run::FileStore;
-use powergs_report::format::wrapped;
+use powergs_report::document::Document;
 use powergs_study::sweep::design::Design;
 use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::parts::{FoundDesign, PartCount, find, parts_of, reopen, take_over};
@@ -68,23 +68,24 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let all = count.ok + count.failed + count.missing;
-    let mut text = format!("{}\n\n", wrapped(sweep.file.question.trim(), 80));
-    text += &format!("Done        {} of {all} designs\n", count.ok + count.failed);
+    let mut facts = vec![("Done", format!("{} of {all} designs", count.ok + count.failed))];
     if count.failed > 0 {
-        text += &format!("            {} of them failed\n", count.failed);
+        facts.push(("", format!("{} of them failed", count.failed)));
     }
-    text += &format!(
-        "Left out    {excluded} by constraints, or because an axis does not count there\n"
-    );
+    let causes = "by constraints, or because an axis does not count there";
+    facts.push(("Left out", format!("{excluded} {causes}")));
     if count.missing > 0 {
-        text += &format!("Missing     {} designs", count.missing);
         let parts: Vec<String> = count.parts.iter().map(u32::to_string).collect();
-        text += &match of {
-            1 => "; run it again with --resume\n".to_owned(),
-            _ => format!(", in parts {} of {of}\n", shortened(&parts)),
+        let what = match of {
+            1 => "; run it again with --resume".to_owned(),
+            _ => format!(", in parts {} of {of}", shortened(&parts)),
         };
+        facts.push(("Missing", format!("{} designs{what}", count.missing)));
     }
-    out::text(&text)?;
+    let mut page = Document::new();
+    page.paragraph(sweep.file.question.trim());
+    page.facts(facts);
+    out::document(&page)?;
     Ok(Exit::Done)
 }
 
