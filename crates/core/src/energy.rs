@@ -3,6 +3,7 @@
 pub mod accelergy;
 mod area;
 pub mod cacti;
+mod costs;
 pub mod flops;
 mod node;
 pub mod prices;
@@ -12,6 +13,7 @@ use crate::action::Stage;
 use powergs_base::quantity::Picojoules;
 
 pub use area::Area;
+pub use costs::same_costs;
 pub use flops::flops;
 pub use prices::{Activity, DramCosts, Prices, Standby};
 pub use table::{Built, EnergyTable};

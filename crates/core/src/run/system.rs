@@ -19,7 +19,7 @@ use super::input::Input;
 use crate::accel::machine::DramModel;
 use crate::accel::{Machine, UnitRules};
 use crate::dram::Device;
-use crate::energy::{EnergyTable, Prices, accelergy};
+use crate::energy::{EnergyTable, Prices, accelergy, same_costs};
 use crate::sim::{self, SimError};
 use crate::workload::FrameWorkload;
 
@@ -344,6 +344,11 @@ impl System {
         workload: &FrameWorkload,
     ) -> Result<sim::FrameReport, SimError> {
         sim::simulate(label, workload, &self.machine, &self.prices)
+    }
+
+    /// Whether another system costs the same, whatever it does: see [`same_costs`].
+    pub fn same_costs(&self, other: &System) -> bool {
+        same_costs(&self.prices, &other.prices)
     }
 
     /// Peak rate of the DRAM that is timed, bytes per second.
