@@ -9,7 +9,7 @@ mod camera;
 pub mod camera_file;
 mod claims;
 mod compare;
-mod completions;
+pub mod completions;
 mod display;
 mod dram;
 mod explain;
@@ -134,10 +134,7 @@ pub enum Command {
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
     /// Print a completion script for a shell
-    #[command(after_help = "Examples:
-  powergs-sim completions bash > ~/.local/share/bash-completion/completions/powergs-sim
-  powergs-sim completions zsh > \"${fpath[1]}/_powergs-sim\"
-  powergs-sim completions fish > ~/.config/fish/completions/powergs-sim.fish")]
+    #[command(after_help = completions::EXAMPLES)]
     Completions(completions::Args),
     /// Look at traces, check them, dump frames as CSV
     #[command(after_help = trace::EXAMPLES)]

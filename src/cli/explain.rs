@@ -58,6 +58,11 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     out::document(&document(&found)).map(|()| Exit::Done)
 }
 
+/// Every name with its definition.
+pub fn names() -> Vec<(String, String)> {
+    entries().into_iter().map(|e| (e.name, e.definition)).collect()
+}
+
 /// The entry of this name, or all under it (`vru`: `vru.cores`, ...), or of this last part.
 fn matching<'a>(entries: &'a [Entry], name: &str) -> Vec<&'a Entry> {
     let plain = |s: &str| s.to_lowercase().replace('-', "_").replace("[]", "");

@@ -3,6 +3,7 @@
 mod background;
 mod claims;
 mod compare;
+mod completions;
 mod program;
 mod replay;
 mod run_folder;
