@@ -24,7 +24,7 @@ use provenance::provenance;
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim pareto reports/units
-  powergs-sim pareto reports/units --minimize energy_pj.mean,area_mm2 \\
+  powergs-sim pareto reports/units --minimize power_w.mean,area_mm2 \\
       --maximize fps.mean --where 'frame_time_ms.p99 <= 16.67 && area_mm2 <= 4'
   powergs-sim pareto reports/units --scope worst --energy-table paper --json
   powergs-sim pareto reports/units --design 12 --colour vru.cores
@@ -57,10 +57,16 @@ pub struct Args {
     /// Column that colours the points
     #[arg(long, visible_alias = "color", value_name = "COLUMN")]
     pub colour: Option<String>,
-    /// Whose distance from the front is told: baseline, a point, or the first digits of
-    /// an id
+    /// Design whose distance to the front is reported: baseline, a point, or the first
+    /// digits of an id
     #[arg(long, value_name = "DESIGN", default_value = "baseline")]
     pub design: String,
+    /// Rank designs that miss the display rate like all others; without it they come behind
+    #[arg(long)]
+    pub include_misses: bool,
+    /// Differences up to this share are noise: 0.001, 0.1%
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub epsilon: Option<f64>,
     /// How many designs are listed and ranked
     #[arg(long, value_name = "N", default_value = "10")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1000))]
@@ -71,6 +77,17 @@ pub struct Args {
     /// Also write the rows of the front to FILE
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+}
+
+/// A share, as it is or in percent.
+fn share(text: &str) -> Result<f64, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let share = match text.trim().strip_suffix('%') {
+        Some(percent) => number(percent).map(|x| x / 100.0),
+        None => number(text),
+    };
+    let share = share.filter(|x| (0.0..=0.5).contains(x));
+    share.ok_or_else(|| "write a share from 0 to 0.5, or in percent: 0.001, 0.1%".to_owned())
 }
 
 /// Runs the command.

@@ -225,7 +225,7 @@ fn the_command_writes_its_folder_again_and_again() {
     }
     let rows = fs::read_to_string(analysis.join("pareto.csv")).expect("rows");
     assert_eq!(rows, fs::read_to_string(&csv).expect("rows"));
-    assert!(rows.starts_with("role,point,is_baseline,"));
+    assert!(rows.starts_with("role,misses_display_rate,same_as,point,is_baseline,"));
     assert!(rows.lines().any(|l| l.starts_with("knee,")) && rows.contains("\nbaseline,"));
     let json = program(&[&dir, "--json", "--where", "vru.cores >= 4", "--design", "3"]).code(0);
     let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");

@@ -8,6 +8,7 @@ mod front;
 mod keys;
 mod marginal;
 mod measure;
+mod names;
 mod output;
 mod page;
 mod ranks;

@@ -5,6 +5,7 @@
 pub mod axes;
 mod designs;
 pub mod distance;
+pub mod ends;
 mod facts;
 pub mod front;
 pub mod indices;
@@ -12,20 +13,23 @@ pub mod knee;
 pub mod marginal;
 pub mod morris;
 pub mod question;
+pub mod rate;
 pub mod stability;
 pub mod table;
 
 pub use facts::SweepFacts;
-pub use question::{AnalysisError, Goal, Named, Objective, Question, Scope};
+pub use question::{AnalysisError, Goal, Misses, Named, Objective, Question, Scope};
 pub use stability::Stability;
 pub use table::{Table, TableError};
 
 use axes::Axis;
 use designs::Slice;
 use distance::Distance;
-use front::Costs;
+use ends::AtEnd;
+use front::{Costs, are_alike, is_alike};
 use knee::Scaling;
 use marginal::{Marginal, Neighbour};
+use rate::Late;
 
 /// A design that the question names, and how far it is from the front.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +40,9 @@ pub struct NamedDesign {
     pub meets: bool,
     /// Whether it is on the front.
     pub on_front: bool,
-    /// What beats it.
+    /// The design of the front that is alike in every objective, if it is not on the front itself.
+    pub twin: Option<u32>,
+    /// What beats it by more than noise.
     pub distance: Distance,
 }
 
@@ -51,14 +57,26 @@ pub struct Analysis<'t> {
     pub energy_table: String,
     /// Designs that were simulated, have every objective, and need not meet the condition.
     pub simulated: usize,
-    /// Rows of the designs that meet the condition, by point.
+    /// Rows of the designs that are ranked, by point: they meet the condition, and the display rate
+    /// unless none does.
     pub rows: Vec<u32>,
-    /// Rows of the designs that do not, by point.
+    /// Rows of the designs that meet the condition, but rank behind all others as they miss the
+    /// display rate, by point.
+    pub behind: Vec<u32>,
+    /// Rows of the designs that do not meet the condition, by point.
     pub unmet: Vec<u32>,
+    /// The designs that miss the display rate.
+    pub late: Late,
     /// The costs of `rows`, in the same order.
     pub costs: Costs,
-    /// Rows of the front, the best in the first objective first.
+    /// Rows of the front, the best in the first objective first. Designs that differ by noise only
+    /// have one entry.
     pub front: Vec<u32>,
+    /// For every entry of the front the rows of other designs that are alike in every objective, by
+    /// point.
+    pub twins: Vec<Vec<u32>>,
+    /// Axes at one end of which the whole front is.
+    pub at_ends: Vec<AtEnd>,
     /// Places of the front in `rows`, in the same order.
     pub members: Vec<usize>,
     /// How costs are scaled.
@@ -101,24 +119,27 @@ impl<'t> Analysis<'t> {
         let label = table.energy_tables.distinct().get(energy_table as usize);
         let label = label.cloned().unwrap_or_default();
         let slice = Slice::of(table, energy_table, &question.scope);
-        let (simulated, all_costs) = designs::with_costs(table, &question.objectives, &slice.rows);
+        let (simulated, _) = designs::with_costs(table, &question.objectives, &slice.rows);
         if simulated.is_empty() {
             let scope = question.scope.to_string();
             return Err(AnalysisError::Nothing { scope, energy_table: label });
         }
-        let (rows, costs) = match &question.condition {
-            None => (simulated.clone(), all_costs),
-            Some(condition) => {
-                let rows = designs::meeting(table, condition, &simulated)?;
-                if rows.is_empty() {
-                    let parts = designs::parts(table, condition, &simulated);
-                    return Err(AnalysisError::Unmet { designs: simulated.len(), parts });
-                }
-                designs::with_costs(table, &question.objectives, &rows)
-            }
+        let meeting = match &question.condition {
+            None => simulated.clone(),
+            Some(condition) => designs::meeting(table, condition, &simulated)?,
         };
-        let unmet = without(table, &simulated, &rows);
-        let mut members = front::front(&costs);
+        if let (true, Some(condition)) = (meeting.is_empty(), &question.condition) {
+            let parts = designs::parts(table, condition, &simulated);
+            return Err(AnalysisError::Unmet { designs: simulated.len(), parts });
+        }
+        let unmet = without(table, &simulated, &meeting);
+        let epsilon = question.epsilon;
+        let late = Late::of(table, energy_table, &question.scope, question.misses);
+        let (first, behind) = late.split(table, &meeting, epsilon);
+        let rows_at = |places: Vec<usize>| places.into_iter().map(|p| meeting[p]).collect();
+        let (rows, behind): (Vec<u32>, Vec<u32>) = (rows_at(first), rows_at(behind));
+        let (rows, costs) = designs::with_costs(table, &question.objectives, &rows);
+        let mut members = knee::front(&costs, epsilon);
         members.sort_by(|&a, &b| {
             let by_first = costs.of(a)[0].total_cmp(&costs.of(b)[0]);
             by_first.then(a.cmp(&b))
@@ -126,6 +147,12 @@ impl<'t> Analysis<'t> {
         let scaling = Scaling::of(&costs, &members);
         let row_of = |design: usize| rows[design];
         let front: Vec<u32> = members.iter().copied().map(row_of).collect();
+        let twins = front::twins(&costs, &members, epsilon);
+        let twins: Vec<Vec<u32>> =
+            twins.into_iter().map(|t| t.into_iter().map(row_of).collect()).collect();
+        let entry = |(row, twins): (&u32, &Vec<u32>)| [&[*row], twins.as_slice()].concat();
+        let entries: Vec<Vec<u32>> = front.iter().zip(&twins).map(entry).collect();
+        let at_ends = ends::at_ends(table, &simulated, &entries);
         // By point, so that of equals the same design is taken as in rankings.
         let mut by_point = members.clone();
         by_point.sort_unstable();
@@ -139,6 +166,8 @@ impl<'t> Analysis<'t> {
             energy_table: label,
             simulated: simulated.len(),
             front,
+            twins,
+            at_ends,
             knee,
             ends,
             baseline: slice.baseline,
@@ -149,12 +178,15 @@ impl<'t> Analysis<'t> {
             stability: Stability::of(table, question, energy_table, &rows)?,
             axes: axes::effects(table, &question.objectives, &simulated),
             rows,
+            behind,
             unmet,
+            late,
             costs,
             members,
             scaling,
         };
-        analysis.marginals = marginal::along(table, &question.objectives, &analysis.front);
+        let objectives = &question.objectives;
+        analysis.marginals = marginal::along(table, objectives, &analysis.front, epsilon);
         analysis.named = analysis.named(slice.named(table, &question.design)?)?;
         Ok(analysis)
     }
@@ -168,8 +200,14 @@ impl<'t> Analysis<'t> {
             None => true,
             Some(condition) => !designs::meeting(self.table, condition, &[row])?.is_empty(),
         };
-        let distance = distance::distance(&self.costs, &self.members, &self.scaling, &costs);
-        Ok(Some(NamedDesign { row, meets, on_front: self.front.contains(&row), distance }))
+        let epsilon = self.question.epsilon;
+        let distance =
+            distance::distance(&self.costs, &self.members, &self.scaling, &costs, epsilon);
+        let on_front = self.front.contains(&row);
+        let alike = |m: &&usize| are_alike(self.costs.of(**m), &costs, epsilon);
+        let twin = self.members.iter().find(alike).map(|&m| self.rows[m]);
+        let twin = twin.filter(|_| !on_front);
+        Ok(Some(NamedDesign { row, meets, on_front, twin, distance }))
     }
 
     /// The value of objective `j` of a row; NaN where it was not measured.
@@ -183,9 +221,26 @@ impl<'t> Analysis<'t> {
         Some((new - old) / old.abs()).filter(|c| c.is_finite())
     }
 
-    /// Whether every objective of two rows is equal.
-    pub fn equal(&self, a: u32, b: u32) -> bool {
-        (0..self.question.objectives.len()).all(|j| self.value(j, a) == self.value(j, b))
+    /// Whether objective `j` of two rows is alike: they differ by noise at most.
+    pub fn alike(&self, j: usize, a: u32, b: u32) -> bool {
+        is_alike(self.value(j, a), self.value(j, b), self.question.epsilon)
+    }
+
+    /// Whether a row misses the display rate.
+    pub fn is_late(&self, row: u32) -> bool {
+        self.late.has(self.table.points[row as usize])
+    }
+
+    /// The best frame rate in the slowest frame, FPS, with its row, if no design that meets the
+    /// condition meets the display rate.
+    pub fn unreached(&self) -> Option<(u32, f64)> {
+        if self.rows.iter().any(|&row| !self.is_late(row)) {
+            return None;
+        }
+        let slowest = |row: u32| self.late.slowest_ms(self.table.points[row as usize]);
+        let all = self.rows.iter().filter_map(|&row| Some((row, slowest(row)?)));
+        let best = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((best.0, 1e3 / best.1))
     }
 }
 

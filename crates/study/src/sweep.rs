@@ -10,7 +10,7 @@ pub mod design;
 pub mod docs;
 pub mod expr;
 pub mod file;
-mod key;
+pub mod key;
 pub mod lattice;
 mod library;
 mod measure;

@@ -2,7 +2,7 @@
 
 use super::Args;
 use crate::cli::{Exit, Failure, OrExit};
-use powergs_study::analysis::{Named, Objective, Question, Scope, SweepFacts};
+use powergs_study::analysis::{Misses, Named, Objective, Question, Scope, SweepFacts};
 use powergs_study::sweep::expr::Expr;
 
 /// What the arguments ask, and where they say nothing, the sweep file.
@@ -23,6 +23,8 @@ pub(super) fn question(args: &Args, facts: &SweepFacts) -> Result<Question, Fail
         colour: args.colour.clone(),
         design: named(&args.design)?,
         top: usize::from(args.top),
+        misses: if args.include_misses { Misses::Included } else { asked.misses },
+        epsilon: args.epsilon.unwrap_or(asked.epsilon),
         ..asked
     })
 }

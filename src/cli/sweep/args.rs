@@ -16,7 +16,7 @@ Examples:
   powergs-sim sweep merge big
   powergs-sim sweep status big
   powergs-sim sweep show 3f2a91 big --toml > best.toml
-  powergs-sim pareto big --minimize energy_pj.mean,area_mm2 --maximize fps.mean
+  powergs-sim pareto big --minimize power_w.mean,area_mm2 --maximize fps.mean
 
 A sweep file says which keys of which machine are turned, and which question it
 answers: docs/sweep-file.md. The table of results: docs/results.md. Many hosts:

@@ -3,7 +3,7 @@
 
 use super::axis::Axis;
 use super::colour::Key;
-use super::words::count;
+use super::words::{count, display_rate};
 use powergs_chart::{
     Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Side, Size, Symbol, Words,
 };
@@ -74,7 +74,8 @@ impl Plane<'_, '_> {
 fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Chart {
     let objectives = &analysis.question.objectives;
     let shown = || {
-        analysis.rows.iter().chain(&analysis.unmet).chain(analysis.named.as_ref().map(|n| &n.row))
+        let outside = analysis.behind.iter().chain(&analysis.unmet);
+        analysis.rows.iter().chain(outside).chain(analysis.named.as_ref().map(|n| &n.row))
     };
     let axis = |j: usize| Axis::of(&objectives[j].name, shown().map(|row| analysis.value(j, *row)));
     let plane = Plane { analysis, x: (x, axis(x)), y: (y, axis(y)) };
@@ -100,7 +101,8 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
     let coloured = |rows: &[u32]| -> Vec<(Place, Colour)> {
         rows.iter().map(|&row| (plane.at(row), key.colour(row))).collect()
     };
-    let unmet = analysis.unmet.iter().map(|&row| plane.at(row));
+    let outside = analysis.behind.iter().chain(&analysis.unmet);
+    let outside = outside.map(|&row| plane.at(row));
     let crowd = |points: Points| Points { crowd: true, ..points };
     let all =
         Points { points: coloured(&analysis.rows), ..Points::dots([], Colour::INK, Size::Small) };
@@ -114,7 +116,7 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
     let knee = plane.at(analysis.knee);
     let look = Points::dots([knee], key.colour(analysis.knee), Size::Huge);
     let mut panel = Panel::new(x, y)
-        .points(crowd(Points::dots(unmet, Colour::PALE, Size::Small)))
+        .points(crowd(Points::dots(outside, Colour::PALE, Size::Small)))
         .points(crowd(all))
         .line(Line::thin(plane.staircase(), Colour::NOTE))
         .points(front)
@@ -150,9 +152,13 @@ fn entries(analysis: &Analysis) -> Vec<Entry> {
     if let Some(named) = &analysis.named {
         entries.push(Entry::new(analysis.table.label(named.row), Symbol::Square(Colour::INK)));
     }
-    if !analysis.unmet.is_empty() {
-        entries.push(Entry::new("condition not met", Symbol::Dot(Colour::PALE)));
-    }
+    let pale = match (analysis.unmet.is_empty(), analysis.behind.is_empty()) {
+        (true, true) => None,
+        (false, true) => Some("condition not met".to_owned()),
+        (true, false) => Some(format!("misses {}", display_rate(analysis))),
+        (false, false) => Some(format!("condition or {} not met", display_rate(analysis))),
+    };
+    entries.extend(pale.map(|text| Entry::new(text, Symbol::Dot(Colour::PALE))));
     if analysis.question.objectives.len() > 2 {
         entries.push(Entry::new("front of these two", Symbol::Line(Colour::NOTE)));
     }

@@ -48,7 +48,7 @@ impl<'t> Lane<'t> {
     fn of(analysis: &Analysis<'t>, name: &str) -> Option<Lane<'t>> {
         let (name, words) = analysis.table.axes.iter().find(|(axis, _)| axis == name)?;
         let mut seen = vec![false; words.distinct().len()];
-        let all = analysis.rows.iter().chain(&analysis.unmet);
+        let all = analysis.rows.iter().chain(&analysis.behind).chain(&analysis.unmet);
         all.for_each(|&row| seen[words.code(row) as usize] = true);
         let order: Vec<u32> =
             words.ordered().into_iter().filter(|code| seen[*code as usize]).collect();

@@ -23,7 +23,7 @@ const NAMES: [(&str, &str); 13] = [
     ("fps", "frame rate"),
     ("area_mm2", "area"),
     ("power_full_rate_w", "power at full rate"),
-    ("power_w", "power"),
+    ("power_w", "power at the display rate"),
     ("display_power_w", "display power"),
     ("rendering_plus_display_w", "rendering and display power"),
     ("edp_pj_s", "energy-delay product"),
@@ -69,12 +69,17 @@ impl Measure {
         let words = match (known, rest) {
             (None, _) => name.to_owned(),
             (Some(words), "" | "mean") => words.to_owned(),
-            (Some(words), "max") => format!("largest {words}"),
-            (Some(words), "min") => format!("smallest {words}"),
+            (Some(words), "max") => format!("maximum {words}"),
+            (Some(words), "min") => format!("minimum {words}"),
             (Some(words), "p50") => format!("median {words}"),
             (Some(words), rest) => format!("{words}, {rest}"),
         };
         Measure { words, unit, scale, prefixed }
+    }
+
+    /// What it is in a few words: `power` for the power at the display rate.
+    pub fn short(&self) -> String {
+        self.words.replace(" at the display rate", "")
     }
 
     /// A value with its unit: `1.23 mJ`.

@@ -10,7 +10,7 @@ use powergs_study::analysis::axes::Axis;
 use powergs_study::analysis::distance::Better;
 use powergs_study::analysis::marginal::{Marginal, Neighbour};
 use powergs_study::analysis::stability::Alternative;
-use powergs_study::analysis::{Analysis, Goal, Scope};
+use powergs_study::analysis::{Analysis, Goal, Misses, Scope};
 use powergs_study::run_record::SCHEMA_VERSION;
 
 /// The answer as one object. Values are in the units of their columns.
@@ -24,6 +24,7 @@ pub fn json(analysis: &Analysis) -> Json {
             "design": design(analysis, named.row),
             "meets_condition": named.meets,
             "on_front": named.on_front,
+            "same_as": named.twin.map(|row| label(analysis, row)),
             "nearest_better": named.distance.nearest.as_ref().map(better),
             "best_per_objective": named.distance.best.iter().map(better).collect::<Vec<_>>(),
         })
@@ -46,9 +47,16 @@ pub fn json(analysis: &Analysis) -> Json {
         "where": question.condition.as_ref().map(|c| c.text()),
         "scope": scope(&question.scope),
         "energy_table": analysis.energy_table,
+        "epsilon": question.epsilon,
+        "display_fps": question.display_fps,
+        "misses": match question.misses {
+            Misses::Behind => "behind",
+            Misses::Included => "included",
+        },
         "points": {
             "simulated": analysis.simulated,
-            "meeting_condition": analysis.rows.len(),
+            "meeting_condition": analysis.rows.len() + analysis.behind.len(),
+            "behind": analysis.behind.len(),
             "failed": counts.failed,
             "excluded": counts.excluded,
             "missing": counts.missing,
@@ -58,6 +66,13 @@ pub fn json(analysis: &Analysis) -> Json {
             "design": design(analysis, analysis.knee),
             "reason": super::words::knee(analysis).join(" "),
         },
+        "best_rate_reached": analysis.unreached().map(|(row, fps)| {
+            json!({ "point": label(analysis, row), "fps_min": fps })
+        }),
+        "at_end_of_axis": analysis.at_ends.iter().map(|end| {
+            let side = if end.is_largest { "largest" } else { "smallest" };
+            json!({ "key": end.axis, "value": end.value, "side": side })
+        }).collect::<Vec<_>>(),
         "ends": analysis.ends.iter().map(|&row| label(analysis, row)).collect::<Vec<_>>(),
         "named": named,
         "marginal": analysis.marginals.iter().map(|m| marginal(analysis, m)).collect::<Vec<_>>(),
@@ -98,8 +113,16 @@ fn design(analysis: &Analysis, row: u32) -> Json {
         "point": label(analysis, row),
         "id": format!("{:032x}", table.ids[row as usize]),
         "values": by_objective(analysis, objectives.map(|j| Some(analysis.value(j, row)))),
+        "misses_display_rate": analysis.is_late(row),
+        "same_as": twins(analysis, row).iter().map(|&r| label(analysis, r)).collect::<Vec<_>>(),
         "settings": settings,
     })
+}
+
+/// Rows of the designs that are equal to an entry of the front.
+fn twins<'a>(analysis: &'a Analysis, row: u32) -> &'a [u32] {
+    let place = analysis.front.iter().position(|r| *r == row);
+    place.map_or(&[], |place| analysis.twins[place].as_slice())
 }
 
 fn better(analysis: &Analysis, better: &Better) -> Json {
@@ -215,7 +238,8 @@ pub fn pareto_csv_of(analysis: &Analysis, results: impl Read) -> Result<Vec<u8>,
 }
 
 /// `pareto.csv`: the rows of the front as they stand in the results, best in the first objective
-/// first, with a column `role` before them: `knee`, `front`, or the label of the named design.
+/// first, with three columns before them: `role` (`knee`, `front`, or the label of the named design),
+/// `misses_display_rate`, and `same_as` with the points that are equal but for noise.
 /// `rows` are those of [`pareto_rows`] under `head`.
 ///
 /// # Errors
@@ -226,17 +250,22 @@ pub fn pareto_csv(
     rows: &BTreeMap<u32, Vec<String>>,
 ) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let words = |role: &str, row: &[String]| {
-        std::iter::once(role.to_owned()).chain(row.to_vec()).collect::<Vec<String>>()
+    let words = |first: [&str; 3], row: &[String]| {
+        let first = first.into_iter().map(str::to_owned);
+        first.chain(row.to_vec()).collect::<Vec<String>>()
     };
-    writer.write_record(words("role", head))?;
+    writer.write_record(words(["role", "misses_display_rate", "same_as"], head))?;
     for row in places(analysis) {
         let role = match row {
             row if row == analysis.knee => "knee".to_owned(),
             row if analysis.front.contains(&row) => "front".to_owned(),
             row => analysis.table.label(row),
         };
-        writer.write_record(words(&role, &rows[&analysis.table.records[row as usize]]))?;
+        let late = analysis.is_late(row).to_string();
+        let point = |row: &u32| analysis.table.points[*row as usize].to_string();
+        let same: Vec<String> = twins(analysis, row).iter().map(point).collect();
+        let record = &rows[&analysis.table.records[row as usize]];
+        writer.write_record(words([&role, &late, &same.join(" ")], record))?;
     }
     Ok(writer.into_inner().expect("writing to memory cannot fail"))
 }

@@ -2,7 +2,7 @@
 
 use super::energy::spread;
 use super::measure::Measure;
-use super::words;
+use super::{names, words};
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use crate::format::{shortened, significant};
 use powergs_base::TOOL_VERSION;
@@ -24,9 +24,11 @@ pub struct Provenance {
 /// Designs of the front that a page lists; `pareto.csv` has all.
 const FRONT_MAX: usize = 200;
 /// Objectives that have a column on a terminal.
-const OBJECTIVES: usize = 3;
-/// Characters of a column of values on a terminal.
-const VALUE: usize = 12;
+const OBJECTIVES: usize = 4;
+/// Characters of the head of a column of values on a terminal.
+const VALUE: usize = 14;
+/// Equal designs that a row names.
+const TWINS: usize = 3;
 /// Steps of single axes that a terminal shows for one design.
 const STEPS: usize = 8;
 /// Reasons that a page lists.
@@ -56,14 +58,15 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     }
     page.paragraph(facts.then("."));
     page.paragraph(words::funnel(analysis));
+    page.paragraph(Text::strong(words::rate(analysis)));
     let top = spread(&analysis.front, question.top.max(2), analysis.knee);
-    let hidden = analysis.front.len() - top.len();
-    let mut best = front(analysis, &top);
-    if hidden > 0 {
-        best.more = format!("... and {hidden} more on the front: pareto.csv");
-    }
+    page.on(Shown::Terminal, Block::Paragraph(listed(analysis, top.len()).into()));
+    let (best, fixed) = front(analysis, &top, Shown::Terminal);
     page.on(Shown::Terminal, Block::Table(best));
+    page.on(Shown::Terminal, Block::Paragraph(fixed.into()));
     page.paragraph(words::knee(analysis).join(" "));
+    page.paragraph(words::at_ends(analysis).join(" "));
+    page.paragraph(words::energy_and_power(analysis));
     page.paragraph(words::named(analysis).unwrap_or_default().join(" "));
     let marginals = analysis.marginals.iter().map(|m| words::marginal(analysis, m).into());
     page.add(Block::List(marginals.collect()));
@@ -78,7 +81,9 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
         _ => "Front".to_owned(),
     });
     let shown: Vec<u32> = analysis.front.iter().take(FRONT_MAX).copied().collect();
-    page.on(Shown::Page, Block::Table(front(analysis, &shown)));
+    let (whole, fixed) = front(analysis, &shown, Shown::Page);
+    page.on(Shown::Page, Block::Table(whole));
+    page.page_paragraph(fixed);
     page.page_paragraph(Text::marked("All columns of these designs: `pareto.csv`."));
     steps(&mut page, analysis, analysis.knee, &analysis.around_knee);
     if let Some(row) = analysis.baseline {
@@ -110,53 +115,106 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     page
 }
 
-/// Designs with their objectives and settings; then the named one.
-fn front(analysis: &Analysis, rows: &[u32]) -> Table {
-    let objectives = &analysis.question.objectives;
-    let mut columns = vec![Column::text("design").at_most(16)];
-    for (j, objective) in objectives.iter().enumerate() {
-        let goal = match objective.goal {
-            Goal::Minimize => "↓",
-            Goal::Maximize => "↑",
-        };
-        let words = Measure::of(&objective.name).words;
-        columns.push(Column::count(words.clone()).on(Shown::Page));
-        if j < OBJECTIVES {
-            let short = shortened(words.strip_suffix(" per frame").unwrap_or(&words), VALUE - 2);
-            columns.push(Column::count(format!("{short} {goal}")).on(Shown::Terminal));
-        }
+/// Which designs of the front a terminal shows, and in which order.
+fn listed(analysis: &Analysis, shown: usize) -> String {
+    let first = &analysis.question.objectives[0];
+    let order = match first.goal {
+        Goal::Minimize => "lowest",
+        Goal::Maximize => "highest",
+    };
+    let sorted = format!("sorted by {}, {order} first", Measure::of(&first.name).words);
+    match analysis.front.len() {
+        1 => "The front is one design:".to_owned(),
+        n if n == shown => format!("All {n} designs of the front, {sorted}:"),
+        n => format!(
+            "{shown} of the {n} designs of the front, evenly spread with the knee, {sorted} (all: \
+             pareto.csv):"
+        ),
     }
-    let axes = analysis.table.axes.iter();
-    columns.extend(axes.map(|(name, _)| Column::count(name.clone()).on(Shown::Page)));
-    columns.push(Column::text("settings").on(Shown::Terminal));
-    let mut table = Table::new(columns);
-    let named = analysis.named.as_ref().map(|n| n.row).filter(|row| !rows.contains(row));
-    for &row in rows.iter().chain(&named) {
-        let knee = if row == analysis.knee { " knee" } else { "" };
-        let mut cells: Vec<Cell> = vec![format!("{}{knee}", analysis.table.label(row)).into()];
-        for (j, objective) in objectives.iter().enumerate() {
-            let value = Measure::of(&objective.name).text(analysis.value(j, row));
-            cells.push(value.clone().into());
-            if j < OBJECTIVES {
-                cells.push(value.into());
-            }
-        }
-        let settings = analysis.table.settings(row);
-        cells.extend(settings.iter().map(|(_, value)| Cell::from(*value)));
-        cells.push(short_settings(&settings).into());
-        table.row(cells);
-    }
-    table
 }
 
-/// Values with the last parts of their keys.
-fn short_settings(settings: &[(&str, &str)]) -> String {
-    let one = |(key, value): &(&str, &str)| {
-        let key = key.rsplit(['.', ':']).next().unwrap_or(key);
-        format!("{key}={}", value.replace(' ', ""))
+/// Designs with their objectives, what the condition is about, and settings; then the named one.
+/// Settings that all of them have are said in the sentence.
+fn front(analysis: &Analysis, rows: &[u32], on: Shown) -> (Table, String) {
+    let named = analysis.named.as_ref().map(|n| n.row).filter(|row| !rows.contains(row));
+    let rows: Vec<u32> = rows.iter().copied().chain(named).collect();
+    let terminal = on == Shown::Terminal;
+    let mut columns = vec![Column::text("design").at_most(16)];
+    let mut cells: Vec<Vec<Cell>> = rows.iter().map(|&row| vec![design(analysis, row)]).collect();
+    let mut add = |column: Column, cell: &dyn Fn(u32) -> Cell| {
+        columns.push(column);
+        cells.iter_mut().zip(&rows).for_each(|(cells, &row)| cells.push(cell(row)));
     };
-    let all = settings.iter().filter(|(_, value)| !value.is_empty());
-    all.map(one).collect::<Vec<_>>().join(" ")
+    if rows.iter().any(|&row| analysis.is_late(row)) {
+        add(Column::text(words::display_rate(analysis)), &|row| {
+            if analysis.is_late(row) { "missed" } else { "met" }.into()
+        });
+    }
+    for (name, goal) in measures(analysis, terminal) {
+        let measure = Measure::of(&name);
+        let goal = goal.map_or("", |goal| match goal {
+            Goal::Minimize => " ↓",
+            Goal::Maximize => " ↑",
+        });
+        let head = match terminal {
+            true => short_head(&measure.words) + goal,
+            false => measure.words.clone() + goal,
+        };
+        add(Column::count(head), &|row| {
+            let value = analysis.table.number(&name, row).unwrap_or(f64::NAN);
+            measure.text(value).into()
+        });
+    }
+    let axes = &analysis.table.axes;
+    let names: Vec<&str> = axes.iter().map(|(name, _)| name.as_str()).collect();
+    let heads = match terminal {
+        true => names::short(&names),
+        false => names.iter().map(|name| (*name).to_owned()).collect(),
+    };
+    let mut fixed = Vec::new();
+    for ((name, words), head) in axes.iter().zip(heads) {
+        let first = rows.first().map(|&row| words.code(row));
+        match rows.len() > 1 && rows.iter().all(|&row| Some(words.code(row)) == first) {
+            true => fixed.push(format!("{name} = {}", words.word(rows[0]))),
+            false => add(Column::count(head), &|row| words.word(row).into()),
+        }
+    }
+    if rows.iter().any(|&row| !words::twins(analysis, row, TWINS).is_empty()) {
+        add(Column::text("same as"), &|row| words::twins(analysis, row, TWINS).into());
+    }
+    let fixed = match fixed.is_empty() {
+        true => String::new(),
+        false => format!("The same in all of them: {}.", fixed.join(", ")),
+    };
+    (Table::new(columns).rows(cells), fixed)
+}
+
+fn design(analysis: &Analysis, row: u32) -> Cell {
+    let knee = if row == analysis.knee { " knee" } else { "" };
+    format!("{}{knee}", analysis.table.label(row)).into()
+}
+
+/// The columns of numbers of the front: the objectives, then what the condition is about.
+fn measures(analysis: &Analysis, terminal: bool) -> Vec<(String, Option<Goal>)> {
+    let question = &analysis.question;
+    let most = if terminal { OBJECTIVES } else { usize::MAX };
+    let objectives = question.objectives.iter().take(most);
+    let mut all: Vec<(String, Option<Goal>)> =
+        objectives.map(|o| (o.name.clone(), Some(o.goal))).collect();
+    let names = question.condition.iter().flat_map(|c| c.names());
+    for name in names.filter(|name| analysis.table.numbers(name).is_some()) {
+        let is_axis = analysis.table.axis(name.trim_end_matches(".si")).is_some();
+        if !is_axis && !all.iter().any(|(known, _)| known == name) {
+            all.push((name.to_owned(), None));
+        }
+    }
+    all
+}
+
+/// The head of a column of numbers where there is little room.
+fn short_head(words: &str) -> String {
+    let words = words.replace(" per frame", "").replace(" at the display rate", "");
+    shortened(&words, VALUE)
 }
 
 /// What one step of one axis changes.

@@ -2,10 +2,11 @@
 
 use super::measure::Measure;
 use crate::format::significant;
+use powergs_study::analysis::front::is_alike;
 use powergs_study::analysis::marginal::{Marginal, Neighbour, Price};
 use powergs_study::analysis::question::ENERGY_PARTS;
 use powergs_study::analysis::stability::Alternative;
-use powergs_study::analysis::{Analysis, Goal, Objective};
+use powergs_study::analysis::{Analysis, Goal, Misses, Objective};
 
 /// Settings of a design that one line shows.
 const SETTINGS_MAX: usize = 12;
@@ -57,8 +58,8 @@ pub fn settings(analysis: &Analysis, row: u32) -> String {
 
 /// Gains of at least this share are told as multiples.
 const TIMES: f64 = 2.0;
-/// Changes below this share are not told: 0.0 % with one decimal.
-const ALIKE: f64 = 0.0005;
+/// Equal designs that are named.
+const TWINS: usize = 8;
 
 /// Changes from one design to another: what is worse, what is better.
 fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>) {
@@ -67,18 +68,18 @@ fn changes(analysis: &Analysis, from: u32, to: u32) -> (Vec<String>, Vec<String>
         let (old, new) = (analysis.value(j, from), analysis.value(j, to));
         let gain = objective.goal.gain(old, new);
         let change = analysis.change(j, from, to);
-        if gain == 0.0 || gain.is_nan() || change.is_some_and(|c| c.abs() < ALIKE) {
+        if gain == 0.0 || gain.is_nan() || analysis.alike(j, from, to) {
             continue;
         }
         let measure = Measure::of(&objective.name);
         let direction = if new > old { "more" } else { "less" };
         let text = match change {
             Some(change) if gain > 0.0 && old > 0.0 && change >= TIMES => {
-                format!("{} times the {}", significant(change + 1.0), measure.words)
+                format!("{} times the {}", significant(change + 1.0), measure.short())
             }
-            Some(change) => format!("{} {direction} {}", share(change), measure.words),
+            Some(change) => format!("{} {direction} {}", share(change), measure.short()),
             None => {
-                format!("{} {direction} {}", measure.text((new - old).abs()), measure.words)
+                format!("{} {direction} {}", measure.text((new - old).abs()), measure.short())
             }
         };
         if gain > 0.0 { better.push(text) } else { worse.push(text) }
@@ -95,6 +96,120 @@ fn listed(parts: &[String]) -> String {
     }
 }
 
+/// `60 FPS`, or what it is where the number is not known.
+pub fn display_rate(analysis: &Analysis) -> String {
+    analysis.question.display_fps.map_or("the display rate".into(), |fps| format!("{fps} FPS"))
+}
+
+/// `0.1 %`: differences that are noise.
+pub fn noise(analysis: &Analysis) -> String {
+    format!("{} %", significant_short(analysis.question.epsilon * 100.0))
+}
+
+/// Up to three digits without zeros at the end.
+fn significant_short(x: f64) -> String {
+    let text = significant(x);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+/// That designs miss the display rate, and what that means for the ranking; empty where none does.
+pub fn rate(analysis: &Analysis) -> String {
+    let rate = display_rate(analysis);
+    let met = match &analysis.question.condition {
+        Some(_) => "that meets the condition ",
+        None => "",
+    };
+    if let Some((row, fps)) = analysis.unreached() {
+        let text = format!(
+            "No design {met}reaches {rate} in every frame. The fastest, {}, does {} in its \
+             slowest frame.",
+            analysis.table.label(row),
+            Measure::of("fps.min").text(fps),
+        );
+        return match analysis.question.misses {
+            Misses::Included => text,
+            Misses::Behind => {
+                text + " Only those that miss it least are ranked; --include-misses ranks all by \
+                        the objectives alone."
+            }
+        };
+    }
+    if !analysis.behind.is_empty() {
+        let n = analysis.behind.len();
+        let (verb, rank) = if n == 1 { ("misses", "ranks") } else { ("miss", "rank") };
+        return format!(
+            "{} {verb} {rate} in some frame and {rank} behind all others: at the rate that a slow \
+             design reaches it draws little. With --include-misses they rank by the objectives \
+             alone.",
+            count(n, "design")
+        );
+    }
+    let late = analysis.front.iter().filter(|row| analysis.is_late(**row)).count();
+    match late {
+        0 => String::new(),
+        1 => format!(
+            "1 design of the front misses {rate} in some frame; its power is that at the \
+                      rate that it reaches."
+        ),
+        n => format!(
+            "{n} designs of the front miss {rate} in some frame; their power is that at \
+                      the rate that they reach."
+        ),
+    }
+}
+
+/// What energy per frame and power at the display rate do not have in common, where both are told.
+pub fn energy_and_power(analysis: &Analysis) -> &'static str {
+    let energy = analysis.question.objectives.iter().any(|o| o.name.contains("energy_pj"));
+    match energy {
+        true => ENERGY_AND_POWER,
+        false => "",
+    }
+}
+
+/// The difference in a line.
+pub const ENERGY_AND_POWER: &str = "Energy per frame counts standby for the frame's own time \
+only; power at the display rate counts it all the time. So a fast, large design can have less \
+energy per frame and draw more power.";
+
+/// Axes at whose end the whole front is.
+pub fn at_ends(analysis: &Analysis) -> Vec<String> {
+    let one = |end: &powergs_study::analysis::ends::AtEnd| {
+        let front = match analysis.front.len() {
+            1 => "The front design has".to_owned(),
+            n => format!("All {n} front designs have"),
+        };
+        let (low, high) = match end.is_largest {
+            true => (&end.other, &end.value),
+            false => (&end.value, &end.other),
+        };
+        format!(
+            "{front} {} = {}, the end of its axis ({low} to {high}): extend it.",
+            end.axis, end.value
+        )
+    };
+    analysis.at_ends.iter().map(one).collect()
+}
+
+/// `#4, #7 and 3 more`.
+pub fn labels(analysis: &Analysis, rows: &[u32], most: usize) -> String {
+    let shown = rows.iter().take(most).map(|&row| analysis.table.label(row));
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    match rows.len().saturating_sub(most) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
+/// The designs that are equal to an entry of the front; empty for none.
+pub fn twins(analysis: &Analysis, row: u32, most: usize) -> String {
+    let place = analysis.front.iter().position(|r| *r == row);
+    place.map_or(String::new(), |place| labels(analysis, &analysis.twins[place], most))
+}
+
 /// How many designs there were, and how many are left.
 pub fn funnel(analysis: &Analysis) -> String {
     let counts = analysis.table.counts;
@@ -109,9 +224,19 @@ pub fn funnel(analysis: &Analysis) -> String {
         }
     }
     if let Some(condition) = &analysis.question.condition {
-        text += &format!("; {} of them meet `{}`", analysis.rows.len(), condition.text());
+        let meet = analysis.rows.len() + analysis.behind.len();
+        text += &format!("; {meet} of them meet `{}`", condition.text());
     }
-    text + &format!("; {} on the front.", analysis.front.len())
+    if !analysis.behind.is_empty() && analysis.unreached().is_none() {
+        text += &format!("; {} reach {}", analysis.rows.len(), display_rate(analysis));
+    }
+    let twins: usize = analysis.twins.iter().map(Vec::len).sum();
+    text += &format!("; {} on the front", analysis.front.len());
+    if twins > 0 {
+        let more = count(twins, "more design");
+        text += &format!(" ({more} equal to one of them within {})", noise(analysis));
+    }
+    text + "."
 }
 
 /// The knee with the reason for it.
@@ -122,30 +247,41 @@ pub fn knee(analysis: &Analysis) -> Vec<String> {
     let settings = settings(analysis, knee);
     let mut all = vec![format!("Knee: {label} ({settings}): {}.", values(analysis, knee))];
     let objectives = &analysis.question.objectives;
-    if analysis.front.iter().all(|&row| analysis.equal(row, knee)) {
+    let twins = twins(analysis, knee, TWINS);
+    if !twins.is_empty() {
+        all.push(format!("Same as {twins}, within {} in every objective.", noise(analysis)));
+    }
+    if analysis.front.len() == 1 {
         all.push("It is the best in every objective: there is nothing to trade.".into());
         return all;
     }
+    let name = |j: usize| Measure::of(&objectives[j].name).words;
+    let is_best = |j: &usize| analysis.alike(*j, analysis.ends[*j], knee);
+    let best: Vec<String> = (0..objectives.len()).filter(is_best).map(name).collect();
+    if !best.is_empty() {
+        let what = listed(&best);
+        all.push(format!("It is an end of the front, not a compromise: the best in {what}."));
+    }
+    let mut told: Vec<u32> = Vec::new();
     for (j, &end) in analysis.ends.iter().enumerate() {
-        let what = Measure::of(&objectives[j].name).words;
-        if analysis.value(j, end) == analysis.value(j, knee) {
-            all.push(format!("It is the best of the front in {what}."));
+        if is_best(&j) || told.contains(&end) {
             continue;
         }
+        told.push(end);
+        let same = |k: &usize| analysis.ends[*k] == end && !is_best(k);
+        let what = listed(&(0..objectives.len()).filter(same).map(name).collect::<Vec<_>>());
         let (worse, better) = changes(analysis, end, knee);
         let other = table.label(end);
         let (costs, buys) = (capital(&listed(&worse)), listed(&better));
-        all.push(match (worse.is_empty(), better.is_empty()) {
-            (false, false) => format!("{costs} than {other}, the best in {what}, buys {buys}."),
-            (false, true) => format!("{costs} than {other}, the best in {what}."),
-            (true, false) => {
-                format!("It has {buys} than {other}, the best in {what} by less than 0.05 %.")
-            }
-            (true, true) => format!("Within 0.05 % it is {other}, the best in {what}."),
+        all.push(match better.is_empty() {
+            false => format!("{costs} than {other}, the best in {what}, buys {buys}."),
+            true => format!("{costs} than {other}, the best in {what}."),
         });
     }
-    all.push(match objectives.len() {
-        2 => "Of the front it is farthest from the straight line between the two ends.".into(),
+    all.push(match (objectives.len(), best.is_empty()) {
+        (2, true) => {
+            "Of the front it is farthest from the straight line between the two ends.".into()
+        }
         _ => "Of the front it has the smallest mean of the scaled objectives (0: best of the \
               front, 1: worst)."
             .into(),
@@ -164,14 +300,31 @@ pub fn named(analysis: &Analysis) -> Option<Vec<String>> {
     let table = analysis.table;
     let label = table.label(named.row);
     let mut all = vec![format!("{}: {}.", capital(&label), values(analysis, named.row))];
+    let late = analysis.is_late(named.row) && analysis.question.misses == Misses::Behind;
+    let mut faults: Vec<String> = Vec::new();
     if !named.meets {
-        all.push("It does not meet the condition.".into());
+        faults.push("does not meet the condition".into());
+    }
+    if late {
+        faults.push(format!("misses {} in some frame", display_rate(analysis)));
+    }
+    let is_candidate = faults.is_empty();
+    if !is_candidate {
+        all.push(format!("It {}, so it is not ranked.", listed(&faults)));
+    }
+    if let Some(twin) = named.twin {
+        let noise = noise(analysis);
+        let twin = table.label(twin);
+        all.push(format!("Within {noise} in every objective it is the same as {twin}."));
+        return Some(all);
     }
     let Some(nearest) = &named.distance.nearest else {
-        all.push(if named.on_front {
-            "It is on the front: nothing beats it.".into()
-        } else {
-            "Nothing on the front beats it: it would be on the front itself.".into()
+        all.push(match (named.on_front, is_candidate) {
+            (true, _) => "It is on the front: nothing beats it.".into(),
+            (false, true) => {
+                "Nothing on the front beats it: it would be on the front itself.".into()
+            }
+            (false, false) => "By the objectives alone nothing on the front beats it.".into(),
         });
         return Some(all);
     };
@@ -182,20 +335,21 @@ pub fn named(analysis: &Analysis) -> Option<Vec<String>> {
         "{} ({}) beats it: {} (distance {distance} of the ranges of the front).",
         table.label(row),
         settings(analysis, row),
-        if better.is_empty() { "by less than 0.05 %".into() } else { listed(&better) }
+        listed(&better)
     ));
     let mut most = Vec::new();
     for (j, best) in named.distance.best.iter().enumerate() {
         let row = analysis.rows[best.design];
-        if let Some(change) = analysis.change(j, named.row, row).filter(|c| *c != 0.0) {
-            let what = Measure::of(&analysis.question.objectives[j].name).words;
+        let differs = !analysis.alike(j, named.row, row);
+        if let Some(change) = analysis.change(j, named.row, row).filter(|_| differs) {
+            let what = Measure::of(&analysis.question.objectives[j].name).short();
             let direction = if change > 0.0 { "more" } else { "less" };
             let of = table.label(row);
             most.push(format!("{} {direction} {what} ({of})", share(change)));
         }
     }
     if !most.is_empty() {
-        all.push(format!("At most, without losing anything: {}.", most.join(", ")));
+        all.push(format!("Largest gains without a loss elsewhere: {}.", most.join(", ")));
     }
     Some(all)
 }
@@ -234,24 +388,41 @@ pub fn marginal(analysis: &Analysis, marginal: &Marginal) -> String {
 pub fn neighbour(analysis: &Analysis, from: u32, step: &Neighbour) -> String {
     let (name, words) = &analysis.table.axes[step.axis];
     let mut parts = Vec::new();
-    for (objective, gain) in analysis.question.objectives.iter().zip(&step.gains) {
+    let mut small = false;
+    for (j, (objective, gain)) in analysis.question.objectives.iter().zip(&step.gains).enumerate() {
         let Some(gain) = gain.filter(|g| *g != 0.0) else { continue };
+        if analysis.alike(j, from, step.row) {
+            small = true;
+            continue;
+        }
         let measure = Measure::of(&objective.name);
         let change = match objective.goal {
             Goal::Maximize => gain,
             Goal::Minimize => -gain,
         };
-        parts.push(format!("{} {}", measure.words, measure.difference(change)));
+        parts.push(format!("{} {}", measure.short(), measure.difference(change)));
     }
     for (price, more) in Price::ALL.into_iter().zip(step.prices) {
         let known = analysis.question.objectives.iter().any(|o| o.name == price.column());
-        if let Some(more) = more.filter(|m| !known && *m != 0.0) {
-            let words = Measure::of(price.column()).words;
+        let old = price.of(analysis.table, from).unwrap_or(0.0);
+        let differs = |m: &f64| !is_alike(old, old + m, analysis.question.epsilon);
+        if let Some(more) = more.filter(|m| !known && differs(m)) {
+            let words = Measure::of(price.column()).short();
             let sign = if more > 0.0 { "+" } else { "" };
             parts.push(format!("{words} {sign}{} {}", significant(more), price.unit()));
         }
     }
-    let changed = if parts.is_empty() { "nothing changes".into() } else { parts.join(", ") };
+    let changed = match (parts.is_empty(), small) {
+        (false, _) => parts.join(", "),
+        (true, true) => format!("nothing changes by more than {}", noise(analysis)),
+        (true, false) => "nothing changes".into(),
+    };
+    let late = match (analysis.is_late(step.row), analysis.is_late(from)) {
+        (true, false) => format!("; misses {}", display_rate(analysis)),
+        (false, true) => format!("; meets {}", display_rate(analysis)),
+        _ => String::new(),
+    };
+    let changed = changed + &late;
     let label = analysis.table.label(step.row);
     format!("{name} {} -> {} ({label}): {changed}", words.word(from), words.word(step.row))
 }

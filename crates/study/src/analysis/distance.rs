@@ -1,6 +1,6 @@
 //! How far a design is from the front, and what the front offers instead.
 
-use super::front::{Costs, dominates};
+use super::front::{Costs, beats};
 use super::knee::Scaling;
 
 /// A design that beats another.
@@ -8,7 +8,7 @@ use super::knee::Scaling;
 pub struct Better {
     /// Which one of the costs.
     pub design: usize,
-    /// How much smaller each cost is; nowhere negative.
+    /// How much smaller each cost is; negative by noise at most.
     pub gains: Vec<f64>,
     /// Euclidean distance of the scaled costs.
     pub distance: f64,
@@ -17,16 +17,23 @@ pub struct Better {
 /// The distance of a design from the front.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distance {
-    /// The nearest design of the front that beats it; `None` if none does: it is on the front, or
-    /// would be.
+    /// The nearest design of the front that beats it by more than noise; `None` if none does: it
+    /// is on the front, is alike to a design there, or would be on it.
     pub nearest: Option<Better>,
     /// For every objective the design of the front that gains most there and loses nothing
-    /// elsewhere; as many as objectives, or none.
+    /// elsewhere, but for noise; as many as objectives, or none.
     pub best: Vec<Better>,
 }
 
-/// The distance of a design with the costs `of` from the front `members`.
-pub fn distance(costs: &Costs, members: &[usize], scaling: &Scaling, of: &[f64]) -> Distance {
+/// The distance of a design with the costs `of` from the front `members`; differences up to the
+/// share `epsilon` are noise.
+pub fn distance(
+    costs: &Costs,
+    members: &[usize],
+    scaling: &Scaling,
+    of: &[f64],
+    epsilon: f64,
+) -> Distance {
     let here = scaling.scaled(of);
     let better = |design: usize| {
         let cost = costs.of(design);
@@ -35,7 +42,7 @@ pub fn distance(costs: &Costs, members: &[usize], scaling: &Scaling, of: &[f64])
         let gains = of.iter().zip(cost).map(|(a, b)| a - b).collect();
         Better { design, gains, distance: square.sqrt() }
     };
-    let beating = members.iter().copied().filter(|&d| dominates(costs.of(d), of));
+    let beating = members.iter().copied().filter(|&d| beats(costs.of(d), of, epsilon));
     let beating: Vec<Better> = beating.map(better).collect();
     let nearest = beating.iter().min_by(|a, b| a.distance.total_cmp(&b.distance)).cloned();
     let most = |j: usize| {

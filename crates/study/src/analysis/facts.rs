@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use powergs_core::run::{RunError, Store};
 
-use super::{Objective, Question};
+use super::{Misses, Question};
 use crate::sweep::SweepFile;
 use crate::sweep::file::Objectives;
 use crate::sweep::run::finish::{RUN_FILE, SWEEP_FILE};
@@ -16,7 +16,9 @@ pub struct SweepFacts {
     /// The question of the sweep file; empty without one.
     pub question: String,
     /// Objectives of the sweep file.
-    pub objectives: Vec<Objective>,
+    pub objectives: Option<Objectives>,
+    /// Frames per second that the display shows, as the sweep file says.
+    pub display_fps: Option<f64>,
     /// Columns of keys that follow from others.
     pub followers: BTreeSet<String>,
     /// Names of sweep files.
@@ -53,7 +55,8 @@ impl SweepFacts {
         let names = |role| state.map_or_else(Vec::new, |state: &State| state.names(role));
         SweepFacts {
             question: file.map_or("", |file| file.question.trim()).to_owned(),
-            objectives: file.map_or_else(Vec::new, |file| file.objectives.all()),
+            objectives: file.map(|file| file.objectives.clone()),
+            display_fps: file.map(|file| file.display_fps),
             followers: file.map_or_else(BTreeSet::new, followers),
             sweeps: names("sweep"),
             traces: names("trace"),
@@ -62,11 +65,17 @@ impl SweepFacts {
 
     /// The question of the sweep file, with the answers that are asked for by default.
     pub fn question(&self) -> Question {
-        let objectives = match self.objectives.is_empty() {
-            false => self.objectives.clone(),
-            true => Objectives::default().all(),
-        };
-        Question { text: self.question.clone(), ..Question::of(objectives) }
+        let objectives = self.objectives.clone().unwrap_or_default();
+        Question {
+            text: self.question.clone(),
+            misses: match objectives.include_misses {
+                true => Misses::Included,
+                false => Misses::Behind,
+            },
+            epsilon: objectives.epsilon,
+            display_fps: self.display_fps,
+            ..Question::of(objectives.all())
+        }
     }
 }
 

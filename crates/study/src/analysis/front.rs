@@ -59,6 +59,65 @@ pub fn dominates(a: &[f64], b: &[f64]) -> bool {
     better
 }
 
+/// Whether two values are alike: they differ by at most the share `epsilon` of the larger one.
+pub fn is_alike(a: f64, b: f64, epsilon: f64) -> bool {
+    (a - b).abs() <= epsilon * a.abs().max(b.abs())
+}
+
+/// Whether two designs are alike in every objective.
+pub fn are_alike(a: &[f64], b: &[f64], epsilon: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| is_alike(*a, *b, epsilon))
+}
+
+/// Whether `a` is nowhere worse than `b` by more than the share `epsilon`.
+fn covers(a: &[f64], b: &[f64], epsilon: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| a <= b || is_alike(*a, *b, epsilon))
+}
+
+/// Whether `a` beats `b` by more than noise: nowhere worse and somewhere better, where differences
+/// up to the share `epsilon` do not count.
+pub fn beats(a: &[f64], b: &[f64], epsilon: f64) -> bool {
+    covers(a, b, epsilon) && a.iter().zip(b).any(|(a, b)| a < b && !is_alike(*a, *b, epsilon))
+}
+
+/// The designs of a front that differ by more than noise: of those that another one covers up to
+/// the share `epsilon`, none is kept. Earlier ones of `members` are preferred, in whose order the
+/// kept ones are.
+pub fn thinned(costs: &Costs, members: &[usize], epsilon: f64) -> Vec<usize> {
+    let mut kept: Vec<usize> = Vec::new();
+    for &design in members {
+        let cost = costs.of(design);
+        if !kept.iter().any(|&k| covers(costs.of(k), cost, epsilon)) {
+            kept.retain(|&k| !covers(cost, costs.of(k), epsilon));
+            kept.push(design);
+        }
+    }
+    kept
+}
+
+/// For each of `members` the other designs that are alike, ascending; each design once, with the
+/// first that it is alike to.
+pub fn twins(costs: &Costs, members: &[usize], epsilon: f64) -> Vec<Vec<usize>> {
+    let mut by_first: Vec<usize> = (0..members.len()).collect();
+    let first = |place: usize| costs.of(members[place])[0];
+    by_first.sort_by(|&a, &b| first(a).total_cmp(&first(b)));
+    let mut is_member = vec![false; costs.len()];
+    members.iter().for_each(|&m| is_member[m] = true);
+    let mut all = vec![Vec::new(); members.len()];
+    for design in (0..costs.len()).filter(|&d| !is_member[d]) {
+        let cost = costs.of(design);
+        // Whoever is alike is within this of the first objective.
+        let reach = 2.0 * epsilon * cost[0].abs();
+        let begin = by_first.partition_point(|&place| first(place) < cost[0] - reach);
+        let near = by_first[begin..].iter().take_while(|&&p| first(p) <= cost[0] + reach);
+        let alike = near.filter(|&&p| are_alike(costs.of(members[p]), cost, epsilon));
+        if let Some(&place) = alike.min() {
+            all[place].push(design);
+        }
+    }
+    all
+}
+
 /// The designs on the front, ascending.
 ///
 /// Divide and conquer after Kung, Luccio and Preparata (JACM 22, 1975): O(n log n) for two

@@ -4,10 +4,11 @@
 //! a design is the mean of its scaled costs, and the knee is the design with the smallest. With two
 //! objectives that is the design farthest from the straight line between the two ends of the
 //! front, on the side of the origin; with more it is the farthest from the hyperplane through the
-//! scaled ends. No design off the front has a smaller merit than the design that beats it, so the
-//! first of a ranking by merit is the knee.
+//! scaled ends. No design off the front has a smaller merit than the design that beats it, but for
+//! noise; no merit counts as smaller than that of the knee, so the first of a ranking by merit is
+//! the knee.
 
-use super::front::Costs;
+use super::front::{self, Costs};
 
 /// The scale of the costs of a front.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +58,19 @@ impl Scaling {
         let varying = self.range.iter().filter(|r| **r > 0.0).count().max(1);
         self.scaled(cost).iter().sum::<f64>() / varying as f64
     }
+}
+
+/// The front with one design of those that differ by noise only, ascending. Of those the one with
+/// the smallest merit is kept, the first of equals.
+pub fn front(costs: &Costs, epsilon: f64) -> Vec<usize> {
+    let mut members = front::front(costs);
+    let scaling = Scaling::of(costs, &members);
+    let merit = |d: &usize| scaling.merit(costs.of(*d));
+    // Stable, so that of equals the first point comes first.
+    members.sort_by(|a, b| merit(a).total_cmp(&merit(b)));
+    let mut kept = front::thinned(costs, &members, epsilon);
+    kept.sort_unstable();
+    kept
 }
 
 /// The design with the smallest merit, the first of equals; `None` for an empty front.

@@ -4,6 +4,7 @@
 //! gains most per unit of the price, so the steps are the edges of the upper hull of (price, gain)
 //! and their values fall. Around one design: what a single axis does, one value up and down.
 
+use super::front::is_alike;
 use super::question::Objective;
 use super::table::Table;
 
@@ -85,8 +86,14 @@ pub struct Marginal {
     pub steps: Vec<Step>,
 }
 
-/// What every price buys of every objective among the rows `front`.
-pub fn along(table: &Table, objectives: &[Objective], front: &[u32]) -> Vec<Marginal> {
+/// What every price buys of every objective among the rows `front`. Differences up to the share
+/// `epsilon` are no step.
+pub fn along(
+    table: &Table,
+    objectives: &[Objective],
+    front: &[u32],
+    epsilon: f64,
+) -> Vec<Marginal> {
     let mut all = Vec::new();
     for price in Price::ALL {
         for objective in objectives.iter().filter(|o| price.buys(o)) {
@@ -94,7 +101,7 @@ pub fn along(table: &Table, objectives: &[Objective], front: &[u32]) -> Vec<Marg
                 let gain = -objective.goal.cost(table.number(&objective.name, row)?);
                 Some((price.of(table, row)?, gain, row))
             };
-            let steps = hull(front.iter().filter_map(point).collect());
+            let steps = hull(front.iter().filter_map(point).collect(), epsilon);
             if !steps.is_empty() {
                 all.push(Marginal { price, objective: objective.clone(), steps });
             }
@@ -104,12 +111,17 @@ pub fn along(table: &Table, objectives: &[Objective], front: &[u32]) -> Vec<Marg
 }
 
 /// The edges of the upper hull of (price, gain, row) from the cheapest to the largest gain.
-fn hull(mut points: Vec<(f64, f64, u32)>) -> Vec<Step> {
+fn hull(mut points: Vec<(f64, f64, u32)>, epsilon: f64) -> Vec<Step> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)).then(a.2.cmp(&b.2)));
     let mut kept: Vec<(f64, f64, u32)> = Vec::new();
     for point in points {
-        if kept.last().is_some_and(|last| point.1 <= last.1) {
-            continue;
+        if let Some(last) = kept.last() {
+            if point.1 <= last.1 || is_alike(point.1, last.1, epsilon) {
+                continue;
+            }
+            if is_alike(point.0, last.0, epsilon) {
+                kept.pop();
+            }
         }
         let slope = |a: &(f64, f64, u32), b: &(f64, f64, u32)| (b.1 - a.1) / (b.0 - a.0);
         while let [.., before, last] = kept.as_slice()

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::sweep::expr::Expr;
-pub use crate::sweep::objective::{Goal, Objective};
+pub use crate::sweep::objective::{EPSILON, Goal, Objective};
 use powergs_base::config::suggest::nearest;
 
 /// Which rows of a point count.
@@ -57,6 +57,22 @@ pub struct Question {
     pub design: Named,
     /// How many of the top designs the rankings show.
     pub top: usize,
+    /// Values that differ by at most this share of the larger one count as equal.
+    pub epsilon: f64,
+    /// What becomes of designs that miss the display rate.
+    pub misses: Misses,
+    /// Frames per second that the display shows, where that is known: only words need it.
+    pub display_fps: Option<f64>,
+}
+
+/// What becomes of designs that take longer than a display period for some frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Misses {
+    /// They rank behind all that meet the display rate.
+    #[default]
+    Behind,
+    /// They are ranked like all others.
+    Included,
 }
 
 impl Question {
@@ -71,6 +87,9 @@ impl Question {
             colour: None,
             design: Named::Baseline,
             top: 10,
+            epsilon: EPSILON,
+            misses: Misses::Behind,
+            display_fps: None,
         }
     }
 
@@ -86,8 +105,17 @@ impl Question {
 }
 
 /// Metrics that prices, charts and tables use besides the objectives.
-const USEFUL: [&str; 6] =
-    ["area_mm2", "power_w.mean", "fps.mean", "energy_pj.mean", "frame_time_ms.mean", "frames"];
+const USEFUL: [&str; 9] = [
+    "area_mm2",
+    "power_w.mean",
+    "fps.mean",
+    "fps.min",
+    "energy_pj.mean",
+    "frame_time_ms.mean",
+    "frame_time_ms.max",
+    "deadline_missed_frac",
+    "frames",
+];
 
 /// The parts of the energy of a frame.
 pub const ENERGY_PARTS: [&str; 6] = [

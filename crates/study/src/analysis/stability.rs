@@ -2,16 +2,18 @@
 //!
 //! Designs are ranked by their merit (see [`super::knee`]), so the first is the knee. Every
 //! alternative scales by its own front. Only designs that meet the condition in the reference are
-//! ranked, and in an alternative those that were measured there.
+//! ranked, and in an alternative those that were measured there. Designs that miss the display rate
+//! in an alternative rank behind all others there.
 
 pub mod rank;
 
 use std::collections::BTreeMap;
 
 use super::designs::{Slice, meeting, with_costs};
-use super::front::{Costs, front};
-use super::knee::Scaling;
+use super::front::Costs;
+use super::knee::{Scaling, front};
 use super::question::{AnalysisError, Question, Scope};
+use super::rate::Late;
 use super::table::Table;
 use rank::{kendall, spearman};
 
@@ -23,7 +25,9 @@ pub(crate) const ALTERNATIVES_MAX: usize = 24;
 struct Ranking {
     /// The rows that are ranked, by point.
     rows: Vec<u32>,
-    merits: Vec<f64>,
+    /// What they are ranked by, the smaller the better: the merits, and behind these the times of
+    /// the slowest frames of designs that miss the display rate.
+    scores: Vec<f64>,
     /// Places in `rows`, the best first.
     order: Vec<usize>,
     /// Places in `rows` of the front.
@@ -32,20 +36,32 @@ struct Ranking {
 }
 
 impl Ranking {
-    fn of(table: &Table, question: &Question, rows: &[u32]) -> Ranking {
+    fn of(table: &Table, question: &Question, rows: &[u32], late: &Late) -> Ranking {
         let (rows, costs) = with_costs(table, &question.objectives, rows);
-        let front = front(&costs);
-        let scaling = Scaling::of(&costs, &front);
-        let merits: Vec<f64> = (0..rows.len()).map(|d| scaling.merit(costs.of(d))).collect();
+        let (first, behind) = late.split(table, &rows, question.epsilon);
+        let mut first_costs = Costs::new(costs.objectives());
+        first.iter().for_each(|&d| first_costs.push(costs.of(d)));
+        let front: Vec<usize> = front(&first_costs, question.epsilon);
+        let scaling = Scaling::of(&first_costs, &front);
+        let front: Vec<usize> = front.into_iter().map(|place| first[place]).collect();
+        let merit = |d: usize| scaling.merit(costs.of(d));
+        // A design off the front can have a smaller merit than the knee by noise only.
+        let knee = front.iter().map(|&d| merit(d)).fold(f64::INFINITY, f64::min);
+        let mut scores: Vec<f64> = (0..rows.len()).map(|d| merit(d).max(knee)).collect();
+        let worst = first.iter().map(|&d| scores[d]).fold(0.0, f64::max);
+        for d in behind {
+            let slowest = late.slowest_ms(table.points[rows[d] as usize]).unwrap_or(f64::MAX);
+            scores[d] = (worst + 1.0) * (1.0 + slowest);
+        }
         let mut on_front = vec![false; rows.len()];
         front.iter().for_each(|&d| on_front[d] = true);
         let mut order: Vec<usize> = (0..rows.len()).collect();
-        let key = |d: usize| (merits[d], !on_front[d]);
+        let key = |d: usize| (scores[d], !on_front[d]);
         order.sort_by(|&a, &b| {
             let ((a, a_off), (b, b_off)) = (key(a), key(b));
             a.total_cmp(&b).then(a_off.cmp(&b_off))
         });
-        Ranking { rows, merits, order, front, costs }
+        Ranking { rows, scores, order, front, costs }
     }
 
     /// Place of every point in `rows`.
@@ -128,7 +144,8 @@ impl Stability {
         energy_table: u32,
         rows: &[u32],
     ) -> Result<Stability, AnalysisError> {
-        let reference = Ranking::of(table, question, rows);
+        let late = Late::of(table, energy_table, &question.scope, question.misses);
+        let reference = Ranking::of(table, question, rows, &late);
         let point = |row: u32| table.points[row as usize];
         let top: Vec<u32> =
             reference.order.iter().take(question.top).map(|&d| reference.rows[d]).collect();
@@ -171,7 +188,8 @@ impl Here<'_> {
         let slice = Slice::of(table, self.energy_table, &self.scope);
         let ranked: Vec<u32> =
             reference.rows.iter().filter_map(|&row| slice.row(table, point(row))).collect();
-        let here = Ranking::of(table, question, &ranked);
+        let late = Late::of(table, self.energy_table, &self.scope, question.misses);
+        let here = Ranking::of(table, question, &ranked, &late);
         if here.rows.is_empty() {
             return Ok(None);
         }
@@ -180,10 +198,10 @@ impl Here<'_> {
         let both: Vec<(usize, usize)> = (0..reference.rows.len())
             .filter_map(|d| Some((d, *places.get(&point(reference.rows[d]))?)))
             .collect();
-        let merits = |side: &Ranking, of: fn(&(usize, usize)) -> usize| -> Vec<f64> {
-            both.iter().map(|pair| side.merits[of(pair)]).collect()
+        let scores = |side: &Ranking, of: fn(&(usize, usize)) -> usize| -> Vec<f64> {
+            both.iter().map(|pair| side.scores[of(pair)]).collect()
         };
-        let (there_merits, here_merits) = (merits(reference, |p| p.0), merits(&here, |p| p.1));
+        let (there_scores, here_scores) = (scores(reference, |p| p.0), scores(&here, |p| p.1));
         let objective = |j: usize| {
             let there: Vec<f64> = both.iter().map(|p| reference.costs.of(p.0)[j]).collect();
             let here: Vec<f64> = both.iter().map(|p| here.costs.of(p.1)[j]).collect();
@@ -206,8 +224,8 @@ impl Here<'_> {
             scope: self.scope,
             label: self.label,
             designs: both.len(),
-            kendall: kendall(&there_merits, &here_merits),
-            spearman: spearman(&there_merits, &here_merits),
+            kendall: kendall(&there_scores, &here_scores),
+            spearman: spearman(&there_scores, &here_scores),
             objectives: (0..question.objectives.len()).map(objective).collect(),
             top_kept: top_ranks.iter().flatten().filter(|r| **r <= top.len()).count(),
             front_kept: fronts.iter().filter(|p| front.binary_search(p).is_ok()).count(),

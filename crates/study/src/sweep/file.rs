@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::objective::Objective;
+use super::objective::{EPSILON, Objective};
 use place::Places;
 use powergs_base::config::{self, ConfigError, Problem};
 
@@ -94,7 +94,7 @@ pub struct EnergySpec {
 }
 
 /// Columns of the results that are to be small or large.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Objectives {
     /// The smaller the better.
@@ -103,6 +103,18 @@ pub struct Objectives {
     /// The larger the better.
     #[serde(default)]
     pub maximize: Vec<String>,
+    /// Whether designs that miss the display rate rank like all others; they rank behind without
+    /// it.
+    #[serde(default)]
+    pub include_misses: bool,
+    /// Values that differ by at most this share of the larger one count as equal.
+    #[serde(default = "epsilon")]
+    #[schemars(extend("minimum" = 0, "maximum" = 0.5, "x-unit" = "share"))]
+    pub epsilon: f64,
+}
+
+const fn epsilon() -> f64 {
+    EPSILON
 }
 
 impl Objectives {
@@ -117,8 +129,10 @@ impl Default for Objectives {
     fn default() -> Self {
         let columns = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
         Self {
-            minimize: columns(&["energy_pj.mean", "area_mm2"]),
+            minimize: columns(&["power_w.mean", "area_mm2"]),
             maximize: columns(&["fps.mean"]),
+            include_misses: false,
+            epsilon: EPSILON,
         }
     }
 }
@@ -286,6 +300,9 @@ impl SweepFile {
             if ["energy", "dram", "display", "machine"].contains(&label.as_str()) {
                 wrong(&path, format!("`{label}:` means a file in expressions: take another label"));
             }
+        }
+        if !(0.0..=0.5).contains(&self.objectives.epsilon) {
+            wrong("objectives.epsilon", "`epsilon` must be a share from 0 to 0.5".into());
         }
         let columns = self.objectives.minimize.iter().chain(&self.objectives.maximize);
         let columns: Vec<&String> = columns.collect();

@@ -1,5 +1,8 @@
 //! What is wanted of a design: columns of the table that are to be small or large.
 
+/// Share below which a difference is noise, unless somebody says otherwise.
+pub const EPSILON: f64 = 1e-3;
+
 /// Which way an objective is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Goal {

@@ -5,8 +5,8 @@
 //! [`Search::tell`] takes what came of them. Parents are taken by rank and crowding from the best
 //! points so far; children mix their values, and values move to neighbours on axes of numbers or to
 //! any other value on axes of names. A point is asked for once; a generation without enough new
-//! children is filled up with random points. Points that failed or are left out lose against every
-//! other. The same seed and the same results give the same points.
+//! children is filled up with random points. Points that miss a bound
+//! lose against those that keep it, points that failed or are left out against every other. The same seed and the same results give the same points.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ use rand_pcg::Pcg64;
 use super::file::Sampling;
 use super::lattice::Lattice;
 use super::sample::{self, sobol};
-use front::Ranked;
+use front::{Ranked, Trial};
 
 pub mod front;
 
@@ -38,8 +38,8 @@ pub struct Search {
     asked: u32,
     /// Points that were asked for.
     known: BTreeSet<u64>,
-    /// Results by point: all to be minimised; `None` for a point that failed.
-    results: BTreeMap<u64, Option<Vec<f64>>>,
+    /// Results by point; `None` for a point that failed.
+    results: BTreeMap<u64, Option<Trial>>,
     /// Points that parents are taken from.
     parents: Vec<u64>,
 }
@@ -81,17 +81,18 @@ impl Search {
         asked
     }
 
-    /// Takes results: all to be minimised, as many for each point; `None` for a point that failed.
-    /// Order does not matter.
-    pub fn tell(&mut self, results: &[(u64, Option<Vec<f64>>)]) {
+    /// Takes results, with as many costs for each point; `None` for a point that failed. Order does
+    /// not matter.
+    pub fn tell(&mut self, results: &[(u64, Option<Trial>)]) {
         for (index, values) in results {
-            let usable = values.clone().filter(|v| v.iter().all(|x| x.is_finite()));
+            let is_finite = |t: &Trial| t.miss.is_finite() && t.costs.iter().all(|x| x.is_finite());
+            let usable = values.clone().filter(is_finite);
             self.results.insert(*index, usable);
         }
         let mut candidates: BTreeSet<u64> = results.iter().map(|(index, _)| *index).collect();
         candidates.extend(&self.parents);
         let alive = |i: &u64| Some((*i, self.results.get(i)?.clone()?));
-        let alive: Vec<(u64, Vec<f64>)> = candidates.iter().filter_map(alive).collect();
+        let alive: Vec<(u64, Trial)> = candidates.iter().filter_map(alive).collect();
         self.parents = front::best(&alive, self.population);
     }
 
@@ -103,7 +104,7 @@ impl Search {
     /// The points that no other one beats in everything, ascending.
     pub fn front(&self) -> Vec<u64> {
         let alive = self.results.iter().filter_map(|(i, r)| Some((*i, r.clone()?)));
-        let alive: Vec<(u64, Vec<f64>)> = alive.collect();
+        let alive: Vec<(u64, Trial)> = alive.collect();
         let ranked = Ranked::new(&alive);
         let first = alive.iter().zip(&ranked.rank).filter(|(_, rank)| **rank == 0);
         first.map(|((index, _), _)| *index).collect()
@@ -147,7 +148,7 @@ impl Search {
             return;
         }
         let result = |i: &u64| (*i, self.results[i].clone().unwrap_or_default());
-        let pool: Vec<(u64, Vec<f64>)> = self.parents.iter().map(result).collect();
+        let pool: Vec<(u64, Trial)> = self.parents.iter().map(result).collect();
         let ranked = Ranked::new(&pool);
         for _ in 0..wanted as u64 * TRIES {
             if asked.len() >= wanted {

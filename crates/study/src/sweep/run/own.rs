@@ -102,7 +102,8 @@ impl Sweep {
     }
 
     fn wanted(&mut self) -> &mut Objectives {
-        let none = Objectives { minimize: Vec::new(), maximize: Vec::new() };
+        let none =
+            Objectives { minimize: Vec::new(), maximize: Vec::new(), ..Objectives::default() };
         self.objectives.get_or_insert(none)
     }
 

@@ -15,6 +15,7 @@ use crate::sweep::objective::Objective;
 use crate::sweep::outcome::Outcome;
 use crate::sweep::record::Record;
 use crate::sweep::search::Search;
+use crate::sweep::search::front::Trial;
 use crate::sweep::table::Cell;
 use powergs_core::run::RunError;
 
@@ -55,13 +56,13 @@ pub fn search(
         if !work(sweep, &plan, &machines, sink, memory, watch)? {
             return Ok(None);
         }
-        let mut answers: Vec<(u64, Option<Vec<f64>>)> =
+        let mut answers: Vec<(u64, Option<Trial>)> =
             generation.iter().map(|&point| (point, None)).collect();
         for (design, planned) in plan.designs.iter().enumerate() {
             let Some(point) = planned.point else { continue };
-            let costs = costs(sweep, folder, &plan, design)?;
+            let trial = trial(sweep, folder, &plan, design)?;
             if let Some(answer) = answers.iter_mut().find(|(p, _)| *p == point) {
-                answer.1 = costs;
+                answer.1 = trial;
             }
         }
         search.tell(&answers);
@@ -69,13 +70,14 @@ pub fn search(
 }
 
 /// The objectives of a design, all to be small, under the first energy table and the mean of all
-/// traces; `None` if it failed.
-fn costs(
+/// traces, and by how much it misses the display rate: the time of its slowest frame, ms. `None` if
+/// it failed.
+fn trial(
     sweep: &OpenedSweep<'_>,
     folder: &mut SweepFolder<'_>,
     plan: &Plan,
     design: usize,
-) -> Result<Option<Vec<f64>>, RunError> {
+) -> Result<Option<Trial>, RunError> {
     let mut outcomes: Vec<(f64, Outcome)> = Vec::new();
     for trace in &sweep.traces {
         match folder.records.get(plan.key(design, 0, trace.hash))? {
@@ -102,5 +104,12 @@ fn costs(
         }?;
         Some(objective.goal.cost(value))
     };
-    Ok(sweep.objectives.iter().map(cost).collect())
+    let metric = |name: &str| values[metrics().iter().position(|m| m.name == name)?];
+    let is_late = metric("deadline_missed_frac").is_some_and(|share| share > 0.0);
+    let miss = match is_late && !sweep.file.objectives.include_misses {
+        true => metric("frame_time_ms.max").unwrap_or(f64::MAX),
+        false => 0.0,
+    };
+    let costs: Option<Vec<f64>> = sweep.objectives.iter().map(cost).collect();
+    Ok(costs.map(|costs| Trial { costs, miss }))
 }

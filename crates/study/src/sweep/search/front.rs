@@ -1,4 +1,22 @@
-//! Dominance: ranks and crowding distances of points, all objectives to be minimised.
+//! Dominance: ranks and crowding distances of points, all objectives to be minimised. Points that
+//! miss a bound lose against all that keep it, and among themselves by how much they miss it
+//! (constraint domination, Deb et al. 2002).
+
+/// What came of a point.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Trial {
+    /// Its objectives, the smaller the better.
+    pub costs: Vec<f64>,
+    /// How much it misses the bound; zero if it keeps it.
+    pub miss: f64,
+}
+
+impl From<Vec<f64>> for Trial {
+    /// A point that keeps the bound.
+    fn from(costs: Vec<f64>) -> Trial {
+        Trial { costs, miss: 0.0 }
+    }
+}
 
 /// Ranks and crowding distances, in the order of the points.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,15 +27,19 @@ pub struct Ranked {
     pub crowding: Vec<f64>,
 }
 
-/// Whether `a` is nowhere worse than `b` and somewhere better.
-pub fn dominates(a: &[f64], b: &[f64]) -> bool {
-    let nowhere_worse = a.iter().zip(b).all(|(x, y)| x <= y);
-    nowhere_worse && a.iter().zip(b).any(|(x, y)| x < y)
+/// Whether `a` misses the bound by less than `b`, or by as much, and is nowhere worse and somewhere
+/// better.
+pub fn dominates(a: &Trial, b: &Trial) -> bool {
+    if a.miss != b.miss {
+        return a.miss < b.miss;
+    }
+    let pairs = || a.costs.iter().zip(&b.costs);
+    pairs().all(|(x, y)| x <= y) && pairs().any(|(x, y)| x < y)
 }
 
 impl Ranked {
     /// Ranks points with their values.
-    pub fn new(points: &[(u64, Vec<f64>)]) -> Ranked {
+    pub fn new(points: &[(u64, Trial)]) -> Ranked {
         let n = points.len();
         let mut beaten_by = vec![0usize; n];
         let mut beats: Vec<Vec<usize>> = vec![Vec::new(); n];
@@ -55,11 +77,11 @@ impl Ranked {
     }
 
     /// Distances within one rank.
-    fn crowd(&mut self, points: &[(u64, Vec<f64>)], members: &[usize]) {
-        let objectives = members.first().map_or(0, |&i| points[i].1.len());
+    fn crowd(&mut self, points: &[(u64, Trial)], members: &[usize]) {
+        let objectives = members.first().map_or(0, |&i| points[i].1.costs.len());
         for k in 0..objectives {
             let mut order = members.to_vec();
-            let value = |i: usize| points[i].1[k];
+            let value = |i: usize| points[i].1.costs[k];
             order.sort_by(|&a, &b| value(a).total_cmp(&value(b)).then(a.cmp(&b)));
             let (first, last) = (order[0], order[order.len() - 1]);
             let width = value(last) - value(first);
@@ -84,7 +106,7 @@ impl Ranked {
 }
 
 /// The numbers of the best `n` points, ascending.
-pub fn best(points: &[(u64, Vec<f64>)], n: usize) -> Vec<u64> {
+pub fn best(points: &[(u64, Trial)], n: usize) -> Vec<u64> {
     let ranked = Ranked::new(points);
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| {

@@ -102,10 +102,10 @@ fn the_distance_names_the_nearest_design_that_beats() {
     let costs = costs(2, &rows);
     let members = front(&costs);
     let scaling = Scaling::of(&costs, &members);
-    let from = distance(&costs, &members, &scaling, &[5.0, 6.0]);
+    let from = distance(&costs, &members, &scaling, &[5.0, 6.0], 0.0);
     let nearest = from.nearest.expect("(4, 4) beats it");
     assert_eq!((nearest.design, nearest.gains.as_slice()), (1, &[1.0, 2.0][..]));
     assert!((nearest.distance - 0.05_f64.sqrt()).abs() < 1e-12, "(0.1, 0.2) of the ranges");
-    assert!(distance(&costs, &members, &scaling, &[4.0, 4.0]).nearest.is_none());
-    assert!(distance(&costs, &members, &scaling, &[-1.0, 6.0]).best.is_empty());
+    assert!(distance(&costs, &members, &scaling, &[4.0, 4.0], 0.0).nearest.is_none());
+    assert!(distance(&costs, &members, &scaling, &[-1.0, 6.0], 0.0).best.is_empty());
 }

@@ -1,7 +1,10 @@
 //! Whole answers on a table whose answer is known.
 
+use powergs_study::analysis::front::is_alike;
 use powergs_study::analysis::marginal::Price;
-use powergs_study::analysis::{Analysis, AnalysisError, Named, Objective, Question, Scope, Table};
+use powergs_study::analysis::{
+    Analysis, AnalysisError, Misses, Named, Objective, Question, Scope, Table,
+};
 use powergs_study::sweep::expr::Expr;
 
 use super::support::Sweep;
@@ -199,5 +202,102 @@ fn rows_without_a_value_are_left_out() {
     assert_eq!((analysis.simulated, analysis.front.as_slice()), (1, &[1][..]));
     let question = Question::of(vec![Objective::maximize("frames")]);
     let same = Analysis::of(&table, &question).expect("an answer");
-    assert_eq!(same.front.len(), 3, "equal designs are all on the front");
+    assert_eq!((same.front.as_slice(), same.twins[0].as_slice()), (&[0][..], &[1, 2][..]));
+}
+
+/// A table of single traces: key, area, frame rate; the display shows 60.
+fn small(rows: &[(&str, f64, f64)]) -> Table {
+    let mut text = String::from(
+        "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,frames,\
+         frame_time_ms.mean,frame_time_ms.max,fps.mean,fps.min,deadline_missed_frac,area_mm2\n",
+    );
+    for (point, (key, area, fps)) in rows.iter().enumerate() {
+        let (ms, late) = (1e3 / fps, u8::from(*fps < 60.0));
+        text += &format!(
+            "{point},false,{point:x},ok,,t,,mean,{key},4,{ms},{ms},{fps},{fps},{late},{area}\n"
+        );
+    }
+    Table::read(text.as_bytes(), |_| true).expect("a table")
+}
+
+#[test]
+fn designs_that_miss_the_display_rate_rank_behind() {
+    let table = small(&[("1", 1.0, 31.0), ("2", 2.0, 59.0), ("4", 3.0, 61.0), ("8", 5.0, 90.0)]);
+    let analysis = Analysis::of(&table, &two()).expect("an answer");
+    assert_eq!((analysis.front.as_slice(), analysis.behind.as_slice()), (&[2, 3][..], &[0, 1][..]));
+    assert!(analysis.is_late(0) && !analysis.is_late(2) && analysis.unreached().is_none());
+    assert_eq!(analysis.stability.top, [2, 3]);
+    let all = Question { misses: Misses::Included, ..two() };
+    let all = Analysis::of(&table, &all).expect("an answer");
+    assert_eq!((all.front.len(), all.behind.len()), (4, 0));
+    assert!(all.is_late(0), "they are marked all the same");
+}
+
+#[test]
+fn where_no_design_meets_the_rate_the_least_miss_comes_first() {
+    let table = small(&[("1", 1.0, 31.0), ("2", 3.0, 59.0), ("4", 2.0, 58.99), ("8", 5.0, 40.0)]);
+    let analysis = Analysis::of(&table, &two()).expect("an answer");
+    assert_eq!(analysis.front, [2], "of those that miss it least the smallest");
+    assert_eq!(analysis.behind, [0, 3]);
+    let (row, fps) = analysis.unreached().expect("none meets it");
+    assert_eq!(row, 1);
+    assert!((fps - 59.0).abs() < 1e-9);
+}
+
+#[test]
+fn noise_is_no_trade() {
+    // #1 and #2 are #0 but for 0.05 %; #3 gains 0.2 %.
+    let table =
+        small(&[("1", 2.0, 100.0), ("2", 2.0, 100.05), ("4", 2.001, 100.04), ("8", 2.0, 100.2)]);
+    let of = |epsilon| {
+        let analysis = Analysis::of(&table, &Question { epsilon, ..two() }).expect("an answer");
+        (analysis.front.clone(), analysis.twins.clone(), analysis.knee)
+    };
+    assert_eq!(of(1e-3), (vec![3], vec![vec![]], 3));
+    assert_eq!(of(0.0), (vec![3], vec![vec![]], 3));
+    let table = small(&[("1", 2.0, 100.0), ("2", 2.0, 100.05), ("4", 2.001, 100.09)]);
+    let question = two();
+    let analysis = Analysis::of(&table, &question).expect("an answer");
+    assert_eq!((analysis.front.len(), analysis.twins[0].len()), (1, 2), "one entry, two equal");
+    assert!(analysis.marginals.is_empty() && analysis.around_knee.len() >= 2);
+    let exact = Analysis::of(&table, &Question { epsilon: 0.0, ..question }).expect("an answer");
+    assert_eq!(exact.front, [1, 2]);
+}
+
+/// Whatever is left out is covered by an entry of the front, and no entry by another.
+#[test]
+fn a_thinned_front_covers_all_designs() {
+    let table = Sweep::default().table();
+    for epsilon in [0.0, 1e-3, 0.05, 0.3] {
+        let question = Question { epsilon, ..two() };
+        let analysis = Analysis::of(&table, &question).expect("an answer");
+        let covers = |a: u32, b: u32| {
+            (0..2).all(|j| {
+                let goal = analysis.question.objectives[j].goal;
+                let (x, y) = (analysis.value(j, a), analysis.value(j, b));
+                goal.gain(y, x) >= 0.0 || is_alike(x, y, 2.0 * epsilon)
+            })
+        };
+        for &row in &analysis.rows {
+            assert!(analysis.front.iter().any(|&m| covers(m, row)), "{epsilon} {row}");
+        }
+        for &a in &analysis.front {
+            let alike = |b: u32| (0..2).all(|j| analysis.alike(j, a, b));
+            assert!(!analysis.front.iter().any(|&b| a != b && alike(b)));
+        }
+        assert_eq!(analysis.stability.top[0], analysis.knee);
+    }
+}
+
+#[test]
+fn a_front_at_the_end_of_an_axis_is_noticed() {
+    let table = small(&[("1", 2.0, 70.0), ("2", 2.0, 80.0), ("4", 2.0, 90.0)]);
+    let analysis = Analysis::of(&table, &two()).expect("an answer");
+    let [end] = analysis.at_ends.as_slice() else { panic!("{:?}", analysis.at_ends) };
+    assert_eq!((end.axis.as_str(), end.value.as_str(), end.is_largest), ("vru.cores", "4", true));
+    // Nothing is below one core, and an equal design elsewhere is not bound by the end.
+    let least = small(&[("1", 1.0, 90.0), ("2", 2.0, 90.0)]);
+    assert!(Analysis::of(&least, &two()).expect("an answer").at_ends.is_empty());
+    let equal = small(&[("2", 2.0, 80.0), ("3", 2.0, 90.0), ("4", 2.0, 90.0)]);
+    assert!(Analysis::of(&equal, &two()).expect("an answer").at_ends.is_empty());
 }

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 fn what_is_left_out_has_its_default() {
     let file = SweepFile::parse("question = \"Why?\"\nbase = \"gscore\"").expect("a sweep");
     assert!(file.axes.is_empty() && file.traces.is_empty() && file.energy.is_empty());
-    assert_eq!(file.objectives.minimize, ["energy_pj.mean", "area_mm2"]);
+    assert_eq!(file.objectives.minimize, ["power_w.mean", "area_mm2"]);
     assert_eq!(file.objectives.maximize, ["fps.mean"]);
     assert_eq!((file.display_fps, file.sampling.method), (60.0, Method::Grid));
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use powergs_study::sweep::file::{Method, Sampling};
 use powergs_study::sweep::lattice::{Lattice, Side};
 use powergs_study::sweep::search::Search;
-use powergs_study::sweep::search::front::{Ranked, best, dominates};
+use powergs_study::sweep::search::front::{Ranked, Trial, best, dominates};
 use proptest::prelude::*;
 
 fn lattice(lens: &[u32]) -> Lattice {
@@ -37,7 +37,7 @@ fn run(
         if asked.is_empty() {
             return all;
         }
-        let mut told: Vec<_> = asked.iter().map(|&i| (i, result(i))).collect();
+        let mut told: Vec<_> = asked.iter().map(|&i| (i, result(i).map(Trial::from))).collect();
         told.reverse();
         search.tell(&told);
         all.extend(asked);
@@ -84,6 +84,29 @@ fn what_is_left_out_costs_nothing_and_what_fails_is_no_parent() {
     assert!(!search.front().is_empty());
 }
 
+/// The cheapest half of the space misses the bound: the front is that of the other half.
+#[test]
+fn points_that_miss_a_bound_lose() {
+    let lattice = lattice(&[16, 16]);
+    let mut search = Search::new(&lattice, &sampling(16, 12, None));
+    loop {
+        let asked = search.ask(&Some::<u64>);
+        if asked.is_empty() {
+            break;
+        }
+        let told = |&i: &u64| {
+            let digits = lattice.digits(i);
+            let costs = digits.iter().map(|&d| f64::from(d)).collect();
+            let miss = f64::from(8u32.saturating_sub(digits[0] + digits[1]));
+            (i, Some(Trial { costs, miss }))
+        };
+        search.tell(&asked.iter().map(told).collect::<Vec<_>>());
+    }
+    let sums = search.front().into_iter().map(|i| lattice.digits(i).iter().sum::<u32>());
+    let sums: BTreeSet<u32> = sums.collect();
+    assert_eq!(sums, BTreeSet::from([8]), "the least that keeps the bound");
+}
+
 #[test]
 fn hopeless_answers_end_it() {
     let lattice = lattice(&[3, 3]);
@@ -100,9 +123,12 @@ fn hopeless_answers_end_it() {
     assert!(asked.len() == 9 && search.front().is_empty(), "NaN is a failure");
 }
 
-fn points() -> impl Strategy<Value = Vec<(u64, Vec<f64>)>> {
+fn points() -> impl Strategy<Value = Vec<(u64, Trial)>> {
     let value = (0u8..6).prop_map(f64::from);
-    let row = prop::collection::vec(value, 3);
+    // Half of the points keep the bound.
+    let miss = prop_oneof![Just(0.0), (0u8..3).prop_map(f64::from)];
+    let row = (prop::collection::vec(value, 3), miss);
+    let row = row.prop_map(|(costs, miss)| Trial { costs, miss });
     prop::collection::vec(row, 1..40)
         .prop_map(|rows| rows.into_iter().enumerate().map(|(i, r)| (i as u64, r)).collect())
 }

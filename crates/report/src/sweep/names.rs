@@ -1,0 +1,60 @@
+//! Short names of axes for the heads of tables.
+
+use powergs_study::sweep::key::Key;
+
+/// For every name the shortest end of it that only it has, among the others and among all keys of
+/// all files: `sorting.capacity` for `buffers.sorting.capacity`. An end that another one begins with
+/// (`units` beside `units-per-core`) is too short.
+pub fn short(names: &[&str]) -> Vec<String> {
+    let mut others: Vec<&str> = Key::all().collect();
+    others.extend(names);
+    let one = |name: &&str| {
+        ends(name).find(|end| is_clear(end, name, &others)).unwrap_or(name).to_owned()
+    };
+    names.iter().map(one).collect()
+}
+
+/// The ends of a dotted name, the shortest first.
+fn ends(name: &str) -> impl Iterator<Item = &str> {
+    let cuts = name.rmatch_indices(['.', ':']).map(|(at, _)| &name[at + 1..]);
+    cuts.chain([name])
+}
+
+fn is_clear(end: &str, name: &str, others: &[&str]) -> bool {
+    let last = end.rsplit(['.', ':']).next().unwrap_or(end);
+    let clashes = |other: &str| {
+        let is_end = other.strip_suffix(end).is_some_and(|rest| rest.ends_with(['.', ':']));
+        let other_last = other.rsplit(['.', ':']).next().unwrap_or(other);
+        let is_beginning = end == last && other_last.starts_with(&format!("{end}-"));
+        other != name && (other == end || is_end || is_beginning)
+    };
+    !others.iter().any(|other| clashes(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn names_are_as_short_as_they_are_clear() {
+        let names = [
+            "buffers.sorting.capacity",
+            "buffers.feature.capacity",
+            "geometry.chunk",
+            "vru.cores",
+            "ccu.units",
+            "vru.units-per-core",
+            "sorters",
+        ];
+        let expected = [
+            "sorting.capacity",
+            "feature.capacity",
+            "chunk",
+            "cores",
+            "ccu.units",
+            "units-per-core",
+            "sorters",
+        ];
+        assert_eq!(short(&names), expected);
+    }
+}
