@@ -195,6 +195,20 @@ fn values_have_units_that_fit() {
     assert_eq!(Measure::of("units.vru.busy_frac").words, "units.vru.busy_frac");
 }
 
+#[test]
+fn names_are_as_short_as_they_are_clear() {
+    let names = [
+        ("buffers.sorting.capacity", "sorting.capacity"),
+        ("buffers.feature.capacity", "feature.capacity"),
+        ("geometry.chunk", "chunk"),
+        ("vru.cores", "cores"),
+        ("ccu.units", "ccu.units"),
+        ("vru.units-per-core", "units-per-core"),
+        ("sorters", "sorters"),
+    ];
+    assert_eq!(sweep::short_names(&names.map(|n| n.0)), names.map(|n| n.1));
+}
+
 fn program(arguments: &[&str]) -> assert_cmd::assert::Assert {
     Command::new(env!("CARGO_BIN_EXE_powergs-sim")).arg("pareto").args(arguments).assert()
 }
@@ -234,6 +248,67 @@ fn the_command_writes_its_folder_again_and_again() {
     assert_eq!(json["named"]["meets_condition"], false);
     assert!(json["knee"]["design"]["values"]["fps.mean"].as_f64().is_some());
     assert_eq!(json["stability"]["rankings"], 5);
+}
+
+/// A table in which the slow designs draw least.
+fn slow_and_fast(fps: [f64; 3]) -> tempfile::TempDir {
+    let root = tempfile::tempdir().expect("a folder");
+    let mut text = String::from(
+        "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,frames,\
+         frame_time_ms.mean,frame_time_ms.max,fps.mean,fps.min,deadline_missed_frac,\
+         power_w.mean,area_mm2\n",
+    );
+    for (i, fps) in fps.into_iter().enumerate() {
+        let (ms, late, cores) = (1e3 / fps, u8::from(fps < 60.0), 1 << i);
+        text += &format!(
+            "{i},false,{i:x},ok,,t,,mean,{cores},4,{ms},{ms},{fps},{fps},{late},0.{cores},{cores}\n"
+        );
+    }
+    fs::write(root.path().join("results.csv"), text).expect("written");
+    let sweep = "question = \"Which is enough?\"\nbase = \"gscore\"\n";
+    fs::write(root.path().join("sweep.toml"), sweep).expect("written");
+    root
+}
+
+#[test]
+fn a_design_below_the_display_rate_is_no_answer() {
+    let root = slow_and_fast([31.0, 70.0, 90.0]);
+    let dir = root.path().to_string_lossy().into_owned();
+    let asked = [dir.as_str(), "--minimize", "power_w.mean,area_mm2"];
+    program(&asked)
+        .code(0)
+        .stdout(predicate::str::contains("Knee: #1"))
+        .stdout(predicate::str::contains("1 design misses 60 FPS"));
+    let rows = fs::read_to_string(root.path().join("analysis/pareto.csv")).expect("rows");
+    assert!(rows.contains("\nknee,false,,1,"), "{rows}");
+    let all: Vec<&str> = asked.iter().copied().chain(["--include-misses"]).collect();
+    program(&all)
+        .code(0)
+        .stdout(predicate::str::contains("Knee: #0"))
+        .stdout(predicate::str::contains("missed"));
+    let rows = fs::read_to_string(root.path().join("analysis/pareto.csv")).expect("rows");
+    assert!(rows.contains("\nknee,true,,0,"), "{rows}");
+}
+
+#[test]
+fn where_no_design_reaches_the_rate_the_answer_begins_with_it() {
+    let root = slow_and_fast([21.0, 31.0, 41.5]);
+    let dir = root.path().to_string_lossy().into_owned();
+    program(&[&dir]).code(0).stdout(predicate::str::contains(
+        "No design reaches 60 FPS in every frame. The fastest, #2, does 41.5 FPS",
+    ));
+}
+
+#[test]
+fn noise_is_a_share_or_in_percent() {
+    let root = slow_and_fast([61.0, 70.0, 90.0]);
+    let dir = root.path().to_string_lossy().into_owned();
+    let one = "--maximize=fps.mean";
+    program(&[&dir, one, "--epsilon", "0.1%", "--json"]).code(0);
+    let json = program(&[&dir, one, "--epsilon", "40 %", "--json"]).code(0);
+    let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).expect("JSON");
+    assert_eq!(json["front"][0]["same_as"], serde_json::json!([0, 1]));
+    program(&[&dir, "--epsilon", "2"]).code(2).stderr(predicate::str::contains("0.1%"));
 }
 
 #[test]

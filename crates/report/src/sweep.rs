@@ -15,6 +15,7 @@ mod ranks;
 mod words;
 
 pub use measure::Measure;
+pub use names::short as short_names;
 pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};
 pub use page::{Provenance, document};
 

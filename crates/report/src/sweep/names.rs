@@ -3,8 +3,8 @@
 use powergs_study::sweep::key::Key;
 
 /// For every name the shortest end of it that only it has, among the others and among all keys of
-/// all files: `sorting.capacity` for `buffers.sorting.capacity`. An end that another one begins with
-/// (`units` beside `units-per-core`) is too short.
+/// all files: `sorting.capacity` for `buffers.sorting.capacity`. An end that another one begins
+/// with (`units` beside `units-per-core`) is too short.
 pub fn short(names: &[&str]) -> Vec<String> {
     let mut others: Vec<&str> = Key::all().collect();
     others.extend(names);
@@ -29,32 +29,4 @@ fn is_clear(end: &str, name: &str, others: &[&str]) -> bool {
         other != name && (other == end || is_end || is_beginning)
     };
     !others.iter().any(|other| clashes(other))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    #[test]
-    fn names_are_as_short_as_they_are_clear() {
-        let names = [
-            "buffers.sorting.capacity",
-            "buffers.feature.capacity",
-            "geometry.chunk",
-            "vru.cores",
-            "ccu.units",
-            "vru.units-per-core",
-            "sorters",
-        ];
-        let expected = [
-            "sorting.capacity",
-            "feature.capacity",
-            "chunk",
-            "cores",
-            "ccu.units",
-            "units-per-core",
-            "sorters",
-        ];
-        assert_eq!(short(&names), expected);
-    }
 }

@@ -238,8 +238,8 @@ pub fn pareto_csv_of(analysis: &Analysis, results: impl Read) -> Result<Vec<u8>,
 }
 
 /// `pareto.csv`: the rows of the front as they stand in the results, best in the first objective
-/// first, with three columns before them: `role` (`knee`, `front`, or the label of the named design),
-/// `misses_display_rate`, and `same_as` with the points that are equal but for noise.
+/// first, with three columns before them: `role` (`knee`, `front`, or the label of the named
+/// design), `misses_display_rate`, and `same_as` with the points that are equal but for noise.
 /// `rows` are those of [`pareto_rows`] under `head`.
 ///
 /// # Errors

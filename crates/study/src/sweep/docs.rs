@@ -47,17 +47,17 @@ const QUERIES: &str = "
 Three queries that were run on such a file:
 
 ```sql
--- DuckDB: the five designs with the least energy that reach 60 FPS in their slowest frame
-SELECT point, id, \"fps.min\", \"energy_pj.mean\", area_mm2 FROM 'results.parquet'
+-- DuckDB: the five designs with the least power that reach 60 FPS in their slowest frame
+SELECT point, id, \"fps.min\", \"power_w.mean\", area_mm2 FROM 'results.parquet'
 WHERE scope = 'mean' AND status = 'ok' AND \"fps.min\" >= 60
-ORDER BY \"energy_pj.mean\" LIMIT 5;
+ORDER BY \"power_w.mean\" LIMIT 5;
 ```
 
 ```python
 # pandas: what doubling the cores does, all else equal
 import pandas as pd
 t = pd.read_parquet(\"results.parquet\").query(\"scope == 'mean' and status == 'ok'\")
-print(t.groupby(\"vru.cores\")[[\"fps.mean\", \"energy_pj.mean\", \"area_mm2\"]].median())
+print(t.groupby(\"vru.cores\")[[\"fps.mean\", \"power_w.mean\", \"area_mm2\"]].median())
 ```
 
 ```python

@@ -5,8 +5,9 @@
 //! [`Search::tell`] takes what came of them. Parents are taken by rank and crowding from the best
 //! points so far; children mix their values, and values move to neighbours on axes of numbers or to
 //! any other value on axes of names. A point is asked for once; a generation without enough new
-//! children is filled up with random points. Points that miss a bound
-//! lose against those that keep it, points that failed or are left out against every other. The same seed and the same results give the same points.
+//! children is filled up with random points. Points that miss a bound lose against those that keep
+//! it, points that failed or are left out against every other. The same seed and the same results
+//! give the same points.
 
 use std::collections::{BTreeMap, BTreeSet};
 
