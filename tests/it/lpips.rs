@@ -40,7 +40,7 @@ fn the_command_prints_it_with_weights_only() {
     let json: serde_json::Value =
         serde_json::from_str(&said(&["--json", "--lpips-weights", &weights])).unwrap();
     assert!(json["lpips"].as_f64().unwrap() > 1e-3, "{json}");
-    assert!(said(&["--lpips-weights", &weights]).contains("\nLPIPS 0."));
+    assert!(said(&["--lpips-weights", &weights]).contains("LPIPS  0."));
     assert!(!said(&[]).contains("LPIPS") && !said(&["--json"]).contains("lpips"));
     let failed = command(folder.path(), &["--lpips-weights", "@/none"]).unwrap_err();
     assert_eq!(failed.exit, Exit::Usage);

@@ -259,6 +259,9 @@ impl CycleOracle {
 }
 
 /// Power of a report at a display rate: dynamic power of the stages, and static and refresh power.
+///
+/// A frame that misses the rate counts with its energy times `fps`, more than the machine can draw:
+/// its power would fall when it gets slower, and a search must not gain by that.
 fn at_rate(report: &FrameReport, fps: f64) -> Parts {
     let mut parts = Parts::default();
     for stage in Stage::WORK {
@@ -267,9 +270,10 @@ fn at_rate(report: &FrameReport, fps: f64) -> Parts {
                 report.energy.part(stage, component).0 * fps * 1e-12;
         }
     }
+    let frames_per_shown = fps / report.displayed_fps(fps);
     let paid_for_time = [Component::Leakage, Component::Background, Component::Refresh];
     for (component, watts) in paid_for_time.into_iter().zip(report.standby_w(fps)) {
-        parts.0[Stage::Standby as usize][component as usize] = watts;
+        parts.0[Stage::Standby as usize][component as usize] = watts * frames_per_shown;
     }
     parts
 }

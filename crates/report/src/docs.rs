@@ -114,8 +114,15 @@ bursts of the stage that waits that had to open a row.
 
 - **Three powers, never confused.** `energy_pj.total` is paid once per frame. \
 `power_full_rate_w.total` is that energy at the rate the machine achieves. `power_w.total` is the \
-power at the display rate: the work of `fps` frames a second, plus leakage and DRAM background all \
-the time. Comparisons use the last; so do the charts and tables unless they say otherwise.
+power at the display rate: energy over the longer of the frame time and the display period, so the \
+work of `fps` frames a second plus leakage and DRAM background all the time. Comparisons use the \
+last; so do the charts and tables unless they say otherwise.
+- **Power is that of a rate that is reached.** A frame that takes longer than the display period \
+is shown at its own rate, `displayed_fps`, and its `power_w` is the power there: \
+`power_full_rate_w`. The slowest machine then draws least, so a miss is marked wherever the power \
+is shown, and sweeps rank designs that miss behind all that do not.
+- **A mean power is energy over time**: of `power_w` over the time for which the frames are shown, \
+of `power_full_rate_w` over their own. All other means give each frame the same weight.
 - **Not measured is not zero.** The `paper` model has no time, and a trace need not carry what \
 display power needs: such values are null in JSON, empty in CSV and `not measured` in text.
 - **Quantiles are nearest-rank**: p95 is the smallest value such that at least 95 % of the frames \

@@ -116,6 +116,17 @@ fn facts(run: &Run) -> Vec<(String, Text)> {
     facts.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
 }
 
+/// The rate at which the display is served: its own, or what is reached of it.
+fn displayed(run: &Run, summary: &RunSummary) -> String {
+    let fps = run.facts.display_fps;
+    match summary.misses(fps) {
+        false => format!("{} FPS", rate(fps)),
+        true => format!("{} FPS", significant(summary.displayed_fps)),
+    }
+}
+
+/// Times, and energy per frame times rate for the two powers, which differ in rate and in what is
+/// paid between frames.
 fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
     let fps = rate(run.facts.display_fps);
     let mut facts: Vec<(String, Text)> = Vec::new();
@@ -129,29 +140,41 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
             add("frame rate", format!("{} FPS", significant(rate)));
             let deadline = significant(1e3 / run.facts.display_fps);
             let (missed, all) = (cycle.deadline_misses, run.frames.len());
-            add("deadline", format!("{deadline} ms at {fps} FPS: {missed} of {all} frames missed"));
+            let verdict = match missed {
+                0 => format!("met by {}", counted(all, "frame")),
+                _ => format!("MISSED by {missed} of {}", counted(all, "frame")),
+            };
+            add("deadline", format!("{deadline} ms at {fps} FPS: {verdict}"));
         }
         _ => add("frame time", "not in this model, which counts work only".into()),
     }
-    let watts = |x: Option<f64>| x.map_or("not measured".to_owned(), |w| engineering(w, "W"));
-    add("energy per frame", engineering(summary.energy.total_pj * 1e-12, "J"));
-    if let Some(rate) = summary.throughput_fps() {
-        let name = format!("power at full rate ({} FPS)", significant(rate));
-        add(&name, watts(summary.throughput_power_w()));
+    let product = |energy_j: f64, rate: &str, watts: f64| {
+        let (energy, watts) = (engineering(energy_j, "J"), engineering(watts, "W"));
+        format!("{energy} per frame x {rate} = {watts}")
+    };
+    if let (Some(rate), Some(watts)) = (summary.throughput_fps(), summary.throughput_power_w()) {
+        let rate = format!("{} FPS", significant(rate));
+        add("at full rate", product(summary.energy.total_pj * 1e-12, &rate, watts));
     }
-    add(&format!("power at the display rate ({fps} FPS)"), watts(Some(summary.power_w)));
-    if let Some(sum) = summary.rendering_plus_display_w {
-        add("display power", watts(summary.display_w));
-        add("accelerator and display", watts(Some(sum)));
+    let shown = product(summary.displayed_energy_j(), &displayed(run, summary), summary.power_w);
+    let what = match &summary.cycle {
+        None => String::new(),
+        Some(_) if summary.misses(run.facts.display_fps) => format!("; MISSES {fps} FPS"),
+        Some(_) => ", standby between frames included".to_owned(),
+    };
+    add("at the display rate", format!("{shown}{what}"));
+    if let (Some(display), Some(sum)) = (summary.display_w, summary.rendering_plus_display_w) {
+        let [own, display, sum] = [summary.power_w, display, sum].map(|w| engineering(w, "W"));
+        add("with the display", format!("{own} + {display} of the display = {sum}"));
     }
     facts
 }
 
 /// Power of stages and components at the display rate.
 fn power(run: &Run, summary: &RunSummary) -> Table {
-    let power = Breakdown::power_w(summary, run.facts.display_fps);
+    let power = Breakdown::power_w(summary);
     let (factor, prefix) = prefix_of(summary.power_w);
-    let first = format!("{prefix}W at {} FPS", rate(run.facts.display_fps));
+    let first = format!("{prefix}W at {}", displayed(run, summary));
     let components = Component::ALL.map(|c| Column::real(c.name()));
     let columns = [Column::text(first)].into_iter().chain(components);
     let mut table = Table::new(columns.chain([Column::real("total")]));

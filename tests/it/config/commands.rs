@@ -87,7 +87,7 @@ fn check_looks_at_the_energy_table_too() {
 #[test]
 fn explain_knows_keys_and_statistics() {
     let cores = program(&["explain", "vru.cores"]).assert().code(0);
-    cores.stdout(contains("unit: cores").and(contains("4 in gscore")).and(contains("own GSU")));
+    cores.stdout(contains("unit   cores").and(contains("4 in gscore")).and(contains("own GSU")));
     program(&["explain", "frame_time_ms"]).assert().code(0).stdout(contains("(statistic)"));
     let both = program(&["explain", "dram"]).assert().code(0);
     both.stdout(contains("dram.efficiency").and(contains("statistic")));

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use powergs_sim::energy::Area;
 use powergs_sim::findings::RunSummary;
+use powergs_sim::run_record::Table;
 use powergs_sim::sim::statistics::{Aggregate, Kind, Value, catalogue, find, name_in, values};
 
 use super::builder;
@@ -158,7 +159,19 @@ fn the_rate_of_a_run_is_frames_over_time() {
     same(summary.throughput_fps().expect("time"), 50.0);
     let energy = run.frames.iter().map(|f| f.energy.total().0).sum::<f64>() * 1e-12;
     same(summary.throughput_power_w().expect("time"), energy / 40e-3);
-    assert_eq!(summary.cycle.expect("a time").deadline_misses, 1);
+    assert_eq!(summary.cycle.as_ref().expect("a time").deadline_misses, 1);
+    // At 60 FPS the first is shown for 16.7 ms and the second for 30 ms.
+    let shown = 1.0 / 60.0 + 30e-3;
+    same(summary.displayed_fps, 2.0 / shown);
+    assert!(summary.misses(60.0) && !summary.misses(30.0));
+    same(summary.displayed_energy_j() * 2.0, summary.power_w * shown);
+    let watts = |i: usize| run.frames[i].power_display_rate_w(60.0);
+    same(summary.power_w, (watts(0) / 60.0 + watts(1) * 30e-3) / shown);
+    let table = Table::of(&run);
+    same(table.aggregate("power_w.total").expect("frames").mean, summary.power_w);
+    same(table.aggregate("displayed_fps").expect("frames").mean, summary.displayed_fps);
+    let full_rate = table.aggregate("power_full_rate_w.total").expect("frames").mean;
+    same(full_rate, summary.throughput_power_w().expect("time"));
 }
 
 #[test]

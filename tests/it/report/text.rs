@@ -30,21 +30,19 @@ fn terminal_summary() {
         Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), the unit
         before 4 %, room in the output 1 %; 4 % without work.
 
-        frame time                          mean 11.0 ms, p99 17.8 ms, max 17.8 ms
-        frame rate                          90.9 FPS
-        deadline                            16.7 ms at 60 FPS: 5 of 24 frames missed
-        energy per frame                    6.98 mJ
-        power at full rate (90.9 FPS)       635 mW
-        power at the display rate (60 FPS)  450 mW
-        display power                       940 mW
-        accelerator and display             1.39 W
+        frame time           mean 11.0 ms, p99 17.8 ms, max 17.8 ms
+        frame rate           90.9 FPS
+        deadline             16.7 ms at 60 FPS: MISSED by 5 of 24 frames
+        at full rate         6.98 mJ per frame x 90.9 FPS = 635 mW
+        at the display rate  7.51 mJ per frame x 59.5 FPS = 447 mW; MISSES 60 FPS
+        with the display     447 mW + 940 mW of the display = 1.39 W
 
-        mW at 60 FPS   dram  sram  flop  leakage  background  refresh  total
-        preprocessing  33.0  6.60  13.2        -           -        -   52.8
-        sorting        52.8  9.90  6.60        -           -        -   69.3
-        rendering      79.2  26.4   132        -           -        -    238
-        standby           -     -     -     60.0        25.0     5.00   90.0
-        total           165  42.9   152     60.0        25.0     5.00    450
+        mW at 59.5 FPS  dram  sram  flop  leakage  background  refresh  total
+        preprocessing   32.7  6.54  13.1        -           -        -   52.4
+        sorting         52.4  9.82  6.54        -           -        -   68.7
+        rendering       78.5  26.2   131        -           -        -    236
+        standby            -     -     -     60.0        25.0     5.00   90.0
+        total            164  42.5   151     60.0        25.0     5.00    447
 
         % of cycles  busy  records  list  spill  features  input  output  bank  idle
         ccu x4         10       12     -      -         -      -       1     -    77
@@ -79,9 +77,8 @@ fn terminal_summary_of_the_paper_model() {
     expect![[r#"
         garden on paper: 24 frames of 979x546, paper model
 
-        frame time                          not in this model, which counts work only
-        energy per frame                    2.83 mJ
-        power at the display rate (60 FPS)  170 mW
+        frame time           not in this model, which counts work only
+        at the display rate  2.83 mJ per frame x 60 FPS = 170 mW
 
         mW at 60 FPS   dram  sram  flop  leakage  background  refresh  total
         preprocessing  15.6  3.12  6.24        -           -        -   25.0

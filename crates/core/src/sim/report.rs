@@ -145,10 +145,18 @@ impl FrameReport {
         Some(self.energy.total().0 * 1e-12 * self.achieved_fps()?)
     }
 
-    /// Power at a display rate, watts: the work of `fps` frames a second, and what is paid for time
-    /// during frames and between them.
+    /// Frames per second that a display at `fps` gets: that rate, or what the machine achieves
+    /// where that is less.
+    pub fn displayed_fps(&self, fps: f64) -> f64 {
+        if self.misses_deadline(fps) { self.achieved_fps().unwrap_or(fps) } else { fps }
+    }
+
+    /// Power at a display rate, watts: energy over the longer of the frame time and the period of
+    /// the display, what is paid for time included. A machine that misses the rate draws what it
+    /// draws at full rate, and no more.
     pub fn power_display_rate_w(&self, fps: f64) -> f64 {
-        self.energy.dynamic().0 * 1e-12 * fps + self.standby_w(fps).iter().sum::<f64>()
+        let work = self.energy.dynamic().0 * 1e-12 * self.displayed_fps(fps);
+        work + self.standby_w(fps).iter().sum::<f64>()
     }
 
     /// Power that is paid for time at a display rate, watts: leakage, DRAM background, DRAM

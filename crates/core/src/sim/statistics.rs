@@ -42,6 +42,30 @@ pub enum Kind {
     Real,
 }
 
+/// How much a frame counts in the mean over the frames of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    /// As much as every other.
+    Frame,
+    /// The time for which it is shown: the longer of its own time and the period of the display.
+    /// A mean power is then energy over time.
+    Displayed,
+    /// Its own time.
+    Running,
+}
+
+impl Weight {
+    /// The weight of `frame` on a display at `fps` frames per second: positive, 1 for all frames
+    /// that meet the display rate unless the weight is `Running`.
+    pub fn of(self, frame: &FrameReport, fps: f64) -> f64 {
+        match self {
+            Weight::Frame => 1.0,
+            Weight::Displayed => fps / frame.displayed_fps(fps),
+            Weight::Running => frame.frame_time_s().filter(|&s| s > 0.0).unwrap_or(1.0),
+        }
+    }
+}
+
 type Read = Box<dyn Fn(&FrameReport, f64) -> Option<Value> + Send + Sync>;
 
 /// One statistic of one frame.
@@ -54,6 +78,8 @@ pub struct Statistic {
     pub definition: String,
     /// Count or measure.
     pub kind: Kind,
+    /// How frames count in its mean.
+    pub weight: Weight,
     read: Read,
 }
 

@@ -8,6 +8,7 @@ use powergs_core::action::{Action, ActionCounts, Stage};
 use powergs_core::dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_core::energy::prices::component_of;
 use powergs_core::energy::{Activity, Component, DramCosts, EnergyTable, Prices};
+use powergs_core::sim::statistics;
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
 };
@@ -209,6 +210,28 @@ fn three_powers_are_three_numbers() {
     close(report.power_display_rate_w(60.0), work * 60.0 + 0.75);
     assert!(!report.misses_deadline(0.999 / seconds));
     assert!(report.misses_deadline(1.001 / seconds));
+}
+
+#[test]
+fn power_at_a_rate_that_is_missed_is_power_at_full_rate() {
+    let report = report();
+    let full_rate = report.power_full_rate_w().unwrap();
+    let achieved = report.achieved_fps().unwrap();
+    for share in [0.01, 0.5, 0.999, 1.001, 2.0, 1e3, 1e9] {
+        let fps = achieved * share;
+        let (shown, power) = (report.displayed_fps(fps), report.power_display_rate_w(fps));
+        assert_eq!(shown, fps.min(achieved));
+        // Rounding of a few products.
+        assert!(power <= full_rate * (1.0 + 1e-12), "{power} W at {fps} FPS");
+        if share > 1.0 {
+            assert!((power / full_rate - 1.0).abs() < 1e-12, "{power} for {full_rate}");
+        }
+        let parts: f64 = ["power_w.dram", "power_w.sram", "power_w.flop", "power_w.standby"]
+            .map(|name| statistics::find(name).unwrap().of(&report, fps).unwrap().as_f64())
+            .iter()
+            .sum();
+        assert!((parts / power - 1.0).abs() < 1e-12, "{parts} for {power}");
+    }
 }
 
 #[test]

@@ -31,13 +31,19 @@ pub(crate) fn entries() -> impl Iterator<Item = Entry> {
 
 pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let fps = run.facts.display_fps;
-    let (energy, power) = (Breakdown::energy_j(summary), Breakdown::power_w(summary, fps));
+    let (energy, power) = (Breakdown::energy_j(summary), Breakdown::power_w(summary));
     let display = summary.display_w;
     let stages = power.shown();
     let names: Vec<&str> =
         stages.iter().map(|s| s.name()).chain(display.map(|_| "display")).collect();
-    let left = panel(&names, &stages, &energy, None, "energy per frame", "J");
-    let name = format!("accelerator power at {} FPS", rate(fps));
+    let left = panel(&names, &stages, &energy, None, "energy per frame at full rate", "J");
+    let name = match summary.misses(fps) {
+        false => format!("accelerator power at {} FPS", rate(fps)),
+        true => {
+            let reached = significant(summary.displayed_fps);
+            format!("accelerator power at {reached} FPS (misses {} FPS)", rate(fps))
+        }
+    };
     let mut right = panel(&names, &stages, &power, display, &name, "W");
     right.y = right.y.hidden();
     let extra = display.map(|_| Entry::fill("display", DISPLAY));

@@ -56,6 +56,7 @@ fn words(measure: Measure, rate: f64) -> String {
         Measure::FrameTimeP99 => "frame time, p99, ms",
         Measure::Throughput => "frames per second",
         Measure::Energy => "energy per frame, mJ",
+        Measure::Displayed => return format!("FPS shown, of {}", crate::format::rate(rate)),
         Measure::Power => return format!("power at {} FPS, W", crate::format::rate(rate)),
         Measure::PowerFullRate => "power at full rate, W",
         Measure::DramBytes => "DRAM, MB per frame",
@@ -105,6 +106,12 @@ pub fn note(note: &Note) -> String {
         Note::DramModels(v) => {
             differ("DRAM models", v, String::clone, "times of DRAM are counted differently")
         }
+        Note::Misses { label, fps, displayed_fps, missed, frames } => format!(
+            "{label} MISSES {} FPS in {missed} of {frames} frames: its power is at the {} FPS that \
+             it reaches",
+            rate(*fps),
+            significant(*displayed_fps)
+        ),
         Note::Incomplete { label, frames } => {
             format!("{label} is INCOMPLETE: {frames} frames only")
         }

@@ -19,10 +19,10 @@ impl Breakdown {
         Self::new(summary, 1e-12, standby)
     }
 
-    /// Mean power at `fps` frames a second, the display rate of the summary, watts. Standby parts
-    /// are paid all the time.
-    pub fn power_w(summary: &RunSummary, fps: f64) -> Breakdown {
-        Self::new(summary, 1e-12 * fps, summary.standby_w)
+    /// Mean power at the display rate of the summary, or at what is reached of it, watts. Standby
+    /// parts are paid all the time.
+    pub fn power_w(summary: &RunSummary) -> Breakdown {
+        Self::new(summary, 1e-12 * summary.displayed_fps, summary.standby_w)
     }
 
     fn new(summary: &RunSummary, work: f64, standby: [f64; Standby::COMPONENTS.len()]) -> Self {

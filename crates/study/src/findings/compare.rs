@@ -28,7 +28,9 @@ pub enum Measure {
     Throughput,
     /// Energy of a frame, millijoules.
     Energy,
-    /// Power at the display rate, watts.
+    /// Frames per second that the display gets: its rate, or what is reached of it.
+    Displayed,
+    /// Power at the display rate, or at what is reached of it, watts.
     Power,
     /// Power at full rate, watts.
     PowerFullRate,
@@ -52,11 +54,12 @@ pub enum Measure {
 
 impl Measure {
     /// All measures, in report order.
-    pub const ALL: [Measure; 14] = [
+    pub const ALL: [Measure; 15] = [
         Measure::FrameTime,
         Measure::FrameTimeP99,
         Measure::Throughput,
         Measure::Energy,
+        Measure::Displayed,
         Measure::Power,
         Measure::PowerFullRate,
         Measure::DramBytes,
@@ -76,6 +79,7 @@ impl Measure {
             Measure::FrameTimeP99 => "frame_time_p99_ms",
             Measure::Throughput => "throughput_fps",
             Measure::Energy => "energy_per_frame_mj",
+            Measure::Displayed => "displayed_fps",
             Measure::Power => "power_w",
             Measure::PowerFullRate => "power_full_rate_w",
             Measure::DramBytes => "dram_mb_per_frame",
@@ -100,6 +104,7 @@ impl Measure {
             | Measure::Area => Better::Less,
             Measure::PowerFullRate | Measure::DramPeak => Better::Neither,
             Measure::Throughput
+            | Measure::Displayed
             | Measure::FpsPerWatt
             | Measure::FpsPerArea
             | Measure::FpsPerBandwidth
@@ -120,6 +125,7 @@ impl Measure {
             Measure::FrameTimeP99 => cycle?.frame_time_p99_ms,
             Measure::Throughput => fps()?,
             Measure::Energy => energy_j * 1e3,
+            Measure::Displayed => cycle.map(|_| summary.displayed_fps)?,
             Measure::Power => summary.power_w,
             Measure::PowerFullRate => energy_j * fps()?,
             Measure::DramBytes => summary.all_dram_bytes.sum() * 1e-6,
@@ -174,6 +180,19 @@ pub enum Note {
     SchemaVersions(Vec<i64>),
     /// Models of the DRAM.
     DramModels(Vec<String>),
+    /// A side falls short of its display rate.
+    Misses {
+        /// Its label.
+        label: String,
+        /// The display rate, frames per second.
+        fps: f64,
+        /// What is reached of it, frames per second.
+        displayed_fps: f64,
+        /// Frames that take longer than the display period.
+        missed: u64,
+        /// Frames that it has.
+        frames: i64,
+    },
     /// A side has only some of its frames.
     Incomplete {
         /// Its label.
@@ -256,8 +275,15 @@ fn notes(sides: &[Side]) -> Vec<Note> {
         differing(sides, |s| s.schema_version, Note::SchemaVersions),
         differing(sides, |s| s.dram_model.clone(), Note::DramModels),
     ]);
+    let misses = |s: &Side| {
+        let (label, displayed_fps) = (s.label.clone(), s.summary.displayed_fps);
+        let (fps, frames) = (s.display_fps, s.frames);
+        let missed = s.summary.cycle.as_ref()?.deadline_misses;
+        (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
+    };
     let incomplete = |s: &Side| {
         s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames: s.frames })
     };
-    notes.into_iter().flatten().chain(sides.iter().filter_map(incomplete)).collect()
+    let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(incomplete));
+    notes.into_iter().flatten().chain(of_sides).collect()
 }

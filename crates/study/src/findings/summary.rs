@@ -1,11 +1,11 @@
-//! The summary of a run: means over its frames, each frame with equal weight, and the constants of
-//! its machine. Every conclusion is drawn from this.
+//! The summary of a run: means over its frames and the constants of its machine. Frames have equal
+//! weight, but a mean power is energy over time. Every conclusion is drawn from this.
 
 use powergs_core::accel::{BufferUse, FrameTiming, Stall};
 use powergs_core::action::{Buffer, Stage, UnitKind};
 use powergs_core::dram::{DramCommands, StageCommands};
 use powergs_core::energy::{Component, Standby};
-use powergs_core::sim::statistics::{Aggregate, Value};
+use powergs_core::sim::statistics::{Aggregate, Value, Weight};
 use powergs_core::sim::{CycleReport, FrameReport, RegionReport};
 use powergs_frame::fovea::LEVELS;
 
@@ -16,7 +16,9 @@ use crate::run_record::Run;
 pub struct RunSummary {
     /// Energy of a frame.
     pub energy: EnergyMeans,
-    /// Power at the display rate, watts.
+    /// Frames per second that the display gets: its rate, or what is reached of it.
+    pub displayed_fps: f64,
+    /// Power at the display rate, watts: energy over the time for which the frames are shown.
     pub power_w: f64,
     /// Parts of it that are paid for time, watts, in the order of `Standby::COMPONENTS`.
     pub standby_w: [f64; Standby::COMPONENTS.len()],
@@ -219,13 +221,16 @@ impl RunSummary {
         let first = run.frames.first()?;
         Some(RunSummary {
             energy: frames.energy(),
-            power_w: frames.mean(|f| f.power_display_rate_w(fps)),
-            standby_w: std::array::from_fn(|i| frames.mean(|f| f.standby_w(fps)[i])),
+            displayed_fps: frames.shown(fps, |f| Some(f.displayed_fps(fps))).unwrap_or(fps),
+            power_w: frames.shown(fps, |f| Some(f.power_display_rate_w(fps))).unwrap_or(f64::NAN),
+            standby_w: std::array::from_fn(|i| {
+                frames.shown(fps, |f| Some(f.standby_w(fps)[i])).unwrap_or(f64::NAN)
+            }),
             dram_bytes: [bytes(&[0]), bytes(&[1]), bytes(&[2])],
             all_dram_bytes: bytes(&[0, 1, 2]),
-            display_w: frames.known(|f| f.display_w),
+            display_w: frames.shown(fps, |f| f.display_w),
             rendering_plus_display_w: frames
-                .known(|f| Some(f.power_display_rate_w(fps) + f.display_w?)),
+                .shown(fps, |f| Some(f.power_display_rate_w(fps) + f.display_w?)),
             area_mm2: frames.known(|f| Some(f.area?.total().0)),
             cycle: first.cycle().map(|cycle| frames.cycle(cycle, fps)),
         })
@@ -239,6 +244,16 @@ impl RunSummary {
     /// Energy of all frames over the simulated time of all of them, watts: power at full rate.
     pub fn throughput_power_w(&self) -> Option<f64> {
         Some(self.energy.total_pj * 1e-12 / self.mean_s()?)
+    }
+
+    /// Whether the run falls short of a display rate, frames per second.
+    pub fn misses(&self, fps: f64) -> bool {
+        self.displayed_fps < fps * (1.0 - 1e-9)
+    }
+
+    /// Energy of a frame at the display rate, standby until the next one included, joules.
+    pub fn displayed_energy_j(&self) -> f64 {
+        self.power_w / self.displayed_fps
     }
 
     /// Mean time of a frame, seconds; above zero.
@@ -260,6 +275,13 @@ impl Frames<'_> {
     /// The mean of a measure that a frame may not have.
     fn known(&self, of: impl Fn(&FrameReport) -> Option<f64>) -> Option<f64> {
         self.aggregate(of).map(|a| a.mean)
+    }
+
+    /// The mean of a measure over the time for which the frames are shown on a display at `fps`.
+    fn shown(&self, fps: f64, of: impl Fn(&FrameReport) -> Option<f64>) -> Option<f64> {
+        let value = |f| of(f).filter(|x| x.is_finite()).map(Value::Real);
+        let weighted = self.0.iter().map(|f| (value(f), Weight::Displayed.of(f, fps)));
+        Aggregate::weighted(weighted).map(|a| a.mean)
     }
 
     /// The mean of a measure that every frame has.

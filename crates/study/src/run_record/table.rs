@@ -2,7 +2,7 @@
 //! and `--json` write under the names of the catalogue.
 
 use super::Run;
-use powergs_core::sim::statistics::{Aggregate, Value, catalogue, values};
+use powergs_core::sim::statistics::{Aggregate, Statistic, Value, catalogue, values};
 
 /// Values of all frames in the order of the catalogue, and their aggregates.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,9 +18,13 @@ impl Table {
     pub fn of(run: &Run) -> Table {
         let fps = run.facts.display_fps;
         let rows: Vec<_> = run.frames.iter().map(|frame| values(frame, fps)).collect();
-        let aggregates = (0..catalogue().len())
-            .map(|column| Aggregate::of(rows.iter().map(|row| row[column])))
-            .collect();
+        let aggregate = |(column, statistic): (usize, &Statistic)| {
+            let weight = |frame| statistic.weight.of(frame, fps);
+            Aggregate::weighted(
+                rows.iter().zip(&run.frames).map(|(row, frame)| (row[column], weight(frame))),
+            )
+        };
+        let aggregates = catalogue().iter().enumerate().map(aggregate).collect();
         Table { rows, aggregates }
     }
 

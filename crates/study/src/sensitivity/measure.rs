@@ -2,6 +2,8 @@
 
 use powergs_core::run::{FrameView, Frames, RunError, Session, Subject, System, Watch};
 
+use powergs_core::sim::statistics::Weight;
+
 use crate::findings::sensitivity::{Outcome, Traced};
 use crate::findings::what_if::Cost;
 
@@ -48,21 +50,23 @@ impl Machines {
     ) -> Result<Option<OnTrace>, RunError> {
         let (name, asked) = (list.name().to_owned(), list.range().len());
         let subjects: Vec<Subject> = self.0.iter().map(Subject::of).collect();
-        let add = |sum: &mut Outcome, view: FrameView<'_>| {
+        let add = |(sum, shown): &mut (Outcome, f64), view: FrameView<'_>| {
             let cost = Cost::of(&view.report);
             sum.frame_time_ms += cost.frame_time_ms;
             sum.energy_pj += cost.energy_pj;
-            sum.power_w += view.report.power_display_rate_w(display_fps);
+            let seconds = Weight::Displayed.of(&view.report, display_fps);
+            sum.power_w += view.report.power_display_rate_w(display_fps) * seconds;
+            *shown += seconds;
         };
-        let folded = Session::new(list, watch).fold(&subjects, |_| Outcome::default(), add)?;
+        let folded = Session::new(list, watch).fold(&subjects, |_| Default::default(), add)?;
         let frames = folded.frames;
         if frames == 0 {
             return Ok(None);
         }
-        let mean = |(sum, system): (Outcome, &System)| Outcome {
+        let mean = |((sum, shown), system): ((Outcome, f64), &System)| Outcome {
             frame_time_ms: sum.frame_time_ms / frames as f64,
             energy_pj: sum.energy_pj / frames as f64,
-            power_w: sum.power_w / frames as f64,
+            power_w: sum.power_w / shown,
             area_mm2: system.prices().area.map(|a| a.total().0),
         };
         let outcomes = folded.states.into_iter().zip(&self.0).map(mean).collect();

@@ -10,15 +10,16 @@ use powergs_core::sim::statistics::{Statistic, catalogue};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub(crate) const OUTCOME_VERSION: u32 = 2;
+pub(crate) const OUTCOME_VERSION: u32 = 3;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
-const MEANS: [&str; 24] = [
+const MEANS: [&str; 25] = [
     "frame_time_ms",
+    "displayed_fps",
     "deadline_missed",
     "frame_cycles",
     "preprocessing_cycles",
@@ -81,12 +82,16 @@ pub struct Outcome {
 #[derive(Debug, Clone)]
 pub(crate) struct Accumulator {
     samples: Vec<[f64; SAMPLED.len()]>,
+    /// Weighted sum of each mean.
     sums: Vec<Option<f64>>,
+    /// Sum of its weights.
+    weights: Vec<f64>,
 }
 
 impl Default for Accumulator {
     fn default() -> Self {
-        Accumulator { samples: Vec::new(), sums: vec![Some(0.0); means().len()] }
+        let n = means().len();
+        Accumulator { samples: Vec::new(), sums: vec![Some(0.0); n], weights: vec![0.0; n] }
     }
 }
 
@@ -96,17 +101,19 @@ impl Accumulator {
         let time_ms = frame.frame_time_s().map_or(f64::NAN, |s| s * 1e3);
         let energy_pj = frame.energy.total().0;
         self.samples.push([time_ms, energy_pj, frame.power_display_rate_w(display_fps)]);
-        for (sum, statistic) in self.sums.iter_mut().zip(means()) {
+        for ((sum, weights), statistic) in self.sums.iter_mut().zip(&mut self.weights).zip(means())
+        {
+            let weight = statistic.weight.of(frame, display_fps);
             let value = statistic.of(frame, display_fps);
-            *sum = sum.zip(value).map(|(sum, value)| sum + value.as_f64());
+            *sum = sum.zip(value).map(|(sum, value)| sum + value.as_f64() * weight);
+            *weights += weight;
         }
     }
 
     /// The outcome of all frames; `None` without frames.
     pub fn finish(self) -> Option<Outcome> {
-        let n = self.samples.len();
-        (n > 0).then(|| Outcome {
-            means: self.sums.into_iter().map(|sum| Some(sum? / n as f64)).collect(),
+        (!self.samples.is_empty()).then(|| Outcome {
+            means: self.sums.iter().zip(&self.weights).map(|(sum, n)| Some((*sum)? / n)).collect(),
             samples: self.samples,
         })
     }

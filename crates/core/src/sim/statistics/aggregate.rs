@@ -2,10 +2,10 @@
 
 use super::Value;
 
-/// One statistic over all frames of a run, each with equal weight.
+/// One statistic over all frames of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aggregate {
-    /// Arithmetic mean.
+    /// Mean, weighted with the [`Weight`](super::Weight) of the statistic.
     pub mean: f64,
     /// Median (nearest rank).
     pub p50: Value,
@@ -21,18 +21,26 @@ impl Aggregate {
     /// Names of the parts, in report order.
     pub const PARTS: [&'static str; 5] = ["mean", "p50", "p95", "p99", "max"];
 
-    /// The aggregate of `values`, one per frame. `None` unless every frame has a value: a mean over
-    /// some frames must not stand beside means over all of them.
+    /// The aggregate of `values`, one per frame, each with equal weight. `None` unless every frame
+    /// has a value: a mean over some frames must not stand beside means over all of them.
     ///
     /// Quantiles are nearest-rank: the smallest value of the run such that at least p % of the
     /// frames are at or below it. So every quantile is a value that really occurred, counts stay
     /// integers, and p99 of fewer than 100 frames is the maximum.
     pub fn of(values: impl IntoIterator<Item = Option<Value>>) -> Option<Aggregate> {
-        let mut sorted = values.into_iter().collect::<Option<Vec<Value>>>()?;
-        sorted.sort_by(|a, b| a.as_f64().total_cmp(&b.as_f64()));
-        let max = *sorted.last()?;
-        let mean = sorted.iter().map(|v| v.as_f64()).sum::<f64>() / sorted.len() as f64;
-        let quantile = |percent| sorted[nearest_rank(sorted.len(), percent)];
+        Self::weighted(values.into_iter().map(|value| (value, 1.0)))
+    }
+
+    /// The aggregate of pairs of value and positive weight in the mean, one per frame. Quantiles
+    /// are those of [`Aggregate::of`].
+    pub fn weighted(values: impl IntoIterator<Item = (Option<Value>, f64)>) -> Option<Aggregate> {
+        let both = values.into_iter().map(|(value, weight)| Some((value?, weight)));
+        let mut sorted = both.collect::<Option<Vec<(Value, f64)>>>()?;
+        sorted.sort_by(|a, b| a.0.as_f64().total_cmp(&b.0.as_f64()));
+        let max = sorted.last()?.0;
+        let weights: f64 = sorted.iter().map(|(_, weight)| weight).sum();
+        let mean = sorted.iter().map(|(v, weight)| v.as_f64() * weight).sum::<f64>() / weights;
+        let quantile = |percent| sorted[nearest_rank(sorted.len(), percent)].0;
         Some(Aggregate { mean, p50: quantile(50), p95: quantile(95), p99: quantile(99), max })
     }
 

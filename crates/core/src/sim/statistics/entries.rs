@@ -6,7 +6,7 @@ mod fovea;
 mod machine;
 mod memory;
 
-use super::{Kind, Statistic, Value};
+use super::{Kind, Statistic, Value, Weight};
 use crate::action::Stage;
 use crate::sim::{FrameReport, StageBytes};
 use powergs_frame::splat::Counters;
@@ -45,6 +45,7 @@ fn count(
         unit,
         definition: definition.into(),
         kind: Kind::Count,
+        weight: Weight::Frame,
         read: Box::new(move |frame, _| read(frame).map(Value::Count)),
     });
 }
@@ -57,11 +58,24 @@ fn real(
     definition: impl Into<String>,
     read: impl Fn(&FrameReport, f64) -> Option<f64> + Send + Sync + 'static,
 ) {
+    weighted(list, Weight::Frame, name, unit, definition, read);
+}
+
+/// A measure whose mean over frames is weighted.
+fn weighted(
+    list: &mut List,
+    weight: Weight,
+    name: impl Into<String>,
+    unit: &'static str,
+    definition: impl Into<String>,
+    read: impl Fn(&FrameReport, f64) -> Option<f64> + Send + Sync + 'static,
+) {
     list.push(Statistic {
         name: name.into(),
         unit,
         definition: definition.into(),
         kind: Kind::Real,
+        weight,
         read: Box::new(move |frame, fps| {
             read(frame, fps).filter(|x| x.is_finite()).map(Value::Real)
         }),
@@ -88,6 +102,15 @@ fn time(list: &mut List) {
          run is its `throughput_fps`, not the mean of this.",
         |f, _| f.achieved_fps(),
     );
+    weighted(
+        list,
+        Weight::Displayed,
+        "displayed_fps",
+        "1/s",
+        "Frames per second that the display gets: `fps`, or `achieved_fps` where the frame misses \
+         the display rate; the mean is frames over the time for which they are shown.",
+        |f, fps| Some(f.displayed_fps(fps)),
+    );
     list.push(Statistic {
         name: "deadline_missed".into(),
         unit: "1",
@@ -95,6 +118,7 @@ fn time(list: &mut List) {
                      mean is the share of missed frames."
             .into(),
         kind: Kind::Count,
+        weight: Weight::Frame,
         read: Box::new(|f, fps| missed(f, fps).map(Value::Count)),
     });
     count(list, "frame_cycles", "cycles", "Length of the frame in clock cycles.", |f| {

@@ -101,7 +101,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
         frames,
         incomplete,
         dram_peak_gb_s: fact("dram-peak-gb-s").and_then(Value::as_float),
-        summary: summary(&mean, results_csv, frames)?,
+        summary: summary(&mean, results_csv, frames, display_fps)?,
         means: catalogue().iter().map(|s| mean.known(&s.name)).collect(),
         record,
     })
@@ -128,13 +128,19 @@ impl ResultsRow {
 
 /// The summary of a run of `frames` frames. An older report without a column leaves a gap: what
 /// this version would have written is then not a number.
-fn summary(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<RunSummary, SideError> {
+fn summary(
+    mean: &ResultsRow,
+    results_csv: &[u8],
+    frames: i64,
+    display_fps: f64,
+) -> Result<RunSummary, SideError> {
     let bytes = |path: String| ReadWrite {
         read: mean.value(&format!("{path}dram_read_bytes")),
         write: mean.value(&format!("{path}dram_write_bytes")),
     };
     Ok(RunSummary {
         energy: energy(mean),
+        displayed_fps: mean.known("displayed_fps").unwrap_or(display_fps),
         power_w: mean.value("power_w.total"),
         standby_w: Standby::COMPONENTS.map(|c| mean.value(&format!("power_w.{}", c.name()))),
         dram_bytes: Stage::WORK.map(|stage| bytes(format!("stages.{}.", stage.name()))),

@@ -1,19 +1,19 @@
 //! Energy, and power at each of the rates that must not be confused.
 
-use super::{List, real};
+use super::{List, real, weighted};
 use crate::action::Stage;
 use crate::energy::{Area, Component};
 use crate::sim::FrameReport;
+use crate::sim::statistics::Weight;
 
-/// Watts of one component at `fps`: the work of `fps` frames a second; what is paid for time is
-/// paid all the time.
+/// Watts of one component at the display rate `fps`, or at the rate that is reached.
 fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {
     match component {
         Component::Leakage => frame.standby_w(fps)[0],
         Component::Background => frame.standby_w(fps)[1],
         Component::Refresh => frame.standby_w(fps)[2],
         Component::Dram | Component::Sram | Component::Flop => {
-            frame.energy.component(component).0 * 1e-12 * fps
+            frame.energy.component(component).0 * 1e-12 * frame.displayed_fps(fps)
         }
     }
 }
@@ -22,7 +22,7 @@ fn stage_w(frame: &FrameReport, stage: Stage, fps: f64) -> f64 {
     match stage {
         Stage::Standby => frame.standby_w(fps).iter().sum(),
         Stage::Preprocessing | Stage::Sorting | Stage::Rendering => {
-            frame.energy.stage(stage).0 * 1e-12 * fps
+            frame.energy.stage(stage).0 * 1e-12 * frame.displayed_fps(fps)
         }
     }
 }
@@ -50,43 +50,59 @@ fn component_words(component: Component) -> &'static str {
 }
 
 pub(super) fn power(list: &mut List) {
-    real(
+    weighted(
         list,
+        Weight::Displayed,
         "power_w.total",
         "W",
-        "Power at the display rate: work of `fps` frames a second, plus standby power during \
-         frames and between them. The power to compare designs with.",
+        "Power at the display rate, standby during frames and between them included: energy over \
+         the longer of the frame time and the display period 1 / `fps`. The power to compare \
+         designs with; of a frame that misses the display rate it is the power at full rate.",
         |f, fps| Some(f.power_display_rate_w(fps)),
     );
     for c in Component::ALL {
         let text = format!("Part of `power_w.total`: {}.", component_words(c));
-        real(list, format!("power_w.{}", c.name()), "W", text, move |f, fps| {
-            Some(component_w(f, c, fps))
-        });
+        weighted(
+            list,
+            Weight::Displayed,
+            format!("power_w.{}", c.name()),
+            "W",
+            text,
+            move |f, fps| Some(component_w(f, c, fps)),
+        );
     }
     for s in Stage::ALL {
         let text = format!("Part of `power_w.total`: {}.", stage_words(s));
-        real(list, format!("power_w.{}", s.name()), "W", text, move |f, fps| {
-            Some(stage_w(f, s, fps))
-        });
+        weighted(
+            list,
+            Weight::Displayed,
+            format!("power_w.{}", s.name()),
+            "W",
+            text,
+            move |f, fps| Some(stage_w(f, s, fps)),
+        );
     }
-    real(
+    weighted(
         list,
+        Weight::Running,
         "power_full_rate_w.total",
         "W",
-        "Power at full rate: `energy_pj.total` x `achieved_fps`, as if frames ran back to back.",
+        "Power at full rate: `energy_pj.total` x `achieved_fps`, as if frames ran back to back; \
+         its mean is energy over time of all frames.",
         |f, _| f.power_full_rate_w(),
     );
-    real(
+    weighted(
         list,
+        Weight::Displayed,
         "display_power_w",
         "W",
         "Power of the display while it shows the frame's image; absent where the trace does not \
          carry the image's mean colour.",
         |f, _| f.display_w,
     );
-    real(
+    weighted(
         list,
+        Weight::Displayed,
         "rendering_plus_display_w",
         "W",
         "`power_w.total` + `display_power_w`.",
