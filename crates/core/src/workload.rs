@@ -12,6 +12,7 @@ mod storage;
 mod tile;
 
 use powergs_frame::fovea::ScreenGaze;
+use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, FoveaCounters, Intersection};
 
 pub use bin::bin;
@@ -199,6 +200,8 @@ pub const STORAGE_RECORDS_MAX: u64 = 1 << 27;
 pub struct FrameWorkload {
     /// The geometry it was binned with; a machine with another one cannot be run on it.
     pub geometry: Geometry,
+    /// Degree of the scene's spherical harmonics: 3 where the trace does not say.
+    pub sh_degree: ShDegree,
     /// Image width, pixels.
     pub width: u32,
     /// Image height, pixels.
@@ -277,6 +280,7 @@ impl FrameWorkload {
     pub fn empty(geometry: Geometry) -> FrameWorkload {
         FrameWorkload {
             geometry,
+            sh_degree: ShDegree::MAX,
             width: 0,
             height: 0,
             tiles_x: 0,

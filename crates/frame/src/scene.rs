@@ -6,6 +6,8 @@
 
 mod camera;
 mod gaussians;
+mod sh_degree;
 
 pub use camera::{Camera, Split};
 pub use gaussians::Gaussians;
+pub use sh_degree::ShDegree;

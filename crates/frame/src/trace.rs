@@ -34,14 +34,14 @@ pub use verify::{Damage, VerifyReport, verify, visit_intact};
 pub use writer::Writer;
 
 use crate::fovea::{Screen, ScreenGaze};
-use crate::scene::Camera;
+use crate::scene::{Camera, ShDegree};
 use crate::splat::Splat;
 
 /// The stop rank of a pixel that never stopped.
 pub const NEVER: u32 = u32::MAX;
 /// The version of the file format that is written: major, minor. Files of this major version and
 /// older ones are read.
-pub const VERSION: (u16, u16) = (1, 0);
+pub const VERSION: (u16, u16) = (2, 0);
 /// The largest width or height of a frame, pixels.
 pub const SIDE_MAX: u32 = 65_536;
 /// The most Gaussians in a scene: indices are 32-bit, and the last value is kept free.
@@ -58,6 +58,10 @@ pub struct FrameFacts {
     pub points: u64,
     /// Gaussians that passed the near-plane cull (visible or not).
     pub survivors: u64,
+    /// Degree of the scene's spherical harmonics, which decides the bytes and the operations of a
+    /// colour. `None` where the writer did not know it, and in every file of format 1: such frames
+    /// count as degree 3 ([`FrameFacts::colour_degree`]).
+    pub sh_degree: Option<ShDegree>,
     /// Background colour, sRGB as rendered.
     pub background: [f32; 3],
     /// Mean linear R, G, B of the displayed image, where it was rendered: the input of display

@@ -12,7 +12,7 @@ use powergs_frame::splat::project::{LANES, View, Visible, project_block};
 use powergs_frame::splat::runs::{Reach, Runs, Touch};
 use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
-use powergs_scene::{Camera, Gaussians};
+use powergs_scene::{Camera, Gaussians, ShDegree};
 
 /// Gaussians projected by one task; a power of two.
 const PART: usize = 256 * LANES;
@@ -69,6 +69,8 @@ pub struct Rendered {
     pub splats: Vec<Splat>,
     /// One bit per Gaussian: passed the cull.
     pub survivor_bits: Vec<u8>,
+    /// Degree of the scene's spherical harmonics.
+    pub sh_degree: ShDegree,
     /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
     pub counters: Counters,
     /// Tests and accepted tiles per splat, by rank.
@@ -129,6 +131,7 @@ fn render_as<R: Record>(
         }
     }
     rendered.survivor_bits = survivor_bits;
+    rendered.sh_degree = scene.degree();
     rendered.touches = runs.touches;
     rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
     rendered.splats = splats;
@@ -268,6 +271,7 @@ impl Rendered {
             },
             splats: Vec::new(),
             survivor_bits: Vec::new(),
+            sh_degree: ShDegree::ZERO,
             counters: Counters::default(),
             touches: Vec::new(),
             fetches: Vec::new(),
@@ -287,6 +291,7 @@ impl Rendered {
                 camera: camera.clone(),
                 points: self.counters.points,
                 survivors: self.counters.survivors,
+                sh_degree: Some(self.sh_degree),
                 background,
                 mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
             },

@@ -24,7 +24,7 @@ use powergs_frame::fovea::{GazeError, ScreenGaze, TileLevels};
 use powergs_frame::splat::runs::{Levels, Reach, Runs, Touch};
 use powergs_frame::splat::{Counters, FoveaCounters, Splat, TileGrid};
 use powergs_frame::trace::{Fovea, Frame, FrameFacts, PixelColumns};
-use powergs_scene::{Camera, Foveated};
+use powergs_scene::{Camera, Foveated, ShDegree};
 
 /// Counts of one tile.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -49,6 +49,8 @@ pub struct FoveatedFrame {
     pub highest: Vec<u8>,
     /// One bit per Gaussian: passed the cull.
     pub survivor_bits: Vec<u8>,
+    /// Degree of the scene's spherical harmonics.
+    pub sh_degree: ShDegree,
     /// Frame totals; only `points` and `survivors` for [`Detail::Image`].
     pub counters: Counters,
     /// Counters of foveated frames.
@@ -131,6 +133,7 @@ fn render_as<R: Record>(
         frame.touches = runs.touches;
     }
     frame.survivor_bits = paints.survivor_bits;
+    frame.sh_degree = model.base.degree();
     (frame.splats, frame.highest) = (paints.splats, paints.highest);
     (frame.counters, frame.fovea) = totals(model, &frame);
     frame
@@ -188,6 +191,7 @@ impl FoveatedFrame {
             splats: Vec::new(),
             highest: Vec::new(),
             survivor_bits: Vec::new(),
+            sh_degree: ShDegree::ZERO,
             counters: Counters::default(),
             fovea: FoveaCounters::default(),
             touches: Vec::new(),
@@ -209,6 +213,7 @@ impl FoveatedFrame {
                 camera: camera.clone(),
                 points: self.counters.points,
                 survivors: self.counters.survivors,
+                sh_degree: Some(self.sh_degree),
                 background,
                 mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
             },

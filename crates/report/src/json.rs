@@ -36,6 +36,8 @@ pub fn report(run: &Run) -> Json {
             "frames": facts.trace.frames,
             "width_px": facts.trace.width,
             "height_px": facts.trace.height,
+            "sh_degree": run.sh_degree().map(|(degree, _)| degree.get()),
+            "sh_degree_assumed": run.sh_degree().map(|(_, is_assumed)| is_assumed),
         },
         "inputs": facts.inputs.iter().map(|input| json!({
             "role": input.role,

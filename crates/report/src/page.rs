@@ -32,6 +32,10 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         page.paragraph(super::bottleneck::sentence(found));
     }
     page.on(Shown::Page, Block::Facts(facts(run)));
+    if let Some((degree, true)) = run.sh_degree() {
+        let text = format!("Colours are those of SH degree {degree}: {NO_DEGREE}.");
+        page.on(Shown::Terminal, Block::Paragraph(text.into()));
+    }
     page.add(Block::Facts(times_and_powers(run, &summary)));
     page.page_heading(format!("Power at {} FPS", rate(run.facts.display_fps)));
     page.table(power(run, &summary));
@@ -107,6 +111,7 @@ fn facts(run: &Run) -> Vec<(String, Text)> {
     let facts = [
         ("trace", trace.name.clone()),
         ("frames", frames),
+        ("SH degree", sh_degree(run)),
         ("machine", machine.name.clone()),
         ("energy table", machine.energy_table.clone()),
         ("model", format!("{}, version {MODEL_VERSION}", run.facts.model.name())),
@@ -115,6 +120,18 @@ fn facts(run: &Run) -> Vec<(String, Text)> {
     ];
     facts.into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect()
 }
+
+/// The degree of the scene's spherical harmonics, and where it is from.
+fn sh_degree(run: &Run) -> String {
+    match run.sh_degree() {
+        Some((degree, false)) => degree.to_string(),
+        Some((degree, true)) => format!("{degree}, assumed: {NO_DEGREE}"),
+        None => "unknown".into(),
+    }
+}
+
+/// Why a degree is assumed, and what to do.
+const NO_DEGREE: &str = "the trace does not say it; extract the scene again to have its own";
 
 /// The rate at which the display is served: its own, or what is reached of it.
 fn displayed(run: &Run, summary: &RunSummary) -> String {

@@ -10,6 +10,7 @@ pub use table::Table;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::{FrameReport, Model};
+use powergs_frame::scene::ShDegree;
 
 use crate::findings::roofline::Roofline;
 use crate::findings::tile_load::TileLoad;
@@ -151,6 +152,13 @@ impl DramModels {
 }
 
 impl Run {
+    /// The SH degree of the scene as the frames have it, and whether it was assumed because the
+    /// trace does not say; `None` without frames. Of frames that differ, the highest.
+    pub fn sh_degree(&self) -> Option<(ShDegree, bool)> {
+        let degree = self.frames.iter().map(FrameReport::colour_degree).max()?;
+        Some((degree, self.frames.iter().any(|frame| frame.sh_degree.is_none())))
+    }
+
     /// Whether frames are missing. Every output says so.
     pub fn incomplete(&self) -> bool {
         self.frames.len() < self.facts.trace.frames

@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use glam::{DMat3, DVec3};
 use powergs_frame::fovea::Screen;
-use powergs_frame::scene::{Camera, Split};
+use powergs_frame::scene::{Camera, ShDegree, Split};
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::{
     Fovea, Frame, FrameFacts, NEVER, PixelColumns, Preview, Reader, TraceError, TraceHeader, Writer,
@@ -98,6 +98,7 @@ pub fn frame(seed: u64, shape: Shape) -> Frame {
             camera: camera(shape.width, shape.height),
             points: u64::from(shape.points),
             survivors,
+            sh_degree: ShDegree::new((seed % 4) as u8).filter(|_| shape.extras),
             background: [0.0, 0.5, 1.0],
             mean_linear_rgb: shape.extras.then_some([0.1, 0.2, 1e-9]),
         },

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::{open, printable};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::{ColumnGroup, FrameInfo, TraceHeader};
 
 /// Frames that are listed unless all are asked for.
@@ -55,6 +56,7 @@ struct Sizes {
     pixels: u64,
     splats: u64,
     survivors: u64,
+    sh_degree: Option<ShDegree>,
     gaze: Option<[f32; 2]>,
     columns: Vec<(&'static str, u64, u64)>,
     bytes: u64,
@@ -76,6 +78,7 @@ impl Sizes {
             pixels: facts.pixels(),
             splats: info.head.splats.into(),
             survivors: facts.survivors,
+            sh_degree: facts.sh_degree,
             gaze: info.head.gaze,
             columns: info.columns.iter().map(known).collect(),
             bytes: info.bytes,
@@ -176,6 +179,7 @@ impl Trace {
             ("file", format!("{}, {:.2} MB, complete", self.file, self.bytes as f64 * 1e-6)),
             ("format", format!("version {major}.{minor}, written by {generator}")),
             ("scene", format!("{scene}, {points} Gaussians")),
+            ("SH degree", self.sh_degree()),
             ("frames", format!("{frames}, {foveated} of them foveated")),
             ("resolution", resolution),
         ]);
@@ -208,6 +212,26 @@ impl Trace {
         page
     }
 
+    /// The SH degree of the scene in all frames.
+    fn sh_degree(&self) -> String {
+        let mut degrees: Vec<Option<ShDegree>> = self.frames.iter().map(|f| f.sh_degree).collect();
+        degrees.sort_unstable();
+        degrees.dedup();
+        let name = |degree: &Option<ShDegree>| match degree {
+            Some(degree) => degree.to_string(),
+            None => format!(
+                "not in the trace (format {}.{}): counts as {}",
+                self.version.0,
+                self.version.1,
+                ShDegree::MAX
+            ),
+        };
+        match degrees.as_slice() {
+            [] => "no frame".into(),
+            all => all.iter().map(name).collect::<Vec<_>>().join(", "),
+        }
+    }
+
     fn json(&self) -> Value {
         let frame = |(k, f): (usize, &Sizes)| {
             let columns: Map<String, Value> = f
@@ -223,6 +247,7 @@ impl Trace {
             object.insert("view".into(), json!(f.view));
             object.insert("width_px".into(), json!(f.width));
             object.insert("height_px".into(), json!(f.height));
+            object.insert("sh_degree".into(), json!(f.sh_degree.map(ShDegree::get)));
             object.insert("foveated".into(), json!(f.gaze.is_some()));
             object.insert("gaze".into(), json!(f.gaze));
             object.extend(f.json(1));

@@ -10,6 +10,7 @@ use powergs_sim::findings::{Picture, TileLoad, WhatIf};
 use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
 use powergs_sim::run::Input;
 use powergs_sim::run_record::{Experiments, Facts, MachineFacts, Run, TraceFacts};
+use powergs_sim::scene::ShDegree;
 use powergs_sim::sim::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, ListOrder, Model, ModelReport,
     OrderSummary, PaperReport, RegionReport, StageBytes,
@@ -56,6 +57,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
     FrameReport {
         frame: number,
         name: format!("view_{number:04}"),
+        sh_degree: Some(ShDegree::MAX),
         counters: counters(n),
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
         actions,

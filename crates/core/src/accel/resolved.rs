@@ -10,6 +10,7 @@ use super::qsu::Qsu;
 use super::rules::UnitRules;
 use super::vru::Vru;
 use crate::workload::FrameWorkload;
+use powergs_frame::scene::ShDegree;
 
 /// Bytes of each buffer that one unit or core has to itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,15 +49,16 @@ pub struct ResolvedUnits {
 }
 
 impl ResolvedUnits {
-    /// Resolves a checked machine.
+    /// Resolves a checked machine, with the records of scenes of SH degree 3.
     ///
     /// # Panics
     /// When a count, width or interval is zero: checks of machine files refuse that.
     pub fn new(machine: &Machine) -> Self {
-        Self::of(machine, false)
+        Self::of(machine, false, ShDegree::MAX)
     }
 
-    /// Resolves a checked machine for a frame: foveated frames have further records.
+    /// Resolves a checked machine for a frame: foveated frames have further records, scenes of a
+    /// lower SH degree smaller ones.
     ///
     /// # Panics
     /// As [`ResolvedUnits::new`]; when the machine cannot show a foveated frame.
@@ -64,10 +66,10 @@ impl ResolvedUnits {
         let is_foveated = workload.fovea.is_some();
         let can = !is_foveated || machine.fovea.accumulators > 0;
         assert!(can, "a machine without accumulators for levels got a foveated frame");
-        Self::of(machine, is_foveated)
+        Self::of(machine, is_foveated, workload.sh_degree)
     }
 
-    fn of(machine: &Machine, is_foveated: bool) -> Self {
+    fn of(machine: &Machine, is_foveated: bool, degree: ShDegree) -> Self {
         let (ccu, gsu, vru) = (&machine.ccu, &machine.gsu, &machine.vru);
         for (key, value) in [
             ("geometry.chunk", machine.geometry.chunk),
@@ -103,7 +105,7 @@ impl ResolvedUnits {
         Self {
             ccu: Ccu::new(
                 ccu.clone(),
-                machine.record.clone(),
+                machine.record.of_degree(degree),
                 is_foveated.then(|| machine.fovea.clone()),
                 shares.gaussian_in,
                 Banks::new(&buffers.gaussian_in),

@@ -2,10 +2,11 @@
 //! watts, area.
 
 use super::area::Area;
-use super::{Component, EnergyBreakdown};
+use super::{Component, EnergyBreakdown, flops};
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::dram::{CommandPrices, DramCommands, StageCommands};
 use powergs_base::quantity::Picojoules;
+use powergs_frame::scene::ShDegree;
 
 /// The prices of one machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,6 +111,15 @@ pub const fn component_of(action: Action) -> Component {
 }
 
 impl Prices {
+    /// The prices for frames of a scene of this SH degree: a colour costs in proportion to its
+    /// floating-point operations. Those of an energy table are for degree 3.
+    #[must_use]
+    pub fn of_degree(&self, degree: ShDegree) -> Prices {
+        let mut prices = *self;
+        prices.per_action[Action::ShColour.index()] *= flops::colour_share(degree);
+        prices
+    }
+
     /// The price of one action.
     pub fn of(&self, action: Action) -> Picojoules {
         Picojoules(self.per_action[action.index()])

@@ -10,6 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use powergs_frame::display::Display;
+use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::{Frame, Preview};
 use rayon::prelude::*;
 
@@ -119,6 +120,8 @@ pub struct BinnedFrame {
     pub position: usize,
     /// Name of the view.
     pub name: String,
+    /// Degree of the scene's spherical harmonics, where the trace says it.
+    pub sh_degree: Option<ShDegree>,
     /// Mean linear colour of its image, where the trace has it.
     pub mean_linear_rgb: Option<[f64; 3]>,
     /// A small picture, where the trace has one.
@@ -144,6 +147,7 @@ impl BinnedFrame {
         BinnedFrame {
             position,
             name: frame.facts.camera.name.clone(),
+            sh_degree: frame.facts.sh_degree,
             mean_linear_rgb: frame.facts.mean_linear_rgb,
             preview: frame.preview.clone(),
             bins: geometries.par_iter().map(binned).collect(),
@@ -156,6 +160,7 @@ impl BinnedFrame {
         Label {
             frame: self.position,
             name: self.name.clone(),
+            sh_degree: self.sh_degree,
             display_w: shown.map(|(display, mean)| display.power(mean).0),
         }
     }

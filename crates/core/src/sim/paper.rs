@@ -35,6 +35,7 @@ pub fn simulate(
     FrameReport {
         frame: label.frame,
         name: label.name,
+        sh_degree: label.sh_degree,
         counters: workload.counters,
         stages: counts.map(stage_bytes),
         actions: ActionCounts::default(),

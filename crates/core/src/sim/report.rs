@@ -9,6 +9,7 @@ use crate::workload::FrameWorkload;
 use crate::workload::reuse::ReuseSummary;
 use powergs_base::quantity::Hertz;
 use powergs_frame::fovea::LEVELS;
+use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::{Counters, FoveaCounters};
 
 /// One frame, simulated.
@@ -18,6 +19,9 @@ pub struct FrameReport {
     pub frame: usize,
     /// Name of the view.
     pub name: String,
+    /// Degree of the scene's spherical harmonics; `None` where the trace does not say, which counts
+    /// as 3.
+    pub sh_degree: Option<ShDegree>,
     /// Workload counters under the machine's geometry.
     pub counters: Counters,
     /// Bytes and FLOPs by stage, order of `Stage::WORK`.
@@ -104,6 +108,11 @@ pub struct Foveal<R> {
 }
 
 impl FrameReport {
+    /// The SH degree that the frame counts as: 3 where the trace does not say.
+    pub fn colour_degree(&self) -> ShDegree {
+        self.sh_degree.unwrap_or(ShDegree::MAX)
+    }
+
     /// The results of the `cycle` model; `None` for the `paper` model.
     pub fn cycle(&self) -> Option<&CycleReport> {
         match &self.model {
@@ -178,6 +187,8 @@ pub struct Label {
     pub frame: usize,
     /// Name of the view.
     pub name: String,
+    /// Degree of the scene's spherical harmonics, where the trace says it.
+    pub sh_degree: Option<ShDegree>,
     /// Display power of the frame's image, watts, where it is known.
     pub display_w: Option<f64>,
 }

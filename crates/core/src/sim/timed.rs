@@ -10,11 +10,14 @@ use crate::action::{Action, ActionCounts, Stage};
 use crate::energy::{Activity, Prices};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
+use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::Counters;
 
 /// A frame on a machine: counts and times, everything except costs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timed {
+    /// The SH degree that the frame counts as.
+    pub sh_degree: ShDegree,
     /// Workload counters under the machine's geometry.
     pub counters: Counters,
     /// Those of the α evaluations of the machine whose pixel has not stopped.
@@ -76,6 +79,7 @@ fn timed(
     check::timing(frame, &replay.timing, machine)?;
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
     Ok(Timed {
+        sh_degree: workload.sh_degree,
         counters: workload.counters,
         live_evaluations: live.sum(),
         actions: replay.actions,
@@ -90,6 +94,7 @@ fn timed(
 }
 
 /// The report of a timed frame, with the prices of its machine or of another energy table for it.
+/// Colours are priced for the SH degree of the frame.
 ///
 /// # Errors
 /// [`InvariantViolated`]: a defect of the simulator.
@@ -98,6 +103,7 @@ pub fn priced(
     timed: &Timed,
     prices: &Prices,
 ) -> Result<FrameReport, InvariantViolated> {
+    let prices = &prices.of_degree(timed.sh_degree);
     let activity = Activity {
         actions: &timed.actions,
         // By way of milliseconds: recorded results have this rounding.
@@ -108,6 +114,7 @@ pub fn priced(
     let report = FrameReport {
         frame: label.frame,
         name: label.name,
+        sh_degree: label.sh_degree,
         counters: timed.counters,
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
         energy: prices.breakdown(&activity),

@@ -63,6 +63,7 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     let fovea = fovea.map(|fovea| fovea.work(&runs.touches, &first_tile, &parts));
     FrameWorkload {
         counters,
+        sh_degree: frame.facts.colour_degree(),
         fovea,
         groups,
         index: frame.splats.par_iter().map(|s| s.index).collect(),

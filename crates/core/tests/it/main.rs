@@ -9,5 +9,6 @@ mod knobs;
 mod paper;
 mod pipeline;
 mod run;
+mod sh_degree;
 mod store;
 mod workload;

@@ -87,7 +87,7 @@ fn a_rendered_and_binned_frame_costs_what_the_reference_says() {
     check(&count_frame(&workload, Padding::TrueTiles), &expected["power_true_tiles"]);
     check(&count_frame(&workload, Padding::Reference), &expected["power_reference_padding"]);
 
-    let label = Label { frame: 3, name: "view".into(), display_w: Some(0.5) };
+    let label = Label { frame: 3, name: "view".into(), display_w: Some(0.5), ..Label::default() };
     let report = simulate(label, &workload, Padding::TrueTiles, &UnitPrices::PUBLISHED);
     let want = expected["power_true_tiles"]["total_power"].as_f64().unwrap();
     assert!((report.power_display_rate_w(60.0) - want).abs() <= TOLERANCE * want);

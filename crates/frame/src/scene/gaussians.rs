@@ -1,5 +1,7 @@
 //! A trained 3DGS model in memory.
 
+use super::ShDegree;
+
 /// A trained model. All lists have one entry per Gaussian; position in the list is its index in
 /// the scene, and so its address in DRAM.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -69,6 +71,14 @@ impl Gaussians {
     /// Whether the model is empty.
     pub fn is_empty(&self) -> bool {
         self.means.is_empty()
+    }
+
+    /// The degree of its spherical harmonics.
+    ///
+    /// # Panics
+    /// When `sh_degree` is above 3: readers of files reduce it.
+    pub fn degree(&self) -> ShDegree {
+        ShDegree::new(self.sh_degree).expect("a scene has an SH degree of 0 to 3")
     }
 
     /// SH coefficients per channel: `(sh_degree + 1)²`.

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::column::Id;
 use super::{Fovea, Frame, FrameFacts, FrameFault, LEVEL_MAX, NEVER, POINTS_MAX, SIDE_MAX};
+use crate::scene::ShDegree;
 use crate::splat::Splat;
 
 /// How far rows of a rotation may be from orthonormal: cameras from text files with six digits
@@ -80,6 +81,11 @@ impl Frame {
 }
 
 impl FrameFacts {
+    /// The SH degree that the frame counts as: 3 where the trace does not say.
+    pub fn colour_degree(&self) -> ShDegree {
+        self.sh_degree.unwrap_or(ShDegree::MAX)
+    }
+
     /// Pixels of the frame.
     pub fn pixels(&self) -> u64 {
         u64::from(self.camera.width) * u64::from(self.camera.height)

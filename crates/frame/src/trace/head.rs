@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::column::Counts;
 use super::error::FrameFault;
 use super::{Frame, FrameFacts, POINTS_MAX};
-use crate::scene::{Camera, Split};
+use crate::scene::{Camera, ShDegree, Split};
 
 /// The header of a trace file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -123,7 +123,7 @@ impl FrameHead {
         put_doubles(&mut out, &facts.mean_linear_rgb.unwrap_or_default());
         let gaze = self.gaze.unwrap_or_default();
         facts.background.iter().chain(&gaze).for_each(|v| out.extend(v.to_le_bytes()));
-        out.extend([self.flags(), 0]);
+        out.extend([self.flags(), facts.sh_degree.map_or(0, |degree| degree.get() + 1)]);
         put_text(&mut out, &camera.name)?;
         Ok(out)
     }
@@ -138,23 +138,31 @@ impl FrameHead {
         let centre = DVec3::from_array(f.doubles()?);
         let mean: [f64; 3] = f.doubles()?;
         let (background, gaze): ([f32; 3], [f32; 2]) = (f.floats()?, f.floats()?);
-        let [flags, reserved] = f.take()?;
+        let [flags, degree] = f.take()?;
         let split = match flags & (HAS_SPLIT | IS_TEST) {
             0 => None,
             HAS_SPLIT => Some(Split::Train),
             IS_TEST => return Err("flag 2 of a frame needs flag 1".into()),
             _ => Some(Split::Test),
         };
-        if reserved != 0 || flags > HAS_SPLIT | IS_TEST | HAS_MEAN | HAS_GAZE {
-            return Err(format!("the frame has unknown flags ({flags}, {reserved})"));
+        if flags > HAS_SPLIT | IS_TEST | HAS_MEAN | HAS_GAZE {
+            return Err(format!("the frame has unknown flags ({flags})"));
         }
+        let sh_degree = match degree.checked_sub(1) {
+            None => None,
+            Some(degree) => Some(
+                ShDegree::new(degree)
+                    .ok_or_else(|| format!("the frame has SH degree {degree}; 0 to 3 are known"))?,
+            ),
+        };
         let name = f.text()?;
         f.end()?;
         let mean_linear_rgb = (flags & HAS_MEAN != 0).then_some(mean);
         let gaze = (flags & HAS_GAZE != 0).then_some(gaze);
         let world_to_camera = rotation;
         let camera = Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split };
-        let facts = FrameFacts { camera, points, survivors, background, mean_linear_rgb };
+        let facts =
+            FrameFacts { camera, points, survivors, sh_degree, background, mean_linear_rgb };
         Ok(FrameHead { number, blocks, bytes, splats, gaze, facts })
     }
 }

@@ -8,7 +8,7 @@ use powergs_core::run::System;
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roofline {
-    /// Floating-point operations of each action, by [`Action::index`].
+    /// Floating-point operations of each action, by [`Action::index`]; of a colour of SH degree 3.
     pub flops: [u32; Action::COUNT],
     /// Units with arithmetic: name and peak, operations per second.
     pub ceilings: Vec<(&'static str, f64)>,
@@ -60,11 +60,15 @@ impl Roofline {
         for frame in &run.frames {
             let Some(cycle) = frame.cycle() else { return Vec::new() };
             let (timing, clock) = (&cycle.timing, cycle.clock.0);
+            let colour = flops::colour_share(frame.colour_degree());
             first += timing.preprocessing_end as f64 / clock;
             all += timing.frame as f64 / clock;
             for (i, stage) in Stage::WORK.into_iter().enumerate() {
                 bytes[i] += (frame.stages[i].read + frame.stages[i].write) as f64;
-                let count = |a: Action| frame.actions.count(stage, a) as f64;
+                let count = |a: Action| {
+                    let n = frame.actions.count(stage, a) as f64;
+                    if a == Action::ShColour { n * colour } else { n }
+                };
                 flops[i] += Action::all()
                     .into_iter()
                     .map(|a| count(a) * f64::from(self.flops[a.index()]))

@@ -18,6 +18,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     names(machine, &mut found);
     geometry(machine, &mut found);
     records(machine, &mut found);
+    colours(machine, &mut found);
     sizes(machine, &mut found);
     rates(machine, &mut found);
     if found.is_empty() {
@@ -92,6 +93,7 @@ fn records(m: &Machine, found: &mut Found) {
         ("record.position", r.position, 1),
         ("record.geometry", r.geometry, 0),
         ("record.colour", r.colour, 0),
+        ("record.colour-extra", r.colour_extra, 0),
         ("record.projected", r.projected, 0),
         ("record.list-entry", r.list_entry, 1),
         ("record.feature", r.feature, 1),
@@ -106,6 +108,19 @@ fn records(m: &Machine, found: &mut Found) {
         if size > RECORD_MAX {
             found.push((key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?")));
         }
+    }
+}
+
+/// What of a colour record is not its coefficients is a part of it.
+fn colours(m: &Machine, found: &mut Found) {
+    let r = &m.record;
+    if r.colour_extra > r.colour {
+        let message = format!(
+            "`record.colour-extra` = {} is more than `record.colour` = {}: it is the part of it \
+             that does not depend on the SH degree",
+            r.colour_extra, r.colour
+        );
+        found.push(("record.colour-extra", message));
     }
 }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::dram::device::Order;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_frame::scene::ShDegree;
 
 /// Bytes of the records that cross the DRAM interface.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -15,8 +16,12 @@ pub struct RecordSpec {
     pub position: Bytes,
     /// Read for every survivor: scale, rotation, opacity.
     pub geometry: Bytes,
-    /// Spherical harmonics of one Gaussian; when it is read is decided by `ccu.fetch`.
+    /// Colour of one Gaussian of a scene of SH degree 3; when it is read is decided by `ccu.fetch`.
+    /// In a scene of lower degree d its coefficients take (d + 1)² / 16 of their bytes, rounded up.
     pub colour: Bytes,
+    /// Bytes of `colour` that are no SH coefficients and stay at every degree. As large as
+    /// `colour`: a record that does not depend on the degree.
+    pub colour_extra: Bytes,
     /// Written by the CCU for every splat with at least one tile.
     pub projected: Bytes,
     /// Written by the CCU per (splat, tile) pair, and read back by the sorter.
@@ -27,8 +32,33 @@ pub struct RecordSpec {
     pub pixel: Bytes,
     /// Distance of feature records in DRAM, at least `feature`.
     pub feature_pitch: Bytes,
-    /// Distance of colour records in DRAM, at least `colour`.
+    /// Distance of colour records of degree 3 in DRAM, at least `colour`. Smaller records lie as
+    /// close as their alignment allows: to the largest power of two that divides this distance, at
+    /// most 32 B.
     pub colour_pitch: Bytes,
+}
+
+/// Colour records are aligned to at most this: a burst of LPDDR memories, and a usual buffer word.
+const ALIGNMENT_MAX: u64 = 32;
+
+impl RecordSpec {
+    /// The records of a scene of this SH degree.
+    pub(crate) fn of_degree(&self, degree: ShDegree) -> RecordSpec {
+        if degree == ShDegree::MAX {
+            return self.clone();
+        }
+        let coefficients = self.colour.0.saturating_sub(self.colour_extra.0);
+        let kept = coefficients * degree.coefficients();
+        let kept = kept.div_ceil(ShDegree::MAX.coefficients());
+        let colour = self.colour.0 - coefficients + kept;
+        let pitch = self.colour_pitch.0;
+        let alignment = 1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2());
+        RecordSpec {
+            colour: Bytes(colour),
+            colour_pitch: Bytes(colour.next_multiple_of(alignment).min(pitch)),
+            ..self.clone()
+        }
+    }
 }
 
 /// When the colour (SH) record of a Gaussian is fetched.

@@ -200,6 +200,14 @@ const COUNTERS: [Counter; 10] = [
 ];
 
 fn counters(list: &mut List) {
+    count(
+        list,
+        "counters.sh_degree",
+        "1",
+        "Degree of the scene's spherical harmonics, 0 to 3. Decides the bytes and the operations \
+         of a colour; a frame whose trace does not say it (format 1) counts as degree 3.",
+        |f| f.sh_degree.map(|degree| u64::from(degree.get())),
+    );
     for (name, text, field) in COUNTERS {
         count(list, format!("counters.{name}"), "1", text, move |f| Some(field(&f.counters)));
     }

@@ -12,7 +12,7 @@ use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::foveated::LevelPaint;
-use powergs_scene::{Foveated, Gaussians};
+use powergs_scene::{Foveated, Gaussians, ShDegree};
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 /// Frames, so that an order can be updated.
@@ -31,7 +31,10 @@ fn frames() -> &'static [Frame] {
             let mut camera = front_camera(136, 96);
             camera.centre.x += 0.01 * i as f64;
             let rendered = render(&scene, &camera, &Options::reference(Detail::Counters));
-            rendered.into_frame(&camera, [0.0; 3])
+            let mut frame = rendered.into_frame(&camera, [0.0; 3]);
+            // Colours of several degrees, so that every part of their records counts.
+            frame.facts.sh_degree = ShDegree::new(3 - 2 * i as u8);
+            frame
         };
         (0..FRAMES).map(one).chain([foveated(&scene)]).collect()
     });
@@ -53,7 +56,9 @@ fn foveated(scene: &Gaussians) -> Frame {
     let gaze = ScreenGaze { point: [0.4, 0.5], screen };
     let (camera, options) = (front_camera(136, 96), Options::reference(Detail::Counters));
     let rendered = render_foveated(&model, &camera, &gaze, &options).expect("a gaze");
-    rendered.into_frame(&camera, [0.0; 3])
+    let mut frame = rendered.into_frame(&camera, [0.0; 3]);
+    frame.facts.sh_degree = None;
+    frame
 }
 
 type Shared<K, V> = LazyLock<Mutex<HashMap<K, Arc<V>>>>;

@@ -1,7 +1,7 @@
 //! The worked example of `docs/trace-format.md` is true.
 
 use glam::{DMat3, DVec3};
-use powergs_frame::scene::Camera;
+use powergs_frame::scene::{Camera, ShDegree};
 use powergs_frame::splat::Splat;
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, TraceHeader, Writer};
 use powergs_testkit::traces::read_all;
@@ -23,6 +23,7 @@ fn example() -> Vec<u8> {
             },
             points: 2,
             survivors: 1,
+            sh_degree: Some(ShDegree::ZERO),
             background: [0.0; 3],
             mean_linear_rgb: None,
         },

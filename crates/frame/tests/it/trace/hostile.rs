@@ -2,7 +2,7 @@
 
 use std::io::Cursor;
 
-use powergs_frame::trace::{Frame, Reader, TraceError, verify};
+use powergs_frame::trace::{Frame, Reader, TraceError, Writer, verify};
 use powergs_testkit::traces::{SMALL, Shape, frame, read_all, seeds, written};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -155,9 +155,58 @@ fn other_versions() {
         bytes[12..16].copy_from_slice(&crc.to_le_bytes());
         bytes
     };
-    assert_eq!(read_all(&versioned(1, 9)).unwrap().len(), 2, "newer minor versions are read");
-    let error = read_all(&versioned(2, 3)).unwrap_err().to_string();
-    assert!(error.contains("version 2.3") && error.contains("up to 1.x"), "{error}");
+    assert_eq!(read_all(&versioned(2, 9)).unwrap().len(), 2, "newer minor versions are read");
+    let error = read_all(&versioned(3, 3)).unwrap_err().to_string();
+    assert!(error.contains("version 3.3") && error.contains("up to 2.x"), "{error}");
+}
+
+/// The position of the SH degree of the first frame.
+fn degree_at(bytes: &[u8]) -> usize {
+    find(bytes, b"FRAM") + 32 + 221
+}
+
+#[test]
+fn files_of_format_1_have_no_sh_degree() {
+    let mut bytes = small();
+    bytes[8] = 1;
+    let mut at = 0;
+    while let Some(next) = bytes[at..].windows(4).position(|w| w == b"FRAM") {
+        at += next + 4;
+        bytes[at - 4 + 32 + 221] = 0;
+    }
+    seal(&mut bytes);
+    let mut reader = Reader::open(Cursor::new(&bytes)).unwrap();
+    assert_eq!(reader.version(), (1, 0));
+    for frame in [reader.frame(0).unwrap(), reader.frame(1).unwrap()] {
+        assert_eq!(frame.facts.sh_degree, None);
+        assert_eq!(frame.facts.colour_degree().get(), 3);
+    }
+    // Copied into a new file, the degree stays unknown.
+    let mut writer = Writer::new(Vec::new(), reader.header()).unwrap();
+    writer.write_encoded(reader.read_block(0).unwrap()).unwrap();
+    let copy = writer.finish().unwrap();
+    assert_eq!((copy[8], copy[degree_at(&copy)]), (2, 0));
+    assert_eq!(read_all(&copy).unwrap()[0].facts.sh_degree, None);
+}
+
+#[test]
+fn sh_degrees_up_to_three() {
+    for (byte, degree) in [(0, None), (1, Some(0)), (2, Some(1)), (3, Some(2)), (4, Some(3))] {
+        let mut bytes = small();
+        let at = degree_at(&bytes);
+        bytes[at] = byte;
+        seal(&mut bytes);
+        let frame = &read_all(&bytes).unwrap()[0];
+        assert_eq!(frame.facts.sh_degree.map(|degree| degree.get()), degree);
+    }
+    for byte in [5, 255] {
+        let mut bytes = small();
+        let at = degree_at(&bytes);
+        bytes[at] = byte;
+        seal(&mut bytes);
+        let error = read_all(&bytes).unwrap_err().to_string();
+        assert!(error.contains(&format!("SH degree {}; 0 to 3", byte - 1)), "{error}");
+    }
 }
 
 #[test]
