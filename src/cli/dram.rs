@@ -215,6 +215,7 @@ fn one_json(device: &Device, result: &LevelRun) -> Value {
         "bandwidth_gb_s": per(total.requested_bytes()),
         "bus_bandwidth_gb_s": per(total.bursts * device.organisation.burst.0),
         "peak_bandwidth_gb_s": device.peak_gb_s(),
+        "pin_rate_gbit_s": device.pin_gbit_s(),
         "row_hit_rate": stats.row_hit_rate(),
         "read_latency_ns": read_latency,
         "requests": total.requests,

@@ -70,6 +70,11 @@ fn trace() -> Map<String, Json> {
         ("frames", plain("integer", "Frames that were asked for.")),
         ("width_px", plain("integer", "Width of the first frame, pixels.")),
         ("height_px", plain("integer", "Height of the first frame, pixels.")),
+        ("sh_degree", nullable("integer", "SH degree of the scene; null without frames.")),
+        (
+            "sh_degree_assumed",
+            nullable("boolean", "Whether the trace does not say it, so that it counts as 3."),
+        ),
     ])
 }
 

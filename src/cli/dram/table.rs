@@ -7,7 +7,14 @@ use powergs_report::document::{Cell, Column, Document, Table};
 
 /// The run at one or two levels, a column each.
 pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Document {
-    let title = format!("{}, {:.1} GB/s peak, mode {}", device.name, device.peak_gb_s(), args.mode);
+    let (o, name) = (&device.organisation, &device.name);
+    let pins = format!(
+        "{} pins of {:.2} Gb/s",
+        o.channels * o.pseudo_channels * o.width,
+        device.pin_gbit_s()
+    );
+    let title =
+        format!("{name}, {:.1} GB/s peak on {pins}, mode {}", device.peak_gb_s(), args.mode);
     let columns = results.iter().map(|r| Column::count(r.level.name()));
     let mut table = Table::new([Column::text("")].into_iter().chain(columns));
     let mut row = |name: &str, value: &dyn Fn(&LevelRun) -> String| {

@@ -59,7 +59,11 @@ pub const DRAM: &[Embedded] = embedded!("dram":
     "lpddr5-6400-x16x16",
     "lpddr5-6400-x16x2",
     "lpddr5-6400-x16x4",
-    "lpddr5-6400-x16x8"
+    "lpddr5-6400-x16x8",
+    "lpddr5x-8533-x16x4",
+    "lpddr5x-8533-x16x8",
+    "lpddr6-10667-x12x4",
+    "lpddr6-10667-x12x8"
 );
 
 /// Sweeps.

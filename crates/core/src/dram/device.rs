@@ -63,7 +63,14 @@ pub struct Organisation {
     pub rows: u32,
     /// Bytes of one row (page) of one bank.
     pub row: Bytes,
-    /// Bytes that one read or write command moves.
+    /// Data pins of a pseudo channel.
+    #[schemars(extend("minimum" = 1, "maximum" = 1024, "x-unit" = "pins"))]
+    pub width: u32,
+    /// Transfers on each data pin in one burst. `width` x `beats` bits may be more than `burst`
+    /// holds: LPDDR6 moves 32 B of data and 4 B of metadata in 24 beats on 12 pins.
+    #[schemars(extend("minimum" = 1, "maximum" = 256, "x-unit" = "beats"))]
+    pub beats: u32,
+    /// Bytes of data that one read or write command moves.
     pub burst: Bytes,
 }
 
@@ -323,6 +330,12 @@ impl Device {
         let o = &self.organisation;
         let buses = f64::from(o.channels) * f64::from(o.pseudo_channels);
         buses * o.burst.0 as f64 / (f64::from(self.timing.burst) * self.clock_period.0)
+    }
+
+    /// Rate of one data pin, 10⁹ bits per second: all beats of a burst, also those that carry no
+    /// data.
+    pub fn pin_gbit_s(&self) -> f64 {
+        f64::from(self.organisation.beats) / (f64::from(self.timing.burst) * self.clock_period.0)
     }
 
     /// A time in CK, rounded to the nearest.

@@ -56,6 +56,15 @@ fn sizes(device: &Device, found: &mut Found) {
         let message = "`organisation.burst` is at most 4 KiB and `organisation.row` at most 1 MiB";
         found.push(("organisation.burst", message.to_owned()));
     }
+    let carried = u64::from(o.width) * u64::from(o.beats);
+    if o.burst.0.saturating_mul(8) > carried {
+        let message = format!(
+            "`organisation.burst` ({}) does not fit into `organisation.width` x \
+             `organisation.beats` = {} x {} = {carried} bits",
+            o.burst, o.width, o.beats
+        );
+        found.push(("organisation.burst", message));
+    }
     if o.pseudo_channels * o.bank_groups * o.banks > BANKS_MAX {
         let message = format!(
             "`organisation.pseudo-channels` x `bank-groups` x `banks` = {} x {} x {} is more than \

@@ -209,7 +209,13 @@ proptest! {
     #[test]
     fn every_command_is_legal_and_bytes_are_conserved(
         name in proptest::sample::select(
-            &["lpddr4-3200-x16x2", "lpddr4-3200-x32x4", "lpddr5-6400-x16x2", "hbm2-8ch"][..]),
+            &[
+                "lpddr4-3200-x16x2",
+                "lpddr4-3200-x32x4",
+                "lpddr5-6400-x16x2",
+                "lpddr6-10667-x12x4",
+                "hbm2-8ch",
+            ][..]),
         sets in sets(),
         seed in 0u64..1 << 32,
         kind in 0u8..10,

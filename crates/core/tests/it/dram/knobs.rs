@@ -8,12 +8,14 @@ use powergs_core::dram::{Device, EnergyUse, Mode, Stats};
 use super::device;
 use super::streams::traffic;
 
-/// Keys that are text for people.
-const TEXT: [&str; 3] = ["name", "description", "energy.scale-source"];
+/// Keys that are text for people, or that only say what a burst is made of.
+const TEXT: [&str; 5] =
+    ["name", "description", "energy.scale-source", "organisation.width", "organisation.beats"];
 
 /// What a key needs to matter, and the value that it is changed to where doubling is not allowed.
-const LIFTED: [(&str, &[&str], &str); 18] = [
+const LIFTED: [(&str, &[&str], &str); 19] = [
     ("organisation.rows", &[], "8"),
+    ("organisation.burst", &["organisation.beats=32"], "64 B"),
     ("timing.burst", &[], "1"),
     ("organisation.pseudo-channels", &[], "2"),
     ("mapping.order", &[], "mop"),

@@ -41,7 +41,7 @@ fn spaced(seed: u64, n: usize, gap: u64) -> Vec<(u64, Access)> {
 
 #[test]
 fn small_steps_give_what_one_large_step_gives() {
-    for name in ["lpddr4-3200-x16x4", "lpddr5-6400-x16x2", "hbm2-8ch"] {
+    for name in ["lpddr4-3200-x16x4", "lpddr5-6400-x16x2", "lpddr6-10667-x12x4", "hbm2-8ch"] {
         let device = device(name, &[]);
         let requests = spaced(1, 400, 11);
         let whole = completions(&device, &requests, u64::MAX);

@@ -17,7 +17,7 @@ use super::inert::list;
 use super::{Verdict, choices, others};
 
 /// Text for people.
-const TEXT: [&str; 2] = ["name", "description"];
+const TEXT: [&str; 4] = ["name", "description", "organisation.width", "organisation.beats"];
 
 /// Runs of bytes here and there, a third of them written.
 fn traffic(n: usize) -> Vec<Access> {
