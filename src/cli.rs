@@ -12,7 +12,7 @@ mod compare;
 pub mod completions;
 mod display;
 mod dram;
-mod explain;
+pub mod explain;
 mod extract;
 mod failure;
 mod filter;

@@ -4,6 +4,7 @@ mod background;
 mod claims;
 mod compare;
 mod completions;
+pub mod explain;
 mod program;
 mod replay;
 mod run_folder;

@@ -19,6 +19,7 @@ pub mod record;
 pub mod schema;
 pub mod sensitivity;
 pub mod sweep;
+pub mod terms;
 pub mod timeline;
 pub mod validate;
 

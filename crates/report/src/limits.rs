@@ -2,6 +2,8 @@
 
 use super::document::{Cell, Column, Table, Text};
 use super::format::percent;
+use powergs_base::config::assumptions::assumptions;
+use powergs_base::config::references::references;
 use powergs_core::energy::Component;
 use powergs_study::findings::limits::{Effect, Mattered, NOT_MODELLED, Why};
 
@@ -40,12 +42,33 @@ fn part_words(part: Component) -> &'static str {
 
 /// The line on the terminal that points to the list.
 pub fn line(left_out: usize, mattered: &[Mattered]) -> String {
-    let numbers: Vec<&str> = mattered.iter().map(|m| m.assumption).take(6).collect();
-    let mattered = match numbers.is_empty() {
-        true => String::new(),
-        false => format!("; mattered most: {}", numbers.join(" ")),
-    };
-    format!("{left_out} effects left out{mattered}")
+    const NAMED: usize = 3;
+    let mut text = format!("{left_out} effects left out");
+    if mattered.is_empty() {
+        return text;
+    }
+    let named: Vec<String> = mattered.iter().take(NAMED).map(titled).collect();
+    text += &format!("; the assumptions that matter most: {}", named.join("; "));
+    let others: Vec<&str> = mattered.iter().skip(NAMED).map(|m| m.assumption).collect();
+    if !others.is_empty() {
+        text += &format!("; also {}", others.join(", "));
+    }
+    text
+}
+
+/// An assumption with its number, or a source with its key, in words.
+pub fn titled(mattered: &Mattered) -> String {
+    let name = mattered.assumption;
+    let number = name.strip_prefix('A').and_then(|n| n.parse().ok());
+    let known = number.and_then(|number| assumptions().get(&number));
+    match (known, references().get(name)) {
+        (Some(assumption), _) => format!("{name} ({})", assumption.text),
+        (None, Some(source)) => {
+            let title = source.title.split(':').next().unwrap_or_default();
+            format!("numbers of {title} (`{name}`)")
+        }
+        (None, None) => name.to_owned(),
+    }
 }
 
 /// Effects that a run leaves out.

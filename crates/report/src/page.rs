@@ -60,14 +60,15 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     if summary.throughput_fps().is_some() {
         let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
         let left_out = limits::left_out(run.facts.machine.dram_model);
-        last.push(("limits".into(), words::line(left_out.len(), &mattered).into()));
+        let line = Text::marked(&words::line(left_out.len(), &mattered));
+        last.push(("limits".into(), line));
         page.page_heading("What is not modelled");
         page.on(Shown::Page, Block::Table(words::table(&left_out)));
         if !mattered.is_empty() {
             page.page_paragraph("Assumptions that mattered most in this run:");
             let item = |same: &[limits::Mattered]| {
-                let numbers: Vec<&str> = same.iter().map(|m| m.assumption).collect();
-                format!("{}: {}", numbers.join(", "), words::why(&same[0].why)).into()
+                let titles: Vec<String> = same.iter().map(words::titled).collect();
+                Text::marked(&format!("{}: {}", words::why(&same[0].why), titles.join("; ")))
             };
             let items = mattered.chunk_by(|a, b| a.why == b.why).map(item).collect();
             page.on(Shown::Page, Block::List(items));

@@ -105,6 +105,7 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     let run: toml::Table = text("run.toml").parse().unwrap();
     assert_eq!(run["search"]["iterations"].as_integer(), Some(8));
     assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place in run.toml");
+    crate::cli::explain::assert_explained(&path, &[]);
 }
 
 /// Everything in a run folder that must not depend on how often the run was broken off.

@@ -58,6 +58,7 @@ fn a_foveated_run_leaves_one_model_that_every_command_takes() {
     assert_eq!(other(&[["extract", &fov].as_slice(), &cycle].concat()), Exit::Done);
     let (trace, report) = (path("run/fr.bin"), path("report"));
     assert_eq!(other(&["replay", &trace, "--arch", "gscore", "--out", &report]), Exit::Done);
+    crate::cli::explain::assert_explained(&folder.path().join("run"), &[]);
 }
 
 #[test]

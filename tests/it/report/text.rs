@@ -65,7 +65,9 @@ fn terminal_summary() {
         vru.units-per-core          10.1  -8.2 %          6.90  -0.4 %
         ... and 1 more: summary.md
 
-        limits  9 effects left out; mattered most: A4 A5 A26 powergs A8 A10
+        limits  9 effects left out; the assumptions that matter most: A4 (DRAM transfers
+                reach 78 % of the peak); A5 (A DRAM request answers after 100 ns); A26
+                (All units of a core work on one pair); also powergs, A8, A10
         report  reports/garden-gscore/summary.md
         next    powergs-sim replay garden.bin --set vru.units-per-core=32
     "#]]

@@ -1,0 +1,130 @@
+//! Everything that has a definition.
+
+use powergs_base::config::Embedded;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
+use powergs_base::config::references::{cited, references};
+use powergs_base::config::{KeyDoc, key_docs};
+use powergs_core::accel::Machine;
+use powergs_core::dram::Device;
+use powergs_core::energy::EnergyTable;
+use powergs_core::sim::statistics;
+use powergs_frame::display::Display;
+use powergs_report::terms::terms;
+use powergs_study::sweep::metric::metrics;
+use powergs_study::sweep::table::FIRST;
+
+use super::assumption;
+
+/// Something that has a name, a unit and a definition.
+pub struct Entry {
+    /// What it is: `statistic`, `assumption`, ...
+    pub kind: &'static str,
+    /// Its name.
+    pub name: String,
+    /// Further names.
+    pub others: Vec<String>,
+    /// Unit; empty where it has none.
+    pub unit: String,
+    /// What it means.
+    pub definition: String,
+    /// What it has in the default file.
+    pub value: Option<String>,
+    /// What else is known.
+    pub facts: Vec<(&'static str, String)>,
+}
+
+impl Entry {
+    /// An entry with a name and a definition.
+    pub fn new(
+        kind: &'static str,
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        definition: impl Into<String>,
+    ) -> Entry {
+        Entry {
+            kind,
+            name: name.into(),
+            others: Vec::new(),
+            unit: unit.into(),
+            definition: definition.into(),
+            value: None,
+            facts: Vec::new(),
+        }
+    }
+
+    /// All names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        [self.name.as_str()].into_iter().chain(self.others.iter().map(String::as_str))
+    }
+
+    /// Whether it is found by its whole name only.
+    pub fn is_word(&self) -> bool {
+        [WORD, assumption::KIND, SOURCE, FILE].contains(&self.kind)
+    }
+}
+
+const WORD: &str = "term";
+const SOURCE: &str = "source of numbers";
+const FILE: &str = "file that comes with the program";
+
+/// All of them.
+pub fn entries() -> Vec<Entry> {
+    let mut all: Vec<Entry> = terms()
+        .map(|term| Entry {
+            others: term.names[1..].iter().map(|name| (*name).to_owned()).collect(),
+            ..Entry::new(WORD, term.names[0], term.unit, term.meaning)
+        })
+        .collect();
+    all.extend(assumption::entries());
+    all.extend(sources());
+    let statistic = |s: &statistics::Statistic| {
+        Entry::new("statistic", s.name.clone(), s.unit, s.definition.clone())
+    };
+    all.extend(statistics::catalogue().iter().map(statistic));
+    all.extend(columns(&all));
+    keys("key of machine files", key_docs::<Machine>(), &MACHINES[0], &mut all);
+    keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
+    keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
+    keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
+    all
+}
+
+/// Columns of the results of sweeps that are not statistics themselves.
+fn columns(known: &[Entry]) -> Vec<Entry> {
+    let kind = "column of results.csv of a sweep";
+    let first = FIRST.iter().map(|(name, _, what)| Entry::new(kind, *name, "", *what));
+    let metrics =
+        metrics().iter().map(|m| Entry::new(kind, m.name.clone(), m.unit, m.definition.clone()));
+    first.chain(metrics).filter(|e| known.iter().all(|k| k.is_word() || k.name != e.name)).collect()
+}
+
+/// The sources of `references.toml`, and the files that cite them.
+fn sources() -> Vec<Entry> {
+    let all = [MACHINES, ENERGY, DISPLAYS, DRAM].concat();
+    let entry = |(key, source): (&String, &powergs_base::config::references::Reference)| {
+        let citing = all.iter().filter(|file| cited(file.text).contains(key)).map(|file| file.name);
+        let mut facts = vec![("venue", source.venue.clone())];
+        facts.extend(source.note.clone().map(|note| ("taken", note)));
+        facts.push(("cited by", citing.collect::<Vec<_>>().join(", ")));
+        Entry { facts, ..Entry::new(SOURCE, key.clone(), "", source.title.clone()) }
+    };
+    let files = [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS].concat();
+    let described = files.into_iter().map(|file| {
+        let table: toml::Table = file.text.parse().unwrap_or_default();
+        let text = table.get("description").or_else(|| table.get("question"));
+        let text = text.and_then(toml::Value::as_str).unwrap_or_default();
+        Entry::new(FILE, file.name, "", text)
+    });
+    references().iter().map(entry).chain(described).collect()
+}
+
+fn keys(kind: &'static str, docs: Vec<KeyDoc>, example: &Embedded, all: &mut Vec<Entry>) {
+    let values: toml::Table = example.text.parse().unwrap_or_default();
+    let values = toml::Value::Table(values);
+    all.extend(docs.into_iter().map(|doc| {
+        let value = doc.path.split('.').try_fold(&values, |at, key| at.get(key));
+        let value = value.filter(|v| !(v.is_table() || v.is_array()));
+        let value = value.map(|v| format!("{} in {}", v, example.name));
+        Entry { value, ..Entry::new(kind, doc.path, doc.unit, doc.definition) }
+    }));
+}
