@@ -23,6 +23,7 @@ pub mod invocation;
 mod lpips_file;
 mod optimize;
 pub mod out;
+mod output_file;
 mod pareto;
 mod picture_file;
 mod progress;
@@ -38,12 +39,15 @@ mod sweep;
 pub mod synth;
 pub mod timeline;
 mod trace;
+pub mod usage;
 mod validate;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Parser, Subcommand};
+
+use powergs_base::budget::Budget;
 
 pub use failure::{Exit, Failure, OrExit};
 
@@ -71,6 +75,9 @@ pub struct Global {
     /// Worker threads (default: all cores); results do not depend on it
     #[arg(long, short, global = true, value_name = "N")]
     pub jobs: Option<std::num::NonZeroUsize>,
+    /// Memory for frames and pictures in work; larger ones are refused
+    #[arg(long, global = true, value_name = "SIZE", default_value_t = Budget::DEFAULT)]
+    pub memory: Budget,
 }
 
 /// The commands.

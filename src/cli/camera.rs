@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::camera_file::{self, CameraArgs, Views};
+use super::output_file::{self, Overwrite};
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::Document;
@@ -44,6 +45,8 @@ enum CameraCommand {
         #[arg(long, short)]
         output: PathBuf,
         #[command(flatten)]
+        overwrite: Overwrite,
+        #[command(flatten)]
         cameras: CameraArgs,
     },
 }
@@ -57,15 +60,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             let facts = facts(&Views { cameras, format: read.format, warnings });
             if context.global.json { out::json(&facts)? } else { out::document(&document(&facts))? }
         }
-        CameraCommand::Convert { cameras, output } => {
+        CameraCommand::Convert { cameras, output, overwrite } => {
+            overwrite.check(output)?;
             // Without a scene an orbit goes around the origin.
             let views =
                 cameras.cameras(|| SceneBounds { centre: glam::DVec3::ZERO, extent: 1.0 })?;
             views.warn(context);
             let text = inria::write(&views.cameras);
             write_atomically(output, |w| w.write_all(text.as_bytes()))?;
+            let count = views.cameras.len();
             if context.global.json {
-                out::json(&json!({ "views": views.cameras.len(), "format": views.format }))?;
+                out::json(&json!({ "views": count, "format": views.format }))?;
+            } else {
+                output_file::say(output, format_args!("{count} views"), context)?;
             }
         }
     }

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::claims::{self, Run};
@@ -34,10 +35,14 @@ pub struct Args {
     /// Also write the answer to a page of Markdown
     #[arg(long, value_name = "FILE")]
     pub write: Option<PathBuf>,
+    /// Whether a file is replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs `claims`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    args.write.iter().try_for_each(|path| args.overwrite.check(path))?;
     let runs = args.runs.iter().map(|path| read(path)).collect::<Result<Vec<Run>, Failure>>()?;
     let book = claims::check(&named_apart(runs));
     if let Some(path) = &args.write {
@@ -55,7 +60,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 /// The results of a run folder, under the name of the folder.
 fn read(folder: &Path) -> Result<Run, Failure> {
     let shown = folder.display();
-    let refuse = |what: &str| Err(Failure::new(Exit::Usage, format!("{shown}: {what}")));
+    let refuse = |what: &str| Err(Failure::new(Exit::BadInput, format!("{shown}: {what}")));
     if !folder.exists() {
         return refuse("there is no such folder; give the folder of a `powergs-sim optimize` run");
     }

@@ -65,6 +65,9 @@ fn ratio(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
+    // What is given is looked at before anything is simulated.
+    let given = args.out.as_deref().map(|out| RunFolder::create(Some(out), "", args.force));
+    let given = given.transpose()?;
     let folders = args.items.iter().filter(|p| p.is_dir()).count();
     let sides = if folders == args.items.len() {
         of_folders(args)?
@@ -83,7 +86,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     let comparison = Comparison::new(sides);
     let labels = comparison.labels();
-    let folder = RunFolder::create(args.out.as_deref(), &labels.join("-"), args.force)?;
+    let folder = match given {
+        Some(folder) => folder,
+        None => RunFolder::create(None, &labels.join("-"), args.force)?,
+    };
     write(&folder, &comparison)?;
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
@@ -176,7 +182,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
         System::load(&spec, &DiskFiles)
     };
     let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
-    let mut trace = inputs::trace(trace, args.frames)?;
+    let mut trace = inputs::trace(trace, args.frames, context)?;
     let watch = Watched::new(context, Counts::Frames);
     let runs = on_each(&systems, args.fps, &mut trace, &watch)?;
     Ok(runs.iter().map(Side::of_run).collect())

@@ -38,7 +38,7 @@ pub struct Args {
 /// Runs `display`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let display = inputs::display(&args.preset)?;
-    let picture = picture_file::read(&args.image, args.background)?;
+    let picture = picture_file::read(&args.image, args.background, 0, context)?;
     let mean = picture.mean_linear_rgb();
     let power = display.power(mean);
     let parts: Vec<f64> = display.coefficients().iter().zip(mean).map(|(k, m)| k * m).collect();

@@ -10,11 +10,12 @@ use tempfile::NamedTempFile;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_default, note_missing};
+use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_core::run::RunError;
-use powergs_core::run::store::atomic::temporary;
+use powergs_core::run::store::atomic::{persist, temporary};
+use powergs_core::run::{Frames, RunError};
 use powergs_frame::trace::TraceHeader;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_study::extract::{Extracted, extract};
@@ -51,10 +52,14 @@ pub struct Args {
     /// The trace file
     #[arg(long, short, value_name = "FILE")]
     pub output: PathBuf,
+    /// Whether a file is replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs `extract`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    args.overwrite.check(&args.output)?;
     let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
@@ -79,6 +84,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         }
     };
     let mut frames = frames.on_background(args.background.0);
+    frames.allow(context.global.memory);
     let file = temporary(&args.output)
         .or_exit(Exit::Usage, format_args!("{}: cannot be written", args.output.display()))?;
     let watch = Watched::new(context, Counts::Frames);
@@ -125,7 +131,7 @@ fn finish(
     let place = || format!("{}: cannot be written", path.display());
     let file = trace.out.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
     let bytes = file.as_file().metadata().or_exit(Exit::Usage, place())?.len();
-    file.persist(&path).or_exit(Exit::Usage, place())?;
+    persist(file, &path).or_exit(Exit::Usage, place())?;
     let per = |bytes: u64, n: u64| bytes as f64 / n.max(1) as f64;
     let (splat, pixel) =
         (per(trace.splat_bytes, trace.splats), per(trace.pixel_bytes, trace.pixels));

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::background::Background;
+use super::output_file::Overwrite;
 use super::render::write_png;
 use super::{Context, Exit, Failure, OrExit, inputs, out, picture_file};
 use powergs_frame::display::d22::{Filter, Gaze};
@@ -44,6 +45,9 @@ pub struct Args {
     /// The PNG file to write [default: IMAGE-d22.png beside the picture]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Whether a file is replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Reads `x,y`.
@@ -61,13 +65,17 @@ fn beside(image: &Path) -> PathBuf {
     image.with_file_name(format!("{stem}-d22.png"))
 }
 
+/// Memory for a pixel of the filtered picture, bytes.
+const PIXEL: u64 = 16;
+
 /// Runs `filter`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let output = args.output.clone().unwrap_or_else(|| beside(&args.image));
+    args.overwrite.check(&output)?;
     let gaze = Gaze::new(args.gaze.0, args.gaze.1, args.fov).or_exit(Exit::Usage, "filter")?;
     let display = inputs::display(&args.preset)?;
-    let picture = picture_file::read(&args.image, args.background)?;
+    let picture = picture_file::read(&args.image, args.background, PIXEL, context)?;
     let filtered = Filter::new(&display).apply(&picture, &gaze);
-    let output = args.output.clone().unwrap_or_else(|| beside(&args.image));
     write_png(&output, &filtered)?;
     let [before, after] = [&picture, &filtered].map(|p| display.power(p.mean_linear_rgb()).0);
     let saving = if before > 0.0 { 1.0 - after / before } else { 0.0 };

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
@@ -28,12 +29,16 @@ pub struct Args {
     /// Draw samples, curves and optimum: a PNG or SVG file
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Whether a file is replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs `fit`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    args.output.iter().try_for_each(|path| args.overwrite.check(path))?;
     let name = args.samples.display();
-    let file = File::open(&args.samples).or_exit(Exit::Usage, &name)?;
+    let file = File::open(&args.samples).or_exit(Exit::BadInput, &name)?;
     let (samples, left_out) = read_samples(file).or_exit(Exit::BadInput, &name)?;
     let fitted = fit(&samples).or_exit(Exit::BadInput, &name)?;
     if let Some(path) = &args.output {

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use super::Failure;
 use super::camera_file::FrameRange;
+use super::{Context, Failure};
 use powergs_core::run::files::{DiskFiles, Files};
-use powergs_core::run::{FileKind, RunError, System, SystemSpec, TraceFile};
+use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
@@ -38,8 +38,13 @@ pub fn display(name: &str) -> Result<Display, Failure> {
 ///
 /// # Errors
 /// Exit code 3 for a trace that cannot be read, 2 for a range that it has no frames in.
-pub fn trace(path: &Path, range: Option<FrameRange>) -> Result<TraceFile, Failure> {
+pub fn trace(
+    path: &Path,
+    range: Option<FrameRange>,
+    context: &Context,
+) -> Result<TraceFile, Failure> {
     let mut trace = TraceFile::open(path)?;
+    trace.allow(context.global.memory);
     if let Some(range) = range {
         trace.select(range.start, range.end)?;
     }

@@ -13,10 +13,10 @@ const BYTES_MAX: u64 = 1 << 30;
 /// Reads the weights; also a hash of the file.
 ///
 /// # Errors
-/// Exit code 2: the file cannot be opened. Exit code 3: it holds no weights that can be used.
+/// Exit code 3: the file cannot be read, or holds no weights that can be used.
 pub fn read(path: &Path) -> Result<(Lpips, u128), Failure> {
     let name = path.display();
-    let file = File::open(path).or_exit(Exit::Usage, &name)?;
+    let file = File::open(path).or_exit(Exit::BadInput, &name)?;
     let mut bytes = Vec::new();
     file.take(BYTES_MAX + 1).read_to_end(&mut bytes).or_exit(Exit::BadInput, &name)?;
     if bytes.len() as u64 > BYTES_MAX {

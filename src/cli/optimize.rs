@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use super::background::Background;
 use super::invocation::Started;
 use super::{Context, Exit, Failure, gaze, out};
-use folder::Folder;
+use folder::{Existing, Folder};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::settings::Settings;
@@ -52,8 +52,11 @@ pub struct Args {
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Go on with the run in the folder; repeat its other arguments
-    #[arg(long)]
+    #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    /// Throw away the run in the folder
+    #[arg(long)]
+    pub force: bool,
     /// Which views there are, and what they should look like.
     #[command(flatten)]
     pub views: ViewArgs,
@@ -358,7 +361,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let record = record::run_toml(&campaign)?;
     let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&campaign.name));
     let folder = Folder::new(&path);
-    let run = folder.open(&campaign, args.resume)?;
+    let existing = match (args.resume, args.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let (run, _lock) = folder.open(&campaign, existing)?;
     folder.write("run.toml", record)?;
     watched.record(&path, &campaign.cameras)?;
     let finished = run.work(&watched)?;

@@ -11,9 +11,14 @@ pub fn write(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(),
     forgive(write_to(&mut io::stdout().lock(), write))
 }
 
-/// Prints text as it is.
+/// Prints text. Control characters, which names from files may have, become `?`.
 pub fn text(text: &str) -> Result<(), Failure> {
-    write(|out| out.write_all(text.as_bytes()))
+    write(|out| out.write_all(harmless(text).as_bytes()))
+}
+
+/// Text that cannot steer a terminal.
+fn harmless(text: &str) -> String {
+    text.replace(|c: char| c.is_control() && !matches!(c, '\n' | '\t'), "?")
 }
 
 /// Prints a document, as wide as the terminal, or 80 columns where there is none.
@@ -37,9 +42,14 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     })
 }
 
-/// Prints a line on standard error. If that is closed the line is lost.
-pub fn complain(message: impl std::fmt::Display) {
+/// Prints a line of ours, with its colours, on standard error.
+pub fn complain_in_colour(message: &str) {
     let _ = writeln!(io::stderr().lock(), "{message}");
+}
+
+/// Prints a line on standard error, without control characters. If that is closed the line is lost.
+pub fn complain(message: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr().lock(), "{}", harmless(&message.to_string()));
 }
 
 fn write_to(

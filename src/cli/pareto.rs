@@ -6,6 +6,7 @@ mod question;
 
 use std::path::{Path, PathBuf};
 
+use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use folder::FinishedSweep;
 use powergs_core::run::store::FileStore;
@@ -77,6 +78,9 @@ pub struct Args {
     /// Also write the rows of the front to FILE
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// Whether a file is replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// A share, as it is or in percent.
@@ -144,11 +148,11 @@ impl OfSweep {
         }
     }
 
-    /// Writes the analysis into the folder of the sweep and returns what a terminal shows; `None`
-    /// if the user pressed Ctrl-C.
+    /// Writes the analysis into the folder of the sweep and returns what a terminal shows.
     ///
     /// # Errors
-    /// A table that does not answer the question, a folder that cannot be written.
+    /// [`Unanswered`]: a table that does not answer the question, a folder that cannot be written,
+    /// Ctrl-C.
     pub fn answer(
         self,
         folder: &mut SweepFolder<'_>,
@@ -156,30 +160,49 @@ impl OfSweep {
         sweep: &OpenedSweep<'_>,
         plan: &Plan,
         context: &Context,
-    ) -> Result<Option<String>, Failure> {
-        let mut table = self.table.or_exit(Exit::BadInput, path.join(CSV).display())?.finish();
+    ) -> Result<String, Unanswered> {
+        let table = self.table.or_exit(Exit::BadInput, path.join(CSV).display());
+        let mut table = table.map_err(Unanswered::Question)?.finish();
         table.follow(&self.facts.followers);
         table.leave_out(plan.excluded.values().sum::<u64>() as usize);
-        let analysis =
-            Analysis::of(&table, &self.question).map_err(|error| failure(path, error))?;
+        let analysis = Analysis::of(&table, &self.question)
+            .map_err(|error| Unanswered::Question(failure(path, error)))?;
         if context.is_cancelled() {
-            return Ok(None);
+            return Err(Unanswered::Interrupted);
         }
         let head: Vec<String> = header(sweep).into_iter().map(|c| c.name).collect();
-        let rows = some_rows(sweep, plan, &mut folder.records, &report::pareto_rows(&analysis))?;
-        let rows = rows.into_iter().map(|(n, row)| (n, row.iter().map(Cell::text).collect()));
+        let rows = some_rows(sweep, plan, &mut folder.records, &report::pareto_rows(&analysis));
+        let rows = rows.map_err(Failure::from)?.into_iter();
+        let rows = rows.map(|(n, row)| (n, row.iter().map(Cell::text).collect()));
         let pareto = report::pareto_csv(&analysis, &head, &rows.collect());
         let pareto = pareto.or_exit(Exit::Internal, "pareto.csv")?;
         let provenance = provenance(&self.facts, &[]);
         let out = path.join(FOLDER);
         let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
-        let page = report::document(&analysis, &[], &provenance);
-        Ok(written.map(|_| page.terminal(WIDTH)))
+        written.ok_or(Unanswered::Interrupted)?;
+        Ok(report::document(&analysis, &[], &provenance).terminal(WIDTH))
+    }
+}
+
+/// Why a sweep has no analysis.
+pub enum Unanswered {
+    /// The results do not answer the question of the sweep file.
+    Question(Failure),
+    /// It could not be written.
+    Failed(Failure),
+    /// The user pressed Ctrl-C.
+    Interrupted,
+}
+
+impl From<Failure> for Unanswered {
+    fn from(failure: Failure) -> Unanswered {
+        Unanswered::Failed(failure)
     }
 }
 
 /// Reads, analyses and writes; `None` if the user pressed Ctrl-C.
 fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Answer>, Failure> {
+    args.csv.iter().try_for_each(|path| args.overwrite.check(path))?;
     let sweep = FinishedSweep::open(&args.folder)?;
     let question = question::question(args, &sweep.facts)?;
     let mut table = sweep.table(&question)?;

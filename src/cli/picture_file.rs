@@ -5,12 +5,14 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::background::Background;
-use super::{Exit, Failure, OrExit};
+use super::{Context, Exit, Failure, OrExit};
 use powergs_base::picture::Picture;
 use powergs_pixels::{DecodeError, Decoded, Limits};
 
-/// The largest picture that is read.
-const LIMITS: Limits = Limits { side: 32_768, bytes: 2 << 30 };
+/// The longest side of a picture that is read, pixels.
+const SIDE: u32 = 32_768;
+/// Memory for a pixel while it is decoded and converted, bytes.
+const PIXEL: u64 = 20;
 /// The longest file that is read, bytes.
 const FILE_MAX: u64 = 2 << 30;
 
@@ -33,14 +35,21 @@ fn read_all(file: File) -> io::Result<Vec<u8>> {
 }
 
 /// Reads a picture; its format is told from its content. Transparent pixels show `background`.
+/// What is done with it takes `more` bytes a pixel.
 ///
 /// # Errors
-/// Exit code 2: the file cannot be opened. Exit code 3: it is no picture, broken, or too large.
-pub fn read(path: &Path, background: Background) -> Result<Picture, Failure> {
+/// Exit code 3: the file cannot be read, is no picture, broken, or too large.
+pub fn read(
+    path: &Path,
+    background: Background,
+    more: u64,
+    context: &Context,
+) -> Result<Picture, Failure> {
     let name = path.display();
-    let file = File::open(path).or_exit(Exit::Usage, &name)?;
+    let file = File::open(path).or_exit(Exit::BadInput, &name)?;
     let bytes = read_all(file).or_exit(Exit::BadInput, &name)?;
-    let image = match powergs_pixels::decode(&bytes, LIMITS) {
+    let limits = limits(&bytes, PIXEL + more, context).or_exit(Exit::BadInput, &name)?;
+    let image = match powergs_pixels::decode(&bytes, limits) {
         Err(e @ DecodeError::Unknown) => {
             return Err(Failure::new(Exit::BadInput, format!("{name}: {e}")));
         }
@@ -52,6 +61,17 @@ pub fn read(path: &Path, background: Background) -> Result<Picture, Failure> {
     Ok(picture(&image, background))
 }
 
+/// What may be decoded, after a look at the size of the picture; a file without one is left to the
+/// decoder.
+fn limits(bytes: &[u8], pixel: u64, context: &Context) -> Result<Limits, anyhow::Error> {
+    if let Ok((width, height)) = powergs_pixels::size(bytes) {
+        let needed = u64::from(width) * u64::from(height) * pixel;
+        let over = context.global.memory.check(needed);
+        over.map_err(|over| anyhow::anyhow!("a picture of {width}x{height} pixels {over}"))?;
+    }
+    Ok(Limits { side: SIDE, bytes: context.global.memory.0.0 })
+}
+
 /// Reads two pictures of one size.
 ///
 /// # Errors
@@ -60,8 +80,13 @@ pub fn read_pair(
     first: &Path,
     second: &Path,
     background: Background,
+    more: u64,
+    context: &Context,
 ) -> Result<(Picture, Picture), Failure> {
-    let (a, b) = (read(first, background)?, read(second, background)?);
+    // The other picture is there as well.
+    let more = more + PIXEL;
+    let (a, b) =
+        (read(first, background, more, context)?, read(second, background, more, context)?);
     if (a.width, a.height) != (b.width, b.height) {
         let what = format!(
             "{} has {} x {} pixels, {} has {} x {}: only pictures of one size can be compared; \

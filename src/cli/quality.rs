@@ -69,10 +69,13 @@ fn measured(name: impl Into<String>, value: Value, shown: (&'static str, String)
     Measured { name: name.into(), value, shown }
 }
 
+/// Memory for a pixel of the maps that measures make, bytes.
+const PIXEL: u64 = 100;
+
 /// Runs `quality`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let (picture, reference) =
-        picture_file::read_pair(&args.picture, &args.reference, args.background)?;
+        picture_file::read_pair(&args.picture, &args.reference, args.background, PIXEL, context)?;
     let like = likeness(&picture, &reference);
     let flip = flip::flip(&reference, &picture, args.pixels_per_degree);
     let psnr = like.psnr_db.is_finite().then_some(like.psnr_db);

@@ -7,6 +7,7 @@ use serde_json::json;
 use super::background::Background;
 use super::camera_file::CameraArgs;
 use super::gaze::{GazeArgs, note_default, note_missing};
+use super::output_file::Overwrite;
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
@@ -53,13 +54,23 @@ pub struct Args {
     /// per view
     #[arg(long, short, value_name = "PATH")]
     pub output: PathBuf,
+    /// Whether files are replaced.
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
+
+/// Memory for a pixel while a picture is rendered and written, bytes.
+const PIXEL: u64 = 40;
 
 /// Runs `render`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if args.levels && !args.gaze.is_given() {
         let what = "--levels: say where somebody looks, with --gaze, --gaze-cycle or --gaze-stream";
         return Err(Failure::new(Exit::Usage, what));
+    }
+    check_output(&args.output)?;
+    if is_png(&args.output) {
+        args.overwrite.check(&args.output)?;
     }
     let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
@@ -72,6 +83,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let (cameras, gazes) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
+    targets.iter().try_for_each(|target| args.overwrite.check(target))?;
+    for camera in &cameras {
+        let bytes = u64::from(camera.width) * u64::from(camera.height) * PIXEL;
+        context.global.memory.check(bytes).map_err(|over| {
+            let Camera { name, width, height, .. } = camera;
+            let what = format!("view {name}: a picture of {width}x{height} pixels {over}");
+            Failure::new(Exit::Usage, what)
+        })?;
+    }
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
@@ -122,6 +142,23 @@ fn chosen(
 
 fn is_png(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+}
+
+/// Refuses a file of another kind than PNG. A name with a full stop may still be a folder that is
+/// there, or that ends in a slash.
+fn check_output(path: &Path) -> Result<(), Failure> {
+    let is_folder = path.is_dir() || path.as_os_str().as_encoded_bytes().ends_with(b"/");
+    match path.extension() {
+        Some(ending) if !is_folder && !is_png(path) => {
+            let (name, ending) = (path.display(), ending.to_string_lossy());
+            let what = format!(
+                "{name}: pictures are written as .png, not as .{ending}; name a .png file, or a \
+                 folder ({name}/)"
+            );
+            Err(Failure::new(Exit::Usage, what))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The files to write: `output` itself for one view, else one per view in the folder `output`.

@@ -7,7 +7,7 @@ use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
 use super::timeline::{self, TimelineRequest};
-use super::{Context, Exit, Failure, OrExit, inputs, out};
+use super::{Context, Exit, Failure, OrExit, inputs, out, output_file};
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::session::Target;
 use powergs_core::run::store::atomic::write_atomically;
@@ -85,7 +85,7 @@ pub struct Args {
     /// Report folder [default: reports/TRACE-MACHINE, with a counter if it exists]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the finished report in --out
+    /// Replace the finished report in --out, and the file of --dump-dram
     #[arg(long)]
     pub force: bool,
 }
@@ -192,8 +192,9 @@ fn dump_dram(path: &Path, trace: &mut TraceFile, model: &Model) -> Result<(), Fa
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    args.dump_dram.iter().try_for_each(|path| output_file::check(path, args.force))?;
     let model = model(args)?;
-    let mut trace = inputs::trace(&args.trace, args.frames)?;
+    let mut trace = inputs::trace(&args.trace, args.frames, context)?;
     let replay = Replay {
         target: model.target(),
         display_fps: args.fps,

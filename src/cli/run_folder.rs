@@ -1,13 +1,16 @@
 //! The folder of a report: it appears complete or not at all, and never in place of something else.
 
-use std::fs;
+use std::ffi::OsString;
+use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
+use std::time::Duration;
 
 use tempfile::TempDir;
 
 use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
+use powergs_core::run::store::atomic::{exchange, sync_folder};
 use powergs_report::{FILE_NAMES, chart_files, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
@@ -16,6 +19,19 @@ use powergs_report::{FILE_NAMES, chart_files, sweep};
 pub struct RunFolder {
     staging: TempDir,
     target: Target,
+    kind: Kind,
+    /// Held while the folder is written: a hidden folder without it is one that a killed process
+    /// left.
+    _lock: Option<File>,
+}
+
+/// What a folder holds. One is never put in the place of the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// The report of `replay`, `compare` or `sensitivity`; replaced if the user says so.
+    Report,
+    /// The analysis of a sweep: it follows from the results, so an older one is simply replaced.
+    Analysis,
 }
 
 /// Where the folder will be.
@@ -30,6 +46,9 @@ enum Target {
 /// Names that end with a counter are tried up to here.
 const MOST: usize = 10_000;
 
+/// What the names of hidden folders begin with.
+const PREFIX: &str = ".report-";
+
 impl RunFolder {
     /// A new folder at `out`, or at the first free of `reports/NAME`, `reports/NAME-2`, …
     ///
@@ -37,27 +56,35 @@ impl RunFolder {
     /// and, whatever the flags, a folder with files that are not of a report.
     pub fn create(out: Option<&Path>, name: &str, force: bool) -> Result<RunFolder, Failure> {
         let target = match out {
-            Some(path) => {
-                check_given(path, force)?;
-                Target::Given { path: path.to_owned(), force }
-            }
+            Some(path) => Target::Given { path: path.to_owned(), force },
             None => Target::Counted(Path::new("reports").join(file_name(name))),
         };
+        RunFolder::begin(target, Kind::Report)
+    }
+
+    /// The folder of an analysis, in place of an older one.
+    ///
+    /// Refused with [`Exit::Usage`]: a folder that holds anything else.
+    pub fn analysis(path: &Path) -> Result<RunFolder, Failure> {
+        RunFolder::begin(Target::Given { path: path.to_owned(), force: true }, Kind::Analysis)
+    }
+
+    fn begin(target: Target, kind: Kind) -> Result<RunFolder, Failure> {
+        if let Target::Given { path, force } = &target {
+            check_given(path, *force, kind)?;
+        }
         let path = target.path();
-        let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
-        let parent = parent.unwrap_or(Path::new("."));
-        fs::create_dir_all(parent).map_err(|e| cannot(path, &e))?;
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".report-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let staging = builder.tempdir_in(parent).map_err(|e| cannot(path, &e))?;
-        Ok(RunFolder { staging, target })
+        // `.` and `..` have a name and a folder that holds them, too.
+        let parent = absolute(path).map_err(|e| cannot(path, &e))?;
+        let parent = parent.parent().unwrap_or(Path::new("/")).to_owned();
+        fs::create_dir_all(&parent).map_err(|e| cannot(path, &e))?;
+        let (staging, lock) = stage(&parent).map_err(|e| cannot(path, &e))?;
+        Ok(RunFolder { staging, target, kind, _lock: lock })
     }
 
     /// Writes a file.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
-        debug_assert!(is_ours(name), "{name} is not a file of a report");
+        debug_assert!(self.kind.has(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
     }
@@ -72,17 +99,19 @@ impl RunFolder {
 
     /// Makes a file that is written as a stream.
     pub fn stream(&self, name: &str) -> Result<fs::File, Failure> {
-        debug_assert!(is_ours(name), "{name} is not a file of a report");
+        debug_assert!(self.kind.has(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
         fs::File::create(path).map_err(|e| cannot(self.target.path(), &e))
     }
 
     /// Moves the folder to its place and returns that.
     pub fn finish(self) -> Result<PathBuf, Failure> {
+        sync_all(self.staging.path()).map_err(|e| cannot(self.target.path(), &e))?;
         match &self.target {
             Target::Given { path, force } => {
-                check_given(path, *force)?;
-                replace(self.staging.path(), path).map_err(|e| cannot(path, &e))?;
+                check_given(path, *force, self.kind)?;
+                let place = absolute(path).map_err(|e| cannot(path, &e))?;
+                replace(self.staging.path(), &place).map_err(|e| cannot(path, &e))?;
                 Ok(path.clone())
             }
             Target::Counted(base) => {
@@ -90,6 +119,7 @@ impl RunFolder {
                     let path = numbered(base, i);
                     // Renaming over a folder with files fails, so of two runs one takes the next.
                     if !path.exists() && fs::rename(self.staging.path(), &path).is_ok() {
+                        path.parent().into_iter().for_each(sync_folder);
                         return Ok(path);
                     }
                 }
@@ -125,13 +155,25 @@ fn file_name(name: &str) -> String {
     if name.is_empty() { "report".into() } else { name.into() }
 }
 
-/// Whether a report may have a file of this name.
-fn is_ours(name: &str) -> bool {
-    FILE_NAMES.contains(&name) || sweep::FILE_NAMES.contains(&name)
+impl Kind {
+    /// Whether such a folder may have a file of this name.
+    fn has(self, name: &str) -> bool {
+        match self {
+            Kind::Report => FILE_NAMES.contains(&name),
+            Kind::Analysis => sweep::FILE_NAMES.contains(&name),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Report => "a report",
+            Kind::Analysis => "an analysis",
+        }
+    }
 }
 
-/// Whether a report may be put at `path`.
-fn check_given(path: &Path, force: bool) -> Result<(), Failure> {
+/// Whether a folder of this kind may be put at `path`.
+fn check_given(path: &Path, force: bool, kind: Kind) -> Result<(), Failure> {
     let refuse = |what: String| Failure::new(Exit::Usage, format!("{}: {what}", path.display()));
     let entries = match fs::read_dir(path) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -141,17 +183,23 @@ fn check_given(path: &Path, force: bool) -> Result<(), Failure> {
         Err(e) => return Err(cannot(path, &e)),
         Ok(entries) => entries,
     };
-    let mut names = Vec::new();
+    let is_here = |here: PathBuf| fs::canonicalize(path).is_ok_and(|path| path == here);
+    if std::env::current_dir().is_ok_and(is_here) {
+        let what = "is the working folder, and a report takes the place of a whole folder; give \
+                    --out a folder in it";
+        return Err(refuse(what.into()));
+    }
+    let mut names: Vec<(OsString, bool)> = Vec::new();
     for entry in entries {
-        names.push(entry.map_err(|e| cannot(path, &e))?.file_name());
+        let entry = entry.map_err(|e| cannot(path, &e))?;
+        let is_folder = entry.file_type().map_err(|e| cannot(path, &e))?.is_dir();
+        names.push((entry.file_name(), is_folder));
     }
     names.sort();
-    let foreign = |name: &&std::ffi::OsString| !name.to_str().is_some_and(is_ours);
-    if let Some(name) = names.iter().find(foreign) {
-        let name = name.to_string_lossy();
-        return Err(refuse(format!(
-            "holds `{name}`, which is not of a report; use another folder"
-        )));
+    let ours = |name: &OsString| name.to_str().is_some_and(|name| kind.has(name));
+    if let Some((name, _)) = names.iter().find(|(name, is_folder)| *is_folder || !ours(name)) {
+        let (name, kind) = (name.to_string_lossy(), kind.name());
+        return Err(refuse(format!("holds `{name}`, which is not of {kind}; use another folder")));
     }
     if !names.is_empty() && !force {
         let what = "holds a report already; use --force to replace it, or another folder";
@@ -160,20 +208,79 @@ fn check_given(path: &Path, force: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Puts `staging` in the place of `path`, which is absent, empty, or a report to be replaced.
+/// A hidden folder, locked, after those that killed processes left were removed.
+fn stage(parent: &Path) -> io::Result<(TempDir, Option<File>)> {
+    // Whoever makes or removes hidden folders holds the lock of the folder around them, so that
+    // none is taken for a leftover before it is locked itself.
+    let guard = File::open(parent).ok().filter(|folder| {
+        let tries = 0..100;
+        tries.into_iter().any(|_| {
+            let is_held = folder.try_lock().is_ok();
+            if !is_held {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            is_held
+        })
+    });
+    if guard.is_some() {
+        remove_leftovers(parent);
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+    let staging = builder.tempdir_in(parent)?;
+    let lock = File::open(staging.path()).ok().filter(|folder| folder.try_lock().is_ok());
+    Ok((staging, lock))
+}
+
+/// Removes hidden folders that nobody has locked. What cannot be removed stays.
+fn remove_leftovers(parent: &Path) {
+    let Ok(entries) = fs::read_dir(parent) else { return };
+    for entry in entries.flatten() {
+        let is_hidden = entry.file_name().as_encoded_bytes().starts_with(PREFIX.as_bytes());
+        if !is_hidden || !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            continue;
+        }
+        let is_left = File::open(entry.path()).is_ok_and(|folder| folder.try_lock().is_ok());
+        if is_left {
+            let _ = fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+/// Makes sure that the files of a folder survive a power cut.
+fn sync_all(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        File::open(entry?.path())?.sync_data()?;
+    }
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Puts `staging` in the place of `path`, which is absent, empty, or a report to be replaced. At no
+/// moment is there neither the old nor the new one, where the file system can exchange two names.
 fn replace(staging: &Path, path: &Path) -> io::Result<()> {
     if !path.exists() {
-        return fs::rename(staging, path);
+        fs::rename(staging, path)?;
+    } else if exchange(staging, path).is_ok() {
+        fs::remove_dir_all(staging)?;
+    } else {
+        let old = staging.with_extension("old");
+        fs::rename(path, &old)?;
+        if let Err(e) = fs::rename(staging, path) {
+            fs::rename(&old, path)?;
+            return Err(e);
+        }
+        fs::remove_dir_all(old)?;
     }
-    let old = staging.with_extension("old");
-    fs::rename(path, &old)?;
-    if let Err(e) = fs::rename(staging, path) {
-        fs::rename(&old, path)?;
-        return Err(e);
-    }
-    fs::remove_dir_all(old)
+    path.parent().into_iter().for_each(sync_folder);
+    Ok(())
 }
 
 fn cannot(path: &Path, e: &io::Error) -> Failure {
-    Failure::new(Exit::Usage, format!("{}: the report cannot be written: {e}", path.display()))
+    // What a temporary folder is called is nobody's business.
+    let cause = e.to_string();
+    let cause = cause.split(" at path ").next().unwrap_or_default();
+    Failure::new(Exit::Usage, format!("{}: the report cannot be written: {cause}", path.display()))
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::output_file::{self, Overwrite};
 use super::scene_file::warn;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
@@ -49,6 +50,8 @@ enum SceneCommand {
         file: PathBuf,
         /// File to write
         output: PathBuf,
+        #[command(flatten)]
+        overwrite: Overwrite,
         /// Level of detail of a streamed scene, 0 is the finest [default: 0]
         #[arg(long, value_name = "N")]
         lod: Option<u32>,
@@ -62,6 +65,8 @@ enum SceneCommand {
         /// The foveated model to write (.fov)
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
+        #[command(flatten)]
+        overwrite: Overwrite,
     },
     /// Write a level of a foveated model as INRIA PLY
     Level {
@@ -73,6 +78,8 @@ enum SceneCommand {
         /// The PLY file to write
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
+        #[command(flatten)]
+        overwrite: Overwrite,
     },
 }
 
@@ -89,25 +96,34 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 out::document(&document(&scene, &stats, &warnings))?;
             }
         }
-        SceneCommand::Convert { file, output, lod } => {
+        SceneCommand::Convert { file, output, lod, overwrite } => {
+            overwrite.check(output)?;
             let scene = open_model(file, *lod)?;
             warn(&scene, context);
             write_atomically(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
-            if context.global.json {
-                let points = scene.gaussians.len();
-                out::json(&json!({ "points": points, "sh_degree": scene.gaussians.sh_degree }))?;
-            }
+            written(&scene.gaussians, output, context)?;
         }
-        SceneCommand::Compose { levels, output } => compose(levels, output, context)?,
-        SceneCommand::Level { file, level, output } => {
+        SceneCommand::Compose { levels, output, overwrite } => {
+            overwrite.check(output)?;
+            compose(levels, output, context)?;
+        }
+        SceneCommand::Level { file, level, output, overwrite } => {
+            overwrite.check(output)?;
             let scene = open_foveated(file)?.level(usize::from(level - 1));
             write_atomically(output, |mut w| write_ply(&scene, &mut w))?;
-            if context.global.json {
-                out::json(&json!({ "points": scene.len(), "sh_degree": scene.sh_degree }))?;
-            }
+            written(&scene, output, context)?;
         }
     }
     Ok(Exit::Done)
+}
+
+/// Says what was written.
+fn written(scene: &Gaussians, output: &Path, context: &Context) -> Result<(), Failure> {
+    let (points, degree) = (scene.len(), scene.sh_degree);
+    if context.global.json {
+        return out::json(&json!({ "points": points, "sh_degree": degree }));
+    }
+    output_file::say(output, format_args!("{points} Gaussians, SH degree {degree}"), context)
 }
 
 fn compose(files: &[PathBuf], output: &Path, context: &Context) -> Result<(), Failure> {

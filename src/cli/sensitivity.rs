@@ -10,7 +10,7 @@ use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::replay::display_rate;
 use super::run_folder::RunFolder;
-use super::{Context, Exit, Failure, inputs, out};
+use super::{Context, Exit, Failure, inputs, out, output_file};
 use powergs_base::config::assumptions::assumptions;
 use powergs_core::run::TraceFile;
 use powergs_core::run::store::atomic::write_atomically;
@@ -84,7 +84,7 @@ pub struct Args {
     /// Report folder [default: reports/sensitivity-MACHINE, with a counter if it exists]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Replace the finished report in --out
+    /// Replace the finished report in --out, and the file of --csv
     #[arg(long)]
     pub force: bool,
 }
@@ -138,8 +138,17 @@ enum Results {
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
+    if let Some((typed, _)) = args.keys.iter().find(|(_, key)| key.has_values())
+        && args.interactions.is_none()
+    {
+        let what = format!(
+            "--keys {typed}: values are for --interactions; add that, or name the key alone"
+        );
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    args.csv.iter().try_for_each(|path| output_file::check(path, args.force))?;
     let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
-    let open = |path: &PathBuf| inputs::trace(path, args.frames);
+    let open = |path: &PathBuf| inputs::trace(path, args.frames, context);
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
     let folder_name = format!("sensitivity-{}", system.machine().name);
     let folder = RunFolder::create(args.out.as_deref(), &folder_name, args.force)?;

@@ -1,6 +1,7 @@
 //! What happens around every command: threads, Ctrl-C, and what a broken invariant looks like.
 
 use std::any::Any;
+use std::num::NonZeroUsize;
 use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,24 +26,51 @@ pub fn guarded(work: impl FnOnce() -> Exit) -> Exit {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Exit::Internal)
 }
 
+/// Threads for each core at most: more of them only wait for each other.
+const THREADS_PER_CORE: usize = 4;
+
 /// Sizes the thread pool and takes over Ctrl-C.
 fn prepare(cli: &Cli) -> Result<Context, Failure> {
     if let Some(jobs) = cli.global.jobs {
+        let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        // A few threads are always allowed, so that a script runs on a small machine too.
+        let most = (THREADS_PER_CORE * cores).max(64);
+        if jobs.get() > most {
+            let what = format!(
+                "--jobs {jobs}: at most {most} threads on this machine; it has {cores} cores, and \
+                 more threads make nothing faster"
+            );
+            return Err(Failure::new(Exit::Usage, what));
+        }
         rayon::ThreadPoolBuilder::new().num_threads(jobs.get()).build_global().map_err(|e| {
             Failure::new(Exit::Usage, format!("--jobs {jobs}: cannot start the threads: {e}"))
         })?;
     }
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&cancelled);
-    let handler = move || {
+    on_interruption(move || {
         if flag.swap(true, Ordering::Relaxed) {
             std::process::exit(Exit::Interrupted as i32);
         }
         out::complain("interrupted: finishing what is under way; Ctrl-C again stops at once");
-    };
-    // Without a handler Ctrl-C ends the program at once: less kind, but no reason not to run.
-    let _ = ctrlc::set_handler(handler);
+    });
     Ok(Context { global: cli.global.clone(), cancelled })
+}
+
+/// Calls `handler` at Ctrl-C, and at the SIGTERM that batch systems send at the end of their time.
+/// SIGHUP stays as it is: `nohup` ignores it. Without a handler Ctrl-C ends the program at once:
+/// less kind, but no reason not to run.
+#[cfg(unix)]
+fn on_interruption(handler: impl Fn() + Send + 'static) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else { return };
+    std::thread::spawn(move || signals.forever().for_each(|_| handler()));
+}
+
+/// Calls `handler` at Ctrl-C.
+#[cfg(not(unix))]
+fn on_interruption(handler: impl Fn() + Send + 'static) {
+    let _ = ctrlc::set_handler(handler);
 }
 
 /// The panic hook: once, without a backtrace unless `RUST_BACKTRACE` asks for one.

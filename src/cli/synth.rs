@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
+use super::output_file::Overwrite;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
@@ -40,6 +41,8 @@ pub struct Args {
     /// Write the views of the preset to this INRIA cameras.json
     #[arg(long, value_name = "FILE")]
     cameras: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Gaussians [default: as the preset]; sizes follow, so that the look stays
     #[arg(long, value_name = "N")]
     points: Option<usize>,
@@ -65,6 +68,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("--points {points}: must be 1 to {MAX_POINTS}");
         return Err(Failure::new(Exit::Usage, what));
     }
+    let files = args.cameras.iter().chain(&args.output);
+    files.into_iter().try_for_each(|path| args.overwrite.check(path))?;
     let views = cameras(preset);
     if let Some(path) = &args.cameras {
         let text = inria::write(&views);

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_frame::trace::{self, Reader, VerifyReport};
 
@@ -55,6 +56,8 @@ enum TraceCommand {
         /// The trace to write
         #[arg(long, short, value_name = "FILE")]
         output: PathBuf,
+        #[command(flatten)]
+        overwrite: Overwrite,
     },
 }
 
@@ -64,7 +67,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         TraceCommand::Info { file, all } => info::run(file, *all, context),
         TraceCommand::Verify { file } => verify(file, context),
         TraceCommand::Dump(args) => dump::run(args, context),
-        TraceCommand::Repair { file, output } => repair::run(file, output, context),
+        TraceCommand::Repair { file, output, overwrite } => {
+            overwrite.check(output)?;
+            repair::run(file, output, context)
+        }
     }
 }
 

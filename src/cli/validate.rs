@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::store::atomic::write_atomically;
@@ -43,6 +44,8 @@ pub struct Args {
     /// Write the page (docs/validation.md) to this file
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// Keep what comes out as the new baseline: baseline.csv in --rows, or in
     /// tests/validation
     #[arg(long)]
@@ -51,6 +54,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    args.write.iter().try_for_each(|path| args.overwrite.check(path))?;
     let tables = tables(args.rows.as_deref())?;
     let wanted = |row: &&Row| {
         args.only.is_empty() || args.only.iter().any(|name| row.id.contains(name.as_str()))

@@ -5,6 +5,8 @@ mod claims;
 mod compare;
 mod completions;
 pub mod explain;
+mod memory;
+mod output_file;
 mod program;
 mod replay;
 mod run_folder;

@@ -43,7 +43,7 @@ fn the_command_prints_it_with_weights_only() {
     assert!(said(&["--lpips-weights", &weights]).contains("LPIPS  0."));
     assert!(!said(&[]).contains("LPIPS") && !said(&["--json"]).contains("lpips"));
     let failed = command(folder.path(), &["--lpips-weights", "@/none"]).unwrap_err();
-    assert_eq!(failed.exit, Exit::Usage);
+    assert_eq!(failed.exit, Exit::BadInput);
     std::fs::write(at("cut"), &made.bytes(Kind::F32)[..1000]).unwrap();
     let failed = command(folder.path(), &["--lpips-weights", "@/cut"]).unwrap_err();
     assert_eq!(failed.exit, Exit::BadInput);

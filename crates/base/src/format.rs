@@ -1,5 +1,12 @@
 //! Numbers and text for people: prefixes, significant digits, columns.
 
+/// Text of a CSV cell that no spreadsheet takes for a formula: a name that begins like one gets an
+/// apostrophe in front. Numbers stay as they are.
+pub fn spreadsheet_safe(text: String) -> String {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
+    if is_formula && text.parse::<f64>().is_err() { format!("'{text}") } else { text }
+}
+
 /// `0.00123` W is `1.23 mW`: three significant digits and an SI prefix.
 pub fn engineering(x: f64, unit: &str) -> String {
     let (scaled, prefix) = prefixed(x);

@@ -1,6 +1,7 @@
 //! The ground floor of `powergs-sim`: measures with units, TOML files with good errors, pictures in
 //! memory.
 
+pub mod budget;
 pub mod config;
 pub mod format;
 pub mod picture;

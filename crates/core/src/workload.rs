@@ -3,6 +3,7 @@
 pub mod bin;
 pub mod cache;
 mod chunk;
+pub mod demand;
 mod fovea;
 mod group;
 pub mod order;

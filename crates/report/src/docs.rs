@@ -65,7 +65,8 @@ all files but `invocation.toml`, whatever the number of threads.
 const CSV_AND_JSON: &str = "
 The columns of `results.csv` are `row` (`frame`, or the aggregate: `mean`, `p50`, `p95`, `p99`, \
 `max`), `frame` (position in the trace), `name` (of the view), `incomplete`, then the statistics \
-below under their names.
+below under their names. A name that begins like a formula (`=`, `+`, `-`, `@`) has an apostrophe \
+in front, here and in the tables of sweeps, so that a spreadsheet takes it for text.
 
 `--json` prints the same as one object; `report.schema.json` beside this page is its schema. Names \
 are nested by their dots: `frames[0].power_w.total`, `aggregate.frame_time_ms.mean`. Beside \
@@ -140,8 +141,8 @@ that were finished.
 | 0 | done |
 | 1 | the goal was not met: comparison, validation, quality target |
 | 2 | usage or configuration, or an output that cannot be written |
-| 3 | a bad or incomplete input file |
+| 3 | a bad, incomplete or missing input file, or one that takes more memory than `--memory` |
 | 4 | an internal invariant broke: a mistake of ours, please report it |
-| 130 | interrupted with Ctrl-C; what was finished is usable and marked INCOMPLETE |
+| 130 | interrupted with Ctrl-C or SIGTERM; what was finished is usable and marked INCOMPLETE |
 
 ";

@@ -53,7 +53,7 @@ pub fn extract<W: Write>(
         }
         let pending = frames.take(position)?;
         let encode = || last.as_deref().map(EncodedFrame::encode).transpose();
-        let (encoded, frame) = rayon::join(encode, pending);
+        let (encoded, frame) = rayon::join(encode, || pending.get());
         trace.add(encoded.map_err(internal)?)?;
         last = Some(frame?);
         watch.frame_done();

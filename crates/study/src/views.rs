@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use powergs_base::budget::Budget;
 use powergs_core::run::{Frames, Pending, RunError};
 use powergs_frame::fovea::ScreenGaze;
 use powergs_raster::{Detail, Options, render, render_foveated};
@@ -23,7 +24,13 @@ pub struct RenderedViews {
     model: Model,
     cameras: Vec<Camera>,
     options: Options,
+    budget: Budget,
 }
+
+/// Memory for a pixel of a frame while it is rendered and the one before is written, bytes.
+const PIXEL: u64 = 48;
+/// The same of a foveated frame.
+const FOVEATED_PIXEL: u64 = 80;
 
 impl RenderedViews {
     /// The views of `cameras` on a black background.
@@ -43,7 +50,8 @@ impl RenderedViews {
 
     fn of(name: &str, model: Model, cameras: Vec<Camera>) -> RenderedViews {
         let options = Options::reference(Detail::Counters);
-        RenderedViews { name: name.to_owned(), model, cameras, options }
+        let budget = Budget::DEFAULT;
+        RenderedViews { name: name.to_owned(), model, cameras, options, budget }
     }
 
     /// The same on another background, linear RGB.
@@ -66,19 +74,36 @@ impl Frames for RenderedViews {
         Ok(self.cameras.first().map_or((0, 0), |camera| (camera.width, camera.height)))
     }
 
+    fn budget(&self) -> Budget {
+        self.budget
+    }
+
+    fn allow(&mut self, budget: Budget) {
+        self.budget = budget;
+    }
+
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let (camera, options) = (self.cameras[position].clone(), self.options);
+        let pixel = match self.model {
+            Model::Plain(_) => PIXEL,
+            Model::Foveated(..) => FOVEATED_PIXEL,
+        };
+        let bytes = u64::from(camera.width) * u64::from(camera.height) * pixel;
+        self.budget.check(bytes).map_err(|over| {
+            let Camera { name, width, height, .. } = &camera;
+            RunError::Request(format!("view {name}: a frame of {width}x{height} pixels {over}"))
+        })?;
         Ok(match &self.model {
             Model::Plain(scene) => {
                 let scene = Arc::clone(scene);
-                Box::new(move || {
+                Pending::new(bytes, move || {
                     let rendered = render(&scene, &camera, &options);
                     Ok(Arc::new(rendered.into_frame(&camera, options.background)))
                 })
             }
             Model::Foveated(model, gazes) => {
                 let (model, gaze) = (Arc::clone(model), gazes[position]);
-                Box::new(move || {
+                Pending::new(bytes, move || {
                     let rendered = render_foveated(&model, &camera, &gaze, &options)
                         .map_err(|e| RunError::Request(format!("--gaze: {e}")))?;
                     Ok(Arc::new(rendered.into_frame(&camera, options.background)))

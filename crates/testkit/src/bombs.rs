@@ -48,7 +48,7 @@ pub fn bombs() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 /// A lossless WebP that claims 16383 x 16383 pixels.
-fn huge_webp() -> Vec<u8> {
+pub fn huge_webp() -> Vec<u8> {
     let mut bytes = scene_files::sog(&sample(3, 0), 2)["means_l.webp"].clone();
     let at = bytes.windows(4).position(|w| w == b"VP8L").unwrap() + 9;
     bytes[at..at + 4].copy_from_slice(&(0x3ffe_u32 | 0x3ffe << 14 | 1 << 28).to_le_bytes());

@@ -1,5 +1,6 @@
 //! The run folder: what a finished run leaves beside its checkpoints.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -7,9 +8,51 @@ use std::path::{Path, PathBuf};
 use super::super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
 use powergs_core::run::FileStore;
-use powergs_core::run::store::atomic::write_atomically;
-use powergs_optimize::campaign::{Campaign, CampaignError, Run};
+use powergs_core::run::Store;
+use powergs_core::run::store::atomic::{is_temporary, write_atomically};
+use powergs_core::run::store::{Lock, Sharing};
+use powergs_optimize::campaign::{Campaign, Run};
 use powergs_report::chart_files;
+
+/// The folder of the checkpoints.
+const CHECKPOINTS: &str = "checkpoints";
+/// The checkpoint that a run has from its first moment on.
+const PROGRESS: &str = "checkpoints/progress.ckpt";
+/// The lock.
+const LOCK: &str = "lock";
+
+/// What a run leaves beside checkpoints and charts.
+const FILES: [&str; 15] = [
+    "run.toml",
+    "invocation.toml",
+    "history.csv",
+    "samples.csv",
+    "models.csv",
+    "ratios.csv",
+    "levels.csv",
+    "foveated.csv",
+    "regions.csv",
+    "results.json",
+    "summary.md",
+    "final.ply",
+    "final.bin",
+    "model.fov",
+    "fr.bin",
+];
+/// Its charts; those of levels begin with `foveated_`.
+const CHARTS: [&str; 8] =
+    ["breakdown", "course", "curves", "plane", "quality", "ratio", "strip", "sweep"];
+
+/// What to do with a run that is in the folder already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Say so.
+    Refuse,
+    /// Go on with it.
+    Resume,
+    /// Throw it away.
+    Replace,
+}
 
 /// A run folder.
 pub struct Folder {
@@ -23,34 +66,70 @@ impl Folder {
         Folder { path: path.to_owned(), store: FileStore::new(path) }
     }
 
-    /// Begins a run in a new folder, or with `resume` goes on with the one that is there.
+    /// Begins a run in a new folder, or goes on with the one that is there. No other process works
+    /// in the folder while the lock is held.
     ///
     /// # Errors
-    /// Exit code 2: a folder that holds something else, a run without `resume`, no run with it;
-    /// 3: a damaged checkpoint, or one of another run.
-    pub fn open<'a>(&'a self, campaign: &'a Campaign, resume: bool) -> Result<Run<'a>, Failure> {
+    /// Exit code 2: a folder that holds something else or that another process works in, a run
+    /// that is neither to be resumed nor replaced, no run to resume; 3: a damaged checkpoint, or
+    /// one of another run.
+    pub fn open<'a>(
+        &'a self,
+        campaign: &'a Campaign,
+        existing: Existing,
+    ) -> Result<(Run<'a>, Lock), Failure> {
         let refuse =
-            |what: &str| Failure::new(Exit::Usage, format!("{}: {what}", self.path.display()));
-        let run = match resume {
-            true => campaign.resume(&self.store),
-            // Nothing is written beside the files of others.
-            false if !self.is_free() => Err(CampaignError::HoldsRun),
-            false => campaign.begin(&self.store),
-        };
-        run.map_err(|error| match error {
-            CampaignError::NoRun => refuse("no run to go on with: no checkpoints/progress.ckpt"),
-            CampaignError::HoldsRun if self.path.join("checkpoints/progress.ckpt").is_file() => {
-                refuse("holds a run; go on with --resume, or give another --out")
+            |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
+        let has_run = self.path.join(PROGRESS).is_file();
+        match existing {
+            Existing::Resume if !has_run => {
+                return refuse("no run to go on with; leave --resume out");
             }
-            CampaignError::HoldsRun => refuse("is not empty; give --out a new folder"),
-            error => error.into(),
+            Existing::Refuse if has_run => {
+                return refuse(
+                    "holds a run; go on with --resume, replace it with --force, or give another \
+                     --out",
+                );
+            }
+            Existing::Refuse | Existing::Replace if !has_run && !self.is_free() => {
+                return refuse("is not empty; give --out a new folder");
+            }
+            Existing::Resume | Existing::Refuse | Existing::Replace => {}
+        }
+        let lock = self.store.lock(LOCK, Sharing::Alone)?;
+        if existing == Existing::Replace && has_run {
+            self.clear()?;
+        }
+        let run = match existing {
+            Existing::Resume => campaign.resume(&self.store),
+            Existing::Refuse | Existing::Replace => campaign.begin(&self.store),
+        };
+        Ok((run?, lock))
+    }
+
+    /// Whether the folder is not there, or empty but for what a run leaves that was killed before
+    /// its first checkpoint.
+    fn is_free(&self) -> bool {
+        let Ok(entries) = fs::read_dir(&self.path) else { return !self.path.exists() };
+        let checkpoints = OsStr::new(CHECKPOINTS);
+        entries.flatten().all(|entry| match entry.file_name() {
+            name if name == checkpoints => fs::read_dir(entry.path())
+                .is_ok_and(|inner| inner.flatten().all(|file| is_temporary(&file.file_name()))),
+            name => name == LOCK || is_temporary(&name),
         })
     }
 
-    /// Whether the folder is empty, or not there.
-    fn is_free(&self) -> bool {
-        let is_empty = |mut entries: fs::ReadDir| entries.next().is_none();
-        !self.path.exists() || fs::read_dir(&self.path).is_ok_and(is_empty)
+    /// Removes the run that is there. Files that are not of a run stay.
+    fn clear(&self) -> Result<(), Failure> {
+        let entries = fs::read_dir(&self.path).or_exit(Exit::Usage, self.path.display())?;
+        for entry in entries {
+            let entry = entry.or_exit(Exit::Usage, self.path.display())?;
+            let name = entry.file_name();
+            if name.to_str().is_some_and(is_ours) {
+                fs::remove_file(entry.path()).or_exit(Exit::Usage, entry.path().display())?;
+            }
+        }
+        Ok(self.store.remove(CHECKPOINTS)?)
     }
 
     /// The folder.
@@ -78,5 +157,14 @@ impl Folder {
             self.write(&file.name, file.bytes)?;
         }
         Ok(())
+    }
+}
+
+/// Whether a run may leave a file of this name.
+fn is_ours(name: &str) -> bool {
+    let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+    match ending {
+        "png" | "svg" | "pdf" => CHARTS.contains(&stem) || stem.starts_with("foveated_"),
+        _ => FILES.contains(&name),
     }
 }

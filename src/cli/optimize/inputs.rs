@@ -116,6 +116,9 @@ fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>,
     Ok(externals)
 }
 
+/// Memory for a pixel of a view in training, bytes, about.
+const PIXEL: u64 = 64;
+
 /// The views as their file has them, and as they are used.
 fn views(
     args: &Args,
@@ -163,6 +166,13 @@ fn views(
         Some(size) => full.iter().map(|c| smaller(c, size)).collect::<Result<Vec<_>, _>>()?,
         None => full.clone(),
     };
+    for Camera { name, width, height, .. } in &used {
+        let bytes = u64::from(*width) * u64::from(*height) * PIXEL;
+        context.global.memory.check(bytes).map_err(|over| {
+            let what = format!("view {name}: a frame of {width}x{height} pixels {over}");
+            Failure::new(Exit::Usage, what)
+        })?;
+    }
     Ok((full, used))
 }
 

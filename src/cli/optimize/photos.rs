@@ -83,8 +83,8 @@ fn photo(
         let what = format!("{}: the JPEG ends too early; copy it anew", file.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let image = powergs_pixels::decode(&bytes, LIMITS).or_exit(Exit::BadInput, file.display())?;
-    let size = (image.width, image.height);
+    // The size is looked at first: cameras are of a believable size, pictures need not be.
+    let size = powergs_pixels::size(&bytes).or_exit(Exit::BadInput, file.display())?;
     if size != (camera.width, camera.height) {
         let what = format!(
             "{}: is {}x{}, the camera says {}x{}; give the photos that the poses were made for",
@@ -96,6 +96,7 @@ fn photo(
         );
         return Err(Failure::new(Exit::BadInput, what));
     }
+    let image = powergs_pixels::decode(&bytes, LIMITS).or_exit(Exit::BadInput, file.display())?;
     let picture = composited(&image, background);
     Ok(if size == (wanted.width, wanted.height) {
         picture

@@ -57,8 +57,7 @@ pub(super) fn write(
     provenance: &Provenance,
     context: &Context,
 ) -> Result<Option<PathBuf>, Failure> {
-    // A report follows from the results: an older one is simply replaced.
-    let folder = RunFolder::create(Some(path), "analysis", true)?;
+    let folder = RunFolder::analysis(path)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
     let page = sweep::document(analysis, &charts, provenance);

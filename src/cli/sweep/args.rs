@@ -62,7 +62,7 @@ pub struct Definition {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// At most this many designs, spread over the space
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
 }
 
@@ -103,9 +103,6 @@ pub struct SweepArgs {
     /// Folder of results that sweeps share: what is there is not simulated again
     #[arg(long, value_name = "DIR")]
     pub store: Option<PathBuf>,
-    /// Memory for binned frames
-    #[arg(long, value_name = "SIZE", default_value = "768 MiB", value_parser = memory)]
-    pub memory: usize,
     /// Submit the sweep to Slurm as an array job, follow it and merge
     #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "dry_run", "force"])]
     pub slurm: Option<PathBuf>,
@@ -160,9 +157,4 @@ impl FromStr for ShardArg {
         }
         Ok(ShardArg(Shard { number, of }))
     }
-}
-
-fn memory(text: &str) -> Result<usize, String> {
-    let bytes: powergs_base::quantity::Bytes = text.parse().map_err(|e| format!("{e}"))?;
-    usize::try_from(bytes.0).map_err(|_| "too large".into())
 }

@@ -15,6 +15,9 @@ use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
 /// What the analysis says on a terminal.
 const ANSWER: &str = "analysis.txt";
 
+/// How an answer begins where the question of the sweep file has none.
+const NO_ANSWER: &str = "No analysis: ";
+
 /// The summary for a terminal, kept so that a finished sweep says the same again.
 const SUMMARY: &str = "summary.txt";
 
@@ -42,15 +45,25 @@ pub fn finish(
     write_sources(sweep, store)?;
     store.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let answer = match analysis.answer(folder, path, sweep, plan, context) {
-        Ok(Some(answer)) => answer,
-        Ok(None) => return Ok(Exit::Interrupted),
+        Ok(answer) => answer,
+        Err(pareto::Unanswered::Interrupted) => return Ok(Exit::Interrupted),
         // The table is whole all the same: a question can be asked anew.
-        Err(failure) => format!("No analysis: {failure}\n"),
+        Err(pareto::Unanswered::Question(failure)) => format!("{NO_ANSWER}{failure}\n"),
+        // A full disk, for instance: the sweep is not finished, and --resume makes the rest.
+        Err(pareto::Unanswered::Failed(failure)) => return Err(failure),
     };
     store.write(ANSWER, answer.as_bytes())?;
     let finished = Finished::new(sweep, plan, tally, table);
     finished.write(store)?;
     say(&finished, path, context)
+}
+
+/// Whether a folder that is marked as finished has everything that is said of it.
+pub fn is_whole(path: &Path) -> bool {
+    let answer = fs::read_to_string(path.join(ANSWER));
+    let answered =
+        |answer: String| answer.starts_with(NO_ANSWER) || path.join(pareto::REPORT).is_file();
+    path.join(SUMMARY).is_file() && answer.is_ok_and(answered)
 }
 
 /// What a sweep says of its results.
@@ -74,6 +87,8 @@ fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> Document {
 
 /// Says what a finished sweep has.
 ///
+/// Exit code 4 where the simulator contradicted itself.
+///
 /// # Errors
 /// Those of standard output.
 pub fn say(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, Failure> {
@@ -88,6 +103,16 @@ pub fn say(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, 
         let report = report.map_or(String::new(), |r| format!("\nreport  {}\n", r.display()));
         out::text(&format!("Table: {}\n\n{answer}{report}", table.display()))?;
     }
+    if finished.defects > 0 {
+        out::complain(format_args!(
+            "internal error: on {} designs the simulator contradicted itself; the column `reason` \
+             of {} says how. This is a mistake in the simulator, not in your input; please \
+             report it with the sweep file and the traces.",
+            finished.defects,
+            path.join(CSV).display()
+        ));
+        return Ok(Exit::Internal);
+    }
     Ok(Exit::Done)
 }
 
@@ -97,6 +122,7 @@ fn json(finished: &Finished, path: &Path) -> Value {
         "designs_ok": finished.ok,
         "designs_failed": finished.failed,
         "designs_excluded": finished.excluded,
+        "designs_with_internal_errors": finished.defects,
         "results_csv": path.join(CSV).display().to_string(),
         "results_parquet": path.join(PARQUET).display().to_string(),
     })

@@ -7,6 +7,7 @@ use serde_json::json;
 use super::args::{MergeArgs, ShowArgs, StatusArgs};
 use super::finish;
 use super::meter::Meter;
+use super::run::allowed;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_core::run::FileStore;
@@ -17,9 +18,6 @@ use powergs_study::sweep::run::parts::{FoundDesign, PartCount, find, parts_of, r
 use powergs_study::sweep::run::search::search;
 use powergs_study::sweep::run::{Existing, OpenedSweep, Plan, SharedResults, SweepFolder};
 use powergs_study::sweep::table::{Cell, FIRST};
-
-/// Memory for binned frames of an adaptive search that is merged, bytes.
-const MEMORY: usize = 1 << 28;
 
 /// The plan of a sweep, if the user lets it be made.
 fn planned(sweep: &OpenedSweep<'_>, context: &Context) -> Result<Plan, Failure> {
@@ -114,7 +112,8 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     if sweep.designs.is_adaptive() {
         let meter = Meter::new(context);
         let mut shared = SharedResults::default();
-        let plan = search(&mut sweep, &mut folder, &mut shared, MEMORY, &meter)?;
+        let memory = allowed(&mut sweep, context);
+        let plan = search(&mut sweep, &mut folder, &mut shared, memory, &meter)?;
         drop(meter);
         let Some(plan) = plan else { return Ok(Exit::Interrupted) };
         return finish::finish(&mut folder, path, &sweep, &plan, started, context);

@@ -20,8 +20,9 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     let request = args.definition.request();
     let mut sweep = OpenedSweep::open(&request)?;
+    let memory = allowed(&mut sweep, context);
     if args.dry_run {
-        return dry_run::run(&mut sweep, args.memory, context);
+        return dry_run::run(&mut sweep, memory, context);
     }
     let path = folder(args.out.as_deref(), &sweep.name);
     let store = FileStore::new(&path);
@@ -46,7 +47,8 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     };
     let part = args.shard.map(|s| s.0);
     let mut folder = SweepFolder::open(&store, &sweep.state, existing, part)?;
-    if let Some(finished) = Finished::read(&store, &sweep.state) {
+    let finished = Finished::read(&store, &sweep.state).filter(|_| finish::is_whole(&path));
+    if let Some(finished) = finished {
         return finish::say(&finished, &path, context);
     }
     request.remember(&store)?;
@@ -61,14 +63,14 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         None => SharedResults::default(),
     };
     let plan = if sweep.designs.is_adaptive() {
-        search(&mut sweep, &mut folder, &mut shared, args.memory, &meter)?
+        search(&mut sweep, &mut folder, &mut shared, memory, &meter)?
     } else {
         let Some(plan) = Plan::new(&sweep.designs, &meter) else {
             return Ok(interrupted(&path, args));
         };
         let machines = plan.machines(shard);
         let sink = ResultSink { folder: &mut folder, shared: &mut shared };
-        let done = work(&mut sweep, &plan, &machines, sink, args.memory, &meter)?;
+        let done = work(&mut sweep, &plan, &machines, sink, memory, &meter)?;
         done.then_some(plan)
     };
     meter.clear();
@@ -82,6 +84,12 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     finish::finish(&mut folder, &path, &sweep, &plan, started, context)
+}
+
+/// Memory for binned frames, bytes, which is also that of each of them.
+pub fn allowed(sweep: &mut OpenedSweep<'_>, context: &Context) -> usize {
+    sweep.allow(context.global.memory);
+    usize::try_from(context.global.memory.0.0).unwrap_or(usize::MAX)
 }
 
 fn interrupted(path: &Path, args: &SweepArgs) -> Exit {

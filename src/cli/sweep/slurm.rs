@@ -51,7 +51,7 @@ pub fn run(
     let settings = settings(file)?;
     let path = std::path::absolute(out);
     let path = path.or_exit(Exit::Usage, out.display())?;
-    let arguments = arguments::of(args);
+    let arguments = arguments::of(args, context.global.memory);
     let request = Request { arguments: &arguments, out: &path };
     let text = script_of(&request, &settings)?;
     if args.print {

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use super::open;
+use crate::cli::output_file::{self, Overwrite};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::Screen;
@@ -24,6 +25,8 @@ pub(super) struct Args {
     /// The CSV file; standard output without it
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -42,6 +45,7 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = "trace dump writes CSV; leave out --json, or use trace info --json";
         return Err(Failure::new(Exit::Usage, what));
     }
+    args.output.iter().try_for_each(|path| args.overwrite.check(path))?;
     let mut reader = open(&args.file)?;
     if args.frame >= reader.len() {
         let (frame, frames) = (args.frame, reader.len());
@@ -55,7 +59,17 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         What::Facts => facts(&frame, out),
     };
     match &args.output {
-        Some(path) => write_atomically(path, table)?,
+        Some(path) => {
+            write_atomically(path, table)?;
+            let what = match args.what {
+                What::Splats => format!("{} splats of frame {}", frame.splats.len(), args.frame),
+                What::Pixels => {
+                    format!("{} pixels of frame {}", frame.pixels.stop_rank.len(), args.frame)
+                }
+                What::Facts => format!("the facts of frame {}", args.frame),
+            };
+            output_file::say(path, what, context)?;
+        }
         None => out::write(table)?,
     }
     Ok(Exit::Done)

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{check, open_file};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
-use powergs_core::run::store::atomic::temporary;
+use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_frame::trace::Writer;
 
 /// Runs `trace repair`.
@@ -34,7 +34,7 @@ pub(super) fn run(path: &Path, output: &Path, context: &Context) -> Result<Exit,
     let frames = writer.len();
     let buffer = writer.finish().or_exit(Exit::Usage, place())?;
     let file = buffer.into_inner().map_err(|e| e.into_error()).or_exit(Exit::Usage, place())?;
-    file.persist(output).or_exit(Exit::Usage, place())?;
+    persist(file, output).or_exit(Exit::Usage, place())?;
     if context.global.json {
         let (listed, lost) = (report.listed, report.listed.map(|n| n.saturating_sub(frames)));
         out::json(&json!({ "frames": frames, "frames_listed": listed, "frames_lost": lost }))?;

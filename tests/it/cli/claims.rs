@@ -44,7 +44,8 @@ fn a_page_of_two_runs_names_them_apart() {
     assert!(text.contains("- **same**: bicycle") && text.contains("- **same-2**: bicycle"));
     assert!(text.contains("29 of 29 claims agree"), "{text}");
     // The same again, byte for byte.
-    claims(&words, &write).unwrap();
+    assert_eq!(claims(&words, &write).unwrap_err().exit, Exit::Usage);
+    claims(&words, &[&write[..], &["--force"]].concat()).unwrap();
     assert_eq!(fs::read_to_string(&page).unwrap(), text);
 }
 
@@ -52,13 +53,13 @@ fn a_page_of_two_runs_names_them_apart() {
 fn what_is_no_run_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    fails(&path("gone"), Exit::Usage, "no such folder");
+    fails(&path("gone"), Exit::BadInput, "no such folder");
     fs::write(path("file"), "x").unwrap();
-    fails(&path("file"), Exit::Usage, "is a file");
+    fails(&path("file"), Exit::BadInput, "is a file");
     fs::create_dir(path("other")).unwrap();
-    fails(&path("other"), Exit::Usage, "no folder of a `powergs-sim optimize` run");
+    fails(&path("other"), Exit::BadInput, "no folder of a `powergs-sim optimize` run");
     fs::create_dir_all(path("half/checkpoints")).unwrap();
-    fails(&path("half"), Exit::Usage, "--resume");
+    fails(&path("half"), Exit::BadInput, "--resume");
     fs::create_dir(path("broken")).unwrap();
     let broken = |bytes: &[u8], says: &str| {
         fs::write(path("broken/results.json"), bytes).unwrap();

@@ -25,6 +25,38 @@ fn usage_errors_exit_2() {
 }
 
 #[test]
+fn a_wrong_number_is_told_as_one() {
+    for (words, told) in [
+        ("replay t.bin --fps -5", "'-5' for '--fps <RATE>': must be 1 to 1000"),
+        ("sweep tiles --points -5", "'-5' for '--points <N>': must be a whole number"),
+        ("replay t.bin -j 0", "'0' for '--jobs <N>': must be at least 1"),
+        ("replay t.bin -j 18446744073709551615", "--jobs 18446744073709551615: at most"),
+        ("camera convert --orbit 2 --every 0 -o c.json", "'0' for '--every <K>': must be at least"),
+    ] {
+        let refused = program().args(words.split(' ')).assert().code(2);
+        refused.stderr(predicate::str::contains(told));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_end_of_a_time_limit_is_an_interruption() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+        .current_dir(folder.path())
+        .args(["optimize", "--demo", "--iterations", "100000", "--out", "run"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    while !folder.path().join("run/history.csv").is_file() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+}
+
+#[test]
 fn every_command_has_help_that_fits_and_an_example() {
     for command in Cli::command().get_subcommands() {
         let name = command.get_name();

@@ -22,7 +22,8 @@ struct Line {
 fn replay(out: &Path, asked: usize, millions: &[f64]) -> Result<Exit, Failure> {
     let out = out.to_string_lossy().into_owned();
     let line = Line::try_parse_from(["replay", "garden.bin", "--out", &out]).expect("arguments");
-    let global = Global { json: false, quiet: true, jobs: None };
+    let memory = powergs_base::budget::Budget::DEFAULT;
+    let global = Global { json: false, quiet: true, jobs: None, memory };
     let context = Context { global, cancelled: Default::default() };
     let started = Started::now();
     let facts = builder::facts(asked);

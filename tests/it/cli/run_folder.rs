@@ -70,3 +70,42 @@ fn others_may_read_it_as_the_umask_says() {
     let mode = |path: &Path| fs::metadata(path).expect("it").permissions().mode();
     assert_eq!(mode(&out), mode(&plain));
 }
+
+#[test]
+fn an_analysis_takes_the_place_of_an_analysis_only() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("out");
+    let analysis = || {
+        let folder = RunFolder::analysis(&out).map_err(|f| f.exit)?;
+        folder.write("pareto.csv", b"rows").map_err(|f| f.exit)?;
+        folder.finish().map(|_| ()).map_err(|f| f.exit)
+    };
+    assert_eq!(analysis(), Ok(()));
+    assert_eq!(analysis(), Ok(()));
+    assert_eq!(write(&out, "a replay", true), Err(Exit::Usage));
+    fs::remove_dir_all(&out).expect("removed");
+    assert_eq!(write(&out, "a replay", false), Ok(()));
+    assert_eq!(analysis(), Err(Exit::Usage));
+    assert_eq!(fs::read_to_string(out.join("run.toml")).expect("a file"), "a replay");
+}
+
+#[test]
+fn a_folder_with_the_name_of_a_file_of_ours_is_not_ours() {
+    let root = tempfile::tempdir().expect("a folder");
+    let out = root.path().join("out");
+    fs::create_dir_all(out.join("summary.md/thesis")).expect("folders");
+    assert_eq!(write(&out, "one", true), Err(Exit::Usage));
+    assert!(out.join("summary.md/thesis").is_dir());
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_killed_process_left_is_removed_and_what_another_writes_is_not() {
+    let root = tempfile::tempdir().expect("a folder");
+    fs::create_dir(root.path().join(".report-killed")).expect("a folder");
+    let other = RunFolder::create(Some(&root.path().join("a")), "", false).expect("a folder");
+    other.write("run.toml", b"a").expect("written");
+    assert_eq!(write(&root.path().join("b"), "b", false), Ok(()));
+    other.finish().expect("written");
+    assert_eq!(names(root.path()), ["a", "b"]);
+}

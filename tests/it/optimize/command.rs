@@ -153,6 +153,26 @@ fn a_killed_run_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn a_run_is_replaced_by_force_only_and_foreign_files_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 200);
+    let more = with(&["--quality-db", "20", "--rhos", "0.3", "--iterations", "2"]);
+    let run_folder = folder.path().join("run");
+    // What a run leaves that is killed before its first checkpoint is no obstacle.
+    fs::create_dir_all(run_folder.join("checkpoints")).unwrap();
+    fs::write(run_folder.join("lock"), "").unwrap();
+    fs::write(run_folder.join("checkpoints/.powergs-sim-Abc123"), "half").unwrap();
+    run(folder.path(), &more).unwrap();
+    assert!(!run_folder.join("checkpoints/.powergs-sim-Abc123").exists());
+    fails(folder.path(), &more, Exit::Usage, "replace it with --force");
+    fs::write(run_folder.join("thesis.tex"), "precious").unwrap();
+    fs::write(run_folder.join("ratio.png"), "of an older run").unwrap();
+    let forced: Vec<&str> = more.iter().copied().chain(["--force"]).collect();
+    run(folder.path(), &forced).unwrap();
+    assert!(run_folder.join("thesis.tex").exists() && !run_folder.join("ratio.png").exists());
+}
+
+#[test]
 fn a_target_that_cannot_be_reached_exits_1_and_keeps_the_run() {
     let folder = tempfile::tempdir().unwrap();
     stage(folder.path(), 300);
@@ -331,7 +351,7 @@ fn lpips_has_a_column_with_weights_only_and_belongs_to_the_run() {
     run(folder.path(), &and(&weights)).unwrap();
     assert!(contents(&path) == before);
     let missing = ["--lpips-weights", "@/none", "--resume"];
-    fails(folder.path(), &and(&missing), Exit::Usage, "none");
+    fails(folder.path(), &and(&missing), Exit::BadInput, "none");
     // Too small for the pools: known before anything runs.
     fs::remove_dir_all(&path).unwrap();
     let small = ["--lpips-weights", "@/one", "--size", "40x30"];

@@ -53,7 +53,7 @@ fn convert_writes_what_was_read() {
     for (name, bytes) in encode::sog(&sample(50, 2), 2) {
         std::fs::write(input.join(name), bytes).unwrap();
     }
-    program().args(["scene", "convert"]).arg(&input).arg(&output).assert().success().stdout("");
+    program().args(["scene", "convert"]).arg(&input).arg(&output).assert().success();
     let (before, after) = (open_model(&input, None).unwrap(), open_model(&output, None).unwrap());
     assert_eq!(before.gaussians, after.gaussians);
     assert_eq!((before.format, after.format), ("sog v2", "ply"));
@@ -80,4 +80,25 @@ fn failures_name_the_file_and_leave_nothing_behind() {
     }
     std::fs::write(&path, &whole).unwrap();
     program().args(["scene", "info", "--lod", "1"]).arg(&path).assert().code(2);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_refused_and_a_name_that_is_no_text_is_read() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe.ply");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Nobody writes: opening it would wait for ever.
+    let mut command = program();
+    command.timeout(std::time::Duration::from_secs(60));
+    let refused = command.args(["scene", "info"]).arg(&pipe).assert().code(3);
+    refused.stderr(predicates::str::contains("not a regular file"));
+    let mut command = program();
+    command.timeout(std::time::Duration::from_secs(60));
+    let refused = command.arg("replay").arg(&pipe).assert().code(3);
+    refused.stderr(predicates::str::contains("not a regular file"));
+    let name = folder.path().join(std::ffi::OsStr::from_bytes(b"sc\xffne.ply"));
+    std::fs::write(&name, encode::ply(&sample(5, 0))).unwrap();
+    program().args(["scene", "info"]).arg(&name).assert().success();
 }

@@ -6,6 +6,85 @@ use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
 use super::Bench;
+use powergs_sim::run::store::journal;
+use powergs_testkit::scene_files::{ply, sample};
+
+/// Makes a trace of one small frame.
+fn trace(bench: &Bench, points: usize, name: &str) {
+    fs::write(bench.path("scene.ply"), ply(&sample(points, 1))).unwrap();
+    let words = ["extract", "scene.ply", "--orbit", "1", "--size", "48x32", "--force", "-q", "-o"];
+    bench.program(&[&words[..], &[name]].concat()).assert().success();
+}
+
+#[test]
+fn two_traces_of_one_file_name_go_on_in_parts_and_are_compared_each_with_itself() {
+    let bench = Bench::new();
+    for (folder, points) in [("a", 30), ("b", 40)] {
+        fs::create_dir(bench.path(folder)).unwrap();
+        trace(&bench, points, &format!("{folder}/final.bin"));
+    }
+    let sweep = "question = \"Two scenes?\"\nbase = \"gscore\"\n\
+                 [[traces]]\npath = \"a/final.bin\"\nlabel = \"a\"\n\
+                 [[traces]]\npath = \"b/final.bin\"\nlabel = \"b\"\n\
+                 [[axes]]\nkey = \"vru.cores\"\nvalues = [1, 2]\n";
+    fs::write(bench.path("two.toml"), sweep).unwrap();
+    let run = |more: &[&str]| bench.program(&[&["sweep"], more].concat()).assert();
+    run(&["two.toml", "--out", "one", "-q"]).success();
+    run(&["two.toml", "--out", "one", "--resume", "-q"]).success();
+    for part in ["1/2", "2/2"] {
+        run(&["two.toml", "--out", "parts", "--shard", part, "-q"]).success();
+    }
+    run(&["merge", "parts", "-q"]).success();
+    run(&["status", "parts"]).success().stdout(contains("3 of 3 designs"));
+    super::assert_same(&bench.path("one"), &bench.path("parts"));
+
+    trace(&bench, 50, "b/final.bin");
+    let other = run(&["two.toml", "--out", "one", "--resume"]).code(2);
+    other.stderr(contains("trace `final.bin` has changed").count(1));
+    trace(&bench, 30, "b/final.bin");
+    trace(&bench, 40, "a/final.bin");
+    let swapped = run(&["two.toml", "--out", "one", "--resume"]).code(2);
+    swapped.stderr(contains("the same, in another order"));
+}
+
+#[test]
+fn an_analysis_that_cannot_be_written_is_made_up_for() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("one")).unwrap();
+    // In the way of the folder of the analysis.
+    bench.sweep(&["--out", "one", "-q", "--shard", "1/1"]).assert().success();
+    fs::write(bench.path("one/analysis"), "").unwrap();
+    let failed = bench.sweep(&["--out", "one", "--resume", "-q"]).assert();
+    failed.code(2).stderr(contains("is a file"));
+    assert!(!bench.path("one/finished.toml").exists());
+    fs::remove_file(bench.path("one/analysis")).unwrap();
+    bench.sweep(&["--out", "one", "--resume", "-q"]).assert().success();
+    assert!(bench.path("one/analysis/report.html").is_file());
+    // A finished sweep without its analysis makes it.
+    fs::remove_dir_all(bench.path("one/analysis")).unwrap();
+    bench.sweep(&["--out", "one", "--resume", "-q"]).assert().success();
+    assert!(bench.path("one/analysis/report.html").is_file());
+}
+
+#[test]
+fn a_contradiction_of_the_simulator_is_an_internal_error_of_the_sweep() {
+    let bench = Bench::new();
+    bench.sweep(&["--out", "one", "-q"]).assert().success();
+    let records = bench.path("one/records/shard-00001-of-00001.jsonl");
+    let text = fs::read_to_string(&records).unwrap();
+    let (key, _) =
+        journal::parse(text.split_inclusive('\n').next_back().unwrap().as_bytes()).unwrap();
+    let mut lines: Vec<u8> = Vec::new();
+    journal::append(&mut lines, key, r#"{"defect":"the VRU lost a cycle"}"#).unwrap();
+    lines.extend(text.as_bytes());
+    fs::write(&records, lines).unwrap();
+    fs::remove_file(bench.path("one/finished.toml")).unwrap();
+    let told = contains("on 1 designs the simulator contradicted itself");
+    bench.sweep(&["--out", "one", "--resume", "-q"]).assert().code(4).stderr(told.clone());
+    let table = fs::read_to_string(bench.path("one/results.csv")).unwrap();
+    assert!(table.contains("the VRU lost a cycle"));
+    bench.sweep(&["--out", "one", "--resume", "-q"]).assert().code(4).stderr(told);
+}
 
 #[test]
 fn a_finished_sweep_is_not_run_again_and_not_overwritten() {
@@ -144,4 +223,28 @@ fn a_design_can_be_taken_out_and_replayed() {
     assert!(close(of_table("energy_pj.mean"), energy));
     bench.program(&["sweep", "show", "zzz", "one"]).assert().code(2);
     bench.program(&["sweep", "show", "0000dead0000", "one"]).assert().code(2);
+}
+
+#[test]
+fn an_optional_number_out_of_range_is_one_problem() {
+    let bench = Bench::new();
+    let sweep = "question = \"q\"\nbase = \"gscore\"\n[[axes]]\nkey = \"vru.cores\"\n\
+                 range = { from = 1, to = 4, count = 0 }\n";
+    fs::write(bench.path("range.toml"), sweep).unwrap();
+    let refused = bench.program(&["sweep", "range.toml", "--traces", "demo.bin"]).assert().code(2);
+    let told = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("must be at least 2, not 0") && told.lines().count() < 8, "{told}");
+}
+
+#[test]
+fn a_label_that_begins_like_a_formula_is_text_in_the_table() {
+    let bench = Bench::new();
+    trace(&bench, 30, "t.bin");
+    let sweep = "question = \"q\"\nbase = \"gscore\"\n[[traces]]\npath = \"t.bin\"\n\
+                 label = \"=cmd|x\"\n[[axes]]\nkey = \"vru.cores\"\nvalues = [1, 2]\n";
+    fs::write(bench.path("formula.toml"), sweep).unwrap();
+    bench.program(&["sweep", "formula.toml", "--out", "one", "-q"]).assert().success();
+    let table = fs::read_to_string(bench.path("one/results.csv")).unwrap();
+    assert!(table.contains(",'=cmd|x,") && !table.contains(",=cmd"));
+    bench.program(&["pareto", "one", "-q"]).assert().success();
 }

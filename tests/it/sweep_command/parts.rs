@@ -10,7 +10,7 @@ use super::{Bench, assert_same};
 fn threads_parts_and_lost_records_change_nothing() {
     let bench = Bench::new();
     bench.sweep(&["--out", "one", "-j", "1", "-q"]).assert().success();
-    bench.sweep(&["--out", "two", "-j", "2", "-q", "--memory", "1 B"]).assert().success();
+    bench.sweep(&["--out", "two", "-j", "2", "-q", "--memory", "3 MiB"]).assert().success();
     assert_same(&bench.path("one"), &bench.path("two"));
 
     // Parts in any order, one of them twice, then put together.

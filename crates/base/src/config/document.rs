@@ -89,8 +89,13 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
             key => format!("`{key}`: {}", error.message()),
         };
         let unplaced = key.is_empty();
-        problems.push(source.problem(span, &key, message));
-        if unplaced {
+        let problem = source.problem(span, &key, message);
+        // What was put in its place is refused as well: nothing more can be found.
+        let again = problems.last() == Some(&problem);
+        if !again {
+            problems.push(problem);
+        }
+        if unplaced || again {
             break;
         }
     }

@@ -67,7 +67,7 @@ pub enum QuantityError {
         /// The units of this kind.
         known: String,
     },
-    /// Negative, zero where that makes no sense, not finite, or not a whole number of bytes.
+    /// Negative, zero where that makes no sense, not believable, or not a whole number of bytes.
     #[error("\"{text}\" is out of range: {kind} must be {rule}")]
     Range {
         /// The kind of quantity, with its article.
@@ -160,7 +160,8 @@ fn parse_real<Q: Quantity>(text: &str) -> Result<f64, QuantityError> {
     let decimal = format!("{}e{}", parts.digits, parts.ten + parts.unit.ten);
     let value = decimal.parse::<f64>().unwrap_or(f64::INFINITY) * 2f64.powi(parts.unit.two);
     let lost = parts.digits != 0 && value == 0.0;
-    if parts.negative || lost || !value.is_finite() {
+    let is_believed = value == 0.0 || (LEAST..=MOST).contains(&value);
+    if parts.negative || lost || !is_believed {
         return Err(range::<Q>(text));
     }
     Ok(value)
@@ -271,8 +272,14 @@ macro_rules! real {
     };
 }
 
-const POSITIVE: &str = "greater than zero and finite";
-const NOT_NEGATIVE: &str = "zero or more, and finite";
+/// The smallest number other than zero that is believed, in the base unit. Within these bounds the
+/// sums of a simulation stay finite, and every number that is printed can be read again.
+const LEAST: f64 = 1e-15;
+/// The largest number that is believed, in the base unit.
+const MOST: f64 = 1e15;
+
+const POSITIVE: &str = "greater than zero and believable: from 1e-15 to 1e15 of its base unit";
+const NOT_NEGATIVE: &str = "zero, or believable: from 1e-15 to 1e15 of its base unit";
 
 real!(
     Hertz,

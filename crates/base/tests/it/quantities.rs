@@ -57,8 +57,10 @@ fn what_is_no_quantity_is_refused_with_the_right_form() {
     refuses::<Hertz>("inf GHz", "plain decimal number");
     refuses::<Hertz>("NaN GHz", "plain decimal number");
     refuses::<Hertz>("1. GHz", "plain decimal number");
-    refuses::<Hertz>("1e400 GHz", "greater than zero and finite");
-    refuses::<Hertz>("1e-400 GHz", "greater than zero and finite");
+    refuses::<Hertz>("1e400 GHz", "greater than zero and believable");
+    refuses::<Hertz>("1e-400 GHz", "greater than zero and believable");
+    refuses::<Picojoules>("1e294 J", "zero, or believable");
+    refuses::<Nanoseconds>("1e-70 ns", "zero, or believable");
     refuses::<Hertz>("1,5 GHz", "unknown unit `,5 GHz`");
     refuses::<Bytes>("1.5 B", "a whole number of bytes");
     refuses::<Bytes>("0.3 KiB", "a whole number of bytes");

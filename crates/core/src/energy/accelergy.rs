@@ -96,7 +96,9 @@ pub enum AccelergyError {
         it: &'static str,
     },
     /// A number that is no energy or area.
-    #[error("{component}: {what} = {value} must be zero or more, and finite")]
+    #[error(
+        "{component}: {what} = {value:?} must be zero or more, and at most 1e15: a typing error?"
+    )]
     Number {
         /// The whole name of the component.
         component: String,
@@ -254,8 +256,11 @@ fn same(name: &str, wanted: &str) -> bool {
     name.replace('-', "_").eq_ignore_ascii_case(wanted)
 }
 
+/// The largest number that is believed, pJ or square micrometres: sums stay finite.
+const MOST: f64 = 1e15;
+
 fn number(component: &str, what: &str, value: f64) -> Result<f64, AccelergyError> {
-    if value.is_finite() && value >= 0.0 {
+    if (0.0..=MOST).contains(&value) {
         return Ok(value);
     }
     let (component, what) = (component.to_owned(), what.to_owned());

@@ -4,6 +4,7 @@ use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 
+use powergs_base::budget::Budget;
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -11,7 +12,29 @@ use super::error::RunError;
 use super::input::Input;
 
 /// A frame that is still to be decoded or rendered; done on a worker thread.
-pub type Pending = Box<dyn FnOnce() -> Result<Arc<Frame>, RunError> + Send>;
+pub struct Pending {
+    /// Memory that it takes until it is there, bytes, about.
+    pub bytes: u64,
+    work: Box<dyn FnOnce() -> Result<Arc<Frame>, RunError> + Send>,
+}
+
+impl Pending {
+    /// A frame that takes so much memory to make.
+    pub fn new(
+        bytes: u64,
+        work: impl FnOnce() -> Result<Arc<Frame>, RunError> + Send + 'static,
+    ) -> Pending {
+        Pending { bytes, work: Box::new(work) }
+    }
+
+    /// The frame.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: it is damaged.
+    pub fn get(self) -> Result<Arc<Frame>, RunError> {
+        (self.work)()
+    }
+}
 
 /// A list of frames.
 pub trait Frames {
@@ -31,8 +54,16 @@ pub trait Frames {
     /// rest when the pending frame is called.
     ///
     /// # Errors
-    /// [`RunError::Input`]: it cannot be read.
+    /// [`RunError::Input`]: it cannot be read, or takes more memory than [`Frames::budget`].
     fn take(&mut self, position: usize) -> Result<Pending, RunError>;
+
+    /// Memory that a frame may take.
+    fn budget(&self) -> Budget {
+        Budget::DEFAULT
+    }
+
+    /// Allows frames another amount of memory. Frames that are in memory anyway ignore it.
+    fn allow(&mut self, _budget: Budget) {}
 
     /// What results depend on: the trace file, or for frames that are in none, their contents as a
     /// trace would have them.
@@ -43,7 +74,7 @@ pub trait Frames {
         let mut contents = Contents::default();
         let name = self.name().to_owned();
         for position in self.range() {
-            let frame = self.take(position)?()?;
+            let frame = self.take(position)?.get()?;
             let points = frame.facts.points;
             let header = TraceHeader { generator: String::new(), scene: name.clone(), points };
             let written = Writer::new(&mut contents, &header).and_then(|mut writer| {
@@ -93,6 +124,14 @@ impl<F: Frames + ?Sized> Frames for &mut F {
         (**self).take(position)
     }
 
+    fn budget(&self) -> Budget {
+        (**self).budget()
+    }
+
+    fn allow(&mut self, budget: Budget) {
+        (**self).allow(budget);
+    }
+
     fn identity(&mut self) -> Result<Input, RunError> {
         (**self).identity()
     }
@@ -131,7 +170,7 @@ impl Frames for MemoryFrames {
 
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let frame = Arc::clone(&self.frames[position]);
-        Ok(Box::new(move || Ok(frame)))
+        Ok(Pending::new(0, move || Ok(frame)))
     }
 }
 

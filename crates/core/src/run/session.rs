@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use powergs_base::budget::Budget;
 use powergs_frame::display::Display;
 use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::{Frame, Preview};
@@ -23,6 +24,7 @@ use super::watch::Watch;
 use crate::accel::machine::{CacheSpec, DepthKey, PivotRule, TileOrder};
 use crate::accel::{Machine, Memo};
 use crate::sim::{FrameReport, Label, Lists, Measured, Timed, check, paper, priced, time_again};
+use crate::workload::demand::demand;
 use crate::workload::{FrameWorkload, Geometry, bin};
 
 /// The model that a frame is simulated with.
@@ -171,6 +173,31 @@ impl BinnedFrame {
     }
 }
 
+/// Memory that a frame takes when it is binned for all of some geometries, bytes.
+///
+/// # Errors
+/// [`RunError::Input`]: more than `budget`.
+pub(crate) fn bin_demand(
+    name: &str,
+    frame: &Frame,
+    geometries: &[Geometry],
+    budget: Budget,
+) -> Result<u64, RunError> {
+    let too_large = |e: &dyn std::fmt::Display| RunError::Input {
+        place: name.to_owned(),
+        message: format!("frame {}: {e}", frame.facts.camera.name),
+    };
+    let mut bytes = 0_u64;
+    for &geometry in geometries {
+        let more = demand(frame, geometry, budget).map_err(|e| too_large(&e))?;
+        bytes = bytes.saturating_add(more);
+    }
+    if geometries.len() > 1 {
+        budget.check(bytes).map_err(|over| too_large(&over))?;
+    }
+    Ok(bytes)
+}
+
 /// The parameters that measurements of a frame depend on.
 #[derive(Debug, Clone, PartialEq)]
 struct MeasureKey {
@@ -265,10 +292,13 @@ impl<'a> Session<'a> {
         self.watch.begins(range.len() as u64, self.steps(subjects));
         let threads = rayon::current_num_threads().max(1);
         let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
-        let (mut position, mut done) = (range.start, 0);
+        let (mut position, mut done, mut together) = (range.start, 0, width);
         while position < range.end && !self.watch.is_cancelled() {
-            let end = (position + width).min(range.end);
+            let end = (position + together).min(range.end);
             let window = self.window(position, end, &plan.geometries)?;
+            // What did not fit is decoded again; the next time fewer are tried at once.
+            together = if window.len() < end - position { window.len() } else { width };
+            let end = position + window.len();
             let measured = plan.measure(&window);
             let reports = self.simulate(subjects, &plan, &window, &measured)?;
             for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
@@ -310,7 +340,9 @@ impl<'a> Session<'a> {
         let mut lists = Lists::default();
         let mut last = None;
         for k in first..=position {
-            let frame = self.frames.take(k)?()?;
+            let frame = self.frames.take(k)?.get()?;
+            let geometry = [machine.geometry];
+            bin_demand(self.frames.name(), &frame, &geometry, self.frames.budget())?;
             let workload = bin(&frame, machine.geometry);
             let name = &frame.facts.camera.name;
             check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
@@ -320,21 +352,44 @@ impl<'a> Session<'a> {
         last.ok_or_else(|| RunError::Request(format!("there is no frame {position}")))
     }
 
-    /// Frames from `start` to `end`, decoded and binned in parallel.
+    /// Frames from `start` to at most `end`, decoded and binned in parallel: as many as the budget
+    /// of the frames allows at a time, one at least.
     fn window(
         &mut self,
         start: usize,
         end: usize,
         geometries: &[Geometry],
     ) -> Result<Vec<BinnedFrame>, RunError> {
-        let pending: Vec<_> = (start..end).map(|k| (k, self.frames.take(k))).collect();
-        let binned = |(k, pending): (usize, Result<super::Pending, RunError>)| {
-            let frame: Arc<Frame> = pending?()?;
-            Ok(BinnedFrame::new(k, &frame, geometries))
+        let (budget, mut bytes) = (self.frames.budget(), 0_u64);
+        let mut pending = Vec::new();
+        for k in start..end {
+            let frame = self.frames.take(k);
+            bytes = bytes.saturating_add(frame.as_ref().map_or(0, |frame| frame.bytes));
+            if !pending.is_empty() && budget.check(bytes).is_err() {
+                break;
+            }
+            pending.push(frame);
+        }
+        let name = self.frames.name();
+        let decoded = |pending: Result<super::Pending, RunError>| {
+            let frame: Arc<Frame> = pending?.get()?;
+            let bytes = bin_demand(name, &frame, geometries, budget)?;
+            Ok((frame, bytes))
         };
-        let binned: Vec<Result<BinnedFrame, RunError>> =
-            pending.into_par_iter().map(binned).collect();
-        binned.into_iter().collect()
+        let mut decoded: Vec<Result<(Arc<Frame>, u64), RunError>> =
+            pending.into_par_iter().map(decoded).collect();
+        bytes = 0;
+        let fits = |frame: &Result<(Arc<Frame>, u64), RunError>| {
+            bytes = bytes.saturating_add(frame.as_ref().map_or(0, |(_, bytes)| *bytes));
+            budget.check(bytes).is_ok()
+        };
+        let many = decoded.iter().map(fits).take_while(|fits| *fits).count().max(1);
+        decoded.truncate(many);
+        let frames = decoded.into_iter().map(|frame| Ok(frame?.0));
+        let frames: Vec<Arc<Frame>> = frames.collect::<Result<_, RunError>>()?;
+        let binned =
+            |(i, frame): (usize, Arc<Frame>)| BinnedFrame::new(start + i, &frame, geometries);
+        Ok(frames.into_par_iter().enumerate().map(binned).collect())
     }
 
     /// The reports of the frames of a window; `None` from the first frame on that was not finished

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
+use powergs_base::budget::Budget;
 use powergs_frame::trace::{FrameHead, Reader};
 
 use super::error::RunError;
@@ -20,6 +21,7 @@ pub struct TraceFile {
     name: String,
     range: Range<usize>,
     input: Input,
+    budget: Budget,
 }
 
 impl TraceFile {
@@ -30,6 +32,11 @@ impl TraceFile {
     pub fn open(path: &Path) -> Result<TraceFile, RunError> {
         let place = path.display().to_string();
         let wrong = |e| RunError::input(&place, e);
+        // Opening a pipe waits for somebody who writes, and a trace is read from its end.
+        if !std::fs::metadata(path).map_err(wrong)?.is_file() {
+            let message = "not a regular file; copy the trace to one".to_owned();
+            return Err(RunError::Input { place, message });
+        }
         let mut file = BufReader::new(File::open(path).map_err(wrong)?);
         let input = Input::hash("trace", &place, &mut file).map_err(wrong)?;
         file.rewind().map_err(wrong)?;
@@ -40,7 +47,8 @@ impl TraceFile {
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let range = 0..reader.len() as usize;
-        Ok(TraceFile { reader, path: place.into(), name, range, input })
+        let budget = Budget::DEFAULT;
+        Ok(TraceFile { reader, path: place.into(), name, range, input, budget })
     }
 
     /// Leaves only frames from `start` to `end` (excluded; `None`: the end).
@@ -91,11 +99,26 @@ impl Frames for TraceFile {
         Ok((head.facts.camera.width, head.facts.camera.height))
     }
 
+    fn budget(&self) -> Budget {
+        self.budget
+    }
+
+    fn allow(&mut self, budget: Budget) {
+        self.budget = budget;
+    }
+
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let block = self.reader.read_block(position as u64);
         let block = block.map_err(|e| RunError::input(&self.path, e))?;
         let path = Arc::clone(&self.path);
-        Ok(Box::new(move || {
+        // Columns, and the numbers that are made of them.
+        let bytes = block.raw_bytes().saturating_mul(2);
+        let name = &block.facts().camera.name;
+        self.budget.check(bytes).map_err(|over| RunError::Input {
+            place: path.to_string(),
+            message: format!("frame {name}: {over}"),
+        })?;
+        Ok(Pending::new(bytes, move || {
             let frame = block.decode().map_err(|e| RunError::input(&path, e))?;
             Ok(Arc::new(frame))
         }))

@@ -5,7 +5,7 @@
 
 use super::error::RunError;
 use super::frames::Frames;
-use super::session::BinnedFrame;
+use super::session::{BinnedFrame, bin_demand};
 use crate::workload::Geometry;
 
 /// Consecutive frames under one geometry.
@@ -24,7 +24,8 @@ impl Window {
     /// Bins frames from position `start` on until they take `most_bytes`, at least one.
     ///
     /// # Errors
-    /// [`RunError::Input`]: a frame that cannot be read.
+    /// [`RunError::Input`]: a frame that cannot be read, or that takes more memory than
+    /// [`Frames::budget`].
     pub fn bin(
         source: &mut dyn Frames,
         geometry: Geometry,
@@ -34,7 +35,8 @@ impl Window {
         let range = source.range();
         let (mut frames, mut bytes, mut end) = (Vec::new(), 0, start);
         while end < range.end && (frames.is_empty() || bytes < most_bytes) {
-            let frame = source.take(end)?()?;
+            let frame = source.take(end)?.get()?;
+            bin_demand(source.name(), &frame, &[geometry], source.budget())?;
             let frame = BinnedFrame::new(end, &frame, &[geometry]);
             bytes += frame.bytes();
             frames.push(frame);

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use powergs_base::budget::Budget;
+use powergs_base::quantity::Bytes;
 use powergs_core::dram::address_trace::Requests;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
@@ -36,12 +38,36 @@ fn refused(name: &str, change: &str) -> String {
     error.to_string()
 }
 
+#[test]
+fn a_budget_changes_no_result_and_what_is_above_it_is_refused() {
+    let systems = [system("gscore", &[]), system("gscore", &["geometry.test=aabb"])];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("threads");
+    let run = |mib: u64| {
+        let mut frames = trace();
+        frames.allow(Budget(Bytes(mib << 20)));
+        pool.install(|| Session::new(&mut frames, &()).reports(&systems))
+    };
+    let free = run(1 << 20).expect("reports");
+    let mut refusals = 0;
+    for mib in [1, 2, 4, 8, 16, 32, 64] {
+        match run(mib) {
+            Ok(reports) => assert!(reports == free, "{mib} MiB"),
+            Err(RunError::Input { message, .. }) => {
+                assert!(message.contains("--memory \"1 GiB\""), "{message}");
+                refusals += 1;
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+    assert!((1..7).contains(&refusals), "{refusals} of 7 refused");
+}
+
 /// The plain loop: one machine, frame after frame.
 fn by_hand(system: &System) -> Vec<FrameReport> {
     let mut frames = trace();
     let (machine, mut lists) = (system.machine(), Lists::default());
     let one = |k: usize| {
-        let frame = frames.take(k).and_then(|pending| pending()).expect("a frame");
+        let frame = frames.take(k).and_then(|pending| pending.get()).expect("a frame");
         let workload = bin(&frame, machine.geometry);
         let measured = Measured::of(&workload, machine, &mut lists, false);
         let name = frame.facts.camera.name.clone();
@@ -71,7 +97,7 @@ fn a_session_is_the_plain_loop_for_any_number_of_threads() {
     let mut source = trace();
     let all: Vec<_> = source
         .range()
-        .map(|k| source.take(k).and_then(|pending| pending()).expect("a frame"))
+        .map(|k| source.take(k).and_then(|pending| pending.get()).expect("a frame"))
         .map(|frame| powergs_frame::trace::Frame::clone(&frame))
         .collect();
     let mut memory = MemoryFrames::new("demo", all);

@@ -3,6 +3,7 @@
 mod cache;
 mod contribution;
 mod counts;
+mod demand;
 mod naive;
 mod reuse;
 mod sorting;

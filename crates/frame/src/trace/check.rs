@@ -116,8 +116,8 @@ impl FrameFacts {
             (self.survivors <= self.points, "there are more survivors than Gaussians"),
             (self.background.iter().all(|v| v.is_finite()), "the background is not finite"),
             (
-                mean.iter().all(|v| v.is_finite() && *v >= 0.0),
-                "a mean linear colour is negative or not finite",
+                mean.iter().all(|v| (0.0..=1.0).contains(v)),
+                "a mean linear colour is not from 0 to 1",
             ),
         ];
         match rules.into_iter().find(|(kept, _)| !kept) {

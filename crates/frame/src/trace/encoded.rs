@@ -122,6 +122,12 @@ impl EncodedFrame {
         Ok(FrameInfo { head: self.head.clone(), bytes: self.bytes(), columns })
     }
 
+    /// Bytes of all columns before compression, as their headers promise.
+    pub fn raw_bytes(&self) -> u64 {
+        let raw = self.blocks().map(|block| block.map_or(0, |block| block.header.raw));
+        raw.fold(0, u64::saturating_add)
+    }
+
     /// The frame, decoded. Checksums, lengths and [`Frame::check`] all hold.
     ///
     /// # Errors

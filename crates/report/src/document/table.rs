@@ -2,6 +2,7 @@
 //! get them exact.
 
 use super::{Shown, Text};
+use powergs_base::format::spreadsheet_safe;
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy)]
@@ -268,7 +269,8 @@ impl Table {
         };
         write(&mut self.columns.iter().map(|c| c.key.clone()));
         for row in &self.rows {
-            write(&mut self.columns.iter().zip(row).map(|(column, cell)| column.record(cell)));
+            let cells = self.columns.iter().zip(row).map(|(column, cell)| column.record(cell));
+            write(&mut cells.map(spreadsheet_safe));
         }
         writer.into_inner().expect("writing to memory cannot fail")
     }

@@ -6,6 +6,7 @@ use std::io::Read;
 use serde_json::{Map, Value as Json, json};
 
 use powergs_base::TOOL_VERSION;
+use powergs_base::format::spreadsheet_safe;
 use powergs_study::analysis::axes::Axis;
 use powergs_study::analysis::distance::Better;
 use powergs_study::analysis::marginal::{Marginal, Neighbour};
@@ -251,8 +252,8 @@ pub fn pareto_csv(
 ) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let words = |first: [&str; 3], row: &[String]| {
-        let first = first.into_iter().map(str::to_owned);
-        first.chain(row.to_vec()).collect::<Vec<String>>()
+        let cells = first.into_iter().map(str::to_owned).chain(row.to_vec());
+        cells.map(spreadsheet_safe).collect::<Vec<String>>()
     };
     writer.write_record(words(["role", "misses_display_rate", "same_as"], head))?;
     for row in places(analysis) {

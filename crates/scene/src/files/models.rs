@@ -33,10 +33,11 @@ pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileErro
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
     let folder = Disk(parent.unwrap_or(Path::new(".")).to_path_buf());
     let shown = path.display();
-    let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
+    let Some(name) = path.file_name().map(|name| name.to_string_lossy()) else {
         return Err(other(shown, "no name of a file"));
     };
-    let model = match read(&Entry { folder, path: &path }, name, lod) {
+    let name = name.as_ref();
+    let model = match read(&Entry { folder, path: &path, name }, name, lod) {
         Ok(model) => model,
         // The file itself: its name is already in front.
         Err(SceneError::Io { name: own, source }) if own == name => return Err(at(shown)(source)),
@@ -59,6 +60,9 @@ pub fn open_foveated(path: &Path) -> Result<Foveated, FileError> {
 /// Whether the file at `path` says that it is a foveated model.
 pub fn is_foveated(path: &Path) -> bool {
     let mut head = [0; MAGIC.len()];
+    if !path.is_file() {
+        return false;
+    }
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
     read.is_ok() && head == MAGIC
 }
@@ -82,11 +86,13 @@ impl Folder for Disk {
 struct Entry<'a> {
     folder: Disk,
     path: &'a Path,
+    /// Its name as text; that on disk may be none.
+    name: &'a str,
 }
 
 impl Folder for Entry<'_> {
     fn open(&self, name: &str) -> io::Result<Input<'_>> {
-        if self.path.file_name().is_some_and(|own| own == name) {
+        if name == self.name {
             return open(self.path);
         }
         self.folder.open(name)
@@ -94,10 +100,11 @@ impl Folder for Entry<'_> {
 }
 
 fn open(path: &Path) -> io::Result<Input<'static>> {
+    // Opening a pipe waits for somebody who writes.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::Unsupported, "not a regular file"));
+    }
     let file = File::open(path)?;
     let facts = file.metadata()?;
-    if !facts.is_file() {
-        return Err(io::Error::new(io::ErrorKind::Unsupported, "no regular file"));
-    }
     Ok(Input { reader: Box::new(BufReader::with_capacity(1 << 18, file)), len: facts.len() })
 }

@@ -135,7 +135,7 @@ fn between(t: [f64; 3], bounds: &[f32]) -> [f32; 3] {
 fn sh_degree(element: &Element) -> Result<u8, SceneError> {
     let n = element.properties.len();
     match n.is_multiple_of(3).then(|| degree_of(n / 3)).flatten() {
-        Some(degree) if degree <= 3 => Ok(degree),
+        Some(degree) if (1..=3).contains(&degree) => Ok(degree),
         _ => {
             let what = format!("{n} properties; 9, 24 or 45 are known");
             Err(SceneError::malformed("PLY element `sh`", what, REEXPORT))

@@ -28,6 +28,10 @@ pub(super) fn each(
             REEXPORT,
         ));
     }
+    if element.properties.is_empty() {
+        let place = format!("PLY element `{}`", element.name);
+        return Err(SceneError::malformed(place, "no properties", DAMAGED));
+    }
     element.check_fits(encoding, source.left)?;
     match encoding {
         Encoding::Ascii => each_line(source, element, wanted, &mut row),

@@ -67,6 +67,11 @@ impl FromStr for KeySelection {
 }
 
 impl KeySelection {
+    /// Whether values stand behind the key.
+    pub fn has_values(&self) -> bool {
+        !matches!(self.levels, Levels::Usual)
+    }
+
     fn matches(&self, key: &Key) -> bool {
         match self.key.strip_suffix('*') {
             Some(start) => key.path.starts_with(start),

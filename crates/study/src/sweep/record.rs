@@ -12,6 +12,8 @@ pub enum Record {
     Ok(Outcome),
     /// It could not be simulated, for this reason.
     Failed(String),
+    /// The simulator contradicted itself: a defect of ours.
+    Defect(String),
 }
 
 impl Record {

@@ -18,7 +18,7 @@ use powergs_core::run::{Frames, MemoryFrames, TraceFile};
 fn frames(count: usize) -> MemoryFrames {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../traces/demo.bin");
     let mut trace = TraceFile::open(&path).expect("the demo trace");
-    let frame = |k| trace.take(k).and_then(|pending| pending()).expect("a frame");
+    let frame = |k| trace.take(k).and_then(|pending| pending.get()).expect("a frame");
     let frames: Vec<_> = (0..count).map(frame).collect();
     MemoryFrames { name: "demo".to_owned(), frames }
 }

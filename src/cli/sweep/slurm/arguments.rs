@@ -2,11 +2,13 @@
 
 use std::ffi::OsString;
 
+use powergs_base::budget::Budget;
+
 use super::super::args::{Definition, SweepArgs};
 
 /// The words after `sweep`, without `--out` and `--shard`.
-pub fn of(args: &SweepArgs) -> Vec<OsString> {
-    let SweepArgs { definition, store, memory, .. } = args;
+pub fn of(args: &SweepArgs, memory: Budget) -> Vec<OsString> {
+    let SweepArgs { definition, store, .. } = args;
     let Definition { file, traces, frames, sets, points } = definition;
     let mut words: Vec<OsString> = file.iter().map(OsString::from).collect();
     // One word each: a value that begins with a dash stays a value.
@@ -22,6 +24,6 @@ pub fn of(args: &SweepArgs) -> Vec<OsString> {
         word.push(path);
         word
     }));
-    words.push(format!("--memory={memory} B").into());
+    words.push(format!("--memory={memory}").into());
     words
 }

@@ -235,13 +235,21 @@ fn example(sub: &Value) -> String {
     if let Some(choice) = choices(sub).first() {
         return format!("\"{choice}\"");
     }
-    match sub.get("type").and_then(Value::as_str) {
+    match kind_of(sub) {
         Some("integer") => {
             sub.get("minimum").and_then(Value::as_u64).unwrap_or(1).max(1).to_string()
         }
         Some("number") => "0.5".to_owned(),
         Some("boolean") => "true".to_owned(),
         _ => "\"...\"".to_owned(),
+    }
+}
+
+/// The type of a plain value; that beside null for an optional one.
+fn kind_of(sub: &Value) -> Option<&str> {
+    match sub.get("type")? {
+        Value::Array(kinds) => kinds.iter().filter_map(Value::as_str).find(|kind| *kind != "null"),
+        kind => kind.as_str(),
     }
 }
 
@@ -262,7 +270,7 @@ fn placeholder(sub: &Value) -> DeValue<'static> {
         return DeValue::Array(DeArray::new());
     }
     let number = |text: &'static str| DeValue::parse(text).map(Spanned::into_inner).ok();
-    let value = match sub.get("type").and_then(Value::as_str) {
+    let value = match kind_of(sub) {
         Some("integer") => number("1"),
         Some("number") => number("0.5"),
         Some("boolean") => Some(DeValue::Boolean(true)),

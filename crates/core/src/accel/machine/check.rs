@@ -9,6 +9,9 @@ const SIZE_MAX: Bytes = Bytes(1 << 30);
 /// The largest record that is believed.
 const RECORD_MAX: Bytes = Bytes(1 << 16);
 
+/// The least share of the peak that a DRAM delivers: below it the machine stands still.
+const EFFICIENCY_MIN: f64 = 1e-3;
+
 /// The largest side of a sort group, pixels.
 const SORT_GROUP_MAX: u32 = 512;
 
@@ -19,7 +22,9 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     geometry(machine, &mut found);
     records(machine, &mut found);
     colours(machine, &mut found);
+    pitches(machine, &mut found);
     sizes(machine, &mut found);
+    words(machine, &mut found);
     rates(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
@@ -81,6 +86,12 @@ fn rates(m: &Machine, found: &mut Found) {
         let message = format!("`dram.bandwidth` = {bandwidth} must be from 1 MB/s to 1 PB/s");
         found.push(("dram.bandwidth", message));
     }
+    if m.dram.efficiency < EFFICIENCY_MIN {
+        let efficiency = m.dram.efficiency;
+        let message =
+            format!("`dram.efficiency` = {efficiency:?} must be at least {EFFICIENCY_MIN}");
+        found.push(("dram.efficiency", message));
+    }
     if latency.0 > 1e6 {
         let message = format!("`dram.latency` = {latency} must be at most 1000000 ns");
         found.push(("dram.latency", message));
@@ -121,6 +132,50 @@ fn colours(m: &Machine, found: &mut Found) {
             r.colour_extra, r.colour
         );
         found.push(("record.colour-extra", message));
+    }
+}
+
+/// Records in DRAM do not overlap, and their addresses stay below 2^64.
+fn pitches(m: &Machine, found: &mut Found) {
+    let r = &m.record;
+    let all = [
+        ("record.feature-pitch", r.feature_pitch, "record.feature", r.feature),
+        ("record.colour-pitch", r.colour_pitch, "record.colour", r.colour),
+    ];
+    for (key, pitch, record, size) in all {
+        if pitch < size || pitch == Bytes(0) {
+            let message = format!("`{key}` = {pitch} must be at least `{record}` = {size}");
+            found.push((key, message));
+        }
+        if pitch > RECORD_MAX {
+            found.push((key, format!("`{key}` = {pitch} is above {RECORD_MAX}: a typing error?")));
+        }
+    }
+}
+
+/// A word is a part of a bank: an access reads it whole.
+fn words(m: &Machine, found: &mut Found) {
+    let keys = [
+        "buffers.gaussian-in.word",
+        "buffers.tile-list.word",
+        "buffers.sorting.word",
+        "buffers.feature.word",
+        "buffers.pixel-out.word",
+    ];
+    let buffers = keys.into_iter().zip(m.buffers.all().map(|b| (b.word, b.capacity)));
+    let cache = Some(("cache.word", (m.cache.word, m.cache.capacity)));
+    for (key, (word, capacity)) in
+        buffers.chain(cache.filter(|_| m.cache.ways > 0 && m.cache.capacity > Bytes(0)))
+    {
+        if word == Bytes(0) || word > capacity {
+            let message = format!("`{key}` = {word} must be from 1 B to the capacity, {capacity}");
+            found.push((key, message));
+        }
+    }
+    if m.cache.capacity > SIZE_MAX {
+        let message =
+            format!("`cache.capacity` = {} is above {SIZE_MAX}: a typing error?", m.cache.capacity);
+        found.push(("cache.capacity", message));
     }
 }
 

@@ -2,7 +2,7 @@
 //! whole.
 
 use std::ffi::OsStr;
-use std::fs::{self, OpenOptions, Permissions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -30,22 +30,67 @@ pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
 const PREFIX: &str = ".powergs-sim-";
 
 /// Whether a file of this name is one of [`temporary`].
-pub(crate) fn is_temporary(name: &OsStr) -> bool {
+pub fn is_temporary(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(PREFIX.as_bytes())
 }
 
-/// Removes what a killed process left in a folder. No other process may write there meanwhile.
+/// Removes what a killed process left in a folder and in those that are in it. No other process may
+/// write there meanwhile.
 ///
 /// # Errors
 /// Those of the folder.
 pub fn remove_leftovers(folder: &Path) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
-        if is_temporary(&entry.file_name()) && entry.file_type()?.is_file() {
+        let kind = entry.file_type()?;
+        if is_temporary(&entry.file_name()) && kind.is_file() {
             fs::remove_file(entry.path())?;
+        } else if kind.is_dir() {
+            for inner in fs::read_dir(entry.path())? {
+                let inner = inner?;
+                if is_temporary(&inner.file_name()) && inner.file_type()?.is_file() {
+                    fs::remove_file(inner.path())?;
+                }
+            }
         }
     }
     Ok(())
+}
+
+/// Puts a whole temporary file in its place, so that a power cut leaves the old or the new one.
+///
+/// # Errors
+/// Those of the file system; the previous file is kept.
+pub fn persist(file: NamedTempFile, path: &Path) -> io::Result<()> {
+    file.as_file().sync_data()?;
+    file.persist(path)?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    sync_folder(folder);
+    Ok(())
+}
+
+/// Makes sure that the names in a folder survive a power cut, where the system can do that.
+pub fn sync_folder(folder: &Path) {
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+/// Exchanges two names of one file system in one step.
+///
+/// # Errors
+/// Those of the file system, which may not be able to; then nothing is changed.
+#[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+pub fn exchange(a: &Path, b: &Path) -> io::Result<()> {
+    use rustix::fs::{CWD, RenameFlags, renameat_with};
+    Ok(renameat_with(CWD, a, CWD, b, RenameFlags::EXCHANGE)?)
+}
+
+/// Exchanges two names of one file system in one step; not on this system.
+///
+/// # Errors
+/// Always.
+#[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
+pub fn exchange(_: &Path, _: &Path) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// Whether something is there that is neither a file nor a folder.
@@ -84,8 +129,7 @@ pub fn write_atomically(
         temporary(path).and_then(|file| {
             let mut writer = BufWriter::new(file);
             write(&mut writer)?;
-            writer.into_inner().map_err(|e| e.into_error())?.persist(path)?;
-            Ok(())
+            persist(writer.into_inner().map_err(|e| e.into_error())?, path)
         })
     };
     written.map_err(|e| cannot_write(path.display().to_string(), &e))

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::atomic::{is_temporary, remove_leftovers, temporary};
+use super::atomic::{is_temporary, persist, remove_leftovers, temporary};
 use super::journal::{self, Index, Place};
 use super::{Journals, Lock, NewFile, Sharing, Store, cannot_write, taken, unusable};
 use crate::run::error::RunError;
@@ -49,8 +49,7 @@ impl Write for Pending {
 
 impl NewFile for Pending {
     fn commit(self: Box<Self>) -> io::Result<()> {
-        self.file.persist(&self.path)?;
-        Ok(())
+        persist(self.file, &self.path)
     }
 }
 

@@ -93,6 +93,15 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["clock=1 Hz"], "clock", "from 10 kHz to 100 GHz");
     contradicts(&["dram.bandwidth=1 kB/s"], "dram.bandwidth", "from 1 MB/s");
     contradicts(&["dram.latency=1e9 ns"], "dram.latency", "at most 1000000 ns");
+    contradicts(&["dram.efficiency=1e-9"], "dram.efficiency", "at least 0.001");
+    contradicts(&["record.feature-pitch=1 B"], "record.feature-pitch", "at least `record.feature`");
+    contradicts(&["record.colour-pitch=1 GiB"], "record.colour-pitch", "a typing error?");
+    contradicts(&["buffers.sorting.word=0 B"], "buffers.sorting.word", "from 1 B to the capacity");
+    let word = "buffers.feature.word=1000000 GiB";
+    contradicts(&[word], "buffers.feature.word", "from 1 B to the capacity");
+    contradicts(&["cache.capacity=1000000 GiB"], "cache.capacity", "a typing error?");
+    let cache = ["cache.ways=4", "cache.capacity=32 KiB", "cache.word=0 B"];
+    contradicts(&cache, "cache.word", "from 1 B to the capacity");
     contradicts(&["record.feature=0 B"], "record.feature", "at least 1 B");
     contradicts(&["record.pixel=1 MiB"], "record.pixel", "a typing error?");
     contradicts(&["buffers.sorting.capacity=0 B"], "buffers.sorting.capacity", "above zero");

@@ -39,6 +39,7 @@ fn facts() {
     check(|f| f.facts.survivors += 1, "do not add up");
     check(|f| f.facts.background[1] = f32::NAN, "background");
     check(|f| f.facts.mean_linear_rgb = Some([0.0, -0.1, 0.0]), "mean linear");
+    check(|f| f.facts.mean_linear_rgb = Some([1e300, 0.1, 0.0]), "mean linear");
     check(|f| f.facts.camera.name = "x".repeat(65_536), "longer than 65,535");
 }
 

@@ -154,3 +154,19 @@ fn bombs_are_refused() {
         println!("{what}: {error}");
     }
 }
+
+#[test]
+fn an_element_without_properties_is_refused() {
+    let bytes = encode::compressed_ply(&sample(3, 0));
+    let end = bytes.windows(11).position(|w| w == b"end_header\n").expect("a header");
+    for element in ["element sh 3\n", "element sh 0\n"] {
+        let bare = [&bytes[..end], element.as_bytes(), &bytes[end..]].concat();
+        let error = read_bytes(&bare).unwrap_err().to_string();
+        assert!(error.contains("PLY element `sh`: 0 properties; 9, 24 or 45"), "{error}");
+    }
+    let plain = encode::ply(&sample(1, 0));
+    let end = plain.windows(11).position(|w| w == b"end_header\n").expect("a header");
+    let bare =
+        [b"ply\nformat binary_little_endian 1.0\nelement vertex 1\n", &plain[end..]].concat();
+    assert!(read_bytes(&bare).is_err());
+}

@@ -33,6 +33,9 @@ pub struct Finished {
     pub failed: u64,
     /// Designs that constraints exclude.
     pub excluded: u64,
+    /// Designs on which the simulator contradicted itself; they are among the failed.
+    #[serde(default)]
+    pub defects: u64,
 }
 
 /// Designs that constraints exclude, as a finished sweep says; `None` if it says
@@ -61,6 +64,7 @@ impl Finished {
             ok: tally.ok,
             failed: tally.failed,
             excluded: plan.excluded.values().sum(),
+            defects: tally.defects,
         }
     }
 

@@ -13,6 +13,7 @@ use crate::sweep::file::{Method, SweepFile, TraceSpec};
 use crate::sweep::objective::Objective;
 use crate::sweep::space::Space;
 use crate::sweep::table::{Cell, Column, TraceLabel};
+use powergs_base::budget::Budget;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::run::files::{DiskFiles, Files, read};
@@ -128,6 +129,11 @@ impl OpenedSweep<'static> {
 }
 
 impl<'a> OpenedSweep<'a> {
+    /// Allows each frame so much memory.
+    pub fn allow(&mut self, budget: Budget) {
+        self.traces.iter_mut().for_each(|trace| trace.frames.allow(budget));
+    }
+
     /// A sweep that was built in memory, on these frames.
     ///
     /// # Errors

@@ -74,7 +74,7 @@ impl PartCount {
                     for table in 0..plan.tables {
                         match records.get(plan.key(design as usize, table, trace.hash))? {
                             Some(Record::Ok(_)) => {}
-                            Some(Record::Failed(_)) => found[0] = true,
+                            Some(Record::Failed(_) | Record::Defect(_)) => found[0] = true,
                             None => found[1] = true,
                         }
                     }

@@ -12,6 +12,7 @@ use super::records::Records;
 use crate::sweep::parquet::ParquetWriter;
 use crate::sweep::record::Record;
 use crate::sweep::table::{Cell, Column, Entry, Fate, columns, rows};
+use powergs_base::format::spreadsheet_safe;
 use powergs_core::run::store::NewFile;
 use powergs_core::run::{RunError, Store};
 
@@ -29,6 +30,8 @@ pub struct Tally {
     pub failed: u64,
     /// Designs with a result missing.
     pub missing: u64,
+    /// Designs on which the simulator contradicted itself; they are among the failed.
+    pub defects: u64,
 }
 
 /// The columns of the table of a sweep.
@@ -57,15 +60,15 @@ fn slots(plan: &Plan) -> Vec<Slot<'_>> {
     slots
 }
 
-/// The rows of a slot, and whether something failed or is missing.
+/// The rows of a slot, and whether something failed, is missing or is a defect of ours.
 fn rows_of(
     sweep: &OpenedSweep<'_>,
     plan: &Plan,
     records: &mut Records,
     slot: &Slot<'_>,
-) -> Result<(Vec<Vec<Cell>>, [bool; 2]), RunError> {
+) -> Result<(Vec<Vec<Cell>>, [bool; 3]), RunError> {
     let traces = sweep.labels();
-    let (mut all, mut status) = (Vec::new(), [false; 2]);
+    let (mut all, mut status) = (Vec::new(), [false; 3]);
     let (point, id) = match *slot {
         Slot::Design(design) => (plan.designs[design].point, Some(plan.designs[design].id)),
         Slot::Invalid(point, _) => (Some(point), None),
@@ -79,6 +82,10 @@ fn rows_of(
                 Slot::Design(design) => match records.get(plan.key(design, t, trace.hash))? {
                     Some(Record::Ok(outcome)) => Fate::Ok(outcome),
                     Some(Record::Failed(reason)) => Fate::Failed(reason),
+                    Some(Record::Defect(reason)) => {
+                        status[2] = true;
+                        Fate::Failed(reason)
+                    }
                     None => Fate::Missing,
                 },
             };
@@ -106,10 +113,11 @@ pub(crate) fn each_row(
         let (rows, status) = rows_of(sweep, plan, records, &slot)?;
         rows.into_iter().try_for_each(&mut row)?;
         match status {
-            [true, _] => tally.failed += 1,
-            [false, true] => tally.missing += 1,
-            [false, false] => tally.ok += 1,
+            [true, ..] => tally.failed += 1,
+            [false, true, _] => tally.missing += 1,
+            [false, false, _] => tally.ok += 1,
         }
+        tally.defects += u64::from(status[2]);
     }
     Ok(tally)
 }
@@ -197,7 +205,8 @@ impl ResultFiles {
     }
 
     fn row(&mut self, row: Vec<Cell>) -> Result<(), RunError> {
-        self.csv.write_record(row.iter().map(Cell::text)).map_err(|e| wrong(CSV, e))?;
+        let cells = row.iter().map(|cell| spreadsheet_safe(cell.text()));
+        self.csv.write_record(cells).map_err(|e| wrong(CSV, e))?;
         self.parquet.row(row).map_err(|e| wrong(PARQUET, e))
     }
 

@@ -13,7 +13,7 @@ pub struct Running {
     lists: Lists,
     /// Per design, per energy table.
     sums: Vec<Vec<Accumulator>>,
-    failed: Option<String>,
+    failed: Option<RunError>,
 }
 
 impl Running {
@@ -30,7 +30,7 @@ impl Running {
             if self.failed.is_some() {
                 return;
             }
-            self.failed = self.frame(frame, display_fps).err().map(|error| error.to_string());
+            self.failed = self.frame(frame, display_fps).err();
         }
     }
 
@@ -55,9 +55,12 @@ impl Running {
 
     /// The records: per design, per energy table.
     pub fn finish(self) -> Vec<Record> {
-        let failed = self.failed;
+        let failed = self.failed.map(|error| match error {
+            RunError::Invariant { .. } | RunError::Internal(_) => Record::Defect(error.to_string()),
+            error => Record::Failed(error.to_string()),
+        });
         let record = |sum: Accumulator| match (&failed, sum.finish()) {
-            (Some(reason), _) => Record::Failed(reason.clone()),
+            (Some(record), _) => record.clone(),
             (None, Some(outcome)) => Record::Ok(outcome),
             (None, None) => Record::Failed("the trace has no frames".into()),
         };

@@ -105,23 +105,7 @@ impl State {
         version("the version of outcomes", &self.outcome_version, &now.outcome_version);
         version("the version of the table", &self.schema_version, &now.schema_version);
         version("the options", &self.options.join(" "), &now.options.join(" "));
-        for input in &now.inputs {
-            let same = |i: &&StateInput| i.role == input.role && i.name == input.name;
-            match self.inputs.iter().find(same) {
-                None => found.push(format!("{} `{}` is new", input.role, input.name)),
-                Some(then) if then != input => found.push(format!(
-                    "{} `{}` has changed ({} bytes then, {} now)",
-                    input.role, input.name, then.bytes, input.bytes
-                )),
-                Some(_) => {}
-            }
-        }
-        for then in &self.inputs {
-            let same = |i: &&StateInput| i.role == then.role && i.name == then.name;
-            if !now.inputs.iter().any(|i| same(&i)) {
-                found.push(format!("{} `{}` is gone", then.role, then.name));
-            }
-        }
+        found.extend(input_differences(&self.inputs, &now.inputs));
         if found.is_empty() && self != now {
             found.push(format!(
                 "the program was {}, now it is {}",
@@ -130,4 +114,31 @@ impl State {
         }
         found
     }
+}
+
+/// How the files that are read now differ from those of then. Several files may have one role and
+/// name: two traces `final.bin` in two folders.
+fn input_differences(then: &[StateInput], now: &[StateInput]) -> Vec<String> {
+    let mut gone: Vec<&StateInput> = then.iter().collect();
+    let mut take = |found: &dyn Fn(&StateInput) -> bool| {
+        let place = gone.iter().position(|input| found(input))?;
+        Some(gone.remove(place))
+    };
+    let changed: Vec<&StateInput> =
+        now.iter().filter(|input| take(&|then| then == *input).is_none()).collect();
+    let mut found = Vec::new();
+    for input in changed {
+        let StateInput { role, name, bytes, .. } = input;
+        found.push(match take(&|then| then.role == *role && then.name == *name) {
+            Some(then) => {
+                format!("{role} `{name}` has changed ({} bytes then, {bytes} now)", then.bytes)
+            }
+            None => format!("{role} `{name}` is new"),
+        });
+    }
+    found.extend(gone.iter().map(|then| format!("{} `{}` is gone", then.role, then.name)));
+    if found.is_empty() && then != now {
+        found.push("the files are the same, in another order".to_owned());
+    }
+    found
 }

@@ -82,6 +82,9 @@ pub fn open(
     Ok(opened)
 }
 
+/// Files of one pattern at most.
+const FILES_MAX: usize = 10_000;
+
 /// The files of a pattern, sorted.
 fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError> {
     let beside = folder.map(|f| f.join(pattern));
@@ -92,7 +95,12 @@ fn files(pattern: &str, folder: Option<&Path>) -> Result<Vec<PathBuf>, RunError>
         let text = path.to_string_lossy();
         let found = glob::glob(&text);
         let found = found.map_err(|e| RunError::config(format!("--traces {pattern}"), e))?;
-        let mut files: Vec<PathBuf> = found.filter_map(Result::ok).collect();
+        let mut files: Vec<PathBuf> = found.filter_map(Result::ok).take(FILES_MAX + 1).collect();
+        if files.len() > FILES_MAX {
+            let what =
+                format!("--traces {pattern}: more than {FILES_MAX} files; narrow the pattern");
+            return Err(RunError::Request(what));
+        }
         files.sort();
         if !files.is_empty() {
             return Ok(files);

@@ -98,6 +98,11 @@ pub fn exit_name(job: &str, part: u32) -> String {
     format!("slurm/{job}_{part}.exit")
 }
 
+/// A word in a comment, which a line break would end.
+fn commented(word: &[u8]) -> Vec<u8> {
+    word.iter().map(|&b| if b.is_ascii_control() { b'?' } else { b }).collect()
+}
+
 /// The script: all parts, one task each. Safe to run again: a part continues where it stopped.
 ///
 /// # Errors
@@ -112,8 +117,9 @@ pub fn script(settings: &Settings, call: &Call<'_>) -> Result<Vec<u8>, ScriptErr
     let (program, dir) = (quoted(program), quoted(call.out));
     line(&[b"#!/bin/bash"]);
     line(&[format!("# A sweep of powergs-sim in {} parts.", settings.shards).as_bytes()]);
-    line(&[b"# By hand: mkdir -p ", &dir, b"/slurm, then sbatch THIS_FILE"]);
-    line(&[b"# When all parts are done: ", &program, b" sweep merge ", &dir]);
+    let (seen, place) = (commented(&program), commented(&dir));
+    line(&[b"# By hand: mkdir -p ", &place, b"/slurm, then sbatch THIS_FILE"]);
+    line(&[b"# When all parts are done: ", &seen, b" sweep merge ", &place]);
     for directive in directives(settings, call)? {
         line(&[b"#SBATCH --", directive.as_bytes()]);
     }

@@ -15,7 +15,7 @@ use powergs_study::sweep::run::{Shard, Sweep, SweepWatch};
 fn frames() -> MemoryFrames {
     let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../traces/demo.bin");
     let mut trace = TraceFile::open(Path::new(demo)).unwrap();
-    let frames = [0, 1].map(|k| trace.take(k).unwrap()().unwrap());
+    let frames = [0, 1].map(|k| trace.take(k).unwrap().get().unwrap());
     MemoryFrames { name: "demo".into(), frames: frames.into() }
 }
 

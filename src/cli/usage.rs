@@ -1,0 +1,61 @@
+//! Arguments from the command line, and words of ours where the parser has those of a programmer.
+
+use std::io::IsTerminal;
+
+use clap::error::ErrorKind;
+use clap::{Command, CommandFactory, Error, FromArgMatches};
+
+use super::Cli;
+
+/// The arguments of this process. On a mistake the message is printed and the process ends with
+/// exit code 2, after `--help` and `--version` with 0.
+pub fn parse() -> Cli {
+    let matches = command().try_get_matches();
+    let parsed = matches.and_then(|matches| Cli::from_arg_matches(&matches));
+    parsed.unwrap_or_else(|error| complain(&error))
+}
+
+/// The definition of the command line. `--fps -5` is a number that is out of range, and not an
+/// unknown flag: every flag with a value takes negative numbers, and says itself what is wrong.
+pub fn command() -> Command {
+    negatives(Cli::command())
+}
+
+fn negatives(command: Command) -> Command {
+    let takes = |arg: &clap::Arg| !arg.is_positional() && arg.get_action().takes_values();
+    command
+        .mut_args(|arg| {
+            let negatives = takes(&arg) && !arg.is_allow_hyphen_values_set();
+            if negatives { arg.allow_negative_numbers(true) } else { arg }
+        })
+        .mut_subcommands(negatives)
+}
+
+/// What the parsers of the standard library say, and what a user should read.
+const WORDS: [(&str, &str); 6] = [
+    ("number would be zero for non-zero type", "must be at least 1"),
+    ("invalid digit found in string", "must be a whole number, 0 or more"),
+    ("invalid float literal", "must be a number"),
+    ("number too large to fit in target type", "the number is too large"),
+    ("cannot parse integer from empty string", "a number is missing"),
+    ("cannot parse float from empty string", "a number is missing"),
+];
+
+/// The message of a mistake, in plain words.
+pub fn message(error: &Error, coloured: bool) -> String {
+    let text = error.render();
+    let text = if coloured { text.ansi().to_string() } else { text.to_string() };
+    WORDS.iter().fold(text, |text, (theirs, ours)| text.replace(theirs, ours))
+}
+
+fn complain(error: &Error) -> ! {
+    if error.kind() != ErrorKind::ValueValidation {
+        error.exit();
+    }
+    let coloured = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    match message(error, coloured).trim_end() {
+        text if coloured => super::out::complain_in_colour(text),
+        text => super::out::complain(text),
+    }
+    std::process::exit(error.exit_code())
+}
