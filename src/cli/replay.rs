@@ -15,6 +15,7 @@ use powergs_core::run::{Frames, PaperModel, Session, System, SystemSpec, TraceFi
 use powergs_core::workload::Geometry;
 use powergs_core::workload::paper::Padding;
 use powergs_report as report;
+use powergs_study::findings::what_if::Advice;
 use powergs_study::replay::Replay;
 use powergs_study::run_record::{Facts, Run};
 
@@ -272,14 +273,24 @@ fn print(args: &Args, context: &Context, run: &Run, folder: &Path) -> Result<(),
     if context.global.quiet {
         return Ok(());
     }
-    let best = run.experiments.what_if.as_ref().and_then(|w| w.best());
-    let next = next_command(args, best.map_or(&[], |step| &step.sets));
+    let next = next_command(args, run.experiments.what_if.as_ref().map(|w| w.advice()));
     let summary = folder.join("summary.md").display().to_string();
     out::document(&report::page::document(run, &[], &[("report", summary), ("next", next)]))
 }
 
-/// The same command with the step that buys most; without one, the other model.
-fn next_command(args: &Args, step: &[String]) -> String {
+/// The same command with the step that is advised. Where none is, a sweep of the preset's units, or
+/// the other model.
+fn next_command(args: &Args, advice: Option<Advice<'_>>) -> String {
+    let step: &[String] = match advice {
+        Some(Advice::Take(step) | Advice::Fastest(step)) => &step.sets,
+        Some(Advice::AreaOnly(_) | Advice::Nothing) | None => &[],
+    };
+    let preset = args.arch == DEFAULT_ARCH && args.sets.is_empty();
+    if preset && matches!(advice, Some(Advice::AreaOnly(_))) {
+        let trace = args.trace.display().to_string();
+        let words = ["powergs-sim", "sweep", "gscore-units", "--traces", &trace];
+        return continued(words.iter().map(|word| quoted(word)));
+    }
     let mut words = vec!["powergs-sim".into(), "replay".into()];
     words.push(args.trace.display().to_string());
     if args.arch != DEFAULT_ARCH {
@@ -297,11 +308,13 @@ fn next_command(args: &Args, step: &[String]) -> String {
     if args.fps != 60.0 {
         words.extend(["--fps".into(), report::format::rate(args.fps)]);
     }
-    let quoted = |word: &String| {
-        let plain = |c: char| c.is_alphanumeric() || "-_./=:,".contains(c);
-        if word.chars().all(plain) { word.clone() } else { format!("'{word}'") }
-    };
-    continued(words.iter().map(quoted))
+    continued(words.iter().map(|word| quoted(word)))
+}
+
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,".contains(c);
+    if word.chars().all(plain) { word.to_owned() } else { format!("'{word}'") }
 }
 
 /// Words of a command in lines that a shell takes for one, as wide as the terminal beside `next`.

@@ -1,62 +1,95 @@
 //! The bottleneck in words.
 
-use super::format::percent;
 use powergs_core::accel::Stall;
+use powergs_core::action::UnitKind;
 use powergs_study::findings::bottleneck::{Bottleneck, Limit, Wait};
 
-fn words(cause: Stall) -> &'static str {
-    match cause {
-        Stall::Records => "records of Gaussians",
-        Stall::List => "tile lists",
-        Stall::Spill => "spilled keys",
-        Stall::Features => "feature loads",
-        Stall::Input => "the unit before",
-        Stall::Output => "room in the output",
-        Stall::Bank => "busy banks",
+fn words(wait: &Wait) -> &'static str {
+    match (wait.cause, wait.unit) {
+        (Stall::Records, _) => "records of Gaussians",
+        (Stall::List, _) => "tile lists",
+        (Stall::Spill, _) => "spilled keys",
+        (Stall::Features, _) => "feature loads",
+        (Stall::Input, UnitKind::Vru) => "sorted chunks from the GSU",
+        (Stall::Input, UnitKind::Bsu) => "parts from the QSU",
+        (Stall::Input, UnitKind::Qsu) => "tile lists from the CCU",
+        (Stall::Input, UnitKind::Ccu) => "its input",
+        (Stall::Output, _) => "room in the output buffer",
+        (Stall::Bank, _) => "busy banks",
     }
 }
 
-/// One sentence: which unit bounds what share of the frame, and what the rest waits for.
+/// Shares in whole percent that add up to 100, by the largest remainders; the first of equal ones.
+fn whole(shares: &[f64]) -> Vec<u32> {
+    let mut percent: Vec<u32> = shares.iter().map(|s| (s * 100.0).max(0.0) as u32).collect();
+    let rest = |i: usize| shares[i] * 100.0 - f64::from(percent[i]);
+    let mut order: Vec<usize> = (0..shares.len()).collect();
+    order.sort_by(|&a, &b| rest(b).total_cmp(&rest(a)));
+    let missing = 100_u32.saturating_sub(percent.iter().sum());
+    for &i in order.iter().take(missing as usize) {
+        percent[i] += 1;
+    }
+    percent
+}
+
+/// One sentence: what bounds the frame, and what the leading units wait for. The shares add up to
+/// 100 %.
 pub fn sentence(found: &Bottleneck) -> String {
-    let dram = found.dram_wait;
-    let cause = |w: &Wait| {
-        let row = w.row_miss.map_or(String::new(), |m| format!(" (row-miss {} %)", percent(m)));
-        format!("{} {} %{row}", words(w.cause), percent(w.share))
+    let shares = found.bounds.iter().map(|b| b.share).chain(found.waits.iter().map(|w| w.share));
+    let shares: Vec<f64> = shares.chain([found.without_work]).collect();
+    let percent = whole(&shares);
+    let (bounds, rest) = percent.split_at(found.bounds.len());
+    let (waits, idle) = rest.split_at(found.waits.len());
+    let cause = |(w, share): (&Wait, &u32)| {
+        let row = |m: f64| format!(" (row-miss {} %)", crate::format::percent(m));
+        format!("{} {share} %{}", words(w), w.row_miss.map_or(String::new(), row))
     };
-    let shown = |w: &&Wait| w.share >= 0.005;
-    let mut heads: Vec<String> = found
-        .bounds
-        .iter()
-        .filter(|b| b.share >= 0.005)
-        .map(|b| format!("{}-bound {} %", b.unit.name().to_uppercase(), percent(b.share)))
-        .collect();
-    let mut waits = Vec::new();
-    if found.limit == Limit::Dram && dram >= 0.005 {
-        let causes: Vec<String> =
-            found.waits.iter().filter(|w| w.cause.is_dram()).filter(shown).map(cause).collect();
-        heads.insert(0, format!("DRAM-bound {} %: {}", percent(dram), causes.join(", ")));
-        waits.extend(found.waits.iter().filter(|w| !w.cause.is_dram()).filter(shown).map(cause));
-    } else {
-        waits.extend(found.waits.iter().filter(shown).map(cause));
-    }
-    let full = if found.is_bus_full() {
-        format!("The DRAM bus is full, it moves data {} % of the time. ", percent(found.bus_busy))
-    } else {
-        String::new()
+    let waits = || found.waits.iter().zip(waits).filter(|(_, share)| **share > 0);
+    let of = |dram: bool| -> Vec<String> {
+        waits().filter(|(w, _)| w.cause.is_dram() == dram).map(cause).collect()
     };
-    if let Some(first) = heads.first_mut() {
-        *first = first.replacen(" %", " % of the frame", 1);
+    let bounds = found.bounds.iter().zip(bounds).filter(|(_, share)| **share > 0);
+    let units = |what: &str| -> Vec<String> {
+        let unit = |b: UnitKind| b.name().to_uppercase();
+        bounds.clone().map(|(b, share)| format!("{}{what} {share} %", unit(b.unit))).collect()
+    };
+    let mut parts = Vec::new();
+    let waiting = |causes: Vec<String>| format!("waiting for {}", causes.join(", "));
+    if found.limit == Limit::Dram {
+        let share: u32 = waits().filter(|(w, _)| w.cause.is_dram()).map(|(_, share)| share).sum();
+        let causes = of(true);
+        let why =
+            if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) };
+        parts.push(match found.is_bus_full() {
+            true => format!(
+                "DRAM-bound: the bus moves data for {} % of the frame; units wait for it {share} %{why}",
+                crate::format::percent(found.bus_busy)
+            ),
+            false => format!("DRAM-bound for {share} % of the frame{why}"),
+        });
+        // Units that work beside a full bus bound nothing.
+        let at_work = units(" at work").join(", ");
+        if !at_work.is_empty() {
+            parts.push(at_work);
+        }
+        let others = of(false);
+        if !others.is_empty() {
+            parts.push(waiting(others));
+        }
+    } else {
+        let mut heads = units("-bound for");
+        if let Some(first) = heads.first_mut() {
+            first.push_str(" of the frame");
+        }
+        parts.push(heads.join(", "));
+        let causes: Vec<String> = waits().map(cause).collect();
+        if !causes.is_empty() {
+            parts.push(waiting(causes));
+        }
     }
-    if heads.len() > 1 && heads[0].contains(':') {
-        let first = heads.remove(0);
-        heads[0] = format!("{first}; {}", heads[0]);
+    if idle[0] > 0 {
+        parts.push(format!("idle {} %", idle[0]));
     }
-    let mut text = format!("{full}{}", heads.join(", "));
-    if !waits.is_empty() {
-        text += &format!("; the rest waits for {}", waits.join(", "));
-    }
-    if found.without_work >= 0.005 {
-        text += &format!("; {} % without work", percent(found.without_work));
-    }
-    text + "."
+    parts.retain(|part| !part.is_empty());
+    parts.join("; ") + "."
 }

@@ -89,13 +89,22 @@ fn what_if(run: &Run) -> Json {
         "frames": experiment.frames,
         "frame_time_ms": experiment.base.frame_time_ms,
         "energy_pj": experiment.base.energy_pj,
+        "power_w": experiment.base.power_w,
+        "area_mm2": experiment.base.area_mm2,
+        "fps_per_mm2": experiment.base.fps_per_mm2(),
         "doubled": experiment.steps.iter().map(|step| json!({
             "resource": step.resource,
             "set": step.sets,
             "frame_time_ms": step.cost.frame_time_ms,
             "energy_pj": step.cost.energy_pj,
+            "power_w": step.cost.power_w,
+            "area_mm2": step.cost.area_mm2,
+            "fps_per_mm2": step.cost.fps_per_mm2(),
             "frame_time_change_frac": experiment.time_change(step),
             "energy_change_frac": experiment.energy_change(step),
+            "power_change_frac": experiment.power_change(step),
+            "area_change_frac": experiment.area_change(step),
+            "fps_per_mm2_change_frac": experiment.merit_change(step),
         })).collect::<Vec<_>>(),
         "skipped": experiment.skipped.iter().map(|s| json!({
             "resource": s.resource,
@@ -120,12 +129,19 @@ fn dram_models(run: &Run) -> Json {
 fn roofline(run: &Run) -> Json {
     let Some(roof) = &run.facts.machine.roofline else { return Json::Null };
     json!({
-        "peak_flop_s": roof.peak_flop_s(),
+        "units": roof.units.iter().zip(Stage::WORK).map(|((name, peak), stage)| json!({
+            "stage": stage.name(),
+            "unit": name,
+            "peak_flop_s": peak,
+        })).collect::<Vec<_>>(),
         "dram_bytes_s": roof.dram_bytes_s,
         "points": roof.points(run).iter().map(|p| json!({
             "stage": p.name(),
             "flop_per_byte": p.flop_per_byte,
             "flop_s": p.flop_s,
+            "roof_flop_s": p.roof_flop_s,
+            "roof": p.roof.name(),
+            "attained_frac": p.attained(),
         })).collect::<Vec<_>>(),
     })
 }

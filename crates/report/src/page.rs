@@ -10,8 +10,9 @@ use powergs_core::energy::{Component, Standby};
 use powergs_core::sim::MODEL_VERSION;
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
+use powergs_study::findings::cost::Cost;
 use powergs_study::findings::summary::{CycleSummary, UnitSummary};
-use powergs_study::findings::what_if::{Cost, Step, WhatIf};
+use powergs_study::findings::what_if::{Advice, Skipped, Step, WhatIf};
 use powergs_study::findings::{RunSummary, bottleneck, limits};
 use powergs_study::run_record::{DramModels, Run, Table as Statistics};
 
@@ -44,7 +45,7 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         regions(&mut page, cycle);
     }
     if let Some(experiment) = &run.experiments.what_if {
-        what_if(&mut page, experiment);
+        what_if(&mut page, experiment, run.facts.display_fps);
     }
     if let Some(models) = &run.experiments.dram_models {
         page.paragraph(dram_models(models));
@@ -281,8 +282,8 @@ fn regions(page: &mut Document, cycle: &CycleSummary) {
     );
 }
 
-/// What doubling each resource would buy.
-fn what_if(page: &mut Document, experiment: &WhatIf) {
+/// What doubling each resource would buy, and what it costs.
+fn what_if(page: &mut Document, experiment: &WhatIf, fps: f64) {
     page.page_heading("What one step would buy");
     let frames: Vec<String> = experiment.frames.iter().map(usize::to_string).collect();
     let which = if frames.len() == 1 { "frame" } else { "frames" };
@@ -290,45 +291,106 @@ fn what_if(page: &mut Document, experiment: &WhatIf) {
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
     let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
     let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();
-    let mut short = doubled(experiment, &best);
+    let mut short = doubled(experiment, &best, fps);
     let others = experiment.steps.len() - best.len();
     if others > 0 {
         short.more = format!("... and {others} more: summary.md");
     }
     page.on(Shown::Terminal, Block::Table(short));
     let all: Vec<&Step> = experiment.steps.iter().collect();
-    page.on(Shown::Page, Block::Table(doubled(experiment, &all)));
-    let skipped = experiment.skipped.iter();
-    let item = |s: &powergs_study::findings::what_if::Skipped| {
-        Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason))
+    page.on(Shown::Page, Block::Table(doubled(experiment, &all, fps)));
+    page.paragraph(advice(experiment));
+    let item =
+        |s: &Skipped| Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason));
+    page.on(Shown::Page, Block::List(experiment.skipped.iter().map(item).collect()));
+}
+
+/// What to do next, in a sentence.
+fn advice(experiment: &WhatIf) -> String {
+    let signed = words::signed_percent;
+    let time = |step: &Step| signed(experiment.time_change(step));
+    let price = |step: &Step| {
+        let area = experiment
+            .area_change(step)
+            .map_or(String::new(), |a| format!("{} area and ", signed(a)));
+        format!("{area}{} power", signed(experiment.power_change(step)))
     };
-    page.on(Shown::Page, Block::List(skipped.map(item).collect()));
+    match experiment.advice() {
+        Advice::Take(step) => format!(
+            "Most frames per second per mm²: {} doubled, {} time for {} ({} FPS per mm²).",
+            step.resource,
+            time(step),
+            price(step),
+            signed(experiment.merit_change(step).unwrap_or(0.0))
+        ),
+        Advice::AreaOnly(step) => format!(
+            "No doubled resource raises the frames per second per mm²: {} saves most time, {}, for {}.",
+            step.resource,
+            time(step),
+            price(step)
+        ),
+        Advice::Fastest(step) => {
+            format!(
+                "Saves most time: {} doubled, {} for {}.",
+                step.resource,
+                time(step),
+                price(step)
+            )
+        }
+        Advice::Nothing => "No doubled resource saves 1 % of the time.".to_owned(),
+    }
+}
+
+/// A change in a column of percent.
+fn points(change: f64) -> String {
+    words::signed_percent(change).replace(" %", "")
 }
 
 /// The run as it is, then with some resources doubled.
-fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
-    let first = format!("doubled ({})", counted(experiment.frames.len(), "frame"));
-    let change = || Column::new("change", Kind::Real(words::signed_percent));
+fn doubled(experiment: &WhatIf, steps: &[&Step], fps: f64) -> Table {
+    let first = format!("if doubled ({})", counted(experiment.frames.len(), "frame"));
+    let change = |group: &str| Column::new("%", Kind::Real(points)).group(group);
+    let [time, power, area, merit] =
+        ["frame time".to_owned(), format!("at {} FPS", rate(fps)), "area".into(), "merit".into()];
     let mut table = Table::new([
         Column::text(first),
-        Column::real("ms per frame"),
-        change(),
-        Column::real("mJ per frame"),
-        change(),
+        Column::real("ms").group(time.clone()),
+        change(&time),
+        Column::real("mJ per frame").on(Shown::Page),
+        Column::new("%", Kind::Real(points)).on(Shown::Page),
+        Column::real("mW").group(power.clone()),
+        change(&power),
+        Column::real("mm²").group(area.clone()),
+        change(&area),
+        Column::real("FPS/mm²").group(merit.clone()),
+        change(&merit),
     ]);
-    let mut row = |name: &str, cost: &Cost, [time, energy]: [Cell; 2]| {
+    let mut row = |name: &str, cost: &Cost, changes: [Cell; 5]| {
+        let [time, energy, power, area, merit] = changes;
         table.row([
             name.into(),
             cost.frame_time_ms.into(),
             time,
-            (cost.energy_pj * 1e-9).into(),
+            cost.energy_mj().into(),
             energy,
+            (cost.power_w * 1e3).into(),
+            power,
+            cost.area_mm2.into(),
+            area,
+            cost.fps_per_mm2().into(),
+            merit,
         ]);
     };
-    row("nothing", &experiment.base, [Cell::Empty, Cell::Empty]);
+    row("nothing", &experiment.base, std::array::from_fn(|_| Cell::Empty));
     for step in steps {
-        let changes = [experiment.time_change(step), experiment.energy_change(step)];
-        row(step.resource, &step.cost, changes.map(Cell::Real));
+        let changes = [
+            Some(experiment.time_change(step)),
+            Some(experiment.energy_change(step)),
+            Some(experiment.power_change(step)),
+            experiment.area_change(step),
+            experiment.merit_change(step),
+        ];
+        row(step.resource, &step.cost, changes.map(Cell::from));
     }
     table
 }

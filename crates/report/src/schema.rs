@@ -109,14 +109,23 @@ fn bottleneck() -> Map<String, Json> {
 fn what_if() -> Map<String, Json> {
     let frame = || plain("number", "Time of a frame, ms.");
     let energy = || plain("number", "Energy of a frame, pJ.");
+    let power = || plain("number", "Power at the display rate, W.");
+    let area = || nullable("number", "Area of the chip, mm².");
+    let merit = || nullable("number", "Frames per second and mm² of chip.");
     let text = || plain("string", "One of them.");
     let step = map([
         ("resource", plain("string", "What was doubled.")),
         ("set", array(text(), "The `--set` values that double it.")),
         ("frame_time_ms", frame()),
         ("energy_pj", energy()),
+        ("power_w", power()),
+        ("area_mm2", area()),
+        ("fps_per_mm2", merit()),
         ("frame_time_change_frac", plain("number", "Relative change; negative is faster.")),
         ("energy_change_frac", plain("number", "Relative change; negative is less.")),
+        ("power_change_frac", plain("number", "Relative change; negative is less.")),
+        ("area_change_frac", nullable("number", "Relative change; negative is less.")),
+        ("fps_per_mm2_change_frac", nullable("number", "Relative change; positive is better.")),
     ]);
     let skipped = map([
         ("resource", plain("string", "What was to be doubled.")),
@@ -126,6 +135,9 @@ fn what_if() -> Map<String, Json> {
         ("frames", array(plain("integer", "Position in the trace."), "Frames that were tried.")),
         ("frame_time_ms", frame()),
         ("energy_pj", energy()),
+        ("power_w", power()),
+        ("area_mm2", area()),
+        ("fps_per_mm2", merit()),
         ("doubled", array(object(step, "A resource."), "By the time that is saved, most first.")),
         ("skipped", array(object(skipped, "A resource."), "What could not be doubled.")),
     ])
@@ -147,11 +159,19 @@ fn roofline() -> Map<String, Json> {
         ("stage", plain("string", "A stage, or `frame`.")),
         ("flop_per_byte", plain("number", "Operations per DRAM byte.")),
         ("flop_s", plain("number", "Operations per second, 1/s.")),
+        ("roof_flop_s", plain("number", "The most that its units and the DRAM allow, 1/s.")),
+        ("roof", json!({"enum": ["units", "dram"], "description": "Which of the two that is."})),
+        ("attained_frac", plain("number", "Share of its roof.")),
+    ]);
+    let units = map([
+        ("stage", plain("string", "A stage.")),
+        ("unit", plain("string", "The units that work for it.")),
+        ("peak_flop_s", plain("number", "Operations per second when all are busy, 1/s.")),
     ]);
     map([
-        ("peak_flop_s", plain("number", "Operations per second of all units, 1/s.")),
+        ("units", array(object(units, "The units of a stage."), "Peaks by stage.")),
         ("dram_bytes_s", plain("number", "Peak DRAM rate, B/s.")),
-        ("points", array(object(point, "A stage."), "Stages with arithmetic, and the frame.")),
+        ("points", array(object(point, "A stage."), "Stages with operations, and the frame.")),
     ])
 }
 

@@ -15,7 +15,8 @@ use serde_json::{Value, json};
 
 use super::document::Table;
 use outcome::{outcome_json, traces_json};
-use powergs_study::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Outcome, Sensitivity};
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::sensitivity::{Fixed, KnobEffect, KnobSetting, Sensitivity};
 
 /// One line a knob, side and trace, exact numbers.
 pub fn csv(all: &Sensitivity) -> Vec<u8> {
@@ -40,7 +41,7 @@ pub fn csv(all: &Sensitivity) -> Vec<u8> {
                     trace.name.as_str().into(),
                     trace.frames.into(),
                     outcome.map(|o| o.frame_time_ms).into(),
-                    outcome.map(Outcome::fps).into(),
+                    outcome.map(Cost::fps).into(),
                     outcome.map(|o| o.energy_pj).into(),
                     area.into(),
                     change.map(|c| c.fps).into(),

@@ -5,6 +5,7 @@
 pub mod bottleneck;
 pub mod breakdown;
 pub mod compare;
+pub mod cost;
 pub mod limits;
 pub mod roofline;
 pub mod sensitivity;

@@ -9,7 +9,6 @@ use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::{FrameReport, Model};
 
-use crate::findings::what_if::Cost;
 use crate::findings::{Picture, TileLoad};
 use crate::run_record::{DramModels, Experiments, Facts, MachineFacts, Run, TraceFacts};
 use doubling::Doubling;
@@ -108,7 +107,8 @@ impl Replay<'_> {
         let mut others: Vec<Vec<FrameReport>> = kept.map(|kept| kept.reports).collect();
         let window = window.is_some().then(|| others.pop().expect("the last subject"));
         let dram_models = window.and_then(|window| dram_models(&main.reports, &window));
-        let what_if = doubling.and_then(|doubling| doubling.finish(&tried, &main.reports, &others));
+        let what_if = doubling
+            .and_then(|doubling| doubling.finish(&tried, &main.reports, &others, self.display_fps));
         Ok(Run {
             facts,
             frames: main.reports,
@@ -154,7 +154,7 @@ fn dram_models(banked: &[FrameReport], window: &[FrameReport]) -> Option<DramMod
     let mean = |reports: &[FrameReport], of: &dyn Fn(&FrameReport) -> f64| {
         reports.iter().take(n).map(of).sum::<f64>() / n as f64
     };
-    let time = |report: &FrameReport| Cost::of(report).frame_time_ms;
+    let time = |report: &FrameReport| report.frame_time_s().unwrap_or(0.0) * 1e3;
     (n > 0).then(|| DramModels {
         window_ms: mean(window, &time),
         banked_ms: mean(banked, &time),

@@ -4,8 +4,9 @@ use powergs_sim::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles}
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_sim::dram::{DramCommands, StageCommands};
 use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
+use powergs_sim::findings::cost::Cost;
 use powergs_sim::findings::roofline::Roofline;
-use powergs_sim::findings::what_if::{Cost, Skipped, Step};
+use powergs_sim::findings::what_if::{Skipped, Step};
 use powergs_sim::findings::{Picture, TileLoad, WhatIf};
 use powergs_sim::quantity::{Hertz, Picojoules, SquareMillimetres};
 use powergs_sim::run::Input;
@@ -287,13 +288,19 @@ fn roofline() -> Roofline {
     let mut flops = [0; Action::COUNT];
     flops[Action::Cull.index()] = 47;
     flops[Action::Alpha.index()] = 13;
-    let ceilings = vec![("CCU", 1.9e12), ("VRU", 1.5e12)];
-    Roofline { flops, ceilings, dram_bytes_s: 51.2e9 }
+    flops[Action::CompareExchange.index()] = 1;
+    let units = [("CCU", 1.9e12), ("GSU", 0.4e12), ("VRU", 1.5e12)];
+    Roofline { operations: flops, units, dram_bytes_s: 51.2e9, overlaps: false }
 }
 
 /// Three steps: one that helps, one that does not, one that is no machine.
 pub fn what_if() -> WhatIf {
-    let cost = |frame_time_ms, energy_pj| Cost { frame_time_ms, energy_pj };
+    let cost = |frame_time_ms, energy_pj, area: f64| Cost {
+        frame_time_ms,
+        energy_pj,
+        power_w: 0.1 + energy_pj * 60e-12,
+        area_mm2: Some(area),
+    };
     let step = |resource, sets: &[&str], cost, assumptions| Step {
         resource,
         sets: sets.iter().map(|s| (*s).to_owned()).collect(),
@@ -302,13 +309,13 @@ pub fn what_if() -> WhatIf {
     };
     let bandwidth = ["dram.bandwidth=102.4 GB/s"];
     let steps = vec![
-        step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9), &["A23"]),
-        step("dram.bandwidth", &bandwidth, cost(8.36, 6.8e9), &["A4", "A5"]),
-        step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9), &["A26"]),
+        step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9, 4.04), &["A23"]),
+        step("dram.bandwidth", &bandwidth, cost(8.36, 6.8e9, 4.03), &["A4", "A5"]),
+        step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9, 5.9), &["A26"]),
     ];
     let reason = "`buffers.feature.capacity` = 256 KiB is too small".to_owned();
     let skipped = vec![Skipped { resource: "vru.cores", reason }];
-    WhatIf::new(vec![4, 12, 20], cost(11.0, 6.93e9), steps, skipped)
+    WhatIf::new(vec![4, 12, 20], cost(11.0, 6.93e9, 4.03), steps, skipped)
 }
 
 /// The standard run: 24 frames of 4 to 20 ms, two of them over the deadline.

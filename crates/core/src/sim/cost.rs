@@ -64,7 +64,7 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
 }
 
 /// Compare-exchanges of a bitonic network of `width` inputs.
-fn compare_exchanges(width: u32) -> u32 {
+pub fn compare_exchanges(width: u32) -> u32 {
     let steps = width.ilog2();
     width / 2 * (steps * (steps + 1) / 2)
 }

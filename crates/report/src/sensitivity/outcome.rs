@@ -1,10 +1,11 @@
 //! What frames cost, as JSON.
 
-use powergs_study::findings::sensitivity::{Outcome, Traced};
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::sensitivity::Traced;
 use serde_json::{Value, json};
 
 /// An outcome as JSON.
-pub fn outcome_json(outcome: &Outcome) -> Value {
+pub fn outcome_json(outcome: &Cost) -> Value {
     json!({
         "frame_time_ms": outcome.frame_time_ms,
         "fps": outcome.fps(),

@@ -43,6 +43,8 @@ pub struct Bound {
 pub struct Wait {
     /// What for.
     pub cause: Stall,
+    /// The leading unit that waits for it longest.
+    pub unit: UnitKind,
     /// Share of the frame, 0 to 1; all leading units together.
     pub share: f64,
     /// Share of the bursts of the stage that waits that had to open a row, where that is known.
@@ -133,8 +135,11 @@ fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
     bounds.sort_by(|a, b| b.share.total_cmp(&a.share));
     let mut waits: Vec<Wait> = Stall::ALL
         .map(|cause| {
-            let share = leaders.iter().map(|u| u.stalls[cause as usize]).sum();
-            Wait { cause, share, row_miss: misses(cycle, cause) }
+            let of = |leader: &Leader| leader.stalls[cause as usize];
+            let longest = leaders.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
+            let unit = longest.map_or(UnitKind::Ccu, |leader| leader.unit);
+            let share = leaders.iter().map(of).sum();
+            Wait { cause, unit, share, row_miss: misses(cycle, cause) }
         })
         .into_iter()
         .filter(|w| w.share > NOTHING)

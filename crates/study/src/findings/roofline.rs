@@ -1,6 +1,8 @@
-//! The roofline: floating-point operations per DRAM byte against operations per second.
+//! The roofline: operations per DRAM byte against operations per second, each stage under the roof of
+//! its own units.
 
 use crate::run_record::Run;
+use powergs_core::accel::machine::Overlap;
 use powergs_core::action::{Action, Stage};
 use powergs_core::energy::flops;
 use powergs_core::run::System;
@@ -8,12 +10,35 @@ use powergs_core::run::System;
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Roofline {
-    /// Floating-point operations of each action, by [`Action::index`]; of a colour of SH degree 3.
-    pub flops: [u32; Action::COUNT],
-    /// Units with arithmetic: name and peak, operations per second.
-    pub ceilings: Vec<(&'static str, f64)>,
+    /// Operations of each action, by [`Action::index`]: floating-point operations as PowerGS counts
+    /// them, a colour being of SH degree 3, and comparisons of the sorting units.
+    pub operations: [u32; Action::COUNT],
+    /// The units that work for each stage, in the order of [`Stage::WORK`]: name, and operations
+    /// per second when all of them are busy.
+    pub units: [(&'static str, f64); Stage::WORK.len()],
     /// Peak DRAM rate, bytes per second.
     pub dram_bytes_s: f64,
+    /// Whether preprocessing runs beside the other stages.
+    pub overlaps: bool,
+}
+
+/// What keeps a point below.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Roof {
+    /// The units of its stage; of the frame those of all stages, one phase after the other.
+    Units,
+    /// The DRAM.
+    Dram,
+}
+
+impl Roof {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Roof::Units => "units",
+            Roof::Dram => "dram",
+        }
+    }
 }
 
 /// One stage, or the whole frame.
@@ -25,35 +50,44 @@ pub struct Point {
     pub flop_per_byte: f64,
     /// Operations per second: of a stage over its phase, of the frame over the frame.
     pub flop_s: f64,
+    /// The most that its own units and the DRAM allow at this intensity, operations per second.
+    pub roof_flop_s: f64,
+    /// Which of the two that is.
+    pub roof: Roof,
 }
 
 impl Roofline {
-    /// Peaks of a machine in the operations that PowerGS counts. A CCU takes a Gaussian through
-    /// everything each interval and makes its box tests beside that; a rendering unit evaluates and
-    /// blends a pixel each cycle. Sorting counts no operations.
+    /// Peaks of a machine. A CCU takes a Gaussian through everything each interval and makes its
+    /// box tests beside that; a QSU compares its keys with all pivots each cycle, a BSU works in
+    /// its whole network; a rendering unit evaluates and blends a pixel each cycle.
     pub fn of(system: &System) -> Roofline {
         let machine = system.machine();
-        let flops = flops::per_action();
-        let sum =
-            |actions: &[Action]| f64::from(actions.iter().map(|a| flops[a.index()]).sum::<u32>());
-        let (ccu, vru) = (&machine.ccu, &machine.vru);
+        let (ccu, gsu, vru) = (&machine.ccu, &machine.gsu, &machine.vru);
+        let mut operations = flops::per_action();
+        operations[Action::PivotKey.index()] = gsu.pivots;
+        operations[Action::CompareExchange.index()] = 1;
+        let sum = |actions: &[Action]| -> f64 {
+            actions.iter().map(|a| f64::from(operations[a.index()])).sum()
+        };
         let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
         let per_ccu = sum(&gaussian) / f64::from(ccu.initiation_interval)
             + sum(&[Action::ObbTest]) * f64::from(ccu.intersection_units);
-        let lanes = f64::from(vru.cores) * f64::from(vru.units_per_core);
-        let ceilings = vec![
-            ("CCU", machine.clock.0 * f64::from(ccu.units) * per_ccu),
-            ("VRU", machine.clock.0 * lanes * sum(&[Action::Alpha, Action::Blend])),
+        let cores = f64::from(vru.cores);
+        let per_qsu = f64::from(gsu.keys_per_cycle) * sum(&[Action::PivotKey]);
+        let per_gsu = f64::from(gsu.qsu_per_core) * per_qsu
+            + f64::from(gsu.bsu_per_core) * f64::from(compare_exchanges(gsu.bsu_width));
+        let per_core = f64::from(vru.units_per_core) * sum(&[Action::Alpha, Action::Blend]);
+        let clock = machine.clock.0;
+        let units = [
+            ("CCU", clock * f64::from(ccu.units) * per_ccu),
+            ("GSU", clock * cores * per_gsu),
+            ("VRU", clock * cores * per_core),
         ];
-        Roofline { flops, ceilings, dram_bytes_s: system.dram_peak() }
+        let overlaps = machine.schedule.overlap != Overlap::None;
+        Roofline { operations, units, dram_bytes_s: system.dram_peak(), overlaps }
     }
 
-    /// All units together, operations per second.
-    pub fn peak_flop_s(&self) -> f64 {
-        self.ceilings.iter().map(|c| c.1).sum()
-    }
-
-    /// Stages with arithmetic and the whole frame, over all frames of `run`.
+    /// Stages with operations and the whole frame, over all frames of `run`.
     pub fn points(&self, run: &Run) -> Vec<Point> {
         let (mut flops, mut bytes) = ([0.0; 3], [0.0; 3]);
         let (mut first, mut all) = (0.0, 0.0);
@@ -71,22 +105,35 @@ impl Roofline {
                 };
                 flops[i] += Action::all()
                     .into_iter()
-                    .map(|a| count(a) * f64::from(self.flops[a.index()]))
+                    .map(|a| count(a) * f64::from(self.operations[a.index()]))
                     .sum::<f64>();
             }
         }
-        let point = |stage, flops: f64, bytes: f64, seconds: f64| Point {
-            stage,
-            flop_per_byte: flops / bytes,
-            flop_s: flops / seconds,
+        let point = |stage, flops: f64, bytes: f64, seconds: f64, busy: f64| {
+            let dram = bytes / self.dram_bytes_s;
+            Point {
+                stage,
+                flop_per_byte: flops / bytes,
+                flop_s: flops / seconds,
+                roof_flop_s: flops / busy.max(dram),
+                roof: if dram > busy { Roof::Dram } else { Roof::Units },
+            }
         };
-        let seconds = [first, all - first, all - first];
-        let mut points: Vec<Point> =
-            (0..3).map(|i| point(Some(Stage::WORK[i]), flops[i], bytes[i], seconds[i])).collect();
-        points.push(point(None, flops.iter().sum(), bytes.iter().sum(), all));
+        // The time for which the units of a stage are busy at their peak.
+        let busy: [f64; 3] = std::array::from_fn(|i| flops[i] / self.units[i].1);
+        let seconds = match self.overlaps {
+            false => [first, all - first, all - first],
+            true => [all; 3],
+        };
+        let mut points: Vec<Point> = (0..3)
+            .map(|i| point(Some(Stage::WORK[i]), flops[i], bytes[i], seconds[i], busy[i]))
+            .collect();
+        let tiles = busy[1].max(busy[2]);
+        let whole = if self.overlaps { busy[0].max(tiles) } else { busy[0] + tiles };
+        points.push(point(None, flops.iter().sum(), bytes.iter().sum(), all, whole));
         points.retain(|p| {
             let drawn = |x: f64| x.is_finite() && x > 0.0;
-            drawn(p.flop_per_byte) && drawn(p.flop_s)
+            drawn(p.flop_per_byte) && drawn(p.flop_s) && drawn(p.roof_flop_s)
         });
         points
     }
@@ -96,5 +143,10 @@ impl Point {
     /// What it is called: the stage, or `frame`.
     pub fn name(&self) -> &'static str {
         self.stage.map_or("frame", Stage::name)
+    }
+
+    /// How much of its roof it attains, 0 to 1.
+    pub fn attained(&self) -> f64 {
+        self.flop_s / self.roof_flop_s
     }
 }

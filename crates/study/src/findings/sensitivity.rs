@@ -4,11 +4,12 @@
 
 pub mod interactions;
 pub mod keys;
-mod outcome;
+mod measure;
 
-pub use outcome::{Change, Measure, Outcome, Traced};
+use super::cost::Cost;
+pub use measure::{Change, Measure, Traced};
 
-use outcome::incomplete_note;
+use measure::incomplete_note;
 
 /// A knob at another value.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,7 +17,7 @@ pub struct KnobSetting {
     /// Value of the keys, as in a file.
     pub value: String,
     /// What it costs, by trace; or why that is no machine.
-    pub outcomes: Result<Vec<Outcome>, String>,
+    pub outcomes: Result<Vec<Cost>, String>,
 }
 
 /// One knob of one assumption.
@@ -37,7 +38,7 @@ pub struct KnobEffect {
     /// The machine that is perturbed, where it is not the one of the experiment.
     pub on: Option<String>,
     /// The machine with those, by trace.
-    pub base: Vec<Outcome>,
+    pub base: Vec<Cost>,
     /// At a lower value; `None` for a knob that has names, not numbers.
     pub low: Option<KnobSetting>,
     /// At a higher value, or another name.

@@ -1,37 +1,6 @@
 //! What one step would buy: the frame time if one resource were doubled, as simulated elsewhere.
 
-use powergs_core::sim::FrameReport;
-
-/// Time and energy of a frame, mean over the frames that were tried.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Cost {
-    /// Time of a frame, milliseconds.
-    pub frame_time_ms: f64,
-    /// Energy of a frame, picojoules.
-    pub energy_pj: f64,
-}
-
-impl Cost {
-    /// What one frame costs.
-    pub fn of(report: &FrameReport) -> Cost {
-        Cost {
-            frame_time_ms: report.frame_time_s().unwrap_or(0.0) * 1e3,
-            energy_pj: report.energy.total().0,
-        }
-    }
-
-    /// The mean over some frames; of none nothing.
-    pub fn mean<'a>(reports: impl IntoIterator<Item = &'a FrameReport>) -> Cost {
-        let (mut sum, mut n) = (Cost::default(), 0_u32);
-        for cost in reports.into_iter().map(Cost::of) {
-            sum.frame_time_ms += cost.frame_time_ms;
-            sum.energy_pj += cost.energy_pj;
-            n += 1;
-        }
-        let n = f64::from(n.max(1));
-        Cost { frame_time_ms: sum.frame_time_ms / n, energy_pj: sum.energy_pj / n }
-    }
-}
+use super::cost::Cost;
 
 /// One resource, doubled.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,11 +59,52 @@ impl WhatIf {
         change(self.base.energy_pj, step.cost.energy_pj)
     }
 
-    /// The step that saves most, if any saves at least one per cent.
-    pub fn best(&self) -> Option<&Step> {
-        self.steps.first().filter(|s| self.time_change(s) <= -0.01)
+    /// Relative change of the power at the display rate.
+    pub fn power_change(&self, step: &Step) -> f64 {
+        change(self.base.power_w, step.cost.power_w)
+    }
+
+    /// Relative change of the area; `None` without an area.
+    pub fn area_change(&self, step: &Step) -> Option<f64> {
+        Some(change(self.base.area_mm2?, step.cost.area_mm2?))
+    }
+
+    /// Relative change of the frames per second and mm²; `None` without an area.
+    pub fn merit_change(&self, step: &Step) -> Option<f64> {
+        Some(change(self.base.fps_per_mm2()?, step.cost.fps_per_mm2()?))
+    }
+
+    /// What to do next.
+    pub fn advice(&self) -> Advice<'_> {
+        let faster = || self.steps.iter().filter(|s| self.time_change(s) <= -WORTH);
+        let Some(fastest) = faster().next() else { return Advice::Nothing };
+        if self.base.area_mm2.is_none() {
+            return Advice::Fastest(fastest);
+        }
+        let merit = |s: &&Step| self.merit_change(s).unwrap_or(f64::NEG_INFINITY);
+        let worth = faster().filter(|s| merit(s) >= WORTH);
+        match worth.max_by(|a, b| merit(a).total_cmp(&merit(b))) {
+            Some(step) => Advice::Take(step),
+            None => Advice::AreaOnly(fastest),
+        }
     }
 }
+
+/// What doubling resources suggests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Advice<'a> {
+    /// The step that raises the frames per second and mm² most.
+    Take(&'a Step),
+    /// Steps save time, but none raises the frames per second and mm²: the one that saves most.
+    AreaOnly(&'a Step),
+    /// The step that saves most time; no area is known.
+    Fastest(&'a Step),
+    /// No step saves one per cent of the time.
+    Nothing,
+}
+
+/// Relative changes below this are not worth a step.
+const WORTH: f64 = 0.01;
 
 /// The relative change from one number to another: -0.25 is a quarter less, from nothing none.
 pub fn change(from: f64, to: f64) -> f64 {

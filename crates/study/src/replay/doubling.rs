@@ -7,7 +7,8 @@ use powergs_core::accel::machine::{BufferSpec, DramModel};
 use powergs_core::run::{Change, RunError, System};
 use powergs_core::sim::FrameReport;
 
-use crate::findings::what_if::{Cost, Skipped, Step, WhatIf};
+use crate::findings::cost::Cost;
+use crate::findings::what_if::{Skipped, Step, WhatIf};
 
 /// A resource of a machine.
 struct Resource {
@@ -107,6 +108,7 @@ impl Doubling {
         positions: &[usize],
         base: &[FrameReport],
         doubled: &[Vec<FrameReport>],
+        display_fps: f64,
     ) -> Option<WhatIf> {
         let tried: Vec<&FrameReport> =
             base.iter().filter(|report| positions.contains(&report.frame)).collect();
@@ -117,12 +119,13 @@ impl Doubling {
         let step = |(resource, reports): (Resource, &Vec<FrameReport>)| Step {
             resource: resource.name,
             sets: resource.sets,
-            cost: Cost::mean(reports.iter().take(n)),
+            cost: Cost::of_frames(reports.iter().take(n), display_fps),
             assumptions: resource.assumptions,
         };
         let steps = self.resources.into_iter().zip(doubled).map(step).collect();
         let frames = tried.iter().map(|report| report.frame).collect();
-        Some(WhatIf::new(frames, Cost::mean(tried), steps, self.skipped))
+        let base = Cost::of_frames(tried, display_fps);
+        Some(WhatIf::new(frames, base, steps, self.skipped))
     }
 }
 

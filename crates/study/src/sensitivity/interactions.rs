@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use super::levels::FactorLevels;
 use super::measure::Machines;
 use crate::analysis::{indices, morris};
+use crate::findings::cost::Cost;
+use crate::findings::sensitivity::Measure;
 use crate::findings::sensitivity::interactions::{Interactions, Point, Results};
-use crate::findings::sensitivity::{Measure, Outcome};
 
 /// The most machines of one experiment: about a gigabyte of them.
 const MOST: usize = 100_000;
@@ -85,12 +86,12 @@ impl InteractionStudy {
         }
         let measured = machines.measure(lists, display_fps, watch)?;
         let Some(measured) = measured else { return Ok(None) };
-        let outcome = |place: usize| Outcome::mean(&measured.outcomes(place));
+        let outcome = |place: usize| Cost::mean(&measured.outcomes(place));
         let points: Vec<Point> = (distinct.iter().enumerate())
             .map(|(i, p)| Point { levels: p.clone(), outcome: outcome(i + 1) })
             .collect();
         let find = |p: &Vec<usize>| points[distinct.binary_search(p).expect("it is there")].outcome;
-        let outcomes: Vec<Outcome> = all.iter().map(find).collect();
+        let outcomes: Vec<Cost> = all.iter().map(find).collect();
         let (samples, redrawn) = sample.counts();
         Ok(Some(Interactions {
             machine: base.machine().name.clone(),
@@ -194,10 +195,10 @@ impl Sample {
     }
 
     /// What the outcomes of all points say; effects in percent of `base`.
-    fn results(&self, outcomes: &[Outcome], base: &Outcome, seed: u64) -> Results {
+    fn results(&self, outcomes: &[Cost], base: &Cost, seed: u64) -> Results {
         let measures = Measure::ALL.into_iter().filter(|m| m.of(base).is_some_and(|y| y > 0.0));
         let values = |m: Measure| -> Vec<f64> {
-            let of = |o: &Outcome| m.of(o).unwrap_or(0.0) / m.of(base).unwrap_or(1.0) * 100.0;
+            let of = |o: &Cost| m.of(o).unwrap_or(0.0) / m.of(base).unwrap_or(1.0) * 100.0;
             outcomes.iter().map(of).collect()
         };
         match self {

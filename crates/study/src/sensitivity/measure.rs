@@ -2,10 +2,8 @@
 
 use powergs_core::run::{FrameView, Frames, RunError, Session, Subject, System, Watch};
 
-use powergs_core::sim::statistics::Weight;
-
-use crate::findings::sensitivity::{Outcome, Traced};
-use crate::findings::what_if::Cost;
+use crate::findings::cost::{Cost, CostSum};
+use crate::findings::sensitivity::Traced;
 
 /// The machines of an experiment; the first is the one that is perturbed.
 pub(super) struct Machines(Vec<System>);
@@ -50,26 +48,13 @@ impl Machines {
     ) -> Result<Option<OnTrace>, RunError> {
         let (name, asked) = (list.name().to_owned(), list.range().len());
         let subjects: Vec<Subject> = self.0.iter().map(Subject::of).collect();
-        let add = |(sum, shown): &mut (Outcome, f64), view: FrameView<'_>| {
-            let cost = Cost::of(&view.report);
-            sum.frame_time_ms += cost.frame_time_ms;
-            sum.energy_pj += cost.energy_pj;
-            let seconds = Weight::Displayed.of(&view.report, display_fps);
-            sum.power_w += view.report.power_display_rate_w(display_fps) * seconds;
-            *shown += seconds;
-        };
-        let folded = Session::new(list, watch).fold(&subjects, |_| Default::default(), add)?;
+        let add = |sum: &mut CostSum, view: FrameView<'_>| sum.add(&view.report, display_fps);
+        let folded = Session::new(list, watch).fold(&subjects, |_| CostSum::default(), add)?;
         let frames = folded.frames;
         if frames == 0 {
             return Ok(None);
         }
-        let mean = |((sum, shown), system): ((Outcome, f64), &System)| Outcome {
-            frame_time_ms: sum.frame_time_ms / frames as f64,
-            energy_pj: sum.energy_pj / frames as f64,
-            power_w: sum.power_w / shown,
-            area_mm2: system.prices().area.map(|a| a.total().0),
-        };
-        let outcomes = folded.states.into_iter().zip(&self.0).map(mean).collect();
+        let outcomes = folded.states.iter().map(CostSum::mean).collect();
         Ok(Some(OnTrace { name, frames, asked, outcomes }))
     }
 }
@@ -80,7 +65,7 @@ struct OnTrace {
     frames: usize,
     asked: usize,
     /// By place of the machine.
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<Cost>,
 }
 
 /// What every machine costs on every list of frames.
@@ -88,7 +73,7 @@ pub(super) struct Measurements(Vec<OnTrace>);
 
 impl Measurements {
     /// What the machine at a place costs, by list.
-    pub(super) fn outcomes(&self, place: usize) -> Vec<Outcome> {
+    pub(super) fn outcomes(&self, place: usize) -> Vec<Cost> {
         self.0.iter().map(|trace| trace.outcomes[place]).collect()
     }
 

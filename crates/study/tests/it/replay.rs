@@ -7,7 +7,8 @@ use powergs_core::run::{Change, Frames, PaperModel, Session, System, SystemSpec}
 use powergs_core::sim::{FrameReport, Model};
 use powergs_core::workload::paper::Padding;
 use powergs_study::findings::WhatIf;
-use powergs_study::findings::what_if::Cost;
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::what_if::{Advice, Step};
 use powergs_study::replay::{Replay, on_each};
 
 use crate::frames;
@@ -37,15 +38,41 @@ fn doubled_resources_cost_what_the_changed_machines_do() {
     let tried = |reports: Vec<FrameReport>| -> Vec<FrameReport> {
         reports.into_iter().filter(|report| found.frames.contains(&report.frame)).collect()
     };
-    assert_eq!(found.base, Cost::mean(&tried(alone(&system))));
+    assert_eq!(found.base, Cost::of_frames(&tried(alone(&system)), 60.0));
     assert!(found.steps.len() >= 7, "{:?}", found.skipped);
     for step in &found.steps {
         let changes: Vec<Change> = step.sets.iter().map(|s| s.parse().expect("a change")).collect();
         let doubled = system.with(&changes).expect("a machine");
         assert_ne!(doubled.machine(), system.machine(), "{}", step.resource);
-        assert_eq!(step.cost, Cost::mean(&tried(alone(&doubled))), "{}", step.resource);
+        assert_eq!(step.cost, Cost::of_frames(&tried(alone(&doubled)), 60.0), "{}", step.resource);
     }
     assert!(found.steps.is_sorted_by_key(|step| step.cost.frame_time_ms));
+}
+
+/// Steps of given time and area from a machine of 10 ms and 4 mm².
+fn advised(steps: &[(f64, Option<f64>)], area_mm2: Option<f64>) -> WhatIf {
+    let cost = |frame_time_ms, area_mm2| Cost { frame_time_ms, area_mm2, ..Cost::default() };
+    let step = |&(ms, mm2): &(f64, Option<f64>)| Step {
+        resource: "a resource",
+        sets: vec![format!("time={ms}")],
+        cost: cost(ms, mm2),
+        assumptions: &[],
+    };
+    WhatIf::new(vec![0], cost(10.0, area_mm2), steps.iter().map(step).collect(), Vec::new())
+}
+
+#[test]
+fn what_only_doubles_the_area_is_not_advised() {
+    let of = |step: &Step| step.cost.frame_time_ms;
+    // Half of the time for twice the area, and 7 % less for 1 % more.
+    let found = advised(&[(5.0, Some(8.0)), (9.3, Some(4.04)), (10.0, Some(4.0))], Some(4.0));
+    assert!(matches!(found.advice(), Advice::Take(step) if of(step) == 9.3));
+    let found = advised(&[(5.0, Some(8.0)), (10.0, Some(4.0))], Some(4.0));
+    assert!(matches!(found.advice(), Advice::AreaOnly(step) if of(step) == 5.0));
+    let found = advised(&[(5.0, None)], None);
+    assert!(matches!(found.advice(), Advice::Fastest(step) if of(step) == 5.0));
+    let found = advised(&[(9.95, Some(1.0))], Some(4.0));
+    assert_eq!(found.advice(), Advice::Nothing);
 }
 
 #[test]
@@ -84,8 +111,8 @@ fn two_dram_models_see_the_same_frames() {
     let expected: Vec<f64> =
         alone(&banked).iter().map(|frame| frame.timing().expect("a time").frame as f64).collect();
     assert_eq!(times, expected);
-    assert_eq!(models.banked_ms, Cost::mean(&alone(&banked)).frame_time_ms);
-    assert_eq!(models.window_ms, Cost::mean(&alone(&window)).frame_time_ms);
+    assert_eq!(models.banked_ms, Cost::of_frames(&alone(&banked), 60.0).frame_time_ms);
+    assert_eq!(models.window_ms, Cost::of_frames(&alone(&window), 60.0).frame_time_ms);
     assert!(models.window_bytes > 0.0 && models.banked_bytes > 0.0);
 }
 

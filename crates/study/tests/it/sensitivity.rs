@@ -4,9 +4,8 @@
 use powergs_base::config::knob;
 use powergs_core::run::{Change, FileKind, Frames, MemoryFrames, RunError, Session, System, Watch};
 use powergs_core::sim::FrameReport;
-use powergs_study::findings::sensitivity::Outcome;
+use powergs_study::findings::cost::Cost;
 use powergs_study::findings::sensitivity::interactions::Results;
-use powergs_study::findings::what_if::Cost;
 use powergs_study::sensitivity::{
     AssumptionStudy, InteractionStudy, KeySelection, KeyStudy, Method,
 };
@@ -31,18 +30,11 @@ fn changed(base: &System, file: &str, key: &str, value: &str) -> System {
 }
 
 /// What a machine costs by itself, by list.
-fn alone(system: &System) -> Vec<Outcome> {
+fn alone(system: &System) -> Vec<Cost> {
     let outcome = |mut list: MemoryFrames| {
         let reports = Session::new(&mut list, &()).reports(std::slice::from_ref(system));
         let reports: Vec<FrameReport> = reports.expect("reports").remove(0);
-        let cost = Cost::mean(&reports);
-        let power = reports.iter().map(|r| r.power_display_rate_w(FPS)).sum::<f64>();
-        Outcome {
-            frame_time_ms: cost.frame_time_ms,
-            energy_pj: cost.energy_pj,
-            power_w: power / reports.len() as f64,
-            area_mm2: system.prices().area.map(|area| area.total().0),
-        }
+        Cost::of_frames(&reports, FPS)
     };
     lists().into_iter().map(outcome).collect()
 }
@@ -116,7 +108,7 @@ fn points_of_a_morris_sample_are_the_machines_that_they_name() {
         let system = set.fold(system.clone(), |system, (factor, &level)| {
             changed(&system, factor.file, &factor.key, &factor.levels[level])
         });
-        assert_eq!(point.outcome, Outcome::mean(&alone(&system)), "{:?}", point.levels);
+        assert_eq!(point.outcome, Cost::mean(&alone(&system)), "{:?}", point.levels);
     }
     let Results::Morris(effects) = &found.results else { panic!("another method") };
     assert!(effects.iter().all(|(_, effects)| effects.len() == 3));

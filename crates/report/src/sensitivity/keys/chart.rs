@@ -4,8 +4,9 @@
 use crate::format::{rate, shortened, significant};
 use crate::sensitivity::chart::both_ways;
 use powergs_chart::{Axis, Chart, Colour, Entry, Mark, Panel};
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::sensitivity::Measure;
 use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach};
-use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// The measures that have a chart, with its file name and title.
 const CHARTS: [(Measure, &str, &str); 3] = [
@@ -50,7 +51,7 @@ fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
     let (label, change) = if row.is_number() {
         (row.key.clone(), row.far(measure).map(percent))
     } else {
-        let base = Outcome::mean(&row.base);
+        let base = Cost::mean(&row.base);
         let names = row.reached(Reach::Name);
         let changes = names.filter_map(|(t, o)| Some((t, measure.change(&o, &base)?)));
         let (turned, change) = changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
@@ -88,8 +89,8 @@ fn chart(
 fn subtitle(all: &Keys) -> String {
     let note = all.incomplete_note().map_or(String::new(), |note| format!("{note}. "));
     let names: Vec<&str> = all.traces.iter().map(|t| t.name.as_str()).collect();
-    let outcomes: Vec<Outcome> = all.traces.iter().map(|t| t.base).collect();
-    let base = Outcome::mean(&outcomes);
+    let outcomes: Vec<Cost> = all.traces.iter().map(|t| t.base).collect();
+    let base = Cost::mean(&outcomes);
     let area = base.area_mm2.map_or(String::new(), |a| format!(", {} mm²", significant(a)));
     format!(
         "{note}{} on {}: {} FPS, {} mJ a frame, {} mW at {} FPS{area}",

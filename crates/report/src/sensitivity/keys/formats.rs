@@ -4,8 +4,9 @@ use serde_json::{Map, Value, json};
 
 use crate::document::{Cell, Column, Table};
 use crate::sensitivity::outcome::{outcome_json, traces_json};
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::sensitivity::Measure;
 use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, NotTried, Perturbation, Reach};
-use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// One line a key, value and trace, exact numbers.
 pub fn csv(all: &Keys) -> Vec<u8> {
@@ -25,7 +26,7 @@ pub fn csv(all: &Keys) -> Vec<u8> {
         for (reach, perturbed) in [("base", &base)].into_iter().chain(perturbed) {
             for (t, trace) in all.traces.iter().enumerate() {
                 let outcome = perturbed.outcomes.as_ref().ok().and_then(|o| o.get(t));
-                let of = |f: fn(&Outcome) -> Option<f64>| Cell::from(outcome.and_then(f));
+                let of = |f: fn(&Cost) -> Option<f64>| Cell::from(outcome.and_then(f));
                 let mut cells: Vec<Cell> = vec![
                     row.file.into(),
                     row.key.as_str().into(),

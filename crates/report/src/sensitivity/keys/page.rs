@@ -3,8 +3,9 @@
 use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
 use crate::sensitivity::page::{ending, named, percent, traces};
 use powergs_chart::Chart;
+use powergs_study::findings::cost::Cost;
+use powergs_study::findings::sensitivity::Measure;
 use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Status};
-use powergs_study::findings::sensitivity::{Measure, Outcome};
 
 /// Rows of a table on the terminal; all are in `summary.md`.
 const MOST: usize = 30;
@@ -126,7 +127,7 @@ fn numbers(rows: &[&KeyRow]) -> Table {
 fn names(all: &Keys) -> Table {
     let mut rows = Vec::new();
     for row in all.of(Status::Alive).filter(|r| !r.is_number()) {
-        let base = Outcome::mean(&row.base);
+        let base = Cost::mean(&row.base);
         for (other, outcome) in row.reached(Reach::Name) {
             let changes = Measure::ALL.map(|m| m.change(&outcome, &base));
             let effect = changes.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);

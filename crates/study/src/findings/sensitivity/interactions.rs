@@ -1,8 +1,9 @@
 //! How keys of a machine act together: elementary effects after Morris, or Sobol indices.
 
-use super::outcome::{Measure, Outcome, Traced, incomplete_note};
+use super::measure::{Measure, Traced, incomplete_note};
 use crate::analysis::indices::Indices;
 use crate::analysis::morris::Effect;
+use crate::findings::cost::Cost;
 
 /// A key that is perturbed together with others.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,7 +59,7 @@ pub struct Point {
     /// Indices into the levels of the factors.
     pub levels: Vec<usize>,
     /// What it costs.
-    pub outcome: Outcome,
+    pub outcome: Cost,
 }
 
 /// The whole experiment.

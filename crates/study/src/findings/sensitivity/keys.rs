@@ -1,7 +1,8 @@
 //! What every key of a machine's files moves, one key at a time: elasticities, what a factor of two
 //! does, and the keys that move nothing.
 
-use super::outcome::{Measure, Outcome, Traced, incomplete_note};
+use super::measure::{Measure, Traced, incomplete_note};
+use crate::findings::cost::Cost;
 
 /// Below this relative change a key is weak.
 pub const LEAST: f64 = 0.0005;
@@ -38,7 +39,7 @@ pub struct Perturbation {
     /// The value over the one of the machine; `None` for names.
     pub ratio: Option<f64>,
     /// What it costs, by trace; or why that is no machine.
-    pub outcomes: Result<Vec<Outcome>, String>,
+    pub outcomes: Result<Vec<Cost>, String>,
 }
 
 /// `d ln y / d ln x`.
@@ -60,7 +61,7 @@ pub struct KeyRow {
     /// What the machine has, as in a file.
     pub value: String,
     /// The machine as it is, by trace.
-    pub base: Vec<Outcome>,
+    pub base: Vec<Cost>,
     /// Other values: near ones, far ones, names; each ascending.
     pub perturbations: Vec<Perturbation>,
     /// Why it may move nothing, where that is known.
@@ -69,17 +70,17 @@ pub struct KeyRow {
 
 impl KeyRow {
     /// The perturbations of one reach that are machines, with their means over the traces.
-    pub fn reached(&self, reach: Reach) -> impl Iterator<Item = (&Perturbation, Outcome)> {
+    pub fn reached(&self, reach: Reach) -> impl Iterator<Item = (&Perturbation, Cost)> {
         let of = move |t: &Perturbation| t.reach == reach;
-        let mean = |t: &Perturbation| Some(Outcome::mean(t.outcomes.as_ref().ok()?));
+        let mean = |t: &Perturbation| Some(Cost::mean(t.outcomes.as_ref().ok()?));
         self.perturbations.iter().filter(move |t| of(t)).filter_map(move |t| Some((t, mean(t)?)))
     }
 
     /// The elasticity of a measure, of its mean over the traces: over both near sides where both
     /// are machines, else over one. `None` for names, and for a measure that is zero or unknown.
     pub fn elasticity(&self, measure: Measure) -> Option<Elasticity> {
-        let log = |o: &Outcome| measure.of(o).filter(|&y| y > 0.0).map(f64::ln);
-        let centre = log(&Outcome::mean(&self.base))?;
+        let log = |o: &Cost| measure.of(o).filter(|&y| y > 0.0).map(f64::ln);
+        let centre = log(&Cost::mean(&self.base))?;
         let (mut low, mut high) = ((0.0, centre), (0.0, centre));
         for (turned, outcome) in self.reached(Reach::Near) {
             let point = (turned.ratio?.ln(), log(&outcome)?);
@@ -101,7 +102,7 @@ impl KeyRow {
     /// Relative changes of a measure at half and at double (or as near to it as there are
     /// machines).
     pub fn far(&self, measure: Measure) -> [Option<f64>; 2] {
-        let base = Outcome::mean(&self.base);
+        let base = Cost::mean(&self.base);
         let side = |up: bool| {
             let is_side = |t: &Perturbation| t.ratio.is_some_and(|r| (r > 1.0) == up);
             let (_, outcome) = self.reached(Reach::Far).find(|(t, _)| is_side(t))?;
@@ -113,7 +114,7 @@ impl KeyRow {
     /// The largest relative change of a measure by any perturbation on any trace; 0 if none is a
     /// machine.
     pub fn effect(&self, measure: Measure) -> f64 {
-        let change = |outcomes: &Vec<Outcome>| {
+        let change = |outcomes: &Vec<Cost>| {
             let pairs = outcomes.iter().zip(&self.base);
             pairs
                 .filter_map(|(new, base)| measure.change(new, base))

@@ -1,52 +1,6 @@
-//! What frames cost on a machine, and how two of these differ.
+//! How what frames cost on two machines differs.
 
-/// What the frames of one trace cost on one machine, means over the frames.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Outcome {
-    /// Time of a frame, milliseconds.
-    pub frame_time_ms: f64,
-    /// Energy of a frame, picojoules.
-    pub energy_pj: f64,
-    /// Power at the display rate, watts.
-    pub power_w: f64,
-    /// Area of the chip, mm²; `None` where the energy table has none.
-    pub area_mm2: Option<f64>,
-}
-
-impl Outcome {
-    /// Frames per second; 0 without a time.
-    pub fn fps(&self) -> f64 {
-        if self.frame_time_ms > 0.0 { 1e3 / self.frame_time_ms } else { 0.0 }
-    }
-
-    /// Millijoules per frame.
-    pub fn energy_mj(&self) -> f64 {
-        self.energy_pj * 1e-9
-    }
-
-    /// Relative changes from `base` to this, each 0.1 for ten percent more.
-    pub fn change(&self, base: &Outcome) -> Change {
-        let of = |new: f64, old: f64| if old == 0.0 { 0.0 } else { new / old - 1.0 };
-        let area = self.area_mm2.zip(base.area_mm2).map(|(new, old)| of(new, old));
-        Change {
-            fps: of(self.fps(), base.fps()),
-            energy: of(self.energy_pj, base.energy_pj),
-            area: area.unwrap_or(0.0),
-        }
-    }
-
-    /// Means over traces, each trace with the same weight; of no traces nothing.
-    pub fn mean(all: &[Outcome]) -> Outcome {
-        let n = all.len().max(1) as f64;
-        let mean = |of: fn(&Outcome) -> f64| all.iter().map(of).sum::<f64>() / n;
-        Outcome {
-            frame_time_ms: mean(|o| o.frame_time_ms),
-            energy_pj: mean(|o| o.energy_pj),
-            power_w: mean(|o| o.power_w),
-            area_mm2: all.first().and_then(|o| o.area_mm2),
-        }
-    }
-}
+use crate::findings::cost::Cost;
 
 /// Relative changes.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -104,7 +58,7 @@ impl Measure {
     }
 
     /// Its value; `None` where it is not known.
-    pub fn of(self, outcome: &Outcome) -> Option<f64> {
+    pub fn of(self, outcome: &Cost) -> Option<f64> {
         match self {
             Measure::Fps => Some(outcome.fps()),
             Measure::Energy => Some(outcome.energy_pj),
@@ -115,7 +69,7 @@ impl Measure {
 
     /// Relative change from `base` to `new`, 0.1 for ten percent more; `None` where either is not
     /// known or `base` is 0.
-    pub fn change(self, new: &Outcome, base: &Outcome) -> Option<f64> {
+    pub fn change(self, new: &Cost, base: &Cost) -> Option<f64> {
         let old = self.of(base).filter(|&old| old != 0.0)?;
         Some(self.of(new)? / old - 1.0)
     }
@@ -131,7 +85,7 @@ pub struct Traced {
     /// Frames that were asked for.
     pub asked: usize,
     /// The machine as it is.
-    pub base: Outcome,
+    pub base: Cost,
 }
 
 /// What is missing because it was interrupted, if so.
