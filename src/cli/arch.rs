@@ -203,7 +203,7 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
     let file = read("machine", arch, &all, None)?;
     if !resolved && sets.is_empty() && !context.global.json {
-        return out::text(&file.text).map(|()| Exit::Done);
+        return out::text(&for_a_copy(&file.text)).map(|()| Exit::Done);
     }
     if kind_of(&file.text) == Kind::Sweep {
         let what = "is a sweep: its designs are shown with `sweep show`";
@@ -220,6 +220,18 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
         return out::json(system.machine()).map(|()| Exit::Done);
     }
     out::text(&system.machine_toml()).map(|()| Exit::Done)
+}
+
+/// A file as it is copied out of the program: its first line names a schema that a copy does not have
+/// beside it, and says instead how to get one.
+fn for_a_copy(text: &str) -> String {
+    let schema = text.strip_prefix("#:schema ../schema/").and_then(|rest| rest.split_once('\n'));
+    let Some((name, rest)) = schema else { return text.to_owned() };
+    let kind = name.trim_end_matches(".json");
+    format!(
+        "# For completion in editors: `powergs-sim arch schema {kind} > {name}`, and a first line \
+         `#:schema {name}`.\n{rest}"
+    )
 }
 
 fn show_cost(arch: &str, sets: &[String], context: &Context) -> Result<Exit, Failure> {

@@ -104,4 +104,8 @@ Beside it a report names the assumptions that mattered most in that run: those b
 resources that move the frame time by 3 % or more when they are doubled (`--what-if`), and those \
 behind every part of 15 % or more of the energy.
 
+Another question is which accelerators a machine file can describe at all: there is one dataflow, \
+tile-wise sort-then-blend. [what-fits.md](what-fits.md) says which published designs fit it, which \
+do not, and what keys like `record.feature` do not change.
+
 ";

@@ -81,7 +81,7 @@ impl MachineFacts {
     /// What a report says about a machine.
     pub fn of(system: &System) -> MachineFacts {
         MachineFacts {
-            name: system.machine().name.clone(),
+            name: system.label(),
             energy_table: system.energy_table().name.clone(),
             clock_hz: Some(system.machine().clock.0),
             dram_peak_gb_s: Some(system.dram_peak() * 1e-9),

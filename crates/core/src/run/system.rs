@@ -295,6 +295,15 @@ impl System {
         FileKind::ALL.into_iter().filter(|&kind| self.files[kind as usize].is_some())
     }
 
+    /// What the machine is called: its `name`, or the name of its file where that is a file of the
+    /// user that has another one, as a copy of a preset has.
+    pub fn label(&self) -> String {
+        let name = &self.machine.name;
+        let file = self.read(FileKind::Machine).filter(|file| file.folder.is_some());
+        let stem = file.and_then(|file| Path::new(&file.origin).file_stem());
+        stem.map_or_else(|| name.clone(), |stem| stem.to_string_lossy().into_owned())
+    }
+
     /// The machine as TOML: every key, changes applied.
     pub fn machine_toml(&self) -> String {
         self.machine.to_toml()

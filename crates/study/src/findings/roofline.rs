@@ -6,6 +6,7 @@ use powergs_core::accel::machine::Overlap;
 use powergs_core::action::{Action, Stage};
 use powergs_core::energy::flops;
 use powergs_core::run::System;
+use powergs_core::sim::cost::compare_exchanges;
 
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,6 +91,7 @@ impl Roofline {
     /// Stages with operations and the whole frame, over all frames of `run`.
     pub fn points(&self, run: &Run) -> Vec<Point> {
         let (mut flops, mut bytes) = ([0.0; 3], [0.0; 3]);
+        let mut by_unit = [[0.0; 3]; 3];
         let (mut first, mut all) = (0.0, 0.0);
         for frame in &run.frames {
             let Some(cycle) = frame.cycle() else { return Vec::new() };
@@ -99,14 +101,14 @@ impl Roofline {
             all += timing.frame as f64 / clock;
             for (i, stage) in Stage::WORK.into_iter().enumerate() {
                 bytes[i] += (frame.stages[i].read + frame.stages[i].write) as f64;
-                let count = |a: Action| {
-                    let n = frame.actions.count(stage, a) as f64;
-                    if a == Action::ShColour { n * colour } else { n }
-                };
-                flops[i] += Action::all()
-                    .into_iter()
-                    .map(|a| count(a) * f64::from(self.operations[a.index()]))
-                    .sum::<f64>();
+                for action in Action::all() {
+                    let Some(unit) = unit(action) else { continue };
+                    let n = frame.actions.count(stage, action) as f64;
+                    let n = if action == Action::ShColour { n * colour } else { n };
+                    let operations = n * f64::from(self.operations[action.index()]);
+                    flops[i] += operations;
+                    by_unit[i][unit] += operations;
+                }
             }
         }
         let point = |stage, flops: f64, bytes: f64, seconds: f64, busy: f64| {
@@ -119,8 +121,11 @@ impl Roofline {
                 roof: if dram > busy { Roof::Dram } else { Roof::Units },
             }
         };
-        // The time for which the units of a stage are busy at their peak.
-        let busy: [f64; 3] = std::array::from_fn(|i| flops[i] / self.units[i].1);
+        // The least time that the units take for the operations of a stage.
+        let peaks = self.units.map(|unit| unit.1);
+        let busy = by_unit.map(|operations: [f64; 3]| {
+            operations.iter().zip(peaks).map(|(n, peak)| n / peak).fold(0.0, f64::max)
+        });
         let seconds = match self.overlaps {
             false => [first, all - first, all - first],
             true => [all; 3],
@@ -136,6 +141,20 @@ impl Roofline {
             drawn(p.flop_per_byte) && drawn(p.flop_s) && drawn(p.roof_flop_s)
         });
         points
+    }
+}
+
+/// Which units do an action: place in [`Stage::WORK`].
+const fn unit(action: Action) -> Option<usize> {
+    match action {
+        Action::Cull
+        | Action::Project
+        | Action::ObbPrepare
+        | Action::ObbTest
+        | Action::ShColour => Some(0),
+        Action::PivotKey | Action::CompareExchange => Some(1),
+        Action::Alpha | Action::Blend | Action::PixelFinish => Some(2),
+        Action::DramRead | Action::DramWrite | Action::SramRead(_) | Action::SramWrite(_) => None,
     }
 }
 

@@ -81,7 +81,7 @@ impl KeyStudy<'_> {
             reason: key.reason(),
         };
         let keys = Keys {
-            machine: self.system.machine().name.clone(),
+            machine: self.system.label(),
             display_fps: self.display_fps,
             step: self.step,
             traces: measured.traced(),

@@ -6,7 +6,7 @@ use crate::sensitivity::chart::both_ways;
 use powergs_chart::{Axis, Chart, Colour, Entry, Mark, Panel};
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::sensitivity::Measure;
-use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Shape};
 
 /// The measures that have a chart, with its file name and title.
 const CHARTS: [(Measure, &str, &str); 3] = [
@@ -18,6 +18,8 @@ const CHARTS: [(Measure, &str, &str); 3] = [
 const MOST: usize = 18;
 /// Elasticity; half, double or another name.
 const COLOURS: [Colour; 3] = [Colour::GREEN, Colour::BLUE, Colour::ORANGE];
+/// An elasticity that holds on one side only.
+const KINKED: Colour = Colour::GREY;
 /// A scale ends here at the latest, percent.
 const WIDEST: f64 = 150.0;
 
@@ -25,6 +27,8 @@ const WIDEST: f64 = 150.0;
 struct Bar {
     label: String,
     elasticity: Option<f64>,
+    /// Whether it is the same on both sides.
+    smooth: bool,
     /// Percent, down and up.
     change: [Option<f64>; 2],
     effect: f64,
@@ -47,6 +51,7 @@ pub fn charts(all: &Keys) -> Vec<Chart> {
 /// The bar of a key; of names the one that moves most. `None` if nothing is to be seen.
 fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
     let elasticity = row.elasticity(measure).map(|e| e.value);
+    let smooth = row.shape(measure) == Shape::Smooth;
     let percent = |change: Option<f64>| change.map(|c| c * 100.0);
     let (label, change) = if row.is_number() {
         (row.key.clone(), row.far(measure).map(percent))
@@ -58,7 +63,7 @@ fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
         (format!("{}={}", row.key, turned.value), [None, percent(Some(change))])
     };
     let effect = change.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
-    (effect >= 0.05).then_some(Bar { label, elasticity, change, effect })
+    (effect >= 0.05).then_some(Bar { label, elasticity, smooth, change, effect })
 }
 
 fn chart(
@@ -70,17 +75,21 @@ fn chart(
 ) -> Chart {
     let what = measure.title();
     let names = Axis::names(bars.iter().map(|b| b.label.as_str()));
-    let elasticities: Vec<[Option<f64>; 2]> = bars.iter().map(|b| [b.elasticity, None]).collect();
+    let slopes = |b: &Bar| if b.smooth { [b.elasticity, None] } else { [None, b.elasticity] };
+    let elasticities: Vec<[Option<f64>; 2]> = bars.iter().map(slopes).collect();
     let changes: Vec<[Option<f64>; 2]> = bars.iter().map(|b| b.change).collect();
     let x = both_ways(&format!("elasticity of {what}"), &elasticities, 0.1, WIDEST);
-    let colours = [COLOURS[0]; 2];
+    let colours = [COLOURS[0], KINKED];
     let left = Panel::new(x, names.clone()).mark(Mark::Tornado { rows: elasticities, colours });
     let x = both_ways(&format!("change of {what}, %"), &changes, 1.0, WIDEST);
     let colours = [COLOURS[1], COLOURS[2]];
     let right = Panel::new(x, names.hidden()).mark(Mark::Tornado { rows: changes, colours });
     let names = ["elasticity", "key at half", "key doubled, or another name"];
+    let kinked = bars.iter().any(|b| !b.smooth && b.elasticity.is_some());
+    let kinked = kinked.then(|| Entry::fill("elasticity, kinked or one-sided", KINKED));
+    let entries = names.into_iter().zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour));
     Chart::new(name, title, subtitle(all))
-        .legend(names.into_iter().zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour)))
+        .legend(entries.chain(kinked))
         .columns(2)
         .panel(left)
         .panel(right)

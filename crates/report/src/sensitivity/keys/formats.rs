@@ -57,6 +57,7 @@ pub fn elasticities_csv(all: &Keys) -> Vec<u8> {
     let mut head: Vec<String> = ["file", "key", "value", "status"].map(str::to_owned).to_vec();
     head.extend(Measure::ALL.map(|m| format!("elasticity_{}", m.name())));
     head.push("elasticity_sides".to_owned());
+    head.push("elasticity_shape".to_owned());
     for m in Measure::ALL {
         let name = m.name();
         head.extend([format!("{name}_change_low"), format!("{name}_change_high")]);
@@ -68,6 +69,7 @@ pub fn elasticities_csv(all: &Keys) -> Vec<u8> {
         let mut cells: Vec<Cell> = words.map(Cell::from).to_vec();
         cells.extend(Measure::ALL.map(|m| Cell::from(row.elasticity(m).map(|e| e.value))));
         cells.push(sides(row).into());
+        cells.push(sides(row).map(|_| row.shape(Measure::Fps).name()).into());
         cells.extend(Measure::ALL.into_iter().flat_map(|m| row.far(m).map(Cell::from)));
         cells.push(row.largest().into());
         cells.push(row.reason.clone().into());
@@ -102,6 +104,7 @@ pub fn json(all: &Keys) -> Value {
             "status": row.status().name(),
             "elasticity": elasticity,
             "elasticity_sides": sides(row),
+            "elasticity_shape": sides(row).map(|_| row.shape(Measure::Fps).name()),
             "largest_change": row.largest(),
             "reason": row.reason,
             "turned": row.perturbations.iter().map(turned).collect::<Vec<_>>(),

@@ -5,7 +5,7 @@ use crate::sensitivity::page::{ending, named, percent, traces};
 use powergs_chart::Chart;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::sensitivity::Measure;
-use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Status};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Shape, Status};
 
 /// Rows of a table on the terminal; all are in `summary.md`.
 const MOST: usize = 30;
@@ -17,12 +17,13 @@ pub fn document(all: &Keys, charts: &[Chart], folder: Option<&str>) -> Document 
     page.title(format!("What the keys of {} move, one at a time", all.machine));
     page.extend(traces(&all.traces, all.incomplete_note(), Some(all.display_fps)));
     page.charts(charts);
-    let mut rows: Vec<&KeyRow> = all.of(Status::Alive).filter(|r| r.is_number()).collect();
-    rows.sort_by(|a, b| steepest(b).total_cmp(&steepest(a)));
+    let rows: Vec<&KeyRow> = all.of(Status::Alive).filter(|r| r.is_number()).collect();
     if !rows.is_empty() {
         page.paragraph(Text::marked(
-            "Elasticity: `d ln y / d ln x` over the near values. Changes: at the far values, in \
-             percent. Of means over the traces.",
+            "By what a far step does: changes at half and at double (or as near to them as a \
+             machine allows), in percent. Elasticity: `d ln y / d ln x` over the near values; `~` \
+             marks a kink, where one side is at least twice as steep as the other, `|` one that is \
+             known on one side only: neither says what other steps do. Of means over the traces.",
         ));
         page.table(numbers(&rows).most(MOST, "summary.md"));
     }
@@ -63,19 +64,18 @@ fn list<'a>(rows: impl IntoIterator<Item = &'a KeyRow>) -> Vec<&'a str> {
     rows.into_iter().map(|r| r.key.as_str()).collect()
 }
 
-/// The largest elasticity of a key, without sign.
-fn steepest(row: &KeyRow) -> f64 {
-    let all = Measure::ALL.into_iter().filter_map(|m| row.elasticity(m));
-    all.map(|e| e.value.abs()).fold(0.0, f64::max)
-}
-
-/// `+0.62`.
+/// `+0.62`, `+1.79~` at a kink.
 fn elasticity(row: &KeyRow, measure: Measure) -> Cell {
-    match row.elasticity(measure).map(|e| e.value) {
-        None => Cell::Missing,
-        Some(e) if e.abs() < 0.0005 => "0".into(),
-        Some(e) if e.abs() < 0.01 => format!("{e:+.3}").into(),
-        Some(e) => format!("{e:+.2}").into(),
+    let Some(found) = row.elasticity(measure) else { return Cell::Missing };
+    let mark = match row.shape(measure) {
+        Shape::Smooth => "",
+        Shape::Kinked => "~",
+        Shape::OneSided => "|",
+    };
+    match found.value {
+        e if e.abs() < 0.0005 => format!("0{mark}").into(),
+        e if e.abs() < 0.01 => format!("{e:+.3}{mark}").into(),
+        e => format!("{e:+.2}{mark}").into(),
     }
 }
 
@@ -90,34 +90,34 @@ fn values(row: &KeyRow, reach: Reach) -> Cell {
     row.reached(reach).map(|(t, _)| t.value.as_str()).collect::<Vec<_>>().join(", ").into()
 }
 
-/// Elasticities and far changes of the keys that are numbers.
+/// Far changes and elasticities of the keys that are numbers. A terminal has room for two measures.
 fn numbers(rows: &[&KeyRow]) -> Table {
-    const FAR: [Measure; 3] = [Measure::Fps, Measure::Energy, Measure::Area];
+    const SHORT: [Measure; 2] = [Measure::Fps, Measure::Power];
+    let shown = |m: Measure| if SHORT.contains(&m) { Shown::Everywhere } else { Shown::Page };
     let mut columns = vec![
         Column::text("file").on(Shown::Page),
-        Column::text("key").at_most(30),
-        Column::text("value").at_most(12),
-        Column::text("near").on(Shown::Page),
-        Column::text("step, %").on(Shown::Terminal),
+        Column::text("key").at_most(24),
+        Column::text("value").at_most(10),
+        Column::text("far").on(Shown::Page),
     ];
-    columns.extend(Measure::ALL.map(|m| Column::count(m.name()).group("elasticity")));
-    columns.push(Column::text("far").on(Shown::Page));
-    let far = |m: Measure, side: &str| {
-        Column::count(side).group(format!("{}, %", m.name())).on(Shown::Page)
-    };
-    columns.extend(FAR.into_iter().flat_map(|m| [far(m, "low"), far(m, "high")]));
+    let far =
+        |m: Measure, side: &str| Column::count(side).group(format!("{}, %", m.name())).on(shown(m));
+    columns.extend(Measure::ALL.into_iter().flat_map(|m| [far(m, "half"), far(m, "double")]));
+    columns.push(Column::text("near").on(Shown::Page));
+    columns.push(Column::text("step, %").on(Shown::Page));
+    columns.extend(Measure::ALL.map(|m| Column::count(m.name()).group("elasticity").on(shown(m))));
     let mut table = Table::new(columns);
     for row in rows {
         let mut cells: Vec<Cell> = vec![
             row.file.into(),
             Text::code(row.key.clone()).into(),
             row.value.as_str().into(),
-            values(row, Reach::Near),
-            steps(row).into(),
+            values(row, Reach::Far),
         ];
+        cells.extend(Measure::ALL.into_iter().flat_map(|m| row.far(m).map(percent)));
+        cells.push(values(row, Reach::Near));
+        cells.push(steps(row).into());
         cells.extend(Measure::ALL.map(|m| elasticity(row, m)));
-        cells.push(values(row, Reach::Far));
-        cells.extend(FAR.into_iter().flat_map(|m| row.far(m).map(percent)));
         table.row(cells);
     }
     table

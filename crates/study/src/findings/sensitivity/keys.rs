@@ -51,6 +51,32 @@ pub struct Elasticity {
     pub sides: &'static str,
 }
 
+/// Elasticities below this have no kink worth a mark.
+const KINK: f64 = 0.02;
+
+/// How a measure runs around the value of a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Alike on both sides.
+    Smooth,
+    /// At least twice as steep on one side as on the other, or up on both: whole turns of a unit, a
+    /// buffer that just fits. The elasticity says nothing about other steps.
+    Kinked,
+    /// Known on one side only.
+    OneSided,
+}
+
+impl Shape {
+    /// The name in every output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Shape::Smooth => "smooth",
+            Shape::Kinked => "kinked",
+            Shape::OneSided => "one-sided",
+        }
+    }
+}
+
 /// A key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyRow {
@@ -97,6 +123,34 @@ impl KeyRow {
             (false, false) => return None,
         };
         Some(Elasticity { value: (high.1 - low.1) / (high.0 - low.0), sides })
+    }
+
+    /// How far the elasticity of a measure can be trusted.
+    pub fn shape(&self, measure: Measure) -> Shape {
+        let log = |o: &Cost| measure.of(o).filter(|&y| y > 0.0).map(f64::ln);
+        let slope = |up: bool| {
+            let centre = log(&Cost::mean(&self.base))?;
+            let is_side = |t: &Perturbation| t.ratio.is_some_and(|r| (r > 1.0) == up);
+            let (near, outcome) = self.reached(Reach::Near).find(|(t, _)| is_side(t))?;
+            Some((log(&outcome)? - centre) / near.ratio?.ln())
+        };
+        match (slope(false), slope(true)) {
+            (Some(down), Some(up)) => {
+                let (steep, flat) = (down.abs().max(up.abs()), down.abs().min(up.abs()));
+                let kinked = steep > KINK && (flat < steep / 2.0 || down * up < 0.0);
+                if kinked { Shape::Kinked } else { Shape::Smooth }
+            }
+            _ => Shape::OneSided,
+        }
+    }
+
+    /// The largest relative change of any measure at half or at double, or by another name.
+    pub fn far_effect(&self) -> f64 {
+        if !self.is_number() {
+            return self.largest();
+        }
+        let changes = Measure::ALL.into_iter().flat_map(|m| self.far(m));
+        changes.flatten().map(f64::abs).fold(0.0, f64::max)
     }
 
     /// Relative changes of a measure at half and at double (or as near to it as there are
@@ -196,17 +250,17 @@ pub struct Keys {
     pub step: f64,
     /// The traces.
     pub traces: Vec<Traced>,
-    /// The keys; after [`Keys::sorted`] by effect, the largest first.
+    /// The keys; after [`Keys::sorted`] by what a far step does, the largest first.
     pub rows: Vec<KeyRow>,
     /// Keys that are not perturbed.
     pub not_tried: Vec<NotTried>,
 }
 
 impl Keys {
-    /// Rows by effect; equal ones stay in the order of the files.
+    /// Rows by what a far step does; equal ones stay in the order of the files.
     #[must_use]
     pub fn sorted(mut self) -> Keys {
-        self.rows.sort_by(|a, b| b.largest().total_cmp(&a.largest()));
+        self.rows.sort_by(|a, b| b.far_effect().total_cmp(&a.far_effect()));
         self
     }
 
