@@ -83,7 +83,7 @@ fn run_toml() {
     let text = record::run_toml(&builder::garden()).expect("TOML");
     expect![[r##"
         # What this report was made from. The command that was typed: invocation.toml.
-        schema-version = 2
+        schema-version = 3
         tool-version = "0.1.0"
         model-version = 3
         model = "cycle"
