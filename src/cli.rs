@@ -7,6 +7,7 @@ pub mod arch;
 pub mod background;
 mod camera;
 pub mod camera_file;
+pub mod chart_args;
 mod claims;
 mod compare;
 pub mod completions;
@@ -151,11 +152,29 @@ pub enum Command {
     Validate(validate::Args),
 }
 
+impl Command {
+    /// How the command draws; `None` if it does not.
+    pub fn charts(&self) -> Option<&chart_args::ChartArgs> {
+        match self {
+            Command::Replay(args) => Some(&args.charts),
+            Command::Compare(args) => Some(&args.charts),
+            Command::Fit(args) => Some(&args.charts),
+            Command::Optimize(args) => Some(&args.charts),
+            Command::Sensitivity(args) => Some(&args.charts),
+            Command::Sweep(args) => Some(args.charts()),
+            Command::Pareto(args) => Some(&args.charts),
+            _ => None,
+        }
+    }
+}
+
 /// What a command needs besides its arguments.
 #[derive(Debug, Clone)]
 pub struct Context {
     /// Flags that every command takes.
     pub global: Global,
+    /// How charts are drawn.
+    pub drawing: powergs_report::Drawing,
     /// Set by Ctrl-C; long work polls it, finishes the item in flight and returns
     /// [`Exit::Interrupted`].
     pub cancelled: Arc<AtomicBool>,

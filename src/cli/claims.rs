@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_chart::Format;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::claims::{self, Run};
 use powergs_optimize::results::{FILE, Results};
@@ -46,7 +47,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let runs = args.runs.iter().map(|path| read(path)).collect::<Result<Vec<Run>, Failure>>()?;
     let book = claims::check(&named_apart(runs));
     if let Some(path) = &args.write {
-        let page = pages::document(&book).markdown();
+        let page = pages::document(&book).markdown(Format::Png);
         write_atomically(path, |w| w.write_all(page.as_bytes()))?;
     }
     if context.global.json {

@@ -5,16 +5,22 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
+use serde_json::json;
+
+use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, inputs, out};
+use powergs_chart::Chart;
 use powergs_core::run::files::DiskFiles;
-use powergs_core::run::{System, SystemSpec};
-use powergs_report::compare;
+use powergs_core::run::{System, SystemSpec, TraceFile};
+use powergs_report::document::{Block, Document, Shown};
+use powergs_report::{Drawing, compare, speedup};
 use powergs_study::findings::compare::{Comparison, Side};
 use powergs_study::replay::on_each;
+use powergs_study::speedup::SpeedUp;
 
 /// Shown under `compare --help`.
 pub const EXAMPLES: &str = "\
@@ -23,6 +29,7 @@ Examples:
   powergs-sim compare gscore mine.toml scene.bin --set energy=gscore-28nm-lpddr4
   powergs-sim compare reports/monday reports/today --json
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
+  powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin --chart-size column
 
 The first machine (or report) is what the others are compared with.";
 
@@ -32,8 +39,8 @@ const RECORD_MAX: u64 = 1 << 28;
 /// The arguments of `compare`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// Two or more machines (names of `arch list`, or TOML files), then a trace; or two
-    /// or more report folders
+    /// Two or more machines (names of `arch list`, or TOML files), then a trace, or several
+    /// for speed-ups with their geometric mean; or two or more report folders
     #[arg(required = true, num_args = 2.., value_name = "ITEM")]
     pub items: Vec<PathBuf>,
     /// Change a key of every machine file for this run; may be repeated
@@ -55,6 +62,9 @@ pub struct Args {
     /// Replace the finished report in --out
     #[arg(long)]
     pub force: bool,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 fn ratio(text: &str) -> Result<f64, String> {
@@ -69,40 +79,55 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let given = args.out.as_deref().map(|out| RunFolder::create(Some(out), "", args.force));
     let given = given.transpose()?;
     let folders = args.items.iter().filter(|p| p.is_dir()).count();
-    let sides = if folders == args.items.len() {
-        of_folders(args)?
+    let traces = if folders == args.items.len() {
+        vec![of_folders(args)?]
     } else if folders > 0 {
         let what = "report folders cannot be compared with machines: replay the trace on the \
                     machines, or give folders only";
         return Err(Failure::new(Exit::Usage, what));
     } else {
-        match simulated(args, context)? {
-            Some(sides) => sides,
-            None => {
-                out::complain("interrupted before the first frame was done: no report");
-                return Ok(Exit::Interrupted);
-            }
-        }
+        simulated(args, context)?
     };
-    let comparison = Comparison::new(sides);
+    let all: Vec<Comparison> = traces.into_iter().map(Comparison::new).collect();
+    let Some(comparison) = all.first() else {
+        out::complain("interrupted before the first frame was done: no report");
+        return Ok(Exit::Interrupted);
+    };
+    let speedup = SpeedUp::of_comparisons(&all);
     let labels = comparison.labels();
     let folder = match given {
         Some(folder) => folder,
         None => RunFolder::create(None, &labels.join("-"), args.force)?,
     };
-    write(&folder, &comparison)?;
+    match &speedup {
+        Some(speedup) => write_all(&folder, &all, speedup, &context.drawing)?,
+        None => write(&folder, comparison, &context.drawing)?,
+    }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
     if context.global.json {
-        out::json(&compare::json(&comparison))?;
+        match &speedup {
+            Some(speedup) => {
+                let each: Vec<_> = all.iter().map(compare::json).collect();
+                out::json(&json!({ "speedup": speedup::json(speedup), "traces": each }))?;
+            }
+            None => out::json(&compare::json(comparison))?,
+        }
     } else if !context.global.quiet {
         let path = path.display().to_string();
-        out::document(&compare::document(&comparison, &[], Some(&path)))?;
+        let page = match &speedup {
+            Some(speedup) => of_all(&all, speedup, &[], Some(&path)),
+            None => compare::document(comparison, &[], Some(&path)),
+        };
+        out::document(&page)?;
     }
     if context.is_cancelled() {
         return Ok(Exit::Interrupted);
     }
-    goal(args, &comparison)
+    all.iter().map(|comparison| goal(args, comparison)).try_fold(Exit::Done, |worst, exit| {
+        let exit = exit?;
+        Ok(if exit == Exit::Done { worst } else { exit })
+    })
 }
 
 /// Whether the others are fast enough.
@@ -122,14 +147,50 @@ fn goal(args: &Args, comparison: &Comparison) -> Result<Exit, Failure> {
     Ok(Exit::GoalMissed)
 }
 
-fn write(folder: &RunFolder, comparison: &Comparison) -> Result<(), Failure> {
+fn write(folder: &RunFolder, comparison: &Comparison, drawing: &Drawing) -> Result<(), Failure> {
     let record = compare::run_toml(comparison).or_exit(Exit::Internal, "run.toml")?;
     folder.write("run.toml", record.as_bytes())?;
     folder.write("compare.csv", &compare::compare_csv(comparison))?;
     let charts = compare::charts(comparison);
-    let page = compare::document(comparison, &charts, None).markdown();
+    let page = compare::document(comparison, &charts, None).markdown(drawing.link());
     folder.write("summary.md", page.as_bytes())?;
-    folder.write_charts(&charts)
+    folder.write_charts(&charts, drawing)
+}
+
+/// The files of machines on several traces.
+fn write_all(
+    folder: &RunFolder,
+    all: &[Comparison],
+    speedup: &SpeedUp,
+    drawing: &Drawing,
+) -> Result<(), Failure> {
+    let record = compare::run_toml_of(all).or_exit(Exit::Internal, "run.toml")?;
+    folder.write("run.toml", record.as_bytes())?;
+    folder.write("speedup.csv", &speedup::csv(speedup))?;
+    let frames = all.iter().map(|c| c.sides[0].frames).sum::<i64>();
+    let chart = speedup::chart(speedup, format!("{} traces, {frames} frames", all.len()));
+    let charts = [chart];
+    let page = of_all(all, speedup, &charts, None).markdown(drawing.link());
+    folder.write("summary.md", page.as_bytes())?;
+    folder.write_charts(&charts, drawing)
+}
+
+/// Speed-ups, then what every trace says.
+fn of_all(all: &[Comparison], speedup: &SpeedUp, charts: &[Chart], path: Option<&str>) -> Document {
+    let mut page = Document::new();
+    let labels = all[0].labels().join(" against ");
+    page.on(Shown::Page, Block::Title(format!("{labels}, {} traces", all.len()).into()));
+    page.table(speedup::table(speedup));
+    page.charts(charts);
+    for comparison in all {
+        let mut of_trace = Document::new();
+        of_trace.heading(comparison.sides[0].trace.as_str());
+        of_trace.extend(compare::measures(comparison));
+        page.extend(of_trace);
+    }
+    let report = path.map(|path| ("report".to_owned(), path.into()));
+    page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
+    page
 }
 
 /// Finished reports.
@@ -162,16 +223,42 @@ fn text(path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).or_exit(Exit::BadInput, what())
 }
 
-/// Simulates the trace on every machine; `None` if not even one frame was done.
-fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failure> {
-    let (trace, machines) = args.items.split_last().expect("clap: at least two items");
-    if machines.len() < 2 {
-        let what = format!(
-            "{}: one machine only; compare MACHINE MACHINE... TRACE, or two report folders",
-            machines.first().unwrap_or(trace).display()
-        );
+fn is_trace(path: &Path) -> bool {
+    path.is_file() && TraceFile::open(path).is_ok()
+}
+
+/// Machines and traces among the items: traces stand last.
+fn parted(items: &[PathBuf]) -> (&[PathBuf], &[PathBuf]) {
+    let traces = items.iter().rev().take_while(|path| is_trace(path)).count();
+    // What is no trace is said when it is opened as one.
+    items.split_at(items.len() - traces.max(1))
+}
+
+/// Simulates every trace on every machine, a list of sides a trace; without traces of which not
+/// even one frame was done.
+fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> {
+    let (machines, traces) = parted(&args.items);
+    let usage = "compare MACHINE MACHINE... TRACE..., or two report folders";
+    if let Some(trace) = machines.iter().find(|path| is_trace(path)) {
+        let what = format!("{}: is a trace; traces go last: {usage}", trace.display());
         return Err(Failure::new(Exit::Usage, what));
     }
+    if let [machine] = machines {
+        let only = match traces {
+            [no_file] if !no_file.exists() => {
+                format!("no trace: {} is no file", no_file.display())
+            }
+            _ => format!("{}: one machine only", machine.display()),
+        };
+        return Err(Failure::new(Exit::Usage, format!("{only}; {usage}")));
+    }
+    if machines.is_empty() {
+        return Err(Failure::new(Exit::Usage, format!("no machine; {usage}")));
+    }
+    let mut sources: Vec<TraceFile> = traces
+        .iter()
+        .map(|path| inputs::trace(path, args.frames, context))
+        .collect::<Result<_, _>>()?;
     let load = |arch: &PathBuf| {
         let spec = SystemSpec {
             machine: arch.to_string_lossy().into_owned(),
@@ -182,8 +269,12 @@ fn simulated(args: &Args, context: &Context) -> Result<Option<Vec<Side>>, Failur
         System::load(&spec, &DiskFiles)
     };
     let systems: Vec<System> = machines.iter().map(load).collect::<Result<_, _>>()?;
-    let mut trace = inputs::trace(trace, args.frames, context)?;
     let watch = Watched::new(context, Counts::Frames);
-    let runs = on_each(&systems, args.fps, &mut trace, &watch)?;
-    Ok(runs.iter().map(Side::of_run).collect())
+    let mut all = Vec::new();
+    for source in &mut sources {
+        let runs = on_each(&systems, args.fps, source, &watch)?;
+        let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
+        all.extend(sides);
+    }
+    Ok(all)
 }

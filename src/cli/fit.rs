@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::chart_args::ChartArgs;
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_chart::{Format, Style};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
 use powergs_report as report;
@@ -26,12 +28,15 @@ model of equal quality; rows that say false under `passed` are left out.";
 pub struct Args {
     /// The table of samples: CSV
     pub samples: PathBuf,
-    /// Draw samples, curves and optimum: a PNG or SVG file
+    /// Draw samples, curves and optimum: a PNG, SVG or PDF file
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Whether a file is replaced.
     #[command(flatten)]
     pub overwrite: Overwrite,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// Runs `fit`.
@@ -42,7 +47,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let (samples, left_out) = read_samples(file).or_exit(Exit::BadInput, &name)?;
     let fitted = fit(&samples).or_exit(Exit::BadInput, &name)?;
     if let Some(path) = &args.output {
-        draw(path, &fitted, &args.samples)?;
+        draw(path, &fitted, &args.samples, args.charts.style())?;
     }
     let best = optimum(&fitted);
     if context.global.json {
@@ -53,18 +58,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-fn draw(path: &Path, fitted: &Fit, samples: &Path) -> Result<(), Failure> {
+fn draw(path: &Path, fitted: &Fit, samples: &Path, style: Style) -> Result<(), Failure> {
     let title = samples.file_stem().unwrap_or_default().to_string_lossy();
     let drawing = report::fit::chart(fitted, &title);
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let bytes = match ending.as_str() {
-        "png" => drawing.png().or_exit(Exit::Internal, path.display())?,
-        "svg" => drawing.svg().or_exit(Exit::Internal, path.display())?.into_bytes(),
-        _ => {
-            let what = format!("{}: a chart is a .png or .svg file", path.display());
-            return Err(Failure::new(Exit::Usage, what));
-        }
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let Some(format) = Format::of_ending(&ending) else {
+        let what = format!("{}: a chart is a .png, .svg or .pdf file", path.display());
+        return Err(Failure::new(Exit::Usage, what));
     };
+    let bytes = format.file(&drawing, style).or_exit(Exit::Internal, path.display())?;
     Ok(write_atomically(path, |w| w.write_all(&bytes))?)
 }
 

@@ -14,12 +14,14 @@ mod watch;
 use std::path::{Path, PathBuf};
 
 use super::background::Background;
+use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::{Context, Exit, Failure, gaze, out};
 use folder::{Existing, Folder};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::settings::Settings;
+use powergs_optimize::target::TargetRule;
 use powergs_report::format::wrapped;
 use watch::Watched;
 
@@ -34,7 +36,9 @@ Examples:
   powergs-sim optimize model.ply --images photos/ --foveated --baselines --out runs/snow-fr
   powergs-sim optimize ...the same arguments... --resume
 
-Then: powergs-sim render runs/snow/final.ply, powergs-sim replay runs/snow/final.bin";
+The result is runs/snow/final.ply, and its trace for the simulator:
+  powergs-sim replay runs/snow/final.bin
+  powergs-sim render runs/snow/final.ply --cameras cameras.json -o pictures";
 
 /// The arguments of `optimize`.
 #[derive(Debug, clap::Args)]
@@ -42,7 +46,7 @@ pub struct Args {
     /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
     #[arg(required_unless_present = "demo")]
     pub model: Option<PathBuf>,
-    /// A generated scene, end to end in a few minutes
+    /// A generated scene, end to end in a minute or so
     #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "lod"])]
     pub demo: bool,
     /// Level of detail of a streamed scene (lod-meta.json)
@@ -79,6 +83,9 @@ pub struct Args {
     /// What is made for the periphery of sight.
     #[command(flatten)]
     pub fovea: FoveaArgs,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// What is made for the periphery of sight.
@@ -122,6 +129,10 @@ pub struct ViewArgs {
     /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
     #[arg(long, value_name = "PATH")]
     pub cameras: Option<PathBuf>,
+    /// PSNR that the model must have on the photos before anything is done, decibels: with less
+    /// they show something else; 0 goes on all the same
+    #[arg(long, value_name = "DB", default_value_t = 12.0, value_parser = decibels)]
+    pub least_likeness: f64,
     /// Instead of a file: N views on a circle around the scene
     #[arg(long, value_name = "N", conflicts_with = "cameras")]
     pub orbit: Option<usize>,
@@ -336,6 +347,11 @@ pub enum StudyArg {
     Lambda,
 }
 
+fn decibels(text: &str) -> Result<f64, String> {
+    let db: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=120.0).contains(&db) { Ok(db) } else { Err("must be 0 to 120".into()) }
+}
+
 fn named_file(text: &str) -> Result<(String, PathBuf), String> {
     let plain = |name: &str| {
         !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
@@ -355,11 +371,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if args.demo && !context.global.quiet {
         out::complain(wrapped(demo::NOTE, 80));
     }
-    let watched = Watched::new(context);
+    // Without photos a model is compared with itself.
+    let least_db = if args.views.images.is_some() { args.views.least_likeness } else { 0.0 };
+    let watched = Watched::new(context, least_db);
     let campaign = Campaign::open(inputs::request(args, context, settings, goals)?, &watched)?;
     note_missing(&campaign, context);
     let record = record::run_toml(&campaign)?;
-    let path = args.out.clone().unwrap_or_else(|| Path::new("runs").join(&campaign.name));
+    let path = args.out.clone().unwrap_or_else(|| place(args, &campaign.name));
     let folder = Folder::new(&path);
     let existing = match (args.resume, args.force) {
         (true, _) => Existing::Resume,
@@ -368,6 +386,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     let (run, _lock) = folder.open(&campaign, existing)?;
     folder.write("run.toml", record)?;
+    say_target(&campaign, context);
     watched.record(&path, &campaign.cameras)?;
     let finished = run.work(&watched)?;
     watched.finish()?;
@@ -380,6 +399,38 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Interrupted);
     };
     finish::finish(&campaign, &finished, &folder, context)
+}
+
+/// Where a run is without --out. The demonstration starts anew beside its last run.
+fn place(args: &Args, name: &str) -> PathBuf {
+    let first = Path::new("runs").join(name);
+    let again = |n: u32| Path::new("runs").join(format!("{name}-{n}"));
+    match args.demo && !args.resume && first.exists() {
+        true => (2..1000).map(again).find(|path| !path.exists()).unwrap_or(first),
+        false => first,
+    }
+}
+
+/// Says what is to be reached, and which views decide.
+fn say_target(campaign: &Campaign, context: &Context) {
+    if context.global.quiet {
+        return;
+    }
+    let goal = match campaign.plan.variants.first().map(|v| v.rule) {
+        Some(TargetRule::Share(share)) => {
+            format!("{:.1} % of the dense model's PSNR and SSIM", 100.0 * share)
+        }
+        Some(TargetRule::Absolute(q)) if q.ssim > 0.0 => {
+            format!("{:.2} dB and SSIM {:.4}", q.psnr_db, q.ssim)
+        }
+        Some(TargetRule::Absolute(q)) => format!("{:.2} dB", q.psnr_db),
+        None => return,
+    };
+    let (gate, test) = (campaign.gate_views(), campaign.split.test.len());
+    let what = format!(
+        "target: {goal}, over {gate} gate views, which decide; {test} test views are only reported"
+    );
+    out::complain(wrapped(&what, 80));
 }
 
 /// Says which regions no view has.

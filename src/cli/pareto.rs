@@ -6,6 +6,7 @@ mod question;
 
 use std::path::{Path, PathBuf};
 
+use super::chart_args::ChartArgs;
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use folder::FinishedSweep;
@@ -81,6 +82,9 @@ pub struct Args {
     /// Whether a file is replaced.
     #[command(flatten)]
     pub overwrite: Overwrite,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// A share, as it is or in percent.

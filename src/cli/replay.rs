@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
+use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::run_folder::RunFolder;
@@ -89,6 +90,9 @@ pub struct Args {
     /// Replace the finished report in --out, and the file of --dump-dram
     #[arg(long)]
     pub force: bool,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// The models.
@@ -217,7 +221,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let mut timeline = |folder: &RunFolder, asked: &TimelineRequest| match &model {
         Model::Cycle(system) => {
             let frame = Session::new(&mut trace, &()).frame_on(system, asked.frame)?;
-            timeline::write(folder, asked, &frame)
+            let name = args.trace.file_stem().unwrap_or_default().to_string_lossy();
+            timeline::write(folder, asked, &name, &frame, &context.drawing)
         }
         Model::Paper(_) => Ok(None),
     };
@@ -253,7 +258,7 @@ pub fn publish(
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
     }
-    for file in report::files(run).or_exit(Exit::Internal, "report")? {
+    for file in report::files(run, &context.drawing).or_exit(Exit::Internal, "report")? {
         folder.write(&file.name, &file.bytes)?;
     }
     let note = args.timeline.as_ref().map(|asked| timeline(&folder, asked)).transpose()?;

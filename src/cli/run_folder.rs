@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
 use powergs_core::run::store::atomic::{exchange, sync_folder};
-use powergs_report::{FILE_NAMES, chart_files, sweep};
+use powergs_report::{Drawing, is_file_name, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.
@@ -89,9 +89,9 @@ impl RunFolder {
         fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
     }
 
-    /// Writes a PNG and an SVG of every chart.
-    pub fn write_charts(&self, charts: &[Chart]) -> Result<(), Failure> {
-        for file in chart_files(charts).or_exit(Exit::Internal, "charts")? {
+    /// Writes the files of every chart.
+    pub fn write_charts(&self, charts: &[Chart], drawing: &Drawing) -> Result<(), Failure> {
+        for file in drawing.files(charts).or_exit(Exit::Internal, "charts")? {
             self.write(&file.name, &file.bytes)?;
         }
         Ok(())
@@ -159,8 +159,8 @@ impl Kind {
     /// Whether such a folder may have a file of this name.
     fn has(self, name: &str) -> bool {
         match self {
-            Kind::Report => FILE_NAMES.contains(&name),
-            Kind::Analysis => sweep::FILE_NAMES.contains(&name),
+            Kind::Report => is_file_name(name),
+            Kind::Analysis => sweep::is_file_name(name),
         }
     }
 

@@ -6,6 +6,7 @@ mod output;
 use std::path::PathBuf;
 
 use super::camera_file::{FrameRange, frame_range};
+use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::replay::display_rate;
@@ -87,6 +88,9 @@ pub struct Args {
     /// Replace the finished report in --out, and the file of --csv
     #[arg(long)]
     pub force: bool,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// A step between what rounding hides and half.
@@ -177,7 +181,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     {
         out::complain("interrupted: the report is without interactions");
     }
-    let table = output::write(&folder, &found)?;
+    let table = output::write(&folder, &found, &context.drawing)?;
     if let Some(path) = &args.csv {
         write_atomically(path, |w| w.write_all(&table))?;
     }

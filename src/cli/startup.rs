@@ -54,7 +54,8 @@ fn prepare(cli: &Cli) -> Result<Context, Failure> {
         }
         out::complain("interrupted: finishing what is under way; Ctrl-C again stops at once");
     });
-    Ok(Context { global: cli.global.clone(), cancelled })
+    let drawing = cli.command.charts().map_or_else(Default::default, |charts| charts.drawing());
+    Ok(Context { global: cli.global.clone(), drawing, cancelled })
 }
 
 /// Calls `handler` at Ctrl-C, and at the SIGTERM that batch systems send at the end of their time.

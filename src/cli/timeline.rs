@@ -11,7 +11,7 @@ use super::{Exit, Failure, OrExit};
 use powergs_core::run::FrameOn;
 use powergs_report::perfetto::{MOST_EVENTS, TraceWriter};
 use powergs_report::timeline::{Picture, Window};
-use powergs_report::{charts, format};
+use powergs_report::{Drawing, charts, format};
 
 /// A frame, and the tiles of it that the picture shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub fn asked(text: &str) -> Result<TimelineRequest, String> {
     Ok(TimelineRequest { frame, tiles: Some(tiles) })
 }
 
-/// Writes `trace.json.gz` of the whole frame, and `timeline.png` and `.svg` of the tiles; returns
+/// Writes `trace.json.gz` of the whole frame, and the chart `timeline` of the tiles; returns
 /// what the user should know.
 ///
 /// # Errors
@@ -64,7 +64,9 @@ pub fn asked(text: &str) -> Result<TimelineRequest, String> {
 pub fn write(
     folder: &RunFolder,
     asked: &TimelineRequest,
+    trace: &str,
     frame: &FrameOn<'_>,
+    drawing: &Drawing,
 ) -> Result<Option<String>, Failure> {
     let machine = frame.machine;
     let whole = frame.observe(&mut ()).timing.frame;
@@ -87,14 +89,13 @@ pub fn write(
         .as_ref()
         .map_or("all tiles".to_owned(), |t| format!("around tiles {} to {}", t.start, t.end - 1));
     let name = format::shortened(&machine.name, 40);
-    let what = format!("frame {} on {name}, {tiles}", asked.frame);
+    let trace = format::shortened(trace, 40);
+    let what = format!("frame {} of {trace} on {name}, {tiles}", asked.frame);
     let mut picture = Picture::new(cycles);
     frame.observe(&mut picture);
     picture.finish();
     let chart = charts::timeline(&picture, machine.clock.0, &what);
-    folder.write("timeline.png", &chart.png().or_exit(Exit::Internal, "timeline")?)?;
-    let svg = chart.svg().or_exit(Exit::Internal, "timeline")?;
-    folder.write("timeline.svg", svg.as_bytes())?;
+    folder.write_charts(&[chart], drawing)?;
     let file = BufWriter::new(folder.stream("trace.json.gz")?);
     let dropped = stream(file, frame, &what).or_exit(Exit::Usage, "trace.json.gz")?;
     Ok((dropped > 0)

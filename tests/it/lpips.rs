@@ -16,7 +16,7 @@ fn command(folder: &Path, more: &[&str]) -> Result<Exit, cli::Failure> {
     words.extend(more.iter().map(|w| w.replace('@', &folder.display().to_string())));
     let cli = Cli::try_parse_from(words).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
-    cli::run(&cli, &Context { global: cli.global.clone(), cancelled })
+    cli::run(&cli, &Context { global: cli.global.clone(), drawing: Default::default(), cancelled })
 }
 
 #[test]

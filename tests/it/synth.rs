@@ -179,7 +179,11 @@ fn table_fits_the_terminal_and_marks_what_is_outside() {
 fn run(args: &[&str]) -> Result<Exit, Failure> {
     let args = ["powergs-sim", "--quiet", "synth"].iter().chain(args);
     let cli = Cli::try_parse_from(args).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-    let context = Context { global: cli.global.clone(), cancelled: Default::default() };
+    let context = Context {
+        global: cli.global.clone(),
+        drawing: Default::default(),
+        cancelled: Default::default(),
+    };
     cli::run(&cli, &context)
 }
 

@@ -15,13 +15,17 @@ pub struct Axis {
     pub grid: bool,
     /// Whether ticks and title are shown.
     pub shown: bool,
+    /// Whether values are positions, such as times or numbers of frames: their axis may begin
+    /// anywhere. A scale of amounts that does not begin at zero gets a mark.
+    pub positions: bool,
 }
 
 impl Axis {
     /// An axis with ticks and grid lines.
     pub fn new(title: impl Into<String>, scale: Scale) -> Axis {
         let grid = !matches!(scale, Scale::Names(_));
-        Axis { title: title.into(), scale, ticks: Ticks::About(6), grid, shown: true }
+        let (ticks, title) = (Ticks::About(6), title.into());
+        Axis { title, scale, ticks, grid, shown: true, positions: false }
     }
 
     /// An axis of names, one place for each.
@@ -52,6 +56,26 @@ impl Axis {
     /// Without ticks and title.
     pub fn hidden(self) -> Axis {
         Axis { shown: false, grid: false, ..self }
+    }
+
+    /// Of positions, not of amounts.
+    pub fn positions(self) -> Axis {
+        Axis { positions: true, ..self }
+    }
+
+    /// Whether the scale leaves out zero: lengths on it are no ratios.
+    pub fn is_broken(&self) -> bool {
+        let Scale::Linear { low, high } = self.scale else { return false };
+        self.shown && !self.positions && low < high && (low > 0.0 || high < 0.0)
+    }
+
+    /// The title, and whether the scale is logarithmic.
+    pub fn words(&self) -> String {
+        match self.scale {
+            Scale::Log { .. } if self.title.is_empty() => "log scale".into(),
+            Scale::Log { .. } => format!("{} (log)", self.title),
+            Scale::Linear { .. } | Scale::Names(_) => self.title.clone(),
+        }
     }
 
     /// The values of the ticks with their labels. Names are in the middle of their places.
@@ -150,9 +174,23 @@ impl Scale {
         if low > high {
             return Scale::linear(0.0, 1.0);
         }
+        if high - low <= 1e-9 * high.abs() {
+            let around = 0.1 * high.abs().max(1e-9);
+            return Scale::linear(low - around, high + around);
+        }
         let width = (high - low).max(0.02 * high.abs()).max(1e-9);
         let below = low - room * width;
         Scale::linear(if low >= 0.0 { below.max(0.0) } else { below }, high + room * width)
+    }
+
+    /// Linear from a round number at or below `low` to one at or above `high`, so that the ends
+    /// have ticks; never below zero if `low` is not.
+    pub fn rounded(low: f64, high: f64) -> Scale {
+        let whole = Scale::linear(low, high);
+        let (low, high) = (whole.low(), whole.high());
+        let step = nice_step(high - low, 6);
+        let at = |v: f64, round: fn(f64) -> f64, slack: f64| round(v / step + slack) * step;
+        Scale::linear(at(low, f64::floor, 1e-9), at(high, f64::ceil, -1e-9))
     }
 
     /// The smallest value.
@@ -184,8 +222,22 @@ impl Scale {
         if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
     }
 
-    /// About `count` values to label, ascending.
+    /// About `count` values to label, ascending; at least three.
     pub fn ticks(&self, count: usize) -> Vec<f64> {
+        let few = self.some_ticks(count);
+        if few.len() > 2 {
+            return few;
+        }
+        let more = (3..=12).map(|count| self.some_ticks(count)).find(|t| t.len() > 2);
+        // Less than a decade has fewer than three of 1, 2 and 5 times a power of ten.
+        let inside = || Scale::linear(self.low(), self.high()).ticks(5);
+        match self {
+            Scale::Log { .. } => more.unwrap_or_else(inside),
+            Scale::Linear { .. } | Scale::Names(_) => more.unwrap_or(few),
+        }
+    }
+
+    fn some_ticks(&self, count: usize) -> Vec<f64> {
         let (low, high) = (self.low(), self.high());
         if let Scale::Log { .. } = self {
             let all = one_two_five(low, high);

@@ -5,11 +5,14 @@ mod axis;
 mod colour;
 mod mark;
 pub mod render;
+mod style;
 pub use axis::{Axis, Name, Scale, Ticks, ends, label as tick_label};
 pub use colour::Colour;
 pub use mark::{
-    Bar, Bin, Cell, Form, Label, Line, Mark, Part, Place, Points, Rule, Side, Size, Span, Weight,
+    Bar, Bin, Cell, Form, Gauge, Label, Line, Mark, Part, Place, Points, Rule, Side, Size, Span,
+    Weight,
 };
+pub use style::{Format, Sheet, Style};
 
 use powergs_pixels::RgbImage;
 
@@ -19,10 +22,10 @@ pub struct Chart {
     /// File name without ending.
     pub name: &'static str,
     /// What it shows.
-    pub title: &'static str,
+    pub title: String,
     /// One line of context under the title.
     pub subtitle: String,
-    /// Rows of what colours and symbols mean, over the panels.
+    /// Rows of what colours and symbols mean, over the panels; what no panel shows is left out.
     pub legend: Vec<Vec<Entry>>,
     /// The panels, row by row.
     pub panels: Vec<Panel>,
@@ -45,10 +48,10 @@ pub enum Columns {
 
 impl Chart {
     /// A chart without panels.
-    pub fn new(name: &'static str, title: &'static str, subtitle: impl Into<String>) -> Chart {
+    pub fn new(name: &'static str, title: impl Into<String>, subtitle: impl Into<String>) -> Chart {
         Chart {
             name,
-            title,
+            title: title.into(),
             subtitle: subtitle.into(),
             legend: Vec::new(),
             panels: Vec::new(),
@@ -87,31 +90,36 @@ impl Chart {
         self
     }
 
+    /// As shapes, for whoever wants to know what lies where.
+    ///
+    /// # Errors
+    /// [`DrawError`]: a defect of this crate.
+    pub fn scene(&self, style: Style) -> Result<render::scene::Scene, DrawError> {
+        render::drawn(self, style).map_err(|reason| self.failed(reason))
+    }
+
     /// As SVG.
     ///
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
-    pub fn svg(&self) -> Result<String, DrawError> {
-        let drawn = render::drawn(self).and_then(|scene| render::svg::svg(&scene));
-        drawn.map_err(|reason| self.failed(reason))
+    pub fn svg(&self, style: Style) -> Result<String, DrawError> {
+        render::svg::svg(&self.scene(style)?).map_err(|reason| self.failed(reason))
     }
 
-    /// As PNG, 1920 x 1080 pixels.
+    /// As PNG; a slide has 1920 x 1080 pixels.
     ///
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
-    pub fn png(&self) -> Result<Vec<u8>, DrawError> {
-        let drawn = render::drawn(self).and_then(|scene| render::png::png(&scene));
-        drawn.map_err(|reason| self.failed(reason))
+    pub fn png(&self, style: Style) -> Result<Vec<u8>, DrawError> {
+        render::png::png(&self.scene(style)?).map_err(|reason| self.failed(reason))
     }
 
     /// As PDF of one page.
     ///
     /// # Errors
     /// [`DrawError`]: a defect of this crate.
-    pub fn pdf(&self) -> Result<Vec<u8>, DrawError> {
-        let drawn = render::drawn(self).and_then(|scene| render::pdf::pdf(&scene));
-        drawn.map_err(|reason| self.failed(reason))
+    pub fn pdf(&self, style: Style) -> Result<Vec<u8>, DrawError> {
+        render::pdf::pdf(&self.scene(style)?).map_err(|reason| self.failed(reason))
     }
 
     fn failed(&self, reason: String) -> DrawError {
@@ -284,11 +292,20 @@ impl Panel {
     /// A picture with a caption; the values of the axes are its pixels, downwards from the upper
     /// left corner.
     pub fn picture(image: RgbImage, caption: impl Into<Words>) -> Panel {
+        Panel::pixels(image, caption, false)
+    }
+
+    /// As [`Panel::picture`], with pixels that have sharp edges however large they are shown.
+    pub fn mosaic(image: RgbImage, caption: impl Into<Words>) -> Panel {
+        Panel::pixels(image, caption, true)
+    }
+
+    fn pixels(image: RgbImage, caption: impl Into<Words>, sharp: bool) -> Panel {
         let (w, h) = (image.width(), image.height());
         let (w, h) = (f64::from(w.max(1)), f64::from(h.max(1)));
         let x = Axis::new("", Scale::linear(0.0, w)).hidden();
         let y = Axis::new("", Scale::linear(h, 0.0)).hidden();
-        let marks = vec![Mark::Image(image)];
+        let marks = vec![Mark::Image { image, sharp }];
         Panel { heading: caption.into(), marks, aspect: Some(w / h), ..Panel::new(x, y) }
     }
 

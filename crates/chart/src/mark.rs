@@ -40,7 +40,12 @@ pub enum Mark {
         labels: Vec<(Span, String)>,
     },
     /// A picture over the whole panel.
-    Image(RgbImage),
+    Image {
+        /// Its pixels.
+        image: RgbImage,
+        /// Whether they have sharp edges when they are shown large.
+        sharp: bool,
+    },
     /// A line across the panel.
     Rule {
         /// Where.
@@ -54,6 +59,17 @@ pub enum Mark {
     Label(Label),
     /// A cross that is seen on any picture.
     Cross(Place),
+    /// An upright axis inside the panel, with values beside it that lines may pass under.
+    Gauge(Gauge),
+}
+
+/// An upright axis inside a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gauge {
+    /// Where it is, in the values of the horizontal axis.
+    pub at: f64,
+    /// Heights in the values of the vertical axis, with their labels.
+    pub labels: Vec<(f64, String)>,
 }
 
 /// A stacked bar.
@@ -236,10 +252,11 @@ pub enum Rule {
     Y(f64),
 }
 
-/// On which side of its point a label is.
+/// On which side of its point a label should be. It is elsewhere if it would cover a mark or
+/// another label there, and left out where there is no free place at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Wherever it covers no mark and no label; left out where there is no such place.
+    /// Wherever it is nearest.
     Free,
     /// Right of the point.
     Right,
@@ -255,8 +272,6 @@ pub enum Side {
     BelowLeft,
     /// Above it and to its right.
     AboveRight,
-    /// Around it.
-    Centre,
 }
 
 /// A text beside a point.

@@ -14,6 +14,7 @@ mod panel;
 pub(crate) mod pdf;
 pub(crate) mod png;
 pub mod scene;
+mod shown;
 pub(crate) mod svg;
 
 use std::cell::RefCell;
@@ -24,20 +25,15 @@ use plotters::prelude::*;
 
 use self::backend::{FINE, Recorder, fine};
 use self::scene::{Point, Rgb, Scene, Shape, Text};
-use crate::{Chart, Colour, Words};
+use crate::{Chart, Colour, Sheet, Style, Words};
 
-/// Width and height of a page, page units.
-const SIZE: (f64, f64) = (1280.0, 720.0);
-/// Size of normal text: readable on a slide.
+/// Size of normal text: readable on a slide, and 7 points in print.
 const TEXT: f64 = 18.0;
-/// Size of the title.
-const TITLE: f64 = 28.0;
-/// Left edge of text.
-const LEFT: f64 = 40.0;
-/// Right edge of everything.
-const RIGHT: f64 = SIZE.0 - 28.0;
 /// From one line of text to the next.
 const LINE: f64 = 24.0;
+
+/// A page is at most as high, page units.
+const HIGHEST: f64 = 6000.0;
 
 /// Characters that a line of text has at most.
 const LONGEST: usize = 400;
@@ -45,16 +41,51 @@ const LONGEST: usize = 400;
 /// Drawing failed, in the words of the library.
 type Drawn = Result<(), String>;
 
+/// Where things are on a page, page units.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    /// Left edge of text.
+    left: f64,
+    /// Left edge of the panels with their axes.
+    begin: f64,
+    /// Right edge of everything.
+    right: f64,
+    /// Height of the page; `None`: as high as what is on it.
+    height: Option<f64>,
+    /// Whether there is a title.
+    title: bool,
+    /// Whether a page of pictures is no higher than they are.
+    shrinks: bool,
+}
+
+impl Frame {
+    fn of(style: Style) -> Frame {
+        let (width, height) = (style.sheet.width(), style.sheet.height());
+        let (left, begin, margin) = match style.sheet {
+            Sheet::Slide => (40.0, 38.0, 28.0),
+            Sheet::Page | Sheet::Column => (8.0, 4.0, 10.0),
+        };
+        let shrinks = style.sheet == Sheet::Page;
+        Frame { left, begin, right: width - margin, height, title: style.title, shrinks }
+    }
+
+    /// Whether panels stand above each other, and explanations below them.
+    fn is_narrow(&self) -> bool {
+        self.height.is_none()
+    }
+}
+
 /// The page of a chart.
 ///
 /// # Errors
 /// Why a chart could not be drawn, in the words of the drawing library: a defect of this crate.
-pub(crate) fn drawn(chart: &Chart) -> Result<Scene, String> {
-    let page = Page::new();
-    page::draw(&page, chart)?;
+pub(crate) fn drawn(chart: &Chart, style: Style) -> Result<Scene, String> {
+    let page = Page::new(style);
+    let height = page::draw(&page, chart)?;
     let shapes = page.shapes.take();
-    let (title, description) = (chart.title.to_owned(), chart.subtitle.clone());
-    Ok(Scene { size: SIZE, title, description, shapes })
+    let (title, description) = (chart.title.clone(), chart.subtitle.clone());
+    let size = (style.sheet.width(), height.ceil());
+    Ok(Scene { size, sheet: style.sheet, title, description, shapes })
 }
 
 /// The anchor of a text at its point.
@@ -65,19 +96,41 @@ enum Align {
     Right,
 }
 
+/// What surrounds letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Halo {
+    None,
+    /// So that lines below can still be followed.
+    Thin,
+    White,
+}
+
+impl Halo {
+    fn width(self) -> f64 {
+        match self {
+            Halo::None => 0.0,
+            Halo::Thin => 0.6 * scene::HALO,
+            Halo::White => scene::HALO,
+        }
+    }
+}
+
 /// A page being drawn.
 struct Page {
     /// The whole page for plotters.
     root: DrawingArea<Recorder, Shift>,
+    frame: Frame,
     shapes: Rc<RefCell<Vec<Shape>>>,
 }
 
 impl Page {
-    fn new() -> Page {
+    fn new(style: Style) -> Page {
         let shapes: Rc<RefCell<Vec<Shape>>> = Rc::default();
-        let size = (fine(SIZE.0) as u32, fine(SIZE.1) as u32);
-        let root = Recorder { size, shapes: Rc::clone(&shapes) }.into_drawing_area();
-        Page { root, shapes }
+        // What is too high for a page is cut off by whoever looks at it.
+        let size = (fine(style.sheet.width()) as u32, fine(HIGHEST) as u32);
+        let zoom = style.sheet.zoom();
+        let root = Recorder { size, zoom, shapes: Rc::clone(&shapes) }.into_drawing_area();
+        Page { root, frame: Frame::of(style), shapes }
     }
 
     fn push(&self, shape: Shape) {
@@ -86,15 +139,15 @@ impl Page {
 
     /// Text of normal size, half-way up at a point.
     fn text(&self, words: &Words, at: Point, align: Align) {
-        self.sized(words, at, align, TEXT, false);
+        self.sized(words, at, align, TEXT, Halo::None);
     }
 
     /// As [`Page::text`], with white around the letters.
     fn over(&self, words: &Words, at: Point, align: Align) {
-        self.sized(words, at, align, TEXT, true);
+        self.sized(words, at, align, TEXT, Halo::White);
     }
 
-    fn sized(&self, words: &Words, at: Point, align: Align, size: f64, halo: bool) {
+    fn sized(&self, words: &Words, at: Point, align: Align, size: f64, halo: Halo) {
         if words.text.trim().is_empty() {
             return;
         }
@@ -107,7 +160,7 @@ impl Page {
         let start = (at.0 - left, at.1 + font::MIDDLE * size);
         let fill = rgb(words.colour);
         let text = words.text.clone();
-        let bold = words.bold;
+        let (bold, halo) = (words.bold, halo.width());
         self.push(Shape::Text(Text { text, start, width, size, bold, upwards: false, fill, halo }));
     }
 
@@ -177,6 +230,29 @@ fn sized_to(words: &Words, room: f64, size: f64) -> Words {
         if fits(&shortened(&whole, middle)) { fitting = middle } else { too_long = middle }
     }
     Words { text: shortened(&whole, fitting), ..words.clone() }
+}
+
+/// Words in lines of a width, at most `most` of them; the last ends with an ellipsis if there is
+/// more. Lines end at spaces; in long words behind dots, dashes and strokes.
+fn wrapped(words: &Words, room: f64, size: f64, most: usize) -> Vec<Words> {
+    let fits = |text: &str| font::width(text.trim_end(), size, words.bold) <= room;
+    let whole = words.text.replace(['\n', '\r', '\t'], " ");
+    let mut lines: Vec<String> = vec![String::new()];
+    let pieces = whole.split_inclusive(' ').flat_map(|word| {
+        let joints: &[char] = if fits(word) { &[] } else { &['.', '-', '_', '/', '='] };
+        word.split_inclusive(joints).collect::<Vec<_>>()
+    });
+    for piece in pieces.take(LONGEST) {
+        let last = lines.len() - 1;
+        let longer = format!("{}{piece}", lines[last]);
+        if lines[last].is_empty() || lines.len() == most || fits(&longer) {
+            lines[last] = longer;
+        } else {
+            lines.push(piece.to_owned());
+        }
+    }
+    let line = |text: String| Words { text: text.trim_end().to_owned(), ..words.clone() };
+    lines.into_iter().map(|text| sized_to(&line(text), room, size)).collect()
 }
 
 /// At most `width` characters, the last one an ellipsis if some were cut off.

@@ -26,7 +26,7 @@ use super::oracle::PowerOracle;
 use super::plan::Plan;
 use super::references::ReferenceImages;
 use super::request::Foveation;
-use super::settings::Settings;
+use super::settings::{Gate, Settings};
 use super::setup::Setup;
 use super::views::ViewSplit;
 use super::watch::CampaignWatch;
@@ -69,6 +69,14 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// Number of views that decide whether a model passes.
+    pub fn gate_views(&self) -> usize {
+        match self.settings.gate {
+            Gate::Validation => self.split.validation.len(),
+            Gate::Test => self.split.test.len(),
+        }
+    }
+
     /// What every job works on.
     pub fn setup(&self) -> Setup<'_> {
         Setup {

@@ -77,7 +77,7 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
         let end = fit.as_ref().map_or(reach, Fit::rho_max).max(reach);
         chosen.min(if is_inside { (reach + end) / 2.0 } else { reach })
     });
-    let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Final) && o.passed;
+    let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Optimum) && o.passed;
     let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());
     Conclusion { passed: samples.len() - missed.len(), missed, fit, optimum, rho, best }
 }

@@ -8,7 +8,6 @@ use powergs_raster::{Detail, Options, render, render_foveated};
 use powergs_scene::{Foveated, Gaussians};
 
 use super::foveated::{Method, Viewer};
-use super::role::Role;
 use super::setup::Setup;
 
 /// Longer side of the pictures before and after, pixels.
@@ -44,14 +43,13 @@ impl BeforeAfter {
             if is_large { picture.shrunk(SIDE) } else { picture }
         };
         let (dense, ours) = (shown(setup.dense), shown(scene));
-        let is_final = best == Role::Final.name();
         BeforeAfter {
             view: camera.name.clone(),
             width: dense.width,
             height: dense.height,
             dense: dense.to_rgb8(),
             ours: ours.to_rgb8(),
-            name: if is_final { "optimised".into() } else { format!("optimised ({best})") },
+            name: format!("result ({best})"),
         }
     }
 

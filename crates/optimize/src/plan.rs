@@ -87,6 +87,15 @@ impl Plan {
         Some(variant.rule.target(dense.gate.quality))
     }
 
+    /// What the target of a variant is over the test views: the same share of the quality that its
+    /// reference has there, or the same numbers.
+    pub fn test_target(&self, done: &[Outcome], variant: u8) -> Option<Target> {
+        let role = if self.holds_out { Role::HeldOut } else { Role::Dense };
+        let dense = done.iter().find(|o| o.role == role)?;
+        let variant = self.variants.get(usize::from(variant))?;
+        Some(variant.rule.target(dense.test.quality))
+    }
+
     /// What the models of `line` must reach at a place: in the periphery, the HVSQ of their level 1
     /// at pooling 1.
     pub fn target_at(&self, done: &[Outcome], line: Line, place: Place) -> Option<Target> {

@@ -82,8 +82,8 @@ pub enum Role {
     HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
-    /// A model at the ratio of the fitted optimum.
-    Final,
+    /// A model at the ratio of the fitted optimum; it is not always the result.
+    Optimum,
     /// A comparison that we train.
     Baseline(Baseline),
     /// Another model of the user, measured only; position in their list.
@@ -101,7 +101,7 @@ impl Role {
             Role::Baseline(baseline) => baseline.name(),
             Role::External(position) => format!("{EXTERNAL}{position}"),
             Role::Sweep(weight) => format!("{SWEEP}{weight}"),
-            Role::Dense | Role::HeldOut | Role::Sample | Role::Final => self.kind().name().into(),
+            Role::Dense | Role::HeldOut | Role::Sample | Role::Optimum => self.kind().name().into(),
         }
     }
 
@@ -109,7 +109,7 @@ impl Role {
     pub fn reserves(name: &str) -> bool {
         let numbered = format!("{}-", Role::Sample.name());
         let is_job = match name.parse() {
-            Ok(Role::Dense | Role::HeldOut | Role::Final) => true,
+            Ok(Role::Dense | Role::HeldOut | Role::Optimum) => true,
             Ok(Role::Baseline(baseline)) => Baseline::ALL.contains(&baseline),
             Ok(Role::Sample | Role::External(_) | Role::Sweep(_)) | Err(_) => false,
         };
@@ -122,7 +122,7 @@ impl Role {
             Role::Dense => RoleKind::Dense,
             Role::HeldOut => RoleKind::HeldOut,
             Role::Sample => RoleKind::Sample,
-            Role::Final => RoleKind::Final,
+            Role::Optimum => RoleKind::Optimum,
             Role::Baseline(_) => RoleKind::Baseline,
             Role::External(_) => RoleKind::External,
             Role::Sweep(_) => RoleKind::Sweep,
@@ -136,7 +136,7 @@ impl Role {
             Role::Dense
             | Role::HeldOut
             | Role::Sample
-            | Role::Final
+            | Role::Optimum
             | Role::External(_)
             | Role::Sweep(_) => None,
         }
@@ -148,7 +148,7 @@ impl FromStr for Role {
 
     fn from_str(name: &str) -> Result<Role, UnknownRole> {
         let after = |prefix: &str| name.strip_prefix(prefix);
-        let plain = [Role::Dense, Role::HeldOut, Role::Sample, Role::Final];
+        let plain = [Role::Dense, Role::HeldOut, Role::Sample, Role::Optimum];
         let plain = plain.into_iter().find(|role| role.kind().name() == name);
         plain
             .or_else(|| Some(Role::External(after(EXTERNAL)?.parse().ok()?)))
@@ -167,8 +167,8 @@ pub enum RoleKind {
     HeldOut,
     /// A sample of the iso-quality curve.
     Sample,
-    /// A model at the ratio of the fitted optimum.
-    Final,
+    /// A model at the ratio of the fitted optimum; it is not always the result.
+    Optimum,
     /// A comparison that was trained.
     Baseline,
     /// Another model of the user.
@@ -183,7 +183,7 @@ impl RoleKind {
         RoleKind::Dense,
         RoleKind::HeldOut,
         RoleKind::Sample,
-        RoleKind::Final,
+        RoleKind::Optimum,
         RoleKind::Baseline,
         RoleKind::External,
         RoleKind::Sweep,
@@ -195,7 +195,7 @@ impl RoleKind {
             RoleKind::Dense => "dense",
             RoleKind::HeldOut => "held-out",
             RoleKind::Sample => "sample",
-            RoleKind::Final => "final",
+            RoleKind::Optimum => "optimum",
             RoleKind::Baseline => "baseline",
             RoleKind::External => "external",
             RoleKind::Sweep => "sweep",
@@ -207,8 +207,11 @@ impl FromStr for RoleKind {
     type Err = UnknownRole;
 
     fn from_str(name: &str) -> Result<RoleKind, UnknownRole> {
-        // Results of older versions write it with an underscore.
-        let name = name.replace('_', "-");
+        // Results of older versions write it with an underscore, and called the optimum final.
+        let name = match name {
+            "final" => RoleKind::Optimum.name().into(),
+            name => name.replace('_', "-"),
+        };
         RoleKind::ALL.into_iter().find(|k| k.name() == name).ok_or(UnknownRole(name))
     }
 }

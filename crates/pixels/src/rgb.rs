@@ -68,8 +68,16 @@ impl RgbImage {
     /// # Errors
     /// An image without pixels.
     pub fn png(&self) -> io::Result<Vec<u8>> {
+        self.png_of(None)
+    }
+
+    /// As [`RgbImage::png`], with the number of pixels in an inch of print.
+    ///
+    /// # Errors
+    /// As [`RgbImage::png`].
+    pub fn png_of(&self, per_inch: Option<f64>) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
-        write_png(&mut file, self.width, self.height, &self.bytes)?;
+        encode(&mut file, self.width, self.height, &self.bytes, per_inch)?;
         Ok(file)
     }
 }
@@ -79,11 +87,29 @@ impl RgbImage {
 /// # Errors
 /// Those of `out`, and a size that does not fit `rgb`.
 pub fn write_png(out: impl Write, width: u32, height: u32, rgb: &[u8]) -> io::Result<()> {
+    encode(out, width, height, rgb, None)
+}
+
+/// Metres in an inch.
+const INCH: f64 = 0.0254;
+
+fn encode(
+    out: impl Write,
+    width: u32,
+    height: u32,
+    rgb: &[u8],
+    per_inch: Option<f64>,
+) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
+    // PNG counts by the metre.
+    encoder.set_pixel_dims(per_inch.map(|n| {
+        let per_metre = (n / INCH).round() as u32;
+        png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }
+    }));
     let mut writer = encoder.write_header()?;
     writer.write_image_data(rgb)?;
     writer.finish()?;

@@ -5,5 +5,5 @@ mod output;
 mod page;
 
 pub use charts::charts;
-pub use output::{compare_csv, json, run_toml};
-pub use page::{document, note};
+pub use output::{compare_csv, json, run_toml, run_toml_of};
+pub use page::{document, measures_of as measures, note};

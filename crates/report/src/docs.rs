@@ -2,25 +2,36 @@
 
 use std::fmt::Write;
 
-use super::FILE_NAMES;
+use super::is_file_name;
 use powergs_core::sim::statistics::{Kind, Statistic, catalogue};
 use powergs_study::run_record::SCHEMA_VERSION;
 
-/// What each file of a report folder is, in the order of [`FILE_NAMES`] (charts once).
-const FILES: [(&str, &str); 14] = [
+/// What each file of a report folder is, charts once.
+const FILES: [(&str, &str); 16] = [
     ("run.toml", "what the report was made from: versions, checksums, configuration as resolved"),
     ("invocation.toml", "what was typed, where, when, and how long it took"),
     ("results.csv", "the record: one row per frame, then one per aggregate"),
     ("compare.csv", "of `compare`, in place of `results.csv`: measures and means of all sides"),
+    ("speedup.csv", "of `compare` with several traces: speed-ups and energy, geometric means"),
     ("summary.md", "the report for people"),
-    ("energy.png, .svg", "energy per frame and power at the display rate, stage by component"),
-    ("cycles.png, .svg", "per unit: busy, stalls by cause, idle (`cycle` model only)"),
-    ("roofline.png, .svg", "FLOP per DRAM byte against FLOP/s, under the peaks of the machine"),
-    ("buffers.png, .svg", "mean and peak of what each buffer held (where it was measured)"),
-    ("frame_time.png, .svg", "frame time along the path with the deadline (`cycle` model only)"),
-    ("tiles.png, .svg", "histograms of the list lengths and of the times of tiles"),
-    ("tile_load.png, .svg", "list length per tile over the picture of the slowest frame"),
-    ("timeline.png, .svg", "what every unit did when (`--timeline`)"),
+    (
+        "energy.png, .svg, .pdf",
+        "energy per frame and power at the display rate, stage by component",
+    ),
+    ("cycles.png, .svg, .pdf", "per unit: busy, stalls by cause, idle (`cycle` model only)"),
+    (
+        "roofline.png, .svg, .pdf",
+        "FLOP per DRAM byte against FLOP/s, under the peaks of the machine",
+    ),
+    ("buffers.png, .svg, .pdf", "mean and peak of what each buffer held (where it was measured)"),
+    (
+        "frame_time.png, .svg, .pdf",
+        "frame time of every frame with the deadline (`cycle` model only)",
+    ),
+    ("tiles.png, .svg, .pdf", "histograms of the list lengths and of the times of tiles"),
+    ("tile_load.png, .svg, .pdf", "list length per tile beside the picture of the slowest frame"),
+    ("timeline.png, .svg, .pdf", "what every unit did when (`--timeline`)"),
+    ("speedup.png, .svg, .pdf", "of `compare` with several traces: the same as bars"),
     ("trace.json.gz", "the same for <https://ui.perfetto.dev> (`--timeline`)"),
 ];
 
@@ -28,7 +39,7 @@ const FILES: [(&str, &str); 14] = [
 pub fn results_md() -> String {
     let mut text = String::from(HEAD);
     for (name, what) in FILES {
-        debug_assert!(FILE_NAMES.iter().any(|f| name.starts_with(f)));
+        debug_assert!(is_file_name(name.split(',').next().unwrap_or(name)), "{name}");
         let _ = writeln!(text, "| `{name}` | {what} |");
     }
     let _ = write!(text, "{CSV_AND_JSON}");

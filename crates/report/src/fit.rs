@@ -10,15 +10,27 @@ const DISPLAY: Colour = Colour::SKY;
 const RENDER: Colour = Colour::ORANGE;
 const TOTAL: Colour = Colour::INK;
 const OPTIMUM: Colour = Colour::VERMILION;
+/// Inside of rings.
+const MISSED: Colour = Colour(255, 255, 255);
 
 /// Points of a drawn curve.
 const STEPS: u32 = 200;
 
 /// The chart of a fit; `name` is what was sampled.
 pub fn chart(fit: &Fit, name: &str) -> Chart {
+    chart_of(fit, name, &|_| true)
+}
+
+/// As [`chart`], with the samples whose ratio did not pass drawn as rings.
+pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> Chart {
+    let missed = fit.samples.iter().filter(|s| !passed(s.rho)).count();
+    let quality = match missed {
+        0 => "of equal quality".to_owned(),
+        n => format!("at the target quality, {n} of them just below it"),
+    };
     let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
     let subtitle = format!(
-        "{}, {} samples of equal quality. R² {} and {}, mean relative error {} and {} \
+        "{}, {} samples {quality}. R² {} and {}, mean relative error {} and {} \
          (display, rendering)",
         shortened(name, 32),
         fit.samples.len(),
@@ -27,7 +39,7 @@ pub fn chart(fit: &Fit, name: &str) -> Chart {
         or_none(fit.display.mre),
         or_none(fit.render.mre),
     );
-    let (best, unit, panel) = panel(fit);
+    let (best, unit, panel) = panel(fit, passed);
     let x = ratios("pruned share of Gaussians, ρ", &panel.x.scale, 10);
     let y = Axis::new(format!("power, {unit}"), panel.y.scale.clone());
     let rho = optimum(fit);
@@ -35,7 +47,7 @@ pub fn chart(fit: &Fit, name: &str) -> Chart {
     let text = format!("optimum: ρ = {:.3}, {watts} ({})", rho.rho, place(fit));
     let panel = Panel { x, y, ..panel };
     Chart::new("fit", "Power over the pruning ratio", subtitle)
-        .legend(entries())
+        .legend(entries().chain((missed > 0).then(|| missed_entry())))
         .panel(panel.label(Words::new(text, OPTIMUM), best, Side::Free))
 }
 
@@ -46,9 +58,14 @@ pub(super) fn entries() -> impl Iterator<Item = Entry> {
     entries.into_iter().chain([Entry::note("dots: samples, lines: fits")])
 }
 
+/// What a ring is.
+fn missed_entry() -> Entry {
+    Entry::new("ring: missed the target by less than 1 %", Symbol::Ring(TOTAL, MISSED))
+}
+
 /// The fit in a low panel, with a heading.
 pub(super) fn small(fit: &Fit, heading: &str) -> Panel {
-    let (_, unit, panel) = panel(fit);
+    let (_, unit, panel) = panel(fit, &|_| true);
     let x = ratios("", &panel.x.scale, 6);
     let y = Axis::new(unit, panel.y.scale.clone()).ticks(4);
     let text = format!("optimum ρ = {:.3} ({})", optimum(fit).rho, place(fit));
@@ -64,7 +81,7 @@ fn ratios(title: &str, scale: &Scale, count: usize) -> Axis {
 }
 
 /// Curves, samples and the optimum; where that is, and the unit of the powers.
-fn panel(fit: &Fit) -> (Place, String, Panel) {
+fn panel(fit: &Fit, passed: &dyn Fn(f64) -> bool) -> (Place, String, Panel) {
     let (low, high) = (fit.rho_min(), fit.rho_max());
     let most = fit.samples.iter().map(Sample::total_w).fold(fit.total_w(low), f64::max);
     let most = most.max(fit.total_w(high));
@@ -87,12 +104,15 @@ fn panel(fit: &Fit) -> (Place, String, Panel) {
     for (curve, of, colour) in series {
         let rho = |i: u32| low + (high - low) * f64::from(i) / f64::from(STEPS);
         let curve = (0..=STEPS).map(|i| (rho(i), per_watt * curve(fit, rho(i)))).collect();
-        let samples = fit.samples.iter().map(|s| (s.rho, per_watt * of(s)));
-        panel = panel.line(Line::curve(curve, colour)).points(Points::dots(
-            samples,
-            colour,
-            Size::Large,
-        ));
+        let at = |s: &Sample| (s.rho, per_watt * of(s));
+        let (met, missed): (Vec<&Sample>, Vec<&Sample>) =
+            fit.samples.iter().partition(|s| passed(s.rho));
+        let dots = Points::dots(met.into_iter().map(at), colour, Size::Large);
+        let rings = Points::dots(missed.into_iter().map(at), MISSED, Size::Medium);
+        panel = panel
+            .line(Line::curve(curve, colour))
+            .points(dots)
+            .points(Points { ring: Some(colour), ..rings });
     }
     let dot = Points::dots([place], OPTIMUM, Size::Huge);
     (place, unit, panel.points(dot))

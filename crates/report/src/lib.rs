@@ -18,6 +18,7 @@ pub mod perfetto;
 pub mod record;
 pub mod schema;
 pub mod sensitivity;
+pub mod speedup;
 pub mod sweep;
 pub mod terms;
 pub mod timeline;
@@ -25,7 +26,7 @@ pub mod validate;
 
 pub use powergs_base::format;
 
-use powergs_chart::Chart;
+use powergs_chart::{Chart, Format, Style};
 use powergs_study::findings::RunSummary;
 use powergs_study::run_record::Run;
 
@@ -49,104 +50,95 @@ pub struct File {
     pub bytes: Vec<u8>,
 }
 
-/// Names of all files that a report folder may hold.
-pub const FILE_NAMES: [&str; 48] = [
+/// Names of all files that a report folder may hold, but charts.
+const FILE_NAMES: [&str; 10] = [
     "run.toml",
     "invocation.toml",
     "results.csv",
     "compare.csv",
+    "speedup.csv",
     "sensitivity.csv",
     "summary.md",
-    "energy.png",
-    "energy.svg",
-    "cycles.png",
-    "cycles.svg",
-    "roofline.png",
-    "roofline.svg",
-    "buffers.png",
-    "buffers.svg",
-    "frame_time.png",
-    "frame_time.svg",
-    "tiles.png",
-    "tiles.svg",
-    "tile_load.png",
-    "tile_load.svg",
-    "timeline.png",
-    "timeline.svg",
-    "tornado.png",
-    "tornado.svg",
-    "tornado_2.png",
-    "tornado_2.svg",
-    "tornado_3.png",
-    "tornado_3.svg",
-    "tornado_4.png",
-    "tornado_4.svg",
     "elasticity.csv",
     "interactions.csv",
     "designs.csv",
-    "tornado_fps.png",
-    "tornado_fps.svg",
-    "tornado_energy.png",
-    "tornado_energy.svg",
-    "tornado_area.png",
-    "tornado_area.svg",
-    "morris_fps.png",
-    "morris_fps.svg",
-    "morris_energy.png",
-    "morris_energy.svg",
-    "morris_area.png",
-    "morris_area.svg",
-    "sobol.png",
-    "sobol.svg",
-    "trace.json.gz",
 ];
 
-/// Those of them that `replay` writes only when they are asked for, or that `compare` and
-/// `sensitivity` write.
-pub const ASKED_FOR: [&str; 30] = [
-    "compare.csv",
-    "timeline.png",
-    "timeline.svg",
-    "trace.json.gz",
-    "sensitivity.csv",
-    "tornado.png",
-    "tornado.svg",
-    "tornado_2.png",
-    "tornado_2.svg",
-    "tornado_3.png",
-    "tornado_3.svg",
-    "tornado_4.png",
-    "tornado_4.svg",
-    "elasticity.csv",
-    "interactions.csv",
-    "designs.csv",
-    "tornado_fps.png",
-    "tornado_fps.svg",
-    "tornado_energy.png",
-    "tornado_energy.svg",
-    "tornado_area.png",
-    "tornado_area.svg",
-    "morris_fps.png",
-    "morris_fps.svg",
-    "morris_energy.png",
-    "morris_energy.svg",
-    "morris_area.png",
-    "morris_area.svg",
-    "sobol.png",
-    "sobol.svg",
+/// Names of all charts that a report folder may hold, without their endings.
+const CHART_NAMES: [&str; 20] = [
+    "energy",
+    "cycles",
+    "roofline",
+    "buffers",
+    "frame_time",
+    "tiles",
+    "tile_load",
+    "timeline",
+    "speedup",
+    "tornado",
+    "tornado_2",
+    "tornado_3",
+    "tornado_4",
+    "tornado_fps",
+    "tornado_energy",
+    "tornado_area",
+    "morris_fps",
+    "morris_energy",
+    "morris_area",
+    "sobol",
 ];
 
-/// A PNG and an SVG of every chart.
-///
-/// # Errors
-/// [`powergs_chart::DrawError`], which would be a mistake of ours.
-pub fn chart_files(charts: &[Chart]) -> Result<Vec<File>, powergs_chart::DrawError> {
-    let mut files = Vec::new();
-    for chart in charts {
-        files.push(File { name: format!("{}.png", chart.name), bytes: chart.png()? });
-        files.push(File { name: format!("{}.svg", chart.name), bytes: chart.svg()?.into_bytes() });
+/// A timeline for a browser, written beside the chart of it.
+const TIMELINE: &str = "trace.json.gz";
+
+/// How the charts of a report are drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drawing {
+    /// How they are laid out.
+    pub style: Style,
+    /// The files of each.
+    pub formats: Vec<Format>,
+}
+
+impl Default for Drawing {
+    /// Slides as PNG and SVG.
+    fn default() -> Drawing {
+        Drawing { style: Style::default(), formats: vec![Format::Png, Format::Svg] }
     }
-    Ok(files)
+}
+
+impl Drawing {
+    /// The files of charts.
+    ///
+    /// # Errors
+    /// [`powergs_chart::DrawError`], which would be a mistake of ours.
+    pub fn files(&self, charts: &[Chart]) -> Result<Vec<File>, powergs_chart::DrawError> {
+        let mut files = Vec::new();
+        for chart in charts {
+            for format in Format::ALL.into_iter().filter(|f| self.formats.contains(f)) {
+                let name = format!("{}.{}", chart.name, format.ending());
+                files.push(File { name, bytes: format.file(chart, self.style)? });
+            }
+        }
+        Ok(files)
+    }
+
+    /// The kind of file that pages show.
+    pub fn link(&self) -> Format {
+        let has = |f: &Format| self.formats.contains(f);
+        Format::ALL.into_iter().find(has).unwrap_or(Format::Png)
+    }
+}
+
+/// Whether `name` is that of a chart file, of one of `charts`.
+fn is_chart(name: &str, charts: &[&str]) -> bool {
+    let Some((stem, ending)) = name.rsplit_once('.') else { return false };
+    charts.contains(&stem) && Format::ALL.iter().any(|f| f.ending() == ending)
+}
+
+/// Whether a report folder may hold a file of this name.
+pub fn is_file_name(name: &str) -> bool {
+    FILE_NAMES.contains(&name) || name == TIMELINE || is_chart(name, &CHART_NAMES)
 }
 
 /// What a run comes to.
@@ -164,14 +156,14 @@ fn summary_of(run: &Run) -> RunSummary {
 ///
 /// # Panics
 /// Without frames.
-pub fn files(run: &Run) -> Result<Vec<File>, ReportError> {
+pub fn files(run: &Run, drawing: &Drawing) -> Result<Vec<File>, ReportError> {
     let charts = charts::all(run);
-    let summary = page::document(run, &charts, &[]).markdown();
+    let summary = page::document(run, &charts, &[]).markdown(drawing.link());
     let mut files = vec![
         File { name: "run.toml".into(), bytes: record::run_toml(run)?.into_bytes() },
         File { name: "results.csv".into(), bytes: csv::results(run) },
         File { name: "summary.md".into(), bytes: summary.into_bytes() },
     ];
-    files.extend(chart_files(&charts)?);
+    files.extend(drawing.files(&charts)?);
     Ok(files)
 }

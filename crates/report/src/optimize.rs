@@ -11,7 +11,7 @@ mod summary;
 mod sweep;
 mod tables;
 
-use super::format::{shortened, significant};
+use super::format::shortened;
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::claims::ClaimTable;
 use powergs_optimize::conclusion::Conclusion;
@@ -38,8 +38,15 @@ pub struct Story<'a> {
     pub fps: f64,
     /// All outcomes, in order.
     pub done: &'a [Outcome],
-    /// What was to be reached, if the dense model was measured.
+    /// What was to be reached over the gate views, if the dense model was measured.
     pub target: Option<Quality>,
+    /// What that is over the test views: the same share of what the reference has there, or the
+    /// same numbers.
+    pub test_target: Option<Quality>,
+    /// Number of gate and of test views.
+    pub views: (usize, usize),
+    /// Iterations of a sample that were asked for, at most.
+    pub iterations: u32,
     /// What the samples say.
     pub conclusion: &'a Conclusion,
     /// Checks of the quality, in order.
@@ -99,7 +106,8 @@ pub fn charts(story: &Story<'_>) -> Vec<Chart> {
 /// D and R with their fits, and the total with its optimum.
 fn curves(story: &Story<'_>) -> Option<Chart> {
     let fit = story.conclusion.fit.as_ref().ok()?;
-    Some(Chart { name: "curves", ..super::fit::chart(fit, &story.name) })
+    let passed = |rho: f64| story.samples().any(|o| o.rho == rho && o.passed);
+    Some(Chart { name: "curves", ..super::fit::chart_of(fit, &story.name, &passed) })
 }
 
 /// The colour of a model in every chart.
@@ -107,7 +115,7 @@ fn colour(role: Role) -> Colour {
     match role {
         Role::Dense => Colour::INK,
         Role::Sample => Colour::SKY,
-        Role::Final => Colour::VERMILION,
+        Role::Optimum => Colour::YELLOW,
         Role::Baseline(Baseline::RenderOnly) => Colour::ORANGE,
         Role::Baseline(Baseline::DisplayOnly) => Colour::BLUE,
         Role::Baseline(Baseline::TwoStage) => Colour::PURPLE,
@@ -116,13 +124,34 @@ fn colour(role: Role) -> Colour {
     }
 }
 
-/// The label of a model in charts: samples by their ratio.
-fn label(outcome: &Outcome) -> String {
-    match outcome.role {
-        Role::Sample => format!("ρ {}", significant(outcome.rho)),
-        Role::Final => "ours".into(),
-        Role::Dense | Role::HeldOut | Role::Baseline(_) | Role::External(_) | Role::Sweep(_) => {
-            shortened(&outcome.name, 18)
+/// PSNR from which a model is its own reference, decibels: what is left is rounding.
+const ITSELF: f64 = 100.0;
+
+impl Story<'_> {
+    /// The name of a model in all charts and tables; that of the result says so.
+    fn label(&self, outcome: &Outcome) -> String {
+        let name = shortened(&outcome.name, 18);
+        if self.is_result(outcome) { format!("result ({name})") } else { name }
+    }
+
+    fn is_result(&self, outcome: &Outcome) -> bool {
+        self.conclusion.best.as_ref() == Some(&outcome.name)
+    }
+
+    /// The colour of a model: that of the result, grey for samples that missed, else by its role.
+    fn colour(&self, outcome: &Outcome) -> Colour {
+        let is_own = matches!(outcome.role, Role::Sample | Role::Optimum);
+        if self.is_result(outcome) {
+            RESULT
+        } else if is_own && !outcome.passed {
+            MISSED
+        } else {
+            colour(outcome.role)
         }
     }
 }
+
+/// The colour of the model that the run ends with.
+const RESULT: Colour = Colour::VERMILION;
+/// The colour of models that missed the target.
+const MISSED: Colour = Colour::GREY;

@@ -3,6 +3,7 @@
 
 mod axis;
 mod colour;
+mod deadline;
 mod energy;
 mod front;
 mod keys;
@@ -20,35 +21,37 @@ pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};
 pub use page::{Provenance, document};
 
 use powergs_chart::Chart;
-use powergs_study::analysis::Analysis;
+use powergs_study::analysis::{Analysis, speedup as of_traces};
 
-/// Names of all files of the folder `analysis`.
-pub const FILE_NAMES: [&str; 17] = [
-    "pareto.csv",
-    "summary.md",
-    "report.html",
-    "front.png",
-    "front.svg",
-    "front_2.png",
-    "front_2.svg",
-    "front_3.png",
-    "front_3.svg",
-    "energy_front.png",
-    "energy_front.svg",
-    "keys.png",
-    "keys.svg",
-    "marginal.png",
-    "marginal.svg",
-    "stability.png",
-    "stability.svg",
-];
+/// Whether the folder `analysis` may hold a file of this name.
+pub fn is_file_name(name: &str) -> bool {
+    ["pareto.csv", "speedup.csv", "summary.md", "report.html"].contains(&name)
+        || super::is_chart(name, &CHART_NAMES)
+}
 
-/// All charts that the analysis has data for, in report order: files `NAME.png` and `NAME.svg`.
+/// Names of all charts of the folder `analysis`, without their endings.
+const CHART_NAMES: [&str; 8] =
+    ["front", "front_2", "front_3", "speedup", "energy_front", "keys", "marginal", "stability"];
+
+/// All charts that the analysis has data for, in report order.
 pub fn charts(analysis: &Analysis) -> Vec<Chart> {
     let mut charts = front::charts(analysis);
+    charts.extend(speedup(analysis));
     charts.extend(energy::chart(analysis));
     charts.extend(keys::chart(analysis));
     charts.extend(marginal::chart(analysis));
     charts.extend(ranks::chart(analysis));
     charts
+}
+
+/// Selected designs over the traces; `None` for one trace.
+fn speedup(analysis: &Analysis) -> Option<Chart> {
+    let all = of_traces::of(analysis)?;
+    let what = format!("selected designs, {}", words::prices(analysis));
+    Some(crate::speedup::chart(&all, what))
+}
+
+/// `speedup.csv`: selected designs over the traces; `None` for one trace.
+pub fn speedup_csv(analysis: &Analysis) -> Option<Vec<u8>> {
+    of_traces::of(analysis).map(|all| crate::speedup::csv(&all))
 }

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
+use powergs_chart::Format;
+
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use powergs_study::validate::{Judged, Origin, Row, Status, Tables, Verdict, Workload};
 
@@ -37,7 +39,7 @@ pub fn page(tables: &Tables, judged: &[Judged]) -> String {
     page.add(Block::List(judged.iter().map(|j| note(j.row)).collect()));
     page.heading("Workloads");
     page.table(workloads(tables));
-    format!("{HEAD}\n{}", page.markdown())
+    format!("{HEAD}\n{}", page.markdown(Format::Png))
 }
 
 /// What is printed.

@@ -14,6 +14,7 @@ pub mod marginal;
 pub mod morris;
 pub mod question;
 pub mod rate;
+pub mod speedup;
 pub mod stability;
 pub mod table;
 

@@ -2,6 +2,7 @@
 
 pub mod bombs;
 pub mod camera_files;
+pub mod charts;
 pub mod difference;
 pub mod display;
 pub mod foveated;

@@ -50,6 +50,9 @@ pub fn finish(
         fps: campaign.oracle.fps(),
         done,
         target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
+        test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
+        views: (campaign.gate_views(), campaign.split.test.len()),
+        iterations: campaign.settings.iterations,
         conclusion: &finished.conclusion,
         course: course(finished),
         ratios: finished.ratios.clone(),
@@ -57,12 +60,12 @@ pub fn finish(
         claims: claims::check(std::slice::from_ref(&whole)),
     };
     let drawn = charts(&story);
-    folder.draw(&drawn)?;
+    folder.draw(&drawn, &context.drawing)?;
     let mut page = document(&story, &drawn);
     if let Some(found) = &finished.foveated {
-        page.extend(foveated::report(campaign, finished, found, folder)?);
+        page.extend(foveated::report(campaign, finished, found, folder, &context.drawing)?);
     }
-    folder.write("summary.md", page.markdown())?;
+    folder.write("summary.md", page.markdown(context.drawing.link()))?;
     tell(&story, finished, folder, context)?;
     Ok(if finished.model.is_some() { Exit::Done } else { Exit::GoalMissed })
 }
@@ -70,7 +73,7 @@ pub fn finish(
 /// The checks of the samples and of the final model.
 fn course(finished: &Finished) -> Vec<Moment> {
     let is_shown =
-        |o: &Outcome| o.place == Place::default() && matches!(o.role, Role::Sample | Role::Final);
+        |o: &Outcome| o.place == Place::default() && matches!(o.role, Role::Sample | Role::Optimum);
     let moment = |(outcome, iteration): (&Outcome, &powergs_optimize::tune::Iteration)| {
         Some(Moment {
             job: outcome.name.clone(),
@@ -101,11 +104,23 @@ fn tell(
         }
         return Ok(());
     }
-    let place = folder.path().join("summary.md");
     let mut page = Document::new();
+    if let Some(line) = powergs_report::optimize::foveated::saving(results) {
+        page.add(Block::Verbatim(format!("{line}\nwithout foveation:\n")));
+    }
     page.add(Block::Verbatim(story.headline()));
     page.table(powergs_report::optimize::foveated::headline(results));
-    page.add(Block::Facts(vec![("report".into(), place.display().to_string().into())]));
+    let at = |name: &str| folder.path().join(name).display().to_string().into();
+    let mut files = Vec::new();
+    if finished.foveated.as_ref().is_some_and(|f| f.model.is_some()) {
+        files.push(("foveated".into(), at("model.fov")));
+    }
+    if finished.model.is_some() {
+        files.push(("model".into(), at("final.ply")));
+        files.push(("trace".into(), at("final.bin")));
+    }
+    files.push(("report".into(), at("summary.md")));
+    page.add(Block::Facts(files));
     out::document(&page)
 }
 

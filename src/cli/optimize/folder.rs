@@ -12,7 +12,7 @@ use powergs_core::run::Store;
 use powergs_core::run::store::atomic::{is_temporary, write_atomically};
 use powergs_core::run::store::{Lock, Sharing};
 use powergs_optimize::campaign::{Campaign, Run};
-use powergs_report::chart_files;
+use powergs_report::Drawing;
 
 /// The folder of the checkpoints.
 const CHECKPOINTS: &str = "checkpoints";
@@ -152,8 +152,8 @@ impl Folder {
     }
 
     /// Draws and writes charts.
-    pub fn draw(&self, charts: &[Chart]) -> Result<(), Failure> {
-        for file in chart_files(charts).or_exit(Exit::Internal, "charts")? {
+    pub fn draw(&self, charts: &[Chart], drawing: &Drawing) -> Result<(), Failure> {
+        for file in drawing.files(charts).or_exit(Exit::Internal, "charts")? {
             self.write(&file.name, file.bytes)?;
         }
         Ok(())

@@ -4,6 +4,7 @@ use super::super::Failure;
 use super::folder::Folder;
 use powergs_optimize::campaign::{Campaign, Finished, FoveatedModels};
 use powergs_optimize::job::Place;
+use powergs_report::Drawing;
 use powergs_report::document::Document;
 use powergs_report::optimize::foveated::{
     Show, charts, document, foveated_csv, levels_csv, regions_csv,
@@ -15,6 +16,7 @@ pub fn report(
     finished: &Finished,
     found: &FoveatedModels,
     folder: &Folder,
+    drawing: &Drawing,
 ) -> Result<Document, Failure> {
     let results = &finished.results;
     folder.write("levels.csv", levels_csv(results))?;
@@ -28,6 +30,6 @@ pub fn report(
     let fits = (0..campaign.plan.levels).filter_map(fit).collect();
     let show = Show { results, fits, album: found.album.clone() };
     let drawn = charts(&show);
-    folder.draw(&drawn)?;
+    folder.draw(&drawn, drawing)?;
     Ok(document(&show, &drawn))
 }

@@ -15,8 +15,12 @@ use powergs_optimize::watch::CampaignWatch;
 use powergs_report::format::{engineering, shortened};
 use powergs_scene::Camera;
 
+/// PSNR from which a model is its own reference, decibels.
+const ITSELF: f64 = 100.0;
 /// The history of all iterations.
 const HISTORY: &str = "history.csv";
+/// What the bar counts: fine-tunes end when the quality has settled, and nobody knows when.
+const AT_MOST: &str = "iterations at most";
 /// Its columns.
 const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,display_w,\
                        gate_psnr_db,gate_ssim,gate_display_w,gate_passed,hvsq,gate_hvsq\n";
@@ -24,6 +28,10 @@ const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,
 /// Ctrl-C, a bar, notes and the history.
 pub struct Watched<'a> {
     context: &'a Context,
+    /// PSNR that the dense model must have on photos, decibels; 0 for any.
+    least_db: f64,
+    /// PSNR of a dense model that has less.
+    unlike: Mutex<Option<f64>>,
     bar: Mutex<Option<Progress>>,
     history: Mutex<Option<History>>,
 }
@@ -40,8 +48,9 @@ struct History {
 
 impl<'a> Watched<'a> {
     /// Without a history, which the folder may not be there for.
-    pub fn new(context: &'a Context) -> Watched<'a> {
-        Watched { context, bar: Mutex::new(None), history: Mutex::new(None) }
+    pub fn new(context: &'a Context, least_db: f64) -> Watched<'a> {
+        let (unlike, bar) = (Mutex::new(None), Mutex::new(None));
+        Watched { context, least_db, unlike, bar, history: Mutex::new(None) }
     }
 
     /// Begins `history.csv` in a run folder.
@@ -62,8 +71,18 @@ impl<'a> Watched<'a> {
     /// Ends the bar.
     ///
     /// # Errors
-    /// Exit code 2: the history could not be written.
+    /// Exit code 2: the history could not be written; 3: photos that show something else than the
+    /// model.
     pub fn finish(self) -> Result<(), Failure> {
+        if let Some(db) = *held(&self.unlike) {
+            let what = format!(
+                "the photos do not show what the model shows: its PSNR over the gate views is \
+                 {db:.2} dB, less than {} dB; give the photos and cameras that the model was \
+                 trained on, or go on all the same with --least-likeness 0",
+                self.least_db
+            );
+            return Err(Failure::new(Exit::BadInput, what));
+        }
         match held(&self.history).take().and_then(|history| history.failure) {
             Some(failure) => Err(failure),
             None => Ok(()),
@@ -94,7 +113,9 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Watch for Watched<'_> {
     fn is_cancelled(&self) -> bool {
         let has_failed = |history: &History| history.failure.is_some();
-        self.context.is_cancelled() || held(&self.history).as_ref().is_some_and(has_failed)
+        self.context.is_cancelled()
+            || held(&self.unlike).is_some()
+            || held(&self.history).as_ref().is_some_and(has_failed)
     }
 }
 
@@ -108,7 +129,7 @@ impl CampaignWatch for Watched<'_> {
     }
 
     fn planned(&self, iterations: u64) {
-        self.bar(iterations, "iterations");
+        self.bar(iterations, AT_MOST);
     }
 
     fn advanced(&self, n: u64) {
@@ -129,20 +150,32 @@ impl CampaignWatch for Watched<'_> {
             let power = "total = rendering + display";
             self.say(format_args!(
                 "{:17} {:>9} {:>8} {:6} {:6} {power}",
-                "model", "Gaussians", "PSNR, dB", "SSIM", "target"
+                "model", "Gaussians", "gate, dB", "SSIM", "target"
             ));
+            let db = outcome.gate.quality.psnr_db;
+            if db < self.least_db {
+                *held(&self.unlike) = Some(db);
+            }
         }
         let q = &outcome.gate.quality;
         let w = &outcome.watts;
         let quality = match q.hvsq.filter(|_| outcome.place.level > 0) {
             Some(hvsq) => format!("HVSQ {hvsq:>10.3e}"),
+            // Of its own renders a model differs by rounding only.
+            None if q.psnr_db >= ITSELF => format!("{:>8} {:.4}", "equal", q.ssim),
             None => format!("{:>8.2} {:.4}", q.psnr_db, q.ssim),
+        };
+        let is_reference = matches!(outcome.role, Role::Dense | Role::HeldOut);
+        let verdict = match outcome.passed {
+            true if is_reference => "",
+            true => "ok",
+            false => "missed",
         };
         self.say(format_args!(
             "{:17} {:>9} {quality} {:6} {} = {} + {}",
             shortened(&outcome.name, 17),
             outcome.points,
-            if outcome.passed { "ok" } else { "missed" },
+            verdict,
             engineering(w.total_w(), "W"),
             engineering(w.render_w, "W"),
             engineering(w.display_w, "W")

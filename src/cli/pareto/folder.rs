@@ -60,15 +60,18 @@ pub(super) fn write(
     let folder = RunFolder::analysis(path)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
+    if let Some(table) = sweep::speedup_csv(analysis) {
+        folder.write("speedup.csv", &table)?;
+    }
     let page = sweep::document(analysis, &charts, provenance);
-    folder.write("summary.md", page.markdown().as_bytes())?;
+    folder.write("summary.md", page.markdown(context.drawing.link()).as_bytes())?;
     let html = page.html(&provenance.title).or_exit(Exit::Internal, "report")?;
     folder.write("report.html", html.as_bytes())?;
     for chart in &charts {
         if context.is_cancelled() {
             return Ok(None);
         }
-        folder.write_charts(std::slice::from_ref(chart))?;
+        folder.write_charts(std::slice::from_ref(chart), &context.drawing)?;
     }
     Ok(Some(folder.finish()?))
 }

@@ -8,6 +8,7 @@ use crate::cli::{Exit, Failure, OrExit};
 use powergs_base::TOOL_VERSION;
 use powergs_core::run::{Input, System, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
+use powergs_report::Drawing;
 use powergs_report::document::Document;
 use powergs_report::sensitivity::{self, interactions, keys};
 use powergs_study::sensitivity::KeyResults;
@@ -16,15 +17,15 @@ use powergs_study::sensitivity::KeyResults;
 ///
 /// # Errors
 /// Exit code 2 for a folder that cannot be written, 4 for a defect.
-pub fn write(folder: &RunFolder, found: &Results) -> Result<Vec<u8>, Failure> {
+pub fn write(folder: &RunFolder, found: &Results, drawing: &Drawing) -> Result<Vec<u8>, Failure> {
     match found {
         Results::Assumptions(all) => {
             let table = sensitivity::csv(all);
             folder.write("sensitivity.csv", &table)?;
             let charts = sensitivity::charts(all);
             let page = sensitivity::document(all, &charts, None);
-            folder.write("summary.md", page.markdown().as_bytes())?;
-            folder.write_charts(&charts)?;
+            folder.write("summary.md", page.markdown(drawing.link()).as_bytes())?;
+            folder.write_charts(&charts, drawing)?;
             Ok(table)
         }
         Results::Keys(KeyResults { keys: all, interactions: together }) => {
@@ -33,16 +34,16 @@ pub fn write(folder: &RunFolder, found: &Results) -> Result<Vec<u8>, Failure> {
             folder.write("elasticity.csv", &table)?;
             let charts = keys::charts(all);
             let mut page = keys::document(all, &charts, None);
-            folder.write_charts(&charts)?;
+            folder.write_charts(&charts, drawing)?;
             if let Some(together) = together {
                 table = interactions::csv(together);
                 folder.write("interactions.csv", &table)?;
                 folder.write("designs.csv", &interactions::designs_csv(together))?;
                 let charts = interactions::charts(together);
                 page.extend(interactions::document(together, &charts, None));
-                folder.write_charts(&charts)?;
+                folder.write_charts(&charts, drawing)?;
             }
-            folder.write("summary.md", page.markdown().as_bytes())?;
+            folder.write("summary.md", page.markdown(drawing.link()).as_bytes())?;
             Ok(table)
         }
     }

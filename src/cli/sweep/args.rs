@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use crate::cli::camera_file::{FrameRange, frame_range};
+use crate::cli::chart_args::ChartArgs;
 use powergs_study::sweep::run::{Shard, SweepRequest};
 
 /// Shown under `sweep --help`.
@@ -109,6 +110,9 @@ pub struct SweepArgs {
     /// With --slurm: only print the script
     #[arg(long, requires = "slurm")]
     pub print: bool,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
 }
 
 /// `sweep status`.
@@ -126,6 +130,19 @@ pub struct MergeArgs {
     /// Also take results from these folders of the same sweep
     #[arg(long, value_name = "DIR", num_args = 1..)]
     pub from: Vec<PathBuf>,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
+}
+
+impl Args {
+    /// How charts are drawn.
+    pub fn charts(&self) -> &ChartArgs {
+        match &self.command {
+            Some(Command::Merge(args)) => &args.charts,
+            Some(Command::Status(_) | Command::Show(_)) | None => &self.sweep.charts,
+        }
+    }
 }
 
 /// `sweep show`.

@@ -63,7 +63,10 @@ pub fn run(
     let mut job = Job::open(&request, &settings)?;
     write_atomically(&job.script(), |w| w.write_all(&text))?;
     match Follower::new(&mut job, &settings, context).run()? {
-        End::Complete => parts::merge(&MergeArgs { folder: path, from: Vec::new() }, context),
+        End::Complete => parts::merge(
+            &MergeArgs { folder: path, from: Vec::new(), charts: args.charts.clone() },
+            context,
+        ),
         End::Left => {
             leave(&job);
             Ok(Exit::Interrupted)

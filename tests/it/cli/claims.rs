@@ -16,7 +16,7 @@ fn claims(words: &[&Path], more: &[&str]) -> Result<Exit, Failure> {
     all.extend(more.iter().map(|w| (*w).to_owned()));
     let cli = Cli::try_parse_from(all).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
-    cli::run(&cli, &Context { global: cli.global.clone(), cancelled })
+    cli::run(&cli, &Context { global: cli.global.clone(), drawing: Default::default(), cancelled })
 }
 
 #[track_caller]

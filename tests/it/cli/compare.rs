@@ -36,6 +36,33 @@ fn machines_then_their_folders() {
     finished_reports(root.path());
 }
 
+#[test]
+fn several_traces_have_speed_ups_with_their_mean() {
+    let root = tempfile::tempdir().expect("a folder");
+    let other = root.path().join("other.bin").to_string_lossy().into_owned();
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join(TRACE), &other).expect("copied");
+    let out = root.path().join("two").to_string_lossy().into_owned();
+    let how = ["--chart-size", "column", "--no-title", "--chart-format", "svg,pdf", "--json"];
+    let output = program(&["gscore", "edge", TRACE, &other, "--frames", "0..1", "--out", &out])
+        .args(how)
+        .assert()
+        .code(0);
+    let json: serde_json::Value =
+        serde_json::from_slice(&output.get_output().stdout).expect("JSON");
+    let edge = &json["speedup"]["machines"][1];
+    let (each, mean) = (&edge["speedup"], edge["speedup_geomean"].as_f64().expect("a mean"));
+    assert_eq!(each[0], each[1], "the same frames");
+    assert!((mean - each[0].as_f64().expect("a ratio")).abs() < 1e-12 && mean < 1.0);
+    assert_eq!(json["traces"].as_array().map(Vec::len), Some(2));
+    let read = |name: &str| fs::read_to_string(Path::new(&out).join(name)).expect(name);
+    assert_eq!(read("speedup.csv").lines().filter(|l| l.starts_with("geomean,")).count(), 2);
+    assert!(read("summary.md").contains("(speedup.svg)"));
+    let svg = read("speedup.svg");
+    assert!(svg.contains("width=\"3.330in\"") && !svg.contains("Speed-up over gscore</text>"));
+    assert!(Path::new(&out).join("speedup.pdf").is_file());
+    assert!(!Path::new(&out).join("speedup.png").exists());
+}
+
 /// Two reports of one trace with different tables, in `root`.
 fn finished_reports(root: &Path) {
     let path = |name: &str| root.join(name).to_string_lossy().into_owned();
@@ -63,6 +90,10 @@ fn finished_reports(root: &Path) {
 fn usage() {
     for (arguments, code, words) in [
         (&["gscore", TRACE][..], 2, "one machine only"),
+        (&["gscore", "edge"][..], 2, "no trace: edge is no file"),
+        (&[TRACE, "gscore", "edge"][..], 2, "traces go last"),
+        (&["gscore", TRACE, "edge", TRACE][..], 2, "is a trace; traces go last"),
+        (&[TRACE, TRACE][..], 2, "no machine"),
         (&["gscore", "gscor", TRACE][..], 2, "did you mean `gscore`?"),
         (&["gscore", "edge", "no-such.bin"][..], 3, "no-such.bin"),
         (&["gscore", "traces", TRACE][..], 2, "report folders cannot be compared with machines"),

@@ -1,7 +1,7 @@
 //! The command, end to end on a tiny scene: run folder, resume after a kill, bad input.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -50,7 +50,7 @@ pub fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
 pub fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
     let cli = Cli::try_parse_from(arguments(folder, more)).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
-    cli::run(&cli, &Context { global: cli.global.clone(), cancelled })
+    cli::run(&cli, &Context { global: cli.global.clone(), drawing: Default::default(), cancelled })
 }
 
 const VIEWS: [&str; 2] = ["--cameras", "@/cameras.json"];
@@ -85,7 +85,7 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     }
     assert_eq!(text("samples.csv").lines().count(), 6);
     let models = text("models.csv");
-    for name in ["dense", "final", "render-only", "display-only", "two-stage", "lightgs-86"] {
+    for name in ["dense", "optimum", "render-only", "display-only", "two-stage", "lightgs-86"] {
         assert!(models.lines().any(|l| l.starts_with(&format!("{name},"))), "{name}: {models}");
     }
     let history = text("history.csv");
@@ -94,7 +94,7 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
     assert!((most - 30..=most).contains(&history.lines().count()), "{}", history.lines().count());
     assert!(!history.contains("NaN"));
     let summary = text("summary.md");
-    for word in ["saved", "the fit predicts", "| render-only |", "U-shaped", "(plane.png)"] {
+    for word in ["saved", "by the fit, ", "| render-only |", "U-shaped", "(plane.png)"] {
         assert!(summary.contains(word), "{word}: {summary}");
     }
     let results = Results::parse(&text("results.json")).unwrap();
@@ -181,7 +181,7 @@ fn a_target_that_cannot_be_reached_exits_1_and_keeps_the_run() {
     let path = folder.path().join("run");
     let summary = fs::read_to_string(path.join("summary.md")).unwrap();
     assert!(summary.contains("no model reached the target"), "{summary}");
-    assert!(summary.contains("sample-01") && summary.contains("missed by"), "{summary}");
+    assert!(summary.contains("sample-01") && summary.contains("missed the target by"), "{summary}");
     assert!(!path.join("final.ply").exists());
     assert!(path.join("samples.csv").is_file() && path.join("history.csv").is_file());
     // Beyond what 16-bit references can say: the dense model itself is below.
@@ -270,6 +270,23 @@ fn photos_are_checked_and_used() {
     assert_eq!(record["views"]["reference"].as_str(), Some("images"));
     assert_eq!(record["target"]["share-of-dense"].as_float(), Some(0.4));
     fs::remove_dir_all(&path).unwrap();
+    // Photos of something else are found before anything is trained.
+    let noise = |x: u32, y: u32| [(x * 97 + y * 31) as u8, (x * 53 + y * 201) as u8, (x * y) as u8];
+    let others: Vec<(PathBuf, Vec<u8>)> = tiny
+        .cameras
+        .iter()
+        .map(|camera| photos.join(format!("{}.png", camera.name)))
+        .map(|photo| (photo.clone(), fs::read(photo).unwrap()))
+        .collect();
+    for (photo, _) in &others {
+        fs::write(photo, RgbImage::from_fn(48, 36, noise).png().unwrap()).unwrap();
+    }
+    fails(folder.path(), &short, Exit::BadInput, "do not show what the model shows");
+    assert!(!path.join("models.csv").exists());
+    for (photo, bytes) in &others {
+        fs::write(photo, bytes).unwrap();
+    }
+    fs::remove_dir_all(&path).unwrap();
     let sized = |size| [short[0], short[1], "--size", size];
     fails(folder.path(), &sized("24x30"), Exit::Usage, "aspect");
     fails(folder.path(), &sized("96x72"), Exit::Usage, "smaller size");
@@ -306,7 +323,7 @@ fn an_interrupted_run_says_so_and_can_be_continued() {
     let more = with(&["--quality-db", "20", "--rhos", "0.3"]);
     let cli = Cli::try_parse_from(arguments(folder.path(), &more)).unwrap();
     let cancelled = Arc::new(AtomicBool::new(true));
-    let context = Context { global: cli.global.clone(), cancelled };
+    let context = Context { global: cli.global.clone(), drawing: Default::default(), cancelled };
     assert_eq!(cli::run(&cli, &context).unwrap(), Exit::Interrupted);
     let again: Vec<&str> = more.iter().copied().chain(["--resume"]).collect();
     assert_eq!(run(folder.path(), &again).unwrap(), Exit::Done);

@@ -18,7 +18,8 @@ const FOVEATED: [&str; 8] =
 fn other(words: &[&str]) -> Exit {
     let cli = Cli::try_parse_from(["powergs-sim", "--quiet"].iter().chain(words)).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
-    cli::run(&cli, &Context { global: cli.global.clone(), cancelled }).unwrap()
+    cli::run(&cli, &Context { global: cli.global.clone(), drawing: Default::default(), cancelled })
+        .unwrap()
 }
 
 fn contents(run: &Path) -> Vec<(String, Vec<u8>)> {

@@ -1,5 +1,7 @@
 //! Charts: valid images of the promised size, for ordinary and for degenerate runs.
 
+use powergs_chart::Style;
+use powergs_testkit::charts::covered;
 use std::path::Path;
 
 use powergs_chart::Chart;
@@ -30,13 +32,14 @@ fn draw(name: &str, run: &Run) -> Vec<Drawn> {
 }
 
 fn check(name: &str, folder: &Path, chart: &Chart, rasterised: bool) -> Drawn {
-    let svg = chart.svg().expect("SVG");
+    assert_eq!(covered(chart), Vec::<String>::new(), "{name}");
+    let svg = chart.svg(Style::default()).expect("SVG");
     for nonsense in ["NaN", "inf", "-0"] {
         assert!(!svg.contains(&format!(">{nonsense}")), "{name}/{}", chart.name);
     }
     std::fs::write(folder.join(format!("{}.svg", chart.name)), &svg).expect("written");
     if rasterised {
-        let png = chart.png().expect("PNG");
+        let png = chart.png(Style::default()).expect("PNG");
         std::fs::write(folder.join(format!("{}.png", chart.name)), &png).expect("written");
         let limits = powergs_pixels::Limits { side: 1920, bytes: 1 << 24 };
         let image = powergs_pixels::decode(&png, limits).expect("a PNG");

@@ -1,6 +1,7 @@
 //! Published claims on made-up results: those that hold, those that do not, those that cannot be
 //! said.
 
+use powergs_chart::Format;
 use powergs_sim::optimize::claims::{ClaimTable, Number, Unit, Verdict, check};
 use powergs_sim::optimize::fit::OptimumPlace;
 use powergs_sim::optimize::foveated::{LevelState, Method};
@@ -68,7 +69,7 @@ fn claims_fail_with_their_numbers() {
     fails("19a", "at 2.66", |r| ours(r, &|d, _| *d = 0.4));
     fails("20b", "70 against 78 FPS", |r| r.foveated[0].fps = Some(70.0));
     fails("21b", "9.00, none e-5; level 1 2.10", |r| {
-        r.models.iter_mut().find(|m| m.name == "L3-final").unwrap().test.hvsq = Some(9e-5);
+        r.models.iter_mut().find(|m| m.name == "L3-optimum").unwrap().test.hvsq = Some(9e-5);
     });
     fails("21c", "level 1 2.10", |r| r.foveated[0].hvsq[2] = Some(9e-5));
     fails("21d", "R3: 9.00 against 5.00", |r| r.foveated[0].hvsq[2] = Some(9e-5));
@@ -79,7 +80,7 @@ fn claims_fail_with_their_numbers() {
     fails("4c", "most pruned", |r| r.fits[0].optimum_place = Some(OptimumPlace::MostPruned));
     fails("4c", "of 0.00 to 0.80", |r| r.fits[0].optimum_rho = Some(0.79));
     fails("24", "more", |r| {
-        r.models.iter_mut().find(|m| m.name == "final").unwrap().render_w = 0.5;
+        r.models.iter_mut().find(|m| m.name == "optimum").unwrap().render_w = 0.5;
     });
     fails("17", "not beaten: lightgs-66", |r| {
         r.models.iter_mut().find(|m| m.name == "lightgs-66").unwrap().test.psnr_db = Some(40.0);
@@ -197,7 +198,7 @@ fn the_answer_fits_a_terminal_and_says_what_cannot_be_simulated() {
     assert!(text.contains("29 of 29 claims agree, 2 could not be checked"), "{text}");
     assert!(text.contains("R1, R2, R3; no view shows R4"), "{text}");
     assert!(text.contains("nobody sees a difference"), "{text}");
-    let page = document(&book).markdown();
+    let page = document(&book).markdown(Format::Png);
     assert_eq!(page.matches("\n| 21a |").count(), 1);
     let value = json(&book);
     assert_eq!(value["agree"], 29);

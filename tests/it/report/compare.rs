@@ -1,9 +1,11 @@
 //! Runs beside each other.
 
+use powergs_chart::{Format, Style};
 use powergs_sim::findings::compare::{Comparison, Measure, Side, SideError};
 use powergs_sim::report::compare::{charts, compare_csv, document, json, note, run_toml};
 use powergs_sim::report::{csv, record};
 use powergs_sim::run_record::Run;
+use powergs_testkit::charts::covered;
 
 use super::builder;
 
@@ -146,10 +148,11 @@ fn page_csv_json_and_record() {
     let charts = charts(&c);
     assert_eq!(charts.iter().map(|c| c.name).collect::<Vec<_>>(), ["energy", "cycles"]);
     for chart in &charts {
-        let svg = chart.svg().expect("SVG");
+        assert_eq!(covered(chart), Vec::<String>::new());
+        let svg = chart.svg(Style::default()).expect("SVG");
         assert!(svg.contains("slow") && !svg.contains("NaN"), "{}", chart.name);
     }
-    let page = document(&c, &charts, None).markdown();
+    let page = document(&c, &charts, None).markdown(Format::Png);
     assert!(page.contains("| frames per second | 200 | 100 | -100 | 0.500 |"), "{page}");
     let bytes = compare_csv(&c);
     let mut reader = ::csv::Reader::from_reader(bytes.as_slice());

@@ -1,5 +1,6 @@
 //! One document, five writers.
 
+use powergs_chart::Format;
 use proptest::prelude::*;
 
 use powergs_sim::report::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
@@ -55,7 +56,7 @@ fn text_from_files_cannot_start_markup() {
     page.title("<b> *x* # `y`");
     page.paragraph(Text::marked("Our `a|b` and **this**, then ").then("<i>theirs</i> | `z`"));
     page.add(Block::List(vec![Text::code("tick`s")]));
-    let markdown = page.markdown();
+    let markdown = page.markdown(Format::Png);
     assert!(markdown.starts_with("# \\<b> \\*x\\* # \\`y\\`\n\n"), "{markdown}");
     assert!(markdown.contains("Our `a|b` and **this**, then \\<i>theirs"), "{markdown}");
     assert!(markdown.ends_with("- `tick's`\n"), "{markdown}");
@@ -82,7 +83,7 @@ fn blocks_are_shown_where_they_belong() {
     page.table(Table::new([Column::text("empty")]));
     page.paragraph("");
     assert_eq!(page.terminal(80), "report  here\n");
-    assert_eq!(page.markdown(), "## only on pages\n");
+    assert_eq!(page.markdown(Format::Png), "## only on pages\n");
     page.facts([("model", "cycle")]);
     page.table(machines());
     let json = page.json();

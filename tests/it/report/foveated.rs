@@ -1,5 +1,7 @@
 //! Tables, summary and charts of a made-up foveated run.
 
+use powergs_chart::{Format, Style};
+use powergs_testkit::charts::covered;
 use std::path::Path;
 
 use powergs_sim::optimize::fit::{Sample, fit};
@@ -28,7 +30,7 @@ fn every_model_has_a_row_with_its_level_and_target() {
     let results = run();
     let table = rows(&levels_csv(&results));
     assert_eq!(table.len(), results.models.len());
-    let row = table.iter().find(|r| r["model"] == "L3-final").unwrap();
+    let row = table.iter().find(|r| r["model"] == "L3-optimum").unwrap();
     assert_eq!((row["variant"].as_str(), row["level"].as_str()), ("H", "3"));
     assert_eq!(row["target_hvsq"].parse::<f64>().unwrap(), 2.1e-5);
     assert_eq!(row["gate_hvsq"].parse::<f64>().unwrap(), 2.0e-5);
@@ -116,22 +118,23 @@ fn charts_are_drawn_and_the_summary_shows_them_with_the_tables() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("charts/foveated");
     std::fs::create_dir_all(&folder).unwrap();
     for chart in &drawn {
-        let svg = chart.svg().unwrap();
+        assert_eq!(covered(chart), Vec::<String>::new());
+        let svg = chart.svg(Style::default()).unwrap();
         assert!(svg.contains("bicycle on gscore"), "{}", chart.name);
         assert!(!svg.contains("NaN") && !svg.contains(">inf"), "{}", chart.name);
         std::fs::write(folder.join(format!("{}.svg", chart.name)), &svg).unwrap();
         if std::env::var_os("RUN_SLOW_TESTS").is_some() {
-            let png = chart.png().unwrap();
+            let png = chart.png(Style::default()).unwrap();
             std::fs::write(folder.join(format!("{}.png", chart.name)), png).unwrap();
         }
     }
-    let text = document(&show, &drawn).markdown();
+    let text = document(&show, &drawn).markdown(Format::Png);
     for part in [
         "Regions that count: R1, R2, R3; no view shows R4",
         "not a GPU's. The dense model, not foveated, runs at 20 FPS",
         "| PowerGS-H | 84 | 320.00 |",
-        "| PowerGS-H (final) | 27.35 |",
-        "| H | 3 | L3-final | 30.0 |",
+        "| PowerGS-H (optimum) | 27.35 |",
+        "| H | 3 | L3-optimum | 30.0 |",
         "(foveated_levels.png)",
     ] {
         assert!(text.contains(part), "{part}: {text}");
@@ -149,9 +152,9 @@ fn a_run_with_little_to_show_has_few_charts_and_no_panic() {
     let drawn = charts(&alone);
     let names: Vec<&str> = drawn.iter().map(|c| c.name).collect();
     assert_eq!(names, ["foveated_quality", "foveated_regions"]);
-    assert!(document(&alone, &drawn).markdown().contains("No region was measured"));
+    assert!(document(&alone, &drawn).markdown(Format::Png).contains("No region was measured"));
     results.foveated.clear();
     let none = Show { results: &results, fits: Vec::new(), album: None };
     assert!(charts(&none).is_empty());
-    assert_eq!(document(&none, &[]).markdown(), "");
+    assert_eq!(document(&none, &[]).markdown(Format::Png), "");
 }

@@ -50,7 +50,7 @@ fn baseline(name: &str, variant: &str, watts: (f64, f64), db: f64) -> ModelRecor
 }
 
 fn level(name: &str, level: u8, watts: (f64, f64)) -> ModelRecord {
-    let own = model(name, RoleKind::Final, "H", watts, 25.0);
+    let own = model(name, RoleKind::Optimum, "H", watts, 25.0);
     let gate = SeenRecord { hvsq: Some(2.0e-5), ..own.gate };
     ModelRecord { level, rho: 0.3, target_hvsq: Some(2.1e-5), gate, flip_test: None, ..own }
 }
@@ -63,8 +63,11 @@ fn models() -> Vec<ModelRecord> {
         let name = format!("sample-{:02}", i + 1);
         all.push(ModelRecord { rho, ..model(&name, RoleKind::Sample, "H", watts, 27.3) });
     }
-    all.push(ModelRecord { rho: 0.7, ..model("final", RoleKind::Final, "H", (0.21, 0.11), 27.35) });
-    all.push(model("L-final", RoleKind::Final, "L", (0.18, 0.09), 27.0));
+    all.push(ModelRecord {
+        rho: 0.7,
+        ..model("optimum", RoleKind::Optimum, "H", (0.21, 0.11), 27.35)
+    });
+    all.push(model("L-optimum", RoleKind::Optimum, "L", (0.18, 0.09), 27.0));
     for (variant, db) in [("H", 27.36), ("L", 27.05)] {
         all.push(baseline("render-only", variant, (0.26, 0.15), db));
         all.push(baseline("display-only", variant, (0.20, 0.72), db));
@@ -72,8 +75,8 @@ fn models() -> Vec<ModelRecord> {
     for (name, db) in [("lightgs-66", 27.2), ("lightgs-76", 26.9), ("lightgs-86", 26.5)] {
         all.push(baseline(name, "H", (0.27, 0.28), db));
     }
-    all.push(level("L2-final", 2, (0.20, 0.08)));
-    all.push(level("L3-final", 3, (0.19, 0.06)));
+    all.push(level("L2-optimum", 2, (0.20, 0.08)));
+    all.push(level("L3-optimum", 3, (0.19, 0.06)));
     for i in 0..4 {
         let lambda = 0.1 * f64::from(i);
         let name = format!("lambda-{lambda}");
@@ -118,7 +121,7 @@ pub fn foveal(
         method,
         variant: variant.into(),
         jobs: match first {
-            "final" => ["final", "L2-final", "L3-final", "L3-final"].map(name),
+            "optimum" => ["optimum", "L2-optimum", "L3-optimum", "L3-optimum"].map(name),
             _ => [first; 4].map(name),
         },
         states: [LevelState::Passed, LevelState::Passed, LevelState::Passed, LevelState::NotShown],
@@ -136,8 +139,8 @@ pub fn foveal(
 /// The run, with the published powers of `bicycle`.
 pub fn run() -> Results {
     let foveated = [
-        ("H", "final", "render-only", "display-only", 0.0),
-        ("L", "L-final", "L-render-only", "L-display-only", 0.02),
+        ("H", "optimum", "render-only", "display-only", 0.0),
+        ("L", "L-optimum", "L-render-only", "L-display-only", 0.02),
     ];
     let of_variant = |(v, ours, render, display, less): (&str, &str, &str, &str, f64)| {
         [
@@ -172,7 +175,7 @@ pub fn run() -> Results {
             .into(),
         levels: 3,
         models: models(),
-        fits: vec![fit("H", 1, "final"), fit("L", 1, "L-final"), fit("H", 2, "L2-final")],
+        fits: vec![fit("H", 1, "optimum"), fit("L", 1, "L-optimum"), fit("H", 2, "L2-optimum")],
         dense_fps: Some(20.0),
         foveated: foveated.into_iter().flat_map(of_variant).collect(),
         mean_change: Some(ChangeRecord {

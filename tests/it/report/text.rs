@@ -1,6 +1,7 @@
 //! Terminal summary, summary.md, the bottleneck sentence, numbers for people.
 
 use expect_test::{expect, expect_file};
+use powergs_chart::Format;
 use powergs_sim::action::UnitKind;
 use powergs_sim::findings::{Bottleneck, Limit, RunSummary, bottleneck};
 use powergs_sim::report::bottleneck::sentence;
@@ -112,7 +113,7 @@ fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
 fn summary_page() {
     let run = builder::garden();
     let charts = charts::all(&run);
-    let text = document(&run, &charts, &[]).markdown();
+    let text = document(&run, &charts, &[]).markdown(Format::Png);
     expect_file!["summary.md"].assert_eq(&text);
 }
 
@@ -121,7 +122,7 @@ fn summary_page_of_an_interrupted_run() {
     let mut run = builder::garden();
     run.frames.truncate(3);
     run.facts.trace.name = "a|b*c\n# d".into();
-    let text = document(&run, &[], &[]).markdown();
+    let text = document(&run, &[], &[]).markdown(Format::Png);
     assert!(text.starts_with("# a\\|b\\*c?# d on gscore\n\n**INCOMPLETE: 3 of 24 frames.**"));
 }
 

@@ -1,5 +1,7 @@
 //! Timelines: the picture and the trace events.
 
+use powergs_chart::Style;
+use powergs_testkit::charts::covered;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -62,7 +64,8 @@ fn a_column_shows_what_took_most_of_it() {
     let items: Vec<_> = vru.items.iter().map(|i| (i.number, i.cycles.clone(), i.busy)).collect();
     assert_eq!(items, [(0, 100..300, 160), (1, 300..500, 200)]);
     let chart = charts::timeline(&picture, 1e9, "frame 0");
-    assert!(chart.svg().expect("SVG").contains("vru1"));
+    assert_eq!(covered(&chart), Vec::<String>::new());
+    assert!(chart.svg(Style::default()).expect("SVG").contains("vru1"));
 }
 
 fn trace(clock_hz: f64, spans: &[Span]) -> Value {

@@ -10,8 +10,8 @@ use plotters_backend::{
     FontStyle, FontTransform,
 };
 
+use super::font;
 use super::scene::{Area, Point, Rgb, Shape, Text};
-use super::{font, png};
 
 /// Plotters knows whole numbers only, so it draws on a page this many times larger: otherwise flat
 /// curves are stairs.
@@ -32,8 +32,8 @@ fn point((x, y): BackendCoord) -> Point {
 }
 
 /// On the edges of PNG pixels: neighbours touch without a seam.
-fn snapped(v: f64) -> f64 {
-    (v * f64::from(png::ZOOM)).round() / f64::from(png::ZOOM)
+fn snapped(v: f64, zoom: f32) -> f64 {
+    (v * f64::from(zoom)).round() / f64::from(zoom)
 }
 
 fn rgb(colour: BackendColor) -> Rgb {
@@ -46,6 +46,8 @@ type Result = std::result::Result<(), DrawingErrorKind<Infallible>>;
 pub(crate) struct Recorder {
     /// Backend units.
     pub size: (u32, u32),
+    /// Pixels of a PNG per page unit.
+    pub zoom: f32,
     /// The shapes drawn so far.
     pub shapes: Rc<RefCell<Vec<Shape>>>,
 }
@@ -105,7 +107,7 @@ impl DrawingBackend for Recorder {
         if !fill {
             return self.stroke(vec![(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)], style);
         }
-        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(snapped);
+        let [x0, x1, y0, y1] = [x0, x1, y0, y1].map(|v| snapped(v, self.zoom));
         let area = [x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)];
         if area[0] == area[2] || area[1] == area[3] {
             return Ok(());
@@ -168,7 +170,7 @@ impl DrawingBackend for Recorder {
         let (x, y) = point(at);
         let start = if upwards { (x + across, y - along) } else { (x + along, y + across) };
         let fill = rgb(style.color());
-        let text = Text { text: text.into(), start, width, size, bold, upwards, fill, halo: false };
+        let text = Text { text: text.into(), start, width, size, bold, upwards, fill, halo: 0.0 };
         self.keep(style.color(), Shape::Text(text))
     }
 

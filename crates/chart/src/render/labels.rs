@@ -1,6 +1,7 @@
 //! Places for labels beside points, so that no label covers a mark or another label.
 
 use super::scene::{Area, Point};
+use crate::Side;
 
 /// A label that needs a place.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,33 +10,120 @@ pub struct Wish {
     pub at: Point,
     /// Width and height of the text, page units.
     pub size: (f64, f64),
-    /// Whether it may stand further away, with a line to its point.
-    pub may_leave: bool,
+    /// Where it should be.
+    pub side: Side,
+    /// How far away it may be, page units.
+    pub reach: f64,
 }
 
-/// Finds a place for each label inside `frame`: never over a mark of `solid` or an earlier label,
-/// and over as few points of `soft` as possible. Near places come first, earlier labels choose
-/// first; a label without a free place gets none.
-pub fn place(wishes: &[Wish], solid: &[Area], soft: &[Point], frame: Area) -> Vec<Option<Area>> {
+/// What labels keep clear of.
+#[derive(Debug, Clone, Default)]
+pub struct Obstacles {
+    /// Marks and texts that no label covers.
+    pub solid: Vec<Area>,
+    /// Curves that no label covers, in short pieces.
+    pub curves: Vec<[Point; 2]>,
+    /// Thin lines that labels cover only where there is no other place.
+    pub faint: Vec<[Point; 2]>,
+    /// Points of a crowd, of which labels cover as few as possible.
+    pub crowd: Vec<Point>,
+}
+
+/// Rings around a point where labels are tried, page units.
+const RINGS: [f64; 9] = [13.0, 19.0, 28.0, 44.0, 64.0, 90.0, 125.0, 170.0, 230.0];
+/// As far away as a label may be that nothing but its place ties to its mark.
+pub const BESIDE: f64 = 20.0;
+/// Further away than this a label has a line to its point.
+pub const LEADER: f64 = 22.0;
+
+/// Finds a place for each label inside `frame`. Earlier labels choose first; a label without a free
+/// place gets none.
+pub fn place(wishes: &[Wish], obstacles: &Obstacles, frame: Area) -> Vec<Option<Area>> {
     let mut taken: Vec<Area> = Vec::new();
     let mut places = Vec::new();
     for wish in wishes {
-        let free = |area: &Area| {
-            let inside = area[0] >= frame[0]
-                && area[1] >= frame[1]
-                && area[2] <= frame[2]
-                && area[3] <= frame[3];
-            let clear = |other: &Area| !overlap(*area, *other);
-            inside && taken.iter().all(clear) && solid.iter().all(clear)
-        };
-        let covered = |area: &Area| soft.iter().filter(|p| contains(*area, **p)).count();
-        let free = candidates(wish).into_iter().filter(free);
-        // The first of the least covering.
-        let best = free.min_by_key(covered);
+        let best = best(wish, obstacles, &taken, frame);
         taken.extend(best.map(|[l, t, r, b]| [l - 4.0, t, r + 4.0, b]));
         places.push(best);
     }
     places
+}
+
+fn best(wish: &Wish, obstacles: &Obstacles, taken: &[Area], frame: Area) -> Option<Area> {
+    let free = |area: &Area| {
+        let inside = area[0] >= frame[0]
+            && area[1] >= frame[1]
+            && area[2] <= frame[2]
+            && area[3] <= frame[3];
+        let clear = |other: &Area| !overlap(*area, *other);
+        inside
+            && taken.iter().all(clear)
+            && obstacles.solid.iter().all(clear)
+            && !obstacles.curves.iter().any(|line| crosses(*line, *area))
+    };
+    let mut best: Option<(f64, Area)> = None;
+    for (cost, area) in candidates(wish) {
+        let is_cheaper = |cost: f64| best.is_none_or(|b| cost < b.0);
+        if !is_cheaper(cost) || !free(&area) {
+            continue;
+        }
+        let faint = obstacles.faint.iter().filter(|line| crosses(**line, area)).count();
+        let crowd = obstacles.crowd.iter().filter(|p| contains(area, **p)).count();
+        let leader = [wish.at, nearest(wish.at, area)];
+        let is_far = length(leader) > LEADER;
+        let over = taken.iter().filter(|other| is_far && crosses(leader, **other)).count();
+        // Each costs as much as so many units of distance.
+        let cost = cost + 30.0 * faint as f64 + 3.0 * crowd as f64 + 60.0 * over as f64;
+        if is_cheaper(cost) {
+            best = Some((cost, area));
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// Places around a point with their distance, nearest first.
+fn candidates(wish: &Wish) -> Vec<(f64, Area)> {
+    let ((x, y), (width, height)) = (wish.at, wish.size);
+    let mut all = Vec::new();
+    if let Some((left, middle)) = beside(wish) {
+        all.push((0.0, [left, middle - height / 2.0, left + width, middle + height / 2.0]));
+    }
+    for gap in RINGS.into_iter().filter(|gap| *gap <= wish.reach) {
+        let side = gap * 0.75;
+        let (left, right) = (x - gap - width, x + gap);
+        let (up, down) = (y - height / 2.0 - gap, y + height / 2.0 + gap);
+        let (near_up, near_down) = (y - height / 2.0 - side, y + height / 2.0 + side);
+        // Above and below, a label may be anywhere over its point.
+        let along = [0.5, 0.75, 0.25, 1.0, 0.0].map(|share| x - share * width);
+        let level = [(right, y), (left, y)];
+        let oblique = [
+            (x + side, near_up),
+            (x - side - width, near_up),
+            (x + side, near_down),
+            (x - side - width, near_down),
+        ];
+        let over = along.into_iter().flat_map(|start| [(start, up), (start, down)]);
+        for (i, (start, middle)) in level.into_iter().chain(oblique).chain(over).enumerate() {
+            let (top, bottom) = (middle - height / 2.0, middle + height / 2.0);
+            all.push((gap + 0.1 * i as f64, [start, top, start + width, bottom]));
+        }
+    }
+    all
+}
+
+/// The left edge and the middle of a label on its side.
+fn beside(wish: &Wish) -> Option<(f64, f64)> {
+    let ((x, y), (width, _)) = (wish.at, wish.size);
+    match wish.side {
+        Side::Free => None,
+        Side::Right => Some((x + 13.0, y)),
+        Side::Left => Some((x - 13.0 - width, y)),
+        Side::Above => Some((x - width / 2.0, y - 22.0)),
+        Side::Below => Some((x - width / 2.0, y + 22.0)),
+        Side::AboveLeft => Some((x - 8.0 - width, y - 14.0)),
+        Side::BelowLeft => Some((x - 8.0 - width, y + 14.0)),
+        Side::AboveRight => Some((x + 8.0, y - 14.0)),
+    }
 }
 
 /// Whether two rectangles share more than an edge.
@@ -43,33 +131,35 @@ pub fn overlap(a: Area, b: Area) -> bool {
     a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
 }
 
-fn contains([l, t, r, b]: Area, (x, y): Point) -> bool {
-    x > l - 4.0 && x < r + 4.0 && y > t - 4.0 && y < b + 4.0
-}
-
-/// Places around a point, nearest first, in eight directions.
-fn candidates(wish: &Wish) -> Vec<Area> {
-    let ((x, y), (width, height)) = (wish.at, wish.size);
-    let rings: &[f64] =
-        if wish.may_leave { &[15.0, 28.0, 48.0, 80.0, 120.0, 170.0, 230.0] } else { &[15.0] };
-    let mut all = Vec::new();
-    for gap in rings {
-        let side = gap * 0.75;
-        let (left, right) = (x - gap - width, x + gap);
-        let (up, down) = (y - height / 2.0 - gap, y + height / 2.0 + gap);
-        for (start, middle) in [
-            (right, y),
-            (left, y),
-            (x - width / 2.0, up),
-            (x - width / 2.0, down),
-            (x + side, y - height / 2.0 - side),
-            (x - side - width, y - height / 2.0 - side),
-            (x + side, y + height / 2.0 + side),
-            (x - side - width, y + height / 2.0 + side),
-        ] {
-            let (top, bottom) = (middle - height / 2.0, middle + height / 2.0);
-            all.push([start, top, start + width, bottom]);
+/// Whether a straight line passes through a rectangle.
+pub fn crosses([from, to]: [Point; 2], [l, t, r, b]: Area) -> bool {
+    // The part of the line inside, as shares of its length: cut at each edge in turn.
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let (mut first, mut last) = (0.0f64, 1.0f64);
+    for (step, room) in [(-dx, from.0 - l), (dx, r - from.0), (-dy, from.1 - t), (dy, b - from.1)] {
+        if step == 0.0 {
+            if room < 0.0 {
+                return false;
+            }
+        } else if step < 0.0 {
+            first = first.max(room / step);
+        } else {
+            last = last.min(room / step);
         }
     }
-    all
+    first < last
+}
+
+/// The point of a label that is nearest to a point, inside its letters.
+pub fn nearest(at: Point, [l, t, r, b]: Area) -> Point {
+    (at.0.clamp(l, r), at.1.clamp(t + 4.0, (b - 4.0).max(t + 4.0)))
+}
+
+/// Length of a straight line.
+pub fn length([from, to]: [Point; 2]) -> f64 {
+    (from.0 - to.0).hypot(from.1 - to.1)
+}
+
+fn contains([l, t, r, b]: Area, (x, y): Point) -> bool {
+    x > l - 4.0 && x < r + 4.0 && y > t - 4.0 && y < b + 4.0
 }

@@ -1,6 +1,6 @@
 //! Legends: rows of symbols with their meaning.
 
-use super::{Align, Drawn, LEFT, LINE, Page, RIGHT, fitted, width};
+use super::{Align, Drawn, LINE, Page, fitted, width};
 use crate::{Colour, Entry, Symbol, Words};
 
 /// Between two entries.
@@ -9,15 +9,16 @@ const GAP: f64 = 28.0;
 /// Draws the rows below `top`; returns where they end.
 pub(crate) fn rows(page: &Page, rows: &[Vec<Entry>], top: f64) -> Result<f64, String> {
     let mut y = top;
+    let (start, end) = (page.frame.left, page.frame.right);
     for row in rows.iter().filter(|r| !r.is_empty()) {
-        let mut x = LEFT;
+        let mut x = start;
         for entry in row {
             let wide = symbol_width(entry.symbol) + width(&words(entry));
             // A row that is too long goes on in the next line.
-            if x > LEFT && x + wide > RIGHT {
-                (x, y) = (LEFT, y + LINE + 4.0);
+            if x > start && x + wide > end {
+                (x, y) = (start, y + LINE + 2.0);
             }
-            draw(page, entry, (x, y), RIGHT - x)?;
+            draw(page, entry, (x, y), end - x)?;
             x += wide + GAP;
         }
         y += LINE + 6.0;

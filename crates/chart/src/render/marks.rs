@@ -6,14 +6,15 @@ use plotters::coord::cartesian::Cartesian2d;
 use plotters::prelude::*;
 
 use super::coord::Coord;
-use super::labels::{self, Wish};
+use super::labels::{self, BESIDE, LEADER, Obstacles, Wish};
 use super::scene::{Area, Point, Shape};
 use super::{
-    Align, Drawn, FINE, Page, Recorder, failed, fine, fitted, plain_width, stroke, style, width,
+    Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, plain_width, stroke,
+    style, width,
 };
 use crate::{
-    Bar, Bin, Cell, Colour, Form, Label, Line, Mark, Panel, Place, Points, Rule, Scale, Side, Size,
-    Span, Weight, Words,
+    Bar, Bin, Cell, Colour, Form, Gauge, Label, Line, Mark, Panel, Place, Points, Rule, Scale,
+    Side, Size, Span, Weight, Words,
 };
 
 /// Half a bar is at most as thick, page units.
@@ -33,10 +34,10 @@ pub(crate) struct Plot<'p, 'c> {
     panel: &'p Panel,
     chart: &'p mut Context<'c>,
     area: Area,
-    /// Areas where no label may be.
-    solid: Vec<Area>,
-    /// Areas that labels may cover if there is no other place.
-    soft: Vec<Point>,
+    /// What labels keep clear of.
+    obstacles: Obstacles,
+    /// Names of bars of histograms, which find their places when all marks are drawn.
+    named: Vec<(Words, Wish)>,
 }
 
 impl<'p, 'c> Plot<'p, 'c> {
@@ -47,7 +48,7 @@ impl<'p, 'c> Plot<'p, 'c> {
         chart: &'p mut Context<'c>,
         area: Area,
     ) -> Plot<'p, 'c> {
-        Plot { page, panel, chart, area, solid: Vec::new(), soft: Vec::new() }
+        Plot { page, panel, chart, area, obstacles: Obstacles::default(), named: Vec::new() }
     }
 
     /// Draws all marks, then the labels.
@@ -62,13 +63,14 @@ impl<'p, 'c> Plot<'p, 'c> {
                 Mark::Points(points) => self.points(points)?,
                 Mark::Heat(cells) => self.heat(cells)?,
                 Mark::Spans { spans, labels } => self.spans(spans, labels)?,
-                Mark::Image(image) if image.bytes().is_empty() => {}
-                Mark::Image(image) => {
-                    let (area, image) = (self.area, image.clone());
-                    self.page.push(Shape::Image { area, image });
+                Mark::Image { image, .. } if image.bytes().is_empty() => {}
+                Mark::Image { image, sharp } => {
+                    let (area, image, sharp) = (self.area, image.clone(), *sharp);
+                    self.page.push(Shape::Image { area, image, sharp });
                 }
                 Mark::Rule { at, colour, dashed } => self.rule(*at, *colour, *dashed)?,
                 Mark::Cross(at) => self.cross(*at)?,
+                Mark::Gauge(gauge) => self.gauge(gauge)?,
                 Mark::Label(_) => {}
             }
         }
@@ -130,6 +132,8 @@ impl<'p, 'c> Plot<'p, 'c> {
                 let (a, b) = (place(from, begin), place(from + value, end));
                 self.rectangle(a, b, part.colour)?;
                 self.inside(&part.label, a, b, part.colour);
+                let ((x0, y0), (x1, y1)) = (self.at(a), self.at(b));
+                self.obstacles.solid.push([x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)]);
                 from += value;
             }
             if let Some(interval) = bar.interval {
@@ -139,11 +143,12 @@ impl<'p, 'c> Plot<'p, 'c> {
             }
             let (x, y) = self.at(place(from, (begin + end) / 2.0));
             let words = Words::from(bar.end.as_str());
-            if level {
-                self.page.text(&words, (x + 10.0, y), Align::Left);
-            } else {
-                self.page.text(&words, (x, y - 12.0), Align::Centre);
-            }
+            let wide = width(&words);
+            let start = if level { (x + 10.0, y) } else { (x - wide / 2.0, y - 12.0) };
+            self.page.sized(&words, start, Align::Left, TEXT, Halo::Thin);
+            let half = HEIGHT / 2.0;
+            let taken = [start.0, start.1 - half, start.0 + wide, start.1 + half];
+            self.obstacles.solid.push(taken);
         }
         Ok(())
     }
@@ -198,9 +203,8 @@ impl<'p, 'c> Plot<'p, 'c> {
 
     fn histogram(&mut self, bins: &[Bin], outlined: bool) -> Drawn {
         let floor = self.panel.y.scale.low();
-        let mut named = Vec::new();
-        let width = self.area[2] - self.area[0];
-        let unit = (self.panel.x.scale.high() - self.panel.x.scale.low()) / width;
+        let wide = self.area[2] - self.area[0];
+        let unit = (self.panel.x.scale.high() - self.panel.x.scale.low()) / wide;
         for bin in bins.iter().filter(|b| b.height > 0.0) {
             let gap = if outlined { 0.0 } else { unit };
             let (from, to) = (bin.from + gap, bin.to - gap);
@@ -211,26 +215,13 @@ impl<'p, 'c> Plot<'p, 'c> {
                 self.chart.draw_series([line]).map_err(failed)?;
             }
             let ((l, t), (r, b)) = (self.at((from, bin.height)), self.at((to, floor)));
-            self.solid.push([l, t, r, b]);
+            self.obstacles.solid.push([l, t, r, b]);
             if !bin.label.is_empty() {
-                named.push((bin.label.clone(), [l, t, r]));
+                let words = Words::note(bin.label.as_str());
+                let size = (width(&words), HEIGHT);
+                let at = ((l + r) / 2.0, t);
+                self.named.push((words, Wish { at, size, side: Side::Above, reach: BESIDE }));
             }
-        }
-        // Names stand above wide bars and beside narrow ones; others have none.
-        let [left, top, right, bottom] = self.area;
-        let mut taken = self.solid.clone();
-        for (text, [l, t, r]) in named {
-            let half = plain_width(&text) / 2.0;
-            let middle = (l + r) / 2.0;
-            let above = [middle - half, t - 23.0, middle + half, t - 3.0];
-            let beside = [r + 8.0, t - 10.0, r + 8.0 + 2.0 * half, t + 10.0];
-            let inside = |a: &Area| a[0] >= left && a[1] >= top && a[2] <= right && a[3] <= bottom;
-            let free = |a: &Area| inside(a) && taken.iter().all(|o| !labels::overlap(*a, *o));
-            let places = if r - l > 2.0 * half { [above, beside] } else { [beside, beside] };
-            let Some(place) = places.into_iter().find(|a| free(a)) else { continue };
-            taken.push(place);
-            let at = (place[0], (place[1] + place[3]) / 2.0);
-            self.page.over(&Words::note(text), at, Align::Left);
         }
         Ok(())
     }
@@ -239,7 +230,13 @@ impl<'p, 'c> Plot<'p, 'c> {
         let is_number = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for points in line.points.split(|p| !is_number(p)).filter(|p| p.len() > 1) {
             let places: Vec<Point> = points.iter().map(|p| self.at(*p)).collect();
-            self.soft.extend(along(&places));
+            let pieces = places.windows(2).map(|ends| [ends[0], ends[1]]);
+            let is_pale = [Colour::GRID, Colour::PALE].contains(&line.colour);
+            if line.weight == Weight::Hair || is_pale {
+                self.obstacles.faint.extend(pieces);
+            } else {
+                self.obstacles.curves.extend(pieces);
+            }
             let width = match line.weight {
                 Weight::Hair => 1.0,
                 Weight::Thin => 2.0,
@@ -278,7 +275,11 @@ impl<'p, 'c> Plot<'p, 'c> {
                 shown.push((place, colour));
                 let reach = radius + if points.ring.is_some() { 4.0 } else { 2.0 };
                 let place = [x - reach, y - reach, x + reach, y + reach];
-                if points.crowd { self.soft.push((x, y)) } else { self.solid.push(place) }
+                if points.crowd {
+                    self.obstacles.crowd.push((x, y));
+                } else {
+                    self.obstacles.solid.push(place);
+                }
             }
         }
         if let Some(ring) = points.ring {
@@ -367,77 +368,53 @@ impl<'p, 'c> Plot<'p, 'c> {
         Ok(())
     }
 
-    /// Labels with a fixed side first, then the others where they have room.
-    fn labels(&mut self, labels: &[&Label]) -> Drawn {
-        let is_number = |l: &&Label| l.at.0.is_finite() && l.at.1.is_finite();
-        let labels: Vec<&Label> = labels.iter().copied().filter(is_number).collect();
-        for label in labels.iter().filter(|l| l.side != Side::Free) {
-            let area = self.fixed(label);
-            self.solid.push(area);
-        }
-        let [l, t, r, b] = self.area;
-        let free: Vec<&&Label> = labels.iter().filter(|l| l.side == Side::Free).collect();
-        let room = (r - l) * 0.6;
-        let words: Vec<Words> = free.iter().map(|l| fitted(&l.words, room)).collect();
-        let wishes: Vec<Wish> = free
-            .iter()
-            .zip(&words)
-            .map(|(l, words)| {
-                let size = (width(words), HEIGHT);
-                Wish { at: self.at(l.at), size, may_leave: true }
-            })
-            .collect();
-        let frame = [l + 2.0, t - 8.0, r + 24.0, b - 2.0];
-        let places = labels::place(&wishes, &self.solid, &self.soft, frame);
-        for ((place, wish), words) in places.iter().zip(&wishes).zip(&words) {
-            let Some([left, top, right, bottom]) = *place else { continue };
-            let middle = (top + bottom) / 2.0;
-            let near = (wish.at.0.clamp(left, right), wish.at.1.clamp(top + 4.0, bottom - 4.0));
-            let (dx, dy) = (near.0 - wish.at.0, near.1 - wish.at.1);
-            // A thin line to the point where the label is not beside it.
-            if dx.hypot(dy) > 24.0 {
-                self.page.line(&[wish.at, near], Colour::GREY, 1.0)?;
-            }
-            self.page.over(words, (left, middle), Align::Left);
+    /// An axis with its values beside it; lines pass under them.
+    fn gauge(&mut self, gauge: &Gauge) -> Drawn {
+        let [_, top, _, bottom] = self.area;
+        let x = self.at((gauge.at, 0.0)).0;
+        self.page.line(&[(x, top), (x, bottom)], Colour::NOTE, 1.5)?;
+        for (height, text) in &gauge.labels {
+            let y = self.at((gauge.at, *height)).1;
+            self.page.line(&[(x, y), (x + 5.0, y)], Colour::NOTE, 1.5)?;
+            let words = Words::from(text.as_str());
+            self.page.sized(&words, (x + 8.0, y), Align::Left, TEXT, Halo::Thin);
         }
         Ok(())
     }
 
-    /// Draws a label on its side; returns its area.
-    fn fixed(&self, label: &Label) -> Area {
-        let (x, y) = self.at(label.at);
-        let wide = width(&label.words);
-        let [left, _, right, _] = self.area;
-        let (start, middle) = match label.side {
-            Side::Right => (x + 12.0, y),
-            Side::Left => (x - 12.0 - wide, y),
-            Side::Above => (x - wide / 2.0, y - 20.0),
-            Side::Below => (x - wide / 2.0, y + 20.0),
-            Side::AboveLeft => (x - 8.0 - wide, y - 14.0),
-            Side::BelowLeft => (x - 8.0 - wide, y + 14.0),
-            Side::AboveRight => (x + 8.0, y - 14.0),
-            Side::Centre | Side::Free => (x - wide / 2.0, y),
+    /// Labels with a side first, then the others.
+    fn labels(&mut self, labels: &[&Label]) -> Drawn {
+        let is_number = |l: &&Label| l.at.0.is_finite() && l.at.1.is_finite();
+        let labels = labels.iter().copied().filter(is_number);
+        let (mut labels, free): (Vec<&Label>, Vec<&Label>) =
+            labels.partition(|l| l.side != Side::Free);
+        labels.extend(free);
+        let [l, t, r, b] = self.area;
+        let room = (r - l) * 0.75;
+        let wish = |label: &Label| {
+            let words = fitted(&label.words, room);
+            let (at, size) = (self.at(label.at), (width(&words), HEIGHT));
+            (words, Wish { at, size, side: label.side, reach: f64::INFINITY })
         };
-        // On the panel, whatever the side.
-        let start = start.min(right + 24.0 - wide).max(left + 2.0);
-        self.page.over(&label.words, (start, middle), Align::Left);
-        [start, middle - HEIGHT / 2.0, start + wide, middle + HEIGHT / 2.0]
+        let mut all: Vec<(Words, Wish)> = labels.into_iter().map(wish).collect();
+        all.append(&mut self.named);
+        let (words, wishes): (Vec<Words>, Vec<Wish>) = all.into_iter().unzip();
+        // Over the edge where nothing else is written.
+        let above = if self.panel.over.is_empty() { 8.0 } else { 0.0 };
+        let beyond = if self.panel.right.is_empty() { 24.0 } else { 0.0 };
+        let end = (r + beyond).min(self.page.frame.right + 4.0);
+        let frame = [l + 2.0, t - above, end, b - 2.0];
+        let places = labels::place(&wishes, &self.obstacles, frame);
+        for ((place, wish), words) in places.iter().zip(&wishes).zip(&words) {
+            let Some(area) = *place else { continue };
+            let leader = [wish.at, labels::nearest(wish.at, area)];
+            if labels::length(leader) > LEADER {
+                self.page.line(&leader, Colour::GREY, 1.0)?;
+            }
+            self.page.over(words, (area[0], (area[1] + area[3]) / 2.0), Align::Left);
+        }
+        Ok(())
     }
-}
-
-/// Points of a line, near enough to each other that no label lies between two of them.
-fn along(line: &[Point]) -> Vec<Point> {
-    const STEP: f64 = 12.0;
-    let mut all = Vec::new();
-    for ends in line.windows(2) {
-        let ((x, y), (to_x, to_y)) = (ends[0], ends[1]);
-        let steps = ((to_x - x).hypot(to_y - y) / STEP).ceil().max(1.0);
-        all.extend((0..steps as usize).map(|i| {
-            let share = i as f64 / steps;
-            (x + share * (to_x - x), y + share * (to_y - y))
-        }));
-    }
-    all
 }
 
 /// Where many points share a column of pixels: its first, least, largest and last one.

@@ -1,32 +1,65 @@
-//! The layout of a page: title, legend, panels in rows and columns, notes.
+//! The layout of a page: title, legend, panels in rows and columns, notes. A wide page has a
+//! height, which its panels fill; a narrow one is as high as its panels, which stand above each
+//! other.
 
 use super::panel::{self, Edges};
 use super::scene::Area;
 use super::{
-    Align, Drawn, LEFT, LINE, Page, RIGHT, SIZE, TITLE, beside, fitted, legend, sized_to, width,
+    Align, Halo, LINE, Page, TEXT, beside, fitted, legend, shown, sized_to, width, wrapped,
 };
-use crate::{Chart, Columns, Panel, Words};
+use crate::{Chart, Columns, Panel, Scale, Words};
 
-/// Left edge of the panels with their axes.
-const BEGIN: f64 = 38.0;
 /// Between two panels, across and down.
 const GAP: (f64, f64) = (40.0, 12.0);
-
 /// Between two pictures that are side by side.
 const NEAR: f64 = 14.0;
+/// Size of the title on a wide and on a narrow page.
+const TITLES: (f64, f64) = (28.0, 23.0);
 
-/// Draws a chart.
-pub(crate) fn draw(page: &Page, chart: &Chart) -> Drawn {
-    let room = RIGHT - LEFT;
-    let title = sized_to(&Words::bold(chart.title), room, TITLE);
-    page.sized(&title, (LEFT, 38.0), Align::Left, TITLE, false);
-    let subtitle = fitted(&Words::note(chart.subtitle.as_str()), room);
-    page.text(&subtitle, (LEFT, 72.0), Align::Left);
-    let top = legend::rows(page, &chart.legend, 108.0)?.max(96.0) - 4.0;
-    let bottom = notes(page, &chart.notes);
+/// Draws a chart; returns the height of the page.
+pub(crate) fn draw(page: &Page, chart: &Chart) -> Result<f64, String> {
+    let first = head(page, chart);
+    let after = legend::rows(page, &shown::legend(chart), first)?;
+    let top = if after > first { after - 6.0 } else { first - 14.0 };
+    match page.frame.height {
+        Some(height) => wide(page, chart, top, height),
+        None => narrow(page, chart, top),
+    }
+}
+
+/// Draws title and subtitle; returns the middle of the first line of the legend.
+fn head(page: &Page, chart: &Chart) -> f64 {
+    let (left, room) = (page.frame.left, page.frame.right - page.frame.left);
+    if !page.frame.title {
+        return 16.0;
+    }
+    let (title, subtitle) =
+        (Words::bold(chart.title.as_str()), Words::note(chart.subtitle.as_str()));
+    if !page.frame.is_narrow() {
+        let title = sized_to(&title, room, TITLES.0);
+        page.sized(&title, (left, 38.0), Align::Left, TITLES.0, Halo::None);
+        page.text(&fitted(&subtitle, room), (left, 72.0), Align::Left);
+        return 108.0;
+    }
+    let mut y = 20.0;
+    for line in wrapped(&title, room, TITLES.1, 2) {
+        page.sized(&line, (left, y), Align::Left, TITLES.1, Halo::None);
+        y += 30.0;
+    }
+    for line in wrapped(&subtitle, room, TEXT, 4).iter().filter(|l| !l.text.is_empty()) {
+        page.text(line, (left, y), Align::Left);
+        y += LINE;
+    }
+    y + 8.0
+}
+
+/// Panels fill the page below `top`; explanations are at their right. Returns the height.
+fn wide(page: &Page, chart: &Chart, top: f64, height: f64) -> Result<f64, String> {
+    let bottom = notes_top(&chart.notes, height);
     let column = beside::room(&chart.beside);
-    let end = if column > 0.0 { RIGHT - column - 36.0 } else { RIGHT };
-    let grid = Grid::of(&chart.panels, chart.columns, [BEGIN, top, end, bottom]);
+    let (begin, right) = (page.frame.begin, page.frame.right);
+    let end = if column > 0.0 { right - column - 36.0 } else { right };
+    let grid = Grid::of(page, &chart.panels, chart.columns, [begin, top, end, bottom]);
     let right = chart.panels.first().map_or(end, |p| grid.plot(0, p)[2]);
     let one = chart.panels.len() == 1 && chart.panels[0].aspect.is_some();
     let start = if one { right } else { end };
@@ -34,27 +67,86 @@ pub(crate) fn draw(page: &Page, chart: &Chart) -> Drawn {
     for (i, panel) in chart.panels.iter().enumerate() {
         panel::draw(page, panel, grid.plot(i, panel), grid.edges(i))?;
     }
-    Ok(())
+    let pictures = !chart.panels.is_empty() && chart.panels.iter().all(|p| p.aspect.is_some());
+    let unused = if page.frame.shrinks && pictures && chart.beside.is_empty() {
+        (bottom - grid.end() - 8.0).max(0.0)
+    } else {
+        0.0
+    };
+    bottom_notes(page, &chart.notes, height - unused);
+    Ok(height - unused)
 }
 
-/// Draws the lines at the bottom; returns where the first begins.
-fn notes(page: &Page, notes: &[Vec<Words>]) -> f64 {
-    let first = SIZE.1 - 18.0 - LINE * notes.len().saturating_sub(1) as f64;
-    for (i, line) in notes.iter().enumerate() {
-        let mut x = LEFT;
+/// Panels above each other below `top`, then explanations and notes; returns where they end.
+fn narrow(page: &Page, chart: &Chart, top: f64) -> Result<f64, String> {
+    let panels = stacked(&chart.panels);
+    let pictures = panels.iter().all(|p| p.aspect.is_some());
+    let columns = if pictures && panels.len() > 1 { 2 } else { 1 };
+    let (begin, right) = (page.frame.begin, page.frame.right);
+    let grid = Grid::flowing(page, &panels, columns, [begin, top, right, top]);
+    for (i, panel) in panels.iter().enumerate() {
+        panel::draw(page, panel, grid.plot(i, panel), grid.edges(i))?;
+    }
+    let end = if panels.is_empty() { top } else { grid.end() };
+    let mut y = beside::below(page, &chart.beside, end + 6.0)?;
+    for line in &chart.notes {
+        let bold = line.iter().any(|w| w.bold);
+        let room = right - page.frame.left;
+        // Words of different colours stay apart, one behind the other.
+        let mut x = page.frame.left;
         for words in line {
-            let words = fitted(words, RIGHT - x);
+            let alone = x == page.frame.left;
+            if !alone && x + width(words) > right {
+                (x, y) = (page.frame.left, y + LINE);
+            }
+            let lines = wrapped(words, room, TEXT, 5);
+            for (i, words) in lines.iter().enumerate() {
+                y += if i > 0 { LINE } else { 0.0 };
+                page.text(words, (x, y + 12.0), Align::Left);
+            }
+            x += lines.last().map_or(0.0, width) + 18.0;
+        }
+        y += LINE + if bold { 4.0 } else { 0.0 };
+    }
+    Ok(y + 8.0)
+}
+
+/// Panels that stood side by side, above each other: those that shared the names of another have
+/// them again.
+fn stacked(panels: &[Panel]) -> Vec<Panel> {
+    let mut all = panels.to_vec();
+    for i in 1..all.len() {
+        let same = matches!(all[i].y.scale, Scale::Names(_)) && all[i].y.scale == all[0].y.scale;
+        if same && !all[i].y.shown && all[0].y.shown {
+            all[i].y = all[0].y.clone();
+        }
+    }
+    all
+}
+
+/// Where the lines at the bottom begin.
+fn notes_top(notes: &[Vec<Words>], height: f64) -> f64 {
+    let first = height - 18.0 - LINE * notes.len().saturating_sub(1) as f64;
+    if notes.is_empty() { height - 16.0 } else { first - LINE }
+}
+
+/// Draws the lines at the bottom.
+fn bottom_notes(page: &Page, notes: &[Vec<Words>], height: f64) {
+    let first = height - 18.0 - LINE * notes.len().saturating_sub(1) as f64;
+    for (i, line) in notes.iter().enumerate() {
+        let mut x = page.frame.left;
+        for words in line {
+            let words = fitted(words, page.frame.right - x);
             page.text(&words, (x, first + LINE * i as f64), Align::Left);
             x += width(&words) + 24.0;
         }
     }
-    if notes.is_empty() { SIZE.1 - 16.0 } else { first - LINE }
 }
 
 /// Panels in rows and columns. All plots of a column are equally wide, and all columns are.
 struct Grid {
     columns: usize,
-    /// Room around the plots of each column and row.
+    /// Room around the plots of each panel.
     edges: Vec<Edges>,
     /// Left edge of the plots of each column.
     lefts: Vec<f64>,
@@ -65,27 +157,46 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(panels: &[Panel], columns: Columns, area: Area) -> Grid {
+    /// Rows fill the area.
+    fn of(page: &Page, panels: &[Panel], columns: Columns, area: Area) -> Grid {
         match columns {
-            Columns::Are(n) => Grid::with(panels, n.max(1), area),
+            Columns::Are(n) => Grid::with(page, panels, n.max(1), area, filling),
             Columns::Fitting => {
                 let full = |n: &usize| panels.len().is_multiple_of(*n);
                 let grids = (1..=panels.len().max(1)).filter(full);
-                let grids = grids.map(|n| Grid::with(panels, n, area));
+                let grids = grids.map(|n| Grid::with(page, panels, n, area, filling));
                 let seen = |grid: &Grid| {
                     let shown = panels.iter().enumerate().map(|(i, panel)| grid.plot(i, panel));
                     shown.map(|[l, _, r, _]| r - l).fold(f64::INFINITY, f64::min)
                 };
                 let best = grids.max_by(|a, b| seen(a).total_cmp(&seen(b)));
-                best.unwrap_or_else(|| Grid::with(panels, 1, area))
+                best.unwrap_or_else(|| Grid::with(page, panels, 1, area, filling))
             }
         }
     }
 
-    fn with(panels: &[Panel], columns: usize, [left, top, right, bottom]: Area) -> Grid {
+    /// Rows are as high as what they show.
+    fn flowing(page: &Page, panels: &[Panel], columns: usize, area: Area) -> Grid {
+        let own = |panels: &[Panel], columns: usize, width: f64, _: f64| {
+            let count = panels.len().div_ceil(columns);
+            let row = |row: &[Panel]| {
+                row.iter().map(|p| panel::own_height(p, width, count)).fold(0.0, f64::max)
+            };
+            panels.chunks(columns).map(row).collect()
+        };
+        Grid::with(page, panels, columns, area, own)
+    }
+
+    fn with(
+        page: &Page,
+        panels: &[Panel],
+        columns: usize,
+        [left, top, right, bottom]: Area,
+        heights: impl Fn(&[Panel], usize, f64, f64) -> Vec<f64>,
+    ) -> Grid {
         let columns = columns.min(panels.len()).max(1);
         let guess = (right - left) / columns as f64;
-        let mut edges: Vec<Edges> = panels.iter().map(|p| panel::edges(p, guess)).collect();
+        let mut edges: Vec<Edges> = panels.iter().map(|p| panel::edges(page, p, guess)).collect();
         let rows = panels.len().div_ceil(columns);
         // Panels of a column share their left and right edges, those of a row the others.
         for i in 0..edges.len() {
@@ -135,6 +246,12 @@ impl Grid {
         self.edges[i]
     }
 
+    /// Where the last row ends with what is below it.
+    fn end(&self) -> f64 {
+        let last = self.edges.last().map_or(0.0, |e| e.bottom);
+        self.rows.last().map_or(0.0, |row| row.1 + last)
+    }
+
     /// The plot of a panel; one that must not be stretched is in the middle of its place.
     fn plot(&self, i: usize, panel: &Panel) -> Area {
         let left = self.lefts[i % self.columns];
@@ -159,8 +276,8 @@ fn packed(panels: &[Panel], columns: usize, width: f64, heights: &[f64]) -> f64 
     shown.fold(CAPTION.min(width), f64::max)
 }
 
-/// Heights of the rows: equal, or as pictures need them.
-fn heights(panels: &[Panel], columns: usize, width: f64, all: f64) -> Vec<f64> {
+/// Heights of the rows in a given height: equal, or as pictures need them.
+fn filling(panels: &[Panel], columns: usize, width: f64, all: f64) -> Vec<f64> {
     let rows = panels.chunks(columns);
     let natural = |row: &[Panel]| {
         row.iter().map(|p| p.aspect.map(|a| width / a)).try_fold(0.0, |m: f64, h| Some(m.max(h?)))

@@ -9,11 +9,11 @@ use flate2::write::ZlibEncoder;
 use powergs_pixels::RgbImage;
 
 use super::font::{self, Pen};
-use super::scene::{HALO, Point, Rgb, Scene, Shape, Text};
+use super::scene::{Point, Rgb, Scene, Shape, Text};
 use super::svg::number;
 
-/// Points per page unit: 1280 units are a slide 13.3 inches wide.
-const POINTS: f64 = 0.75;
+/// Points of print in an inch.
+const POINTS: f64 = 72.0;
 /// Control points of a quarter of a circle.
 const ROUND: f64 = 0.552_284_75;
 
@@ -25,7 +25,8 @@ pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
     let mut content = String::new();
     let mut images = Vec::new();
     let (width, height) = scene.size;
-    let _ = writeln!(content, "{POINTS} 0 0 -{POINTS} 0 {} cm", number(height * POINTS));
+    let points = POINTS / scene.sheet.units_per_inch();
+    let _ = writeln!(content, "{points:.5} 0 0 -{points:.5} 0 {} cm", number(height * points));
     for shape in &scene.shapes {
         draw(&mut content, &mut images, shape);
     }
@@ -36,8 +37,8 @@ pub(crate) fn pdf(scene: &Scene) -> Result<Vec<u8>, String> {
     file.object(&format!(
         "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 {} {}] /Contents 4 0 R \
          /Resources << /XObject << {} >> >> >>",
-        number(width * POINTS),
-        number(height * POINTS),
+        number(width * points),
+        number(height * points),
         names.join(" ")
     ));
     file.stream("", content.as_bytes())?;
@@ -145,7 +146,7 @@ fn draw<'a>(out: &mut String, images: &mut Vec<&'a RgbImage>, shape: &'a Shape) 
             circle(out, *centre, *radius);
         }
         Shape::Text(text) => words(out, text),
-        Shape::Image { area: [l, t, r, b], image } => {
+        Shape::Image { area: [l, t, r, b], image, .. } => {
             let [w, h, x, y] = [r - l, t - b, *l, *b].map(number);
             let _ = writeln!(out, "q {w} 0 0 {h} {x} {y} cm /I{} Do Q", images.len());
             images.push(image);
@@ -222,8 +223,9 @@ fn words(out: &mut String, text: &Text) {
     // The page has y downwards, letters have it upwards.
     let turn = if text.upwards { "0 -1 -1 0" } else { "1 0 0 -1" };
     let _ = writeln!(out, "q {turn} {x} {y} cm");
-    if text.halo {
-        let _ = writeln!(out, "1 1 1 RG {HALO} w 1 j");
+    if text.halo > 0.0 {
+        let halo = number(text.halo);
+        let _ = writeln!(out, "1 1 1 RG {halo} w 1 j");
         font::draw(&text.text, text.size, text.bold, &mut Letters { out, at: (0.0, 0.0) });
         out.push_str("S\n");
     }

@@ -7,31 +7,26 @@ use tiny_skia::{
 };
 
 use super::font::{self, Pen};
-use super::scene::{HALO, Point, Rgb, Scene, Shape, Text};
-
-/// Pixels per page unit.
-pub(crate) const ZOOM: f32 = 1.5;
+use super::scene::{Point, Rgb, Scene, Shape, Text};
 
 /// The PNG of a page.
 ///
 /// # Errors
 /// A page without area, or one that the encoder refuses.
 pub(crate) fn png(scene: &Scene) -> Result<Vec<u8>, String> {
-    let size = |length: f64| (length as f32 * ZOOM).round() as u32;
+    let zoom = scene.sheet.zoom();
+    let size = |length: f64| (length as f32 * zoom).round() as u32;
     let (width, height) = (size(scene.size.0), size(scene.size.1));
     let mut page = Pixmap::new(width, height).ok_or("no page")?;
     page.fill(Color::WHITE);
     for shape in &scene.shapes {
-        draw(&mut page, shape);
+        draw(&mut page, shape, zoom);
     }
     // Every pixel is opaque, so colours are not premultiplied by anything.
     let rgb: Vec<u8> = page.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    encoded(&RgbImage::from_bytes(width, height, rgb).ok_or("no page")?)
-}
-
-/// An image as PNG.
-pub(super) fn encoded(image: &RgbImage) -> Result<Vec<u8>, String> {
-    image.png().map_err(|e| e.to_string())
+    let image = RgbImage::from_bytes(width, height, rgb).ok_or("no page")?;
+    let per_inch = scene.sheet.units_per_inch() * f64::from(zoom);
+    image.png_of(Some(per_inch)).map_err(|e| e.to_string())
 }
 
 fn paint((r, g, b): Rgb) -> Paint<'static> {
@@ -40,8 +35,8 @@ fn paint((r, g, b): Rgb) -> Paint<'static> {
     paint
 }
 
-fn draw(page: &mut Pixmap, shape: &Shape) {
-    let zoom = Transform::from_scale(ZOOM, ZOOM);
+fn draw(page: &mut Pixmap, shape: &Shape, scale: f32) {
+    let zoom = Transform::from_scale(scale, scale);
     match shape {
         Shape::Rectangle { area, fill } => {
             let [l, t, r, b] = area.map(|v| v as f32);
@@ -66,8 +61,10 @@ fn draw(page: &mut Pixmap, shape: &Shape) {
                 page.fill_path(&path, &paint(*fill), FillRule::Winding, zoom, None);
             }
         }
-        Shape::Text(text) => words(page, text),
-        Shape::Image { area, image } => picture(page, area.map(|v| v as f32), image),
+        Shape::Text(text) => words(page, text, scale),
+        Shape::Image { area, image, sharp } => {
+            picture(page, area.map(|v| v as f32 * scale), image, *sharp);
+        }
     }
 }
 
@@ -104,22 +101,23 @@ impl Pen for Letters {
     }
 }
 
-fn words(page: &mut Pixmap, text: &Text) {
+fn words(page: &mut Pixmap, text: &Text, zoom: f32) {
     let mut letters = Letters(PathBuilder::new());
     font::draw(&text.text, text.size, text.bold, &mut letters);
     let Some(path) = letters.0.finish() else { return };
     let turn = if text.upwards { -90.0 } else { 0.0 };
     let place = Transform::from_rotate(turn)
         .post_translate(text.start.0 as f32, text.start.1 as f32)
-        .post_scale(ZOOM, ZOOM);
-    if text.halo {
-        let style = Stroke { width: HALO as f32, line_join: LineJoin::Round, ..Stroke::default() };
+        .post_scale(zoom, zoom);
+    if text.halo > 0.0 {
+        let style =
+            Stroke { width: text.halo as f32, line_join: LineJoin::Round, ..Stroke::default() };
         page.stroke_path(&path, &paint((255, 255, 255)), &style, place, None);
     }
     page.fill_path(&path, &paint(text.fill), FillRule::Winding, place, None);
 }
 
-fn picture(page: &mut Pixmap, [l, t, r, b]: [f32; 4], image: &RgbImage) {
+fn picture(page: &mut Pixmap, area: [f32; 4], image: &RgbImage, sharp: bool) {
     let (w, h) = (image.width(), image.height());
     let Some(mut pixels) = Pixmap::new(w, h) else { return };
     for (to, from) in pixels.data_mut().chunks_exact_mut(4).zip(image.bytes().chunks_exact(3)) {
@@ -127,9 +125,9 @@ fn picture(page: &mut Pixmap, [l, t, r, b]: [f32; 4], image: &RgbImage) {
         to[3] = 255;
     }
     // On whole pixels, so that its edges are sharp.
-    let [l, t, r, b] = [l, t, r, b].map(|v| (v * ZOOM).round());
+    let [l, t, r, b] = area.map(f32::round);
     let (x, y) = ((r - l) / w as f32, (b - t) / h as f32);
-    let exact = x == 1.0 && y == 1.0;
+    let exact = sharp || (x == 1.0 && y == 1.0);
     let quality = if exact { FilterQuality::Nearest } else { FilterQuality::Bilinear };
     let style = PixmapPaint { quality, ..PixmapPaint::default() };
     let place = Transform::from_row(x, 0.0, 0.0, y, l, t);

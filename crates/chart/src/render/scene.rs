@@ -2,6 +2,8 @@
 
 use powergs_pixels::RgbImage;
 
+use crate::Sheet;
+
 /// A point of the page, units from its upper left corner.
 pub type Point = (f64, f64);
 
@@ -54,6 +56,8 @@ pub enum Shape {
         area: Area,
         /// Its pixels.
         image: RgbImage,
+        /// Whether they have sharp edges when they are shown large.
+        sharp: bool,
     },
 }
 
@@ -74,18 +78,34 @@ pub struct Text {
     pub upwards: bool,
     /// Its colour.
     pub fill: Rgb,
-    /// Whether white surrounds the letters, so that lines below do not strike them through.
-    pub halo: bool,
+    /// Width of the white around the letters, so that lines below do not strike them through; 0
+    /// for none, [`HALO`] for labels.
+    pub halo: f64,
 }
 
-/// Width of the white around letters, page units.
-pub(crate) const HALO: f64 = 5.0;
+/// Width of the white around labels, page units.
+pub const HALO: f64 = 4.0;
+
+impl Text {
+    /// The rectangle that its letters lie in.
+    pub fn area(&self) -> Area {
+        let (x, y) = self.start;
+        let (above, below) = (0.76 * self.size, 0.22 * self.size);
+        if self.upwards {
+            [x - above, y - self.width, x + below, y]
+        } else {
+            [x, y - above, x + self.width, y + below]
+        }
+    }
+}
 
 /// A finished page.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
     /// Width and height, page units.
     pub size: (f64, f64),
+    /// How large that is in print.
+    pub sheet: Sheet,
     /// What it shows, for readers who do not see it.
     pub title: String,
     /// A line of context.

@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 
-use super::png;
-use super::scene::{HALO, Point, Rgb, Scene, Shape, Text};
+use super::scene::{Point, Rgb, Scene, Shape, Text};
+use crate::Sheet;
 
 /// The font of the measured widths, then others of about the same.
 const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
@@ -14,9 +14,16 @@ const FONTS: &str = "DejaVu Sans, Verdana, Geneva, sans-serif";
 /// # Errors
 /// An image that cannot be written as PNG.
 pub(crate) fn svg(scene: &Scene) -> Result<String, String> {
-    let (width, height) = scene.size;
+    let [width, height] = [scene.size.0, scene.size.1].map(number);
+    let print = |length: f64| match scene.sheet {
+        Sheet::Slide => number(length),
+        Sheet::Page | Sheet::Column => {
+            format!("{:.3}in", length / scene.sheet.units_per_inch())
+        }
+    };
+    let (wide, high) = (print(scene.size.0), print(scene.size.1));
     let mut out = format!(
-        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
+        "<svg width=\"{wide}\" height=\"{high}\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
          xmlns=\"http://www.w3.org/2000/svg\">\n<title>{}</title>\n<desc>{}</desc>\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n\
          <g font-family=\"{FONTS}\" fill=\"none\">\n",
@@ -61,15 +68,16 @@ fn draw(out: &mut String, shape: &Shape) -> Result<(), String> {
             colour(*fill)
         ),
         Shape::Text(text) => words(out, text),
-        Shape::Image { area: [l, t, r, b], image } => writeln!(
+        Shape::Image { area: [l, t, r, b], image, sharp } => writeln!(
             out,
-            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+            "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\"{} \
              href=\"data:image/png;base64,{}\"/>",
             number(*l),
             number(*t),
             number(r - l),
             number(b - t),
-            base64(&png::encoded(image)?)
+            if *sharp { " image-rendering=\"pixelated\"" } else { "" },
+            base64(&image.png().map_err(|e| e.to_string())?)
         ),
     };
     written.map_err(|e| e.to_string())
@@ -84,8 +92,9 @@ fn words(out: &mut String, text: &Text) -> std::fmt::Result {
     if text.upwards {
         write!(out, " transform=\"rotate(270 {x} {y})\"")?;
     }
-    if text.halo {
-        write!(out, " stroke=\"#fff\" stroke-width=\"{HALO}\" paint-order=\"stroke\"")?;
+    if text.halo > 0.0 {
+        let halo = number(text.halo);
+        write!(out, " stroke=\"#fff\" stroke-width=\"{halo}\" paint-order=\"stroke\"")?;
     }
     let (width, fill) = (number(text.width), colour(text.fill));
     let text = escaped(&text.text);

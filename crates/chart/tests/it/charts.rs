@@ -3,10 +3,12 @@
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
-use powergs_chart::render::labels::{Wish, overlap, place};
+use powergs_chart::render::labels::{Obstacles, Wish, crosses, overlap, place};
+use powergs_chart::render::scene::Shape;
 use powergs_chart::{
-    Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Label, Line, Mark, Name,
-    Panel, Part, Place, Points, Rule, Scale, Side, Size, Span, Symbol, Weight, Words,
+    Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Gauge, Label, Line, Mark,
+    Name, Panel, Part, Place, Points, Rule, Scale, Sheet, Side, Size, Span, Style, Symbol, Weight,
+    Words,
 };
 use powergs_pixels::{Limits, RgbImage, Samples, decode};
 
@@ -33,7 +35,7 @@ fn every_symbol() -> Vec<Entry> {
     symbols.into_iter().enumerate().map(|(i, s)| Entry::new(format!("entry {i}"), s)).collect()
 }
 
-fn every_side() -> [Side; 9] {
+fn every_side() -> [Side; 8] {
     [
         Side::Free,
         Side::Right,
@@ -43,7 +45,6 @@ fn every_side() -> [Side; 9] {
         Side::AboveLeft,
         Side::BelowLeft,
         Side::AboveRight,
-        Side::Centre,
     ]
 }
 
@@ -93,13 +94,14 @@ fn every_mark(values: &[f64], text: &str) -> Vec<Mark> {
             spans: values.iter().map(span).collect(),
             labels: values.iter().map(|v| (span(v), text.to_owned())).collect(),
         },
-        Mark::Image(grey(3, 2)),
+        Mark::Image { image: grey(3, 2), sharp: true },
+        Mark::Gauge(Gauge { at: 0.5, labels: values.iter().map(|v| (*v, text.into())).collect() }),
     ];
     for (i, &v) in values.iter().enumerate() {
         let at = if i % 2 == 0 { Rule::X(v) } else { Rule::Y(v) };
         marks.push(Mark::Rule { at, colour: Colour::GREY, dashed: true });
         marks.push(Mark::Cross((v, v)));
-        let side = every_side()[i % 9];
+        let side = every_side()[i % 8];
         marks.push(Mark::Label(Label { words: text.into(), at: (v, -v), side }));
     }
     marks
@@ -142,7 +144,7 @@ fn whole(panels: Vec<Panel>, text: &str) -> Chart {
 
 /// Draws a chart; no number that is none may be written.
 fn drawn(chart: &Chart) -> String {
-    let svg = chart.svg().expect("drawn");
+    let svg = chart.svg(Style::default()).expect("drawn");
     for attribute in
         svg.split('<').filter(|tag| !tag.starts_with("text") && !tag.starts_with("desc"))
     {
@@ -256,15 +258,15 @@ fn pdf_texts(pdf: &[u8]) -> Vec<String> {
 #[test]
 fn svg_pdf_and_png_say_the_same() {
     let chart = chart();
-    let svg = svg_texts(&chart.svg().expect("SVG"));
+    let svg = svg_texts(&chart.svg(Style::default()).expect("SVG"));
     let words: Vec<&str> = svg.iter().map(|t| t.0.as_str()).collect();
     for expected in ["An example", "one line of context", "left (<&>)", "the λ of ρ²", "power, mW"]
     {
         assert!(words.contains(&expected), "{expected} is missing in {words:?}");
     }
-    let pdf = chart.pdf().expect("PDF");
+    let pdf = chart.pdf(Style::default()).expect("PDF");
     assert_eq!(pdf_texts(&pdf), words);
-    let png = chart.png().expect("PNG");
+    let png = chart.png(Style::default()).expect("PNG");
     let picture = decode(&png, Limits { side: 1920, bytes: 1 << 26 }).expect("a PNG");
     assert_eq!((picture.width, picture.height, picture.channels), (1920, 1080, 3));
     let Samples::Eight(pixels) = &picture.samples else { panic!("8 bits") };
@@ -283,8 +285,8 @@ fn svg_pdf_and_png_say_the_same() {
 fn a_pdf_is_well_formed() {
     let mut chart = chart();
     chart = chart.panel(Panel::picture(RgbImage::from_fn(5, 4, |x, y| [x as u8, y as u8, 9]), "p"));
-    let pdf = chart.pdf().expect("PDF");
-    assert_eq!(pdf, chart.pdf().expect("PDF"), "the same bytes");
+    let pdf = chart.pdf(Style::default()).expect("PDF");
+    assert_eq!(pdf, chart.pdf(Style::default()).expect("PDF"), "the same bytes");
     assert!(pdf.starts_with(b"%PDF-1.5\n") && pdf.ends_with(b"%%EOF\n"));
     // Every entry of the table leads to its object, and the end to the table.
     let text = String::from_utf8_lossy(&pdf[pdf.len() - 900..]).into_owned();
@@ -309,8 +311,11 @@ fn a_pdf_is_well_formed() {
 
 #[test]
 fn the_same_chart_is_the_same_bytes() {
-    let once = (chart().svg().expect("SVG"), chart().png().expect("PNG"));
-    let other = std::thread::spawn(|| (chart().svg().expect("SVG"), chart().png().expect("PNG")));
+    let once =
+        (chart().svg(Style::default()).expect("SVG"), chart().png(Style::default()).expect("PNG"));
+    let other = std::thread::spawn(|| {
+        (chart().svg(Style::default()).expect("SVG"), chart().png(Style::default()).expect("PNG"))
+    });
     assert!(once == other.join().expect("drawn"));
 }
 
@@ -321,9 +326,10 @@ fn labels_cover_no_mark_and_no_label() {
     let points: Vec<(f64, f64)> = (0..60).map(at).collect();
     let marks: Vec<[f64; 4]> =
         points.iter().map(|(x, y)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0]).collect();
-    let wish = |&at: &(f64, f64)| Wish { at, size: (90.0, 20.0), may_leave: true };
+    let wish = |&at: &(f64, f64)| Wish { at, size: (90.0, 20.0), side: Side::Free, reach: 230.0 };
     let wishes: Vec<Wish> = points.iter().map(wish).collect();
-    let places = place(&wishes, &marks, &points, frame);
+    let obstacles = Obstacles { solid: marks.clone(), ..Obstacles::default() };
+    let places = place(&wishes, &obstacles, frame);
     let placed: Vec<[f64; 4]> = places.iter().flatten().copied().collect();
     assert!(placed.len() > 40, "{} of 60 found a place", placed.len());
     for (i, a) in placed.iter().enumerate() {
@@ -334,11 +340,92 @@ fn labels_cover_no_mark_and_no_label() {
 }
 
 #[test]
-fn a_label_takes_the_place_that_covers_fewest_lines() {
-    let wish = Wish { at: (500.0, 300.0), size: (80.0, 20.0), may_leave: false };
-    let right: Vec<(f64, f64)> = (0..20).map(|i| (510.0 + 5.0 * f64::from(i), 300.0)).collect();
-    let places = place(std::slice::from_ref(&wish), &[], &right, [0.0, 0.0, 1000.0, 600.0]);
-    assert!(places[0].is_some_and(|[_, _, r, _]| r < 500.0), "left of its point: {places:?}");
-    let none = place(&[wish], &[[0.0, 0.0, 1000.0, 600.0]], &[], [0.0, 0.0, 1000.0, 600.0]);
-    assert_eq!(none, [None], "no free place, no label");
+fn a_label_keeps_off_curves_and_takes_its_side_where_that_is_free() {
+    let frame = [0.0, 0.0, 1000.0, 600.0];
+    let wish = Wish { at: (500.0, 300.0), size: (80.0, 20.0), side: Side::Right, reach: 230.0 };
+    let wished = std::slice::from_ref(&wish);
+    let free = place(wished, &Obstacles::default(), frame);
+    assert!(free[0].is_some_and(|[l, ..]| l > 500.0 && l < 520.0), "{free:?}");
+    let curve = [(505.0, 300.0), (900.0, 302.0)];
+    let below = Obstacles { curves: vec![curve], ..Obstacles::default() };
+    let moved = place(wished, &below, frame)[0].expect("room");
+    assert!(!crosses(curve, moved), "{moved:?}");
+    // Faint lines and crowds are covered where there is no other place, curves never.
+    let rows = (0..60).map(|i| [(0.0, 10.0 * f64::from(i)), (1000.0, 10.0 * f64::from(i))]);
+    let faint = Obstacles { faint: rows.clone().collect(), ..Obstacles::default() };
+    assert!(place(wished, &faint, frame)[0].is_some());
+    let curves = Obstacles { curves: rows.collect(), ..Obstacles::default() };
+    assert_eq!(place(wished, &curves, frame), [None]);
+}
+
+#[test]
+fn lines_cross_rectangles_by_their_middle_too() {
+    let area = [10.0, 10.0, 20.0, 20.0];
+    for (line, expected) in [
+        ([(0.0, 15.0), (30.0, 15.0)], true),
+        ([(15.0, 0.0), (15.0, 30.0)], true),
+        ([(0.0, 0.0), (30.0, 30.0)], true),
+        ([(12.0, 12.0), (13.0, 13.0)], true),
+        ([(0.0, 25.0), (30.0, 25.0)], false),
+        ([(0.0, 12.0), (9.0, 12.0)], false),
+        ([(0.0, 25.0), (25.0, 0.0)], true),
+        ([(0.0, 15.0), (15.0, 0.0)], false),
+    ] {
+        assert_eq!(crosses(line, area), expected, "{line:?}");
+    }
+}
+
+#[test]
+fn columns_are_narrow_and_their_text_is_no_smaller() {
+    let width = |sheet| {
+        let svg = chart().svg(Style { sheet, title: false }).expect("SVG");
+        assert!(!svg.contains(">An example</text>") && svg.contains("power, mW"));
+        let width = svg.split("width=\"").nth(1).and_then(|w| w.split('"').next());
+        let view = svg.split("viewBox=\"0 0 ").nth(1).and_then(|v| v.split(' ').next());
+        let number = |text: Option<&str>| -> f64 {
+            text.and_then(|t| t.trim_end_matches("in").parse().ok()).expect("a number")
+        };
+        (number(width), number(view))
+    };
+    for sheet in [Sheet::Column, Sheet::Page] {
+        let (inches, units) = width(sheet);
+        assert!((inches - sheet.inches()).abs() < 0.005);
+        // Normal text has 18 units.
+        assert!(18.0 * inches * 72.0 / units >= 7.0, "{sheet:?}");
+    }
+}
+
+#[test]
+fn a_png_says_how_many_pixels_are_an_inch() {
+    for (sheet, wide) in [(Sheet::Column, 3.33), (Sheet::Page, 7.0)] {
+        let png = chart().png(Style { sheet, title: true }).expect("PNG");
+        let at = png.windows(4).position(|w| w == b"pHYs").expect("a size in print") + 4;
+        let number = |i: usize| u32::from_be_bytes(png[i..i + 4].try_into().expect("4 bytes"));
+        let (across, metre) = (number(16), png[at + 8]);
+        assert_eq!((number(at), metre), (number(at + 4), 1));
+        let inches = f64::from(across) / (f64::from(number(at)) * 0.0254);
+        assert!((inches - wide).abs() < 0.01, "{inches}");
+    }
+}
+
+#[test]
+fn amounts_that_do_not_begin_at_zero_have_a_mark() {
+    let strokes = |axis: Axis| {
+        let x = Axis::new("x", Scale::linear(0.0, 1.0));
+        let chart = Chart::new("b", "B", "").panel(Panel::new(x, axis));
+        let scene = chart.scene(Style::default()).expect("drawn");
+        let is_stroke = |s: &&Shape| match s {
+            Shape::Line { points, .. } => {
+                let [(x0, y0), (x1, y1)] = points[..] else { return false };
+                x0 != x1 && y0 != y1
+            }
+            _ => false,
+        };
+        scene.shapes.iter().filter(is_stroke).count()
+    };
+    assert_eq!(strokes(Axis::new("y", Scale::linear(0.0, 9.0))), 0);
+    assert_eq!(strokes(Axis::new("y", Scale::linear(5.0, 9.0))), 2);
+    assert_eq!(strokes(Axis::new("y", Scale::linear(5.0, 9.0)).positions()), 0);
+    assert_eq!(strokes(Axis::new("y", Scale::logarithmic(5.0, 9.0))), 0);
+    assert_eq!(Axis::new("power, W", Scale::logarithmic(5.0, 9.0)).words(), "power, W (log)");
 }

@@ -57,3 +57,25 @@ fn whole_ticks_are_whole_and_apart() {
     let ticks = Scale::linear(0.0, 2.0).whole_ticks(10);
     assert_eq!(ticks, [0.0, 1.0, 2.0]);
 }
+
+#[test]
+fn an_axis_has_at_least_three_ticks() {
+    for (low, high) in [(0.2980, 0.2985), (1.0, 1.9), (0.9, 2.1), (17.0, 24.0), (0.0, 1.0)] {
+        for count in 1..9 {
+            let ticks = Scale::linear(low, high).ticks(count);
+            assert!(ticks.len() > 2, "{low} to {high}, {count}: {ticks:?}");
+            if low > 0.0 {
+                let ticks = Scale::Log { low, high }.ticks(count);
+                assert!(ticks.len() > 2, "{low} to {high}, {count}: {ticks:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rounded_ends_have_ticks() {
+    let scale = Scale::rounded(1143.0, 1186.0);
+    let ticks = scale.ticks(6);
+    assert_eq!((scale.low(), scale.high()), (1140.0, 1190.0));
+    assert_eq!((ticks[0], ticks[ticks.len() - 1]), (1140.0, 1190.0), "{ticks:?}");
+}

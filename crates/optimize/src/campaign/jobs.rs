@@ -100,7 +100,7 @@ impl Run<'_> {
             Role::Dense
             | Role::HeldOut
             | Role::Sample
-            | Role::Final
+            | Role::Optimum
             | Role::Baseline(_)
             | Role::Sweep(_) => &self.campaign.dense,
         })

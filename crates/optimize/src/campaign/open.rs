@@ -14,6 +14,9 @@ use crate::settings::Gate;
 use crate::views::{blind, split};
 use crate::watch::CampaignWatch;
 
+/// As many views are named in a warning.
+const NAMED: usize = 5;
+
 impl Campaign {
     /// Checks a request, renders the references if they are the dense model's own, and scales the
     /// panel.
@@ -39,8 +42,10 @@ impl Campaign {
             return Err(CampaignError::NothingSeen);
         }
         if !unseen.is_empty() {
-            let (n, names) = (unseen.len(), unseen.join(", "));
-            watch.warn(&format!("{n} views see nothing of the model: {names}"));
+            let (n, names) = (unseen.len(), unseen[..unseen.len().min(NAMED)].join(", "));
+            let more = if n > NAMED { ", …" } else { "" };
+            let all = cameras.len();
+            watch.warn(&format!("{n} of {all} views see nothing of the model: {names}{more}"));
         }
         if let ReferenceImages::OwnRenders(sink) = &mut references {
             watch.rendering(cameras.len() as u64);

@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
             keep: Keep::Dimmest,
             ..self.plain(iterations)
         };
-        self.job(Role::Final, rho, config)
+        self.job(Role::Optimum, rho, config)
     }
 
     /// A model to compare level 1 with.

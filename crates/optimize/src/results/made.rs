@@ -139,7 +139,7 @@ fn fits(run: &Made<'_>) -> Vec<FitRecord> {
 
 fn fit(run: &Made<'_>, place: Place) -> FitRecord {
     let conclusion = run.plan.conclusion(run.done, place);
-    let realised = run.done.iter().find(|o| o.role == Role::Final && o.place == place);
+    let realised = run.done.iter().find(|o| o.role == Role::Optimum && o.place == place);
     let fit = conclusion.fit.as_ref().ok();
     FitRecord {
         variant: name_of(run, place.variant),

@@ -249,8 +249,8 @@ fn requests_that_cannot_be_met_say_which_key_and_what_it_may_be() {
     refused(|r| r.goals.goal = Some(Goal::Share(0.99)), Invalid::ShareOfPerfect);
     let bright = Goal::Absolute { psnr_db: 500.0, ssim: 0.0 };
     refused(move |r| r.goals.goal = Some(bright), Invalid::Likeness);
-    let taken = |r: &mut Request| r.externals.push(("final".into(), r.dense.clone()));
-    refused(taken, Invalid::NameTaken("final".into()));
+    let taken = |r: &mut Request| r.externals.push(("optimum".into(), r.dense.clone()));
+    refused(taken, Invalid::NameTaken("optimum".into()));
     let mut blind = request();
     for camera in &mut blind.cameras {
         camera.centre += 1000.0 * camera.forward();

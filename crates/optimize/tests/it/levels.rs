@@ -89,19 +89,19 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
         "dense",
         "sample-01",
         "sample-02",
-        "final",
+        "optimum",
         "display-only",
         "render-only",
         "two-stage",
         "L2-sample-01",
         "L2-sample-02",
-        "L2-final",
+        "L2-optimum",
         "L3-sample-01",
         "L3-sample-02",
-        "L3-final",
+        "L3-optimum",
         "L4-sample-01",
         "L4-sample-02",
-        "L4-final",
+        "L4-optimum",
         "L2-display-only",
         "L3-display-only",
         "L4-display-only",
@@ -118,10 +118,10 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
     let best = campaign.conclusion(&done, Place::default()).best.unwrap();
     assert_eq!(from("L2-sample-01"), best);
     assert_eq!(from("L2-sample-02"), "L2-sample-01");
-    assert_eq!(from("L2-final"), best, "the realised optimum starts where its search does");
+    assert_eq!(from("L2-optimum"), best, "the realised optimum starts where its search does");
     assert_eq!(from("L4-render-only"), "L3-render-only");
     assert_eq!(from("L2-display-only"), "display-only");
-    for (level, name) in [(1, "L2-final"), (2, "L3-sample-02"), (3, "L4-render-only")] {
+    for (level, name) in [(1, "L2-optimum"), (2, "L3-sample-02"), (3, "L4-render-only")] {
         let config = of(name).config.unwrap();
         assert_eq!(of(name).place.level, level);
         assert_eq!(config.objective, Objective::Hvsq { pooling: POOLINGS[usize::from(level)] });
@@ -144,7 +144,7 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
     let campaign = campaign(4);
     let (jobs, done) = play(&campaign, |job| job.place.level != 2);
     // Without a sample that passes there is nothing to realise.
-    assert!(jobs.iter().all(|j| j.name != "L3-final"));
+    assert!(jobs.iter().all(|j| j.name != "L3-optimum"));
     let own = |level| campaign.model_at(&done, None, Place { variant: 0, level }).unwrap();
     assert_eq!(own(2).name, own(1).name);
     assert_eq!(own(3).place.level, 3, "level 4 goes on from level 2");
@@ -313,5 +313,5 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
     assert!(at(&filtered, 3) > at(&plain, 3));
     assert!((plain.tiles.iter().sum::<f64>() - 6.0 * 5.0).abs() < 1e-9);
     assert!(plain.region_j.iter().zip(plain.tiles).all(|(j, n)| (*j > 0.0) == (n > 0.0)));
-    assert_eq!(Role::Final.baseline(), None);
+    assert_eq!(Role::Optimum.baseline(), None);
 }

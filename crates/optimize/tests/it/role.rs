@@ -4,7 +4,7 @@ use powergs_optimize::role::{Baseline, Role, RoleKind};
 
 #[test]
 fn every_role_is_read_as_it_is_written() {
-    let plain = [Role::Dense, Role::HeldOut, Role::Sample, Role::Final];
+    let plain = [Role::Dense, Role::HeldOut, Role::Sample, Role::Optimum];
     let others =
         [Role::External(3), Role::Sweep(0.005), Role::Baseline(Baseline::LightGaussian(7))];
     for role in plain.into_iter().chain(others).chain(Baseline::ALL.map(Role::Baseline)) {
@@ -22,7 +22,8 @@ fn every_role_is_read_as_it_is_written() {
 
 #[test]
 fn names_of_jobs_are_reserved() {
-    for name in ["dense", "final", "held-out", "sample-01", "lambda-x", "lightgs-66", "two-stage"] {
+    for name in ["dense", "optimum", "held-out", "sample-01", "lambda-x", "lightgs-66", "two-stage"]
+    {
         assert!(Role::reserves(name), "{name}");
     }
     for name in ["mini", "sample", "external-1", "lightgs-65", "denser"] {

@@ -89,8 +89,8 @@ fn samples_that_missed_are_named_with_their_distance() {
 #[test]
 fn the_best_model_is_the_cheapest_that_passes_the_final_one_or_a_sample() {
     let mut done = samples();
-    done.push(outcome("final", Role::Final, 0.35, (0.3, 0.4)));
-    assert_eq!(conclude(&done, Some(TARGET)).best.as_deref(), Some("final"));
+    done.push(outcome("optimum", Role::Optimum, 0.35, (0.3, 0.4)));
+    assert_eq!(conclude(&done, Some(TARGET)).best.as_deref(), Some("optimum"));
     done.last_mut().unwrap().passed = false;
     let best = conclude(&done, Some(TARGET)).best.unwrap();
     assert!(best.starts_with("sample-"), "{best}");
@@ -149,7 +149,7 @@ fn a_campaign_measures_samples_realises_and_compares() {
         "sample-03",
         "sample-04",
         "sample-05",
-        "final",
+        "optimum",
         "display-only",
         "render-only",
         "two-stage",
@@ -186,7 +186,7 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
     for (name, from) in [
         ("sample-01", "held-out"),
         ("sample-02", "sample-01"),
-        ("final", "held-out"),
+        ("optimum", "held-out"),
         ("render-only", "held-out"),
         ("two-stage", "render-only"),
         ("lambda-0.1", "held-out"),

@@ -1,4 +1,4 @@
-//! What the buffers held: mean and peak against capacity, and what left unused.
+//! What the buffers held: mean and peak against capacity, and what was discarded unread.
 
 use super::{frames, subtitle};
 use crate::format::{engineering, percent};
@@ -43,12 +43,12 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let mut panel = Panel::new(x, Axis::names(rows.iter().map(|r| r.name)));
     panel.marks = vec![Mark::Bars(rows.iter().enumerate().map(|(i, r)| bar(i, r)).collect())];
     panel.right = rows.iter().enumerate().map(|(i, r)| (i as f64 + 0.5, facts(r))).collect();
-    let entries = [("mean", Colour::BLUE), ("peak", Colour::SKY), ("never used", Colour::PALE)];
+    let entries = [("mean", Colour::BLUE), ("peak", Colour::SKY), ("never filled", Colour::PALE)];
     let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run)));
     Some(chart.legend(entries.map(|(name, colour)| Entry::fill(name, colour))).panel(panel))
 }
 
-/// The mean, what the peak adds to it, and what was never used.
+/// The mean, what the peak adds to it, and what was never filled.
 fn bar(i: usize, row: &Row) -> Bar {
     let share = |bytes: f64| (bytes / row.capacity * 100.0).clamp(0.0, 100.0);
     let (mean, peak) = (share(row.mean), share(row.peak));
@@ -66,6 +66,6 @@ fn facts(row: &Row) -> Vec<Words> {
     let filled = engineering(row.filled, "B");
     vec![
         Words::from(format!("{:.0} KiB, mean {mean} %", row.capacity / 1024.0)),
-        Words::note(format!("{filled} in, {} % of it unused", percent(unused))),
+        Words::note(format!("{filled} in, {} % discarded unread", percent(unused))),
     ]
 }

@@ -3,6 +3,7 @@
 use super::{frames, subtitle};
 use crate::format::{percent, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
+use powergs_core::accel::Stall;
 use powergs_study::findings::RunSummary;
 use powergs_study::findings::summary::{DramSummary, UnitSummary};
 use powergs_study::run_record::Run;
@@ -10,7 +11,7 @@ use powergs_study::run_record::Run;
 const NAME: &str = "cycles";
 const TITLE: &str = "Where the cycles go";
 /// Title of the axis.
-const SHARE: &str = "share of the unit's cycles, %; between busy and idle: what it waits for";
+const SHARE: &str = "share of the unit's cycles, %";
 
 /// Colours of [`UnitSummary::PARTS`]: waits for DRAM are blues and purple, other waits are warm.
 pub(crate) const COLOURS: [Colour; UnitSummary::PARTS.len()] = [
@@ -27,7 +28,22 @@ pub(crate) const COLOURS: [Colour; UnitSummary::PARTS.len()] = [
 
 /// The legend of [`COLOURS`].
 pub(crate) fn entries() -> impl Iterator<Item = Entry> {
-    UnitSummary::PARTS.into_iter().zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour))
+    let waits = Stall::ALL.map(waits);
+    let names = ["busy"].into_iter().chain(waits).chain(["no work"]);
+    names.zip(COLOURS).map(|(name, colour)| Entry::fill(name, colour))
+}
+
+/// What a unit waits for, in words.
+pub(crate) fn waits(cause: Stall) -> &'static str {
+    match cause {
+        Stall::Records => "waits: records from DRAM",
+        Stall::List => "waits: list of the tile",
+        Stall::Spill => "waits: spilled keys",
+        Stall::Features => "waits: features from DRAM",
+        Stall::Input => "waits: unit before it",
+        Stall::Output => "waits: room behind it",
+        Stall::Bank => "waits: buffer bank",
+    }
 }
 
 /// The axis of shares.
@@ -53,7 +69,7 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let mut right = Vec::new();
     for (i, row) in rows.iter().enumerate() {
         bars.push(bar(i, row.shares().into_iter().zip(COLOURS)));
-        let busy = format!("{} M busy", significant(row.busy / 1e6));
+        let busy = format!("{} M cycles busy", significant(row.busy / 1e6));
         right.push((i as f64 + 0.5, vec![Words::note(busy)]));
     }
     // The data bus has a bar of its own: busy or not.

@@ -34,18 +34,23 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let (energy, power) = (Breakdown::energy_j(summary), Breakdown::power_w(summary));
     let display = summary.display_w;
     let stages = power.shown();
-    let names: Vec<&str> =
-        stages.iter().map(|s| s.name()).chain(display.map(|_| "display")).collect();
-    let left = panel(&names, &stages, &energy, None, "energy per frame at full rate", "J");
-    let name = match summary.misses(fps) {
-        false => format!("accelerator power at {} FPS", rate(fps)),
-        true => {
-            let reached = significant(summary.displayed_fps);
-            format!("accelerator power at {reached} FPS (misses {} FPS)", rate(fps))
-        }
+    let names: Vec<&str> = stages.iter().map(|s| s.name()).collect();
+    let left = panel(&names, &stages, &energy, None, "J");
+    let heading = format!("{} a frame at full rate", engineering(energy.total(), "J"));
+    let left = left.heading(Words::bold(heading));
+    let all: Vec<&str> = names.iter().copied().chain(display.map(|_| "display")).collect();
+    let right = panel(&all, &stages, &power, display, "W");
+    let beside = display.map_or(String::new(), |w| format!(" + display {}", engineering(w, "W")));
+    let at = match summary.misses(fps) {
+        false => format!("{} FPS", rate(fps)),
+        true => format!("{} FPS (misses {})", significant(summary.displayed_fps), rate(fps)),
     };
-    let mut right = panel(&names, &stages, &power, display, &name, "W");
-    right.y = right.y.hidden();
+    let heading = format!("{} at {at}{beside}", engineering(power.total(), "W"));
+    let mut right = right.heading(Words::bold(heading));
+    // Without a display both panels have the same names.
+    if display.is_none() {
+        right.y = right.y.hidden();
+    }
     let extra = display.map(|_| Entry::fill("display", DISPLAY));
     let chart = Chart::new(NAME, TITLE, subtitle(run, &frames(run))).columns(2);
     Some(chart.legend(entries().chain(extra)).panel(left).panel(right))
@@ -57,7 +62,6 @@ fn panel(
     stages: &[Stage],
     values: &Breakdown,
     display: Option<f64>,
-    name: &str,
     unit: &str,
 ) -> Panel {
     let highest = stages.iter().map(|&s| values.stage(s)).chain(display).fold(0.0, f64::max);
@@ -73,8 +77,5 @@ fn panel(
         bar.end(significant(watts / factor))
     }));
     let x = Axis::new(format!("{prefix}{unit}"), Scale::from_zero(highest / factor)).ticks(5);
-    let total = format!("{name}: {}", engineering(values.total(), unit));
-    Panel::new(x, Axis::names(names.iter().copied()))
-        .heading(Words::bold(total))
-        .mark(Mark::Bars(bars))
+    Panel::new(x, Axis::names(names.iter().copied())).mark(Mark::Bars(bars))
 }

@@ -1,16 +1,23 @@
-//! Frame time along the path, with the deadline at the display rate.
+//! Frame time of every frame, with the deadline at the display rate. Few frames stand alone: they
+//! may be views that have nothing to do with each other.
 
 use super::subtitle;
-use crate::format::significant;
+use crate::format::{rate, significant};
 use powergs_chart::{
-    Axis, Chart, Colour, Entry, Line, Mark, Panel, Place, Points, Rule, Scale, Size, Symbol,
+    Axis, Bin, Chart, Colour, Entry, Line, Mark, Panel, Place, Points, Rule, Scale, Size, Symbol,
 };
 use powergs_study::findings::RunSummary;
 use powergs_study::run_record::Run;
 
 const NAME: &str = "frame_time";
-const TITLE: &str = "Frame time along the path";
+const TITLE: &str = "Frame time";
+/// Up to this number of frames each is a bar.
+const BARS: usize = 32;
+/// Fewer frames have no 99th percentile: it is the slowest.
+const HUNDRED: usize = 100;
 
+/// Frames over the deadline.
+const LATE: Colour = Colour::ORANGE;
 /// A range wider than this is drawn logarithmically.
 const WIDE: f64 = 50.0;
 /// A deadline further above the data than this is told, not drawn: it would flatten the curve.
@@ -25,8 +32,9 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let deadline = 1e3 / run.facts.display_fps;
     let misses = cycle.deadline_misses;
     let numbers = format!(
-        "mean {} ms, p99 {} ms; {misses} of {} over {} ms",
+        "mean {} ms, {} {} ms; {misses} of {} over {} ms",
         significant(cycle.frame_time_ms),
+        if times.len() < HUNDRED { "slowest" } else { "p99" },
         significant(cycle.frame_time_p99_ms),
         times.len(),
         significant(deadline)
@@ -34,12 +42,20 @@ pub(super) fn chart(run: &Run, summary: &RunSummary) -> Option<Chart> {
     let frames: Vec<f64> = run.frames.iter().map(|f| f.frame as f64).collect();
     let points: Vec<Place> = frames.into_iter().zip(times).collect();
     let high = points.iter().map(|p| p.1).fold(0.0, f64::max);
-    let far = if deadline <= FAR * high { "" } else { ": above this chart" };
-    let name = format!("deadline {} ms{far}", significant(deadline));
+    let (ms, fps) = (significant(deadline), rate(run.facts.display_fps));
+    let line = if deadline <= FAR * high {
+        let name = format!("deadline {ms} ms ({fps} FPS)");
+        Entry::new(name, Symbol::Dashed(Colour::VERMILION))
+    } else {
+        Entry::note(format!("deadline {ms} ms ({fps} FPS): above this chart"))
+    };
+    let bars = points.len() <= BARS;
+    let symbol = |c| if bars { Symbol::Fill(c) } else { Symbol::Curve(c) };
+    let late = if bars { Symbol::Fill(LATE) } else { Symbol::Dot(LATE) };
     let chart = Chart::new(NAME, TITLE, subtitle(run, &numbers)).legend([
-        Entry::new("frame", Symbol::Curve(Colour::BLUE)),
-        Entry::new("over the deadline", Symbol::Dot(Colour::VERMILION)),
-        Entry::new(name, Symbol::Dashed(Colour::VERMILION)),
+        Entry::new("frame", symbol(Colour::BLUE)),
+        Entry::new("over the deadline", late),
+        line,
     ]);
     Some(chart.panel(panel(points, deadline)))
 }
@@ -51,7 +67,7 @@ fn panel(points: Vec<Place>, deadline: f64) -> Panel {
     let near = deadline <= FAR * high;
     let top = if near { high.max(deadline) } else { high };
     let y = if low > 0.0 && high > WIDE * low {
-        Axis::new("frame time, ms (logarithmic)", Scale::logarithmic(low, top))
+        Axis::new("frame time, ms", Scale::logarithmic(low, top))
     } else {
         Axis::new("frame time, ms", Scale::from_zero(top * 1.05))
     };
@@ -60,18 +76,34 @@ fn panel(points: Vec<Place>, deadline: f64) -> Panel {
     let x = if first == last {
         let only = vec![(first, format!("{first}"))];
         Axis::new("frame", Scale::linear(first - 1.0, last + 1.0)).labelled(only)
+    } else if points.len() <= BARS {
+        Axis::new("frame", Scale::linear(first - 0.6, last + 0.6)).whole(10)
     } else {
         Axis::new("frame", Scale::linear(first, last)).whole(10)
     };
+    let x = x.plain().positions();
+    let line = Mark::Rule { at: Rule::Y(deadline), colour: Colour::VERMILION, dashed: true };
+    if points.len() <= BARS {
+        let late = |t: f64| if t > deadline { LATE } else { Colour::BLUE };
+        let bin = |&(frame, t): &Place| Bin {
+            from: frame - 0.3,
+            to: frame + 0.3,
+            height: t,
+            colour: late(t),
+            label: String::new(),
+        };
+        let bins = points.iter().map(bin).collect();
+        let panel = Panel::new(x, y).mark(Mark::Histogram { bins, outlined: false });
+        return if near { panel.mark(line) } else { panel };
+    }
     let crowded = points.len() > CROWDED;
     let size = if crowded { Size::Small } else { Size::Medium };
     // Dots for frames while there is room, and for the missed ones in any case.
     let missed: Vec<Place> = points.iter().copied().filter(|p| p.1 > deadline).collect();
     let met: Vec<Place> = points.iter().copied().filter(|p| !crowded && p.1 <= deadline).collect();
-    let panel = Panel::new(x.plain(), y)
+    let panel = Panel::new(x, y)
         .line(Line::thin(points, Colour::BLUE))
         .points(Points::dots(met, Colour::BLUE, size))
-        .points(Points::dots(missed, Colour::VERMILION, size));
-    let line = Mark::Rule { at: Rule::Y(deadline), colour: Colour::VERMILION, dashed: true };
+        .points(Points::dots(missed, LATE, size));
     if near { panel.mark(line) } else { panel }
 }

@@ -17,7 +17,8 @@ pub(super) fn chart(run: &Run) -> Option<Chart> {
         return None;
     }
     let what = format!("{}, DRAM at {}", frames(run), rate(roof));
-    Some(Chart::new(NAME, TITLE, subtitle(run, &what)).panel(panel(roof, &points)))
+    let chart = Chart::new(NAME, TITLE, subtitle(run, &what)).panel(panel(roof, &points));
+    Some(chart.note("Thin upright lines: from a stage up to its roof."))
 }
 
 fn rate(roof: &Roofline) -> String {
@@ -46,9 +47,9 @@ fn panel(roof: &Roofline, points: &[Point]) -> Panel {
     let x = Scale::logarithmic(x_low, x_high);
     let y = Scale::logarithmic(y_low, peak * 1.6e-9);
     let mut panel = roofs(roof, &x, &y, ridge);
-    let title = "operations per byte read from or written to DRAM (logarithmic)";
+    let title = "operations per byte read from or written to DRAM";
     panel.x = Axis::new(title, x).ticks(8);
-    panel.y = Axis::new("attained G operations/s (logarithmic)", y);
+    panel.y = Axis::new("attained G operations/s", y);
     for point in points {
         let colour = colour(point.stage);
         let at = (point.flop_per_byte, point.flop_s * 1e-9);

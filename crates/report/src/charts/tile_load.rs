@@ -1,4 +1,4 @@
-//! List length per tile, as colour over a grey picture of the frame.
+//! List length per tile as colour, beside a picture of the frame.
 
 use powergs_pixels::RgbImage;
 use powergs_study::findings::{Picture, TileLoad};
@@ -12,10 +12,7 @@ use powergs_core::sim::Model;
 const NAME: &str = "tile_load";
 const TITLE: &str = "List length per tile";
 
-/// How much of the colour of a tile covers the picture.
-const COVER: f32 = 0.78;
-
-/// The longer side of the picture, pixels.
+/// The longer side of the map, pixels: tiles keep their edges however large it is shown.
 const FINE: u32 = 1600;
 
 pub(super) fn chart(run: &Run) -> Option<Chart> {
@@ -37,11 +34,22 @@ pub(super) fn chart(run: &Run) -> Option<Chart> {
     let labels = scale.whole_ticks(8).into_iter().map(|t| (scale.share(t), format!("{t:.0}")));
     let title = "Gaussians per list".to_owned();
     let chart = Chart::new(NAME, TITLE, subtitle(run, &what));
-    let chart = chart.panel(Panel::picture(heatmap(tiles, longest), ""));
+    // The picture stands beside the map: colours on a picture could not be read off a scale.
+    let chart = match tiles.picture.as_ref().and_then(shown) {
+        Some(picture) => chart.panel(Panel::picture(picture, "frame")).columns(2),
+        None => chart,
+    };
+    let chart = chart.panel(Panel::mosaic(heatmap(tiles, longest), title.clone()));
     Some(chart.beside(Beside::Scale { title, labels: labels.collect() }))
 }
 
-/// The frame, every pixel in the colour of its tile over the grey picture.
+/// The picture of the frame.
+fn shown(picture: &Picture) -> Option<RgbImage> {
+    RgbImage::from_bytes(picture.width, picture.height, picture.rgb.clone())
+        .filter(|image| !image.bytes().is_empty())
+}
+
+/// The frame, every pixel in the colour of its tile.
 fn heatmap(tiles: &TileLoad, longest: u32) -> RgbImage {
     let (w, h) = (u64::from(tiles.width), u64::from(tiles.height));
     let side = |length: u64| (u64::from(FINE) * length / w.max(h)).max(1) as u32;
@@ -53,29 +61,6 @@ fn heatmap(tiles: &TileLoad, longest: u32) -> RgbImage {
             (py / tiles.tile) as usize * tiles.tiles_x as usize + (px / tiles.tile) as usize;
         let n = tiles.entries.get(index).copied().unwrap_or(0);
         let Colour(r, g, b) = Colour::at(f64::from(n) / f64::from(longest.max(1)));
-        let at = ((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-        let Some(grey) = tiles.picture.as_ref().and_then(|p| luma(p, at)) else {
-            return [r, g, b];
-        };
-        [r, g, b].map(|c| (COVER * f32::from(c) + (1.0 - COVER) * grey) as u8)
+        [r, g, b]
     })
-}
-
-/// Grey value of the picture at a relative position, bilinear.
-fn luma(picture: &Picture, (u, v): (f32, f32)) -> Option<f32> {
-    let (w, h) = (picture.width as usize, picture.height as usize);
-    if w == 0 || h == 0 || picture.rgb.len() < 3 * w * h {
-        return None;
-    }
-    let at = |x: usize, y: usize| {
-        let i = 3 * (y.min(h - 1) * w + x.min(w - 1));
-        let [r, g, b] = [0, 1, 2].map(|k| f32::from(picture.rgb[i + k]));
-        0.2126 * r + 0.7152 * g + 0.0722 * b
-    };
-    let (x, y) = ((u * w as f32 - 0.5).max(0.0), (v * h as f32 - 0.5).max(0.0));
-    let (x0, y0) = (x as usize, y as usize);
-    let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let upper = at(x0, y0) * (1.0 - fx) + at(x0 + 1, y0) * fx;
-    let lower = at(x0, y0 + 1) * (1.0 - fx) + at(x0 + 1, y0 + 1) * fx;
-    Some(upper * (1.0 - fy) + lower * fy)
 }

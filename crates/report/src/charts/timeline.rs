@@ -1,6 +1,6 @@
 //! Units by time: what each did in every column of the picture.
 
-use super::cycles::COLOURS;
+use super::cycles::{COLOURS, waits};
 use crate::timeline::{COLUMNS, IDLE, MOST_INSTANCES, Picture, Row, STATES};
 use powergs_chart::{Axis, Chart, Colour, Entry, Mark, Panel, Scale, Span};
 use powergs_core::accel::Stall;
@@ -10,14 +10,21 @@ const TITLE: &str = "What every unit does when";
 
 /// Busy with one item, with the next one (another green: neighbours can be told apart), waiting,
 /// idle.
-fn colours() -> [Colour; STATES] {
+fn colours(crowded: bool) -> [Colour; STATES] {
     let mut colours = [Colour::PALE; STATES];
-    (colours[0], colours[1]) = (COLOURS[0], Colour::PINE);
+    let next = if crowded { COLOURS[0] } else { Colour::PINE };
+    (colours[0], colours[1]) = (COLOURS[0], next);
     for cause in Stall::ALL {
         colours[2 + cause as usize] = COLOURS[1 + cause as usize];
     }
     colours[IDLE] = COLOURS[COLOURS.len() - 1];
     colours
+}
+
+/// Whether so many items are on the picture that two shades would be noise.
+fn is_crowded(picture: &Picture) -> bool {
+    let changes = |row: &Row| (1..COLUMNS).filter(|c| row.state(*c) != row.state(c - 1)).count();
+    picture.rows().any(|row| changes(row) > COLUMNS / 20)
 }
 
 /// The chart of a finished picture; `what` names the frame and the tiles.
@@ -27,18 +34,30 @@ pub fn chart(picture: &Picture, clock_hz: f64, what: &str) -> Chart {
     } else {
         String::new()
     };
-    let colours = colours();
-    let causes = Stall::ALL.map(|s| Entry::fill(s.name(), colours[2 + s as usize]));
-    let mut entries =
-        vec![Entry::fill("busy", colours[0]), Entry::fill("with the next", colours[1])];
+    let colours = colours(is_crowded(picture));
+    let causes = Stall::ALL.map(|s| Entry::fill(waits(s), colours[2 + s as usize]));
+    let mut entries = vec![
+        Entry::fill("busy with a tile", colours[0]),
+        Entry::fill("busy with the next tile", colours[1]),
+    ];
     entries.extend(causes);
-    entries.push(Entry::fill("idle", colours[IDLE]));
+    entries.push(Entry::fill("no work", colours[IDLE]));
+    if is_crowded(picture) {
+        entries[0].name = "busy".into();
+        entries.remove(1);
+    }
     let chart = Chart::new(NAME, TITLE, format!("{what}{cut}")).legend(entries);
-    chart.panel(panel(picture, clock_hz))
+    let numbered = picture.rows().any(|row| !row.items.is_empty());
+    let chart = chart.panel(panel(picture, clock_hz));
+    if numbered {
+        chart.note("Numbers, where they fit: tiles (of CCUs: batches of Gaussians).")
+    } else {
+        chart
+    }
 }
 
 fn panel(picture: &Picture, clock_hz: f64) -> Panel {
-    let colours = colours();
+    let colours = colours(is_crowded(picture));
     let us = |cycle: u64| cycle as f64 / clock_hz * 1e6;
     let (start, end) = (us(picture.cycles.start), us(picture.cycles.end));
     let edge = |column: usize| start + (end - start) * column as f64 / COLUMNS as f64;
@@ -59,7 +78,7 @@ fn panel(picture: &Picture, clock_hz: f64) -> Panel {
         }));
     }
     let title = "time since the frame began, µs";
-    let x = Axis::new(title, Scale::linear(start, end)).ticks(10).plain();
+    let x = Axis::new(title, Scale::linear(start, end)).ticks(10).plain().positions();
     let names = Axis::names(rows.iter().map(|r| r.name.as_str()));
     Panel::new(x, names).mark(Mark::Spans { spans, labels })
 }

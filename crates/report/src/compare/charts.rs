@@ -49,9 +49,10 @@ fn energy(sides: &[Side], subtitle: String) -> Chart {
     let left = panel(sides, &component, "by component");
     let mut right = panel(sides, &stage, "by stage");
     right.y = right.y.hidden();
+    let stages = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     Chart::new("energy", "Energy per frame", subtitle)
-        .legend(component_entries())
-        .legend(Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s))))
+        .legend([Entry::note("by component:")].into_iter().chain(component_entries()))
+        .legend([Entry::note("by stage:")].into_iter().chain(stages))
         .columns(2)
         .panel(left)
         .panel(right)

@@ -102,6 +102,14 @@ pub fn compare_csv(comparison: &Comparison) -> Vec<u8> {
 /// # Errors
 /// [`ReportError::Toml`], which would be a mistake of ours.
 pub fn run_toml(comparison: &Comparison) -> Result<String, ReportError> {
+    run_toml_of(std::slice::from_ref(comparison))
+}
+
+/// As [`run_toml`], of machines on several traces.
+///
+/// # Errors
+/// As [`run_toml`].
+pub fn run_toml_of(all: &[Comparison]) -> Result<String, ReportError> {
     let mut root = toml::Table::new();
     root.insert("schema-version".into(), i64::from(SCHEMA_VERSION).into());
     root.insert("tool-version".into(), TOOL_VERSION.into());
@@ -112,7 +120,10 @@ pub fn run_toml(comparison: &Comparison) -> Result<String, ReportError> {
         table.insert("record".into(), Value::Table(s.record.clone()));
         Value::Table(table)
     };
-    root.insert("sides".into(), Value::Array(comparison.sides.iter().map(side).collect()));
+    root.insert(
+        "sides".into(),
+        Value::Array(all.iter().flat_map(|c| &c.sides).map(side).collect()),
+    );
     let head = "# What was compared: the record of every side. What was typed: invocation.toml.\n";
     Ok(format!("{head}{}", toml::to_string_pretty(&root)?))
 }

@@ -49,6 +49,13 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     page
 }
 
+/// The measures alone, as one of several comparisons.
+pub fn measures_of(comparison: &Comparison) -> Document {
+    let mut page = Document::new();
+    page.table(measures(comparison));
+    page
+}
+
 /// What a measure is called, with its unit; `rate` is the display rate of the first side.
 fn words(measure: Measure, rate: f64) -> String {
     let words = match measure {

@@ -1,7 +1,7 @@
 //! HTML: one file that needs no network and prints well.
 
 use super::{Block, Document, Span, Table, Text};
-use powergs_chart::DrawError;
+use powergs_chart::{DrawError, Style};
 
 const STYLE: &str = include_str!("html.css");
 
@@ -42,8 +42,8 @@ fn html(block: &Block) -> Result<String, DrawError> {
         Block::Verbatim(text) => format!("<pre>{}</pre>\n", escaped(text)),
         Block::Table(table) => table.html(),
         Block::Chart(chart) => {
-            let title = escaped(chart.title);
-            let svg = chart.svg()?;
+            let title = escaped(&chart.title);
+            let svg = chart.svg(Style::default())?;
             format!("<figure role=\"img\" aria-label=\"{title}\">\n{svg}\n</figure>\n")
         }
     })

@@ -1,17 +1,19 @@
 //! Markdown, as GitHub and Pandoc read it.
 
+use powergs_chart::Format;
+
 use super::{Block, Document, Span, Table, Text};
 
 impl Document {
-    /// The page, with links to the charts as PNG files in the same folder.
-    pub fn markdown(&self) -> String {
+    /// The page, with links to the charts as files of a kind in the same folder.
+    pub fn markdown(&self, charts: Format) -> String {
         let shown = self.blocks.iter().filter(|(shown, _)| shown.on_page());
-        let blocks: Vec<String> = shown.map(|(_, block)| markdown(block)).collect();
+        let blocks: Vec<String> = shown.map(|(_, block)| markdown(block, charts)).collect();
         blocks.join("\n")
     }
 }
 
-fn markdown(block: &Block) -> String {
+fn markdown(block: &Block, charts: Format) -> String {
     match block {
         Block::Title(text) => format!("# {}\n", words(text)),
         Block::Heading(text) => format!("## {}\n", words(text)),
@@ -25,7 +27,9 @@ fn markdown(block: &Block) -> String {
         }
         Block::Verbatim(text) => format!("```\n{}\n```\n", text.trim_end()),
         Block::Table(table) => table.markdown(),
-        Block::Chart(chart) => format!("![{}]({}.png)\n", chart.title, chart.name),
+        Block::Chart(chart) => {
+            format!("![{}]({}.{})\n", chart.title, chart.name, charts.ending())
+        }
     }
 }
 

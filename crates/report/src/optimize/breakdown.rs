@@ -1,6 +1,6 @@
 //! Where the power goes before and after: a bar per model, rendering by stage, and the display.
 
-use super::{Story, label};
+use super::Story;
 use crate::format::{engineering, watt_unit};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
 use powergs_core::action::Stage;
@@ -12,10 +12,9 @@ const TITLE: &str = "Where the power goes";
 const DISPLAY: Colour = Colour::SKY;
 
 pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
-    let ours = story.best().map(|o| o.name.clone());
     let is_shown = |o: &&Outcome| {
         let other = matches!(o.role, Role::Dense | Role::Baseline(_) | Role::External(_));
-        other || Some(&o.name) == ours.as_ref()
+        other || story.is_result(o)
     };
     let shown: Vec<&Outcome> = story.done.iter().filter(is_shown).collect();
     if shown.len() < 2 {
@@ -23,7 +22,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     }
     let entries = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
     let what = format!("display {}", story.display);
-    let chart = story.chart(NAME, TITLE, &what).panel(panel(&shown));
+    let chart = story.chart(NAME, TITLE, &what).panel(panel(story, &shown));
     Some(chart.legend(entries.into_iter().chain([Entry::fill("display", DISPLAY)])))
 }
 
@@ -36,7 +35,7 @@ fn stage_colour(stage: Stage) -> Colour {
     }
 }
 
-fn panel(shown: &[&Outcome]) -> Panel {
+fn panel(story: &Story<'_>, shown: &[&Outcome]) -> Panel {
     let highest = shown.iter().map(|o| o.watts.total_w()).fold(0.0, f64::max);
     let (per_watt, unit) = watt_unit(highest);
     let bar = |(i, outcome): (usize, &&Outcome)| {
@@ -47,7 +46,7 @@ fn panel(shown: &[&Outcome]) -> Panel {
         let sum = parts.iter().map(|p| p.value).sum::<f64>() / per_watt;
         Bar::new(i, parts).end(engineering(sum, "W"))
     };
-    let name = |o: &&Outcome| if o.role == Role::Sample { "ours".into() } else { label(o) };
+    let name = |o: &&Outcome| story.label(o);
     let x = Axis::new(format!("power, {unit}"), Scale::from_zero(per_watt * highest)).ticks(8);
     Panel::new(x, Axis::names(shown.iter().map(name)))
         .mark(Mark::Bars(shown.iter().enumerate().map(bar).collect()))

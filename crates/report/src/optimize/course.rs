@@ -3,11 +3,12 @@
 use super::Story;
 use crate::format::shortened;
 use powergs_chart::{Axis, Chart, Colour, Line, Mark, Panel, Rule, Scale, Words};
-use powergs_optimize::role::Role;
 
 const NAME: &str = "course";
 const TITLE: &str = "λ and PSNR while tuning";
 
+/// PSNR is drawn up to so much above the target, decibels.
+const HEADROOM_DB: f64 = 12.0;
 /// λ below this share of the largest is drawn there: the floor of λ would flatten the rest.
 const SHOWN: f64 = 1e-4;
 
@@ -36,9 +37,18 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let last = shown.last()?;
     let end = last.moments.last().map(|m| last.begin + f64::from(m.iteration))?;
     let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.psnr_db));
-    let what = format!("gate views; samples in order, then the final model{target}");
+    let what = format!("gate views; samples, then the realised optimum{target}");
     let chart = story.chart(NAME, TITLE, &what);
-    Some(chart.panel(quality(story, &shown, end)).panel(weight(&shown, end)))
+    let chart = chart.panel(quality(story, &shown, end)).panel(weight(&shown, end));
+    let cut = story
+        .target
+        .map(|t| t.psnr_db + HEADROOM_DB)
+        .filter(|cut| shown.iter().flat_map(|s| &s.moments).any(|m| m.psnr_db > *cut));
+    let cut = cut.map_or(String::new(), |db| format!(" PSNR above {db:.0} dB is cut off."));
+    Some(chart.note(format!(
+        "λ is the weight of display power in the loss. While the optimum is pruned nothing is \
+         checked.{cut}"
+    )))
 }
 
 fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
@@ -62,12 +72,12 @@ fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
 fn quality(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Panel {
     let target = story.target.map(|t| t.psnr_db);
     // The first checks against its own renders are near perfect: they would flatten the rest.
-    let ceiling = target.map_or(f64::INFINITY, |t| t + 12.0);
+    let ceiling = target.map_or(f64::INFINITY, |t| t + HEADROOM_DB);
     let psnr = shown.iter().flat_map(|s| &s.moments).map(|m| m.psnr_db.min(ceiling));
     let y = Axis::new("PSNR, dB", Scale::around(psnr.chain(target), 0.08));
     let mut panel = panel(shown, end, y, |m| m.psnr_db, Colour::BLUE);
     panel.x = panel.x.hidden();
-    panel.over = names(story, shown, end);
+    panel.over = names(shown, end);
     match target {
         Some(target) => panel.dashed(Rule::Y(target), Colour::VERMILION),
         None => panel,
@@ -81,9 +91,10 @@ fn weight(shown: &[Stretch<'_>], end: f64) -> Panel {
     let high = positive.iter().copied().fold(0.0, f64::max);
     let low = positive.iter().copied().fold(f64::INFINITY, f64::min).max(SHOWN * high);
     let scale = if low <= high { Scale::logarithmic(low, high) } else { Scale::from_zero(1.0) };
-    let y = Axis::new("λ, 1/W (logarithmic)", scale);
-    let height = |m: &Moment| if m.lambda > 0.0 { m.lambda } else { f64::NAN };
-    panel(shown, end, y, height, Colour::ORANGE)
+    let y = Axis::new("λ, 1/W", scale);
+    // Zero has no place on this scale: what is below it lies on its floor.
+    let floor = y.scale.low();
+    panel(shown, end, y, |m| m.lambda.max(floor), Colour::ORANGE)
 }
 
 /// A line for every stretch, and where each begins.
@@ -104,15 +115,10 @@ fn panel(
 }
 
 /// Names of the jobs in the middle of their stretches.
-fn names(story: &Story<'_>, shown: &[Stretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
+fn names(shown: &[Stretch<'_>], end: f64) -> Vec<(f64, f64, Words)> {
     let name = |(i, stretch): (usize, &Stretch<'_>)| {
         let next = shown.get(i + 1).map_or(end, |s| s.begin);
-        let job = story.done.iter().find(|o| o.name == stretch.job);
-        let text = match job.map(|o| (o.role, o.rho)) {
-            Some((Role::Final, rho)) => format!("final, ρ {rho:.2}"),
-            Some((_, rho)) => format!("ρ {rho:.2}"),
-            None => shortened(stretch.job, 12),
-        };
+        let text = shortened(stretch.job, 12);
         ((stretch.begin + next) / 2.0, next - stretch.begin, Words::note(text))
     };
     shown.iter().enumerate().map(name).collect()

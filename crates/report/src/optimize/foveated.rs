@@ -11,7 +11,7 @@ mod tables;
 mod words;
 
 pub use tables::{foveated_csv, levels_csv, regions_csv};
-pub use words::{document, headline};
+pub use words::{document, headline, saving};
 
 use powergs_chart::{Chart, Colour};
 use powergs_optimize::fit::Fit;
@@ -71,7 +71,7 @@ fn plain_colour(baseline: Option<Baseline>, is_dense: bool, is_ours: bool) -> Co
     match baseline {
         Some(baseline) => super::colour(Role::Baseline(baseline)),
         None if is_dense => super::colour(Role::Dense),
-        None if is_ours => super::colour(Role::Final),
+        None if is_ours => super::colour(Role::Optimum),
         None => Colour::GREY,
     }
 }

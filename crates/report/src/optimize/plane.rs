@@ -1,10 +1,10 @@
 //! The display-render plane: models of equal quality, the curve through them, lines of equal total
 //! power.
 
-use super::{Story, colour, label};
+use super::{MISSED, RESULT, Story, colour};
 use crate::format::{significant, watt_unit};
 use powergs_chart::{
-    Axis, Chart, Colour, Entry, Line, Panel, Points, Scale, Side, Size, Symbol, Words,
+    Axis, Chart, Colour, Entry, Line, Panel, Points, Scale, Side, Size, Symbol, Weight, Words,
 };
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
@@ -13,6 +13,8 @@ const NAME: &str = "plane";
 const TITLE: &str = "Display against rendering power";
 /// Lines of equal total power.
 const ISO_LINES: usize = 6;
+/// The colour of lines of equal total power.
+const SUM: Colour = Colour(170, 170, 170);
 /// Points of the curve.
 const STEPS: u32 = 100;
 
@@ -20,18 +22,19 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let shown: Vec<&Outcome> = story
         .done
         .iter()
-        .filter(|o| matches!(o.role, Role::Sample | Role::Final | Role::Dense))
+        .filter(|o| matches!(o.role, Role::Sample | Role::Optimum | Role::Dense))
         .collect();
     story.samples().next()?;
-    let target = story
-        .target
-        .map_or(String::new(), |t| format!("target {:.2} dB, SSIM {:.4}", t.psnr_db, t.ssim));
+    let target =
+        story.target.map_or(String::new(), |t| format!("target {}", super::summary::quality(t)));
     let entries = [
         Entry::new("dense", Symbol::Dot(Colour::INK)),
-        Entry::new("samples", Symbol::Dot(Colour::SKY)),
+        Entry::new("sample", Symbol::Dot(Colour::SKY)),
+        Entry::new("missed the target", Symbol::Dot(MISSED)),
+        Entry::new("optimum, realised", Symbol::Dot(colour(Role::Optimum))),
+        Entry::new("result", Symbol::Dot(RESULT)),
         Entry::new("iso-quality curve (fit)", Symbol::Line(Colour::BLUE)),
-        Entry::new("ours", Symbol::Dot(Colour::VERMILION)),
-        Entry::new("equal total power", Symbol::Dashed(Colour::GREY)),
+        Entry::new("equal total power", Symbol::Dashed(SUM)),
     ];
     Some(story.chart(NAME, TITLE, &target).legend(entries).panel(panel(story, &shown)))
 }
@@ -58,12 +61,12 @@ fn panel(story: &Story<'_>, shown: &[&Outcome]) -> Panel {
     }
     for outcome in shown {
         let at = (display(outcome), render(outcome));
-        let missed = outcome.role == Role::Sample && !outcome.passed;
-        let ink = if missed { Colour::GREY } else { colour(outcome.role) };
-        let size = if outcome.role == Role::Final { Size::Huge } else { Size::Large };
-        let text = label(outcome);
-        let text = if missed { format!("{text} (missed)") } else { text };
-        panel = panel.points(Points::dots([at], ink, size)).label(text, at, Side::Free);
+        let size = if story.is_result(outcome) { Size::Huge } else { Size::Large };
+        panel = panel.points(Points::dots([at], story.colour(outcome), size)).label(
+            story.label(outcome),
+            at,
+            Side::Free,
+        );
     }
     panel
 }
@@ -71,16 +74,17 @@ fn panel(story: &Story<'_>, shown: &[&Outcome]) -> Panel {
 /// Lines on which display and rendering power add up to the same, with the sum.
 fn iso_power(mut panel: Panel, unit: &str) -> Panel {
     let (x, y) = (panel.x.scale.clone(), panel.y.scale.clone());
-    let (low, high) = (x.low() + y.low(), x.high() + y.high());
-    for i in 1..=ISO_LINES {
-        let total = low + (high - low) * i as f64 / (ISO_LINES + 1) as f64;
+    let sums = Scale::linear(x.low() + y.low(), x.high() + y.high()).ticks(ISO_LINES);
+    let on = |t: &f64| *t > x.low() + y.low() && *t < x.high() + y.high();
+    for total in sums.into_iter().filter(on) {
         // From the left or the top edge to the bottom or the right one.
         let x0 = x.low().max(total - y.high());
         let x1 = x.high().min(total - y.low());
         let end = (x1, total - x1);
-        let line = Line::thin(vec![(x0, total - x0), end], Colour::PALE);
+        let line = Line::thin(vec![(x0, total - x0), end], SUM);
         let text = Words::note(format!("{} {unit}", significant(total)));
-        panel = panel.line(Line { dashed: true, ..line }).label(text, end, Side::AboveLeft);
+        let line = Line { dashed: true, weight: Weight::Hair, ..line };
+        panel = panel.line(line).label(text, end, Side::AboveLeft);
     }
     panel
 }

@@ -32,8 +32,8 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let looks: [(String, Look<'_>); 4] = [
         ("dense".into(), &|a, _| a.map(code)),
         (strip.name.clone(), &|_, b| b.map(code)),
-        (format!("largest difference, x{GAIN}"), &distance),
-        (format!("change per channel, x{GAIN}"), &change),
+        (format!("worst channel, x{GAIN}"), &distance),
+        (format!("change, x{GAIN} (grey: none)"), &change),
     ];
     let mut chart = story.chart(NAME, TITLE, &what);
     chart.columns = Columns::Fitting;

@@ -38,7 +38,7 @@ fn panel(
 ) -> Panel {
     let low = rows.iter().map(|r| r.0).fold(f64::INFINITY, f64::min);
     let high = rows.iter().map(|r| r.0).fold(0.0, f64::max);
-    let x = Axis::new("λ, 1/W (logarithmic)", Scale::logarithmic(low, high)).ticks(5);
+    let x = Axis::new("λ, 1/W", Scale::logarithmic(low, high)).ticks(5);
     let y = Axis::new(name, Scale::around(rows.iter().map(|r| of(r.1)), 0.1));
     let points: Vec<Place> = rows.iter().map(|r| (r.0, of(r.1))).collect();
     Panel::new(x, y).line(Line::curve(points.clone(), colour)).points(Points::dots(

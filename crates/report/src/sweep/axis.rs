@@ -9,7 +9,7 @@ const DECADES: f64 = 20.0;
 /// An axis in shown units.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// The axis; its title is `area, mm²`, and says if it is logarithmic, `(log)`.
+    /// The axis; its title is `area, mm²`.
     pub axis: powergs_chart::Axis,
     /// From the unit of the column to the shown one.
     pub factor: f64,
@@ -23,15 +23,14 @@ impl Axis {
         let (factor, name) = Measure::of(name).axis(low.abs().max(high.abs()));
         let (low, high) = (low * factor, high * factor);
         if low > 0.0 && high > DECADES * low {
-            let axis =
-                powergs_chart::Axis::new(format!("{name} (log)"), Scale::logarithmic(low, high));
+            let axis = powergs_chart::Axis::new(name, Scale::logarithmic(low, high));
             return Axis { axis, factor };
         }
         let scale = if low >= 0.0 && low < 0.4 * high {
             Scale::from_zero(high * 1.02)
         } else {
-            let pad = if high > low { 0.06 * (high - low) } else { 0.1 * high.abs().max(1e-9) };
-            Scale::linear(low - pad, high + pad)
+            let pad = if high > low { 0.03 * (high - low) } else { 0.1 * high.abs().max(1e-9) };
+            Scale::rounded(low - pad, high + pad)
         };
         Axis { axis: powergs_chart::Axis::new(name, scale), factor }
     }

@@ -8,7 +8,7 @@ use powergs_core::energy::Component;
 use powergs_study::analysis::Analysis;
 
 const NAME: &str = "energy_front";
-const TITLE: &str = "Energy per frame along the front";
+const TITLE: &str = "Energy per frame along the Pareto front";
 /// Bars that a slide has room for.
 const MOST: usize = 16;
 
@@ -20,10 +20,13 @@ pub fn chart(analysis: &Analysis) -> Option<Chart> {
     let parts = parts?;
     let first = Measure::of(&analysis.question.objectives[0].name).words;
     let all = analysis.front.len();
-    let which = if all + 1 > MOST { format!("some of the {all}") } else { format!("all {all}") };
+    let on = |row: &&u32| analysis.front.contains(row);
+    let shown = rows.iter().filter(on).count();
+    let which = if shown < all { format!("{shown} of the {all}") } else { format!("all {all}") };
     let subtitle = format!(
-        "{which} designs on the front, the best in {first} first; {}, energy table {}",
-        analysis.question.scope, analysis.energy_table
+        "{which} designs on the Pareto front, the best in {first} first; {}, {}",
+        analysis.question.scope,
+        words::prices(analysis)
     );
     let chart = Chart::new(NAME, TITLE, subtitle).legend(component_entries());
     Some(chart.panel(panel(analysis, &rows, &parts)))

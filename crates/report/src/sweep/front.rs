@@ -3,16 +3,21 @@
 
 use super::axis::Axis;
 use super::colour::Key;
-use super::words::{count, display_rate};
+use super::deadline;
+use super::measure::Measure;
+use super::words::{count, display_rate, prices};
 use powergs_chart::{
-    Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Side, Size, Symbol, Words,
+    Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Rule, Scale, Side, Size,
+    Symbol, Words,
 };
 use powergs_study::analysis::front::{Costs, front};
 use powergs_study::analysis::{Analysis, Goal};
 
 /// File names; further pairs of objectives have no chart.
 const NAMES: [&str; 3] = ["front", "front_2", "front_3"];
-const TITLE: &str = "Which designs are worth keeping";
+/// Designs whose front is less than this share of the range of all are drawn without those far
+/// away.
+const FOCUS: f64 = 0.25;
 
 /// A chart for every pair of the first objectives, the most telling pair first.
 pub fn charts(analysis: &Analysis) -> Vec<Chart> {
@@ -49,6 +54,13 @@ impl Plane<'_, '_> {
         (value(&self.x), value(&self.y))
     }
 
+    /// Whether a design is on the axes.
+    fn shows(&self, row: u32) -> bool {
+        let (x, y) = self.at(row);
+        let on = |scale: &Scale, v: f64| v >= scale.low() && v <= scale.high();
+        on(&self.x.1.axis.scale, x) && on(&self.y.1.axis.scale, y)
+    }
+
     /// Corners of the staircase that bounds what is reachable in these two objectives.
     fn staircase(&self) -> Vec<Place> {
         let objectives = &self.analysis.question.objectives;
@@ -71,25 +83,53 @@ impl Plane<'_, '_> {
     }
 }
 
+/// Rows of all designs.
+fn all<'a>(analysis: &'a Analysis<'_>) -> impl Iterator<Item = &'a u32> {
+    let named = analysis.named.as_ref().map(|n| &n.row);
+    analysis.rows.iter().chain(&analysis.behind).chain(&analysis.unmet).chain(named)
+}
+
+/// The values of objective `j` that its axis should show: all, or where the front is a small part
+/// of that, the front with as much room on both sides.
+fn focus(analysis: &Analysis, j: usize) -> Vec<f64> {
+    let value = |row: &u32| analysis.value(j, *row);
+    let named = analysis.named.as_ref().map(|n| n.row);
+    let core = analysis.front.iter().copied().chain(named);
+    let (low, high) = powergs_chart::ends(core.map(|row| value(&row)));
+    let every: Vec<f64> = all(analysis).map(value).collect();
+    let whole = powergs_chart::ends(every.iter().copied());
+    let (range, room) = (high - low, (high - low).max(0.02 * high.abs()));
+    if !(range < FOCUS * (whole.1 - whole.0)) {
+        return deadline::with(analysis, j, every);
+    }
+    let near = |v: &f64| (low - room..=high + room).contains(v);
+    deadline::with(analysis, j, every.into_iter().filter(near).collect())
+}
+
 fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Chart {
     let objectives = &analysis.question.objectives;
-    let shown = || {
-        let outside = analysis.behind.iter().chain(&analysis.unmet);
-        analysis.rows.iter().chain(outside).chain(analysis.named.as_ref().map(|n| &n.row))
-    };
-    let axis = |j: usize| Axis::of(&objectives[j].name, shown().map(|row| analysis.value(j, *row)));
+    let axis = |j: usize| Axis::of(&objectives[j].name, focus(analysis, j).into_iter());
     let plane = Plane { analysis, x: (x, axis(x)), y: (y, axis(y)) };
     let key = Key::of(analysis, [&objectives[x].name, &objectives[y].name]);
+    let off = all(analysis).filter(|row| !plane.shows(**row)).count();
+    let off = match off {
+        0 => String::new(),
+        n => format!("; {} far from it not shown", count(n, "design")),
+    };
     let subtitle = format!(
-        "{} on the front of {}, {}, energy table {}",
+        "{} on the Pareto front of {}, {}, {}{off}",
         analysis.front.len(),
         count(analysis.rows.len(), "design"),
         analysis.question.scope,
-        analysis.energy_table
+        prices(analysis)
     );
-    let chart = Chart::new(name, TITLE, subtitle)
+    let words = |j: usize| Measure::of(&objectives[j].name).words;
+    let title = format!("Pareto front: {} against {}", words(y), words(x));
+    let line = deadline::entry(analysis, &[(x, &plane.x.1), (y, &plane.y.1)]);
+    let entries = entries(analysis).into_iter().chain(line).collect();
+    let chart = Chart::new(name, title, subtitle)
         .panel(panel(&plane, &key))
-        .beside(Beside::Entries { title: String::new(), entries: entries(analysis) });
+        .beside(Beside::Entries { title: String::new(), entries });
     match key.beside() {
         Some(beside) => chart.beside(beside),
         None => chart,
@@ -99,10 +139,11 @@ fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Cha
 fn panel(plane: &Plane, key: &Key) -> Panel {
     let analysis = plane.analysis;
     let coloured = |rows: &[u32]| -> Vec<(Place, Colour)> {
-        rows.iter().map(|&row| (plane.at(row), key.colour(row))).collect()
+        let shown = rows.iter().filter(|row| plane.shows(**row));
+        shown.map(|&row| (plane.at(row), key.colour(row))).collect()
     };
     let outside = analysis.behind.iter().chain(&analysis.unmet);
-    let outside = outside.map(|&row| plane.at(row));
+    let outside = outside.filter(|row| plane.shows(**row)).map(|&row| plane.at(row));
     let crowd = |points: Points| Points { crowd: true, ..points };
     let all =
         Points { points: coloured(&analysis.rows), ..Points::dots([], Colour::INK, Size::Small) };
@@ -121,6 +162,12 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
         .line(Line::thin(plane.staircase(), Colour::NOTE))
         .points(front)
         .points(Points { ring: Some(Colour::VERMILION), ..look });
+    for (j, axis) in [&plane.x, &plane.y] {
+        if let Some(at) = deadline::line(analysis, *j, axis) {
+            let at = if *j == plane.x.0 { Rule::X(at) } else { Rule::Y(at) };
+            panel = panel.dashed(at, deadline::COLOUR);
+        }
+    }
     let label = |row: u32| Words::bold(analysis.table.label(row));
     panel = panel.label(
         Words::bold(format!("knee {}", analysis.table.label(analysis.knee))),
@@ -146,7 +193,7 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
 
 fn entries(analysis: &Analysis) -> Vec<Entry> {
     let mut entries = vec![
-        Entry::new("on the front", Symbol::Ring(Colour::INK, Colour::PALE)),
+        Entry::new("on the Pareto front", Symbol::Ring(Colour::INK, Colour::PALE)),
         Entry::new("knee", Symbol::Ring(Colour::VERMILION, Colour::PALE)),
     ];
     if let Some(named) = &analysis.named {
@@ -160,7 +207,7 @@ fn entries(analysis: &Analysis) -> Vec<Entry> {
     };
     entries.extend(pale.map(|text| Entry::new(text, Symbol::Dot(Colour::PALE))));
     if analysis.question.objectives.len() > 2 {
-        entries.push(Entry::new("front of these two", Symbol::Line(Colour::NOTE)));
+        entries.push(Entry::new("Pareto front of these two", Symbol::Line(Colour::NOTE)));
     }
     entries
 }

@@ -5,7 +5,7 @@ mod curve;
 mod heat;
 mod parallel;
 
-use super::words::count;
+use super::words::{count, prices};
 use powergs_chart::Chart;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::table::Words;
@@ -68,10 +68,10 @@ impl<'t> Lane<'t> {
 
 fn chart_of(analysis: &Analysis, title: &'static str) -> Chart {
     let subtitle = format!(
-        "{}, {}, energy table {}",
+        "{}, {}, {}",
         count(analysis.rows.len(), "design"),
         analysis.question.scope,
-        analysis.energy_table
+        prices(analysis)
     );
     Chart::new(NAME, title, subtitle)
 }

@@ -53,7 +53,7 @@ fn panel(analysis: &Analysis) -> Panel {
     let mut names: Vec<Words> = (0..top.len())
         .map(|line| coloured(line, format!("{}  {}", label(line), line + 1)))
         .collect();
-    names.push(Words::note(format!("> {}", top.len())));
+    names.push(Words::note(format!("not in top {}", top.len())));
     // Room for how many fell out.
     names.push(Words::note(""));
     let mut ticks = vec![(0.0, "reference".to_owned())];
@@ -65,8 +65,12 @@ fn panel(analysis: &Analysis) -> Panel {
     let mut y = Axis::names(names);
     y.title = "rank by merit".into();
     let mut panel = Panel::new(x.labelled(ticks).plain(), y);
-    let heads = std::iter::once(analysis.energy_table.as_str())
-        .chain(alternatives.iter().map(|a| a.label.as_str()));
+    let own = |label: &str| match label {
+        "" | "own" => "machine file".to_owned(),
+        label => label.to_owned(),
+    };
+    let heads = std::iter::once(own(&analysis.energy_table))
+        .chain(alternatives.iter().map(|a| own(&a.label)));
     panel.over = heads.enumerate().map(|(i, head)| (i as f64, 1.0, Words::bold(head))).collect();
     for rank in 1..=lanes {
         let line = vec![(0.0, height(rank)), (last, height(rank))];
@@ -77,7 +81,7 @@ fn panel(analysis: &Analysis) -> Panel {
         let fallen = fallen.filter(|r| **r > top.len()).count();
         if fallen > 0 {
             let at = (i as f64 + 1.0, height(lanes));
-            panel = panel.label(Words::note(format!("{fallen} fell out")), at, Side::Below);
+            panel = panel.label(Words::note(format!("{fallen} of {}", top.len())), at, Side::Below);
         }
     }
     for line in (0..top.len()).rev() {

@@ -28,6 +28,14 @@ pub fn count(n: usize, what: &str) -> String {
     if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
+/// Where prices are from: a file of a machine may name its energy table itself.
+pub fn prices(analysis: &Analysis) -> String {
+    match analysis.energy_table.as_str() {
+        "" | "own" => "prices of the machine file".into(),
+        name => format!("energy table {name}"),
+    }
+}
+
 /// `3.4 %`, `120 %`.
 fn share(change: f64) -> String {
     let percent = change.abs() * 100.0;

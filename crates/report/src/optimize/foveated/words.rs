@@ -5,6 +5,7 @@ use crate::document::{Block, Cell, Column, Document, Kind, Table};
 use crate::format::{engineering, watt_unit};
 use powergs_chart::Chart;
 use powergs_frame::fovea::{LEVELS, REGIONS};
+use powergs_optimize::foveated::Method;
 use powergs_optimize::results::{FovealRecord, ModelRecord, Results};
 use powergs_optimize::role::RoleKind;
 
@@ -20,7 +21,7 @@ pub fn document(show: &Show<'_>, charts: &[Chart]) -> Document {
     plain(&mut page, r);
     levels(&mut page, r);
     for chart in charts {
-        page.heading(chart.title);
+        page.heading(chart.title.clone());
         page.add(Block::Chart(chart.clone()));
     }
     page
@@ -29,6 +30,15 @@ pub fn document(show: &Show<'_>, charts: &[Chart]) -> Document {
 /// HVSQ in units of 1e-5.
 fn e5(value: Option<f64>) -> Cell {
     value.map(|v| 1e5 * v).into()
+}
+
+/// What the foveated model saves, in a line; `None` without one.
+pub fn saving(r: &Results) -> Option<String> {
+    let own = r.foveal(Method::PowerGs, &r.variants.first()?.name)?;
+    let dense = r.dense()?.total_w();
+    let (from, to) = (engineering(dense, "W"), engineering(own.total_w(), "W"));
+    let saved = 100.0 * (1.0 - own.total_w() / dense);
+    Some(format!("{from} -> {to}: {saved:.1} % saved, foveated, in model.fov"))
 }
 
 /// For a terminal: a row a method; empty if nothing was measured.

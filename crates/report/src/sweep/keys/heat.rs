@@ -16,7 +16,7 @@ const KNEE: Colour = Colour::VERMILION;
 pub(super) fn chart(analysis: &Analysis, x: &Lane, y: &Lane) -> Chart {
     let n = analysis.question.objectives.len().min(MOST);
     let chart = chart_of(analysis, TITLE).columns(n).legend([
-        Entry::new("on the front", Symbol::Dot(FRONT)),
+        Entry::new("on the Pareto front", Symbol::Dot(FRONT)),
         Entry::new("knee", Symbol::Dot(KNEE)),
     ]);
     (0..n).fold(chart, |chart, j| {

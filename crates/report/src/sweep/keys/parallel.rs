@@ -5,8 +5,7 @@ use crate::format::{rounded, shortened};
 use crate::sweep::axis::Axis;
 use crate::sweep::colour::Key;
 use powergs_chart::{
-    Chart, Colour, Entry, Line, Mark, Panel, Place, Rule, Scale, Side, Symbol, Weight, Words,
-    tick_label,
+    Chart, Colour, Entry, Gauge, Line, Mark, Panel, Place, Scale, Symbol, Weight, Words, tick_label,
 };
 use powergs_study::analysis::Analysis;
 
@@ -32,12 +31,17 @@ pub(super) fn chart(analysis: &Analysis, lanes: &[Lane]) -> Chart {
     let key = Key::named(analysis, &objectives[0].name, &analysis.front);
     let first = axes.first().map_or("", |a| &a.axis.title);
     let knee = format!("knee {}", analysis.table.label(analysis.knee));
-    chart_of(analysis, TITLE)
+    let chart = chart_of(analysis, TITLE)
         .legend([
             Entry::new(knee, Symbol::Line(Colour::VERMILION)),
-            Entry::note(format!("coloured: the front, by {first}; grey: other designs")),
+            Entry::note(format!("coloured: the Pareto front, by {first}")),
+            Entry::note("grey: other designs"),
         ])
-        .panel(panel(analysis, lanes, &axes, &key))
+        .panel(panel(analysis, lanes, &axes, &key));
+    match key.beside() {
+        Some(beside) => chart.beside(beside),
+        None => chart,
+    }
 }
 
 /// Heights are shares of the panel: every upright axis has its own values.
@@ -52,9 +56,13 @@ fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &Key) -> Panel
         settings.chain(results).enumerate().map(|(i, y)| (i as f64 + 0.5, y)).collect()
     };
     // Names of neighbours take turns above and below.
-    let names: Vec<&str> =
-        lanes.iter().map(|l| l.name).chain(axes.iter().map(|a| a.axis.title.as_str())).collect();
-    let below = |(i, name): (usize, &&str)| Words::bold(if i % 2 == 1 { *name } else { "" });
+    let names: Vec<String> = lanes
+        .iter()
+        .map(|lane| lane.name.to_owned())
+        .chain(axes.iter().map(|axis| axis.axis.words()))
+        .collect();
+    let below =
+        |(i, name): (usize, &String)| Words::bold(if i % 2 == 1 { name.as_str() } else { "" });
     let mut panel = Panel::new(
         powergs_chart::Axis::names(names.iter().enumerate().map(below)),
         powergs_chart::Axis::new("", Scale::linear(-0.03, 1.05)).hidden(),
@@ -70,26 +78,24 @@ fn panel(analysis: &Analysis, lanes: &[Lane], axes: &[Axis], key: &Key) -> Panel
     let knee = Line::curve(line(analysis.knee), Colour::VERMILION);
     panel = panel.line(Line { weight: Weight::Bold, ..knee });
     for (i, name) in names.iter().enumerate() {
-        let x = i as f64 + 0.5;
-        panel = panel.mark(Mark::Rule { at: Rule::X(x), colour: Colour::NOTE, dashed: false });
         if i % 2 == 0 {
-            panel.over.push((x, 1.9, Words::bold(*name)));
+            panel.over.push((i as f64 + 0.5, 1.9, Words::bold(name.as_str())));
         }
     }
     for (i, lane) in lanes.iter().enumerate() {
         let every = lane.order.len().div_ceil(NAMED).max(1);
+        let mut labels = Vec::new();
         for place in (0..lane.order.len()).step_by(every) {
-            let text = shortened(&rounded(lane.word(place)), 12);
-            panel = panel.label(text, (i as f64 + 0.5, height(lane, place)), Side::Right);
+            labels.push((height(lane, place), shortened(&rounded(lane.word(place)), 12)));
         }
+        panel = panel.mark(Mark::Gauge(Gauge { at: i as f64 + 0.5, labels }));
     }
     for (j, axis) in axes.iter().enumerate() {
         let scale = &axis.axis.scale;
         let ticks = scale.ticks(6);
-        for value in &ticks {
-            let at = ((lanes.len() + j) as f64 + 0.5, scale.share(*value));
-            panel = panel.label(tick_label(*value, &ticks), at, Side::Right);
-        }
+        let label = |value: &f64| (scale.share(*value), tick_label(*value, &ticks));
+        let labels = ticks.iter().map(label).collect();
+        panel = panel.mark(Mark::Gauge(Gauge { at: (lanes.len() + j) as f64 + 0.5, labels }));
     }
     panel
 }

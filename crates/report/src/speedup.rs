@@ -1,0 +1,153 @@
+//! Several machines over several traces: the chart of speed-ups that papers have, its table, its
+//! files.
+
+use serde_json::{Value, json};
+
+use crate::document::{Cell, Column, Table};
+use crate::format::shortened;
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
+use powergs_study::speedup::{Gain, SpeedUp};
+
+/// Name of the chart.
+const NAME: &str = "speedup";
+/// Traces in the chart; tables have all.
+const MOST: usize = 14;
+/// Colours of the machines behind the first.
+const COLOURS: [Colour; 7] = [
+    Colour::BLUE,
+    Colour::ORANGE,
+    Colour::GREEN,
+    Colour::VERMILION,
+    Colour::SKY,
+    Colour::PURPLE,
+    Colour::INDIGO,
+];
+/// What the mean is called.
+const MEAN: &str = "geomean";
+
+/// The chart.
+pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
+    let first = &all.machines[0].label;
+    let machines = 1..all.machines.len().min(COLOURS.len() + 1);
+    let entries = machines.map(|m| Entry::fill(all.machines[m].label.as_str(), COLOURS[m - 1]));
+    let left = panel(all, Gain::Speed, &format!("speed-up over {first} (frame rate)"));
+    let mut right =
+        panel(all, Gain::Energy, &format!("energy gain over {first} (energy per frame)"));
+    right.y = right.y.hidden();
+    Chart::new(NAME, format!("Speed-up over {first}"), subtitle)
+        .legend(entries)
+        .columns(2)
+        .panel(left)
+        .panel(right)
+}
+
+fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
+    let traces = all.traces.len().min(MOST);
+    let machines = all.machines.len().min(COLOURS.len() + 1);
+    let value = |m: usize, row: usize| match row {
+        row if row < traces => all.gain(gain, m, row),
+        _ => all.mean(gain, m),
+    };
+    let mut bars = Vec::new();
+    let mut highest = 1.0f64;
+    for row in 0..=traces {
+        for m in 1..machines {
+            let Some(v) = value(m, row) else { continue };
+            highest = highest.max(v);
+            let bar = Bar::new(row, vec![Part::new(v, COLOURS[m - 1])]).end(format!("{v:.2}"));
+            bars.push(Bar { lane: (m - 1, machines - 1), ..bar });
+        }
+    }
+    let names = all.traces[..traces].iter().map(|t| Words::from(shortened(t, 24)));
+    let y = Axis::names(names.chain([Words::bold(MEAN)]));
+    let x = Axis::new(title, Scale::from_zero(1.08 * highest));
+    Panel::new(x, y).dashed(Rule::X(1.0), Colour::NOTE).mark(Mark::Bars(bars))
+}
+
+/// Speed-ups and energy gains: a row a trace and machine, then the means.
+pub fn table(all: &SpeedUp) -> Table {
+    let first = &all.machines[0].label;
+    let columns = [
+        Column::text("trace"),
+        Column::text("machine"),
+        Column::fixed("FPS", 1),
+        Column::fixed("mJ per frame", 3),
+        Column::fixed(format!("speed-up over {first}"), 3),
+        Column::fixed(format!("energy gain over {first}"), 3),
+    ];
+    let row = |t: usize, m: usize| -> Vec<Cell> {
+        let machine = &all.machines[m];
+        let speed = machine.speeds[t];
+        vec![
+            all.traces[t].as_str().into(),
+            machine.label.as_str().into(),
+            speed.map(|s| s.fps).into(),
+            speed.map(|s| s.energy_j * 1e3).into(),
+            all.gain(Gain::Speed, m, t).into(),
+            all.gain(Gain::Energy, m, t).into(),
+        ]
+    };
+    let mean = |m: usize| -> Vec<Cell> {
+        vec![
+            MEAN.into(),
+            all.machines[m].label.as_str().into(),
+            Cell::from(None::<f64>),
+            Cell::from(None::<f64>),
+            all.mean(Gain::Speed, m).into(),
+            all.mean(Gain::Energy, m).into(),
+        ]
+    };
+    let machines = all.machines.len();
+    let of_traces = (0..all.traces.len()).flat_map(|t| (0..machines).map(move |m| row(t, m)));
+    Table::new(columns).rows(of_traces.chain((0..machines).map(mean)))
+}
+
+/// `speedup.csv`: the table with exact numbers.
+pub fn csv(all: &SpeedUp) -> Vec<u8> {
+    let mut table = Table::record("trace machine fps energy_pj speedup energy_gain");
+    for m in 0..all.machines.len() {
+        let label = all.machines[m].label.as_str();
+        for (t, trace) in all.traces.iter().enumerate() {
+            let speed = all.machines[m].speeds[t];
+            table.row([
+                trace.as_str().into(),
+                label.into(),
+                speed.map(|s| s.fps).into(),
+                speed.map(|s| s.energy_j * 1e12).into(),
+                all.gain(Gain::Speed, m, t).into(),
+                all.gain(Gain::Energy, m, t).into(),
+            ]);
+        }
+        table.row([
+            MEAN.into(),
+            label.into(),
+            Cell::from(None::<f64>),
+            Cell::from(None::<f64>),
+            all.mean(Gain::Speed, m).into(),
+            all.mean(Gain::Energy, m).into(),
+        ]);
+    }
+    table.csv()
+}
+
+/// The same as JSON.
+pub fn json(all: &SpeedUp) -> Value {
+    let traces = 0..all.traces.len();
+    let machine = |m: usize| {
+        let of = |gain| traces.clone().map(|t| all.gain(gain, m, t)).collect::<Vec<_>>();
+        let fps = all.machines[m].speeds.iter().map(|s| s.map(|s| s.fps));
+        json!({
+            "label": all.machines[m].label,
+            "fps": fps.collect::<Vec<_>>(),
+            "speedup": of(Gain::Speed),
+            "speedup_geomean": all.mean(Gain::Speed, m),
+            "energy_gain": of(Gain::Energy),
+            "energy_gain_geomean": all.mean(Gain::Energy, m),
+        })
+    };
+    json!({
+        "baseline": all.machines[0].label,
+        "traces": all.traces,
+        "machines": (0..all.machines.len()).map(machine).collect::<Vec<_>>(),
+    })
+}

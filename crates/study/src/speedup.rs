@@ -1,0 +1,81 @@
+//! Several machines over several traces, relative to one of them: speed-ups and energy, with their
+//! geometric means.
+
+use crate::findings::compare::{Comparison, Measure};
+
+/// What a machine does on a trace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Speed {
+    /// Frames per second, back to back.
+    pub fps: f64,
+    /// Energy of a frame, joules.
+    pub energy_j: f64,
+}
+
+/// A machine on all traces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineSpeed {
+    /// What it is called.
+    pub label: String,
+    /// What it does on each trace, where that was measured.
+    pub speeds: Vec<Option<Speed>>,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gain {
+    /// Frame rate over that of the first machine.
+    Speed,
+    /// Energy per frame of the first machine over that of this one.
+    Energy,
+}
+
+/// Machines over traces; the first machine is what the others are compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpeedUp {
+    /// Names of the traces.
+    pub traces: Vec<String>,
+    /// The machines.
+    pub machines: Vec<MachineSpeed>,
+}
+
+impl SpeedUp {
+    /// `None` unless there are two traces and two machines.
+    pub fn new(traces: Vec<String>, machines: Vec<MachineSpeed>) -> Option<SpeedUp> {
+        (traces.len() > 1 && machines.len() > 1).then_some(SpeedUp { traces, machines })
+    }
+
+    /// From comparisons of the same machines, one a trace.
+    pub fn of_comparisons(all: &[Comparison]) -> Option<SpeedUp> {
+        let traces = all.iter().map(|c| c.sides[0].trace.clone()).collect();
+        let machine = |(i, label): (usize, &str)| {
+            let speed = |c: &Comparison| {
+                let value = |measure| *c.row(measure).values.get(i)?;
+                let (fps, mj): (Option<f64>, Option<f64>) =
+                    (value(Measure::Throughput), value(Measure::Energy));
+                Some(Speed { fps: fps?, energy_j: mj? * 1e-3 })
+            };
+            MachineSpeed { label: label.to_owned(), speeds: all.iter().map(speed).collect() }
+        };
+        let machines = all.first()?.labels().into_iter().enumerate().map(machine).collect();
+        SpeedUp::new(traces, machines)
+    }
+
+    /// The gain of machine `m` on trace `t`.
+    pub fn gain(&self, gain: Gain, m: usize, t: usize) -> Option<f64> {
+        let (first, own) = (self.machines[0].speeds[t]?, self.machines[m].speeds[t]?);
+        let ratio = match gain {
+            Gain::Speed => own.fps / first.fps,
+            Gain::Energy => first.energy_j / own.energy_j,
+        };
+        Some(ratio).filter(|r| r.is_finite() && *r > 0.0)
+    }
+
+    /// The geometric mean over all traces; `None` if one is missing.
+    pub fn mean(&self, gain: Gain, m: usize) -> Option<f64> {
+        let logs: Option<Vec<f64>> =
+            (0..self.traces.len()).map(|t| self.gain(gain, m, t).map(f64::ln)).collect();
+        let logs = logs?;
+        Some((logs.iter().sum::<f64>() / logs.len() as f64).exp())
+    }
+}

@@ -1,0 +1,65 @@
+//! How charts are drawn: the flags of every command that draws.
+
+use powergs_chart::{Format, Sheet, Style};
+use powergs_report::Drawing;
+
+/// How charts are drawn.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Charts")]
+pub struct ChartArgs {
+    /// Size of charts in print; the size of text stays that of a paper
+    #[arg(long, value_enum, value_name = "SIZE", default_value = "slide")]
+    pub chart_size: SheetArg,
+    /// Charts without a title and the line under it: a caption says that
+    #[arg(long)]
+    pub no_title: bool,
+    /// Files of every chart: svg, png, pdf
+    #[arg(long, value_enum, value_name = "FORMATS", value_delimiter = ',')]
+    #[arg(default_value = "png,svg")]
+    pub chart_format: Vec<FormatArg>,
+}
+
+/// How large charts are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum SheetArg {
+    /// One of two columns, 3.33 in
+    Column,
+    /// The width of a page of text, 7 in
+    Page,
+    /// 1920 x 1080 pixels
+    #[default]
+    Slide,
+}
+
+/// Kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FormatArg {
+    /// Shapes, with text that can be searched and edited
+    Svg,
+    /// Pixels
+    Png,
+    /// Shapes; letters are outlines
+    Pdf,
+}
+
+impl ChartArgs {
+    /// What is laid out.
+    pub fn style(&self) -> Style {
+        let sheet = match self.chart_size {
+            SheetArg::Column => Sheet::Column,
+            SheetArg::Page => Sheet::Page,
+            SheetArg::Slide => Sheet::Slide,
+        };
+        Style { sheet, title: !self.no_title }
+    }
+
+    /// What is written.
+    pub fn drawing(&self) -> Drawing {
+        let formats = self.chart_format.iter().map(|format| match format {
+            FormatArg::Svg => Format::Svg,
+            FormatArg::Png => Format::Png,
+            FormatArg::Pdf => Format::Pdf,
+        });
+        Drawing { style: self.style(), formats: formats.collect() }
+    }
+}
