@@ -1,4 +1,4 @@
-//! Measures with their unit in the type: bytes, hertz, bytes per second, picojoules, watts.
+//! Measures with their unit in the type: bytes, hertz, bytes per second, picojoules, watts, volts.
 //!
 //! In configuration files a quantity is a string with its unit (`"51.2 GB/s"`, `"64 KiB"`,
 //! `"1 GHz"`, `"0.53 pJ"`); a bare number is refused. Decimal prefixes are powers of 1000 and
@@ -47,6 +47,10 @@ pub struct SquareMillimetres(pub f64);
 /// A technology node in nanometres, positive and finite.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Nanometres(pub f64);
+
+/// A supply voltage in volts, positive and finite.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Volts(pub f64);
 
 macro_rules! additive {
     ($($t:ident),*) => {$(

@@ -118,15 +118,77 @@ pub struct Memory {
     pub two_ports: bool,
 }
 
+/// What one unit, or the feature cache, is built of in amounts that an architect chooses. What else
+/// a unit has is fixed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Part {
+    /// Gaussians that a CCU takes a cycle: the inverse of its initiation interval.
+    CcuThroughput,
+    /// Box tests that a CCU makes a cycle.
+    CcuIntersectionUnits,
+    /// Tile levels that a CCU looks up a cycle.
+    CcuLevelTests,
+    /// Bits of the batches that a CCU has asked for: requests, and which records survive.
+    CcuBatches,
+    /// Pivots of a QSU.
+    QsuPivots,
+    /// Keys that a QSU compares with a pivot in a cycle.
+    QsuComparators,
+    /// Compare-exchanges of the network of a BSU.
+    BsuNetwork,
+    /// Bits of the lists and chunks that a core has asked for, over its BSUs.
+    BsuQueue,
+    /// Blends of a rendering unit a cycle, in all of its accumulators.
+    VruBlend,
+    /// Bits of the pixels that a rendering unit holds.
+    VruPixels,
+    /// Inverse of the cycles after which a rendering unit can blend into a pixel again.
+    VruRecurrence,
+    /// Ways of the feature cache that are compared at a time.
+    CacheWays,
+}
+
+impl Part {
+    /// All parts.
+    pub const ALL: [Part; 12] = [
+        Part::CcuThroughput,
+        Part::CcuIntersectionUnits,
+        Part::CcuLevelTests,
+        Part::CcuBatches,
+        Part::QsuPivots,
+        Part::QsuComparators,
+        Part::BsuNetwork,
+        Part::BsuQueue,
+        Part::VruBlend,
+        Part::VruPixels,
+        Part::VruRecurrence,
+        Part::CacheWays,
+    ];
+
+    /// The unit that it is a part of; `None` for the feature cache.
+    pub const fn unit(self) -> Option<UnitKind> {
+        match self {
+            Part::CcuThroughput
+            | Part::CcuIntersectionUnits
+            | Part::CcuLevelTests
+            | Part::CcuBatches => Some(UnitKind::Ccu),
+            Part::QsuPivots | Part::QsuComparators => Some(UnitKind::Qsu),
+            Part::BsuNetwork | Part::BsuQueue => Some(UnitKind::Bsu),
+            Part::VruBlend | Part::VruPixels | Part::VruRecurrence => Some(UnitKind::Vru),
+            Part::CacheWays => None,
+        }
+    }
+}
+
 /// The hardware of a machine: everything that leaks and takes area.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Inventory {
     /// In the order of [`Buffer::ALL`].
     pub memories: [Memory; Buffer::ALL.len()],
     /// CCUs, QSUs, BSUs and rendering units.
     pub units: [u32; 4],
-    /// Size of one of each, percent of the one that prices are for.
-    pub unit_percent: [u32; 4],
+    /// How much of each part one unit has, in the order of [`Part::ALL`].
+    pub parts: [f64; Part::ALL.len()],
 }
 
 /// Something that a unit does and that costs energy.

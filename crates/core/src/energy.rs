@@ -7,6 +7,7 @@ mod costs;
 pub mod flops;
 mod node;
 pub mod prices;
+pub mod supply;
 pub mod table;
 
 use crate::action::Stage;
@@ -15,7 +16,8 @@ use powergs_base::quantity::Picojoules;
 pub use area::Area;
 pub use costs::same_costs;
 pub use flops::flops;
-pub use prices::{Activity, DramCosts, Prices, Standby};
+pub use prices::{Activity, DramCosts, Phy, Prices, Standby};
+pub use supply::Supply;
 pub use table::{Built, EnergyTable};
 
 /// Where energy is spent.

@@ -125,7 +125,7 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem
     let parsed = energy_table(&table, machine.clock)
         .map_err(|e| energy(format!("the energy table is wrong: {e}")))?;
     let prices = sim::cost::prices(&parsed, &machine);
-    let prices = prices.map_err(|e| energy(e.to_string()))?;
+    let prices = prices.map_err(|e| at_key(e.key(), e.key(), e.to_string()))?;
     let node = parsed.node.map_or(String::new(), |n| format!(", {n}"));
     let summary = format!("machine {}, energy table {}{node}", machine.name, parsed.name);
     Ok(Good { summary, cost: Some(Cost::new(&machine, &prices)) })

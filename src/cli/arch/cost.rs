@@ -2,9 +2,10 @@
 
 use serde_json::{Map, Value, json};
 
+use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
-use powergs_core::energy::{Area, Prices};
-use powergs_core::sim::cost::peak_w;
+use powergs_core::energy::{Area, Phy, Prices, Supply};
+use powergs_core::sim::cost::{peak_w, untimed};
 use powergs_report::document::{Column, Document, Table};
 
 /// What a machine takes in silicon and, at most, in power.
@@ -12,12 +13,25 @@ use powergs_report::document::{Column, Document, Table};
 pub struct Cost {
     area: Option<Area>,
     peak_w: Vec<(&'static str, f64)>,
+    phy: Option<Phy>,
+    supply: Option<Supply>,
+    clock: Hertz,
+    channels: f64,
+    dram_standby_w: [f64; 2],
 }
 
 impl Cost {
     /// Of a machine.
     pub fn new(machine: &Machine, prices: &Prices) -> Cost {
-        Cost { area: prices.area, peak_w: peak_w(machine, prices) }
+        Cost {
+            area: prices.area,
+            peak_w: peak_w(machine, prices),
+            phy: prices.phy,
+            supply: prices.supply,
+            clock: machine.clock,
+            channels: untimed(machine)[1],
+            dram_standby_w: prices.dram.standby_w(),
+        }
     }
 
     fn total_w(&self) -> f64 {
@@ -41,7 +55,39 @@ impl Cost {
         row("total", self.area.map(|a| a.total().0), Some(self.total_w()));
         let mut page = Document::new();
         page.table(table);
+        page.facts(self.beside());
         page
+    }
+
+    /// What is no block of the chip: its supply, and the memory.
+    fn beside(&self) -> Vec<(&'static str, String)> {
+        let mut facts = Vec::new();
+        facts.push(match self.supply {
+            Some(s) => (
+                "supply",
+                format!(
+                    "{:.3} V at {}; energy x {:.3}, leakage x {:.3}; at most {:.2} GHz",
+                    s.voltage,
+                    self.clock,
+                    s.energy,
+                    s.leakage,
+                    (s.highest_clock * 1e-7).floor() * 1e-2
+                ),
+            ),
+            None => ("supply", "no voltage-frequency curve: prices as given at any clock".into()),
+        });
+        let [background, refresh] = self.dram_standby_w.map(|w| w * 1e3);
+        let channels = format!("{} channels", (self.channels * 100.0).round() / 100.0);
+        if let Some(phy) = self.phy {
+            let (area, standby) = (phy.area_mm2, phy.standby_w * 1e3);
+            let text = format!(
+                "{area:.2} mm2 and {standby:.1} mW standby for {channels}, outside of the totals"
+            );
+            facts.push(("PHY", text));
+        }
+        let text = format!("{background:.1} mW background, {refresh:.1} mW refresh of {channels}");
+        facts.push(("DRAM standby", text));
+        facts
     }
 
     /// As JSON.
@@ -54,6 +100,24 @@ impl Cost {
         let blocks = self.peak_w.iter().map(|(name, watts)| ((*name).to_owned(), json!(watts)));
         let total = ("total".to_owned(), json!(self.total_w()));
         let peak: Map<_, _> = std::iter::once(total).chain(blocks).collect();
-        json!({ "area_mm2": area, "peak_power_w": peak })
+        let supply = self.supply.map(|s| {
+            json!({
+                "voltage_v": s.voltage,
+                "energy_factor": s.energy,
+                "leakage_factor": s.leakage,
+                "highest_clock_hz": s.highest_clock,
+            })
+        });
+        let [background, refresh] = self.dram_standby_w;
+        json!({
+            "area_mm2": area,
+            "peak_power_w": peak,
+            "phy_mm2": self.phy.map(|p| p.area_mm2),
+            "phy_standby_w": self.phy.map(|p| p.standby_w),
+            "channels": self.channels,
+            "dram_background_w": background,
+            "dram_refresh_w": refresh,
+            "supply": supply,
+        })
     }
 }

@@ -59,7 +59,8 @@ fn the_readme_documents_every_machine_key_with_its_value() {
 #[test]
 fn the_readme_documents_every_key_of_energy_tables_and_displays() {
     let readme = read("arch-configs/README.md");
-    let of_price = ["energy", "flops", "power", "free", "source", "area", "fit", "factor"];
+    let of_price =
+        ["energy", "flops", "power", "free", "source", "area", "fit", "factor", "share", "at"];
     let missing = |doc: &KeyDoc| {
         let last = doc.path.rsplit('.').next().unwrap_or("");
         let general = of_price.contains(&last) && readme.contains(&format!("| `*.{last}` |"));

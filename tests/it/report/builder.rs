@@ -3,7 +3,7 @@
 use powergs_sim::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_sim::dram::{DramCommands, StageCommands};
-use powergs_sim::energy::{Area, Component, EnergyBreakdown, Standby};
+use powergs_sim::energy::{Area, Component, EnergyBreakdown, Phy, Standby};
 use powergs_sim::findings::cost::Cost;
 use powergs_sim::findings::roofline::Roofline;
 use powergs_sim::findings::what_if::{Skipped, Step};
@@ -65,6 +65,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         energy,
         standby: Standby { running_w: STATIC_W, idle_w: STATIC_W },
         area: Some(area()),
+        phy: Some(Phy { area_mm2: 8.0, standby_w: 0.024 }),
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timing(cycles),
@@ -243,6 +244,7 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     frame.actions = ActionCounts::default();
     frame.standby = Standby::default();
     frame.area = None;
+    frame.phy = None;
     frame.display_w = None;
     frame
 }

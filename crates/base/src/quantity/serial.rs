@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{
     Bytes, BytesPerSecond, Hertz, Nanometres, Nanoseconds, Picojoules, PicojoulesPerByte, Quantity,
-    QuantityError, SquareMillimetres, Watts,
+    QuantityError, SquareMillimetres, Volts, Watts,
 };
 
 struct Text<Q>(PhantomData<Q>);
@@ -88,5 +88,6 @@ serial!(
     Picojoules,
     PicojoulesPerByte,
     SquareMillimetres,
+    Volts,
     Watts
 );

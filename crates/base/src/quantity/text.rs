@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 use super::{
     Bytes, BytesPerSecond, Hertz, Nanometres, Nanoseconds, Picojoules, PicojoulesPerByte,
-    SquareMillimetres, Watts,
+    SquareMillimetres, Volts, Watts,
 };
 
 /// Longest text that is parsed, bytes. No sensible number is longer.
@@ -354,4 +354,5 @@ real!(
     NOT_NEGATIVE,
     &[decimal("mm2", 0), decimal("um2", -6)]
 );
+real!(Volts, "a voltage", "0.9 V", POSITIVE, &[decimal("V", 0), decimal("mV", -3)]);
 real!(Nanometres, "a technology node", "28 nm", POSITIVE, &[decimal("nm", 0), decimal("um", 3)]);

@@ -38,6 +38,12 @@ pub struct Bsu {
     pub banks: Banks,
 }
 
+/// Compare-exchanges of a bitonic network of `width` inputs.
+pub fn network(width: u32) -> u64 {
+    let stages = u64::from(width.next_power_of_two().ilog2());
+    u64::from(width) * stages * (stages + 1) / 4
+}
+
 impl Bsu {
     fn rows(&self, keys: u64) -> u64 {
         keys.div_ceil(u64::from(self.spec.bsu_width)).max(1)
@@ -52,7 +58,7 @@ impl Bsu {
     pub fn compare_exchanges(&self, keys: u64) -> u64 {
         let w = u64::from(self.spec.bsu_width);
         let s = u64::from(self.spec.bsu_width.next_power_of_two().ilog2());
-        let (sorted, merged) = (w * s * (s + 1) / 4, w + w * s / 2);
+        let (sorted, merged) = (network(self.spec.bsu_width), w + w * s / 2);
         self.rows(keys) * (sorted + self.levels(keys) * merged)
     }
 

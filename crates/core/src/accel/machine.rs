@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rules::UnitRules;
-use crate::action::{Buffer, Inventory, Memory};
+use crate::action::{Buffer, Inventory, Memory, Part};
 use crate::dram::Device;
 use crate::dram::device::Order;
 use crate::workload::Geometry;
@@ -16,6 +16,7 @@ use powergs_base::config::{self, ConfigError};
 use powergs_base::quantity::{Bytes, Hertz};
 
 mod check;
+mod parts;
 mod spec;
 
 pub use spec::{
@@ -164,10 +165,6 @@ fn embedded_device(name: &str) -> Option<&'static Device> {
     DEVICES.get(name)
 }
 
-/// What a second accumulator adds to the area and the leakage of a rendering unit, percent: the
-/// blend is 11 of the 24 operations of a pixel (A98).
-const SECOND_ACCUMULATOR_PERCENT: u32 = 46;
-
 impl Machine {
     /// What has to be built: memories and units. Each CCU or core has its own share of a buffer,
     /// cut into `banks` banks (A13); the feature cache is shared.
@@ -192,8 +189,7 @@ impl Machine {
                 two_ports: false,
             },
         });
-        let second = if self.fovea.accumulators == 2 { SECOND_ACCUMULATOR_PERCENT } else { 0 };
-        let unit_percent = [100, 100, 100, 100 + second];
-        Inventory { memories, units: self.unit_counts(), unit_percent }
+        let parts = Part::ALL.map(|part| parts::amount(self, part));
+        Inventory { memories, units: self.unit_counts(), parts }
     }
 }

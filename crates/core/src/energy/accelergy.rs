@@ -329,6 +329,7 @@ pub fn table(
         write: byte(write),
         background: power(watts(background)),
         refresh: power(watts(refresh)),
+        channels: None,
     };
     let [ccu, qsu, bsu, vru] = [ccu, qsu, bsu, vru].map(|leak| power(watts(leak)));
     Ok(EnergyTable {
@@ -347,6 +348,9 @@ pub fn table(
         dram: DramPrices { flat: Some(flat), device: false },
         leakage: UnitLeakage { ccu, qsu, bsu, vru },
         area: areas.as_ref().map(unit_area),
+        parts: None,
+        phy: None,
+        supply: None,
     })
 }
 

@@ -218,7 +218,7 @@ impl Macros {
     /// # Errors
     /// A size or word that the rows do not reach, unless `beyond` allows it: sizes up to four times
     /// outside then follow the last two rows, and words the nearest width (a narrower word costs as
-    /// much as that; a wider one is several accesses).
+    /// much as that; a wider one is several smaller banks side by side).
     pub fn bank(&self, size: u64, word: u64, two: bool, beyond: bool) -> Result<Bank, Outside> {
         let mut reach: Vec<&Column> = self.columns.iter().filter(|c| c.reaches(size)).collect();
         let ends = |of: &[&Column]| Some((of.first()?.word, of.last()?.word));
@@ -253,9 +253,8 @@ fn between(columns: &[&Column], size: u64, word: u64) -> Values {
     let above = columns.partition_point(|c| c.word < word);
     let last = columns[columns.len() - 1];
     if above == columns.len() {
-        let accesses = word.div_ceil(last.word) as f64;
-        let [read, write, leakage, area] = last.at(size);
-        return [read * accesses, write * accesses, leakage, area];
+        let beside = word.div_ceil(last.word);
+        return last.at((size / beside).max(1)).map(|x| x * beside as f64);
     }
     let high = columns[above];
     if above == 0 || high.word == word {

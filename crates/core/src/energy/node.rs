@@ -1,4 +1,5 @@
-//! Technology nodes: scaling factors of energy and area between them.
+//! Technology nodes: scaling factors of energy and area between them, and the voltage-frequency
+//! curve of each.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -6,8 +7,37 @@ use std::sync::OnceLock;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::supply::Curve;
 use powergs_base::config::embedded::NODES;
-use powergs_base::quantity::Nanometres;
+use powergs_base::quantity::{Nanometres, Volts};
+
+/// The file `arch-configs/nodes.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Nodes {
+    /// What a step of technology does, by the name of a fit.
+    pub fits: BTreeMap<String, Fit>,
+    /// How fast gates are at a voltage, one curve a node.
+    pub curves: Vec<NodeCurve>,
+}
+
+/// The curve of a node.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct NodeCurve {
+    /// The node.
+    pub node: Nanometres,
+    /// Effective threshold.
+    pub threshold: Volts,
+    /// Exponent of the overdrive.
+    pub exponent: f64,
+    /// Voltage that makes the leakage current e times as large.
+    pub leakage_slope: Volts,
+    /// Lowest voltage.
+    pub lowest: Volts,
+    /// Highest voltage.
+    pub highest: Volts,
+}
 
 /// A fit of `arch-configs/nodes.toml`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -55,14 +85,36 @@ impl Scaled {
     }
 }
 
-/// All fits by name.
-pub(crate) fn fits() -> &'static BTreeMap<String, Fit> {
-    static ALL: OnceLock<BTreeMap<String, Fit>> = OnceLock::new();
+/// The file.
+fn nodes() -> &'static Nodes {
+    static ALL: OnceLock<Nodes> = OnceLock::new();
     ALL.get_or_init(|| {
-        powergs_base::config::parse::<BTreeMap<String, Fit>>(NODES, &[])
+        powergs_base::config::parse::<Nodes>(NODES, &[])
             .unwrap_or_else(|e| panic!("arch-configs/nodes.toml: {e}"))
             .value
     })
+}
+
+/// All fits by name.
+pub(crate) fn fits() -> &'static BTreeMap<String, Fit> {
+    &nodes().fits
+}
+
+/// The voltage-frequency curve of a node.
+///
+/// # Errors
+/// The nodes that have one, in one line.
+pub(crate) fn curve(node: Nanometres) -> Result<Curve, String> {
+    let all = &nodes().curves;
+    let found = all.iter().find(|c| c.node == node).ok_or_else(|| {
+        let known = all.iter().map(|c| c.node.to_string()).collect::<Vec<_>>().join(", ");
+        format!(
+            "nodes.toml has no voltage-frequency curve for {node}: there are {known}; or give one \
+             of your own (`threshold`, `exponent`, ...)"
+        )
+    })?;
+    let NodeCurve { threshold, exponent, leakage_slope, lowest, highest, .. } = *found;
+    Ok(Curve { threshold, exponent, leakage_slope, lowest, highest })
 }
 
 /// The factor of a step.

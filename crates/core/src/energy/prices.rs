@@ -2,6 +2,7 @@
 //! watts, area.
 
 use super::area::Area;
+use super::supply::Supply;
 use super::{Component, EnergyBreakdown, flops};
 use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::dram::{CommandPrices, DramCommands, StageCommands};
@@ -24,6 +25,19 @@ pub struct Prices {
     pub dram: DramCosts,
     /// Area of the chip, where the table knows it.
     pub area: Option<Area>,
+    /// The chip's side of the memory channels, outside of `area` and of every power.
+    pub phy: Option<Phy>,
+    /// Voltage, and what it does to the prices above; `None` where the table has no curve.
+    pub supply: Option<Supply>,
+}
+
+/// The chip's side of the memory channels: drivers, receivers, delay lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phy {
+    /// Of all channels, mm².
+    pub area_mm2: f64,
+    /// Standby of all channels, watts.
+    pub standby_w: f64,
 }
 
 /// Prices of the DRAM.
@@ -45,6 +59,15 @@ pub enum DramCosts {
 }
 
 impl DramCosts {
+    /// Background power while frames run, with open rows where commands are priced, and power of
+    /// refreshes at their nominal rate, watts.
+    pub fn standby_w(&self) -> [f64; 2] {
+        match self {
+            DramCosts::Bytes { background_w, refresh_w, .. } => [*background_w, *refresh_w],
+            DramCosts::Commands(p) => [p.active_w(), p.refresh_w],
+        }
+    }
+
     /// Picojoules per byte read and written, where bytes are priced.
     pub(super) fn per_byte(&self) -> [f64; 2] {
         match *self {

@@ -9,21 +9,25 @@ use serde::{Deserialize, Serialize};
 use crate::action::{Action, Buffer, Inventory};
 use crate::energy::area::Area;
 use crate::energy::cacti::Bank;
-use crate::energy::prices::{DramCosts, Prices};
+use crate::energy::prices::{DramCosts, Phy, Prices};
+use crate::energy::supply::Supply;
 use powergs_base::config::{self, ConfigError};
-use powergs_base::quantity::{Bytes, Nanometres, SquareMillimetres};
+use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
 
 mod check;
 mod keys;
+mod parts;
 mod scale;
 mod sram;
 
 pub use keys::{
-    ActionPrice, ActionPrices, AreaPrice, BytePrice, DramPrices, Factor, FlatDram, Overhead,
-    PowerPrice, RestArea, Scaling, UnitArea, UnitLeakage,
+    ActionPrice, ActionPrices, AreaPrice, BytePrice, CurveChoice, DramPrices, Factor, FlatDram,
+    Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitArea, UnitLeakage,
 };
+pub use parts::{BsuParts, CacheParts, CcuParts, PartShare, Parts, QsuParts, VruParts};
 pub use sram::{SramCacti, SramMacro, SramPrices, SramSize, SramTable};
 
+use parts::{Grown, unit_of};
 use scale::Factors;
 
 /// An energy table, checked: every price has a source, and none is zero by accident.
@@ -50,6 +54,13 @@ pub struct EnergyTable {
     pub leakage: UnitLeakage,
     /// Area of the units; without it reports have no area.
     pub area: Option<UnitArea>,
+    /// What the units consist of. Needed where the table has area or leakage; tables from Accelergy
+    /// are of units as they are built.
+    pub parts: Option<Parts>,
+    /// The chip's side of a memory channel. Needed where the table has area.
+    pub phy: Option<PhyPrices>,
+    /// Clock and voltage of the prices. Without it they are taken as given at any clock.
+    pub supply: Option<SupplyPrices>,
 }
 
 /// A machine that the table has no price for.
@@ -102,6 +113,28 @@ pub enum PriceError {
         /// Name of the energy table.
         table: String,
     },
+    /// A clock above the highest one.
+    #[error(
+        "`clock` = {clock} is above what {node} reaches: the units of `{table}` have {nominal} at \
+         {voltage} V, and at most {highest} at {most} V, the highest voltage; set `clock` to that \
+         or less, or `energy` to a table of a faster node"
+    )]
+    ClockTooHigh {
+        /// Clock of the machine.
+        clock: Hertz,
+        /// Technology node.
+        node: String,
+        /// Name of the energy table.
+        table: String,
+        /// Clock that the prices are for.
+        nominal: Hertz,
+        /// Voltage that the prices are for.
+        voltage: f64,
+        /// The highest clock.
+        highest: Hertz,
+        /// The highest voltage.
+        most: f64,
+    },
     /// Prices of DRAM commands for a machine whose DRAM model counts none.
     #[error(
         "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
@@ -114,6 +147,19 @@ pub enum PriceError {
     },
 }
 
+impl PriceError {
+    /// The key of the machine file that is at fault.
+    pub const fn key(&self) -> &'static str {
+        match self {
+            PriceError::ClockTooHigh { .. } => "clock",
+            PriceError::OutsideTable { .. }
+            | PriceError::OutsideCacti { .. }
+            | PriceError::NoMacro { .. }
+            | PriceError::NoCommands { .. } => "energy",
+        }
+    }
+}
+
 /// The properties of a machine that prices depend on.
 #[derive(Debug, Clone, Copy)]
 pub struct Built<'a> {
@@ -123,6 +169,10 @@ pub struct Built<'a> {
     pub idle_leakage: f64,
     /// What the DRAM device costs; `None` where its commands are not counted.
     pub device: Option<DramCosts>,
+    /// Memory channels, of which `dram.bandwidth` may be a fraction.
+    pub channels: f64,
+    /// Clock of all units.
+    pub clock: Hertz,
 }
 
 impl EnergyTable {
@@ -144,13 +194,15 @@ impl EnergyTable {
     /// A bank outside of the SRAM prices, unless the table allows extrapolation; prices of DRAM
     /// commands for a machine that counts none.
     pub fn prices(&self, built: &Built<'_>) -> Result<Prices, PriceError> {
-        let factors = self.factors();
-        let banks = self.banks(built.inventory, &factors)?;
+        let supply = self.supply_at(built.clock)?;
+        let factors = self.factors().at(supply.as_ref());
+        let grown = self.grown(built.inventory);
+        let banks = self.banks(built.inventory, &factors, &grown)?;
         let leakage = &self.leakage;
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
         let unit_leakage_w = std::array::from_fn(|i| {
-            let scale = f64::from(built.inventory.unit_percent[i]) / 100.0;
-            per_unit[i].power.0 * f64::from(built.inventory.units[i]) * scale * factors.leakage
+            let units = f64::from(built.inventory.units[i]) * grown.units[i];
+            per_unit[i].power.0 * units * factors.leakage
         });
         let memories = &built.inventory.memories;
         let sram_leakage_w =
@@ -159,8 +211,8 @@ impl EnergyTable {
             Some(flat) => DramCosts::Bytes {
                 read_pj: flat.read.energy.0,
                 write_pj: flat.write.energy.0,
-                background_w: flat.background.power.0,
-                refresh_w: flat.refresh.power.0,
+                background_w: flat.background.power.0 * flat.part(built.channels),
+                refresh_w: flat.refresh.power.0 * flat.part(built.channels),
             },
             None => {
                 let name = || PriceError::NoCommands { table: self.name.clone() };
@@ -173,19 +225,61 @@ impl EnergyTable {
             Action::SramWrite(b) => banks[b as usize].write_pj / word(b),
             Action::DramRead => dram.per_byte()[0],
             Action::DramWrite => dram.per_byte()[1],
-            other => self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p)) * factors.energy,
+            other => {
+                let grown = unit_of(other).map_or(1.0, |unit| grown.energy[unit as usize]);
+                self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p)) * grown * factors.energy
+            }
         });
         let idle_leakage = built.idle_leakage;
-        let area = self.area_of(built.inventory, &banks, &factors);
-        Ok(Prices { per_action, unit_leakage_w, sram_leakage_w, idle_leakage, dram, area })
+        let area = self.area_of(built.inventory, &banks, &factors, &grown);
+        let phy = self.phy.as_ref().map(|phy| Phy {
+            area_mm2: phy.area.area.0 * built.channels,
+            standby_w: phy.standby.power.0 * built.channels,
+        });
+        Ok(Prices {
+            per_action,
+            unit_leakage_w,
+            sram_leakage_w,
+            idle_leakage,
+            dram,
+            area,
+            phy,
+            supply,
+        })
     }
 
-    fn area_of(&self, built: &Inventory, banks: &[Bank], factors: &Factors) -> Option<Area> {
+    /// The supply voltage at a clock; `None` in a table without `[supply]`.
+    fn supply_at(&self, clock: Hertz) -> Result<Option<Supply>, PriceError> {
+        let Some(supply) = &self.supply else { return Ok(None) };
+        let curve = supply.curve.curve().expect("checked: there is a curve");
+        let found = curve.supply(clock, supply.clock, supply.voltage);
+        let too_high = || PriceError::ClockTooHigh {
+            clock,
+            node: self.node.map_or("this node".into(), |n| n.to_string()),
+            table: self.name.clone(),
+            nominal: supply.clock,
+            voltage: supply.voltage.0,
+            highest: down_to_megahertz(curve.clock_at(
+                curve.highest.0,
+                supply.clock,
+                supply.voltage,
+            )),
+            most: curve.highest.0,
+        };
+        found.map(Some).ok_or_else(too_high)
+    }
+
+    fn area_of(
+        &self,
+        built: &Inventory,
+        banks: &[Bank],
+        factors: &Factors,
+        grown: &Grown,
+    ) -> Option<Area> {
         let area = self.area.as_ref()?;
         let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];
         let units: [f64; 4] = std::array::from_fn(|i| {
-            let scale = f64::from(built.unit_percent[i]) / 100.0;
-            per_unit[i].area.0 * f64::from(built.units[i]) * scale * factors.area
+            per_unit[i].area.0 * f64::from(built.units[i]) * grown.units[i] * factors.area
         });
         let buffers: [f64; Buffer::ALL.len()] = std::array::from_fn(|i| {
             banks[i].area_mm2 * f64::from(built.memories[i].banks) * area.sram_overhead.factor
@@ -199,7 +293,12 @@ impl EnergyTable {
     }
 
     /// The prices of one bank of each buffer at the table's node; zero for a buffer without banks.
-    fn banks(&self, built: &Inventory, factors: &Factors) -> Result<Vec<Bank>, PriceError> {
+    fn banks(
+        &self,
+        built: &Inventory,
+        factors: &Factors,
+        grown: &Grown,
+    ) -> Result<Vec<Bank>, PriceError> {
         const NONE: Bank = Bank { read_pj: 0.0, write_pj: 0.0, leakage_w: 0.0, area_mm2: 0.0 };
         let source = self.sram.source();
         let one = |(buffer, memory): (Buffer, &crate::action::Memory)| {
@@ -207,11 +306,19 @@ impl EnergyTable {
                 return Ok(NONE);
             }
             let bank = source.bank(buffer, memory, self)?;
+            let (size, energy) = match buffer {
+                Buffer::Cache => (grown.cache, grown.cache_energy),
+                Buffer::GaussianIn
+                | Buffer::TileList
+                | Buffer::Sorting
+                | Buffer::Feature
+                | Buffer::PixelOut => (1.0, 1.0),
+            };
             Ok(Bank {
-                read_pj: bank.read_pj * factors.sram_energy,
-                write_pj: bank.write_pj * factors.sram_energy,
-                leakage_w: bank.leakage_w * factors.sram_leakage,
-                area_mm2: bank.area_mm2 * factors.sram_area,
+                read_pj: bank.read_pj * energy * factors.sram_energy,
+                write_pj: bank.write_pj * energy * factors.sram_energy,
+                leakage_w: bank.leakage_w * size * factors.sram_leakage,
+                area_mm2: bank.area_mm2 * size * factors.sram_area,
             })
         };
         Buffer::ALL.into_iter().zip(&built.memories).map(one).collect()
@@ -251,5 +358,18 @@ impl EnergyTable {
             (None, Some(flops)) => flop * f64::from(flops),
             (None, None) => 0.0,
         }
+    }
+}
+
+/// A clock rounded down to whole megahertz, where it has any: a limit that is printed must hold.
+fn down_to_megahertz(hertz: f64) -> Hertz {
+    Hertz(if hertz >= 1e6 { (hertz / 1e6).floor() * 1e6 } else { hertz })
+}
+
+impl FlatDram {
+    /// `background` and `refresh` of so many channels, over those of the file; 1 in a table that
+    /// does not know how many its own are for.
+    fn part(&self, channels: f64) -> f64 {
+        self.channels.map_or(1.0, |of| channels / f64::from(of))
     }
 }

@@ -1,6 +1,7 @@
 //! Costs of a machine that do not depend on a frame: prices, and the peak power of each block.
 
 use crate::accel::Machine;
+use crate::accel::bsu::network;
 use crate::accel::machine::DramModel;
 use crate::action::{Action, Buffer};
 use crate::dram::{CommandPrices, Device};
@@ -14,13 +15,33 @@ use crate::energy::{Area, Built, DramCosts, EnergyTable, Prices};
 /// A machine that the table has no price for.
 pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceError> {
     let inventory = machine.inventory();
-    let gating = &machine.gating;
+    let [idle_leakage, channels] = untimed(machine);
     let device = machine.device.as_deref().filter(|_| machine.dram.model != DramModel::Bandwidth);
     table.prices(&Built {
         inventory: &inventory,
-        idle_leakage: if gating.units { gating.residual } else { 1.0 },
+        idle_leakage,
         device: device.map(device_costs),
+        channels,
+        clock: machine.clock,
     })
+}
+
+/// What of a machine moves prices and may leave its timing as it is: the share of its leakage that
+/// a unit without work keeps, and memory channels.
+pub fn untimed(machine: &Machine) -> [f64; 2] {
+    let gating = &machine.gating;
+    [if gating.units { gating.residual } else { 1.0 }, channels(machine)]
+}
+
+/// Memory channels of a machine: with the `bandwidth` model as many as have its rate together.
+fn channels(machine: &Machine) -> f64 {
+    let channels = f64::from(machine.dram.channels);
+    match (&machine.device, machine.dram.model) {
+        (Some(device), DramModel::Bandwidth) => {
+            machine.dram.bandwidth.0 / (device.peak_gb_s() * 1e9 / channels)
+        }
+        (None, _) | (_, DramModel::Window | DramModel::Banked) => channels,
+    }
 }
 
 /// The prices of a DRAM device: one per byte, or one per command.
@@ -43,7 +64,7 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
         pj(&gaussian) / f64::from(ccu.initiation_interval)
             + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
         pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
-        pj(&[Action::CompareExchange]) * f64::from(compare_exchanges(gsu.bsu_width)),
+        pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64,
         pj(&[Action::Alpha, Action::Blend]),
     ];
     let inventory = machine.inventory();
@@ -61,10 +82,4 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
         blocks.push((buffer.name(), per_byte * bytes * watts + leakage));
     }
     blocks
-}
-
-/// Compare-exchanges of a bitonic network of `width` inputs.
-pub fn compare_exchanges(width: u32) -> u32 {
-    let steps = width.ilog2();
-    width / 2 * (steps * (steps + 1) / 2)
 }

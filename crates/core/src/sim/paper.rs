@@ -42,6 +42,7 @@ pub fn simulate(
         energy: breakdown(&counts, prices),
         standby: Standby::default(),
         area: None,
+        phy: None,
         display_w: label.display_w,
         model: ModelReport::Paper(PaperReport { fovea: FoveaSummary::of(workload) }),
     }

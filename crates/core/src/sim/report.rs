@@ -3,7 +3,7 @@
 use super::RegionReport;
 use crate::accel::FrameTiming;
 use crate::action::ActionCounts;
-use crate::energy::{Area, EnergyBreakdown, Standby};
+use crate::energy::{Area, EnergyBreakdown, Phy, Standby};
 use crate::workload::FrameWorkload;
 
 use crate::workload::reuse::ReuseSummary;
@@ -34,6 +34,8 @@ pub struct FrameReport {
     pub standby: Standby,
     /// Area of the chip by block, where the energy table knows it.
     pub area: Option<Area>,
+    /// The chip's side of the memory channels, outside of `area` and of every power.
+    pub phy: Option<Phy>,
     /// Display power of the frame's image, watts, where the trace carries the image means.
     pub display_w: Option<f64>,
     /// Results of one model only.

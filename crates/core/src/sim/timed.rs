@@ -121,6 +121,7 @@ pub fn priced(
         actions: timed.actions.clone(),
         standby: prices.standby(&activity),
         area: prices.area,
+        phy: prices.phy,
         display_w: label.display_w,
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timed.timing.clone(),

@@ -16,7 +16,9 @@ use powergs_core::workload::FrameWorkload;
 
 mod accelergy;
 mod alive;
+mod resources;
 mod sram;
+mod supply;
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 
@@ -30,8 +32,30 @@ fn prices() -> Prices {
         idle_leakage: 1.0,
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,
+        phy: None,
+        supply: None,
     }
 }
+
+/// A machine that has another amount of everything than the one that prices are for: every share
+/// and every curve shows.
+pub const UNLIKE: [&str; 15] = [
+    "clock=800 MHz",
+    "cache.capacity=32 KiB",
+    "cache.ways=8",
+    "ccu.initiation-interval=2",
+    "ccu.intersection-units=2",
+    "ccu.queue=8",
+    "fovea.accumulators=2",
+    "fovea.level-tests=2",
+    "gsu.pivots=15",
+    "gsu.keys-per-cycle=2",
+    "gsu.bsu-width=32",
+    "gsu.queue=2",
+    "vru.recurrence=2",
+    "vru.pixels-per-unit=8",
+    "dram.bandwidth=12.8 GB/s",
+];
 
 /// Prices of commands, no two of them alike.
 fn commands() -> Prices {

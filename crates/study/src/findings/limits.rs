@@ -69,7 +69,11 @@ pub const NOT_MODELLED: [Effect; 9] = [
     effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
     effect("address translation, interconnect and other users of the DRAM", Bias::Optimistic, ""),
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
-    effect("clock and voltage changes, temperature, wake-up times", Bias::Optimistic, ""),
+    effect(
+        "changes of clock and voltage in a frame, temperature, wake-up times",
+        Bias::Optimistic,
+        "",
+    ),
     effect("reads of one unit served before older ones of another", Bias::Either, "A33"),
     effect("lists of early tiles used before preprocessing ends", Bias::Pessimistic, "A28"),
 ];

@@ -2,11 +2,11 @@
 //! its own units.
 
 use crate::run_record::Run;
+use powergs_core::accel::bsu::network;
 use powergs_core::accel::machine::Overlap;
 use powergs_core::action::{Action, Stage};
 use powergs_core::energy::flops;
 use powergs_core::run::System;
-use powergs_core::sim::cost::compare_exchanges;
 
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,7 +76,7 @@ impl Roofline {
         let cores = f64::from(vru.cores);
         let per_qsu = f64::from(gsu.keys_per_cycle) * sum(&[Action::PivotKey]);
         let per_gsu = f64::from(gsu.qsu_per_core) * per_qsu
-            + f64::from(gsu.bsu_per_core) * f64::from(compare_exchanges(gsu.bsu_width));
+            + f64::from(gsu.bsu_per_core) * network(gsu.bsu_width) as f64;
         let per_core = f64::from(vru.units_per_core) * sum(&[Action::Alpha, Action::Blend]);
         let clock = machine.clock.0;
         let units = [

@@ -9,6 +9,7 @@ use super::library::Document;
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::{EnergyTable, Prices};
+use powergs_core::sim::cost::untimed;
 use powergs_frame::display::Display;
 
 /// A design: a machine that fits together, with its prices.
@@ -156,8 +157,7 @@ pub(super) fn full_id(
 ) -> u128 {
     let mut hash = Xxh3::new();
     hash.update(&timing.to_le_bytes());
-    let idle = if machine.gating.units { machine.gating.residual } else { 1.0 };
-    hash.update(&idle.to_le_bytes());
+    untimed(machine).iter().for_each(|x| hash.update(&x.to_le_bytes()));
     for priced in prices {
         hash.update(priced.label.as_bytes());
         hash.update(&priced.table.id.to_le_bytes());

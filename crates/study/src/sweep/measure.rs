@@ -1,11 +1,11 @@
 //! The measures that have a unit in a text, as numbers in SI units and back.
 //!
-//! Expressions count in bytes, hertz, seconds, joules, watts, bytes per second and joules per byte;
-//! areas stay in mm² and technology nodes in nanometres, as reports have them.
+//! Expressions count in bytes, hertz, seconds, joules, watts, volts, bytes per second and joules
+//! per byte; areas stay in mm² and technology nodes in nanometres, as reports have them.
 
 use powergs_base::quantity::{
     Bytes, BytesPerSecond, Hertz, Nanometres, Nanoseconds, Picojoules, PicojoulesPerByte, Quantity,
-    SquareMillimetres, Watts,
+    SquareMillimetres, Volts, Watts,
 };
 
 /// What a number with a unit measures.
@@ -29,6 +29,8 @@ pub enum Measure {
     Area,
     /// Nanometres.
     Node,
+    /// Volts.
+    Voltage,
 }
 
 /// The largest number of bytes that a number holds exactly.
@@ -36,7 +38,7 @@ const BYTES_MAX: f64 = (1u64 << 53) as f64;
 
 impl Measure {
     /// All measures.
-    pub const ALL: [Measure; 9] = [
+    pub const ALL: [Measure; 10] = [
         Measure::Size,
         Measure::Bandwidth,
         Measure::Frequency,
@@ -46,6 +48,7 @@ impl Measure {
         Measure::Power,
         Measure::Area,
         Measure::Node,
+        Measure::Voltage,
     ];
 
     /// With its article: `a bandwidth`.
@@ -60,6 +63,7 @@ impl Measure {
             Measure::Power => Watts::KIND,
             Measure::Area => SquareMillimetres::KIND,
             Measure::Node => Nanometres::KIND,
+            Measure::Voltage => Volts::KIND,
         }
     }
 
@@ -75,6 +79,7 @@ impl Measure {
             Measure::Power => Watts::unit_names(),
             Measure::Area => SquareMillimetres::unit_names(),
             Measure::Node => Nanometres::unit_names(),
+            Measure::Voltage => Volts::unit_names(),
         }
     }
 
@@ -88,7 +93,8 @@ impl Measure {
             | Measure::Frequency
             | Measure::Power
             | Measure::Area
-            | Measure::Node => 1.0,
+            | Measure::Node
+            | Measure::Voltage => 1.0,
         }
     }
 
@@ -110,6 +116,7 @@ impl Measure {
             Measure::Power => of::<Watts>(text, |q| q.0),
             Measure::Area => of::<SquareMillimetres>(text, |q| q.0),
             Measure::Node => of::<Nanometres>(text, |q| q.0),
+            Measure::Voltage => of::<Volts>(text, |q| q.0),
         };
         read.map(|number| number / self.per_base())
     }
@@ -136,6 +143,7 @@ impl Measure {
             Measure::Power => Watts(scaled).to_string(),
             Measure::Area => SquareMillimetres(scaled).to_string(),
             Measure::Node => Nanometres(scaled).to_string(),
+            Measure::Voltage => Volts(scaled).to_string(),
         })
     }
 

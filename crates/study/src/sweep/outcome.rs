@@ -17,7 +17,7 @@ pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "powe
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
-const MEANS: [&str; 25] = [
+const MEANS: [&str; 27] = [
     "frame_time_ms",
     "displayed_fps",
     "deadline_missed",
@@ -28,6 +28,8 @@ const MEANS: [&str; 25] = [
     "display_power_w",
     "rendering_plus_display_w",
     "area_mm2.*",
+    "phy_mm2",
+    "phy_standby_w",
     "dram_read_bytes",
     "dram_write_bytes",
     "sram_bytes",

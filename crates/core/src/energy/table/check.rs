@@ -2,9 +2,10 @@
 
 use super::sram::key_of;
 use super::{
-    ActionPrice, BytePrice, EnergyTable, PowerPrice, SramCacti, SramMacro, SramPrices, SramTable,
+    ActionPrice, BytePrice, EnergyTable, Parts, PowerPrice, SramCacti, SramMacro, SramPrices,
+    SramTable,
 };
-use crate::action::{Action, Buffer};
+use crate::action::{Action, Buffer, Part};
 use powergs_base::config::references::is_source;
 
 type Found = Vec<(String, String)>;
@@ -32,6 +33,9 @@ pub(super) fn problems(table: &EnergyTable) -> Found {
     sram(table, &mut found);
     nodes(table, &mut found);
     area(table, &mut found);
+    parts(table, &mut found);
+    phy(table, &mut found);
+    supply(table, &mut found);
     found
 }
 
@@ -103,6 +107,84 @@ fn dram(table: &EnergyTable, found: &mut Found) {
     byte("dram.flat.write", &flat.write, found);
     power("dram.flat.background", &flat.background, found);
     power("dram.flat.refresh", &flat.refresh, found);
+    let standby = !flat.background.free || !flat.refresh.free;
+    if flat.channels.is_none() && standby {
+        let message = "missing key `channels` in [dram.flat]: write how many memory channels \
+                       `background` and `refresh` are for, e.g. channels = 8";
+        found.push(("dram.flat".into(), message.into()));
+    }
+}
+
+/// Published units are divided over what they consist of.
+fn parts(table: &EnergyTable, found: &mut Found) {
+    let leakage = &table.leakage;
+    let leaks = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
+    let Some(parts) = &table.parts else {
+        if table.area.is_some() || leaks.iter().any(|l| !l.free) {
+            let message = "missing table [parts]: it says what of a unit grows with its widths and \
+                           depths; copy it from gscore-28nm (`arch show gscore-28nm`)";
+            found.push(("parts".into(), message.into()));
+        }
+        return;
+    };
+    for part in Part::ALL {
+        source(Parts::key(part), &parts.of(part).source, found);
+    }
+    for (key, sum) in parts.too_much() {
+        let message = format!("the shares in `{key}` sum to {sum:.3}: they must be at most 1");
+        found.push((key.into(), message));
+    }
+}
+
+fn phy(table: &EnergyTable, found: &mut Found) {
+    let Some(phy) = &table.phy else {
+        if table.area.is_some() {
+            let message = "missing table [phy]: area and standby power of the chip's side of one \
+                           memory channel; copy it from gscore-28nm (`arch show gscore-28nm`)";
+            found.push(("phy".into(), message.into()));
+        }
+        return;
+    };
+    if phy.area.area.0 == 0.0 {
+        found.push(("phy.area".into(), "`phy.area.area` is zero: no PHY takes no area".into()));
+    }
+    source("phy.area", &phy.area.source, found);
+    power("phy.standby", &phy.standby, found);
+}
+
+fn supply(table: &EnergyTable, found: &mut Found) {
+    let Some(supply) = &table.supply else { return };
+    source("supply", &supply.source, found);
+    let choice = &supply.curve;
+    match (choice.node, table.node) {
+        (Some(curve), Some(node)) if curve != node => {
+            let message = format!("`supply.curve.node` = {curve} and `node` = {node} disagree");
+            found.push(("supply.curve".into(), message));
+        }
+        _ => {}
+    }
+    match &choice.source {
+        Some(given) => source("supply.curve", given, found),
+        None if choice.node.is_none() => {
+            let message = "`supply.curve` is of your own: say where it is from in `source`";
+            found.push(("supply.curve".into(), message.into()));
+        }
+        None => {}
+    }
+    let voltage = supply.voltage.0;
+    match choice.curve() {
+        Ok(curve) if !(curve.lowest.0..=curve.highest.0).contains(&voltage) => {
+            let message = format!(
+                "`supply.voltage` = {voltage} V is outside of `supply.curve`: {} to {} V",
+                curve.lowest.0, curve.highest.0
+            );
+            found.push(("supply.voltage".into(), message));
+        }
+        Ok(_) => {}
+        Err(message) => {
+            found.push(("supply.curve".into(), format!("`supply.curve`: {message}")));
+        }
+    }
 }
 
 fn sram(table: &EnergyTable, found: &mut Found) {

@@ -3,7 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use powergs_base::quantity::{Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Watts};
+use crate::energy::node;
+use crate::energy::supply::Curve;
+use powergs_base::quantity::{
+    Hertz, Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Volts, Watts,
+};
 
 /// The price of one action: exactly one of `energy`, `flops` and `free`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -112,6 +116,86 @@ pub struct FlatDram {
     pub background: PowerPrice,
     /// Refresh of the whole memory.
     pub refresh: PowerPrice,
+    /// Channels that `background` and `refresh` are for: a machine with another number has them in
+    /// proportion. With the `bandwidth` model a channel is as much of `dram.bandwidth` as a channel
+    /// of `dram.device` has. Needed in a file.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "channels"))]
+    pub channels: Option<u32>,
+}
+
+/// The `[phy]` table: the chip's side of one memory channel, outside of the area and the power of
+/// the chip.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PhyPrices {
+    /// Of one channel.
+    pub area: AreaPrice,
+    /// Standby of one channel.
+    pub standby: PowerPrice,
+}
+
+/// The `[supply]` table: the clock and the voltage that the prices are for, and how fast the gates
+/// are at others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SupplyPrices {
+    /// Clock that the units reach at `voltage`.
+    pub clock: Hertz,
+    /// Voltage that the prices are for.
+    pub voltage: Volts,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+    /// How fast the gates are at other voltages.
+    pub curve: CurveChoice,
+}
+
+/// A voltage-frequency curve: `node` of `nodes.toml`, or all the other keys.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CurveChoice {
+    /// The curve of this node in `nodes.toml`.
+    pub node: Option<Nanometres>,
+    /// Effective threshold.
+    pub threshold: Option<Volts>,
+    /// Exponent of the overdrive.
+    #[schemars(range(min = 1.0, max = 3.0), extend("x-unit" = "exponent"))]
+    pub exponent: Option<f64>,
+    /// Voltage that makes the leakage current e times as large.
+    pub leakage_slope: Option<Volts>,
+    /// Lowest voltage.
+    pub lowest: Option<Volts>,
+    /// Highest voltage.
+    pub highest: Option<Volts>,
+    /// Key of `references.toml` or assumption number; a curve of `nodes.toml` brings its own.
+    pub source: Option<String>,
+}
+
+impl CurveChoice {
+    /// The curve.
+    ///
+    /// # Errors
+    /// What is missing or wrong, in one line.
+    pub fn curve(&self) -> Result<Curve, String> {
+        let own = (|| {
+            Some(Curve {
+                threshold: self.threshold?,
+                exponent: self.exponent?,
+                leakage_slope: self.leakage_slope?,
+                lowest: self.lowest?,
+                highest: self.highest?,
+            })
+        })();
+        let curve = match (self.node, own) {
+            (Some(node), None) => node::curve(node)?,
+            (None, Some(own)) => own,
+            _ => {
+                return Err("needs either `node`, or `threshold`, `exponent`, `leakage-slope`, \
+                            `lowest`, `highest` and `source`"
+                    .into());
+            }
+        };
+        curve.problem().map_or(Ok(curve), Err)
+    }
 }
 
 /// The `[leakage]` table, per unit.

@@ -2,6 +2,7 @@
 
 use super::{EnergyTable, Factor, Scaling};
 use crate::energy::node::{self, Scaled};
+use crate::energy::supply::Supply;
 use powergs_base::quantity::Nanometres;
 
 /// Factors on the prices of a file; all 1 where it has no `[scaling]`.
@@ -13,6 +14,20 @@ pub(super) struct Factors {
     pub(super) sram_energy: f64,
     pub(super) sram_leakage: f64,
     pub(super) sram_area: f64,
+}
+
+impl Factors {
+    /// The same at another voltage.
+    pub(super) fn at(self, supply: Option<&Supply>) -> Factors {
+        let Some(supply) = supply else { return self };
+        Factors {
+            energy: self.energy * supply.energy,
+            leakage: self.leakage * supply.leakage,
+            sram_energy: self.sram_energy * supply.energy,
+            sram_leakage: self.sram_leakage * supply.leakage,
+            ..self
+        }
+    }
 }
 
 impl Scaling {

@@ -2,9 +2,9 @@
 
 use approx::assert_relative_eq;
 use powergs_base::config::embedded::{ENERGY, find};
-use powergs_base::quantity::Bytes;
+use powergs_base::quantity::{Bytes, Hertz};
 use powergs_core::accel::Machine;
-use powergs_core::action::{Action, Buffer, Inventory, Memory};
+use powergs_core::action::{Action, Buffer, Inventory, Memory, Part};
 use powergs_core::energy::table::PriceError;
 use powergs_core::energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
 use powergs_core::sim::cost;
@@ -25,7 +25,8 @@ fn on_gscore(name: &str) -> Prices {
 }
 
 fn priced(table: &EnergyTable, inventory: &Inventory) -> Result<Prices, PriceError> {
-    table.prices(&Built { inventory, idle_leakage: 1.0, device: None })
+    let (channels, clock) = (8.0, Hertz(1e9));
+    table.prices(&Built { inventory, idle_leakage: 1.0, device: None, channels, clock })
 }
 
 /// Prices per byte of DRAM read, its background and refresh.
@@ -41,7 +42,11 @@ fn dram(prices: &Prices) -> [f64; 3] {
 /// One bank of this size in every buffer, one unit of every kind.
 fn inventory(bytes: u64) -> Inventory {
     let memory = Memory { bank: Bytes(bytes), banks: 1, word: Bytes(32), two_ports: false };
-    Inventory { memories: [memory; Buffer::ALL.len()], units: [1; 4], unit_percent: [100; 4] }
+    Inventory {
+        memories: [memory; Buffer::ALL.len()],
+        units: [1; 4],
+        parts: [1.0; Part::ALL.len()],
+    }
 }
 
 fn pj(prices: &Prices, action: Action) -> f64 {

@@ -1,19 +1,21 @@
 //! Every price of every table moves an output: the energy of a frame in which everything happens,
-//! or the area.
+//! the area, or the PHY.
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::action::{Action, ActionCounts, Stage};
 use powergs_core::dram::{DramCommands, StageCommands};
-use powergs_core::energy::{Activity, EnergyTable};
+use powergs_core::energy::{Activity, EnergyTable, Phy};
 use powergs_core::sim::cost;
 use toml::Value;
 
-/// Energy of a frame with some of everything, pJ, and area, mm².
-fn outputs(text: &str) -> (f64, f64) {
+use super::UNLIKE;
+
+/// Energy of a frame with some of everything, pJ, area, mm², and the PHY.
+fn outputs(text: &str) -> (f64, f64, Option<Phy>) {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
-    let sets = ["cache.capacity=32 KiB".to_owned()];
+    let sets = UNLIKE.map(str::to_owned);
     let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
     machine.dram.model = if table.dram.device { DramModel::Banked } else { DramModel::Bandwidth };
     let prices = cost::prices(&table, &machine).unwrap();
@@ -24,10 +26,10 @@ fn outputs(text: &str) -> (f64, f64) {
     let stage = StageCommands { reads: 1000, writes: 1000, activates: 1000 };
     let dram = Some(DramCommands { stages: [stage; 3], refreshes: 10, ..DramCommands::default() });
     let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
-    (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0))
+    (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0), prices.phy)
 }
 
-/// Every number in a table with its path, half as large again.
+/// Every number in a table with its path, half as large again; shares, which have a limit, half.
 fn larger(value: &Value, path: &str, all: &mut Vec<(String, Value)>) {
     match value {
         Value::Table(table) => {
@@ -42,7 +44,10 @@ fn larger(value: &Value, path: &str, all: &mut Vec<(String, Value)>) {
             }
         }
         Value::Integer(n) => all.push((path.to_owned(), (n * 2).into())),
-        Value::Float(x) => all.push((path.to_owned(), (x * 1.5).into())),
+        Value::Float(x) => {
+            let is_share = path.starts_with(".parts.");
+            all.push((path.to_owned(), (x * if is_share { 0.5 } else { 1.5 }).into()));
+        }
         Value::Boolean(_) | Value::Datetime(_) | Value::Array(_) => {}
     }
 }
@@ -67,7 +72,15 @@ fn every_price_moves_an_output() {
             let zero = new.as_str().is_some_and(|text| text.starts_with("0 "));
             let free = file.name == "paper" && zero;
             // Rows of another node and temperature are refused, and the name of a node is a name.
-            let node = [".node", ".scaling.from", ".sram.cacti.node", ".sram.cacti.temperature"];
+            // A higher nominal voltage is outside of the curve.
+            let node = [
+                ".node",
+                ".scaling.from",
+                ".sram.cacti.node",
+                ".sram.cacti.temperature",
+                ".supply.curve.node",
+                ".supply.voltage",
+            ];
             if free || path == ".description" || node.contains(&path.as_str()) {
                 continue;
             }
@@ -83,9 +96,11 @@ fn every_price_moves_an_output() {
 fn cell_temperature_and_node_move_an_output() {
     let text = find(ENERGY, "gscore-28nm").unwrap();
     let before = outputs(text);
-    for (from, to) in
-        [("cell = \"lop\"", "cell = \"hp\""), ("temperature = 350", "temperature = 300")]
-    {
+    for (from, to) in [
+        ("cell = \"lop\"", "cell = \"hp\""),
+        ("temperature = 350", "temperature = 300"),
+        ("voltage = \"0.9 V\"", "voltage = \"0.85 V\""),
+    ] {
         assert!(text.contains(from));
         assert_ne!(before, outputs(&text.replacen(from, to, 1)), "{to}");
     }

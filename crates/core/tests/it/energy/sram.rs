@@ -98,8 +98,13 @@ fn banks_outside_are_refused_unless_allowed_and_near() {
     assert!(half.read_pj < whole.read_pj && half.read_pj > 0.5 * whole.read_pj);
     assert!(half.area_mm2 < whole.area_mm2);
     assert_eq!(allowed(1024, 2).expect("near").read_pj, one(1024, 4).read_pj);
-    let wide = allowed(1024, 64).expect("near").read_pj;
-    assert_eq!(wide, 2.0 * one(1024, 32).read_pj, "two accesses");
+    let wide = allowed(1024, 64).expect("near");
+    assert!(
+        wide.area_mm2 > one(1024, 32).area_mm2,
+        "two banks of 512 B take more than one of 1 KiB"
+    );
+    let beside = allowed(512, 32).expect("near");
+    assert_eq!((wide.read_pj, wide.area_mm2), (2.0 * beside.read_pj, 2.0 * beside.area_mm2));
     for (size, word) in [(0, 32), (255, 16), ((4 << 20) + 1, 32), (1024, 0), (u64::MAX, 4)] {
         assert!(allowed(size, word).is_err(), "{size} {word}");
     }

@@ -64,8 +64,9 @@ fn dead_keys(file: &Embedded) -> Vec<String> {
     let needs_commands = file.text.contains("device = true");
     let model = if needs_commands { "banked" } else { "bandwidth" };
     let on = |lift: &[String]| {
-        let sets =
-            [&[format!("dram.model={model}"), "cache.capacity=64 KiB".into()], lift].concat();
+        let mut sets = crate::energy::UNLIKE.map(str::to_owned).to_vec();
+        sets.push(format!("dram.model={model}"));
+        sets.extend_from_slice(lift);
         Machine::parse_with(MACHINES[0].text, &sets).expect("a machine")
     };
     let machine = on(&[]);

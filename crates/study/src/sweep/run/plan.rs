@@ -12,6 +12,7 @@ use super::watch::SweepWatch;
 use crate::sweep::design::{Design, Rejected};
 use crate::sweep::outcome::OUTCOME_VERSION;
 use powergs_core::sim::MODEL_VERSION;
+use powergs_core::sim::cost::untimed;
 use powergs_core::workload::Geometry;
 
 /// Designs that are made at a time while the space is walked.
@@ -151,10 +152,8 @@ fn planned(point: Option<u64>, design: &Design) -> Found {
 
 /// Hash of what an energy table and the display make of a timing.
 fn price_id(design: &Design, table: usize) -> u128 {
-    let gating = &design.machine.gating;
-    let idle = if gating.units { gating.residual } else { 1.0 };
     let mut hash = Xxh3::new();
-    hash.update(&idle.to_le_bytes());
+    untimed(&design.machine).iter().for_each(|x| hash.update(&x.to_le_bytes()));
     hash.update(&design.prices[table].table.id.to_le_bytes());
     hash.update(&design.display.as_ref().map_or(0, |d| d.id).to_le_bytes());
     hash.update(&design.display_fps.to_le_bytes());

@@ -132,6 +132,25 @@ pub(super) fn area(list: &mut List) {
     }
 }
 
+/// What lies beside the chip that papers compare.
+pub(super) fn phy(list: &mut List) {
+    real(
+        list,
+        "phy_mm2",
+        "mm2",
+        "Area of the chip's side of the memory channels (PHY); not part of `area_mm2.total`.",
+        |f, _| Some(f.phy?.area_mm2),
+    );
+    real(
+        list,
+        "phy_standby_w",
+        "W",
+        "Standby power of the chip's side of the memory channels (PHY); not part of `power_w` and \
+         `energy_pj`.",
+        |f, _| Some(f.phy?.standby_w),
+    );
+}
+
 pub(super) fn energy(list: &mut List) {
     real(
         list,

@@ -1,0 +1,235 @@
+//! No free lunch: twice of every capacity and rate of a machine costs area, PHY, standing power or
+//! energy of an action. Keys that cost nothing on purpose are listed with their reason.
+
+use powergs_base::config::embedded::{ENERGY, MACHINES, find};
+use powergs_base::config::{KeyDoc, key_docs, knob};
+use powergs_core::accel::Machine;
+use powergs_core::energy::{EnergyTable, Prices, same_costs};
+use powergs_core::sim::cost;
+use toml::{Table, Value};
+
+/// Keys of which less is better: they are halved.
+const LESS_IS_BETTER: [&str; 3] = ["ccu.initiation-interval", "vru.recurrence", "vru.blend-stall"];
+
+/// Keys, or tables of keys, without a price.
+const FREE: [(&str, &str); 14] = [
+    ("geometry", "decides the work, not what is built; buffers that it needs have a price"),
+    ("record", "bytes that are moved: paid for as work"),
+    ("fovea.record", "as `record`"),
+    ("fovea.feature", "as `record`"),
+    ("ccu.latency", "depth of the published pipeline: what the clock makes of the logic"),
+    ("gsu.qsu-latency", "as `ccu.latency`"),
+    ("gsu.bsu-latency", "as `ccu.latency`"),
+    ("vru.latency", "as `ccu.latency`"),
+    ("gsu.reuse-period", "a policy"),
+    ("schedule.merge-below", "a policy"),
+    ("gating.residual", "a property of the technology"),
+    ("dram.efficiency", "a property of the memory under this access pattern"),
+    ("dram.latency", "a property of the memory"),
+    ("dram.controller-latency", "a property of the memory's controller"),
+];
+
+/// A machine of which everything can be had twice.
+const BASE: [&str; 6] = [
+    "clock=500 MHz",
+    "cache.capacity=32 KiB",
+    "vru.blend-stall=2",
+    "ccu.initiation-interval=8",
+    "gating.units=true",
+    "schedule.merge-below=64",
+];
+
+/// With each kind of price of the memory.
+const MEMORIES: [[&str; 2]; 2] = [
+    ["dram.model=bandwidth", "energy=gscore-28nm"],
+    ["dram.model=window", "energy=gscore-28nm-device"],
+];
+
+fn base(memory: [&str; 2]) -> Table {
+    let sets: Vec<String> = BASE.iter().chain(&memory).map(|s| (*s).to_owned()).collect();
+    let text = find(MACHINES, "gscore").expect("a machine");
+    Machine::parse_with(text, &sets).expect("a good machine").to_toml().parse().expect("TOML")
+}
+
+fn prices(table: &Table) -> Result<Prices, String> {
+    let machine = Machine::parse(&table.to_string()).map_err(|e| e.to_string())?;
+    let text = find(ENERGY, &machine.energy).expect("a table");
+    let energy = EnergyTable::parse(text).expect("a good table");
+    cost::prices(&energy, &machine).map_err(|e| e.to_string())
+}
+
+/// What a machine costs, named.
+fn costs(p: &Prices) -> Vec<(String, f64)> {
+    let phy = p.phy.expect("a PHY");
+    let [background, refresh] = p.dram.standby_w();
+    let mut all = vec![
+        ("area".into(), p.area.expect("an area").total().0),
+        ("PHY area".into(), phy.area_mm2),
+        ("PHY standby".into(), phy.standby_w),
+        ("leakage".into(), p.leakage_w()),
+        ("background".into(), background),
+        ("refresh".into(), refresh),
+    ];
+    all.extend(p.per_action.iter().enumerate().map(|(i, &pj)| (format!("action {i}"), pj)));
+    all
+}
+
+/// The costs that are higher in the second machine.
+fn grown(before: &Prices, after: &Prices) -> Vec<String> {
+    let pairs = costs(before).into_iter().zip(costs(after));
+    let higher = pairs.filter(|((_, a), (_, b))| *b > a * (1.0 + 1e-9));
+    higher.map(|((name, _), _)| name).collect()
+}
+
+fn is_number(value: &Value) -> bool {
+    let text = |t: &str| t.starts_with(|c: char| c.is_ascii_digit()) && t.contains(' ');
+    value.is_integer() || value.is_float() || value.as_str().is_some_and(text)
+}
+
+fn is_free(path: &str) -> bool {
+    FREE.iter().any(|(free, _)| {
+        path.strip_prefix(free).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    })
+}
+
+/// What twice (or half) of a key costs more of, with any of the memories; `None` for a key without
+/// a number.
+fn cost_of(doc: &KeyDoc) -> Option<Vec<String>> {
+    let mut found = Vec::new();
+    for memory in MEMORIES {
+        let table = base(memory);
+        let value = knob::values(&table, &doc.path).pop().expect("every key has a value");
+        if !is_number(&value) {
+            return None;
+        }
+        let factor = if LESS_IS_BETTER.contains(&doc.path.as_str()) { 0.5 } else { 2.0 };
+        let more = knob::scaled(&value, factor).expect("a number can be scaled");
+        let mut changed = table.clone();
+        assert!(knob::set(&mut changed, &doc.path, &more), "{}", doc.path);
+        let before = prices(&table).expect("a good machine");
+        match prices(&changed) {
+            Ok(after) => {
+                assert_eq!(same_costs(&before, &after), before == after);
+                found.extend(grown(&before, &after));
+            }
+            // Only what is free may be impossible: a tile of 32 needs other sort groups.
+            Err(e) => assert!(is_free(&doc.path), "{}: {e}", doc.path),
+        }
+    }
+    Some(found)
+}
+
+#[test]
+fn twice_of_every_resource_costs_something() {
+    let docs = key_docs::<Machine>();
+    let (mut unpriced, mut priced, mut counted) = (Vec::new(), Vec::new(), 0);
+    for doc in docs.iter().filter(|d| !d.table) {
+        let Some(grown) = cost_of(doc) else { continue };
+        counted += 1;
+        println!("{}: {}", doc.path, grown.join(", "));
+        if is_free(&doc.path) {
+            // A key that has a price is no longer on the list of those that have none.
+            if !grown.is_empty() {
+                priced.push((doc.path.clone(), grown));
+            }
+        } else if grown.is_empty() {
+            unpriced.push(doc.path.clone());
+        }
+    }
+    assert!(unpriced.is_empty(), "these cost nothing: {unpriced:#?}");
+    assert!(priced.is_empty(), "these are listed as free: {priced:#?}");
+    assert!(counted > 60, "{counted} numbers");
+}
+
+/// The preset is the machine that prices are for: dividing them moved nothing.
+#[test]
+fn gscore_costs_what_was_published() {
+    let text = find(MACHINES, "gscore").expect("a machine");
+    let machine = Machine::parse(text).expect("a good machine");
+    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    let with = cost::prices(&energy, &machine).expect("prices");
+    let mut whole = energy.clone();
+    whole.parts = None;
+    whole.supply = None;
+    let without = cost::prices(&whole, &machine).expect("prices");
+    let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} for {b}");
+    for ((name, a), (_, b)) in costs(&with).into_iter().zip(costs(&without)) {
+        println!("{name}");
+        close(a, b);
+    }
+    let supply = with.supply.expect("a curve");
+    assert_eq!((supply.energy, supply.leakage, supply.voltage), (1.0, 1.0, 0.9));
+}
+
+/// Sixteen box testers, a network of 256 inputs, and units that take a Gaussian in eight cycles.
+#[test]
+fn units_grow_with_what_is_in_them() {
+    let text = find(MACHINES, "gscore").expect("a machine");
+    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    let of = |set: &str| {
+        let machine = Machine::parse_with(text, &[set.to_owned()]).expect("a good machine");
+        cost::prices(&energy, &machine).expect("prices")
+    };
+    let unit = |set: &str, i: usize| {
+        let (new, old) = (of(set), of("ccu.queue=4"));
+        let area = |p: &Prices| p.area.expect("an area").units[i].0;
+        let ratio = area(&new) / area(&old);
+        let leakage = new.unit_leakage_w[i] / old.unit_leakage_w[i];
+        assert!((ratio - leakage).abs() < 1e-12, "{set}: leakage follows area");
+        ratio
+    };
+    let is = |set: &str, i: usize, wanted: f64| {
+        let ratio = unit(set, i);
+        assert!((ratio - wanted).abs() < 1e-9, "{set}: {ratio}, not {wanted}");
+    };
+    is("ccu.intersection-units=16", 0, 1.0 + 15.0 * 0.09);
+    is("ccu.initiation-interval=8", 0, 1.0 - 0.6 * 7.0 / 8.0);
+    is("ccu.queue=8", 0, 1.0 + 0.012);
+    is("ccu.batch=128", 0, 1.0 + 0.012 / 2.0);
+    is("gsu.keys-per-cycle=64", 1, 1.0 + 63.0 * 0.7);
+    // 4,608 compare-exchanges for 80.
+    is("gsu.bsu-width=256", 2, 1.0 + 0.8 * (4608.0 / 80.0 - 1.0));
+    is("gsu.queue=2", 2, 1.0 + 0.06 * 128.0 / 192.0);
+    is("vru.speculation=2", 2, 1.0 + 0.06 * 64.0 / 192.0);
+    is("vru.pixels-per-unit=8", 3, 1.05);
+    is("vru.tile-overlap=true", 3, 1.05);
+    is("vru.recurrence=1", 3, 1.0 + 3.0 * 0.08);
+    is("vru.blend-stall=1", 3, 1.0 - 0.41 / 2.0);
+    is("fovea.accumulators=2", 3, 1.46);
+    is("fovea.accumulators=0", 3, 1.0);
+    // A key is compared with every pivot.
+    let key = powergs_core::action::Action::PivotKey;
+    let ratio = of("gsu.pivots=14").of(key).0 / of("gsu.pivots=7").of(key).0;
+    assert!((ratio - 1.9).abs() < 1e-12, "{ratio}");
+}
+
+/// Standing powers and the PHY go with the channels, whichever way the machine has them.
+#[test]
+fn memory_standby_is_in_proportion_to_the_channels() {
+    let text = find(MACHINES, "gscore").expect("a machine");
+    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    let of = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        let machine = Machine::parse_with(text, &sets).expect("a good machine");
+        cost::prices(&energy, &machine).expect("prices")
+    };
+    let base = of(&[]);
+    assert_eq!(base.dram.standby_w(), [0.0252, 0.0228]);
+    let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} for {b}");
+    for (sets, times) in [
+        (&["dram.bandwidth=6.4 GB/s"][..], 0.125),
+        (&["dram.bandwidth=102.4 GB/s"], 2.0),
+        (&["dram.model=window", "dram.channels=16"], 2.0),
+        // Channels of LPDDR5 have twice the rate: half as many.
+        (&["dram.device=lpddr5-6400-x16x4"], 0.5),
+    ] {
+        let prices = of(sets);
+        let (new, old) = (prices.dram.standby_w(), base.dram.standby_w());
+        close(new[0], times * old[0]);
+        close(new[1], times * old[1]);
+        let phy = |p: &Prices| p.phy.expect("a PHY");
+        close(phy(&prices).area_mm2, times * phy(&base).area_mm2);
+        close(phy(&prices).standby_w, times * phy(&base).standby_w);
+        assert_eq!(prices.area, base.area, "the PHY is no part of the chip's area");
+    }
+}
