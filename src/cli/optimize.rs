@@ -44,7 +44,6 @@ The result is runs/snow/final.ply, and its trace for the simulator:
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
-    #[arg(required_unless_present = "demo")]
     pub model: Option<PathBuf>,
     /// A generated scene, end to end in a minute or so
     #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "lod"])]
@@ -366,6 +365,10 @@ fn named_file(text: &str) -> Result<(String, PathBuf), String> {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
     // What is wrong with the arguments is said before anything is loaded.
+    if args.model.is_none() && !args.demo {
+        let what = "optimize: no model; name a trained one, or try --demo, which generates a scene";
+        return Err(Failure::new(Exit::Usage, what));
+    }
     let settings = request::settings(args)?;
     let goals = request::goals(args, &settings)?;
     if args.demo && !context.global.quiet {

@@ -113,7 +113,7 @@ fn check(
 ) -> Result<Option<VerifyReport>, Failure> {
     let size = file.metadata().map_or(0, |m| m.len());
     let progress = super::progress::Progress::new(context, size, "bytes");
-    let visited = trace::visit_intact(file, |header, frame| {
+    let visited = trace::visit_intact(file, context.global.memory, |header, frame| {
         progress.advance(frame.bytes());
         keep(header, frame)?;
         Ok(match context.is_cancelled() {

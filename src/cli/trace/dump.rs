@@ -52,7 +52,11 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("--frame {frame}: the trace has {frames} frames, numbered from 0");
         return Err(Failure::new(Exit::Usage, what));
     }
-    let frame = reader.frame(args.frame).or_exit(Exit::BadInput, args.file.display())?;
+    let name = || args.file.display();
+    let frame = reader.read_block(args.frame).or_exit(Exit::BadInput, name())?;
+    let within = context.global.memory.check(frame.decoding_bytes());
+    within.or_exit(Exit::BadInput, format_args!("{}: frame {}", name(), args.frame))?;
+    let frame = frame.decode().or_exit(Exit::BadInput, name())?;
     let table = |out: &mut dyn Write| match args.what {
         What::Splats => splats(&frame, out),
         What::Pixels => pixels(&frame, out),

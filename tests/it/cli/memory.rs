@@ -61,3 +61,20 @@ fn pairs_are_counted_before_lists_are_built() {
     }
     run(folder.path(), &["replay", "a.bin", "--out", "r", "-q"]).success();
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_frame_is_measured_before_it_is_decoded() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.ply"), ply(&sample(40, 1))).unwrap();
+    let words = ["extract", "a.ply", "--orbit", "1", "--size", "640x480", "-o", "a.bin", "-q"];
+    run(folder.path(), &words).success();
+    let told = || contains("of memory, and 1 MiB are allowed").and(contains("--memory"));
+    for command in [&["trace", "dump", "a.bin", "--frame", "0"][..], &["replay", "a.bin"]] {
+        let refused = run(folder.path(), &[command, &["--memory", "1 MiB"]].concat()).code(3);
+        refused.stderr(told());
+    }
+    let verified = run(folder.path(), &["trace", "verify", "a.bin", "--memory", "1 MiB"]).code(3);
+    verified.stdout(told());
+    run(folder.path(), &["trace", "verify", "a.bin"]).success();
+}

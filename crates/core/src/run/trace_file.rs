@@ -111,8 +111,7 @@ impl Frames for TraceFile {
         let block = self.reader.read_block(position as u64);
         let block = block.map_err(|e| RunError::input(&self.path, e))?;
         let path = Arc::clone(&self.path);
-        // Columns, and the numbers that are made of them.
-        let bytes = block.raw_bytes().saturating_mul(2);
+        let bytes = block.decoding_bytes();
         let name = &block.facts().camera.name;
         self.budget.check(bytes).map_err(|over| RunError::Input {
             place: path.to_string(),

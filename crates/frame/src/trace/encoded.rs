@@ -122,10 +122,11 @@ impl EncodedFrame {
         Ok(FrameInfo { head: self.head.clone(), bytes: self.bytes(), columns })
     }
 
-    /// Bytes of all columns before compression, as their headers promise.
-    pub fn raw_bytes(&self) -> u64 {
+    /// Memory that decoding takes, bytes: the columns as their headers promise them, and the
+    /// numbers that are made of them.
+    pub fn decoding_bytes(&self) -> u64 {
         let raw = self.blocks().map(|block| block.map_or(0, |block| block.header.raw));
-        raw.fold(0, u64::saturating_add)
+        raw.fold(0, u64::saturating_add).saturating_mul(2)
     }
 
     /// The frame, decoded. Checksums, lengths and [`Frame::check`] all hold.

@@ -3,6 +3,8 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
+use powergs_base::budget::Budget;
+
 use super::encoded::EncodedFrame;
 use super::error::TraceError;
 use super::head::TraceHeader;
@@ -61,10 +63,14 @@ impl VerifyReport {
     }
 
     /// Decodes a frame, the `due`-th, and returns whether it is intact.
-    fn takes(&mut self, frame: &EncodedFrame, due: u64) -> bool {
+    fn takes(&mut self, frame: &EncodedFrame, due: u64, budget: Budget) -> bool {
         let (number, start) = (frame.head().number, frame.start());
         if number != due && self.damaged_places == 0 {
             self.add(start, format!("frame {number} where {due} is due"));
+        }
+        if let Err(over) = budget.check(frame.decoding_bytes()) {
+            self.add(start, format!("frame {number} {over}"));
+            return false;
         }
         let facts = frame.head().check(&self.header);
         let decoded = facts
@@ -86,22 +92,23 @@ impl VerifyReport {
 }
 
 /// Reads a trace from front to back and decodes every frame; goes on after damage where the next
-/// frame can be found. Memory: one frame.
+/// frame can be found. Memory: one frame, within [`Budget::DEFAULT`].
 ///
 /// # Errors
 /// Only where there is no trace header to go by ([`TraceError::NotATrace`],
 /// [`TraceError::Version`], a bad header), or reading fails ([`TraceError::Io`]).
 pub fn verify(input: impl Read) -> Result<VerifyReport, TraceError> {
-    visit_intact(input, |_, _| Ok(ControlFlow::Continue(())))
+    visit_intact(input, Budget::DEFAULT, |_, _| Ok(ControlFlow::Continue(())))
 }
 
-/// As [`verify`]; `visit` gets each frame that is intact, so that it can be kept. Where it breaks
+/// As [`verify`], with frames that take up to `budget`; a larger one counts as damaged. `visit` gets each frame that is intact, so that it can be kept. Where it breaks
 /// off, the report covers the frames so far and is not complete.
 ///
 /// # Errors
 /// Those of [`verify`], and those of `visit`.
 pub fn visit_intact(
     input: impl Read,
+    budget: Budget,
     mut visit: impl FnMut(&TraceHeader, EncodedFrame) -> Result<ControlFlow<()>, TraceError>,
 ) -> Result<VerifyReport, TraceError> {
     let mut scan = Scan::new(input)?;
@@ -113,7 +120,7 @@ pub fn visit_intact(
             Ok(Item::Frame(frame)) => {
                 let due = places.len() as u64;
                 places.push([frame.start(), frame.bytes()]);
-                if report.takes(&frame, due) && visit(scan.header(), *frame)?.is_break() {
+                if report.takes(&frame, due, budget) && visit(scan.header(), *frame)?.is_break() {
                     break;
                 }
             }
