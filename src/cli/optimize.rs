@@ -130,7 +130,7 @@ pub struct ViewArgs {
     pub cameras: Option<PathBuf>,
     /// PSNR that the model must have on the photos before anything is done, decibels: with less
     /// they show something else; 0 goes on all the same
-    #[arg(long, value_name = "DB", default_value_t = 12.0, value_parser = decibels)]
+    #[arg(long, value_name = "DB", default_value_t = 15.0, value_parser = decibels)]
     pub least_likeness: f64,
     /// Instead of a file: N views on a circle around the scene
     #[arg(long, value_name = "N", conflicts_with = "cameras")]
