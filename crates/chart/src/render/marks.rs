@@ -194,6 +194,12 @@ impl<'p, 'c> Plot<'p, 'c> {
                         if value > 0.0 { (x - 6.0, Align::Right) } else { (x + 6.0, Align::Left) };
                     let words = Words::new(format!("{value:+.0}"), colours[k].text());
                     self.page.text(&words, (at, y), align);
+                    // And is cut, so that nobody takes it for its length.
+                    let back = width(&words) + 14.0;
+                    let cut = if value > 0.0 { x - back } else { x + back };
+                    let (up, down) = (self.at((0.0, top)).1, self.at((0.0, bottom)).1);
+                    let stroke = [(cut - 4.0, down + 1.0), (cut + 4.0, up - 1.0)];
+                    self.page.line(&stroke, Colour::PAPER, 4.0)?;
                 }
             }
         }
