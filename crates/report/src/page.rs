@@ -351,7 +351,7 @@ fn doubled(experiment: &WhatIf, steps: &[&Step], fps: f64) -> Table {
     let first = format!("if doubled ({})", counted(experiment.frames.len(), "frame"));
     let change = |group: &str| Column::new("%", Kind::Real(points)).group(group);
     let [time, power, area, merit] =
-        ["frame time".to_owned(), format!("at {} FPS", rate(fps)), "area".into(), "merit".into()];
+        ["frame time", "power", "area", "merit"];
     let mut table = Table::new([
         Column::text(first),
         Column::real("ms").group(time.clone()),
