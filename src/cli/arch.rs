@@ -222,8 +222,8 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     out::text(&system.machine_toml()).map(|()| Exit::Done)
 }
 
-/// A file as it is copied out of the program: its first line names a schema that a copy does not have
-/// beside it, and says instead how to get one.
+/// A file as it is copied out of the program: its first line names a schema that a copy does not
+/// have beside it, and says instead how to get one.
 fn for_a_copy(text: &str) -> String {
     let schema = text.strip_prefix("#:schema ../schema/").and_then(|rest| rest.split_once('\n'));
     let Some((name, rest)) = schema else { return text.to_owned() };

@@ -62,7 +62,8 @@ pub fn sentence(found: &Bottleneck) -> String {
             if causes.is_empty() { String::new() } else { format!(" ({})", causes.join(", ")) };
         parts.push(match found.is_bus_full() {
             true => format!(
-                "DRAM-bound: the bus moves data for {} % of the frame; units wait for it {share} %{why}",
+                "DRAM-bound: the bus moves data for {} % of the frame; units wait for it \
+                 {share} %{why}",
                 crate::format::percent(found.bus_busy)
             ),
             false => format!("DRAM-bound for {share} % of the frame{why}"),

@@ -45,7 +45,7 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         regions(&mut page, cycle);
     }
     if let Some(experiment) = &run.experiments.what_if {
-        what_if(&mut page, experiment, run.facts.display_fps);
+        what_if(&mut page, experiment);
     }
     if let Some(models) = &run.experiments.dram_models {
         page.paragraph(dram_models(models));
@@ -283,7 +283,7 @@ fn regions(page: &mut Document, cycle: &CycleSummary) {
 }
 
 /// What doubling each resource would buy, and what it costs.
-fn what_if(page: &mut Document, experiment: &WhatIf, fps: f64) {
+fn what_if(page: &mut Document, experiment: &WhatIf) {
     page.page_heading("What one step would buy");
     let frames: Vec<String> = experiment.frames.iter().map(usize::to_string).collect();
     let which = if frames.len() == 1 { "frame" } else { "frames" };
@@ -291,14 +291,14 @@ fn what_if(page: &mut Document, experiment: &WhatIf, fps: f64) {
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
     let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
     let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();
-    let mut short = doubled(experiment, &best, fps);
+    let mut short = doubled(experiment, &best);
     let others = experiment.steps.len() - best.len();
     if others > 0 {
         short.more = format!("... and {others} more: summary.md");
     }
     page.on(Shown::Terminal, Block::Table(short));
     let all: Vec<&Step> = experiment.steps.iter().collect();
-    page.on(Shown::Page, Block::Table(doubled(experiment, &all, fps)));
+    page.on(Shown::Page, Block::Table(doubled(experiment, &all)));
     page.paragraph(advice(experiment));
     let item =
         |s: &Skipped| Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason));
@@ -324,7 +324,8 @@ fn advice(experiment: &WhatIf) -> String {
             signed(experiment.merit_change(step).unwrap_or(0.0))
         ),
         Advice::AreaOnly(step) => format!(
-            "No doubled resource raises the frames per second per mm²: {} saves most time, {}, for {}.",
+            "No doubled resource raises the frames per second per mm²: {} saves most time, {}, \
+             for {}.",
             step.resource,
             time(step),
             price(step)
@@ -347,23 +348,22 @@ fn points(change: f64) -> String {
 }
 
 /// The run as it is, then with some resources doubled.
-fn doubled(experiment: &WhatIf, steps: &[&Step], fps: f64) -> Table {
+fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
     let first = format!("if doubled ({})", counted(experiment.frames.len(), "frame"));
     let change = |group: &str| Column::new("%", Kind::Real(points)).group(group);
-    let [time, power, area, merit] =
-        ["frame time", "power", "area", "merit"];
+    let [time, power, area, merit] = ["frame time", "power", "area", "merit"];
     let mut table = Table::new([
         Column::text(first),
-        Column::real("ms").group(time.clone()),
-        change(&time),
+        Column::real("ms").group(time),
+        change(time),
         Column::real("mJ per frame").on(Shown::Page),
         Column::new("%", Kind::Real(points)).on(Shown::Page),
-        Column::real("mW").group(power.clone()),
-        change(&power),
-        Column::real("mm²").group(area.clone()),
-        change(&area),
-        Column::real("FPS/mm²").group(merit.clone()),
-        change(&merit),
+        Column::real("mW").group(power),
+        change(power),
+        Column::real("mm²").group(area),
+        change(area),
+        Column::real("FPS/mm²").group(merit),
+        change(merit),
     ]);
     let mut row = |name: &str, cost: &Cost, changes: [Cell; 5]| {
         let [time, energy, power, area, merit] = changes;

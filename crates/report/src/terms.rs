@@ -508,6 +508,17 @@ const SENSITIVITY: &[Term] = &[
         "",
         "Which steps the elasticity is from: both sides, or only the one that is a valid machine.",
     ),
+    term(
+        &["elasticity_shape"],
+        "",
+        "Whether the frame rate is alike on both sides of the value (smooth), at least twice as \
+         steep on one of them (kinked), or known on one side only (one-sided).",
+    ),
+    term(
+        &["far_change"],
+        "",
+        "The largest change of any result at half or at double, or by another name, relative.",
+    ),
     term(&["largest_change"], "", "The largest change of any result of the key, relative."),
     term(
         &[

@@ -1,5 +1,5 @@
-//! The roofline: operations per DRAM byte against operations per second, each stage under the roof of
-//! its own units.
+//! The roofline: operations per DRAM byte against operations per second, each stage under the roof
+//! of its own units.
 
 use crate::run_record::Run;
 use powergs_core::accel::bsu::network;

@@ -62,7 +62,7 @@ pub fn elasticities_csv(all: &Keys) -> Vec<u8> {
         let name = m.name();
         head.extend([format!("{name}_change_low"), format!("{name}_change_high")]);
     }
-    head.extend(["largest_change", "reason"].map(str::to_owned));
+    head.extend(["far_change", "largest_change", "reason"].map(str::to_owned));
     let mut table = Table::new(head.into_iter().map(Column::text));
     for row in &all.rows {
         let words = [row.file, &row.key, &row.value, row.status().name()];
@@ -71,6 +71,7 @@ pub fn elasticities_csv(all: &Keys) -> Vec<u8> {
         cells.push(sides(row).into());
         cells.push(sides(row).map(|_| row.shape(Measure::Fps).name()).into());
         cells.extend(Measure::ALL.into_iter().flat_map(|m| row.far(m).map(Cell::from)));
+        cells.push(row.far_effect().into());
         cells.push(row.largest().into());
         cells.push(row.reason.clone().into());
         table.row(cells);
@@ -105,6 +106,7 @@ pub fn json(all: &Keys) -> Value {
             "elasticity": elasticity,
             "elasticity_sides": sides(row),
             "elasticity_shape": sides(row).map(|_| row.shape(Measure::Fps).name()),
+            "far_change": row.far_effect(),
             "largest_change": row.largest(),
             "reason": row.reason,
             "turned": row.perturbations.iter().map(turned).collect::<Vec<_>>(),

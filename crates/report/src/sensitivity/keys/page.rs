@@ -5,7 +5,7 @@ use crate::sensitivity::page::{ending, named, percent, traces};
 use powergs_chart::Chart;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::sensitivity::Measure;
-use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, Reach, Shape, Status};
+use powergs_study::findings::sensitivity::keys::{KeyRow, Keys, LEAST, Reach, Shape, Status};
 
 /// Rows of a table on the terminal; all are in `summary.md`.
 const MOST: usize = 30;
@@ -25,7 +25,8 @@ pub fn document(all: &Keys, charts: &[Chart], folder: Option<&str>) -> Document 
              marks a kink, where one side is at least twice as steep as the other, `|` one that is \
              known on one side only: neither says what other steps do. Of means over the traces.",
         ));
-        page.table(numbers(&rows).most(MOST, "summary.md"));
+        page.on(Shown::Page, Block::Table(numbers(&rows)));
+        page.on(Shown::Terminal, Block::Table(shortest(&rows)));
     }
     let names = names(all);
     if !names.rows.is_empty() {
@@ -90,9 +91,35 @@ fn values(row: &KeyRow, reach: Reach) -> Cell {
     row.reached(reach).map(|(t, _)| t.value.as_str()).collect::<Vec<_>>().join(", ").into()
 }
 
-/// Far changes and elasticities of the keys that are numbers. A terminal has room for two measures.
+/// The measures that a terminal has room for.
+const SHORT: [Measure; 2] = [Measure::Fps, Measure::Power];
+
+/// The keys that move one of [`SHORT`], by that.
+fn shortest(rows: &[&KeyRow]) -> Table {
+    let effect = |row: &KeyRow| {
+        let far = SHORT.into_iter().flat_map(|m| row.far(m));
+        far.flatten().map(f64::abs).fold(0.0, f64::max)
+    };
+    let mut moving: Vec<&KeyRow> = rows.iter().copied().filter(|r| effect(r) >= LEAST).collect();
+    moving.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+    let (all, others) = (moving.len(), rows.len() - moving.len());
+    moving.truncate(MOST);
+    let mut more = Vec::new();
+    if all > MOST {
+        more.push(format!("{} more", all - MOST));
+    }
+    if others > 0 {
+        more.push(format!("{others} that move only energy or area"));
+    }
+    let mut table = numbers(&moving);
+    if !more.is_empty() {
+        table.more = format!("... and {}: summary.md", more.join(", "));
+    }
+    table
+}
+
+/// Far changes and elasticities of the keys that are numbers.
 fn numbers(rows: &[&KeyRow]) -> Table {
-    const SHORT: [Measure; 2] = [Measure::Fps, Measure::Power];
     let shown = |m: Measure| if SHORT.contains(&m) { Shown::Everywhere } else { Shown::Page };
     let mut columns = vec![
         Column::text("file").on(Shown::Page),
