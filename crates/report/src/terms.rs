@@ -84,8 +84,8 @@ const UNITS: &[Term] = &[
         &["OBB", "oriented bounding box"],
         "",
         "Oriented Bounding Box: the rectangle along the axes of a projected Gaussian. With \
-         `geometry.test = \"obb\"` a tile takes a Gaussian if the box overlaps it; fewer pairs than \
-         with the axis-aligned box (`aabb`), more than with the exact `ellipse`.",
+         `geometry.test = \"obb\"` a tile takes a Gaussian if the box overlaps it; fewer pairs \
+         than with the axis-aligned box (`aabb`), more than with the exact `ellipse`.",
     ),
     term(
         &["AABB", "axis-aligned bounding box"],
@@ -179,8 +179,8 @@ const POWER: &[Term] = &[
         &["mW at the display rate", "power at the display rate", "W at the display rate"],
         "mW",
         "Power of the accelerator and its DRAM while it renders one frame per display period \
-         (`--fps`): the energy of that work, and standby all the time. The power to compare designs \
-         with.",
+         (`--fps`): the energy of that work, and standby all the time. The power to compare \
+         designs with.",
     ),
     term(
         &["power at full rate"],
@@ -235,7 +235,18 @@ const TABLES: &[Term] = &[
         "The what-if experiment: some frames are simulated again with each resource doubled. The \
          row `nothing` is the machine as it is.",
     ),
-    term(&["change"], "%", "Relative change against the first row or column."),
+    term(
+        &["change", "%", "frame time: %", "power: %", "area: %", "merit: %"],
+        "%",
+        "Relative change against the first row or column.",
+    ),
+    term(&["frame time: ms"], "ms", "Mean frame time of the frames that were tried."),
+    term(&["area: mm²"], "mm²", "Area of the chip with the resource doubled."),
+    term(
+        &["merit: FPS/mm²", "FPS/mm²"],
+        "1/s/mm²",
+        "Frames per second, back to back, per mm² of chip: what `next` goes by.",
+    ),
     term(&["difference"], "", "Value of a side minus that of the first."),
     term(
         &["buffer"],
@@ -557,7 +568,8 @@ const MORE: &[Term] = &[
         &["first", "first_low", "first_high", "total_low", "total_high"],
         "",
         "Of Sobol indices: the share of the variance that a key causes alone (first) and together \
-         with the others (total), with the ends of the 95 % interval. In a ranking: the best design.",
+         with the others (total), with the ends of the 95 % interval. In a ranking: the best \
+         design.",
     ),
     term(&["measure"], "", "The result that the row is about: fps, energy, power or area."),
     term(

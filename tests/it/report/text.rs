@@ -60,7 +60,7 @@ fn terminal_summary() {
         R3                2040         366666     1100000  3.67 mJ
         R4                2040         275000      824999  2.75 mJ
 
-                               frame time  at 60 FPS       area         merit
+                               frame time      power       area         merit
         if doubled (3 frames)    ms     %   mW     %   mm²    %  FPS/mm²    %
         nothing                11.0        516        4.03          22.6
         dram.bandwidth         8.36   -24  508  -1.5  4.03    0     29.7  +32

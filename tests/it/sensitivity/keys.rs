@@ -169,7 +169,7 @@ fn the_report_is_complete_and_fits_a_terminal() {
     let read = |path: std::path::PathBuf| std::fs::read_to_string(path).expect("a file");
     assert_eq!(read(csv), read(out.join("elasticity.csv")));
     let page = read(out.join("summary.md"));
-    assert!(page.contains("| machine | `vru.cores` | 4 | 3, 5 |"), "{page}");
+    assert!(page.contains("| machine | `vru.cores` | 4 | 2, 8 |"), "{page}");
     assert!(page.contains("![What every key moves: area](tornado_area.png)"), "{page}");
 }
 
