@@ -10,13 +10,11 @@ use super::chart_args::ChartArgs;
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
 use folder::FinishedSweep;
-use powergs_core::run::store::FileStore;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_report::sweep as report;
 use powergs_study::analysis::table::{Collector, TableError};
 use powergs_study::analysis::{Analysis, AnalysisError, Question, SweepFacts};
-use powergs_study::sweep::run::finish::excluded;
 use powergs_study::sweep::run::results::{CSV, header, some_rows};
 use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
 use powergs_study::sweep::table::Cell;
@@ -40,10 +38,11 @@ pub struct Args {
     /// The folder of a sweep, with its results.csv
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Columns to make small [default: those of the sweep file]
+    /// Columns to make small, or expressions of them: 'area_mm2 * frame_time_ms.p99'
+    /// [default: those of the sweep file]
     #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
     pub minimize: Vec<String>,
-    /// Columns to make large
+    /// Columns to make large, or expressions of them
     #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
     pub maximize: Vec<String>,
     /// Only designs that meet this: 'area_mm2 <= 4 && vru.cores >= 2'
@@ -169,6 +168,8 @@ impl OfSweep {
         let mut table = table.map_err(Unanswered::Question)?.finish();
         table.follow(&self.facts.followers);
         table.leave_out(plan.excluded.values().sum::<u64>() as usize);
+        let computed = table.compute(&self.question.objectives);
+        computed.map_err(|error| Unanswered::Question(failure(path, error)))?;
         let analysis = Analysis::of(&table, &self.question)
             .map_err(|error| Unanswered::Question(failure(path, error)))?;
         if context.is_cancelled() {
@@ -210,7 +211,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     let sweep = FinishedSweep::open(&args.folder)?;
     let question = question::question(args, &sweep.facts)?;
     let mut table = sweep.table(&question)?;
-    table.leave_out(excluded(&FileStore::new(&args.folder)).unwrap_or(0) as usize);
+    table.leave_out(sweep.facts.excluded as usize);
     let analysis = Analysis::of(&table, &question).map_err(|error| failure(&args.folder, error))?;
     if context.is_cancelled() {
         return Ok(None);
@@ -232,7 +233,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
 }
 
 /// A condition that no design meets is a goal that was missed; an empty table is a bad input.
-fn failure(folder: &Path, error: AnalysisError) -> Failure {
+pub(super) fn failure(folder: &Path, error: AnalysisError) -> Failure {
     let exit = match error {
         AnalysisError::Unmet { .. } => Exit::GoalMissed,
         AnalysisError::Nothing { .. } => Exit::BadInput,

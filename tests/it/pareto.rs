@@ -223,7 +223,8 @@ fn folder() -> tempfile::TempDir {
     let sweep = "question = \"Which units?\"\nbase = \"gscore\"\n\
                  [objectives]\nminimize = [\"area_mm2\"]\nmaximize = [\"fps.mean\"]\n";
     fs::write(root.path().join("sweep.toml"), sweep).expect("written");
-    let finished = "state = \"0\"\nresults = \"0\"\nok = 50\nfailed = 1\nexcluded = 13\n";
+    let finished = "state = \"0\"\nresults = \"0\"\nok = 50\ninvalid = 0\nfailed = 1\n\
+                    excluded = 13\nfree = [{ axis = \"vru.cores\", is-policy = false }]\n";
     fs::write(root.path().join("finished.toml"), finished).expect("written");
     root
 }
@@ -236,6 +237,7 @@ fn the_command_writes_its_folder_again_and_again() {
     program(&[&dir, "--csv", &csv.to_string_lossy()])
         .code(0)
         .stdout(predicate::str::contains("question: Which units?"))
+        .stdout(predicate::str::contains("Without a price in the energy tables"))
         .stdout(predicate::str::contains("minimize area_mm2, maximize fps.mean"));
     let analysis = root.path().join("analysis");
     for name in ["pareto.csv", "summary.md", "report.html", "front.png", "stability.svg"] {
@@ -301,6 +303,22 @@ fn where_no_design_reaches_the_rate_the_answer_begins_with_it() {
     program(&[&dir]).code(0).stdout(predicate::str::contains(
         "No design reaches 60 FPS in every frame. The fastest, #2, does 41.5 FPS",
     ));
+}
+
+#[test]
+fn objectives_are_columns_keys_and_expressions() {
+    let root = folder();
+    let dir = root.path().to_string_lossy().into_owned();
+    let smallest = "buffers.feature.capacity";
+    program(&[&dir, "--minimize", smallest, "--where", "fps.mean >= 60"])
+        .code(0)
+        .stdout(predicate::str::contains("buffers.feature.capacity 16 KiB"));
+    let product = "area_mm2 * frame_time_ms.p99";
+    program(&[&dir, "--minimize", product]).code(0).stdout(predicate::str::contains(product));
+    let energy = program(&[&dir, "--minimize", "energy"]).code(2);
+    energy.stderr(predicate::str::contains("did you mean `energy_pj.mean`?"));
+    let rate = program(&[&dir, "--where", "fps.mean > 60 FPS"]).code(2);
+    rate.stderr(predicate::str::contains("leave `FPS` out"));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use tempfile::TempDir;
 
-/// A sweep of 24 designs and two energy tables; four designs are no machine.
+/// A sweep of 24 designs and two energy tables; four configurations are invalid.
 pub const SWEEP: &str = r#"
 question = "How many CCUs and cores?"
 base = "gscore"

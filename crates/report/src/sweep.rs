@@ -19,6 +19,7 @@ pub use measure::Measure;
 pub use names::short as short_names;
 pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};
 pub use page::{Provenance, document};
+pub use words::free;
 
 use powergs_chart::Chart;
 use powergs_study::analysis::{Analysis, speedup as of_traces};

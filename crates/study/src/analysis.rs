@@ -110,7 +110,8 @@ fn without(table: &Table, all: &[u32], rows: &[u32]) -> Vec<u32> {
 }
 
 impl<'t> Analysis<'t> {
-    /// Answers `question` from `table`.
+    /// Answers `question` from `table`, which has a column for every objective: see
+    /// [`Table::compute`].
     ///
     /// # Errors
     /// Names that are no columns, labels that do not occur, conditions that no design meets.
@@ -254,22 +255,21 @@ fn check(table: &Table, question: &Question) -> Result<(), AnalysisError> {
     }
     for (i, objective) in objectives.iter().enumerate() {
         if objectives[..i].iter().any(|o| o.name == objective.name) {
-            let what = format!("objective `{}` is there twice", objective.name);
+            let what = format!("the objective `{}` appears twice", objective.name);
             return Err(AnalysisError::Objectives(what));
         }
         if table.numbers(&objective.name).is_some() {
             continue;
         }
-        let names = table.metric_names.iter().map(String::as_str);
         return Err(match table.metric_names.contains(&objective.name) {
             true => AnalysisError::Words(objective.name.clone()),
-            false => AnalysisError::column(&objective.name, names),
+            false => AnalysisError::column(&objective.name, table),
         });
     }
     if let Some(colour) = &question.colour
         && !designs::names(table).any(|name| name == colour)
     {
-        return Err(AnalysisError::column(colour, designs::names(table)));
+        return Err(AnalysisError::column(colour, table));
     }
     if let Scope::Trace(label) = &question.scope {
         let labels = table.traces.distinct();

@@ -13,7 +13,7 @@ pub mod file;
 pub mod key;
 pub mod lattice;
 mod library;
-mod measure;
+pub mod measure;
 pub mod metric;
 pub(crate) mod objective;
 pub mod outcome;

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use super::failure;
 use crate::cli::run_folder::RunFolder;
 use crate::cli::{Context, Exit, Failure, OrExit};
 use powergs_core::run::store::FileStore;
@@ -45,6 +46,8 @@ impl FinishedSweep {
         let read = Table::read(self.results()?, |column| question.needs(column));
         let mut table = read.or_exit(Exit::BadInput, self.results_path().display())?;
         table.follow(&self.facts.followers);
+        let computed = table.compute(&question.objectives);
+        computed.map_err(|error| failure(&self.path, error))?;
         Ok(table)
     }
 }

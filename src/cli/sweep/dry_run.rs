@@ -6,8 +6,9 @@ use super::meter::Meter;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_report::document::Document;
 use powergs_report::format::{engineering, significant};
-use powergs_study::sweep::run::OpenedSweep;
+use powergs_report::sweep as report;
 use powergs_study::sweep::run::estimate::Estimate;
+use powergs_study::sweep::run::{Cause, OpenedSweep};
 
 /// Looks, times and says.
 ///
@@ -41,7 +42,16 @@ fn json_of(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Value {
         "frames": seen.cost.frames,
         "energy_tables": plan.tables,
         "excluded": plan.excluded,
+        "duplicates": plan.duplicates,
         "invalid": plan.invalid.len(),
+        "invalid_causes": plan.causes.iter().map(|(cause, c)| {
+            json!({ "cause": cause, "points": c.points, "example": c.example.1 })
+        }).collect::<Vec<_>>(),
+        "carried_along": sweep.designs.space.carried().into_iter()
+            .collect::<std::collections::BTreeMap<_, _>>(),
+        "without_cost": sweep.designs.space.free_axes().iter().map(|f| {
+            json!({ "axis": f.axis, "is_policy": f.is_policy })
+        }).collect::<Vec<_>>(),
         "estimated_time_s": seen.seconds,
         "estimated_memory_bytes": seen.cost.bytes,
     })
@@ -59,14 +69,20 @@ fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
         "Designs",
         format!("{about}{designs} ({about}{machines_to_time} machines to time)"),
     ));
+    let scaled = |count: u64| format!("{about}{}", (count as f64 * scale).round());
     for (cause, count) in &plan.excluded {
-        let count = (*count as f64 * scale).round();
-        facts.push(("", format!("{about}{count} left out: {cause}")));
+        facts.push(("Excluded", format!("{} by {cause}", scaled(*count))));
     }
-    if let Some((point, reason)) = plan.invalid.first() {
-        let count = (plan.invalid.len() as f64 * scale).round();
-        let what = format!("are no machine, e.g. point {point}: {reason}");
-        facts.push(("", format!("{about}{count} {what}")));
+    for (axis, count) in &plan.duplicates {
+        let what = format!("{}: axis `{axis}` does not count there", scaled(*count));
+        facts.push(("Duplicates", what));
+    }
+    for (cause, Cause { points, example: (point, reason) }) in &plan.causes {
+        let what = format!("{}: {cause}, e.g. point {point}: {reason}", scaled(*points));
+        facts.push(("Invalid", what));
+    }
+    for (key, expression) in sweep.designs.space.carried() {
+        facts.push(("Carried along", carried(key, expression)));
     }
     let s = |n: usize| if n == 1 { "" } else { "s" };
     let (frames, traces) = (cost.frames, sweep.traces.len());
@@ -75,13 +91,19 @@ fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
     facts.push(("Tables", format!("{} energy table{}", plan.tables, s(plan.tables))));
     let one = engineering(seen.timed_s() / frames.max(1) as f64 / machines.max(1.0), "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
-    facts.push(("Time", format!("about {} {what}", time(*seconds))));
+    facts.push(("Time", format!("at least {} {what}", time(*seconds))));
     let memory = significant(cost.bytes as f64 / 1048576.0);
     facts.push(("Memory", format!("about {memory} MiB")));
     let mut page = Document::new();
     page.paragraph(sweep.file.question.trim());
     page.facts(facts);
+    page.paragraph(report::free(&sweep.designs.space.free_axes()).join(" "));
     page
+}
+
+/// A key that follows an axis by default.
+pub fn carried(key: &str, expression: &str) -> String {
+    format!("{key} = {expression}; an axis, `set` or `[derived]` of yours comes first")
 }
 
 /// A time for people.

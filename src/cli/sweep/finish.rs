@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out, pareto};
-use powergs_report::document::{Block, Document};
+use powergs_report::document::{Block, Document, Text};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
 use powergs_study::sweep::run::results::{self, CSV, PARQUET, Tally};
-use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
+use powergs_study::sweep::run::{Cause, OpenedSweep, Plan, SweepFolder};
 
 /// What the analysis says on a terminal.
 const ANSWER: &str = "analysis.txt";
@@ -68,20 +68,40 @@ pub fn is_whole(path: &Path) -> bool {
 
 /// What a sweep says of its results.
 fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> Document {
-    let excluded: u64 = plan.excluded.values().sum();
-    let mut designs = format!("{} designs", tally.ok);
-    for (n, what) in [(tally.failed, "failed"), (excluded, "left out")] {
+    let s = |n: u64| if n == 1 { "" } else { "s" };
+    let done = tally.ok + tally.failed;
+    let mut designs = format!("{done} design{} and the baseline simulated", s(done));
+    let [excluded, duplicates] =
+        [&plan.excluded, &plan.duplicates].map(|counts| counts.values().sum::<u64>());
+    for (n, what) in [
+        (tally.failed, "of them failed"),
+        (tally.invalid, "invalid"),
+        (excluded, "excluded"),
+        (duplicates, "duplicates"),
+    ] {
         if n > 0 {
             designs += &format!(", {n} {what}");
         }
     }
-    let causes = plan.excluded.iter().map(|(why, n)| format!("{n} left out: {why}").into());
-    let invalid = plan.invalid.iter().take(3);
-    let failed = invalid.map(|(point, why)| format!("failed: point {point}: {why}").into());
+    let mut items: Vec<Text> = Vec::new();
+    let excluded = plan.excluded.iter().map(|(why, n)| format!("{n} excluded by {why}"));
+    items.extend(excluded.map(Text::from));
+    let duplicates = plan.duplicates.iter();
+    items.extend(
+        duplicates
+            .map(|(axis, n)| format!("{n} duplicates: axis `{axis}` does not count there").into()),
+    );
+    items.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
+        format!("{points} invalid: {cause}, e.g. point {point}: {why}").into()
+    }));
+    let carried = sweep.designs.space.carried();
+    items.extend(carried.into_iter().map(|(key, expression)| {
+        format!("carried along: {}", super::dry_run::carried(key, expression)).into()
+    }));
     let mut page = Document::new();
     page.add(Block::Quote(sweep.file.question.trim().into()));
-    page.paragraph(designs);
-    page.add(Block::List(causes.chain(failed).collect()));
+    page.paragraph(designs + ".");
+    page.add(Block::List(items));
     page
 }
 
@@ -120,6 +140,7 @@ fn json(finished: &Finished, path: &Path) -> Value {
     json!({
         "folder": path.display().to_string(),
         "designs_ok": finished.ok,
+        "designs_invalid": finished.invalid,
         "designs_failed": finished.failed,
         "designs_excluded": finished.excluded,
         "designs_with_internal_errors": finished.defects,

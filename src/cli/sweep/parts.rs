@@ -55,6 +55,7 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&json!({
             "designs_ok": count.ok,
+            "designs_invalid": count.invalid,
             "designs_failed": count.failed,
             "designs_missing": count.missing,
             "designs_excluded": excluded,
@@ -66,25 +67,44 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let all = count.ok + count.failed + count.missing;
-    let mut facts = vec![("Done", format!("{} of {all} designs", count.ok + count.failed))];
+    let mut facts = vec![("Simulated", format!("{} of {all} designs", count.ok + count.failed))];
     if count.failed > 0 {
-        facts.push(("", format!("{} of them failed", count.failed)));
+        facts.push(("Failed", format!("{} of them: the simulation went wrong", count.failed)));
     }
-    let causes = "by constraints, or because an axis does not count there";
-    facts.push(("Left out", format!("{excluded} {causes}")));
-    if count.missing > 0 {
+    if count.invalid > 0 {
+        facts.push(("Invalid", format!("{} configurations that cannot exist", count.invalid)));
+    }
+    if excluded > 0 {
+        facts.push(("Excluded", format!("{excluded} by constraints")));
+    }
+    let duplicates: u64 = plan.duplicates.values().sum();
+    if duplicates > 0 {
+        facts.push(("Duplicates", format!("{duplicates} where an axis does not count")));
+    }
+    if !count.parts.is_empty() {
         let parts: Vec<String> = count.parts.iter().map(u32::to_string).collect();
         let what = match of {
             1 => "; run it again with --resume".to_owned(),
             _ => format!(", in parts {} of {of}", shortened(&parts)),
         };
-        facts.push(("Missing", format!("{} designs{what}", count.missing)));
+        facts.push(("Missing", missing(&count) + &what));
+    } else if Finished::read(&store, &sweep.state).is_none() {
+        facts.push(("Missing", "the analysis; run it again with --resume".into()));
     }
     let mut page = Document::new();
     page.paragraph(sweep.file.question.trim());
     page.facts(facts);
     out::document(&page)?;
     Ok(Exit::Done)
+}
+
+/// What has no results yet.
+fn missing(count: &PartCount) -> String {
+    match count.missing {
+        0 => "the baseline".to_owned(),
+        1 => "1 design".to_owned(),
+        n => format!("{n} designs"),
+    }
 }
 
 fn shortened(parts: &[String]) -> String {
@@ -121,13 +141,10 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     let plan = planned(&sweep, context)?;
     let of = parts_of(&store);
     let count = PartCount::of(&sweep, &plan, &mut folder.records, of)?;
-    if count.missing > 0 {
+    if !count.parts.is_empty() {
         let parts: Vec<String> = count.parts.iter().map(u32::to_string).collect();
-        let what = format!(
-            "{} designs are missing, in parts {} of {of}",
-            count.missing,
-            shortened(&parts)
-        );
+        let (missing, parts) = (missing(&count), shortened(&parts));
+        let what = format!("no results of {missing}, in parts {parts} of {of}");
         out::complain(format_args!("{}: {what}; run those parts again", path.display()));
         return Ok(Exit::GoalMissed);
     }

@@ -1,7 +1,7 @@
 //! Columns of results for people: what they are called, and their values with a unit.
 
-use crate::format::{prefix_of, significant};
-use powergs_study::sweep::unit::Unit;
+use crate::format::{prefix_of, rounded, significant};
+use powergs_study::sweep::{self, key::Key, unit::Unit};
 
 /// How the values of a column are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +14,8 @@ pub struct Measure {
     scale: f64,
     /// Whether the unit takes prefixes.
     prefixed: bool,
+    /// How files write values of a key.
+    written: Option<sweep::measure::Measure>,
 }
 
 /// Beginnings of columns with what they are called.
@@ -60,21 +62,46 @@ fn shown(unit: Unit) -> (&'static str, f64, bool) {
     }
 }
 
+/// How differences of values of a key are shown: those of expressions, which count in SI units.
+fn base(measure: sweep::measure::Measure) -> (&'static str, f64, bool) {
+    use sweep::measure::Measure::*;
+    match measure {
+        Size => ("B", 1.0, true),
+        Bandwidth => ("B/s", 1.0, true),
+        Frequency => ("Hz", 1.0, true),
+        Time => ("s", 1.0, true),
+        Energy => ("J", 1.0, true),
+        EnergyPerByte => ("J/B", 1.0, true),
+        Power => ("W", 1.0, true),
+        Area => ("mm²", 1.0, false),
+        Node => ("nm", 1.0, false),
+    }
+}
+
 impl Measure {
     /// How the column `name` is shown.
     pub fn of(name: &str) -> Measure {
         let (first, rest) = name.split_once('.').unwrap_or((name, ""));
-        let (unit, scale, prefixed) = Unit::of_column(name).map_or(("", 1.0, false), shown);
+        let key = name.strip_suffix(".si").unwrap_or(name);
+        let written = Key::find(key).ok().and_then(Key::measure);
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.:[]".contains(c);
+        let unit = Unit::of_column(name).filter(|_| name.chars().all(is_plain));
+        let (unit, scale, prefixed) = match (unit, written) {
+            (_, Some(measure)) => base(measure),
+            (Some(unit), None) => shown(unit),
+            // Plain numbers, and expressions: their unit is what they are made of.
+            (None, None) => ("", 1.0, false),
+        };
         let known = NAMES.into_iter().find(|n| n.0 == first).map(|n| n.1);
         let words = match (known, rest) {
-            (None, _) => name.to_owned(),
+            (None, _) => key.to_owned(),
             (Some(words), "" | "mean") => words.to_owned(),
             (Some(words), "max") => format!("maximum {words}"),
             (Some(words), "min") => format!("minimum {words}"),
             (Some(words), "p50") => format!("median {words}"),
             (Some(words), rest) => format!("{words}, {rest}"),
         };
-        Measure { words, unit, scale, prefixed }
+        Measure { words, unit, scale, prefixed, written }
     }
 
     /// What it is in a few words: `power` for the power at the display rate.
@@ -86,6 +113,9 @@ impl Measure {
     pub fn text(&self, value: f64) -> String {
         if !value.is_finite() {
             return "-".into();
+        }
+        if let Some(Ok(text)) = self.written.map(|measure| measure.write(value)) {
+            return rounded(&text);
         }
         let x = value * self.scale;
         let (factor, prefix) = if self.prefixed { prefix_of(x) } else { (1.0, "") };

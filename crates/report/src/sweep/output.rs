@@ -58,6 +58,7 @@ pub fn json(analysis: &Analysis) -> Json {
             "simulated": analysis.simulated,
             "meeting_condition": analysis.rows.len() + analysis.behind.len(),
             "behind": analysis.behind.len(),
+            "invalid": counts.invalid,
             "failed": counts.failed,
             "excluded": counts.excluded,
             "missing": counts.missing,
@@ -67,6 +68,9 @@ pub fn json(analysis: &Analysis) -> Json {
             "design": design(analysis, analysis.knee),
             "reason": super::words::knee(analysis).join(" "),
         },
+        "without_cost": question.free.iter().map(|f| {
+            json!({ "axis": f.axis, "is_policy": f.is_policy })
+        }).collect::<Vec<_>>(),
         "best_rate_reached": analysis.unreached().map(|(row, fps)| {
             json!({ "point": label(analysis, row), "fps_min": fps })
         }),

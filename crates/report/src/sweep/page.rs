@@ -66,6 +66,7 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     page.on(Shown::Terminal, Block::Paragraph(fixed.into()));
     page.paragraph(words::knee(analysis).join(" "));
     page.paragraph(words::at_ends(analysis).join(" "));
+    page.paragraph(words::free(&question.free).join(" "));
     page.paragraph(words::energy_and_power(analysis));
     page.paragraph(words::named(analysis).unwrap_or_default().join(" "));
     let marginals = analysis.marginals.iter().map(|m| words::marginal(analysis, m).into());
@@ -100,7 +101,7 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
         page.on(Shown::Page, Block::Table(axes(analysis)));
     }
     if !analysis.table.reasons.is_empty() {
-        page.page_heading("Designs that were not simulated");
+        page.page_heading("Invalid and failed designs");
         let reasons = analysis.table.reasons.iter().take(REASONS);
         let items = reasons.map(|(why, n)| format!("{n} x {why}").into()).collect();
         page.on(Shown::Page, Block::List(items));

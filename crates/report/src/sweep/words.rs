@@ -1,12 +1,13 @@
 //! The answer in sentences.
 
 use super::measure::Measure;
-use crate::format::significant;
+use crate::format::{self, significant};
 use powergs_study::analysis::front::is_alike;
 use powergs_study::analysis::marginal::{Marginal, Neighbour, Price};
 use powergs_study::analysis::question::ENERGY_PARTS;
 use powergs_study::analysis::stability::Alternative;
 use powergs_study::analysis::{Analysis, Goal, Misses, Objective};
+use powergs_study::sweep::space::FreeAxis;
 
 /// Settings of a design that one line shows.
 const SETTINGS_MAX: usize = 12;
@@ -106,7 +107,8 @@ fn listed(parts: &[String]) -> String {
 
 /// `60 FPS`, or what it is where the number is not known.
 pub fn display_rate(analysis: &Analysis) -> String {
-    analysis.question.display_fps.map_or("the display rate".into(), |fps| format!("{fps} FPS"))
+    let fps = analysis.question.display_fps;
+    fps.map_or("the display rate".into(), |fps| format!("{} FPS", format::rate(fps)))
 }
 
 /// `0.1 %`: differences that are noise.
@@ -194,12 +196,40 @@ pub fn at_ends(analysis: &Analysis) -> Vec<String> {
             true => (&end.other, &end.value),
             false => (&end.value, &end.other),
         };
+        let is_free = |f: &&FreeAxis| !f.is_policy && f.axis == end.axis;
+        let advice = match analysis.question.free.iter().any(|f| is_free(&f)) {
+            true => "it costs nothing here, so more of it always looks better",
+            false => "extend it",
+        };
         format!(
-            "{front} {} = {}, the end of its axis ({low} to {high}): extend it.",
+            "{front} {} = {}, the end of its axis ({low} to {high}): {advice}.",
             end.axis, end.value
         )
     };
     analysis.at_ends.iter().map(one).collect()
+}
+
+/// Axes that cost nothing: resources without a price, and policies.
+pub fn free(free: &[FreeAxis]) -> Vec<String> {
+    let names = |policy: bool| {
+        let some = free.iter().filter(|f| f.is_policy == policy).map(|f| f.axis.as_str());
+        some.collect::<Vec<_>>().join(", ")
+    };
+    let (resources, policies) = (names(false), names(true));
+    let mut all = Vec::new();
+    if !resources.is_empty() {
+        all.push(format!(
+            "Without a price in the energy tables of this sweep: {resources}. They change no area, \
+             no energy of an action and no standby power, so more of them looks like a gift."
+        ));
+    }
+    if !policies.is_empty() {
+        all.push(format!(
+            "Policies, which have no price of their own: {policies}. What they cost is in time and \
+             traffic."
+        ));
+    }
+    all
 }
 
 /// `#4, #7 and 3 more`.
@@ -223,6 +253,7 @@ pub fn funnel(analysis: &Analysis) -> String {
     let counts = analysis.table.counts;
     let mut text = format!("{} simulated", count(analysis.simulated, "design"));
     for (n, what) in [
+        (counts.invalid, "invalid"),
         (counts.failed, "failed"),
         (counts.excluded, "excluded by constraints"),
         (counts.missing, "not finished"),

@@ -1,6 +1,6 @@
 //! The designs that a question is about: one row per point of one energy table and scope.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 use super::front::Costs;
 use super::question::{AnalysisError, Named, Objective, Scope};
@@ -112,8 +112,9 @@ pub(crate) fn with_costs(
 /// [`AnalysisError::Column`] with the nearest name.
 pub(crate) fn check_names(table: &Table, expr: &Expr) -> Result<(), AnalysisError> {
     let known: HashSet<&str> = names(table).collect();
-    match expr.names().into_iter().find(|name| !known.contains(name)) {
-        Some(name) => Err(AnalysisError::column(name, names(table))),
+    let is_known = |name: &str| known.contains(name) || of_table(table, name).is_some();
+    match expr.names().into_iter().find(|name| !is_known(name)) {
+        Some(name) => Err(AnalysisError::column(name, table)),
         None => Ok(()),
     }
 }
@@ -155,16 +156,69 @@ pub(crate) fn meeting(
     Ok(kept)
 }
 
+/// The energy table and the column of `LABEL:area_mm2`.
+fn of_table<'n>(table: &Table, name: &'n str) -> Option<(u32, &'n str)> {
+    let (label, column) = name.split_once(':')?;
+    let code = table.energy_tables.find(label)?;
+    table.metric_names.iter().any(|known| known == column).then_some((code, column))
+}
+
+/// The value of an objective in every row; NaN where it has none.
+///
+/// # Errors
+/// [`AnalysisError::Column`] for a name that is none, [`AnalysisError::Objectives`] for what is no
+/// expression.
+pub(super) fn computed(table: &Table, objective: &Objective) -> Result<Vec<f64>, AnalysisError> {
+    let wrong = |e: &dyn std::fmt::Display| {
+        AnalysisError::Objectives(format!("the objective `{}`: {e}", objective.name))
+    };
+    if let Some(words) = table.axis(&objective.name)
+        && !words.is_numeric()
+    {
+        return Err(AnalysisError::Words(objective.name.clone()));
+    }
+    let expr = Expr::parse(&objective.name).map_err(|e| wrong(&e))?;
+    check_names(table, &expr)?;
+    let sources: Vec<(&str, Source)> =
+        expr.names().into_iter().filter_map(|n| Some((n, Source::of(table, n)?))).collect();
+    if sources.is_empty() {
+        return Err(wrong(&"no column in it: it is the same for all designs"));
+    }
+    let value = |row: u32| {
+        let lookup = |name: &str| sources.iter().find(|(n, _)| *n == name)?.1.value(row);
+        objective.value(&lookup).unwrap_or(f64::NAN)
+    };
+    Ok((0..table.len() as u32).map(value).collect())
+}
+
 /// Where the values of a name come from.
 enum Source<'t> {
     Numbers(&'t [f64]),
     Words(&'t Words),
+    /// A metric of another energy table: the row there of every row.
+    Other(&'t [f64], Vec<Option<u32>>),
+}
+
+/// For every row the row of the same design, scope and trace under another energy table.
+fn counterparts(table: &Table, energy_table: u32) -> Vec<Option<u32>> {
+    let key = |row: u32| {
+        let over = table.over[row as usize];
+        let trace = (over == Over::Trace).then(|| table.traces.code(row));
+        (table.points[row as usize], over, trace)
+    };
+    let rows = || 0..table.len() as u32;
+    let there = rows().filter(|&row| table.energy_tables.code(row) == energy_table);
+    let there: BTreeMap<_, u32> = there.map(|row| (key(row), row)).collect();
+    rows().map(|row| there.get(&key(row)).copied()).collect()
 }
 
 impl<'t> Source<'t> {
     fn of(table: &'t Table, name: &str) -> Option<Source<'t>> {
         if let Some(words) = table.axis(name) {
             return Some(Source::Words(words));
+        }
+        if let Some((code, column)) = of_table(table, name) {
+            return Some(Source::Other(table.numbers(column)?, counterparts(table, code)));
         }
         match &table.metrics.iter().find(|c| c.name == name)?.values {
             Values::Numbers(numbers) => Some(Source::Numbers(numbers)),
@@ -177,6 +231,10 @@ impl<'t> Source<'t> {
         match self {
             Source::Numbers(numbers) => {
                 Some(numbers[row as usize]).filter(|x| !x.is_nan()).map(Value::Number)
+            }
+            Source::Other(numbers, rows) => {
+                let number = numbers[rows[row as usize]? as usize];
+                Some(number).filter(|x| !x.is_nan()).map(Value::Number)
             }
             Source::Words(words) => {
                 let text = || Value::Text(words.word(row).to_owned());

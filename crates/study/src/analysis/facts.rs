@@ -7,8 +7,9 @@ use powergs_core::run::{RunError, Store};
 use super::{Misses, Question};
 use crate::sweep::SweepFile;
 use crate::sweep::file::Objectives;
-use crate::sweep::run::finish::{RUN_FILE, SWEEP_FILE};
+use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
 use crate::sweep::run::{OpenedSweep, State};
+use crate::sweep::space::FreeAxis;
 
 /// A sweep as its analysis sees it.
 #[derive(Debug, Default)]
@@ -19,6 +20,10 @@ pub struct SweepFacts {
     pub objectives: Option<Objectives>,
     /// Frames per second that the display shows, as the sweep file says.
     pub display_fps: Option<f64>,
+    /// Axes that cost nothing; of a sweep in a folder, if it is finished.
+    pub free: Vec<FreeAxis>,
+    /// Points that constraints exclude.
+    pub excluded: u64,
     /// Columns of keys that follow from others.
     pub followers: BTreeSet<String>,
     /// Names of sweep files.
@@ -30,7 +35,10 @@ pub struct SweepFacts {
 impl SweepFacts {
     /// A sweep that was just run.
     pub fn of(sweep: &OpenedSweep<'_>) -> SweepFacts {
-        SweepFacts::of_files(Some(&sweep.file), Some(&sweep.state))
+        SweepFacts {
+            free: sweep.designs.space.free_axes(),
+            ..SweepFacts::of_files(Some(&sweep.file), Some(&sweep.state))
+        }
     }
 
     /// A finished sweep in a folder. Its sweep file may be absent; so may the record of its inputs,
@@ -48,7 +56,12 @@ impl SweepFacts {
         })?;
         let record = folder.read_text(RUN_FILE)?;
         let state = record.and_then(|text| toml::from_str(&text).ok());
-        Ok(SweepFacts::of_files(file.as_ref(), state.as_ref()))
+        let finished = Finished::noted(folder);
+        Ok(SweepFacts {
+            excluded: finished.as_ref().map_or(0, |f| f.excluded),
+            free: finished.map_or_else(Vec::new, |f| f.free),
+            ..SweepFacts::of_files(file.as_ref(), state.as_ref())
+        })
     }
 
     fn of_files(file: Option<&SweepFile>, state: Option<&State>) -> SweepFacts {
@@ -57,6 +70,8 @@ impl SweepFacts {
             question: file.map_or("", |file| file.question.trim()).to_owned(),
             objectives: file.map(|file| file.objectives.clone()),
             display_fps: file.map(|file| file.display_fps),
+            free: Vec::new(),
+            excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),
             sweeps: names("sweep"),
             traces: names("trace"),
@@ -72,6 +87,7 @@ impl SweepFacts {
                 true => Misses::Included,
                 false => Misses::Behind,
             },
+            free: self.free.clone(),
             epsilon: objectives.epsilon,
             display_fps: self.display_fps,
             ..Question::of(objectives.all())
@@ -79,10 +95,12 @@ impl SweepFacts {
     }
 }
 
-/// Derived keys, and of keys that are varied together all but the first.
+/// Derived keys, also those that follow an axis by default, and of keys that are varied together
+/// all but the first.
 fn followers(file: &SweepFile) -> BTreeSet<String> {
     let derived = file.derived.0.iter().map(|(key, _)| key.clone());
     let zips = file.axes.iter().filter_map(|axis| axis.zip.as_ref());
     let together = zips.flat_map(|zip| zip.0.iter().skip(1).map(|(key, _)| key.clone()));
-    derived.chain(together).collect()
+    let carried = crate::sweep::space::carried::keys(file).into_iter().map(str::to_owned);
+    derived.chain(together).chain(carried).collect()
 }

@@ -2,9 +2,10 @@
 
 use std::fmt;
 
+use super::table::Table;
 use crate::sweep::expr::Expr;
 pub use crate::sweep::objective::{EPSILON, Goal, Objective};
-use powergs_base::config::suggest::nearest;
+use crate::sweep::space::FreeAxis;
 
 /// Which rows of a point count.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,6 +62,8 @@ pub struct Question {
     pub epsilon: f64,
     /// What becomes of designs that miss the display rate.
     pub misses: Misses,
+    /// Axes that cost nothing, where that is known: only words need them.
+    pub free: Vec<FreeAxis>,
     /// Frames per second that the display shows, where that is known: only words need it.
     pub display_fps: Option<f64>,
 }
@@ -89,18 +92,21 @@ impl Question {
             top: 10,
             epsilon: EPSILON,
             misses: Misses::Behind,
+            free: Vec::new(),
             display_fps: None,
         }
     }
 
     /// The metrics besides the axes that an answer needs.
     pub fn needs(&self, column: &str) -> bool {
-        let named = |o: &Objective| o.name == column;
+        let part =
+            |name: &str| name == column || name.split_once(':').is_some_and(|n| n.1 == column);
+        let named = |o: &Objective| o.name == column || o.columns().iter().any(|c| part(c));
         USEFUL.contains(&column)
             || ENERGY_PARTS.contains(&column)
             || self.objectives.iter().any(named)
             || self.colour.as_deref() == Some(column)
-            || self.condition.as_ref().is_some_and(|c| c.names().contains(column))
+            || self.condition.as_ref().is_some_and(|c| c.names().into_iter().any(part))
     }
 }
 
@@ -131,12 +137,12 @@ pub const ENERGY_PARTS: [&str; 6] = [
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AnalysisError {
     /// A name that is no column.
-    #[error("no column `{name}`{}", meant(.nearest))]
+    #[error("no column `{name}`{hint}")]
     Column {
         /// The name.
         name: String,
-        /// A column whose name is near it.
-        nearest: Option<String>,
+        /// What to write instead.
+        hint: String,
     },
     /// A column of words where numbers are needed.
     #[error("column `{0}` has words: an objective needs numbers")]
@@ -184,10 +190,6 @@ pub enum AnalysisError {
     Ambiguous(String),
 }
 
-fn meant(nearest: &Option<String>) -> String {
-    nearest.as_ref().map_or(String::new(), |n| format!(": did you mean `{n}`?"))
-}
-
 fn parts_text(parts: &[(String, usize)]) -> String {
     if parts.len() < 2 {
         return String::new();
@@ -197,9 +199,11 @@ fn parts_text(parts: &[(String, usize)]) -> String {
 }
 
 impl AnalysisError {
-    /// No column is called `name`.
-    pub fn column<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> AnalysisError {
-        let nearest = nearest(name, known).map(str::to_owned);
-        AnalysisError::Column { name: name.to_owned(), nearest }
+    /// No column of the table is called `name`.
+    pub(crate) fn column(name: &str, table: &Table) -> AnalysisError {
+        let names: Vec<&str> = super::designs::names(table).collect();
+        let axes = table.axes.iter().map(|(axis, _)| axis.as_str());
+        let hint = crate::sweep::run::column_hint(name, &names, axes);
+        AnalysisError::Column { name: name.to_owned(), hint }
     }
 }

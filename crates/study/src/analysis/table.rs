@@ -15,6 +15,8 @@ pub use words::Words;
 
 use std::collections::BTreeSet;
 
+use super::question::{AnalysisError, Objective};
+
 /// The `point` of the base machine, which is no point of the space.
 pub const BASELINE: u64 = u64::MAX;
 
@@ -93,7 +95,9 @@ impl Over {
 pub struct Counts {
     /// Points that were simulated on every trace.
     pub ok: usize,
-    /// Points that failed on at least one trace.
+    /// Points that are configurations which cannot exist.
+    pub invalid: usize,
+    /// Points whose simulation went wrong on at least one trace.
     pub failed: usize,
     /// Points that a constraint of the sweep left out, where that is known.
     pub excluded: usize,
@@ -126,7 +130,8 @@ pub struct Table {
     pub metric_names: Vec<String>,
     /// What became of the points.
     pub counts: Counts,
-    /// Why points failed, with the number of rows, the most frequent first.
+    /// Why points are invalid or failed: an example of each reason, with the number of points, the
+    /// most frequent first.
     pub reasons: Vec<(String, usize)>,
 }
 
@@ -147,6 +152,23 @@ impl Table {
             Values::Numbers(numbers) => Some(numbers),
             Values::Words(_) => None,
         }
+    }
+
+    /// Adds a column for every objective that is not one: an axis of numbers, or an expression.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Column`], [`AnalysisError::Objectives`]: names that are no columns, texts
+    /// that are no expressions.
+    pub fn compute(&mut self, objectives: &[Objective]) -> Result<(), AnalysisError> {
+        for objective in objectives {
+            let name = &objective.name;
+            if self.metrics.iter().all(|c| c.name != *name) {
+                let numbers = super::designs::computed(self, objective)?;
+                let values = Values::Numbers(numbers);
+                self.metrics.push(Column { name: name.clone(), values });
+            }
+        }
+        Ok(())
     }
 
     /// The values of the axis or follower `name`.

@@ -40,7 +40,7 @@ pub struct Design {
 /// The prices of one energy table.
 #[derive(Debug, Clone)]
 pub struct Priced {
-    /// Label of the table in the sweep; `own` for the one that the machine names.
+    /// Label of the table in the sweep; its name where the machine names it.
     pub label: String,
     /// The table.
     pub table: Arc<Document<EnergyTable>>,
@@ -107,17 +107,17 @@ pub enum Rejected {
 }
 
 impl Rejected {
-    /// What many points have in common that are left out: the constraint, the key, the kind of
+    /// What many points have in common that are no designs: the constraint, the key, the kind of
     /// contradiction; without their numbers.
     pub fn cause(&self) -> String {
         match self {
-            Rejected::Duplicate { axis, .. } => format!("axis `{axis}` does not count"),
+            Rejected::Duplicate { axis, .. } => format!("axis `{axis}` does not count there"),
             Rejected::Constraint { text, .. } => format!("constraint `{text}`"),
             Rejected::Derived { key, .. } => format!("derived `{key}` has no such value"),
             Rejected::Expression { place, .. } => format!("`{place}` has no value"),
             Rejected::Machine(message) => {
                 let key = message.split('`').nth(1).unwrap_or("machine");
-                format!("no valid machine: `{key}`")
+                format!("`{key}`")
             }
             Rejected::Price { label, .. } => format!("no price in energy table `{label}`"),
         }

@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::metric::metrics;
-use super::table::FIRST;
+use super::table::{FIRST, LAST};
 
 /// The section.
 pub fn results_md() -> String {
@@ -15,6 +15,9 @@ pub fn results_md() -> String {
     text.push_str(BETWEEN);
     for metric in metrics() {
         let _ = writeln!(text, "| `{}` | {} | {} |", metric.name, metric.unit, metric.definition);
+    }
+    for (name, unit, definition) in LAST {
+        let _ = writeln!(text, "| `{name}` | {unit} | {definition} |");
     }
     text.push_str(QUERIES);
     text

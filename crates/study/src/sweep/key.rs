@@ -124,6 +124,14 @@ impl Key {
         CATALOGUE.keys().map(String::as_str)
     }
 
+    /// What its values measure; `None` for plain numbers and words.
+    pub fn measure(&self) -> Option<Measure> {
+        match self.domain() {
+            Domain::Measure(measure) => Some(*measure),
+            _ => None,
+        }
+    }
+
     pub(super) fn domain(&self) -> &'static Domain {
         let key = self.to_string();
         &CATALOGUE.get(&key).expect("keys come from the catalogue").1

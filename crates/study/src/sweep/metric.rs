@@ -4,6 +4,7 @@
 use std::sync::LazyLock;
 
 use super::outcome::{Outcome, SAMPLED, means, place};
+use powergs_base::config::suggest::nearest;
 use powergs_core::sim::statistics::find;
 
 /// The outcome of a trace and the weight that it has among the traces; positive.
@@ -66,6 +67,21 @@ pub fn values(outcomes: &[Weighted]) -> Vec<Option<f64>> {
         row.push(value.filter(|x| x.is_finite()));
     }
     row
+}
+
+/// The column that a wrong name is most likely meant to be. Where only the beginning was typed, the
+/// mean of a statistic comes before its quantiles.
+pub fn nearest_column<'a>(
+    name: &str,
+    columns: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    let columns: Vec<&str> = columns.into_iter().collect();
+    let near = nearest(name, columns.iter().copied())?;
+    let is_quantile = |tail: &str| QUANTILES.iter().any(|(ending, _)| *ending == tail);
+    let stem = near.rsplit_once('.').filter(|(_, tail)| is_quantile(tail) && !name.contains('.'));
+    let mean = stem.map(|(stem, _)| format!("{stem}.mean"));
+    let mean = mean.and_then(|mean| columns.iter().copied().find(|c| *c == mean));
+    Some(mean.unwrap_or(near))
 }
 
 fn mean(outcomes: &[Weighted], place: usize) -> Option<f64> {

@@ -1,4 +1,9 @@
-//! What is wanted of a design: columns of the table that are to be small or large.
+//! What is wanted of a design: columns of the table, or numbers made of them, that are to be small
+//! or large.
+
+use std::collections::BTreeSet;
+
+use super::expr::{Expr, Value};
 
 /// Share below which a difference is noise, unless somebody says otherwise.
 pub const EPSILON: f64 = 1e-3;
@@ -27,10 +32,10 @@ impl Goal {
     }
 }
 
-/// A metric and which way it is better.
+/// A number and which way it is better.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Objective {
-    /// Name of the column.
+    /// Name of the column, or an expression of columns: `area_mm2 * frame_time_ms.p99`.
     pub name: String,
     /// Which way is better.
     pub goal: Goal,
@@ -45,5 +50,23 @@ impl Objective {
     /// What is to be large.
     pub fn maximize(name: impl Into<String>) -> Objective {
         Objective { name: name.into(), goal: Goal::Maximize }
+    }
+
+    /// The columns that it is made of.
+    pub fn columns(&self) -> BTreeSet<String> {
+        let names = |expr: Expr| expr.names().into_iter().map(str::to_owned).collect();
+        Expr::parse(&self.name).map_or_else(|_| BTreeSet::from([self.name.clone()]), names)
+    }
+
+    /// Its value, where `lookup` says what a column has; `None` if it has none there.
+    pub fn value(&self, lookup: &dyn Fn(&str) -> Option<Value>) -> Option<f64> {
+        let value = match Expr::parse(&self.name) {
+            Ok(expr) => expr.eval(lookup).ok()?,
+            Err(_) => lookup(&self.name)?,
+        };
+        match value {
+            Value::Number(x) if x.is_finite() => Some(x),
+            Value::Number(_) | Value::Text(_) | Value::Truth(_) => None,
+        }
     }
 }

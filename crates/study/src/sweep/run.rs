@@ -29,10 +29,11 @@ mod traces;
 mod watch;
 mod work;
 
+pub(crate) use columns::column_hint;
 pub use folder::{Existing, Shard, SweepFolder};
 pub use opened::{Designs, OpenedSweep};
 pub use own::Sweep;
-pub use plan::Plan;
+pub use plan::{Cause, Plan};
 pub use records::Records;
 pub use request::SweepRequest;
 pub use results::{Results, Tally};

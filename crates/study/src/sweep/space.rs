@@ -22,16 +22,20 @@ use powergs_core::run::files::Files;
 use powergs_core::run::identity::timing_id;
 use powergs_core::sim;
 
+pub(crate) mod carried;
 mod check;
 mod derive;
 mod draft;
+mod free;
 mod names;
 
 use derive::Derived;
 use draft::Draft;
+pub use free::FreeAxis;
 use names::Computed;
+pub(crate) use names::facts;
 
-/// Label of the energy table that the machine names.
+/// Label of the energy table that the machine names, where points name different ones.
 pub(crate) const OWN: &str = "own";
 
 /// Everything that is wrong with a sweep, in the order of its lines.
@@ -102,7 +106,7 @@ impl Space {
         let set = axis::settings(&file.set, "set", found);
         let read = |(i, spec)| Some((i, axis::axis(spec, i, found)?));
         let axes: Vec<(usize, Axis)> = file.axes.iter().enumerate().filter_map(read).collect();
-        let derived = derive::read(&file.derived, found);
+        let mut derived = derive::read(&file.derived, found);
         let mut taken: Vec<(String, &'static Key)> = Vec::new();
         taken.extend(set.iter().map(|(key, _)| ("`set`".to_owned(), *key)));
         taken.extend(derived.iter().map(|d| ("`derived`".to_owned(), d.key)));
@@ -114,10 +118,12 @@ impl Space {
             energy.push(Energy { label, table, changes });
         }
         if energy.is_empty() {
-            energy.push(Energy { label: OWN.to_owned(), table: None, changes: Vec::new() });
+            let label = own_label(file, &library).unwrap_or_else(|| OWN.to_owned());
+            energy.push(Energy { label, table: None, changes: Vec::new() });
         }
         let constraints = constraints(file, &energy, found);
         let axes: Vec<Axis> = axes.into_iter().map(|(_, axis)| axis).collect();
+        derived.extend(carried::derived(file, &axes, &library, found));
         let side = |a: &Axis| Side { len: a.steps.len() as u32, ordered: a.ordered };
         let lattice = Lattice::new(axes.iter().map(side).collect());
         let all_there = axes.len() == file.axes.len();
@@ -158,6 +164,12 @@ impl Space {
     /// The axes.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
+    }
+
+    /// Keys that follow an axis by default, as the file says nothing of them: each with what it is.
+    pub fn carried(&self) -> Vec<(&str, &str)> {
+        let carried = self.derived.iter().filter(|d| d.is_carried);
+        carried.map(|d| (d.name.as_str(), d.expr.text())).collect()
     }
 
     /// How points are chosen, as the file says.
@@ -297,6 +309,20 @@ impl Space {
         }
         Ok(())
     }
+}
+
+/// The name of the one energy table that all points have: that of the base machine, or of `set`.
+fn own_label(file: &SweepFile, library: &Library) -> Option<String> {
+    const ENERGY: &str = "energy";
+    if carried::varied(file).any(|key| [ENERGY, super::key::MACHINE].contains(&key)) {
+        return None;
+    }
+    let set = file.set.0.iter().find(|(key, _)| key == ENERGY).map(|(_, value)| value.clone());
+    let own = || get(&library.machine(&file.base).ok()?.table, ENERGY).cloned();
+    let name = set.or_else(own)?;
+    let stem = std::path::Path::new(name.as_str()?).file_stem()?.to_str()?.to_owned();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    (!stem.is_empty() && stem.chars().all(is_plain)).then_some(stem)
 }
 
 /// Changed keys of an energy table: without `energy:`, which goes without saying there.

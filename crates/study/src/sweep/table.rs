@@ -77,10 +77,10 @@ pub const FIRST: [(&str, ColumnKind, &str); 8] = [
     (
         "status",
         ColumnKind::Text,
-        "`ok`, `failed` (the design is no machine, or its simulation broke off; never part of an \
-         aggregate) or `missing` (the sweep was interrupted).",
+        "`ok`, `invalid` (the configuration cannot exist), `failed` (its simulation went wrong) or \
+         `missing` (the sweep was interrupted); only `ok` is part of an aggregate.",
     ),
-    ("reason", ColumnKind::Text, "Why a design failed."),
+    ("reason", ColumnKind::Text, "Why a design is invalid or failed."),
     ("energy_table", ColumnKind::Text, "Label of the energy table that priced the row."),
     (
         "trace",
@@ -95,6 +95,18 @@ pub const FIRST: [(&str, ColumnKind, &str); 8] = [
     ),
 ];
 
+/// The columns behind the metrics: what is known of a design before it is simulated. Name, unit,
+/// definition.
+pub const LAST: [(&str, &str, &str); 3] = [
+    ("leakage_w", "W", "Leakage of the chip when nothing is gated."),
+    (
+        "peak_w",
+        "W",
+        "Power of all blocks of the chip when each does all that it can in every cycle: a bound.",
+    ),
+    ("sram_capacity_bytes", "B", "Bytes of all buffers and the cache."),
+];
+
 /// All columns of a sweep with these axes.
 pub fn columns(axes: &[Column]) -> Vec<Column> {
     let first = FIRST.iter().map(|&(name, kind, _)| Column { name: name.into(), kind });
@@ -102,7 +114,8 @@ pub fn columns(axes: &[Column]) -> Vec<Column> {
         name: m.name.clone(),
         kind: if m.name == "frames" { ColumnKind::Integer } else { ColumnKind::Real },
     });
-    first.chain(axes.iter().cloned()).chain(last).collect()
+    let facts = LAST.iter().map(|f| Column { name: f.0.into(), kind: ColumnKind::Real });
+    first.chain(axes.iter().cloned()).chain(last).chain(facts).collect()
 }
 
 /// A design in the table.
@@ -114,14 +127,23 @@ pub struct Entry {
     pub id: Option<u128>,
     /// Its cells in the columns of the axes.
     pub axes: Vec<Cell>,
+    /// What is known of it before it is simulated under each energy table; none if it is no
+    /// machine.
+    pub facts: Vec<Facts>,
 }
+
+/// What is known of a design under an energy table before it is simulated, in the order of
+/// [`LAST`].
+pub type Facts = [Option<f64>; LAST.len()];
 
 /// What became of a design on one trace.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fate {
     /// It was simulated.
     Ok(Outcome),
-    /// It was not, for this reason.
+    /// The configuration cannot exist, for this reason.
+    Invalid(String),
+    /// Its simulation went wrong, for this reason.
     Failed(String),
     /// Not yet.
     Missing,
@@ -131,6 +153,7 @@ impl Fate {
     fn status(&self) -> Status<'_> {
         match self {
             Fate::Ok(_) => Status::OK,
+            Fate::Invalid(reason) => Status { word: "invalid", reason },
             Fate::Failed(reason) => Status { word: "failed", reason },
             Fate::Missing => Status::MISSING,
         }
@@ -139,7 +162,7 @@ impl Fate {
     fn outcome(&self) -> Option<&Outcome> {
         match self {
             Fate::Ok(outcome) => Some(outcome),
-            Fate::Failed(_) | Fate::Missing => None,
+            Fate::Invalid(_) | Fate::Failed(_) | Fate::Missing => None,
         }
     }
 }
@@ -167,7 +190,13 @@ pub struct TraceLabel {
 
 /// The rows of one design under one energy table: one per trace, then the aggregates. An aggregate
 /// over traces of which one failed is failed; it has no numbers.
-pub fn rows(entry: &Entry, table: &str, traces: &[TraceLabel], fates: &[Fate]) -> Vec<Vec<Cell>> {
+/// `table` is the place of the energy table among those of the sweep, with its label.
+pub fn rows(
+    entry: &Entry,
+    table: (usize, &str),
+    traces: &[TraceLabel],
+    fates: &[Fate],
+) -> Vec<Vec<Cell>> {
     let mut rows = Vec::with_capacity(traces.len() + 2);
     for (trace, fate) in traces.iter().zip(fates) {
         let values = fate.outcome().map(|o| values(&[(trace.weight, o)]));
@@ -185,7 +214,7 @@ pub fn rows(entry: &Entry, table: &str, traces: &[TraceLabel], fates: &[Fate]) -
             rows.push(row(entry, Status::OK, table, label, "worst", Some(worst)));
         }
         _ => {
-            let failed = fates.iter().find(|f| matches!(f, Fate::Failed(_)));
+            let failed = fates.iter().find(|f| matches!(f, Fate::Invalid(_) | Fate::Failed(_)));
             let status = failed.map_or(Status::MISSING, Fate::status);
             rows.push(row(entry, status, table, "", "mean", None));
             rows.push(row(entry, status, table, "", "worst", None));
@@ -204,7 +233,7 @@ fn slowest(outcomes: &[Weighted]) -> usize {
 fn row(
     entry: &Entry,
     status: Status<'_>,
-    table: &str,
+    (place, table): (usize, &str),
     trace: &str,
     scope: &str,
     values: Option<Vec<Option<f64>>>,
@@ -227,5 +256,7 @@ fn row(
         Some(frames) if metric.name == "frames" => Cell::Integer(frames as i64),
         Some(x) => Cell::Real(x),
     }));
+    let facts = entry.facts.get(place).copied().unwrap_or_default();
+    row.extend(facts.map(|fact| fact.map_or(Cell::Empty, Cell::Real)));
     row
 }

@@ -43,7 +43,8 @@ impl Table {
 }
 
 impl Table {
-    /// The results of a sweep as columns, those that a question needs.
+    /// The results of a sweep as columns, those that a question needs. Objectives that are no
+    /// columns are added by [`Table::compute`].
     ///
     /// # Errors
     /// As [`Collector`].
@@ -113,9 +114,20 @@ struct Building {
     metrics: Vec<(usize, String, Metric)>,
     metric_names: Vec<String>,
     ok: BTreeSet<u64>,
+    invalid: BTreeSet<u64>,
     failed: BTreeSet<u64>,
     missing: BTreeSet<u64>,
-    reasons: BTreeMap<String, usize>,
+    reasons: BTreeMap<String, Reason>,
+}
+
+/// Why points are invalid or failed.
+#[derive(Debug)]
+struct Reason {
+    /// That of the first of them.
+    example: String,
+    points: usize,
+    /// The last of them: its rows follow each other.
+    last: u64,
 }
 
 impl Building {
@@ -174,7 +186,7 @@ impl Building {
         match self.count(point, cell(3), cell(4)) {
             Some(true) => {}
             Some(false) => return Ok(()),
-            None => return Err(wrong(3, "status: `ok`, `failed` or `missing`")),
+            None => return Err(wrong(3, "status: `ok`, `invalid`, `failed` or `missing`")),
         }
         let id = u128::from_str_radix(cell(2), 16).map_err(|_| wrong(2, "hash: 32 hex digits"))?;
         let over = Over::named(cell(7)).ok_or_else(|| wrong(7, "`trace`, `mean` or `worst`"))?;
@@ -230,6 +242,7 @@ impl Building {
     fn count(&mut self, point: u64, status: &str, reason: &str) -> Option<bool> {
         let set = match status {
             "ok" => &mut self.ok,
+            "invalid" => &mut self.invalid,
             "failed" => &mut self.failed,
             "missing" => &mut self.missing,
             _ => return None,
@@ -238,22 +251,33 @@ impl Building {
             set.insert(point);
         }
         if !matches!(status, "ok" | "missing") {
-            self.reason(reason);
+            self.reason(point, status, reason);
         }
         Some(status == "ok")
     }
 
-    fn reason(&mut self, text: &str) {
-        let reason = shortened(text);
-        let full = self.reasons.len() >= REASONS_MAX && !self.reasons.contains_key(&reason);
-        *self.reasons.entry(if full { "other".into() } else { reason }).or_default() += 1;
+    /// Reasons about the same key are one, whatever their numbers are.
+    fn reason(&mut self, point: u64, status: &str, text: &str) {
+        let key = text.split('`').nth(1).unwrap_or(text);
+        let cause = format!("{status} {}", shortened(key));
+        let full = self.reasons.len() >= REASONS_MAX && !self.reasons.contains_key(&cause);
+        let (cause, text) = if full { ("other".into(), "other") } else { (cause, text) };
+        let example = format!("{status}: {}", shortened(text));
+        let new = || Reason { example, points: 0, last: u64::MAX - 1 };
+        let reason = self.reasons.entry(cause).or_insert_with(new);
+        if reason.last != point {
+            (reason.last, reason.points) = (point, reason.points + 1);
+        }
     }
 
     fn finish(self) -> Table {
-        let mut reasons: Vec<(String, usize)> = self.reasons.into_iter().collect();
+        let reasons = self.reasons.into_values().map(|r| (r.example, r.points));
+        let mut reasons: Vec<(String, usize)> = reasons.collect();
         reasons.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
         let rows = self.points.len();
-        let whole = |p: &&u64| !self.failed.contains(p) && !self.missing.contains(p);
+        let whole = |p: &&u64| {
+            ![&self.invalid, &self.failed, &self.missing].iter().any(|set| set.contains(p))
+        };
         Table {
             points: self.points,
             ids: self.ids,
@@ -271,6 +295,7 @@ impl Building {
             metric_names: self.metric_names,
             counts: Counts {
                 ok: self.ok.iter().filter(whole).count(),
+                invalid: self.invalid.len(),
                 failed: self.failed.len(),
                 excluded: 0,
                 missing: self.missing.len(),

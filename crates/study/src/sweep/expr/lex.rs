@@ -155,10 +155,13 @@ fn number(text: &str, at: usize) -> Result<(Word, usize), ExprError> {
 }
 
 fn no_unit(written: &str) -> String {
+    if written.eq_ignore_ascii_case("fps") {
+        return "frame rates have no unit in expressions: leave `FPS` out".to_owned();
+    }
     let all: Vec<String> = Measure::ALL.iter().map(|m| m.unit_names()).collect();
     let near = nearest(written, all.iter().flat_map(|names| names.split(", ")));
     let hint = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
-    format!("`{written}` behind a number is no unit; {hint}For a product, write `*`")
+    format!("`{written}` is not a unit; {hint}For a product, write `*`")
 }
 
 /// The longest unit at the start of `text`.

@@ -3,12 +3,13 @@
 use toml::{Table, Value};
 
 use crate::sweep::design::Design;
+use crate::sweep::expr::{self, Expr};
+use crate::sweep::key::Key;
 use crate::sweep::measure::Measure;
-use crate::sweep::metric::metrics;
+use crate::sweep::metric::{metrics, nearest_column};
 use crate::sweep::objective::Objective;
 use crate::sweep::space::Space;
-use crate::sweep::table::{Cell, Column, ColumnKind};
-use powergs_base::config::suggest::nearest;
+use crate::sweep::table::{Cell, Column, ColumnKind, LAST};
 use powergs_core::run::RunError;
 
 /// Steps of each axis that decide the kind of its column.
@@ -133,7 +134,21 @@ fn cell<'v>(column: &Column, find: impl Fn(&str) -> Option<&'v Value>) -> Cell {
     }
 }
 
-/// Refuses objectives that no column of the table has.
+/// What a cell of an axis is in an expression: a measure counts in SI units.
+pub fn value(cell: &Cell) -> Option<expr::Value> {
+    Some(match cell {
+        Cell::Empty => return None,
+        Cell::Integer(n) => expr::Value::Number(*n as f64),
+        Cell::Real(x) => expr::Value::Number(*x),
+        Cell::Truth(yes) => expr::Value::Truth(*yes),
+        Cell::Text(text) => match si(&Value::String(text.clone())) {
+            Some(x) => expr::Value::Number(x),
+            None => expr::Value::Text(text.clone()),
+        },
+    })
+}
+
+/// Refuses objectives that cannot be made of the columns of the table.
 ///
 /// # Errors
 /// [`RunError::Config`]: such an objective, with the nearest column.
@@ -143,19 +158,55 @@ pub fn check_objectives(
     origin: &str,
 ) -> Result<(), RunError> {
     let axes = kinds(space);
-    let names: Vec<&str> = metrics()
-        .iter()
-        .map(|m| m.name.as_str())
-        .chain(axes.iter().filter(|c| c.kind != ColumnKind::Text).map(|c| c.name.as_str()))
-        .collect();
+    let metrics = metrics().iter().map(|m| m.name.as_str());
+    let own = axes.iter().map(|c| c.name.as_str());
+    let names: Vec<&str> = metrics.chain(LAST.iter().map(|f| f.0)).chain(own).collect();
+    let wrong = |what: String| Err(RunError::config(origin, what));
     for objective in objectives {
-        let column = objective.name.as_str();
-        if !names.contains(&column) {
-            let near = nearest(column, names.iter().copied());
-            let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            let what = format!("no column `{column}` to optimise{near}");
-            return Err(RunError::config(origin, what));
+        if !names.contains(&objective.name.as_str())
+            && let Err(error) = Expr::parse(&objective.name)
+        {
+            return wrong(format!("the objective `{}`: {error}", objective.name));
+        }
+        let columns = objective.columns();
+        if let Some(column) = columns.iter().find(|c| !names.contains(&c.as_str())) {
+            let hint = column_hint(column, &names, axes.iter().map(|c| c.name.as_str()));
+            return wrong(format!("no column `{column}` to optimise{hint}"));
+        }
+        if columns.is_empty() {
+            let what = "no column in it: it is the same for all designs";
+            return wrong(format!("the objective `{}`: {what}", objective.name));
+        }
+        if let [only] = axes.iter().filter(|c| c.name == objective.name).collect::<Vec<_>>()[..]
+            && only.kind == ColumnKind::Text
+            && !names.contains(&format!("{}{SI}", only.name).as_str())
+        {
+            return wrong(format!("column `{}` has words: an objective needs numbers", only.name));
         }
     }
     Ok(())
+}
+
+/// What to write in place of a name that no column has.
+pub(crate) fn column_hint<'a>(
+    name: &str,
+    columns: &[&str],
+    axes: impl Iterator<Item = &'a str>,
+) -> String {
+    if let Some(near) = nearest_column(name, columns.iter().copied()) {
+        return format!("; did you mean `{near}`?");
+    }
+    let fixed = match Key::known(name) {
+        Some(_) => format!("; `{name}` is the same for all designs of this sweep. "),
+        None => "; ".to_owned(),
+    };
+    let axes: Vec<String> = axes.filter(|a| !a.ends_with(SI)).map(|a| format!("`{a}`")).collect();
+    let axes = match axes.is_empty() {
+        true => String::new(),
+        false => format!(" and {} of this sweep", axes.join(", ")),
+    };
+    format!(
+        "{fixed}there are `power_w.mean`, `energy_pj.mean`, `area_mm2`, `fps.mean`, \
+         `frame_time_ms.p99`, `sram_capacity_bytes`{axes}; all of them are in docs/results.md"
+    )
 }

@@ -1,7 +1,9 @@
 //! What a sweep will take, timed on a frame of every trace.
 
 use std::collections::HashSet;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
 
 use super::folder::Shard;
 use super::opened::{Designs, OpenedSweep};
@@ -15,8 +17,10 @@ use powergs_core::run::{RunError, Window};
 /// Points that are planned; of a larger space this many are a sample.
 const LOOKED_AT: u64 = 20_000;
 
-/// Machines that are timed on a frame.
-const TIMED: usize = 8;
+/// Machines that are timed on a frame of every trace, at least.
+const TIMED: usize = 12;
+/// After this, no further machine is timed on a trace.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// Machines that are compared for what they share.
 const COMPARED: usize = 2048;
 
@@ -31,7 +35,7 @@ pub struct Estimate {
     pub scale: f64,
     /// Machines to time.
     pub machines: f64,
-    /// Time of the sweep, seconds.
+    /// Time of the sweep, seconds, at least: as if no thread ever waited.
     pub seconds: f64,
     /// Threads that share the work.
     pub threads: f64,
@@ -53,7 +57,7 @@ impl Estimate {
         let points = points(&sweep.designs);
         let Some(plan) = sampled(&sweep.designs, points, watch) else { return Ok(None) };
         let looked_at = (plan.designs.len() - 1) as u64
-            + plan.excluded.values().sum::<u64>()
+            + plan.excluded.values().chain(plan.duplicates.values()).sum::<u64>()
             + plan.invalid.len() as u64;
         let scale = points as f64 / looked_at.max(1) as f64;
         let machines = plan.machines(Shard::WHOLE).len() as f64 * scale;
@@ -114,8 +118,9 @@ pub struct Cost {
     pub bytes: usize,
 }
 
-/// Bins a frame of every trace under the base machine's geometry, and times a few machines of that
-/// geometry on it, twice; `scale` is how many designs each of the plan stands for. The finest
+/// Bins the middle frame of every trace under some geometries of the plan, and times some machines
+/// of each on it: one after the other, with and without what machines share, then on all threads at
+/// once, which is slower. `scale` is how many designs each of the plan stands for. The finest
 /// geometry tells how much memory binned frames take.
 ///
 /// # Errors
@@ -129,45 +134,88 @@ fn cost(
     let preprocessings = preprocessings(&sweep.designs, plan, scale);
     let mut cost = Cost { preprocessings, ..Cost::default() };
     let display_fps = sweep.file.display_fps;
-    let place = plan.designs[0].geometry;
-    let geometry = plan.geometries[place as usize];
-    let finest = plan.geometries.iter().min_by_key(|g| (g.tile, g.subtile)).unwrap_or(&geometry);
-    let same: Vec<_> = plan.designs.iter().filter(|d| d.geometry == place).collect();
-    let step = (same.len() / TIMED).max(1);
-    let designs: Vec<Design> =
-        same.iter().step_by(step).filter_map(|d| sweep.designs.design(d.point).ok()).collect();
+    let finest = plan.geometries.iter().min_by_key(|g| (g.tile, g.subtile));
+    let sample = sample(&sweep.designs, plan);
     for trace in &mut sweep.traces {
         let range = trace.frames.range();
         let frames = range.len() as f64;
         let middle = range.start + range.len() / 2;
-        let started = Instant::now();
-        let window = Window::bin(&mut *trace.frames, geometry, middle, 1)?;
-        cost.bin_s += started.elapsed().as_secs_f64() * frames;
-        let first = seconds_each(&designs, &window, display_fps);
-        let again = seconds_each(&designs, &window, display_fps).min(first);
-        cost.machine_s += again * frames;
-        cost.preprocessing_s += (first - again) * frames;
-        let bytes = match *finest == geometry {
-            true => window.frames[0].bytes(),
-            false => {
-                let window = Window::bin(&mut *trace.frames, *finest, middle, 1)?;
-                window.frames[0].bytes()
+        let (mut bins, mut times) = (Vec::new(), Times::default());
+        let began = Instant::now();
+        for designs in sample.chunk_by(|a, b| a.machine.geometry == b.machine.geometry) {
+            if !bins.is_empty() && began.elapsed() > PATIENCE {
+                break;
             }
-        };
-        cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
+            let started = Instant::now();
+            let geometry = designs[0].machine.geometry;
+            let window = Window::bin(&mut *trace.frames, geometry, middle, 1)?;
+            bins.push(started.elapsed().as_secs_f64());
+            times.of(designs, &window, display_fps, began);
+        }
+        cost.bin_s += frames * bins.iter().sum::<f64>() / bins.len().max(1) as f64;
+        cost.machine_s += frames * times.warm_s / times.designs.max(1) as f64;
+        cost.preprocessing_s += frames * times.preprocessing_s / times.preprocessings.max(1) as f64;
+        if let Some(finest) = finest {
+            let window = Window::bin(&mut *trace.frames, *finest, middle, 1)?;
+            let bytes = window.frames[0].bytes();
+            cost.bytes = cost.bytes.max((bytes * range.len()).min(memory.max(bytes) + bytes));
+        }
         cost.frames += range.len();
     }
     cost.bytes += plan.designs.len() * size_of::<Planned>();
     Ok(cost)
 }
 
-/// Seconds of a design on the frames of a window.
-fn seconds_each(designs: &[Design], window: &Window, display_fps: f64) -> f64 {
-    let started = Instant::now();
-    for design in designs {
-        Running::new(vec![design.clone()]).frames(window, display_fps);
+/// Some designs of a plan, evenly over its machines, which are in the order of their geometries.
+fn sample(designs: &Designs, plan: &Plan) -> Vec<Design> {
+    let machines = plan.machines(Shard::WHOLE);
+    let most = TIMED.max(rayon::current_num_threads()).min(machines.len());
+    let pick = |i: usize| plan.designs[machines[i * machines.len() / most][0] as usize].point;
+    (0..most).filter_map(|i| designs.design(pick(i)).ok()).collect()
+}
+
+/// What some designs take on a frame.
+#[derive(Debug, Default)]
+struct Times {
+    /// Seconds of all of them, each on a thread of its own, what they share being there.
+    warm_s: f64,
+    designs: usize,
+    /// Seconds of what they share.
+    preprocessing_s: f64,
+    preprocessings: usize,
+}
+
+impl Times {
+    /// Adds designs of one geometry; fewer where that takes long.
+    fn of(&mut self, designs: &[Design], window: &Window, display_fps: f64, began: Instant) {
+        let timed = |design: &Design| {
+            let started = Instant::now();
+            Running::new(vec![design.clone()]).frames(window, display_fps);
+            started.elapsed().as_secs_f64()
+        };
+        let mut cold = Vec::new();
+        for design in designs {
+            if !cold.is_empty() && began.elapsed() > PATIENCE {
+                break;
+            }
+            cold.push(timed(design));
+        }
+        let designs = &designs[..cold.len()];
+        let warm: Vec<f64> = designs.iter().map(timed).collect();
+        let together: Vec<f64> = designs.par_iter().map(timed).collect();
+        let sum = |times: &[f64]| times.iter().sum::<f64>();
+        self.warm_s += sum(&together).max(sum(&warm));
+        self.designs += designs.len();
+        self.preprocessing_s += (sum(&cold) - sum(&warm)).max(0.0);
+        let mut shared = HashSet::new();
+        for design in designs {
+            match Memo::shared_by(&design.machine) {
+                Some(key) => drop(shared.insert(key)),
+                None => self.preprocessings += 1,
+            }
+        }
+        self.preprocessings += shared.len();
     }
-    started.elapsed().as_secs_f64() / designs.len() as f64
 }
 
 /// How many different ways to preprocess a frame the designs of a plan have: counted in some of

@@ -9,6 +9,7 @@ use super::opened::OpenedSweep;
 use super::plan::Plan;
 use super::results::{CSV, PARQUET, Tally};
 use super::state::State;
+use crate::sweep::space::FreeAxis;
 use powergs_core::run::{RunError, Store};
 
 /// Its name in the folder.
@@ -29,23 +30,25 @@ pub struct Finished {
     results: String,
     /// Designs with all results.
     pub ok: u64,
-    /// Designs that failed.
+    /// Configurations that cannot exist.
+    pub invalid: u64,
+    /// Designs whose simulation went wrong.
     pub failed: u64,
-    /// Designs that constraints exclude.
+    /// Points that constraints exclude.
     pub excluded: u64,
     /// Designs on which the simulator contradicted itself; they are among the failed.
     #[serde(default)]
     pub defects: u64,
-}
-
-/// Designs that constraints exclude, as a finished sweep says; `None` if it says
-/// nothing.
-pub fn excluded(store: &dyn Store) -> Option<u64> {
-    let text = store.read_text(FILE).ok()??;
-    Some(toml::from_str::<Finished>(&text).ok()?.excluded)
+    /// Axes that cost nothing.
+    pub free: Vec<FreeAxis>,
 }
 
 impl Finished {
+    /// What a folder says of itself, whatever it was made from; `None` if it says nothing.
+    pub fn noted(store: &dyn Store) -> Option<Finished> {
+        toml::from_str(&store.read_text(FILE).ok()??).ok()
+    }
+
     /// What a folder says of this state; `None` if it is not whole, or its table was changed.
     pub fn read(store: &dyn Store, state: &State) -> Option<Finished> {
         let text = store.read_text(FILE).ok()??;
@@ -62,9 +65,11 @@ impl Finished {
             state: format!("{:032x}", sweep.state.hash()),
             results: format!("{table:032x}"),
             ok: tally.ok,
+            invalid: tally.invalid,
             failed: tally.failed,
             excluded: plan.excluded.values().sum(),
             defects: tally.defects,
+            free: sweep.designs.space.free_axes(),
         }
     }
 

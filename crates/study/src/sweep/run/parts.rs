@@ -44,9 +44,11 @@ pub fn take_over(
 /// How many results there are.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct PartCount {
-    /// Designs with all results.
+    /// Designs with all results. The baseline is not counted, here and below.
     pub ok: u64,
-    /// Designs that failed.
+    /// Configurations that cannot exist.
+    pub invalid: u64,
+    /// Designs whose simulation went wrong.
     pub failed: u64,
     /// Designs with a result missing.
     pub missing: u64,
@@ -65,9 +67,9 @@ impl PartCount {
         records: &mut Records,
         of: u32,
     ) -> Result<PartCount, RunError> {
-        let mut count = PartCount { failed: plan.invalid.len() as u64, ..PartCount::default() };
+        let mut count = PartCount { invalid: plan.invalid.len() as u64, ..PartCount::default() };
         for number in 1..=of {
-            let before = count.missing;
+            let mut is_missing = false;
             for &design in plan.machines(Shard { number, of }).iter().flatten() {
                 let mut found = [false; 2];
                 for trace in &sweep.traces {
@@ -79,13 +81,17 @@ impl PartCount {
                         }
                     }
                 }
+                is_missing |= found[1];
+                if plan.designs[design as usize].point.is_none() {
+                    continue;
+                }
                 match found {
                     [_, true] => count.missing += 1,
                     [true, false] => count.failed += 1,
                     [false, false] => count.ok += 1,
                 }
             }
-            if count.missing > before {
+            if is_missing {
                 count.parts.push(number);
             }
         }

@@ -11,6 +11,8 @@ use super::opened::Designs;
 use super::watch::SweepWatch;
 use crate::sweep::design::{Design, Rejected};
 use crate::sweep::outcome::OUTCOME_VERSION;
+use crate::sweep::space::facts;
+use crate::sweep::table::Facts;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::cost::untimed;
 use powergs_core::workload::Geometry;
@@ -38,21 +40,38 @@ pub struct Plan {
     pub designs: Vec<Planned>,
     /// Hash of what each energy table makes of each design, and of its display: tables run fastest.
     pub priced: Vec<u128>,
+    /// What is known of each design before it is simulated, as `priced`.
+    pub facts: Vec<Facts>,
     /// Energy tables.
     pub tables: usize,
     /// Distinct geometries, sorted.
     pub geometries: Vec<Geometry>,
-    /// Designs that a constraint excludes, counted by constraint.
+    /// Points that a constraint excludes, counted by constraint.
     pub excluded: BTreeMap<String, u64>,
-    /// Designs that are no machine: number and reason.
+    /// Points that are the same as another one because an axis does not count there, counted by
+    /// axis.
+    pub duplicates: BTreeMap<String, u64>,
+    /// Points that are configurations which cannot exist: number and reason.
     pub invalid: Vec<(u64, String)>,
+    /// The reasons of those, without their numbers.
+    pub causes: BTreeMap<String, Cause>,
+}
+
+/// Why points are invalid.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cause {
+    /// How many.
+    pub points: u64,
+    /// The first of them, and its reason.
+    pub example: (u64, String),
 }
 
 /// What one point of the space is.
 enum Found {
-    Design(Planned, Geometry, Vec<u128>),
+    Design(Planned, Geometry, Vec<(u128, Facts)>),
     Excluded(String),
-    Invalid(u64, String),
+    Duplicate(String),
+    Invalid(u64, Rejected),
 }
 
 impl Plan {
@@ -95,12 +114,20 @@ impl Plan {
     fn add(&mut self, found: Found, geometries: &mut BTreeMap<Geometry, u32>) {
         match found {
             Found::Excluded(by) => *self.excluded.entry(by).or_default() += 1,
-            Found::Invalid(point, reason) => self.invalid.push((point, reason)),
+            Found::Duplicate(axis) => *self.duplicates.entry(axis).or_default() += 1,
+            Found::Invalid(point, why) => {
+                let reason = why.to_string();
+                let new = || Cause { points: 0, example: (point, reason.clone()) };
+                self.causes.entry(why.cause()).or_insert_with(new).points += 1;
+                self.invalid.push((point, reason));
+            }
             Found::Design(mut design, geometry, priced) => {
                 let next = geometries.len() as u32;
                 design.geometry = *geometries.entry(geometry).or_insert(next);
                 self.designs.push(design);
+                let (priced, facts): (Vec<u128>, Vec<Facts>) = priced.into_iter().unzip();
                 self.priced.extend(priced);
+                self.facts.extend(facts);
             }
         }
     }
@@ -137,16 +164,16 @@ impl Plan {
 fn find(designs: &Designs, point: u64) -> Found {
     match designs.space.design(point) {
         Ok(design) => planned(Some(point), &design),
-        Err(why @ (Rejected::Constraint { .. } | Rejected::Duplicate { .. })) => {
-            Found::Excluded(why.cause())
-        }
-        Err(why) => Found::Invalid(point, why.to_string()),
+        Err(why @ Rejected::Constraint { .. }) => Found::Excluded(why.cause()),
+        Err(Rejected::Duplicate { axis, .. }) => Found::Duplicate(axis),
+        Err(why) => Found::Invalid(point, why),
     }
 }
 
 fn planned(point: Option<u64>, design: &Design) -> Found {
     let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0 };
-    let priced = (0..design.prices.len()).map(|table| price_id(design, table)).collect();
+    let priced = |table| (price_id(design, table), facts(design, table));
+    let priced = (0..design.prices.len()).map(priced).collect();
     Found::Design(planned, design.machine.geometry, priced)
 }
 

@@ -24,11 +24,13 @@ pub const PARQUET: &str = "results.parquet";
 /// What a table has.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 pub struct Tally {
-    /// Designs with all results.
+    /// Designs with all results. The baseline is not counted, here and below.
     pub ok: u64,
-    /// Designs that failed, on some trace at least.
+    /// Configurations that cannot exist.
+    pub invalid: u64,
+    /// Designs whose simulation went wrong, on some trace at least.
     pub failed: u64,
-    /// Designs with a result missing.
+    /// Designs with a result missing; the baseline is one here.
     pub missing: u64,
     /// Designs on which the simulator contradicted itself; they are among the failed.
     pub defects: u64,
@@ -73,12 +75,16 @@ fn rows_of(
         Slot::Design(design) => (plan.designs[design].point, Some(plan.designs[design].id)),
         Slot::Invalid(point, _) => (Some(point), None),
     };
-    let entry = Entry { point, id, axes: sweep.designs.cells(point) };
+    let facts = match *slot {
+        Slot::Design(design) => plan.facts[design * plan.tables..][..plan.tables].to_vec(),
+        Slot::Invalid(..) => Vec::new(),
+    };
+    let entry = Entry { point, id, axes: sweep.designs.cells(point), facts };
     for (t, label) in sweep.designs.tables().iter().enumerate() {
         let mut fates = Vec::new();
         for trace in &sweep.traces {
             let fate = match *slot {
-                Slot::Invalid(_, reason) => Fate::Failed(reason.to_owned()),
+                Slot::Invalid(_, reason) => Fate::Invalid(reason.to_owned()),
                 Slot::Design(design) => match records.get(plan.key(design, t, trace.hash))? {
                     Some(Record::Ok(outcome)) => Fate::Ok(outcome),
                     Some(Record::Failed(reason)) => Fate::Failed(reason),
@@ -93,7 +99,7 @@ fn rows_of(
             status[1] |= matches!(fate, Fate::Missing);
             fates.push(fate);
         }
-        all.extend(rows(&entry, label, &traces, &fates));
+        all.extend(rows(&entry, (t, label), &traces, &fates));
     }
     Ok((all, status))
 }
@@ -112,10 +118,17 @@ pub(crate) fn each_row(
     for slot in slots(plan) {
         let (rows, status) = rows_of(sweep, plan, records, &slot)?;
         rows.into_iter().try_for_each(&mut row)?;
+        let is_design = match slot {
+            Slot::Design(design) => plan.designs[design].point.is_some(),
+            Slot::Invalid(..) => {
+                tally.invalid += 1;
+                continue;
+            }
+        };
         match status {
-            [true, ..] => tally.failed += 1,
+            [true, ..] => tally.failed += u64::from(is_design),
             [false, true, _] => tally.missing += 1,
-            [false, false, _] => tally.ok += 1,
+            [false, false, _] => tally.ok += u64::from(is_design),
         }
         tally.defects += u64::from(status[2]);
     }

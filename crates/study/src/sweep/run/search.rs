@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use super::columns;
 use super::folder::{Shard, SweepFolder};
 use super::opened::OpenedSweep;
 use super::plan::Plan;
@@ -10,13 +11,14 @@ use super::shared::SharedResults;
 use super::watch::SweepWatch;
 use super::work::{ResultSink, work};
 use crate::sweep::design::Rejected;
+use crate::sweep::expr::Value;
 use crate::sweep::metric::{metrics, values};
 use crate::sweep::objective::Objective;
 use crate::sweep::outcome::Outcome;
 use crate::sweep::record::Record;
 use crate::sweep::search::Search;
 use crate::sweep::search::front::Trial;
-use crate::sweep::table::Cell;
+use crate::sweep::table::LAST;
 use powergs_core::run::RunError;
 
 /// Runs the search; all designs that it tried, or `None` after a cancellation.
@@ -88,22 +90,18 @@ fn trial(
     let weighted: Vec<_> = outcomes.iter().map(|(w, o)| (*w, o)).collect();
     let values = values(&weighted);
     let cells = sweep.designs.cells(plan.designs[design].point);
-    let cost = |objective: &Objective| {
-        let metric = metrics().iter().position(|m| m.name == objective.name);
-        let value = match metric {
-            Some(place) => values[place],
-            None => {
-                let columns = sweep.designs.columns();
-                let place = columns.iter().position(|c| c.name == objective.name)?;
-                match cells[place] {
-                    Cell::Integer(n) => Some(n as f64),
-                    Cell::Real(x) => Some(x),
-                    _ => None,
-                }
-            }
-        }?;
-        Some(objective.goal.cost(value))
+    let columns = sweep.designs.columns();
+    let facts = plan.facts[design * plan.tables];
+    let lookup = |name: &str| -> Option<Value> {
+        if let Some(place) = metrics().iter().position(|m| m.name == name) {
+            return values[place].map(Value::Number);
+        }
+        if let Some(place) = LAST.iter().position(|fact| fact.0 == name) {
+            return facts[place].map(Value::Number);
+        }
+        columns::value(&cells[columns.iter().position(|c| c.name == name)?])
     };
+    let cost = |objective: &Objective| Some(objective.goal.cost(objective.value(&lookup)?));
     let metric = |name: &str| values[metrics().iter().position(|m| m.name == name)?];
     let is_late = metric("deadline_missed_frac").is_some_and(|share| share > 0.0);
     let miss = match is_late && !sweep.file.objectives.include_misses {

@@ -212,7 +212,8 @@ fn first_design(space: &Space, found: &mut Found<'_>) {
         let example: String = example.chars().take(240).collect();
         let is_constraint = cause.starts_with("constraint");
         let tail = if is_constraint { String::new() } else { format!(", e.g. {example}") };
-        format!("\n  {n} excluded by {cause}{tail}")
+        let kind = if is_constraint { "excluded by" } else { "invalid:" };
+        format!("\n  {n} {kind} {cause}{tail}")
     };
     let lines: String = causes.iter().take(8).map(line).collect();
     let place = causes.iter().find_map(|(cause, _)| {

@@ -10,6 +10,8 @@ pub(super) struct Derived {
     pub(super) name: String,
     pub(super) key: &'static Key,
     pub(super) expr: Expr,
+    /// Whether it follows an axis by default: the file does not name it.
+    pub(super) is_carried: bool,
 }
 
 pub(super) fn read(settings: &Settings, found: &mut Found<'_>) -> Vec<Derived> {
@@ -26,7 +28,7 @@ pub(super) fn read(settings: &Settings, found: &mut Found<'_>) -> Vec<Derived> {
         if all.iter().any(|d| d.key == key) {
             found.wrong(&path, format!("`{key}` is derived twice"));
         }
-        all.push(Derived { name: name.clone(), key, expr });
+        all.push(Derived { name: name.clone(), key, expr, is_carried: false });
     }
     all
 }

@@ -6,9 +6,11 @@
 
 use super::{Energy, Found, Machine, Priced, Space};
 use crate::sweep::axis::no_name;
+use crate::sweep::design::Design;
 use crate::sweep::expr::{Expr, Value};
 use crate::sweep::file::SweepFile;
 use crate::sweep::key::{FileKind, Key};
+use crate::sweep::table::{Facts, LAST};
 use powergs_core::sim::cost::peak_w;
 use powergs_core::sim::statistics::{Statistic, catalogue};
 
@@ -30,6 +32,15 @@ pub(super) fn is_computed(name: &str, energy: &[Energy]) -> bool {
         None => name == SRAM || PRICED.contains(&name),
         Some((label, name)) => PRICED.contains(&name) && energy.iter().any(|e| e.label == label),
     }
+}
+
+/// What is known of a design under the energy table at `place`, in the order of the columns.
+pub(crate) fn facts(design: &Design, place: usize) -> Facts {
+    let of = Computed { machine: &design.machine, prices: &design.prices[place..] };
+    LAST.map(|(name, ..)| match computed(name, &of) {
+        Some(Value::Number(x)) => Some(x),
+        _ => None,
+    })
 }
 
 pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {

@@ -25,7 +25,7 @@ fn columns_and_counts() {
     assert!(capacity.is_numeric() && !table.axis("geometry.test").expect("an axis").is_numeric());
     assert_eq!(table.label(0), "baseline");
     assert!(table.numbers("bottleneck").is_none(), "words");
-    assert_eq!(table.reasons[0], ("buffer, too small".to_owned(), 1));
+    assert_eq!(table.reasons[0], ("failed: buffer, too small".to_owned(), 1));
 }
 
 /// A size in SI units and a derived key are columns to ask for, but nothing that is varied.

@@ -154,14 +154,14 @@ fn error(question: &Question) -> AnalysisError {
 fn wrong_questions_say_what_to_do() {
     let of = |name: &str| Question::of(vec![Objective::minimize(name)]);
     let cases = [
-        (of("areamm2"), "no column `areamm2`: did you mean `area_mm2`?"),
+        (of("areamm2"), "no column `areamm2`; did you mean `area_mm2`?"),
         (of("bottleneck"), "column `bottleneck` has words"),
         (Question::of(Vec::new()), "name columns with --minimize"),
         (
             Question::of(vec![Objective::minimize("area_mm2"), Objective::maximize("area_mm2")]),
-            "`area_mm2` is there twice",
+            "`area_mm2` appears twice",
         ),
-        (condition(two(), "area_mm <= 4"), "no column `area_mm`: did you mean `area_mm2`?"),
+        (condition(two(), "area_mm <= 4"), "no column `area_mm`; did you mean `area_mm2`?"),
         (condition(two(), "area_mm2"), "the condition:"),
         (condition(two(), "geometry.test > 3"), "the condition:"),
         (
@@ -175,6 +175,45 @@ fn wrong_questions_say_what_to_do() {
     ];
     for (question, expected) in cases {
         let text = error(&question).to_string();
+        assert!(text.contains(expected), "{text}\nnot: {expected}");
+    }
+}
+
+/// Axes of numbers, expressions, and metrics of another energy table.
+#[test]
+fn any_number_is_an_objective() {
+    let mut table = Sweep::default().table();
+    let objectives = vec![
+        Objective::minimize("buffers.feature.capacity"),
+        Objective::minimize("area_mm2 * frame_time_ms.p99"),
+        Objective::minimize("hbm2:energy_pj.mean"),
+        Objective::maximize("fps.mean / vru.cores"),
+    ];
+    table.compute(&objectives).expect("columns");
+    let analysis = Analysis::of(&table, &Question::of(objectives)).expect("an answer");
+    let row = analysis.knee;
+    let number = |name: &str| table.number(name, row).expect("a number");
+    assert!([16.0, 32.0, 64.0, 128.0, 256.0].contains(&(analysis.value(0, row) / 1024.0)));
+    assert_eq!(analysis.value(1, row), number("area_mm2") * number("frame_time_ms.p99"));
+    assert!(analysis.value(2, row) > number("energy_pj.mean"), "a byte costs more there");
+    let ends: Vec<f64> = (0..4).map(|j| analysis.value(j, analysis.ends[j])).collect();
+    assert_eq!(ends[0], 16.0 * 1024.0);
+}
+
+#[test]
+fn objectives_that_are_none_say_what_to_write() {
+    let cases = [
+        ("energy", "no column `energy`; did you mean `energy_pj.mean`?"),
+        ("qqqqqqqq", "there are `power_w.mean`"),
+        ("qqqqqqqq", "`vru.cores`, `buffers.feature.capacity`"),
+        ("clock", "`clock` is the same for all designs of this sweep"),
+        ("geometry.test", "column `geometry.test` has words"),
+        ("area_mm2 *", "the objective `area_mm2 *`: column"),
+        ("1 + 2", "no column in it"),
+    ];
+    for (name, expected) in cases {
+        let error = Sweep::default().table().compute(&[Objective::minimize(name)]);
+        let text = error.expect_err("no objective").to_string();
         assert!(text.contains(expected), "{text}\nnot: {expected}");
     }
 }

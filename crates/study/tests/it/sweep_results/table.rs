@@ -15,7 +15,7 @@ fn traces() -> [TraceLabel; 2] {
 
 fn entry(point: Option<u64>) -> Entry {
     let axes = vec![Cell::Integer(4), Cell::Text("64 KiB".into())];
-    Entry { point, id: Some(0xabc), axes }
+    Entry { point, id: Some(0xabc), axes, facts: vec![[None, Some(0.25), Some(64.0)]] }
 }
 
 fn axes() -> Vec<Column> {
@@ -32,7 +32,7 @@ fn cell(row: &[Cell], name: &str) -> Cell {
 #[test]
 fn a_row_per_trace_the_mean_and_the_worst() {
     let fates = [Fate::Ok(outcome(&[1.0])), Fate::Ok(outcome(&[3.0]))];
-    let rows = rows(&entry(Some(9)), "28nm", &traces(), &fates);
+    let rows = rows(&entry(Some(9)), (0, "28nm"), &traces(), &fates);
     assert_eq!(rows.len(), 4);
     let times: Vec<Cell> = rows.iter().map(|r| cell(r, "frame_time_ms.mean")).collect();
     assert_eq!(times, [1.0, 3.0, 2.5, 3.0].map(Cell::Real));
@@ -46,13 +46,13 @@ fn a_row_per_trace_the_mean_and_the_worst() {
 #[test]
 fn a_failed_trace_is_never_averaged_away() {
     let fates = [Fate::Ok(outcome(&[1.0])), Fate::Failed("frame 3: broke".into())];
-    let rows = rows(&entry(Some(9)), "28nm", &traces(), &fates);
+    let rows = rows(&entry(Some(9)), (0, "28nm"), &traces(), &fates);
     let of = |name: &str| rows.iter().map(|r| cell(r, name).text()).collect::<Vec<_>>();
     assert_eq!(of("status"), ["ok", "failed", "failed", "failed"]);
     assert_eq!(of("reason"), ["", "frame 3: broke", "frame 3: broke", "frame 3: broke"]);
     assert_eq!(of("energy_pj.mean"), ["10", "", "", ""]);
     let missing = [Fate::Ok(outcome(&[1.0])), Fate::Missing];
-    let rows = super::table::rows(&entry(Some(9)), "28nm", &traces(), &missing);
+    let rows = super::table::rows(&entry(Some(9)), (0, "28nm"), &traces(), &missing);
     assert_eq!(cell(&rows[2], "status").text(), "missing");
 }
 
@@ -72,7 +72,7 @@ fn parquet_holds_what_csv_says() {
             _ => Fate::Ok(outcome(&[0.1])),
         };
         let fates = [Fate::Ok(outcome(&[1.0, 1.0 / 3.0])), second];
-        for row in rows(&entry(point), "28nm", &traces(), &fates) {
+        for row in rows(&entry(point), (0, "28nm"), &traces(), &fates) {
             csv.write_record(row.iter().map(Cell::text)).unwrap();
             table.row(row).unwrap();
         }

@@ -84,7 +84,8 @@ fn numbers_with_units_are_si() {
     number("28 nm", 28.0);
     truth("buffers.sorting.capacity == 64 KiB", true);
     truth("dram.controller-latency == 40 ns", true);
-    wrong("64 KiBs", "no unit");
+    wrong("64 KiBs", "is not a unit");
+    wrong("fps.mean > 60 FPS", "leave `FPS` out");
     wrong("64 kib", "did you mean `KiB`?");
     wrong("1.5 B", "whole number of bytes");
     wrong("3 cores", "write `*`");

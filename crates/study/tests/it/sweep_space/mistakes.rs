@@ -138,7 +138,7 @@ fn an_empty_space_says_what_excludes_how_many() {
             "none of the 6 points is a design",
             "4 excluded by constraint `vru.cores >= 4`",
             "1 excluded by constraint `area_mm2 < 0.1`",
-            "1 excluded by no valid machine: `buffers.feature.capacity`",
+            "1 invalid: `buffers.feature.capacity`",
         ],
     );
 }

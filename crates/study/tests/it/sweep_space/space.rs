@@ -71,7 +71,7 @@ fn a_design_is_what_a_file_with_these_keys_is() {
     let table = find(ENERGY, "gscore-28nm").expect("a table");
     let table = EnergyTable::parse(table).expect("a table");
     assert_eq!(made.prices[0].prices, cost::prices(&table, &expected).expect("prices"));
-    assert_eq!(made.prices[0].label, "own");
+    assert_eq!(made.prices[0].label, "gscore-28nm");
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn a_machine_that_does_not_fit_together_is_left_out_with_its_reason() {
         error.to_string().contains("`buffers.feature.capacity` = 1 KiB is too small"),
         "{error}"
     );
-    assert_eq!(error.cause(), "no valid machine: `buffers.feature.capacity`");
+    assert_eq!(error.cause(), "`buffers.feature.capacity`");
     assert!(space.design(1).is_ok());
 }
 
@@ -268,4 +268,38 @@ fn bytes_survive_whatever_the_unit() {
          [derived]\nbuffers.feature.capacity = \"vru.cores * 33333 B\"",
     );
     assert_eq!(design(&space, 1).machine.buffers.feature.capacity, Bytes(99_999));
+}
+
+/// Without a word about them, sort groups and sub-tiles follow the tile, so that every point is a
+/// machine; what the file says of them comes first.
+#[test]
+fn dependent_keys_follow_the_tile() {
+    let tiles = "[[axes]]\nkey = \"geometry.tile\"\nvalues = [8, 16, 32, 64]\n";
+    let space = space(tiles);
+    assert_eq!(space.carried(), [("geometry.sort-group", "geometry.tile")]);
+    let geometry = |i| space.design(i).map(|d| d.machine.geometry).expect("a machine");
+    let groups: Vec<u32> = (0..4).map(|i| geometry(i).sort_group).collect();
+    assert_eq!(groups, [8, 16, 32, 64]);
+    assert!(space.columns().contains(&"geometry.sort-group".to_owned()));
+
+    let said = format!("{tiles}[derived]\n\"geometry.sort-group\" = \"max(geometry.tile, 32)\"");
+    let space = super::space::space(&said);
+    assert!(space.carried().is_empty());
+    assert_eq!(space.design(0).expect("a machine").machine.geometry.sort_group, 32);
+    let axis = format!("{tiles}[[axes]]\nkey = \"geometry.sort-group\"\nvalues = [64, 128]");
+    assert!(super::space::space(&axis).carried().is_empty());
+    assert!(super::space::space("").carried().is_empty());
+}
+
+/// What changes no price is free: a policy, or a resource that the table has no price for.
+#[test]
+fn axes_without_a_price_are_told_apart() {
+    let space = space(
+        "[[axes]]\nkey = \"schedule.order\"\nvalues = [\"raster\", \"morton\"]\n\
+         [[axes]]\nkey = \"ccu.latency\"\nvalues = [64, 128]\n\
+         [[axes]]\nkey = \"vru.cores\"\nvalues = [2, 4]",
+    );
+    let free: Vec<(String, bool)> =
+        space.free_axes().into_iter().map(|f| (f.axis, f.is_policy)).collect();
+    assert_eq!(free, [("schedule.order".to_owned(), true), ("ccu.latency".to_owned(), false)]);
 }
