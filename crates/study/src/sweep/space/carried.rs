@@ -70,8 +70,8 @@ fn is_tile(key: &Key) -> bool {
     key.file == FileKind::Machine && key.path == TILE
 }
 
-/// How a key of the base machine follows its tile, of which `smallest` is the smallest; `None` where
-/// it can stay.
+/// How a key of the base machine follows its tile, of which `smallest` is the smallest; `None`
+/// where it can stay.
 fn expression(key: &str, base: &Table, smallest: i64) -> Option<String> {
     let number = |key: &str| get(base, key).and_then(Value::as_integer).filter(|n| *n > 0);
     let (tile, own) = (number(TILE)?, number(key)?);
