@@ -21,7 +21,8 @@ fn harmless(text: &str) -> String {
     text.replace(|c: char| c.is_control() && !matches!(c, '\n' | '\t'), "?")
 }
 
-/// Prints a document, as wide as the terminal, or 80 columns where there is none.
+/// Prints a document, as wide as `COLUMNS` says, else as the terminal, or 80 columns where there is
+/// none.
 pub fn document(document: &Document) -> Result<(), Failure> {
     text(&document.terminal(width()))
 }
@@ -30,8 +31,9 @@ pub fn document(document: &Document) -> Result<(), Failure> {
 fn width() -> usize {
     const NARROWEST: u16 = 40;
     const WIDEST: u16 = 160;
-    let size = terminal_size::terminal_size_of(io::stdout());
-    size.map_or(80, |(width, _)| width.0.clamp(NARROWEST, WIDEST).into())
+    let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let terminal = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| width.0);
+    asked.or_else(terminal).map_or(80, |width| width.clamp(NARROWEST, WIDEST).into())
 }
 
 /// Prints one JSON document, indented, with a final newline.

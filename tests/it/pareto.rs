@@ -353,7 +353,12 @@ fn the_command_says_what_is_wrong() {
         program(&all).code(code).stderr(predicate::str::contains(text));
     }
     assert!(!root.path().join("analysis").exists(), "nothing is half written");
-    program(&["no/such/folder"]).code(3).stderr(predicate::str::contains("one of `sweep`?"));
+    program(&["no/such/folder"]).code(3).stderr(predicate::str::contains("no such folder"));
+    let other = tempfile::tempdir().expect("a folder");
+    let place = other.path().to_string_lossy().into_owned();
+    program(&[&place]).code(3).stderr(predicate::str::contains("there is no results.csv"));
+    fs::write(other.path().join("state.toml"), "").expect("written");
+    program(&[&place]).code(3).stderr(predicate::str::contains("--resume"));
     fs::write(root.path().join("results.csv"), "a,b\n1\n").expect("written");
     program(&[&dir]).code(3).stderr(predicate::str::contains("results.csv"));
 }

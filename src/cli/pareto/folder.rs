@@ -1,7 +1,7 @@
 //! The folder of a sweep, and the folder of its analysis.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::failure;
@@ -11,6 +11,7 @@ use powergs_core::run::store::FileStore;
 use powergs_report::sweep::{self, Provenance};
 use powergs_study::analysis::{Analysis, Question, SweepFacts, Table};
 use powergs_study::sweep::run::results::CSV;
+use powergs_study::sweep::run::state;
 
 /// A sweep that has results.
 #[derive(Debug)]
@@ -37,8 +38,28 @@ impl FinishedSweep {
     /// The results, from their beginning.
     pub(super) fn results(&self) -> Result<BufReader<File>, Failure> {
         let path = self.results_path();
-        let what = || format!("{}: is its folder one of `sweep`?", path.display());
-        Ok(BufReader::new(File::open(&path).or_exit(Exit::BadInput, what())?))
+        match File::open(&path) {
+            Ok(file) => Ok(BufReader::new(file)),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                Err(Failure::new(Exit::BadInput, self.without_results()))
+            }
+            Err(error) => Err(error).or_exit(Exit::BadInput, path.display()),
+        }
+    }
+
+    /// Why a folder has no results.
+    fn without_results(&self) -> String {
+        let folder = self.path.display();
+        if !self.path.exists() {
+            return format!("{folder}: no such folder; give the folder of a sweep");
+        }
+        if self.path.join(state::FILE).exists() {
+            return format!(
+                "{folder}: the sweep in it is unfinished; go on with the same `sweep` command and \
+                 --resume"
+            );
+        }
+        format!("{folder}: holds no sweep: there is no {CSV} in it")
     }
 
     /// The results as columns, those that the question needs.
