@@ -437,6 +437,16 @@ const SWEEPS: &[Term] = &[
         "",
         "What the next mm² or mW buys from one design of the front to the next.",
     ),
+    term(
+        &["display rate", "misses_display_rate"],
+        "",
+        "Whether every frame of a design is ready within a display period: met, or missed.",
+    ),
+    term(
+        &["same as", "same_as"],
+        "",
+        "Designs that are equal in every objective but for noise (`--epsilon`).",
+    ),
     term(&["role"], "", "In pareto.csv: `knee`, `front`, or the design that `--design` names."),
     term(
         &[".si"],
@@ -444,11 +454,7 @@ const SWEEPS: &[Term] = &[
         "A column KEY.si has the value of a key as a number in base units (bytes, Hz, bytes per \
          second); KEY has it as it is written.",
     ),
-    term(
-        &["energy table"],
-        "",
-        "The energy table that a row was priced with; `own` is that of the machine itself.",
-    ),
+    term(&["energy table"], "", "The energy table that a row was priced with."),
 ];
 
 const SENSITIVITY: &[Term] = &[

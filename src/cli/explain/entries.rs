@@ -11,7 +11,7 @@ use powergs_core::sim::statistics;
 use powergs_frame::display::Display;
 use powergs_report::terms::terms;
 use powergs_study::sweep::metric::metrics;
-use powergs_study::sweep::table::FIRST;
+use powergs_study::sweep::table::{FIRST, LAST};
 
 use super::assumption;
 
@@ -95,7 +95,12 @@ fn columns(known: &[Entry]) -> Vec<Entry> {
     let first = FIRST.iter().map(|(name, _, what)| Entry::new(kind, *name, "", *what));
     let metrics =
         metrics().iter().map(|m| Entry::new(kind, m.name.clone(), m.unit, m.definition.clone()));
-    first.chain(metrics).filter(|e| known.iter().all(|k| k.is_word() || k.name != e.name)).collect()
+    let last = LAST.iter().map(|(name, unit, what)| Entry::new(kind, *name, *unit, *what));
+    first
+        .chain(metrics)
+        .chain(last)
+        .filter(|e| known.iter().all(|k| k.is_word() || k.name != e.name))
+        .collect()
 }
 
 /// The sources of `references.toml`, and the files that cite them.

@@ -147,7 +147,7 @@ fn front(analysis: &Analysis, rows: &[u32], on: Shown) -> (Table, String) {
         cells.iter_mut().zip(&rows).for_each(|(cells, &row)| cells.push(cell(row)));
     };
     if rows.iter().any(|&row| analysis.is_late(row)) {
-        add(Column::text(words::display_rate(analysis)), &|row| {
+        add(Column::text("display rate"), &|row| {
             if analysis.is_late(row) { "missed" } else { "met" }.into()
         });
     }
@@ -159,7 +159,7 @@ fn front(analysis: &Analysis, rows: &[u32], on: Shown) -> (Table, String) {
         });
         let head = match terminal {
             true => short_head(&measure.words) + goal,
-            false => measure.words.clone() + goal,
+            false => measure.words.clone(),
         };
         add(Column::count(head), &|row| {
             let value = analysis.table.number(&name, row).unwrap_or(f64::NAN);
