@@ -16,9 +16,9 @@ pub struct AtEnd {
 }
 
 /// The axes of numbers at one end of which every design of a front is. `entries` are the rows of
-/// the front, each with those that are equal to it: a design that has an equal elsewhere on the axis is
-/// not bound by its end. `rows` are all rows, for the ends. Below zero, and below one of something
-/// that is counted, there is nothing: such an end is none.
+/// the front, each with those that are equal to it: a design that has an equal elsewhere on the
+/// axis is not bound by its end. `rows` are all rows, for the ends. Below zero, and below one of
+/// something that is counted, there is nothing: such an end is none.
 pub fn at_ends(table: &Table, rows: &[u32], entries: &[Vec<u32>]) -> Vec<AtEnd> {
     let mut found = Vec::new();
     for (axis, words) in table.axes.iter().filter(|(_, words)| words.is_numeric()) {
