@@ -73,6 +73,7 @@ fn base(measure: sweep::measure::Measure) -> (&'static str, f64, bool) {
         Energy => ("J", 1.0, true),
         EnergyPerByte => ("J/B", 1.0, true),
         Power => ("W", 1.0, true),
+        Voltage => ("V", 1.0, true),
         Area => ("mm²", 1.0, false),
         Node => ("nm", 1.0, false),
     }
