@@ -52,7 +52,7 @@ use powergs_base::budget::Budget;
 
 pub use failure::{Exit, Failure, OrExit};
 
-/// Simulates 3D Gaussian Splatting accelerators: frames per second, stalls, watts.
+/// Simulates 3D Gaussian Splatting accelerators: frame rate, stalls, energy, power.
 #[derive(Debug, Parser)]
 #[command(name = "powergs-sim", version, max_term_width = 80)]
 pub struct Cli {
@@ -66,14 +66,15 @@ pub struct Cli {
 
 /// Flags that every command takes.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Common options")]
 pub struct Global {
     /// Print the result as JSON on standard output
     #[arg(long, global = true)]
     pub json: bool,
-    /// No progress, no summary; errors only
+    /// Print errors only: no progress, no summary
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Worker threads (default: all cores); results do not depend on it
+    /// Worker threads [default: all cores]; results are the same for any number
     #[arg(long, short, global = true, value_name = "N")]
     pub jobs: Option<std::num::NonZeroUsize>,
     /// Memory for frames and pictures in work; larger ones are refused
@@ -84,13 +85,25 @@ pub struct Global {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Simulate a trace on a machine: frames per second, stalls, watts
+    /// Simulate a trace on a machine: frame rate, stalls, energy, power
     #[command(after_help = replay::EXAMPLES)]
     Replay(replay::Args),
-    /// Put machines on one trace, or finished reports, beside each other
+    /// Compare machines on the same trace, or finished reports, side by side
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::Args),
-    /// Render a scene and keep what every frame is: a trace
+    /// Simulate many designs on some traces: a table of results
+    #[command(after_help = sweep::EXAMPLES)]
+    Sweep(sweep::Args),
+    /// Analyse a sweep: Pareto front, knee, marginal values, stability
+    #[command(after_help = pareto::EXAMPLES)]
+    Pareto(pareto::Args),
+    /// Vary every parameter, or every assumption, and report the effect
+    #[command(after_help = sensitivity::EXAMPLES)]
+    Sensitivity(sensitivity::Args),
+    /// Check the simulator against published numbers
+    #[command(after_help = validate::EXAMPLES)]
+    Validate(validate::Args),
+    /// Render a scene and record a trace of it
     #[command(after_help = extract::EXAMPLES)]
     Extract(extract::Args),
     /// Render views of a scene to PNG
@@ -99,57 +112,45 @@ pub enum Command {
     /// Make a synthetic scene that behaves like a trained one
     #[command(after_help = synth::EXAMPLES)]
     Synth(synth::Args),
-    /// Look at trained models, convert them
+    /// Inspect trained models and convert them
     #[command(after_help = scene::EXAMPLES)]
     Scene(scene::Args),
-    /// Look at camera files, convert them, make paths
+    /// Inspect camera files, convert them, make paths
     #[command(after_help = camera::EXAMPLES)]
     Camera(camera::Args),
-    /// List, show and check machine files, energy tables, displays and DRAM devices
-    #[command(after_help = arch::EXAMPLES)]
-    Arch(arch::Args),
-    /// Show what a picture costs to display
-    #[command(after_help = display::EXAMPLES)]
-    Display(display::Args),
-    /// Run a trace of addresses on a memory device alone
-    #[command(after_help = dram::EXAMPLES)]
-    Dram(dram::Args),
-    /// Give a frame cheaper colours where nobody looks: the filter D22
-    #[command(after_help = filter::EXAMPLES)]
-    Filter(filter::Args),
-    /// Fit power curves to samples of equal quality; find the fewest watts
-    #[command(after_help = fit::EXAMPLES)]
-    Fit(fit::Args),
-    /// Compare two pictures: PSNR, SSIM, FLIP, HVSQ
-    #[command(after_help = quality::EXAMPLES)]
-    Quality(quality::Args),
-    /// Find the fewest watts at a given quality: prune and fine-tune a trained model
+    /// Inspect traces, check them, dump frames as CSV
+    #[command(after_help = trace::EXAMPLES)]
+    Trace(trace::Args),
+    /// Minimise power at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
     Optimize(Box<optimize::Args>),
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::EXAMPLES)]
     Claims(claims::Args),
-    /// Turn every key or every assumption and see what moves
-    #[command(after_help = sensitivity::EXAMPLES)]
-    Sensitivity(sensitivity::Args),
-    /// Simulate many designs on some traces: a table of results
-    #[command(after_help = sweep::EXAMPLES)]
-    Sweep(sweep::Args),
-    /// Which designs of a sweep to keep: front, knee, marginal values, stability
-    #[command(after_help = pareto::EXAMPLES)]
-    Pareto(pareto::Args),
-    /// Define a statistic or a configuration key
+    /// Fit power curves to samples of equal quality and find their minimum
+    #[command(after_help = fit::EXAMPLES)]
+    Fit(fit::Args),
+    /// Apply the foveated colour filter D22 to a picture
+    #[command(after_help = filter::EXAMPLES)]
+    Filter(filter::Args),
+    /// Compare two pictures: PSNR, SSIM, FLIP, HVSQ
+    #[command(after_help = quality::EXAMPLES)]
+    Quality(quality::Args),
+    /// Report the power that a picture takes on a display
+    #[command(after_help = display::EXAMPLES)]
+    Display(display::Args),
+    /// List, show and check machine files, energy tables, displays and DRAM devices
+    #[command(after_help = arch::EXAMPLES)]
+    Arch(arch::Args),
+    /// Run a trace of addresses on a memory device alone
+    #[command(after_help = dram::EXAMPLES)]
+    Dram(dram::Args),
+    /// Define a statistic, key, column, assumption, source or term
     #[command(after_help = explain::EXAMPLES)]
     Explain(explain::Args),
     /// Print a completion script for a shell
     #[command(after_help = completions::EXAMPLES)]
     Completions(completions::Args),
-    /// Look at traces, check them, dump frames as CSV
-    #[command(after_help = trace::EXAMPLES)]
-    Trace(trace::Args),
-    /// Check the simulator against published numbers
-    #[command(after_help = validate::EXAMPLES)]
-    Validate(validate::Args),
 }
 
 impl Command {

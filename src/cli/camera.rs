@@ -19,10 +19,11 @@ use powergs_scene::{Camera, Split};
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim camera info cameras.json
-  powergs-sim camera convert --cameras transforms.json --path-frames 120 -o path.json
+  powergs-sim camera convert --cameras transforms.json --path-frames 120 \\
+      -o path.json
   powergs-sim camera convert --cameras sparse/0 --stereo 0.064 -o eyes.json";
 
-/// Look at camera files, convert them, make paths
+/// Inspect camera files, convert them, make paths
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]

@@ -25,9 +25,11 @@ use powergs_study::views::RenderedViews;
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim extract scene.ply --cameras cameras.json -o scene.bin
-  powergs-sim extract scene.ply --cameras cameras.json --size 1920x1080 --every 8 -o hd.bin
+  powergs-sim extract scene.ply --cameras cameras.json --size 1920x1080 \\
+      --every 8 -o hd.bin
   powergs-sim extract scene.spz --orbit 90 --size 800x800 -o orbit.bin
-  powergs-sim extract scene.ply --cameras cameras.json --path-frames 1350 -o path.bin
+  powergs-sim extract scene.ply --cameras cameras.json --path-frames 1350 \\
+      -o path.bin
   powergs-sim extract model.fov --cameras cameras.json --gaze-cycle 9 -o fr.bin
 
 Then: powergs-sim replay scene.bin";

@@ -14,7 +14,7 @@ use powergs_frame::display::d22::{Filter, Gaze};
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim filter frame.png --gaze 0.5,0.5 --fov 90
-  powergs-sim filter frame.png --gaze 0.2,0.7 --fov 110 --preset oled-d22 -o filtered.png
+  powergs-sim filter frame.png --gaze 0.2,0.7 --preset oled-d22 -o out.png
 
 This is the colour filter of Duinkharjav et al. 2022; docs/metrics.md has it.";
 

@@ -30,10 +30,10 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim optimize --demo
   powergs-sim optimize model.ply --images photos/ --quality 0.99 --out runs/snow
-  powergs-sim optimize model.ply --cameras cameras.json --reference self --quality-db 35 \\
-      --size 400x300 --out runs/bot
-  powergs-sim optimize model.ply --images photos/ --baselines --study ratio --out runs/all
-  powergs-sim optimize model.ply --images photos/ --foveated --baselines --out runs/snow-fr
+  powergs-sim optimize model.ply --cameras cameras.json --reference self \\
+      --quality-db 35 --size 400x300 --out runs/bot
+  powergs-sim optimize model.ply --images photos/ --baselines --out runs/all
+  powergs-sim optimize model.ply --images photos/ --foveated --out runs/fr
   powergs-sim optimize ...the same arguments... --resume
 
 The result is runs/snow/final.ply, and its trace for the simulator:

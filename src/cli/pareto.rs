@@ -29,7 +29,7 @@ Examples:
   powergs-sim pareto reports/units --scope worst --energy-table paper --json
   powergs-sim pareto reports/units --design 12 --colour vru.cores
 
-DIR is the folder of a sweep. The answer is printed and written with its charts and
+DIR is the folder of a sweep. The answer is printed, and written with charts and
 an HTML report to DIR/analysis.";
 
 /// The arguments of `pareto`.

@@ -25,7 +25,8 @@ Examples:
   powergs-sim render scene.spz --orbit 8 --size 800x600 -o views/
   powergs-sim render city/lod-meta.json --lod 1 --cameras cameras.json -o views/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
-  powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 --levels -o map/";
+  powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 \\
+      --levels -o map/";
 
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]

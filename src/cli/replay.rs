@@ -24,14 +24,14 @@ use powergs_study::run_record::{Facts, Run};
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim replay traces/demo.bin
-  powergs-sim replay scene.bin --arch gscore --set vru.cores=8 --out reports/eight
+  powergs-sim replay scene.bin --set vru.cores=8 --out reports/eight
   powergs-sim replay scene.bin --frames 0..24 --fps 72 --json
   powergs-sim replay scene.bin --energy gscore-7nm
   powergs-sim replay scene.bin --dram-model both --what-if 0
   powergs-sim replay scene.bin --timeline 3:100..140 --out reports/look
   powergs-sim replay scene.bin --model paper
 
-docs/results.md defines every number; so does: powergs-sim explain NAME";
+docs/results.md defines every number, as does `powergs-sim explain NAME`.";
 
 /// The machine that is used if none is named.
 pub const DEFAULT_ARCH: &str = "gscore";

@@ -24,10 +24,10 @@ Examples:
   powergs-sim scene level model.fov --level 2 -o L2.ply
 
 Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
-.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated .fov
-(level 1, or with --lod 1 to 3 the others).";
+.spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated
+.fov (level 1, or with --lod 1 to 3 the others).";
 
-/// Look at trained models, convert them
+/// Inspect trained models and convert them
 #[derive(Debug, clap::Args)]
 pub struct Args {
     #[command(subcommand)]
@@ -56,7 +56,7 @@ enum SceneCommand {
         #[arg(long, value_name = "N")]
         lod: Option<u32>,
     },
-    /// Make one foveated model of its four levels
+    /// Combine four levels into one foveated model
     Compose {
         /// Levels 1 to 4, any format: each a part of the one before that differs from it in
         /// opacity and DC colour only

@@ -24,16 +24,17 @@ use powergs_study::sensitivity::{
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim sensitivity gscore traces/demo.bin
-  powergs-sim sensitivity mine.toml room.bin street.bin --frames ..4 --out reports/s
+  powergs-sim sensitivity mine.toml room.bin street.bin --frames ..4 -o out
   powergs-sim sensitivity gscore scene.bin --interactions morris
   powergs-sim sensitivity gscore scene.bin --interactions sobol --samples 128 \\
-    --keys 'vru.cores=2..8,dram.bandwidth=25 GB/s..100 GB/s,geometry.subtile=4|8'
+    --keys 'vru.cores=2..8,ccu.units=2..8,geometry.subtile=4|8'
   powergs-sim sensitivity gscore scene.bin --assumptions --only A4,A5,A27 --json
 
-Every key of the machine, of its energy table and of its DRAM device is turned one
-after the other: by a step down and up (elasticity), to half and double, to other
-names. --interactions turns the twelve that matter most, or those of --keys, together.
---assumptions turns the knobs of docs/model.md (A4) by 50 % instead.";
+Every key of the machine, of its energy table and of its DRAM device is varied
+in turn: by a small step down and up (elasticity), to half and double, to other
+names. --interactions varies the twelve that matter most, or those of --keys,
+together. --assumptions varies the modelling assumptions of docs/model.md (A4)
+by 50 % instead.";
 
 /// The arguments of `sensitivity`.
 #[derive(Debug, Clone, clap::Args)]
@@ -53,13 +54,13 @@ pub struct Args {
     /// values: KEY, KEY=LOW..HIGH, KEY=A|B|C
     #[arg(long, value_name = "KEYS", value_delimiter = ',', value_parser = selection)]
     pub keys: Vec<(String, KeySelection)>,
-    /// Relative step of elasticities; where that is no machine, the next larger one
+    /// Relative step of elasticities; where it gives an invalid machine, the next larger one
     #[arg(long, value_name = "SHARE", default_value = "0.1", value_parser = step)]
     pub step: f64,
     /// Display rate, frames per second, for power
     #[arg(long, value_name = "RATE", default_value = "60", value_parser = display_rate)]
     pub fps: f64,
-    /// Turn keys together: which interact, and how much
+    /// Vary keys together: which interact, and how much
     #[arg(long, value_enum, value_name = "METHOD")]
     pub interactions: Option<MethodArg>,
     /// Trajectories of morris [default: 20], rows of sobol [default: 128]
@@ -69,7 +70,7 @@ pub struct Args {
     /// Seed of the sample of --interactions
     #[arg(long, value_name = "SEED", default_value = "1")]
     pub seed: u64,
-    /// Turn the modelling assumptions of docs/model.md instead of keys
+    /// Vary the modelling assumptions of docs/model.md instead of keys
     #[arg(long, conflicts_with_all = ["keys", "interactions"])]
     pub assumptions: bool,
     /// Only these assumptions: A4,A27

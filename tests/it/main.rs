@@ -4,6 +4,7 @@ mod camera;
 mod cli;
 mod config;
 mod contract;
+mod docs;
 mod dram;
 mod examples;
 mod fovea;

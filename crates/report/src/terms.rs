@@ -53,19 +53,20 @@ const UNITS: &[Term] = &[
         &["VRU", "volume rendering unit"],
         "",
         "Volume Rendering Unit: blends the sorted Gaussians of a tile into its pixels, sub-tile by \
-         sub-tile. Each has several volume rendering cores (VRC), which blend one pixel each; \
-         `vru x64` counts units over all cores of the machine. Keys: `vru`.",
+         sub-tile. It is an array of volume rendering cores (VRC); `vru x64` counts those of the \
+         whole machine. Keys: `vru`.",
     ),
     term(
         &["VRC", "volume rendering core"],
         "",
-        "Volume Rendering Core: the part of a VRU that blends one pixel; \
-         `vru.pixels-per-unit` of them make a VRU.",
+        "Volume Rendering Core: one pipeline of the VRU, which blends `vru.pixels-per-unit` pixels \
+         in turn; a core has `vru.units-per-core` of them.",
     ),
     term(
         &["core", "rendering core"],
         "",
-        "A GSU, a feature buffer and `vru.units-per-core` VRUs; it renders one tile at a time.",
+        "A GSU, a feature buffer and `vru.units-per-core` rendering pipelines; it renders one tile \
+         at a time.",
     ),
     term(
         &["preprocessing"],

@@ -19,7 +19,7 @@ Examples:
   powergs-sim sweep show 3f2a91 big --toml > best.toml
   powergs-sim pareto big --minimize power_w.mean,area_mm2 --maximize fps.mean
 
-A sweep file says which keys of which machine are turned, and which question it
+A sweep file says which keys of which machine are varied, and which question it
 answers: docs/sweep-file.md. The table of results: docs/results.md. Many hosts:
 docs/cluster.md.";
 
@@ -165,7 +165,7 @@ impl FromStr for ShardArg {
     type Err = String;
 
     fn from_str(text: &str) -> Result<ShardArg, String> {
-        let wrong = || format!("`{text}` is no part: write 3/16 for the third of sixteen");
+        let wrong = || format!("`{text}` is not a part: write 3/16 for the third of sixteen");
         let (number, of) = text.split_once('/').ok_or_else(wrong)?;
         let number: u32 = number.trim().parse().map_err(|_| wrong())?;
         let of: u32 = of.trim().parse().map_err(|_| wrong())?;

@@ -1,0 +1,248 @@
+//! The commands of the documentation: those that need nothing run, in the order of their page, on
+//! what the page itself makes; all others are checked for commands, flags, keys and names.
+//!
+//! A block runs unless the line before it says `<!-- not run: REASON -->`. A line
+//! `<!-- first: COMMAND -->` before a block prepares what its readers have from another page.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use clap::{CommandFactory, Parser};
+use powergs_sim::accel::Machine;
+use powergs_sim::cli::Cli;
+use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, find};
+use powergs_sim::dram::Device;
+
+/// A fenced block with commands of ours.
+struct Block {
+    /// Page and line.
+    place: String,
+    /// Commands that come before, for readers of this page only.
+    first: Vec<String>,
+    /// One a line; continued lines are joined.
+    commands: Vec<String>,
+    /// Whether the page says that they are not run.
+    skipped: bool,
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn pages() -> Vec<PathBuf> {
+    let docs = fs::read_dir(root().join("docs")).expect("docs");
+    let mut pages: Vec<PathBuf> = docs.map(|e| e.expect("an entry").path()).collect();
+    pages.retain(|p| p.extension().is_some_and(|e| e == "md"));
+    pages.extend(
+        ["README.md", "arch-configs/README.md", "traces/README.md"].map(|p| root().join(p)),
+    );
+    pages.sort();
+    pages
+}
+
+/// The blocks of a page with commands of ours.
+fn blocks(page: &Path) -> Vec<Block> {
+    let text = fs::read_to_string(page).expect("a page");
+    let name = page.strip_prefix(root()).expect("a page of ours").display().to_string();
+    let (mut all, mut first, mut skipped) = (Vec::new(), Vec::new(), false);
+    let mut lines = text.lines().enumerate();
+    while let Some((i, line)) = lines.next() {
+        if let Some(comment) = line.strip_prefix("<!-- ").and_then(|l| l.strip_suffix(" -->")) {
+            first.extend(comment.strip_prefix("first: ").map(str::to_owned));
+            skipped |= comment.starts_with("not run: ");
+            continue;
+        }
+        if !line.starts_with("```") {
+            (first, skipped) = (Vec::new(), false);
+            continue;
+        }
+        let inside: Vec<&str> =
+            lines.by_ref().map(|(_, l)| l).take_while(|l| !l.starts_with("```")).collect();
+        let commands = commands(&inside.join("\n"));
+        if !commands.is_empty() {
+            let place = format!("{name}:{}", i + 1);
+            all.push(Block { place, first: std::mem::take(&mut first), commands, skipped });
+        }
+        (first, skipped) = (Vec::new(), false);
+    }
+    all
+}
+
+/// Lines that begin with a prompt or with the program's name; nothing if none is ours.
+fn commands(text: &str) -> Vec<String> {
+    let joined = text.replace("\\\n", " ");
+    let line = |line: &str| {
+        let command = line.trim_start_matches("$ ");
+        let command = command.replace("cargo run --release -- ", "powergs-sim ");
+        let is_command = line.starts_with("$ ") || is_ours(line);
+        (is_command && !line.contains("...")).then_some(command)
+    };
+    let commands: Vec<String> = joined.lines().filter_map(line).collect();
+    if commands.iter().any(|c| is_ours(c)) { commands } else { Vec::new() }
+}
+
+fn is_ours(command: &str) -> bool {
+    command.starts_with("powergs-sim ")
+}
+
+/// The words of the program in a shell line, up to a pipe, a redirection or a comment.
+fn words(command: &str) -> Vec<String> {
+    let (mut words, mut word, mut quote, mut begun) = (Vec::new(), String::new(), None, false);
+    for c in command.chars() {
+        match (c, quote) {
+            (c, Some(q)) if c == q => quote = None,
+            (c, Some(_)) => word.push(c),
+            ('\'' | '"', None) => (quote, begun) = (Some(c), true),
+            ('|' | '>' | '<' | '&' | ';', None) => break,
+            ('#', None) if !begun => break,
+            (' ', None) => {
+                words.extend(begun.then(|| std::mem::take(&mut word)));
+                begun = false;
+            }
+            (c, None) => {
+                word.push(c);
+                begun = true;
+            }
+        }
+    }
+    words.extend((!word.is_empty()).then_some(word));
+    words
+}
+
+/// What is wrong with a command that is not run.
+fn mistakes(command: &str) -> Vec<String> {
+    let words = words(command);
+    let mut wrong = Vec::new();
+    if let Err(e) = Cli::try_parse_from(&words)
+        && e.use_stderr()
+    {
+        wrong.push(e.to_string());
+    }
+    let is_dram = words.get(1).is_some_and(|w| w == "dram");
+    let sets: Vec<String> =
+        words.windows(2).filter(|w| w[0] == "--set").map(|w| w[1].clone()).collect();
+    let checked = match is_dram {
+        true => Device::parse_with(DRAM[0].text, &sets).map(drop),
+        false => Machine::parse_with(MACHINES[0].text, &sets).map(drop),
+    };
+    wrong.extend(checked.err().map(|e| e.to_string()));
+    for pair in words.windows(2) {
+        let files = match pair[0].as_str() {
+            "--arch" => MACHINES,
+            "--energy" => ENERGY,
+            "--device" => DRAM,
+            "--display" | "--preset" => DISPLAYS,
+            "sweep" if !["status", "merge", "show"].contains(&pair[1].as_str()) => SWEEPS,
+            _ => continue,
+        };
+        let own = pair[1].contains(['.', '/']);
+        if !own && find(files, &pair[1]).is_none() {
+            wrong.push(format!("{} {}: there is no such file", pair[0], pair[1]));
+        }
+    }
+    wrong
+}
+
+/// Runs the blocks of a page in a folder of their own, with the trace of the repository.
+#[cfg(unix)]
+fn run(page: &str) {
+    let home = tempfile::tempdir().expect("a folder");
+    let traces = home.path().join("traces");
+    fs::create_dir(&traces).expect("a folder");
+    fs::copy(root().join("traces/demo.bin"), traces.join("demo.bin")).expect("a trace");
+    let program = Path::new(env!("CARGO_BIN_EXE_powergs-sim")).parent().expect("a folder");
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
+    let blocks = blocks(&root().join(page));
+    assert!(blocks.iter().any(|b| !b.skipped), "{page}: nothing runs");
+    for block in blocks.iter().filter(|b| !b.skipped) {
+        for command in block.first.iter().chain(&block.commands) {
+            let mut shell = Command::new("bash");
+            shell.args(["-c", command]).current_dir(home.path());
+            shell.env("PATH", &path).env("HOME", home.path());
+            let output = shell.output().expect("a shell");
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}: {command}\n{said}", block.place);
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_readme_runs() {
+    run("README.md");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_tutorial_runs() {
+    run("docs/tutorial.md");
+}
+
+#[cfg(unix)]
+#[test]
+fn other_pages_run() {
+    let done = ["README.md", "docs/tutorial.md"];
+    for page in pages() {
+        let name = page.strip_prefix(root()).expect("a page of ours").display().to_string();
+        let runs = blocks(&page).iter().any(|block| !block.skipped);
+        if runs && !done.contains(&name.as_str()) {
+            run(&name);
+        }
+    }
+}
+
+#[test]
+fn commands_that_are_not_run_have_flags_keys_and_names_that_exist() {
+    let mut seen = 0;
+    let mut wrong = Vec::new();
+    for page in pages() {
+        for block in blocks(&page).iter().filter(|b| b.skipped) {
+            for command in block.commands.iter().filter(|c| is_ours(c)) {
+                seen += 1;
+                let found = mistakes(command);
+                wrong.extend(found.iter().map(|m| format!("{}: {command}\n{m}", block.place)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen > 20, "{seen}");
+}
+
+#[test]
+fn examples_of_the_help_have_flags_keys_and_names_that_exist() {
+    let mut wrong = Vec::new();
+    let mut seen = 0;
+    for command in Cli::command().get_subcommands() {
+        let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let examples: Vec<&str> = help.lines().filter_map(|l| l.strip_prefix("  ")).collect();
+        for line in commands(&examples.join("\n")).iter().filter(|c| is_ours(c)) {
+            seen += 1;
+            wrong.extend(mistakes(line).into_iter().map(|m| format!("{line}\n{m}")));
+        }
+        let long = help.lines().find(|line| line.chars().count() > 80);
+        wrong.extend(long.map(|line| format!("{}: wraps: {line}", command.get_name())));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen > 60, "{seen}");
+}
+
+#[test]
+fn mistakes_are_found() {
+    for good in [
+        "powergs-sim replay toy.bin --arch gscore --set vru.cores=8 | head",
+        "powergs-sim sweep tiles --traces 'traces/*.bin' # all",
+    ] {
+        assert_eq!(mistakes(good), [""; 0], "{good}");
+    }
+    for bad in [
+        "powergs-sim replay toy.bin --set geometry.intersection=aabb",
+        "powergs-sim replay toy.bin --arch gscor",
+        "powergs-sim replay toy.bin --archs gscore",
+        "powergs-sim sweep tile --traces a.bin",
+        "powergs-sim dram a.trace --set vru.cores=8",
+        "powergs-sim replays toy.bin",
+    ] {
+        assert!(!mistakes(bad).is_empty(), "{bad}");
+    }
+}
