@@ -84,7 +84,8 @@ fn read(folder: &Path) -> Result<Run, Failure> {
     let read = file.take(BYTES_MAX + 1).read_to_string(&mut text);
     read.or_exit(Exit::BadInput, path.display())?;
     if text.len() as u64 > BYTES_MAX {
-        let what = format!("{}: more than {BYTES_MAX} bytes: these are no results", path.display());
+        let what =
+            format!("{}: more than {BYTES_MAX} bytes: these are not results", path.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
     let results = Results::parse(&text).or_exit(Exit::BadInput, path.display())?;

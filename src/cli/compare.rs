@@ -29,7 +29,7 @@ Examples:
   powergs-sim compare gscore mine.toml scene.bin --set energy=gscore-28nm-lpddr4
   powergs-sim compare reports/monday reports/today --json
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
-  powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin --chart-size column
+  powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin
 
 The first machine (or report) is what the others are compared with.";
 
@@ -81,6 +81,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let folders = args.items.iter().filter(|p| p.is_dir()).count();
     let traces = if folders == args.items.len() {
         vec![of_folders(args)?]
+    } else if folders > 0
+        && let Some(missing) = args.items.iter().find(|p| is_missing_folder(p))
+    {
+        return Err(Failure::new(
+            Exit::Usage,
+            format!("{}: there is no such report folder", missing.display()),
+        ));
     } else if folders > 0 {
         let what = "report folders cannot be compared with machines: replay the trace on the \
                     machines, or give folders only";
@@ -128,6 +135,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let exit = exit?;
         Ok(if exit == Exit::Done { worst } else { exit })
     })
+}
+
+/// Something that is not there, and is called as folders are.
+fn is_missing_folder(path: &Path) -> bool {
+    let name = path.to_string_lossy();
+    !path.exists() && path.extension().is_none() && find(MACHINES, &name).is_none()
 }
 
 /// Whether the others are fast enough.
@@ -246,7 +259,7 @@ fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> 
     if let [machine] = machines {
         let only = match traces {
             [no_file] if !no_file.exists() => {
-                format!("no trace: {} is no file", no_file.display())
+                format!("no trace: {} is not a file", no_file.display())
             }
             _ => format!("{}: one machine only", machine.display()),
         };

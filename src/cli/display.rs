@@ -1,6 +1,7 @@
 //! `display`: what a picture costs to show.
 
 use powergs_report::document::Document;
+use powergs_report::format::engineering;
 use std::path::PathBuf;
 
 use serde_json::json;
@@ -58,9 +59,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Ok(Exit::Done);
     }
     let [r, g, b] = mean;
+    let watts = |w: f64| engineering(w, "W");
     let power = format!(
-        "{:.4} W on {} (red {:.4}, green {:.4}, blue {:.4}, static {:.4})",
-        power.0, display.name, parts[0], parts[1], parts[2], display.static_power.0
+        "{} on {} (red {}, green {}, blue {}, static {})",
+        watts(power.0),
+        display.name,
+        watts(parts[0]),
+        watts(parts[1]),
+        watts(parts[2]),
+        watts(display.static_power.0)
     );
     let mut page = Document::new();
     page.facts([

@@ -154,9 +154,10 @@ fn finish(
             format!("INCOMPLETE: {done} of {wanted} frames\n")
         };
         out::text(&format!(
-            "{note}{}: {done} frames, {:.1} MB\n\
+            "{note}{}: {}, {:.1} MB\n\
              {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
             path.display(),
+            out::counted(done as u64, "frame"),
             bytes as f64 * 1e-6
         ))?;
     }

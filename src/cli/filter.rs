@@ -9,6 +9,7 @@ use super::output_file::Overwrite;
 use super::render::write_png;
 use super::{Context, Exit, Failure, OrExit, inputs, out, picture_file};
 use powergs_frame::display::d22::{Filter, Gaze};
+use powergs_report::format::engineering;
 
 /// Shown under `filter --help`.
 pub const EXAMPLES: &str = "\
@@ -92,8 +93,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         }))?;
     } else if !context.global.quiet {
         out::text(&format!(
-            "{}: {before:.4} W before, {after:.4} W after on {} ({:.1} % saved)\n",
+            "{}: {} before, {} after on {} ({:.1} % saved)\n",
             output.display(),
+            engineering(before, "W"),
+            engineering(after, "W"),
             display.name,
             100.0 * saving
         ))?;

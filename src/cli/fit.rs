@@ -116,17 +116,18 @@ fn object(fitted: &Fit, best: &Optimum, left_out: usize) -> Value {
 }
 
 fn summary(fitted: &Fit, best: &Optimum, left_out: usize) -> String {
+    let watts = |w: f64| powergs_report::format::engineering(w, "W");
     let mut text = format!(
-        "optimum  rho {:.4} ({}): display {:.4} W + rendering {:.4} W = {:.4} W\n\
-         sample   rho {:.4} is the best of {}: {:.4} W\n",
+        "optimum  rho {:.4} ({}): display {} + rendering {} = {}\n\
+         sample   rho {:.4} is the best of {}: {}\n",
         best.rho,
         best.place.name().replace('_', " "),
-        best.display_w,
-        best.render_w,
-        best.total_w(),
+        watts(best.display_w),
+        watts(best.render_w),
+        watts(best.total_w()),
         best.best_sample_rho,
         fitted.samples.len(),
-        best.best_sample_w,
+        watts(best.best_sample_w),
     );
     let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.4}"));
     for (name, c) in [("display", &fitted.display), ("render ", &fitted.render)] {

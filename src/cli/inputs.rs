@@ -1,6 +1,7 @@
 //! What commands run on: machines, displays and traces, opened as they are named on the command
 //! line.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::camera_file::FrameRange;
@@ -8,6 +9,9 @@ use super::{Context, Failure};
 use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
+
+/// The first bytes of a trace.
+const MAGIC: [u8; 8] = *b"\x89PGST\r\n\x1a";
 
 /// A machine by name or path with `--set` values, and `--energy` in place of its energy table.
 ///
@@ -49,4 +53,14 @@ pub fn trace(
         trace.select(range.start, range.end)?;
     }
     Ok(trace)
+}
+
+/// Whether a file begins as a trace does.
+pub fn is_trace(path: &Path) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    if !path.is_file() {
+        return false;
+    }
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic == MAGIC
 }

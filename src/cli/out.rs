@@ -27,13 +27,18 @@ pub fn document(document: &Document) -> Result<(), Failure> {
     text(&document.terminal(width()))
 }
 
-/// Columns of the standard output.
+/// Columns that are printed.
 fn width() -> usize {
     const NARROWEST: u16 = 40;
     const WIDEST: u16 = 160;
     let asked = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let terminal = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| width.0);
     asked.or_else(terminal).map_or(80, |width| width.clamp(NARROWEST, WIDEST).into())
+}
+
+/// `1 frame`, `12 frames`.
+pub fn counted(n: u64, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 /// Prints one JSON document, indented, with a final newline.

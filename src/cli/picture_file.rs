@@ -28,7 +28,7 @@ fn read_all(file: File) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(FILE_MAX + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > FILE_MAX {
-        let what = format!("longer than {FILE_MAX} bytes: this is no picture");
+        let what = format!("longer than {FILE_MAX} bytes: this is not a picture");
         return Err(io::Error::new(io::ErrorKind::InvalidData, what));
     }
     Ok(bytes)

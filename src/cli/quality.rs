@@ -85,12 +85,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         measured("ssim", json!(like.ssim), ("SSIM", format!("{:.6}", like.ssim))),
         measured("flip", json!(flip), ("FLIP", format!("{flip:.6}"))),
         measured("l1", json!(like.l1), ("L1", format!("{:.6}", like.l1))),
-        measured("mse", json!(like.mse), ("MSE", format!("{:.4e}", like.mse))),
+        measured("mse", json!(like.mse), ("MSE", error(like.mse))),
     ];
     rows.extend(lpips(args, &picture, &reference)?);
     rows.extend(hvsq(args, &picture, &reference)?);
     rows.extend(regional(args, &picture, &reference)?);
     print(args, context, &picture, rows)
+}
+
+/// A small number; nothing is just that.
+fn error(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.4e}") }
 }
 
 /// LPIPS, if there are weights for it.
@@ -112,7 +117,7 @@ fn hvsq(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<Measu
     let reference = hvsq.reference(reference);
     let values = hvsq.values(picture, &reference);
     let row = |(p, value): (&f64, f64)| {
-        let line = ("HVSQ", format!("{value:.4e} at pooling {p}"));
+        let line = ("HVSQ", format!("{} at pooling {p}", error(value)));
         measured(format!("hvsq_p{p}"), json!(value), line)
     };
     Ok(args.hvsq.iter().zip(values).map(row).collect())
@@ -128,7 +133,7 @@ fn regional(args: &Args, picture: &Picture, reference: &Picture) -> Result<Vec<M
     let reference = hvsq.reference(reference);
     let values = hvsq.regional(picture, &reference, &map.regions());
     let row = |(i, value): (usize, Option<f64>)| {
-        let shown = value.map_or("no pixels".into(), |v| format!("{v:.4e}"));
+        let shown = value.map_or("no pixels".into(), error);
         let line = ("HVSQ", format!("{shown} in R{}, pooling {}", i + 1, POOLINGS[i]));
         measured(format!("hvsq_r{}", i + 1), json!(value), line)
     };

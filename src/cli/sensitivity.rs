@@ -3,7 +3,7 @@
 
 mod output;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
 use super::chart_args::ChartArgs;
@@ -152,6 +152,10 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, what));
     }
     args.csv.iter().try_for_each(|path| output_file::check(path, args.force))?;
+    if inputs::is_trace(Path::new(&args.arch)) {
+        let what = format!("{}: the machine goes first, the traces after it", args.arch);
+        return Err(Failure::new(Exit::Usage, what));
+    }
     let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
     let open = |path: &PathBuf| inputs::trace(path, args.frames, context);
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;

@@ -92,9 +92,9 @@ fn verify(path: &Path, context: &Context) -> Result<Exit, Failure> {
     } else if report.is_good() {
         if !context.global.quiet {
             out::text(&format!(
-                "{}: good: {} frames, {} bytes, every checksum and value checked\n",
+                "{}: good: {}, {} bytes, every checksum and value checked\n",
                 path.display(),
-                report.intact,
+                out::counted(report.intact as u64, "frame"),
                 report.bytes
             ))?;
         }

@@ -391,7 +391,8 @@ const SWEEPS: &[Term] = &[
         &["merit"],
         "",
         "Mean of the objectives of a design, each scaled so that the best value on the front is 0 \
-         and the worst is 1. The knee has the smallest.",
+         and the worst is 1. The knee has the smallest. In a what-if table: frames per second \
+         and mm².",
     ),
     term(&["objective"], "", "What a front makes small or large: any column of the results."),
     term(&["settings"], "", "Values of the axes of a design."),
@@ -561,6 +562,17 @@ const SENSITIVITY: &[Term] = &[
 ];
 
 const MORE: &[Term] = &[
+    term(
+        &["at the display rate"],
+        "mW",
+        "Power at the display rate, or its change: see `power at the display rate`.",
+    ),
+    term(
+        &["ms", "mm²", "FPS/mm²", "%"],
+        "",
+        "The value of the group of columns: in milliseconds, in mm², in frames per second and mm², \
+         or its change in percent.",
+    ),
     term(
         &["state", "state_l1", "state_l2", "state_l3", "state_l4"],
         "",

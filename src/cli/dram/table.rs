@@ -4,6 +4,7 @@ use super::{Args, share};
 use powergs_core::dram::Device;
 use powergs_core::dram::levels::LevelRun;
 use powergs_report::document::{Cell, Column, Document, Table};
+use powergs_report::format::engineering;
 
 /// The run at one or two levels, a column each.
 pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Document {
@@ -24,7 +25,7 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
     let total = |r: &LevelRun| r.run.stats.total;
     let ns = |r: &LevelRun| device.ns(r.run.cycles).max(f64::MIN_POSITIVE);
     let period = device.clock_period.0;
-    row("time", &|r| format!("{:.1} ns", device.ns(r.run.cycles)));
+    row("time", &|r| engineering(device.ns(r.run.cycles) * 1e-9, "s"));
     row("requested", &|r| bytes(total(r).requested_bytes()));
     row("moved", &|r| bytes(total(r).moved_bytes));
     row("bandwidth", &|r| format!("{:.2} GB/s", total(r).requested_bytes() as f64 / ns(r)));
@@ -44,13 +45,13 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
             row(name, &|r| r.run.stats.commands()[i].1.to_string());
         }
     }
-    row("energy", &|r| format!("{:.3} uJ", r.energy.total().0 * 1e-6));
+    row("energy", &|r| engineering(r.energy.total().0 * 1e-12, "J"));
     for (i, (name, _)) in results[0].energy.parts().into_iter().enumerate() {
         if results.iter().any(|r| r.energy.parts()[i].1.0 > 0.0) {
             row(&format!("  {}", name.replace('_', " ")), &|r| {
                 let total = r.energy.total().0.max(f64::MIN_POSITIVE);
                 let part = r.energy.parts()[i].1.0;
-                format!("{:.3} uJ {:>4.1} %", part * 1e-6, 100.0 * part / total)
+                format!("{} {:>4.1} %", engineering(part * 1e-12, "J"), 100.0 * part / total)
             });
         }
     }
@@ -60,6 +61,11 @@ pub(super) fn document(args: &Args, device: &Device, results: &[LevelRun]) -> Do
     let mut page = Document::new();
     page.title(title);
     page.table(table);
+    page.paragraph(
+        "The energy is that of the device's currents over the time of this trace, background and \
+         refresh included, so that a byte costs less the faster requests arrive. replay prices \
+         bytes with the energy table of its machine, and standby apart.",
+    );
     if let [banked, window] = results {
         let change = 100.0 * (ns(window) / ns(banked) - 1.0);
         let energy = 100.0 * (window.energy.total().0 / banked.energy.total().0 - 1.0);

@@ -105,3 +105,35 @@ fn usage() {
         failed.stderr(predicate::str::contains(words));
     }
 }
+
+#[test]
+fn what_is_in_the_wrong_place_is_said() {
+    let trace = format!("{}/traces/demo.bin", env!("CARGO_MANIFEST_DIR"));
+    let dir = tempfile::tempdir().expect("a folder");
+    let folder = dir.path().display().to_string();
+    let missing = dir.path().join("report-2").display().to_string();
+    for (args, words) in [
+        (["compare", "gscore", "edge", ""].as_slice(), "no trace"),
+        (&["compare", &trace, "gscore", "edge"], "traces go last"),
+        (&["compare", &folder, &missing, ""], "there is no such report folder"),
+        (&["sensitivity", &trace, "gscore", ""], "the machine goes first"),
+    ] {
+        let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+        command.args(args.iter().filter(|a| !a.is_empty())).current_dir(dir.path());
+        let output = command.assert().code(2);
+        let said = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(said.contains(words), "{args:?}: {said}");
+    }
+}
+
+#[test]
+fn tables_are_as_wide_as_columns_says() {
+    let widest = |columns: &str| {
+        let mut command = assert_cmd::Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+        let output = command.args(["arch", "list"]).env("COLUMNS", columns).assert().code(0);
+        let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+        text.lines().map(|l| l.chars().count()).max().unwrap_or(0)
+    };
+    assert!(widest("60") <= 60 && widest("80") <= 80);
+    assert!((81..=160).contains(&widest("160")), "{}", widest("160"));
+}

@@ -30,7 +30,8 @@ fn bash(lines: &[&str]) -> Vec<Vec<String>> {
         let array = words.join(" ");
         script += &format!(
             "COMP_WORDS=({array}) COMP_CWORD={last} COMP_LINE='{typed}' COMPREPLY=()\n\
-             _complete_powergs_sim powergs-sim {current} ''\nprintf '%s\\n' \"${{COMPREPLY[@]}}\" --end--\n"
+             _complete_powergs_sim powergs-sim {current} ''\n\
+             printf '%s\\n' \"${{COMPREPLY[@]}}\" --end--\n"
         );
     }
     let home = tempfile::tempdir().expect("a folder");

@@ -34,7 +34,7 @@ fn chart(all: &Sensitivity, t: usize) -> Chart {
     let left = panel(&rows, t, "frames per second, change in %", |c| c.fps);
     let mut right = panel(&rows, t, "energy per frame, change in %", |c| c.energy);
     right.y = right.y.hidden();
-    let names = ["turned down", "turned up, or another name"].into_iter().zip(COLOURS);
+    let names = ["lower value", "higher value, or another name"].into_iter().zip(COLOURS);
     Chart::new(NAMES[t], TITLE, subtitle)
         .legend(names.map(|(name, colour)| Entry::fill(name, colour)))
         .columns(2)

@@ -17,7 +17,7 @@ pub fn document(all: &Sensitivity, charts: &[Chart], folder: Option<&str>) -> Do
     page.title(format!("What assumptions move on {}", all.machine));
     page.extend(traces(&all.traces, all.incomplete_note(), None));
     page.charts(charts);
-    page.paragraph("Changes in percent, knob turned down and up; by effect, the largest first.");
+    page.paragraph("Changes in percent, with the knob lowered and raised, the largest first.");
     page.on(Shown::Page, Block::Table(rows(all, Part::All)));
     page.on(Shown::Terminal, Block::Table(rows(all, Part::Moving)));
     page.on(Shown::Terminal, Block::Table(rows(all, Part::Area)));
