@@ -13,6 +13,7 @@ use super::progress::{Counts, Watched};
 use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, inputs, out};
+use powergs_base::config::embedded::{MACHINES, find};
 use powergs_chart::Chart;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{System, SystemSpec, TraceFile};
@@ -236,13 +237,9 @@ fn text(path: &Path) -> Result<String, Failure> {
     String::from_utf8(bytes).or_exit(Exit::BadInput, what())
 }
 
-fn is_trace(path: &Path) -> bool {
-    path.is_file() && TraceFile::open(path).is_ok()
-}
-
 /// Machines and traces among the items: traces stand last.
 fn parted(items: &[PathBuf]) -> (&[PathBuf], &[PathBuf]) {
-    let traces = items.iter().rev().take_while(|path| is_trace(path)).count();
+    let traces = items.iter().rev().take_while(|path| inputs::is_trace(path)).count();
     // What is no trace is said when it is opened as one.
     items.split_at(items.len() - traces.max(1))
 }
@@ -252,7 +249,7 @@ fn parted(items: &[PathBuf]) -> (&[PathBuf], &[PathBuf]) {
 fn simulated(args: &Args, context: &Context) -> Result<Vec<Vec<Side>>, Failure> {
     let (machines, traces) = parted(&args.items);
     let usage = "compare MACHINE MACHINE... TRACE..., or two report folders";
-    if let Some(trace) = machines.iter().find(|path| is_trace(path)) {
+    if let Some(trace) = machines.iter().find(|path| inputs::is_trace(path)) {
         let what = format!("{}: is a trace; traces go last: {usage}", trace.display());
         return Err(Failure::new(Exit::Usage, what));
     }

@@ -74,6 +74,7 @@ fn matching<'a>(entries: &'a [Entry], name: &str) -> Vec<&'a Entry> {
     let mut tried = vec![whole];
     tried.extend(whole.split_once(" (").map(|(head, _)| head));
     tried.extend(whole.rsplit_once(", ").map(|(head, _)| head));
+    tried.extend(whole.split_once(" over ").map(|(head, _)| head));
     let mut found = tried.iter().map(|name| of_name(entries, name));
     if let Some(found) = found.find(|found| !found.is_empty()) {
         return found;

@@ -326,6 +326,18 @@ const TABLES: &[Term] = &[
 ];
 
 const COMPARED: &[Term] = &[
+    term(
+        &["speed-up", "speedup"],
+        "",
+        "Frame rate over that of the first machine on the same trace; over several traces the \
+         geometric mean.",
+    ),
+    term(
+        &["energy gain", "energy_gain"],
+        "",
+        "Energy per frame of the first machine over that of this one on the same trace; over \
+         several traces the geometric mean.",
+    ),
     term(&["ratio"], "", "Value of a side over that of the first."),
     term(
         &["FPS per W", "FPS per W (frames per J)", "fps_per_w"],
@@ -567,12 +579,7 @@ const MORE: &[Term] = &[
         "mW",
         "Power at the display rate, or its change: see `power at the display rate`.",
     ),
-    term(
-        &["ms", "mm²", "FPS/mm²", "%"],
-        "",
-        "The value of the group of columns: in milliseconds, in mm², in frames per second and mm², \
-         or its change in percent.",
-    ),
+    term(&["ms", "mm²"], "", "The value of the group of columns, in milliseconds or in mm²."),
     term(
         &["state", "state_l1", "state_l2", "state_l3", "state_l4"],
         "",

@@ -90,7 +90,7 @@ fn finished_reports(root: &Path) {
 fn usage() {
     for (arguments, code, words) in [
         (&["gscore", TRACE][..], 2, "one machine only"),
-        (&["gscore", "edge"][..], 2, "no trace: edge is no file"),
+        (&["gscore", "edge"][..], 2, "no trace: edge is not a file"),
         (&[TRACE, "gscore", "edge"][..], 2, "traces go last"),
         (&["gscore", TRACE, "edge", TRACE][..], 2, "is a trace; traces go last"),
         (&[TRACE, TRACE][..], 2, "no machine"),
