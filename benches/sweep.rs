@@ -24,7 +24,7 @@ axes = [
   { key = "ccu.units", values = [1, 2, 4, 8] },
   { key = "vru.cores", values = [1, 2, 4] },
   { key = "vru.units-per-core", values = [8, 16, 32] },
-  { key = "dram.bandwidth", values = ["25.6 GB/s", "51.2 GB/s", "102.4 GB/s"] },
+  { key = "dram.channels", values = [4, 8, 16] },
   { key = "dram.latency", values = ["50 ns", "100 ns", "200 ns"] },
 ]
 "#;

@@ -53,8 +53,8 @@ base = "gscore"
 key = "vru.cores"
 range = { from = 1, to = 12, step = 1 }
 [[axes]]
-key = "dram.bandwidth"
-range = { from = "1 GB/s", to = "200 GB/s", step = "1 GB/s" }
+key = "dram.efficiency"
+range = { from = 0.005, to = 1.0, step = 0.005 }
 END
 sweep=(sweep "$work/sweep.toml" --traces "$work/demo.bin" --jobs 2)
 
@@ -281,8 +281,8 @@ base = "gscore"
 key = "vru.cores"
 range = { from = 1, to = 1000, step = 1 }
 [[axes]]
-key = "dram.bandwidth"
-range = { from = "1 GB/s", to = "1000 GB/s", step = "1 GB/s" }
+key = "dram.efficiency"
+range = { from = 0.001, to = 1.0, step = 0.001 }
 END
 code=0
 /usr/bin/env bash -c 'ulimit -v 4000000; "$@" & pid=$!; peak=0

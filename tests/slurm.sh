@@ -132,8 +132,8 @@ base = "gscore"
 key = "vru.cores"
 range = { from = 1, to = 12, step = 1 }
 [[axes]]
-key = "dram.bandwidth"
-range = { from = "0.5 GB/s", to = "250 GB/s", step = "0.5 GB/s" }
+key = "dram.efficiency"
+range = { from = 0.002, to = 1.0, step = 0.002 }
 END
 cp traces/demo.bin "$work/demo.bin"
 arguments=("$sweep" --traces "$work/demo.bin")

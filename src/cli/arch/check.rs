@@ -142,7 +142,7 @@ fn check_sweep(file: &ConfigText) -> Result<Good, ConfigError> {
 
 /// Reads a DRAM device that does not come with the program.
 fn link_device(machine: &mut Machine, file: &ConfigText) -> Result<(), String> {
-    if machine.device.is_some() {
+    if machine.device.is_some() || !machine.dram.has_device() {
         return Ok(());
     }
     let text = read("DRAM device", &machine.dram.device, DRAM, file.folder.as_deref())

@@ -309,10 +309,10 @@ pub fn what_if() -> WhatIf {
         cost,
         assumptions,
     };
-    let bandwidth = ["dram.bandwidth=102.4 GB/s"];
+    let channels = ["dram.channels=16"];
     let steps = vec![
         step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9, 4.04), &["A23"]),
-        step("dram.bandwidth", &bandwidth, cost(8.36, 6.8e9, 4.03), &["A4", "A5"]),
+        step("dram.channels", &channels, cost(8.36, 6.8e9, 4.03), &["A4", "A5"]),
         step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9, 5.9), &["A26"]),
     ];
     let reason = "`buffers.feature.capacity` = 256 KiB is too small".to_owned();

@@ -63,11 +63,11 @@ fn terminal_summary() {
                                frame time      power       area         merit
         if doubled (3 frames)    ms     %   mW     %   mm²    %  FPS/mm²    %
         nothing                11.0        516        4.03          22.6
-        dram.bandwidth         8.36   -24  508  -1.5  4.03    0     29.7  +32
+        dram.channels          8.36   -24  508  -1.5  4.03    0     29.7  +32
         vru.units-per-core     10.1  -8.2  514  -0.3  5.90  +46     16.8  -26
         ... and 1 more: summary.md
 
-        Most frames per second per mm²: dram.bandwidth doubled, -24 % time for 0 % area
+        Most frames per second per mm²: dram.channels doubled, -24 % time for 0 % area
         and -1.5 % power (+32 % FPS per mm²).
 
         limits  9 effects left out; the assumptions that matter most: A4 (DRAM transfers

@@ -82,7 +82,7 @@ fn invalid_designs_are_drawn_again_and_said() {
 #[test]
 fn the_report_does_not_depend_on_threads_and_has_all_files() {
     let root = tempfile::tempdir().expect("a folder");
-    let keys = "vru.cores,dram.bandwidth,ccu.fetch,dram.flat.read.energy";
+    let keys = "vru.cores,dram.channels,ccu.fetch,dram.flat.read.energy";
     let names = ["interactions.csv", "designs.csv", "summary.md", "run.toml", "sensitivity.csv"];
     for (method, charts) in
         [("morris", ["morris_fps.svg", "morris_area.svg"]), ("sobol", ["sobol.svg"; 2])]

@@ -127,11 +127,11 @@ fn dead_keys_are_the_inert_ones() {
 /// With banks the device matters, and the peak rate of the machine does not.
 #[test]
 fn the_memory_model_decides_which_keys_are_dead() {
-    let keys = "dram.bandwidth,dram.efficiency,timing.read-data,energy.scale,dram.channels";
+    let keys = "dram.latency,dram.efficiency,timing.read-data,energy.scale,dram.channels";
     let sets = ["--set", "dram.model=banked", "--energy", "gscore-28nm-device", "--keys", keys];
     let found = json("gscore", &sets);
     for (key, status) in [
-        ("dram.bandwidth", "dead"),
+        ("dram.latency", "dead"),
         ("dram.efficiency", "dead"),
         ("timing.read-data", "alive"),
         ("energy.scale", "alive"),
@@ -139,7 +139,7 @@ fn the_memory_model_decides_which_keys_are_dead() {
     ] {
         assert_eq!(row(&found, key)["status"], status, "{key}");
     }
-    assert!(text(row(&found, "dram.bandwidth"), "reason").contains("is not `bandwidth`"));
+    assert!(text(row(&found, "dram.latency"), "reason").contains("is not `bandwidth`"));
     assert!(rows(&found, "not_tried").is_empty());
 }
 
@@ -148,7 +148,7 @@ fn the_report_is_complete_and_fits_a_terminal() {
     let root = tempfile::tempdir().expect("a folder");
     let out = root.path().join("s");
     let csv = root.path().join("table.csv");
-    let keys = "dram.bandwidth,geometry.test,vru.*,cache.ways,area.*,vru.cores";
+    let keys = "dram.channels,geometry.test,vru.*,cache.ways,area.*,vru.cores";
     let run = sensitivity("gscore", &["--keys", keys], &out)
         .args(["--csv".as_ref(), csv.as_os_str()])
         .assert()

@@ -10,7 +10,7 @@
 
 use super::DramUse;
 use super::machine::DramSpec;
-use powergs_base::quantity::Hertz;
+use powergs_base::quantity::{BytesPerSecond, Hertz};
 
 /// Ticks of the data bus per cycle.
 pub const TICKS: u64 = 1024;
@@ -28,10 +28,10 @@ pub struct Dram {
 }
 
 impl Dram {
-    /// The memory of `spec` seen from a clock.
-    pub fn new(spec: &DramSpec, clock: Hertz) -> Self {
+    /// The memory of `spec` with this peak rate, seen from a clock.
+    pub fn new(spec: &DramSpec, peak: BytesPerSecond, clock: Hertz) -> Self {
         let ticks_per_second = clock.0 * TICKS as f64;
-        let per_byte = ticks_per_second / (spec.bandwidth.0 * spec.efficiency);
+        let per_byte = ticks_per_second / (peak.0 * spec.efficiency);
         Self {
             rate: (per_byte * f64::from(FRACTION).exp2()).round() as u128,
             latency: (spec.latency.0 * 1e-9 * ticks_per_second).round() as u64,

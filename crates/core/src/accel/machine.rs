@@ -13,7 +13,7 @@ use crate::dram::device::Order;
 use crate::workload::Geometry;
 use powergs_base::config::embedded::DRAM;
 use powergs_base::config::{self, ConfigError};
-use powergs_base::quantity::{Bytes, Hertz};
+use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
 
 mod check;
 mod parts;
@@ -21,8 +21,8 @@ mod spec;
 
 pub use spec::{
     Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel, DramSpec, Fetch,
-    FoveaSpec, GatingSpec, GsuSpec, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, Spill,
-    Termination, TileOrder, VruSpec,
+    FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec,
+    Spill, Termination, TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -60,7 +60,7 @@ pub struct Machine {
     /// External memory.
     pub dram: DramSpec,
     /// The device of `dram.device`, with this machine's channels, mapping and latency; known where
-    /// it comes with the program, or after [`Machine::link`].
+    /// it comes with the program, or after [`Machine::link`]. `None` for `dram.device = "none"`.
     #[serde(skip)]
     #[schemars(skip)]
     pub device: Option<Arc<Device>>,
@@ -98,12 +98,12 @@ impl Machine {
     }
 
     /// A machine from a table of all its keys, each of the right type and in its range, with its
-    /// DRAM device. Faster than [`Machine::parse`]: for thousands of machines that differ in a few
-    /// keys.
+    /// DRAM device if it names one. Faster than [`Machine::parse`]: for thousands of machines that
+    /// differ in a few keys.
     ///
     /// # Errors
     /// What does not fit together, in one line.
-    pub fn from_table(table: toml::Table, device: &Device) -> Result<Machine, String> {
+    pub fn from_table(table: toml::Table, device: Option<&Device>) -> Result<Machine, String> {
         let machine = Machine::deserialize(toml::Value::Table(table));
         let mut machine = machine.map_err(|e| e.message().to_owned())?;
         let problems = check::problems(&machine);
@@ -111,11 +111,14 @@ impl Machine {
             let messages: Vec<String> = problems.into_iter().map(|(_, message)| message).collect();
             return Err(messages.join("; "));
         }
-        machine.link(device).map_err(|(_, message)| message)?;
+        if let Some(device) = device {
+            machine.link(device).map_err(|(_, message)| message)?;
+        }
         Ok(machine)
     }
 
-    /// Gives the machine its DRAM device, as the file says it.
+    /// Gives the machine its DRAM device, as the file says it. A `dram.bandwidth` that says the
+    /// same as the device is forgotten: later changes of the channels need not repeat it.
     ///
     /// # Errors
     /// A key of the machine that does not fit the device, and why.
@@ -139,8 +142,35 @@ impl Machine {
             let message = "`clock` must be at least 1 MHz with a timed DRAM device".to_owned();
             return Err(("clock", message));
         }
+        if let Some(bandwidth) = spec.bandwidth {
+            let peak = BytesPerSecond(device.peak_gb_s() * 1e9);
+            if (bandwidth.0 - peak.0).abs() > SAME_RATE * peak.0 {
+                let message = format!(
+                    "`dram.bandwidth` = {bandwidth} contradicts `dram.device` = \"{}\" with \
+                     `dram.channels` = {}, which have {peak}: leave `dram.bandwidth` out and set \
+                     `dram.channels` or another device, or have a mere rate with `dram.device` = \
+                     \"{NO_DEVICE}\"",
+                    spec.device, spec.channels
+                );
+                return Err(("dram.bandwidth", message));
+            }
+            self.dram.bandwidth = None;
+        }
         self.device = Some(Arc::new(device));
         Ok(())
+    }
+
+    /// Peak rate of its external memory: that of the device with this machine's channels, or the
+    /// one of `dram.bandwidth` where there is no device.
+    ///
+    /// # Panics
+    /// When the machine names a device and [`Machine::link`] was never called.
+    pub fn dram_peak(&self) -> BytesPerSecond {
+        match (&self.device, self.dram.bandwidth) {
+            (Some(device), _) => BytesPerSecond(device.peak_gb_s() * 1e9),
+            (None, Some(bandwidth)) => bandwidth,
+            (None, None) => panic!("a machine is linked to its DRAM device"),
+        }
     }
 
     /// The machine as TOML: every key, overlays applied, no comments.
@@ -155,6 +185,9 @@ impl Machine {
         [self.ccu.units, cores * gsu.qsu_per_core, cores * gsu.bsu_per_core, vrus]
     }
 }
+
+/// Rates that differ by less, relatively, are the same, written with fewer digits.
+const SAME_RATE: f64 = 1e-3;
 
 /// A device that comes with the program.
 fn embedded_device(name: &str) -> Option<&'static Device> {

@@ -123,7 +123,7 @@ impl ResolvedUnits {
                 features: Banks::new(&buffers.feature),
                 pixels: Banks::new(&buffers.pixel_out),
             },
-            dram: Dram::new(&machine.dram, machine.clock),
+            dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock),
             shares,
             cache_word: machine.cache.word.0,
             rules: machine.rules.clone(),

@@ -19,12 +19,12 @@ pub fn content_id<T: Serialize>(value: &T) -> Result<u128, serde_json::Error> {
     Ok(xxh3_128(value.to_string().as_bytes()))
 }
 
-/// Hash of what decides timing; `device` is the [`content_id`] of the DRAM device. Machines that
-/// agree in it have the same cycles and action counts on the same frame.
+/// Hash of what decides timing; `device` is the [`content_id`] of the DRAM device, if there is one.
+/// Machines that agree in it have the same cycles and action counts on the same frame.
 ///
 /// Names, prices and gating are left out, and so are keys that cannot move anything: those of the
 /// DRAM models that are not used, and those of a cache that is not there (`inert.toml`).
-pub fn timing_id(machine: &Machine, device: u128) -> u128 {
+pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
     let Machine {
         name: _,
         description: _,
@@ -56,7 +56,7 @@ pub fn timing_id(machine: &Machine, device: u128) -> u128 {
     }
     let DramSpec {
         model,
-        bandwidth,
+        bandwidth: _,
         efficiency,
         latency,
         device: _,
@@ -66,11 +66,11 @@ pub fn timing_id(machine: &Machine, device: u128) -> u128 {
     } = dram;
     match model {
         DramModel::Bandwidth => {
-            add(serde_json::to_vec(&(model, bandwidth, efficiency, latency)));
+            add(serde_json::to_vec(&(model, machine.dram_peak(), efficiency, latency)));
         }
         DramModel::Window | DramModel::Banked => {
             add(serde_json::to_vec(&(model, channels, mapping, controller_latency)));
-            bytes.extend(device.to_le_bytes());
+            bytes.extend(device.unwrap_or_default().to_le_bytes());
         }
     }
     for (unit, rule) in rules.names() {

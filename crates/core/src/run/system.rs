@@ -16,7 +16,7 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
-use crate::accel::machine::DramModel;
+use crate::accel::machine::NO_DEVICE;
 use crate::accel::{Machine, UnitRules};
 use crate::dram::Device;
 use crate::energy::{EnergyTable, Prices, accelergy, same_costs};
@@ -58,7 +58,7 @@ pub struct System {
     machine: Machine,
     energy: Arc<EnergyTable>,
     prices: Prices,
-    device: Arc<Device>,
+    device: Option<Arc<Device>>,
     display: Option<Arc<Display>>,
     files: [Option<SystemFile>; FileKind::ALL.len()],
 }
@@ -85,11 +85,19 @@ impl System {
         let folder = folder.as_deref();
         let mut machine = Machine::parse_with(&machine_file.text, &spec.sets)
             .map_err(|e| RunError::config(&origin, e))?;
-        let device_file = files.read(FileKind::Dram, &machine.dram.device, folder)?;
-        let device = Device::parse(&device_file.text)
-            .map_err(|e| RunError::config(&device_file.origin, e))?;
-        if machine.device.is_none() {
-            machine.link(&device).map_err(|(_, message)| RunError::config(&origin, message))?;
+        let device_file = match machine.dram.has_device() {
+            true => Some(files.read(FileKind::Dram, &machine.dram.device, folder)?),
+            false => None,
+        };
+        let device = match &device_file {
+            Some(file) => {
+                let device = Device::parse(&file.text);
+                Some(device.map_err(|e| RunError::config(&file.origin, e))?)
+            }
+            None => None,
+        };
+        if let (Some(device), None) = (&device, &machine.device) {
+            machine.link(device).map_err(|(_, message)| RunError::config(&origin, message))?;
         }
         let energy_folder = if spec.energy.is_some() { None } else { folder };
         if let Some(name) = &spec.energy {
@@ -112,7 +120,7 @@ impl System {
         let parsed = |file: &ConfigText| {
             file.text.parse::<Table>().map_err(|e| RunError::config(&file.origin, e))
         };
-        let device_table = parsed(&device_file)?;
+        let device_table = device_file.as_ref().map(parsed).transpose()?;
         let display_table = display_file.as_ref().map(parsed).transpose()?;
         let entry = |read: ConfigText, table: Option<Table>| {
             Some(SystemFile { read: Arc::new(read), table: table.map(Arc::new) })
@@ -120,10 +128,10 @@ impl System {
         let files = [
             entry(machine_file, None),
             entry(energy_file, Some(energy_table)),
-            entry(device_file, Some(device_table)),
+            device_file.and_then(|file| entry(file, device_table)),
             display_file.and_then(|file| entry(file, display_table)),
         ];
-        let (energy, device) = (Arc::new(energy), Arc::new(device));
+        let (energy, device) = (Arc::new(energy), device.map(Arc::new));
         Ok(System { machine, energy, prices, device, display, files })
     }
 
@@ -209,8 +217,14 @@ impl System {
             "dram.device" => FileKind::Dram,
             _ => return Ok(()),
         };
+        let name = knob::shown(&change.value);
+        if kind == FileKind::Dram && name == NO_DEVICE {
+            self.device = None;
+            self.files[kind as usize] = None;
+            return Ok(());
+        }
         let folder = self.read(FileKind::Machine).and_then(|file| file.folder.clone());
-        let read = files.read(kind, &knob::shown(&change.value), folder.as_deref())?;
+        let read = files.read(kind, &name, folder.as_deref())?;
         let table = match kind {
             FileKind::Energy => table_of(&read, &energy_table(&read, self.machine.clock)?)?,
             _ => read.text.parse().map_err(|e: toml::de::Error| RunError::config("", e))?,
@@ -232,7 +246,9 @@ impl System {
             FileKind::Energy => {
                 self.energy = Arc::new(EnergyTable::parse(&text).map_err(wrong)?);
             }
-            FileKind::Dram => self.device = Arc::new(Device::parse(&text).map_err(wrong)?),
+            FileKind::Dram => {
+                self.device = Some(Arc::new(Device::parse(&text).map_err(wrong)?));
+            }
             FileKind::Display => {
                 self.display = Some(Arc::new(Display::parse(&text).map_err(wrong)?));
             }
@@ -245,7 +261,9 @@ impl System {
 
     /// Links the machine to its device and prices it.
     fn fit(&mut self) -> Result<(), RunError> {
-        self.machine.link(&self.device).map_err(|(_, message)| invalid(message))?;
+        if let Some(device) = &self.device {
+            self.machine.link(device).map_err(|(_, message)| invalid(message))?;
+        }
         let prices = sim::cost::prices(&self.energy, &self.machine);
         self.prices = prices.map_err(|e| invalid(one_line(&e)))?;
         Ok(())
@@ -266,9 +284,10 @@ impl System {
         &self.prices
     }
 
-    /// The DRAM device, before the machine's own channels and mapping.
-    pub fn device(&self) -> &Device {
-        &self.device
+    /// The DRAM device, before the machine's own channels and mapping; `None` where the machine
+    /// has a mere rate.
+    pub fn device(&self) -> Option<&Device> {
+        self.device.as_deref()
     }
 
     /// The display, where the system has one.
@@ -276,12 +295,12 @@ impl System {
         self.display.as_deref()
     }
 
-    /// A file of the system as it was read; only the display may be absent.
+    /// A file of the system as it was read; the display and the DRAM device may be absent.
     pub fn read(&self, kind: FileKind) -> Option<&ConfigText> {
         self.files[kind as usize].as_ref().map(|file| &*file.read)
     }
 
-    /// Every key of a file, changes applied; only the display may be absent.
+    /// Every key of a file, changes applied; the display and the DRAM device may be absent.
     pub fn table(&self, kind: FileKind) -> Option<Table> {
         if kind == FileKind::Machine {
             let table = Table::try_from(&self.machine);
@@ -362,17 +381,16 @@ impl System {
 
     /// Peak rate of the DRAM that is timed, bytes per second.
     pub fn dram_peak(&self) -> f64 {
-        match (self.machine.dram.model, &self.machine.device) {
-            (DramModel::Window | DramModel::Banked, Some(device)) => device.peak_gb_s() * 1e9,
-            (DramModel::Bandwidth, _) | (_, None) => self.machine.dram.bandwidth.0,
-        }
+        self.machine.dram_peak().0
     }
 
     /// Hash of what decides timing: systems that agree in it have the same cycles and action counts
     /// on the same frame.
     pub fn timing_id(&self) -> u128 {
-        let device = content_id(&*self.device).expect("a device has only tables, numbers, strings");
-        timing_id(&self.machine, device)
+        let id = |device: &Device| {
+            content_id(device).expect("a device has only tables, numbers, strings")
+        };
+        timing_id(&self.machine, self.device().map(id))
     }
 
     /// Hash of all files as they are used, and of the names of unit rules: systems that agree in it

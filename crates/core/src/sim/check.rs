@@ -207,7 +207,7 @@ pub fn timing(
             (device.peak_gb_s() * 1e9, bursts * commands.burst_bytes)
         }
         _ => {
-            let rate = machine.dram.bandwidth.0 * machine.dram.efficiency;
+            let rate = machine.dram_peak().0 * machine.dram.efficiency;
             (rate, dram.read_bytes + dram.write_bytes)
         }
     };

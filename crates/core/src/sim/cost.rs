@@ -30,18 +30,8 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
 /// a unit without work keeps, and memory channels.
 pub fn untimed(machine: &Machine) -> [f64; 2] {
     let gating = &machine.gating;
-    [if gating.units { gating.residual } else { 1.0 }, channels(machine)]
-}
-
-/// Memory channels of a machine: with the `bandwidth` model as many as have its rate together.
-fn channels(machine: &Machine) -> f64 {
     let channels = f64::from(machine.dram.channels);
-    match (&machine.device, machine.dram.model) {
-        (Some(device), DramModel::Bandwidth) => {
-            machine.dram.bandwidth.0 / (device.peak_gb_s() * 1e9 / channels)
-        }
-        (None, _) | (_, DramModel::Window | DramModel::Banked) => channels,
-    }
+    [if gating.units { gating.residual } else { 1.0 }, channels]
 }
 
 /// The prices of a DRAM device: one per byte, or one per command.

@@ -213,7 +213,7 @@ fn vru_pairs_entries_and_finish() {
 fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
     let spec = DramSpec {
         model: DramModel::Bandwidth,
-        bandwidth: BytesPerSecond(bandwidth),
+        bandwidth: None,
         efficiency,
         latency: Nanoseconds(latency),
         device: "test".into(),
@@ -221,7 +221,7 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         mapping: Order::RoBaCoCh,
         controller_latency: Nanoseconds(40.0),
     };
-    Dram::new(&spec, Hertz(clock))
+    Dram::new(&spec, BytesPerSecond(bandwidth), Hertz(clock))
 }
 
 #[test]

@@ -241,12 +241,29 @@ fn keys_of_any_file_are_changed_in_one_way() {
 }
 
 #[test]
+fn a_machine_without_a_device_has_a_mere_rate() {
+    let base = system("gscore", &[]);
+    let rate = system("gscore", &["dram.device=none", "dram.bandwidth=51.2 GB/s"]);
+    assert!(rate.device().is_none() && rate.table(FileKind::Dram).is_none());
+    assert_eq!((rate.dram_peak(), rate.timing_id()), (base.dram_peak(), base.timing_id()));
+    let back = rate.with(&["dram.device=lpddr4-3200-x16x8".parse().expect("a change")]);
+    assert_eq!(back.expect("the same rate").timing_id(), base.timing_id());
+    let faster = system("gscore", &["dram.channels=16"]);
+    assert_ne!(faster.timing_id(), base.timing_id());
+    let no_device: Change = "dram:timing.burst=9".parse().expect("a change");
+    let error = rate.with(&[no_device]).expect_err("no file").to_string();
+    assert!(error.contains("has no DRAM device"), "{error}");
+}
+
+#[test]
 fn invalid_changes_say_what_is_wrong() {
     assert!(refused("gscore", "vru.coers=8").contains("did you mean `cores`?"));
     assert!(refused("gscore", "vru.cores=0").contains("vru.cores"));
     assert!(refused("gscore", "energy=gscore-8nm").contains("gscore-7nm"), "a suggestion");
     assert!(refused("gscore", "display:scale=2").contains("no display preset"));
     assert!(refused("gscore", "dram.channels=3").contains("power of two"));
+    assert!(refused("gscore", "dram.bandwidth=1 GB/s").contains("which have 51.2 GB/s"));
+    assert!(refused("gscore", "dram.device=none").contains("needs `dram.bandwidth`"));
     for wrong in ["vru.cores", "=8", "energy:=3"] {
         assert!(wrong.parse::<Change>().is_err(), "{wrong}");
     }

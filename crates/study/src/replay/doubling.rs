@@ -26,13 +26,17 @@ fn resources(m: &Machine) -> Vec<Resource> {
         format!("buffers.{key}.capacity={}", Bytes(spec.capacity.0.saturating_mul(2)))
     };
     let resource = |name, sets, assumptions| Resource { name, sets, assumptions };
-    let dram = match m.dram.model {
-        DramModel::Bandwidth => {
-            let doubled = format!("dram.bandwidth={} GB/s", 2.0 * m.dram.bandwidth.0 * 1e-9);
+    let dram = match m.dram.bandwidth {
+        Some(rate) if !m.dram.has_device() => {
+            let doubled = format!("dram.bandwidth={} GB/s", 2.0 * rate.0 * 1e-9);
             resource("dram.bandwidth", vec![doubled], &["A4", "A5"])
         }
-        DramModel::Window | DramModel::Banked => {
-            resource("dram.channels", vec![twice("dram.channels", m.dram.channels)], &["A41"])
+        _ => {
+            let assumptions: &[&str] = match m.dram.model {
+                DramModel::Bandwidth => &["A4", "A5"],
+                DramModel::Window | DramModel::Banked => &["A41"],
+            };
+            resource("dram.channels", vec![twice("dram.channels", m.dram.channels)], assumptions)
         }
     };
     vec![

@@ -141,7 +141,11 @@ pub(super) fn all(base: &System) -> (Vec<Key>, Vec<NotTried>) {
     let model = base.machine().dram.model;
     for (file, docs) in KnobFile::ALL.into_iter().zip(docs) {
         if file == KnobFile::Dram && model == DramModel::Bandwidth {
-            let why = "`dram.model` is `bandwidth`, which knows no device".to_owned();
+            let why = match base.device() {
+                Some(_) => "`dram.model` is `bandwidth`, which takes only the peak rate from it",
+                None => "`dram.device` is `none`",
+            };
+            let why = why.to_owned();
             not_tried.push(NotTried { file: file.name(), keys: "the DRAM device".into(), why });
             continue;
         }

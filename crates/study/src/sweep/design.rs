@@ -21,8 +21,9 @@ pub struct Design {
     pub machine: Machine,
     /// One for every energy table of the sweep, in its order.
     pub prices: Vec<Priced>,
-    /// The DRAM device as it is in a file, before the machine's own channels and mapping.
-    pub device: Arc<Document<Device>>,
+    /// The DRAM device as it is in a file, before the machine's own channels and mapping; `None`
+    /// where the machine has a mere rate.
+    pub device: Option<Arc<Document<Device>>>,
     /// The display, where the sweep has one.
     pub display: Option<Arc<Document<Display>>>,
     /// Frames per second that the display shows.
@@ -137,7 +138,7 @@ impl Design {
         let tables = self.prices.iter();
         let mut files: Vec<(String, String)> =
             tables.map(|p| (format!("energy {}", p.label), p.table.table.to_string())).collect();
-        files.push(("dram".to_owned(), self.device.table.to_string()));
+        files.extend(self.device.iter().map(|d| ("dram".to_owned(), d.table.to_string())));
         files.extend(self.display.iter().map(|d| ("display".to_owned(), d.table.to_string())));
         files
     }

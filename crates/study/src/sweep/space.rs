@@ -259,7 +259,8 @@ impl Space {
             self.hold(&draft, None)?;
         }
         let device = draft.device().map_err(Rejected::Machine)?;
-        let machine = Machine::from_table(draft.machine_table(), &device.value);
+        let machine =
+            Machine::from_table(draft.machine_table(), device.as_deref().map(|d| &d.value));
         let machine = machine.map_err(Rejected::Machine)?;
         let mut prices = Vec::with_capacity(self.energy.len());
         for energy in &self.energy {
@@ -269,7 +270,7 @@ impl Space {
             self.hold(&draft, Some(&Computed { machine: &machine, prices: &prices }))?;
         }
         let display = draft.display().map_err(Rejected::Machine)?;
-        let timing_id = timing_id(&machine, device.id);
+        let timing_id = timing_id(&machine, device.as_ref().map(|d| d.id));
         let shown = display.as_ref().map(|d| (d.id, self.display_fps));
         let id = full_id(timing_id, &machine, &prices, shown);
         let settings = draft.settings();

@@ -1,6 +1,6 @@
 //! Consistency of the keys of a machine file.
 
-use super::{Fetch, Machine};
+use super::{DramModel, Fetch, Machine, NO_DEVICE};
 use powergs_base::quantity::Bytes;
 
 /// The largest buffer or record that is believed: 1 GiB.
@@ -26,6 +26,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     sizes(machine, &mut found);
     words(machine, &mut found);
     rates(machine, &mut found);
+    memory(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
     }
@@ -75,14 +76,37 @@ fn geometry(m: &Machine, found: &mut Found) {
     }
 }
 
+/// A memory is a device, or a rate.
+fn memory(m: &Machine, found: &mut Found) {
+    let dram = &m.dram;
+    if dram.has_device() {
+        return;
+    }
+    if dram.bandwidth.is_none() {
+        let message = format!(
+            "`dram.device` = \"{NO_DEVICE}\" needs `dram.bandwidth`, the peak rate of the memory: \
+             add e.g. `bandwidth = \"51.2 GB/s\"`, or name a device"
+        );
+        found.push(("dram.bandwidth", message));
+    }
+    if dram.model != DramModel::Bandwidth {
+        let message = format!(
+            "`dram.model` = \"{}\" times a device, and `dram.device` is \"{NO_DEVICE}\": name one, or \
+             set `dram.model` = \"bandwidth\"",
+            dram.model.name()
+        );
+        found.push(("dram.model", message));
+    }
+}
+
 /// Rates outside of what any chip has are typing errors, and the arithmetic of time stays exact
 /// within them.
 fn rates(m: &Machine, found: &mut Found) {
-    let (clock, bandwidth, latency) = (m.clock, m.dram.bandwidth, m.dram.latency);
+    let (clock, latency) = (m.clock, m.dram.latency);
     if !(1e4..=1e11).contains(&clock.0) {
         found.push(("clock", format!("`clock` = {clock} must be from 10 kHz to 100 GHz")));
     }
-    if !(1e6..=1e15).contains(&bandwidth.0) {
+    if let Some(bandwidth) = m.dram.bandwidth.filter(|rate| !(1e6..=1e15).contains(&rate.0)) {
         let message = format!("`dram.bandwidth` = {bandwidth} must be from 1 MB/s to 1 PB/s");
         found.push(("dram.bandwidth", message));
     }

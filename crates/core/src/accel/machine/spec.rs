@@ -357,21 +357,34 @@ impl DramModel {
     }
 }
 
+/// What `dram.device` says where there is only a rate.
+pub const NO_DEVICE: &str = "none";
+
+impl DramSpec {
+    /// Whether the machine file names a device.
+    pub fn has_device(&self) -> bool {
+        self.device != NO_DEVICE
+    }
+}
+
 /// The `[dram]` table: the `bandwidth` model, and the device of the other two.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramSpec {
     /// Timing model.
     pub model: DramModel,
-    /// Peak rate.
-    pub bandwidth: BytesPerSecond,
+    /// Peak rate of a memory without a device. With one, `device` and `channels` have their own:
+    /// leave it out, or give the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<BytesPerSecond>,
     /// Fraction of the peak that transfers reach, 0 to 1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
     pub efficiency: f64,
     /// From request to first data.
     pub latency: Nanoseconds,
-    /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: what the `window` and
-    /// `banked` models time.
+    /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: its peak rate with
+    /// `channels`, and what the `window` and `banked` models time; or `none`: a mere rate,
+    /// `bandwidth`.
     pub device: String,
     /// Channels of that device in this machine.
     #[schemars(range(min = 1, max = 64), extend("x-unit" = "channels"))]

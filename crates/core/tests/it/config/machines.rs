@@ -13,7 +13,7 @@ fn gscore_is_as_published() {
     let machine = Machine::parse(gscore()).expect("gscore");
     assert_eq!(machine.clock, Hertz(1e9));
     assert_eq!(machine.unit_counts(), [4, 8, 4, 64], "CCU, QSU, BSU, VRC as in NeRArch-Sim");
-    assert_eq!(machine.dram.bandwidth, BytesPerSecond(51.2e9));
+    assert_eq!((machine.dram.bandwidth, machine.dram_peak()), (None, BytesPerSecond(51.2e9)));
     let sum: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
     assert_eq!(sum, 248 * 1024, "the buffers that NeRArch-Sim names");
     let r = &machine.record;
@@ -123,6 +123,31 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
 }
 
+/// With a device the rate follows from it and the channels.
+#[test]
+fn the_rate_of_a_device_is_said_once() {
+    let machine = |overlays: &[&str]| Machine::parse_with(gscore(), &sets(overlays));
+    let peak = |overlays: &[&str]| machine(overlays).expect("a machine").dram_peak().0;
+    assert_eq!(peak(&[]), 51.2e9);
+    assert_eq!(peak(&["dram.channels=16"]), 102.4e9);
+    assert_eq!(peak(&["dram.device=lpddr5-6400-x16x4"]), 102.4e9);
+    // The same once more, also rounded, says nothing new and is forgotten.
+    let same = machine(&["dram.bandwidth=51.2 GB/s"]).expect("the same");
+    assert_eq!(same, machine(&[]).expect("a machine"));
+    let rounded = ["dram.device=lpddr5x-8533-x16x4", "dram.channels=4", "dram.bandwidth=68.3 GB/s"];
+    assert_eq!(peak(&rounded), 4.0 * 32.0 / 1.875e-9);
+    let other = "`dram.bandwidth` = 100 TB/s contradicts `dram.device` = \"lpddr4-3200-x16x8\" with \
+                 `dram.channels` = 8, which have 51.2 GB/s: leave `dram.bandwidth` out and set \
+                 `dram.channels`";
+    contradicts(&["dram.bandwidth=100 TB/s"], "dram.bandwidth", other);
+    contradicts(&["dram.channels=16", "dram.bandwidth=51.2 GB/s"], "dram.bandwidth", "102.4 GB/s");
+    let without = ["dram.device=none", "dram.bandwidth=7 GB/s"];
+    assert_eq!(peak(&without), 7e9);
+    contradicts(&["dram.device=none"], "dram.bandwidth", "needs `dram.bandwidth`");
+    let banked = ["dram.model=banked", "dram.device=none", "dram.bandwidth=7 GB/s"];
+    contradicts(&banked, "dram.model", "`dram.device` is \"none\"");
+}
+
 #[test]
 fn every_fetch_policy_and_tile_runs_on_gscore() {
     for fetch in ["everything", "geometry-first", "lazy-colour"] {
@@ -146,7 +171,7 @@ fn independent_problems_are_reported_at_once_in_the_order_of_their_lines() {
         .replace("fetch = \"lazy-colour\"", "fetch = \"lazy-color\"")
         .replace("cores = 4 ", "core = 4 ")
         .replace("subtile-skipping = true", "subtile-skipping = \"yes\"")
-        .replace("bandwidth = \"51.2 GB/s\"", "bandwidth = \"51.2 GB\"")
+        .replace("efficiency = 0.78 ", "efficiency = 7.8 ")
         .replace("latency = \"100 ns\"", "");
     let error = Machine::parse_with(&bad, &sets(&["gsu.pivot=3"])).expect_err("seven mistakes");
     let keys: Vec<&str> = error.problems.iter().map(|p| p.key.as_str()).collect();
@@ -157,7 +182,7 @@ fn independent_problems_are_reported_at_once_in_the_order_of_their_lines() {
         "vru.core",
         "vru.subtile-skipping",
         "dram.latency",
-        "dram.bandwidth",
+        "dram.efficiency",
         "gsu.pivot",
     ];
     assert_eq!(keys, expected, "{error}");

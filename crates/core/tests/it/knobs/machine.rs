@@ -44,7 +44,10 @@ impl Base {
 
     /// What was tried without any effect; `None` for a key that has one.
     fn dead(&self, doc: &KeyDoc) -> Option<String> {
-        let value = knob::values(&self.values, &doc.path).pop().expect("every key has a value");
+        // A key that may be left out: the list says where it counts.
+        let Some(value) = knob::values(&self.values, &doc.path).pop() else {
+            return Some(format!("{}: left out", doc.path));
+        };
         // Files that may say the same in the keys that matter here.
         let files = match doc.path.as_str() {
             "energy" => ENERGY,

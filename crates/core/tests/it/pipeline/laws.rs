@@ -1,6 +1,6 @@
 //! What is true of every machine, and what is not although one might think so.
 
-use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::accel::machine::DramModel;
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::traffic::for_each_chunk;
@@ -8,7 +8,7 @@ use powergs_core::accel::{FrameContext, Machine, Replay, ResolvedUnits, Unit, re
 use powergs_core::action::{Action, Stage};
 use powergs_core::workload::FrameWorkload;
 
-use super::support::{Dice, TilePlan, gscore, workload};
+use super::support::{Dice, TilePlan, gscore, set_rate, workload};
 
 /// A change of one knob.
 type Change = fn(&mut Machine);
@@ -112,7 +112,7 @@ fn work_does_not_depend_on_timing() {
         machine.buffers.feature.capacity.0 /= 2;
         machine.buffers.pixel_out.capacity.0 /= 3;
         machine.dram.latency = Nanoseconds(3.5);
-        machine.dram.bandwidth = BytesPerSecond(7e9);
+        set_rate(&mut machine, 7e9);
         let after = replay(&workload, &machine);
         assert_eq!(needed(&before), needed(&after), "seed {seed}");
         if machine.vru.speculation == 0 {
@@ -159,7 +159,7 @@ fn alone(machine: &mut Machine) {
 
 fn alone_with_fast_memory(machine: &mut Machine) {
     alone(machine);
-    machine.dram.bandwidth = BytesPerSecond(1e18);
+    set_rate(machine, 1e18);
     machine.dram.latency = Nanoseconds(0.0);
 }
 
@@ -184,7 +184,10 @@ fn nothing_that_helps_one_core_without_contention_makes_it_slower() {
 /// the first of them arrives later. These cases exist; when they vanish, the rules have changed.
 #[test]
 fn contention_and_scheduling_have_anomalies() {
-    let faster: Change = |m| m.dram.bandwidth.0 *= 1.5;
+    let faster: Change = |m| {
+        let rate = m.dram_peak().0;
+        set_rate(m, 1.5 * rate);
+    };
     let shared: [(&str, Change, Change); 5] = [
         ("a larger input buffer, one core, fast memory", alone_with_fast_memory, |m| {
             m.buffers.gaussian_in.capacity.0 *= 2;
@@ -231,7 +234,7 @@ fn one_tile_has_a_closed_form() {
 #[test]
 fn rendering_bounds_a_frame_with_fast_memory() {
     let mut machine = gscore();
-    machine.dram.bandwidth = BytesPerSecond(1e15);
+    set_rate(&mut machine, 1e15);
     machine.dram.latency = Nanoseconds(0.0);
     let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
     // 100 tiles a core, each 500 pairs of 4 cycles, 192 to drain, 16 to finish.
@@ -245,7 +248,7 @@ fn rendering_bounds_a_frame_with_fast_memory() {
 #[test]
 fn bandwidth_bounds_a_frame_with_slow_memory() {
     let mut machine = gscore();
-    machine.dram.bandwidth = BytesPerSecond(1e9);
+    set_rate(&mut machine, 1e9);
     machine.dram.efficiency = 0.8;
     let frame = workload(machine.geometry, 20_000, &even_tiles(400, 256, 10));
     let replay = replay(&frame, &machine);
@@ -259,7 +262,7 @@ fn bandwidth_bounds_a_frame_with_slow_memory() {
 #[test]
 fn more_ccus_and_wider_tests_help_when_they_are_the_limit() {
     let mut machine = gscore();
-    machine.dram.bandwidth = BytesPerSecond(1e15);
+    set_rate(&mut machine, 1e15);
     machine.buffers.gaussian_in.capacity = Bytes(1 << 20);
     machine.buffers.tile_list.capacity = Bytes(1 << 20);
     machine.ccu.latency = 0;

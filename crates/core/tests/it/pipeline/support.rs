@@ -39,6 +39,16 @@ pub fn device(name: &str) -> &'static Device {
     &DEVICES[name]
 }
 
+/// The machine with another peak rate of its memory, bytes per second, where it is a mere rate:
+/// with the models of a device it stays what it is.
+pub fn set_rate(machine: &mut Machine, rate: f64) {
+    if machine.dram.model == DramModel::Bandwidth {
+        machine.device = None;
+        machine.dram.device = NO_DEVICE.into();
+        machine.dram.bandwidth = Some(BytesPerSecond(rate));
+    }
+}
+
 fn unlinked() -> Machine {
     let buffer = |kib: u64| buffer(Bytes(kib * 1024));
     Machine {
@@ -104,7 +114,7 @@ fn unlinked() -> Machine {
         },
         dram: DramSpec {
             model: DramModel::Bandwidth,
-            bandwidth: BytesPerSecond(51.2e9),
+            bandwidth: None,
             efficiency: 1.0,
             latency: Nanoseconds(100.0),
             device: "test".into(),
@@ -288,14 +298,12 @@ impl Dice {
             feature: buffer(self, 900),
             pixel_out: buffer(self, 1000),
         };
+        let (flat, window, banked) = (DramModel::Bandwidth, DramModel::Window, DramModel::Banked);
+        let model = self.pick(&[flat, flat, window, banked]);
+        let rate = self.pick(&[3e9, 10e9, 51.2e9, 900e9]);
         machine.dram = DramSpec {
-            model: self.pick(&[
-                DramModel::Bandwidth,
-                DramModel::Bandwidth,
-                DramModel::Window,
-                DramModel::Banked,
-            ]),
-            bandwidth: BytesPerSecond(self.pick(&[3e9, 10e9, 51.2e9, 900e9])),
+            model,
+            bandwidth: None,
             efficiency: self.pick(&[0.6, 1.0]),
             latency: Nanoseconds(f64::from(self.roll(0, 250)) / 10.0),
             device: "test".into(),
@@ -305,6 +313,7 @@ impl Dice {
         };
         let devices = ["lpddr4-3200-x16x8", "lpddr4-3200-x32x4", "hbm2-8ch"];
         machine.link(device(self.pick(&devices))).expect("a device of this machine");
+        set_rate(&mut machine, rate);
         machine
     }
 

@@ -2,13 +2,13 @@
 //! letter of its cause for a stall (records, list, features, input, output, bank), `.` for idle.
 
 use expect_test::{Expect, expect};
-use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::accel::machine::Fetch;
 use powergs_core::accel::timeline::Timeline;
 use powergs_core::accel::{FrameContext, Machine, replay_with};
 use powergs_core::workload::{FrameWorkload, Geometry};
 
-use super::support::{TilePlan, buffer, gscore, workload};
+use super::support::{TilePlan, buffer, gscore, set_rate, workload};
 
 /// One CCU and one core with short pipelines and chunks of 4.
 fn small() -> Machine {
@@ -21,7 +21,7 @@ fn small() -> Machine {
     (m.vru.cores, m.vru.latency, m.vru.units_per_core) = (1, 2, 64);
     (m.record.feature, m.record.colour) = (Bytes(16), Bytes(8));
     (m.record.projected, m.record.pixel) = (Bytes(2), Bytes(1));
-    m.dram.bandwidth = BytesPerSecond(32e9);
+    set_rate(&mut m, 32e9);
     m.dram.latency = Nanoseconds(3.0);
     m
 }
@@ -75,7 +75,7 @@ fn a_feature_buffer_of_one_chunk_serialises_loading_and_rendering() {
 #[test]
 fn a_slow_memory_starves_everybody() {
     let mut machine = small();
-    machine.dram.bandwidth = BytesPerSecond(16e9);
+    set_rate(&mut machine, 16e9);
     check(
         &machine,
         &three_tiles(&machine),

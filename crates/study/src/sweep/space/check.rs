@@ -11,6 +11,7 @@ use super::{Axis, Draft, FileKind, Found, Rejected, Space};
 use crate::sweep::file::Method;
 use crate::sweep::sample::sobol;
 use powergs_base::config::embedded::INERT;
+use powergs_core::accel::machine::NO_DEVICE;
 
 /// Points that are tried until one is a design.
 const LOOK_MAX: u64 = 10_000;
@@ -68,6 +69,7 @@ fn files(space: &Space, found: &mut Found<'_>) {
             let wrong = match key.path.as_str() {
                 "machine" => library.machine(name).err(),
                 "energy" => library.table(name, beside, &[]).err(),
+                "dram.device" if name == NO_DEVICE => None,
                 "dram.device" => library.device(name, beside, &[]).err(),
                 _ => None,
             };
@@ -180,7 +182,8 @@ fn why(axis: &Axis) -> String {
         return reason;
     }
     if keys.iter().any(|k| k.file == FileKind::Dram) {
-        return ": with `dram.model` = \"bandwidth\" the device does nothing".to_owned();
+        return ": `dram.model` = \"bandwidth\" takes only the peak rate from the device"
+            .to_owned();
     }
     String::new()
 }

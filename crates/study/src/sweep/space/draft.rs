@@ -6,6 +6,7 @@ use super::{
 };
 use crate::sweep::expr;
 use powergs_base::config::knob;
+use powergs_core::accel::machine::NO_DEVICE;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_frame::display::Display;
@@ -95,10 +96,14 @@ impl<'a> Draft<'a> {
         self.changes.iter().filter(|(key, _)| key.file == kind).cloned().collect()
     }
 
-    pub(super) fn device(&self) -> Result<Arc<Document<Device>>, String> {
+    /// The DRAM device; `None` where the machine has a mere rate.
+    pub(super) fn device(&self) -> Result<Option<Arc<Document<Device>>>, String> {
         let name = get(&self.machine, "dram.device").and_then(Value::as_str).unwrap_or("");
+        if name == NO_DEVICE {
+            return Ok(None);
+        }
         let beside = self.base.folder.as_deref();
-        self.space.library.device(name, beside, &self.changes_of(FileKind::Dram))
+        self.space.library.device(name, beside, &self.changes_of(FileKind::Dram)).map(Some)
     }
 
     pub(super) fn energy(&self, energy: &Energy) -> Result<Arc<Document<EnergyTable>>, String> {
@@ -131,7 +136,7 @@ impl<'a> Draft<'a> {
             FileKind::Energy => {
                 get(&self.energy(&self.space.energy[0]).ok()?.table, &key.path).cloned()
             }
-            FileKind::Dram => get(&self.device().ok()?.table, &key.path).cloned(),
+            FileKind::Dram => get(&self.device().ok()??.table, &key.path).cloned(),
             FileKind::Display => get(&self.display().ok()??.table, &key.path).cloned(),
             FileKind::Machine => None,
         }

@@ -77,16 +77,16 @@ fn a_design_is_what_a_file_with_these_keys_is() {
 #[test]
 fn ranges_have_equal_steps_or_equal_ratios() {
     let values = |range: &str| {
-        let space = space(&format!("[[axes]]\nkey = \"dram.bandwidth\"\nrange = {range}"));
-        column(&space, "dram.bandwidth").join(" ")
+        let space = space(&format!("[[axes]]\nkey = \"dram.latency\"\nrange = {range}"));
+        column(&space, "dram.latency").join(" ")
     };
-    let from = "from = \"10 GB/s\", to = \"40 GB/s\"";
-    assert_eq!(values(&format!("{{ {from}, step = \"15 GB/s\" }}")), "10 GB/s 25 GB/s 40 GB/s");
-    assert_eq!(values(&format!("{{ {from}, factor = 2 }}")), "10 GB/s 20 GB/s 40 GB/s");
-    assert_eq!(values(&format!("{{ {from}, scale = \"log2\" }}")), "10 GB/s 20 GB/s 40 GB/s");
-    assert_eq!(values(&format!("{{ {from}, count = 4 }}")), "10 GB/s 20 GB/s 30 GB/s 40 GB/s");
+    let from = "from = \"10 ns\", to = \"40 ns\"";
+    assert_eq!(values(&format!("{{ {from}, step = \"15 ns\" }}")), "10 ns 25 ns 40 ns");
+    assert_eq!(values(&format!("{{ {from}, factor = 2 }}")), "10 ns 20 ns 40 ns");
+    assert_eq!(values(&format!("{{ {from}, scale = \"log2\" }}")), "10 ns 20 ns 40 ns");
+    assert_eq!(values(&format!("{{ {from}, count = 4 }}")), "10 ns 20 ns 30 ns 40 ns");
     let geometric = format!("{{ {from}, count = 3, scale = \"geometric\" }}");
-    assert_eq!(values(&geometric), "10 GB/s 20 GB/s 40 GB/s");
+    assert_eq!(values(&geometric), "10 ns 20 ns 40 ns");
     // 0.1 is no binary fraction: the last value is there all the same.
     let efficiency =
         space("[[axes]]\nkey = \"dram.efficiency\"\nrange = { from = 0.1, to = 0.9, step = 0.1 }");
@@ -106,14 +106,14 @@ fn zips_and_variants_set_several_keys() {
         "[[axes]]\nzip = { geometry.tile = [8, 16], geometry.sort-group = [16, 32] }\n\
          [[axes]]\nname = \"memory\"\nvariants = [\n\
            { name = \"base\" },\n\
-           { name = \"fast\", set = { dram.bandwidth = \"99 GB/s\", dram.latency = \"80 ns\" } },\n\
+           { name = \"fast\", set = { dram.channels = 16, dram.latency = \"80 ns\" } },\n\
          ]",
     );
     assert_eq!(space.columns(), ["geometry.tile", "geometry.sort-group", "memory"]);
     assert_eq!(column(&space, "memory"), ["base", "fast", "base", "fast"]);
     let made = design(&space, 3);
     assert_eq!((made.machine.geometry.tile, made.machine.geometry.sort_group), (16, 32));
-    assert_eq!(made.machine.dram.bandwidth.0, 99e9);
+    assert_eq!(made.machine.dram_peak().0, 102.4e9);
     assert_eq!(made.machine.dram.latency.0, 80.0);
     assert_eq!(made.setting("memory").and_then(|v| v.as_str()), Some("fast"));
 }
