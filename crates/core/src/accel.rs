@@ -18,6 +18,7 @@ pub mod regions;
 mod resolved;
 pub mod rules;
 pub mod schedule;
+mod second_master;
 pub mod timeline;
 pub mod traffic;
 pub mod unit;
@@ -120,8 +121,11 @@ pub struct DramUse {
     pub requests_issued: u64,
     /// Requests served.
     pub requests_served: u64,
-    /// Time for which the data bus moved data, in whole cycles (rounded up).
+    /// Time for which the data bus moved data, in whole cycles (rounded up), for the second master
+    /// too.
     pub busy_cycles: u64,
+    /// Bytes that the second master asked for and that were served: not among the others.
+    pub second_master_bytes: u64,
     /// Commands of the device; `None` in the `bandwidth` model, which knows none.
     pub commands: Option<DramCommands>,
 }

@@ -148,7 +148,7 @@ fn roofline(run: &Run) -> Json {
 }
 
 fn not_modelled(run: &Run) -> Vec<Json> {
-    let effects = limits::left_out(run.facts.machine.dram_model);
+    let effects = limits::left_out(&run.facts.machine);
     let entry = |e: limits::Effect| {
         let see = (!e.assumption.is_empty()).then_some(e.assumption);
         json!({ "effect": e.what, "bias": e.bias.name(), "assumption": see })

@@ -82,9 +82,11 @@ pub fn table(effects: &[Effect]) -> Table {
 pub fn page() -> String {
     let columns = ["effect", "simulated time is", "see", "machines"].map(Column::text);
     let row = |e: &Effect| {
-        let machines = e
-            .dram
-            .map_or(Text::from("all"), |m| Text::code(format!("dram.model = \"{}\"", m.name())));
+        let machines = match (e.dram, e.alone) {
+            (Some(model), _) => Text::code(format!("dram.model = \"{}\"", model.name())),
+            (None, true) => Text::code("dram.second-master.rate = \"0 B/s\""),
+            (None, false) => Text::from("all"),
+        };
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
         [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]
     };

@@ -60,7 +60,7 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
     let mut last: Vec<(String, Text)> = Vec::new();
     if summary.throughput_fps().is_some() {
         let mattered = limits::mattered(&summary, found.as_ref(), run.experiments.what_if.as_ref());
-        let left_out = limits::left_out(run.facts.machine.dram_model);
+        let left_out = limits::left_out(&run.facts.machine);
         let line = Text::marked(&words::line(left_out.len(), &mattered));
         last.push(("limits".into(), line));
         page.page_heading("What is not modelled");
@@ -255,6 +255,15 @@ fn dram(run: &Run, cycle: &CycleSummary) -> String {
     }
     if let Some(ratio) = dram.moved_per_requested {
         text += &format!(", {} bytes moved per byte asked for", significant(ratio));
+    }
+    if let (Some(asked), Some(moved)) =
+        (run.facts.machine.second_master_gb_s, dram.second_master_gb_s)
+    {
+        text += &format!(
+            "; a second master moved {} of the {} GB/s that it asks for",
+            significant(moved),
+            significant(asked)
+        );
     }
     text + "."
 }

@@ -61,6 +61,8 @@ pub struct MachineFacts {
     pub dram_peak_gb_s: Option<f64>,
     /// The model of the DRAM; `None` in the `paper` model.
     pub dram_model: Option<DramModel>,
+    /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
+    pub second_master_gb_s: Option<f64>,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
 }
@@ -86,6 +88,10 @@ impl MachineFacts {
             clock_hz: Some(system.machine().clock.0),
             dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
             dram_model: Some(system.machine().dram.model),
+            second_master_gb_s: {
+                let master = &system.machine().dram.second_master;
+                master.is_on().then_some(master.rate.0 * 1e-9)
+            },
             roofline: Some(Roofline::of(system)),
         }
     }
@@ -98,6 +104,7 @@ impl MachineFacts {
             clock_hz: None,
             dram_peak_gb_s: None,
             dram_model: None,
+            second_master_gb_s: None,
             roofline: None,
         }
     }

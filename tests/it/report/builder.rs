@@ -181,6 +181,7 @@ fn timing(cycles: u64) -> FrameTiming {
             requests_issued: cycles / 700,
             requests_served: cycles / 700,
             busy_cycles: cycles / 3,
+            second_master_bytes: 0,
             commands: Some(commands(cycles / 10)),
         },
         buffers: buffers(cycles),
@@ -261,6 +262,7 @@ pub fn facts(frames: usize) -> Facts {
             clock_hz: Some(1e9),
             dram_peak_gb_s: Some(51.2),
             dram_model: None,
+            second_master_gb_s: None,
             roofline: Some(roofline()),
         },
         inputs: vec![Input {
@@ -337,6 +339,7 @@ pub fn paper() -> Run {
         clock_hz: None,
         dram_peak_gb_s: None,
         dram_model: None,
+        second_master_gb_s: None,
         roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();

@@ -292,7 +292,7 @@ real!(
     BytesPerSecond,
     "a bandwidth",
     "51.2 GB/s",
-    POSITIVE,
+    NOT_NEGATIVE,
     &[
         decimal("B/s", 0),
         decimal("kB/s", 3),

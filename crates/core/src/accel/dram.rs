@@ -6,7 +6,8 @@
 //! is there `latency` after its last byte left the bus; a write has left the chip when the bus is
 //! done with it. The bus counts in ticks of 1/1024 cycle and rounds every request up to whole
 //! ticks, so it never exceeds its rate; units see the first whole cycle at which a request is done.
-//! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)).
+//! Requests of zero bytes never reach the DRAM ([`memory`](super::memory)). A second master takes
+//! its share of the bus all the time: the rest is the rate of the accelerator.
 
 use super::DramUse;
 use super::machine::DramSpec;
@@ -31,7 +32,8 @@ impl Dram {
     /// The memory of `spec` with this peak rate, seen from a clock.
     pub fn new(spec: &DramSpec, peak: BytesPerSecond, clock: Hertz) -> Self {
         let ticks_per_second = clock.0 * TICKS as f64;
-        let per_byte = ticks_per_second / (peak.0 * spec.efficiency);
+        let left = 1.0 - spec.second_master.share(peak.0);
+        let per_byte = ticks_per_second / (peak.0 * spec.efficiency * left);
         Self {
             rate: (per_byte * f64::from(FRACTION).exp2()).round() as u128,
             latency: (spec.latency.0 * 1e-9 * ticks_per_second).round() as u64,

@@ -58,6 +58,8 @@ pub struct Layout {
     levels: [(u64, u64); 2],
     spill: u64,
     pixels: (u64, u64),
+    /// First byte behind all regions.
+    end: u64,
 }
 
 impl Layout {
@@ -82,7 +84,8 @@ impl Layout {
         let scene =
             sizes.map(|(bytes, pitch)| (region(c.points.saturating_mul(pitch)), bytes, pitch));
         let entries = workload.list.len() as u64;
-        Layout {
+        let mut layout = Layout {
+            end: 0,
             fetch: units.ccu.spec.fetch,
             scene,
             projected: (region(c.intersecting_points * r.projected.0), r.projected.0),
@@ -101,7 +104,14 @@ impl Layout {
             },
             spill: region(u64::from(units.vru.spec.cores) * REGION),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
-        }
+        };
+        layout.end = layout.pixels.0 + workload.tiles.len() as u64 * layout.pixels.1;
+        layout
+    }
+
+    /// First byte behind all regions of the frame.
+    pub(super) fn end(&self) -> u64 {
+        self.end
     }
 
     /// The first read of a batch: `bytes` from the scene record with index `first`.

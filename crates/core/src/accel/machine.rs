@@ -20,9 +20,9 @@ mod parts;
 mod spec;
 
 pub use spec::{
-    Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel, DramSpec, Fetch,
-    FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec,
-    Spill, Termination, TileOrder, VruSpec,
+    AccessOrder, Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel,
+    DramSpec, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Overlap, PivotRule, Ports,
+    RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Termination, TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -157,7 +157,18 @@ impl Machine {
             self.dram.bandwidth = None;
         }
         self.device = Some(Arc::new(device));
-        Ok(())
+        match check::taken(self) {
+            Some(message) => Err(("dram.second-master.rate", message)),
+            None => Ok(()),
+        }
+    }
+
+    /// Share of its external memory that the second master takes in the `bandwidth` model, 0 to 1.
+    ///
+    /// # Panics
+    /// As [`Machine::dram_peak`].
+    pub(crate) fn second_master_share(&self) -> f64 {
+        self.dram.second_master.share(self.dram_peak().0)
     }
 
     /// Peak rate of its external memory: that of the device with this machine's channels, or the

@@ -8,6 +8,7 @@ use super::DramUse;
 use super::dram::{Channel, Dram};
 use super::layout::{AccessPattern, Layout};
 use super::machine::{DramModel, Machine};
+use super::second_master::SecondMaster;
 use super::timeline::Observer;
 use super::traffic::Traffic;
 use crate::action::Stage;
@@ -48,6 +49,12 @@ pub struct Memory<'a> {
     layout: Layout,
     traffic: Traffic,
     timer: Timer,
+    /// The second master, where its requests are timed.
+    master: Option<SecondMaster>,
+    /// The share that it takes of the `bandwidth` model, and its bytes a cycle.
+    share: (f64, f64),
+    /// The length of the frame, once it is over.
+    frame: u64,
 }
 
 /// The DRAM model.
@@ -62,7 +69,20 @@ struct Queued {
     device: Banked,
     /// Requests by number: addresses, address ranges already taken, agent, cycle of completion.
     requests: Vec<(AccessPattern, u64, u32, u64)>,
+    /// How many of them are under way.
+    open: usize,
+    /// The request of the second master whose bytes were handed over.
+    given: Option<u32>,
 }
+
+/// Marks tickets of the second master: the other bits are the number of its request.
+const MASTERS: u32 = 1 << 31;
+
+/// Bytes of the second master that may be under way where requests are served in order.
+const IN_ORDER: u64 = 128 << 10;
+
+/// The class of its requests in statistics, beside those of the three stages.
+const MASTER_CLASS: u8 = 3;
 
 /// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
 #[derive(Debug, Clone, Copy)]
@@ -108,18 +128,31 @@ impl<'a> Memory<'a> {
         flat: Dram,
     ) -> Self {
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
+        let spec = &machine.dram.second_master;
+        let of = |clocks: Clocks, least| SecondMaster::new(spec, layout.end(), clocks.ck_fs, least);
+        let mut master = None;
         let timer = match machine.dram.model {
             DramModel::Bandwidth => Timer::Flat(Channel::new(flat)),
             DramModel::Window => {
                 let memory = Box::new(Windowed::new(device()));
-                Timer::Window(memory, Clocks::new(machine, device()))
+                let clocks = Clocks::new(machine, device());
+                master = of(clocks, IN_ORDER);
+                Timer::Window(memory, clocks)
             }
             DramModel::Banked => {
-                let queued = Queued { device: Banked::new(device()), requests: Vec::new() };
-                Timer::Banked(Box::new(queued), Clocks::new(machine, device()))
+                let device = Banked::new(device());
+                let queued = Queued { device, requests: Vec::new(), open: 0, given: None };
+                let clocks = Clocks::new(machine, machine.device.as_deref().expect("linked"));
+                master = of(clocks, 0);
+                Timer::Banked(Box::new(queued), clocks)
             }
         };
-        Memory { workload, layout, traffic: Traffic::default(), timer }
+        let share = match machine.dram.model {
+            DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
+            DramModel::Window | DramModel::Banked => (0.0, 0.0),
+        };
+        let traffic = Traffic::default();
+        Memory { workload, layout, traffic, timer, master, share, frame: 0 }
     }
 
     /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
@@ -164,14 +197,19 @@ impl<'a> Memory<'a> {
             Timer::Window(device, clocks) => {
                 let mut cursor = 0;
                 let pieces = std::iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
-                let done = device.serve(clocks.ck_from(now), request.write, class, pieces);
+                let at = clocks.ck_from(now);
+                if let Some(master) = &mut self.master {
+                    serve_until(master, device, at);
+                }
+                let done = device.serve(at, request.write, class, pieces);
                 Arrival(clocks.cycle(done).max(now + 1))
             }
             Timer::Banked(queued, clocks) => {
                 let number = queued.requests.len();
+                queued.open += 1;
                 queued.requests.push((span, 0, request.owner, NEVER));
                 queued.device.push(dram::Request {
-                    ticket: u32::try_from(number).expect("fewer than 2^32 requests in a frame"),
+                    ticket: ticket(number as u64),
                     write: request.write,
                     class,
                     arrival: clocks.ck_from(now),
@@ -211,19 +249,66 @@ impl<'a> Memory<'a> {
     }
 
     /// Runs the `banked` model until a request completes, at most until cycle `until`; returns the
-    /// cycle of completion and the agent of the request.
+    /// cycle of completion and the agent of the request. The second master's requests enter as they
+    /// arrive.
     pub(crate) fn advance(&mut self, until: u64) -> Option<(u64, u32)> {
         let Timer::Banked(queued, clocks) = &mut self.timer else { return None };
-        let (layout, workload) = (&self.layout, self.workload);
-        let requests = &mut queued.requests;
-        let mut pieces = |number: u32| {
-            let (span, cursor, ..) = &mut requests[number as usize];
-            layout.piece(span, cursor, workload)
-        };
-        let (ck, number) = queued.device.advance(clocks.ck_until(until), &mut pieces)?;
-        let (_, _, owner, done) = &mut requests[number as usize];
-        *done = clocks.cycle(ck);
-        Some((*done, *owner))
+        let clocks = *clocks;
+        let limit = clocks.ck_until(until);
+        loop {
+            let arrival = self.master.as_ref().map_or(u64::MAX, SecondMaster::next_arrival);
+            // Without an end, only requests of the accelerator are waited for.
+            if self.master.is_some() && limit == u64::MAX && queued.open == 0 {
+                return None;
+            }
+            let (layout, workload, master) = (&self.layout, self.workload, &self.master);
+            let (requests, given) = (&mut queued.requests, &mut queued.given);
+            let mut pieces = |ticket: u32| match (ticket & MASTERS, master) {
+                (MASTERS, Some(master)) => {
+                    let first = *given != Some(ticket);
+                    *given = first.then_some(ticket);
+                    first.then(|| master.piece(u64::from(ticket & !MASTERS)))
+                }
+                _ => {
+                    let (span, cursor, ..) = &mut requests[ticket as usize];
+                    layout.piece(span, cursor, workload)
+                }
+            };
+            let found = queued.device.advance(limit.min(arrival), &mut pieces);
+            match (found, &mut self.master) {
+                (Some((ck, ticket)), Some(master)) if ticket & MASTERS != 0 => {
+                    master.done(u64::from(ticket & !MASTERS), ck);
+                }
+                (Some((ck, number)), _) => {
+                    queued.open -= 1;
+                    let (_, _, owner, done) = &mut queued.requests[number as usize];
+                    *done = clocks.cycle(ck);
+                    return Some((*done, *owner));
+                }
+                (None, Some(master)) if arrival <= limit && arrival < u64::MAX => {
+                    let (number, request) = master.take();
+                    queued.device.push(dram::Request {
+                        ticket: MASTERS | ticket(number),
+                        write: request.write,
+                        class: MASTER_CLASS,
+                        arrival: request.arrival,
+                    });
+                }
+                (None, _) => return None,
+            }
+        }
+    }
+
+    /// Ends the frame in cycle `frame`: the second master's requests up to then are counted.
+    pub(crate) fn close(&mut self, frame: u64) {
+        self.frame = frame;
+        match (&mut self.timer, &mut self.master) {
+            (Timer::Window(device, clocks), Some(master)) => {
+                serve_until(master, device, clocks.ck_until(frame));
+            }
+            (Timer::Banked(..), Some(_)) => while self.advance(frame).is_some() {},
+            (Timer::Flat(_), _) | (_, None) => {}
+        }
     }
 
     /// The channel of the `bandwidth` model, and the bytes asked for; `None` with the others.
@@ -249,7 +334,18 @@ impl<'a> Memory<'a> {
     pub(crate) fn usage(&self) -> DramUse {
         let total = self.traffic.total();
         let usage = match &self.timer {
-            Timer::Flat(channel) => channel.usage(),
+            Timer::Flat(channel) => {
+                let (share, bytes) = self.share;
+                let (usage, frame) = (channel.usage(), self.frame as f64);
+                // While the accelerator's bytes move, so do those of the second master.
+                let own = usage.busy_cycles as f64 * (1.0 - share);
+                let busy = (own + frame * share).ceil() as u64;
+                DramUse {
+                    busy_cycles: if share > 0.0 { busy.min(self.frame) } else { usage.busy_cycles },
+                    second_master_bytes: (bytes * frame) as u64,
+                    ..usage
+                }
+            }
             Timer::Window(device, clocks) => {
                 device_usage(&device.stats(), *clocks, device.burst_bytes())
             }
@@ -261,19 +357,42 @@ impl<'a> Memory<'a> {
                 usage
             }
         };
+        let usage = match self.master {
+            Some(_) => DramUse { busy_cycles: usage.busy_cycles.min(self.frame), ..usage },
+            None => usage,
+        };
         DramUse { read_bytes: total.read, write_bytes: total.write, ..usage }
     }
 }
 
+/// The ticket of a request.
+fn ticket(number: u64) -> u32 {
+    let number = u32::try_from(number).ok().filter(|n| n & MASTERS == 0);
+    number.expect("fewer than 2^31 requests in a frame")
+}
+
+/// Serves the requests of the second master that arrive until a CK.
+fn serve_until(master: &mut SecondMaster, device: &mut Windowed, until: u64) {
+    while master.next_arrival() <= until {
+        let (number, request) = master.take();
+        let piece = std::iter::once(request.piece);
+        let done = device.serve(request.arrival, request.write, MASTER_CLASS, piece);
+        master.done(number, done);
+    }
+}
+
 fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
+    let master = &stats.classes[usize::from(MASTER_CLASS)];
+    let served = stats.total.requests - master.requests;
     let stages = [0, 1, 2].map(|class: usize| {
         let t = &stats.classes[class];
         let activates = t.row_misses + t.row_conflicts;
         StageCommands { reads: t.reads, writes: t.writes, activates }
     });
     DramUse {
-        requests_issued: stats.total.requests,
-        requests_served: stats.total.requests,
+        requests_issued: served,
+        requests_served: served,
+        second_master_bytes: master.requested_bytes(),
         busy_cycles: clocks.cycle(stats.busy_max),
         commands: Some(DramCommands {
             burst_bytes,

@@ -257,8 +257,9 @@ pub(crate) fn run<O: Observer>(
 fn finish<'a, O: Observer>(
     agents: &mut Agents,
     frame: u64,
-    shared: Shared<'a, O>,
+    mut shared: Shared<'a, O>,
 ) -> Shared<'a, O> {
+    shared.memory.close(frame);
     agents.account(frame, shared.observer);
     let ccu = &shared.units.ccu;
     agents.ccus.iter_mut().for_each(|c| c.close(frame, |batch| ccu.written(batch)));

@@ -169,7 +169,7 @@ pub struct Built<'a> {
     pub idle_leakage: f64,
     /// What the DRAM device costs; `None` where its commands are not counted.
     pub device: Option<DramCosts>,
-    /// Memory channels, of which `dram.bandwidth` may be a fraction.
+    /// Memory channels.
     pub channels: f64,
     /// Clock of all units.
     pub clock: Hertz,

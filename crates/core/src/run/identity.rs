@@ -63,7 +63,11 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         channels,
         mapping,
         controller_latency,
+        second_master,
     } = dram;
+    if second_master.is_on() {
+        add(serde_json::to_vec(second_master));
+    }
     match model {
         DramModel::Bandwidth => {
             add(serde_json::to_vec(&(model, machine.dram_peak(), efficiency, latency)));

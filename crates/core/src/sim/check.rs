@@ -207,7 +207,8 @@ pub fn timing(
             (device.peak_gb_s() * 1e9, bursts * commands.burst_bytes)
         }
         _ => {
-            let rate = machine.dram_peak().0 * machine.dram.efficiency;
+            let left = 1.0 - machine.second_master_share();
+            let rate = machine.dram_peak().0 * machine.dram.efficiency * left;
             (rate, dram.read_bytes + dram.write_bytes)
         }
     };

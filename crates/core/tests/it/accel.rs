@@ -7,7 +7,9 @@ use powergs_core::accel::bsu::Sort;
 use powergs_core::accel::buffer::{BufferAllocator, usage};
 use powergs_core::accel::divide::Divisor;
 use powergs_core::accel::dram::{Channel, Dram, TICKS};
-use powergs_core::accel::machine::{BufferSpec, DramModel, DramSpec, Fetch, Ports};
+use powergs_core::accel::machine::{
+    AccessOrder, BufferSpec, DramModel, DramSpec, Fetch, Ports, SecondMasterSpec,
+};
 use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
@@ -220,6 +222,14 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
         channels: 8,
         mapping: Order::RoBaCoCh,
         controller_latency: Nanoseconds(40.0),
+        second_master: SecondMasterSpec {
+            rate: BytesPerSecond(0.0),
+            pattern: AccessOrder::Stream,
+            request: Bytes(64),
+            reads: 1.0,
+            efficiency: 0.9,
+            in_flight: 64,
+        },
     };
     Dram::new(&spec, BytesPerSecond(bandwidth), Hertz(clock))
 }

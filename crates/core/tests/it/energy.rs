@@ -54,7 +54,7 @@ pub const UNLIKE: [&str; 15] = [
     "gsu.queue=2",
     "vru.recurrence=2",
     "vru.pixels-per-unit=8",
-    "dram.bandwidth=12.8 GB/s",
+    "dram.channels=2",
 ];
 
 /// Prices of commands, no two of them alike.

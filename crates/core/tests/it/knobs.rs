@@ -24,10 +24,10 @@ fn others(value: &Value, choices: &[String]) -> Vec<Value> {
         Value::Integer(0) => return vec![Value::Integer(3), Value::Integer(1000)],
         Value::Float(x) if *x == 0.0 => return vec![Value::Float(0.5)],
         Value::String(text) if text.starts_with("0 ") => {
-            return vec![if text == "0 B" {
-                "16 KiB".into()
-            } else {
-                text.replace("0 ", "50 ").into()
+            return vec![match text.as_str() {
+                "0 B" => "16 KiB".into(),
+                "0 B/s" => "5 GB/s".into(),
+                _ => text.replace("0 ", "50 ").into(),
             }];
         }
         _ => {}

@@ -9,6 +9,7 @@ mod knobs;
 mod paper;
 mod pipeline;
 mod run;
+mod second_master;
 mod sh_degree;
 mod store;
 mod workload;

@@ -71,7 +71,7 @@ fn by_hand(system: &System) -> Vec<FrameReport> {
         let workload = bin(&frame, machine.geometry);
         let measured = Measured::of(&workload, machine, &mut lists, false);
         let name = frame.facts.camera.name.clone();
-        let label = Label { frame: k, name, display_w: None, ..Label::default() };
+        let label = Label { frame: k, name, sh_degree: frame.facts.sh_degree, display_w: None };
         simulate_measured(label, &workload, &measured, machine, system.prices()).expect("accounts")
     };
     trace().range().map(one).collect()
@@ -112,12 +112,8 @@ fn a_frame_in_the_middle_is_what_the_session_saw() {
     let frame = Session::new(&mut trace(), &()).frame_on(&neo, 2).expect("a frame");
     let FrameOn { workload, measured, .. } = &frame;
     assert!(measured.reuse.is_some(), "it keeps the order of frame 1");
-    let label = Label {
-        frame: 2,
-        name: by_hand(&neo)[2].name.clone(),
-        display_w: None,
-        ..Label::default()
-    };
+    let FrameReport { name, sh_degree, .. } = by_hand(&neo).remove(2);
+    let label = Label { frame: 2, name, sh_degree, display_w: None };
     let report = simulate_measured(label, workload, measured, neo.machine(), neo.prices());
     let report = report.expect("accounts");
     assert_eq!(report, by_hand(&neo)[2]);

@@ -3,6 +3,7 @@
 use super::bottleneck::{Bottleneck, Limit};
 use super::summary::RunSummary;
 use super::what_if::WhatIf;
+use crate::run_record::MachineFacts;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::action::UnitKind;
 use powergs_core::energy::Component;
@@ -40,26 +41,31 @@ pub struct Effect {
     pub assumption: &'static str,
     /// Left out only by machines with this model of the DRAM; `None`: by all.
     pub dram: Option<DramModel>,
+    /// Left out only by machines without a second master at the DRAM.
+    pub alone: bool,
 }
 
 impl Effect {
     /// Whether a run with this model of the DRAM left it out. A run without one (`paper`) did.
-    pub fn applies(&self, dram: Option<DramModel>) -> bool {
-        self.dram.is_none() || dram.is_none() || self.dram == dram
+    /// `is_shared`: the machine has a second master.
+    pub fn applies(&self, dram: Option<DramModel>, is_shared: bool) -> bool {
+        let modelled = self.dram.is_none() || dram.is_none() || self.dram == dram;
+        modelled && !(self.alone && is_shared)
     }
 }
 
 const fn effect(what: &'static str, bias: Bias, assumption: &'static str) -> Effect {
-    Effect { what, bias, assumption, dram: None }
+    Effect { what, bias, assumption, dram: None, alone: false }
 }
 
-/// The effects that a run with this model of the DRAM left out.
-pub fn left_out(dram: Option<DramModel>) -> Vec<Effect> {
-    NOT_MODELLED.into_iter().filter(|e| e.applies(dram)).collect()
+/// The effects that a run of this machine left out.
+pub fn left_out(machine: &MachineFacts) -> Vec<Effect> {
+    let is_shared = machine.second_master_gb_s.is_some();
+    NOT_MODELLED.into_iter().filter(|e| e.applies(machine.dram_model, is_shared)).collect()
 }
 
 /// Everything that is known to be left out.
-pub const NOT_MODELLED: [Effect; 9] = [
+pub const NOT_MODELLED: [Effect; 10] = [
     Effect {
         dram: Some(DramModel::Bandwidth),
         ..effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
@@ -67,7 +73,11 @@ pub const NOT_MODELLED: [Effect; 9] = [
     effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
     effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
     effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
-    effect("address translation, interconnect and other users of the DRAM", Bias::Optimistic, ""),
+    effect("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
+    Effect {
+        alone: true,
+        ..effect("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
+    },
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
     effect(
         "changes of clock and voltage in a frame, temperature, wake-up times",

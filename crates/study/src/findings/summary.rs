@@ -159,6 +159,8 @@ pub struct DramSummary {
     pub busy_frac: f64,
     /// Bytes over the frame time, 10⁹ bytes per second; `None` where a frame takes no time.
     pub bandwidth_gb_s: Option<f64>,
+    /// Bytes of the second master over the frame time, 10⁹ bytes per second; 0 without one.
+    pub second_master_gb_s: Option<f64>,
     /// Share of the bursts that found their row open, where commands are counted and there are any.
     pub row_hit_frac: Option<f64>,
     /// Bytes moved per byte that was asked for, where commands are counted.
@@ -352,6 +354,9 @@ impl Frames<'_> {
         DramSummary {
             busy_frac: self.mean(|f| f.timing().map_or(0.0, FrameTiming::dram_busy_frac)),
             bandwidth_gb_s: known(|c| Some(c.dram_bandwidth_gb_s())),
+            second_master_gb_s: known(|c| {
+                Some(c.timing.dram.second_master_bytes as f64 * 1e-9 / c.frame_time_s())
+            }),
             row_hit_frac: known(|c| c.timing.dram.commands.as_ref()?.total().row_hit_frac()),
             moved_per_requested: known(|c| {
                 let moved = c.timing.dram.commands.as_ref().map(DramCommands::moved_bytes)?;

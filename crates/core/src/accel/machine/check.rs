@@ -76,9 +76,44 @@ fn geometry(m: &Machine, found: &mut Found) {
     }
 }
 
-/// A memory is a device, or a rate.
+/// Share of a memory that a second master may take: the rest is left to the accelerator.
+const SHARE_MAX: f64 = 0.95;
+
+/// Why the second master leaves too little of the memory; `None` where it does not.
+pub(super) fn taken(m: &Machine) -> Option<String> {
+    let (master, peak) = (&m.dram.second_master, m.dram_peak());
+    let share = master.share(peak.0);
+    (share > SHARE_MAX).then(|| {
+        format!(
+            "`dram.second-master.rate` = {} takes {:.0} % of the memory, {peak} of which it \
+             reaches {:.0} %: the accelerator needs at least {:.0} %; lower the rate, or raise \
+             `dram.channels`",
+            master.rate,
+            100.0 * share,
+            100.0 * master.efficiency,
+            100.0 * (1.0 - SHARE_MAX)
+        )
+    })
+}
+
+/// A memory is a device, or a rate; and a second master takes a part of it.
 fn memory(m: &Machine, found: &mut Found) {
     let dram = &m.dram;
+    let master = &dram.second_master;
+    if master.is_on() && !(1e3..=1e15).contains(&master.rate.0) {
+        let message = format!(
+            "`dram.second-master.rate` = {} must be 0 B/s or from 1 kB/s to 1 PB/s",
+            master.rate
+        );
+        found.push(("dram.second-master.rate", message));
+    }
+    if !(1..=RECORD_MAX.0).contains(&master.request.0) {
+        let message = format!(
+            "`dram.second-master.request` = {} must be from 1 B to {RECORD_MAX}",
+            master.request
+        );
+        found.push(("dram.second-master.request", message));
+    }
     if dram.has_device() {
         return;
     }
@@ -89,10 +124,15 @@ fn memory(m: &Machine, found: &mut Found) {
         );
         found.push(("dram.bandwidth", message));
     }
+    if dram.bandwidth.is_some()
+        && let Some(message) = taken(m)
+    {
+        found.push(("dram.second-master.rate", message));
+    }
     if dram.model != DramModel::Bandwidth {
         let message = format!(
-            "`dram.model` = \"{}\" times a device, and `dram.device` is \"{NO_DEVICE}\": name one, or \
-             set `dram.model` = \"bandwidth\"",
+            "`dram.model` = \"{}\" times a device, and `dram.device` is \"{NO_DEVICE}\": name one, \
+             or set `dram.model` = \"bandwidth\"",
             dram.model.name()
         );
         found.push(("dram.model", message));

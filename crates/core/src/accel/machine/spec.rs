@@ -393,4 +393,38 @@ pub struct DramSpec {
     pub mapping: Order,
     /// Controller, PHY and interconnect of the `window` and `banked` models, added to every read.
     pub controller_latency: Nanoseconds,
+    /// Another user of the memory.
+    pub second_master: SecondMasterSpec,
+}
+
+/// The `[dram.second-master]` table: a GPU, a display or a camera that takes its part of the memory
+/// all the time.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SecondMasterSpec {
+    /// Bytes that it asks for in a second; `0 B/s`: there is none.
+    pub rate: BytesPerSecond,
+    /// Where its requests go.
+    pub pattern: AccessOrder,
+    /// Bytes of one request.
+    pub request: Bytes,
+    /// Share of its requests that read, 0 to 1; the others write.
+    #[schemars(extend("minimum" = 0, "maximum" = 1, "x-unit" = "fraction of requests"))]
+    pub reads: f64,
+    /// Fraction of the peak that its transfers reach, 0 to 1, with the `bandwidth` model.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
+    pub efficiency: f64,
+    /// Requests that it has under way at most, with the `banked` model: further ones wait outside.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
+    pub in_flight: u32,
+}
+
+/// Where the requests of a second master go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AccessOrder {
+    /// One after the other.
+    Stream,
+    /// Anywhere.
+    Random,
 }

@@ -116,9 +116,8 @@ pub struct FlatDram {
     pub background: PowerPrice,
     /// Refresh of the whole memory.
     pub refresh: PowerPrice,
-    /// Channels that `background` and `refresh` are for: a machine with another number has them in
-    /// proportion. With the `bandwidth` model a channel is as much of `dram.bandwidth` as a channel
-    /// of `dram.device` has. Needed in a file.
+    /// Channels that `background` and `refresh` are for: a machine with another number in
+    /// `dram.channels` has them in proportion. Needed in a file.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "channels"))]
     pub channels: Option<u32>,
 }

@@ -49,6 +49,18 @@ pub fn set_rate(machine: &mut Machine, rate: f64) {
     }
 }
 
+/// A memory that only the accelerator uses.
+pub fn no_second_master() -> SecondMasterSpec {
+    SecondMasterSpec {
+        rate: BytesPerSecond(0.0),
+        pattern: AccessOrder::Stream,
+        request: Bytes(64),
+        reads: 1.0,
+        efficiency: 0.9,
+        in_flight: 64,
+    }
+}
+
 fn unlinked() -> Machine {
     let buffer = |kib: u64| buffer(Bytes(kib * 1024));
     Machine {
@@ -121,6 +133,7 @@ fn unlinked() -> Machine {
             channels: 8,
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(40.0),
+            second_master: no_second_master(),
         },
         cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
         schedule: ScheduleSpec {
@@ -310,6 +323,7 @@ impl Dice {
             channels: self.pick(&[1, 2, 8]),
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(f64::from(self.roll(0, 30))),
+            second_master: no_second_master(),
         };
         let devices = ["lpddr4-3200-x16x8", "lpddr4-3200-x32x4", "hbm2-8ch"];
         machine.link(device(self.pick(&devices))).expect("a device of this machine");

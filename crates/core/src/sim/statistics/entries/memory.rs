@@ -35,6 +35,25 @@ pub(super) fn dram(list: &mut List) {
         "DRAM bytes read and written over the whole frame time, in 10⁹ bytes per second.",
         |f, _| f.cycle().map(CycleReport::dram_bandwidth_gb_s),
     );
+    count(
+        list,
+        "dram.second_master_bytes",
+        "B",
+        "Bytes that the second master (`dram.second-master`) asked for in the frame and that were \
+         served. They are in `dram.busy_cycles`, and in no other number of bytes and no energy.",
+        |f| Some(usage(f)?.second_master_bytes),
+    );
+    real(
+        list,
+        "dram.second_master_gb_s",
+        "GB/s",
+        "The same over the frame time, in 10⁹ bytes per second: below `dram.second-master.rate` \
+         where the memory is too slow for both.",
+        |f, _| {
+            let seconds = f.frame_time_s().filter(|&s| s > 0.0)?;
+            Some(usage(f)?.second_master_bytes as f64 * 1e-9 / seconds)
+        },
+    );
     moved(list);
     device(list);
 }

@@ -40,16 +40,19 @@ pub struct Memory<'a> {
 
 impl<'a> Memory<'a> {
     pub fn new(workload: &'a FrameWorkload, machine: &Machine, design: &ResolvedUnits) -> Self {
-        let device = machine.device.as_ref().expect("linked");
+        let device = || machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
-            DramModel::Window => Kind::Window(Box::new(Windowed::new(device))),
-            DramModel::Banked => Kind::Banked(Box::new(Banked::new(device)), Vec::new()),
+            DramModel::Window => Kind::Window(Box::new(Windowed::new(device()))),
+            DramModel::Banked => Kind::Banked(Box::new(Banked::new(device())), Vec::new()),
         };
         let fs = |ns: f64| (ns * 1e6).round() as u64;
         Self {
             kind,
-            clocks: (fs(1e9 / machine.clock.0), fs(device.clock_period.0)),
+            clocks: (
+                fs(1e9 / machine.clock.0),
+                machine.device.as_ref().map_or(1, |device| fs(device.clock_period.0)),
+            ),
             layout: Layout::new(workload, design),
             workload,
             done: Vec::new(),

@@ -1,0 +1,133 @@
+//! A second master takes its part of the memory, and nothing else changes.
+
+use powergs_core::action::Action;
+use powergs_core::run::{Change, MemoryFrames, Session, System};
+use powergs_core::sim::FrameReport;
+use powergs_frame::trace::Frame;
+use powergs_raster::{Detail, Options, render};
+use powergs_testkit::scenes::{front_camera, random_scene};
+
+const MODELS: [&str; 3] = ["bandwidth", "window", "banked"];
+
+fn system(sets: &[String]) -> Result<System, String> {
+    let changes: Vec<Change> = sets.iter().map(|s| s.parse().expect("a change")).collect();
+    System::named("gscore").expect("a machine").with(&changes).map_err(|e| e.to_string())
+}
+
+fn frame() -> Frame {
+    let camera = front_camera(160, 120);
+    let options = Options::reference(Detail::Counters);
+    render(&random_scene(3, 12_000, 3), &camera, &options).into_frame(&camera, [0.0; 3])
+}
+
+/// The frame on two channels of LPDDR4-3200, 12.8 GB/s, which it keeps busy.
+fn replayed(model: &str, sets: &[&str]) -> FrameReport {
+    let mut all = vec![format!("dram.model={model}"), "dram.channels=2".to_owned()];
+    all.extend(sets.iter().map(|s| (*s).to_owned()));
+    let system = system(&all).expect("a system");
+    let mut frames = MemoryFrames::new("scene", [frame()]);
+    let mut reports = Session::new(&mut frames, &()).reports(&[system]).expect("accounts close");
+    reports.remove(0).remove(0)
+}
+
+fn cycles(report: &FrameReport) -> f64 {
+    report.timing().expect("timed").frame as f64
+}
+
+#[test]
+fn without_a_rate_there_is_none() {
+    for model in MODELS {
+        let off = ["dram.second-master.pattern=random", "dram.second-master.request=12 B"];
+        assert_eq!(replayed(model, &off), replayed(model, &[]), "{model}");
+        assert_eq!(replayed(model, &[]).timing().expect("timed").dram.second_master_bytes, 0);
+    }
+}
+
+#[test]
+fn more_for_the_other_never_makes_a_frame_faster() {
+    for model in MODELS {
+        for pattern in ["stream", "random"] {
+            let at = |rate: &str| {
+                let rate = format!("dram.second-master.rate={rate}");
+                replayed(model, &[&rate, &format!("dram.second-master.pattern={pattern}")])
+            };
+            let reports = ["0 B/s", "500 MB/s", "1 GB/s", "2 GB/s", "4 GB/s", "8 GB/s"].map(at);
+            let times = reports.each_ref().map(cycles);
+            // Which request meets an open row is a matter of luck.
+            let slower = |w: &[f64]| w[1] >= w[0] * 0.995;
+            assert!(times.windows(2).all(slower), "{model}, {pattern}: {times:?}");
+            assert!(times[5] > 1.3 * times[0], "{model}, {pattern}: {times:?}");
+        }
+    }
+}
+
+#[test]
+fn its_bytes_are_apart_and_cost_the_accelerator_time_only() {
+    for model in MODELS {
+        let alone = replayed(model, &[]);
+        let shared = replayed(model, &["dram.second-master.rate=4 GB/s"]);
+        let work = |r: &FrameReport| (r.actions.clone(), r.stages, r.energy.dynamic().0);
+        if model == "bandwidth" {
+            assert_eq!(work(&alone), work(&shared), "{model}");
+        } else {
+            // Rows that the other closes are opened again; bytes stay.
+            assert_eq!((&alone.actions, alone.stages), (&shared.actions, shared.stages));
+        }
+        let dram = &shared.timing().expect("timed").dram;
+        assert_eq!(dram.read_bytes, shared.actions.total(Action::DramRead));
+        let seconds = shared.frame_time_s().expect("timed");
+        let rate = dram.second_master_bytes as f64 / seconds;
+        assert!((rate / 4e9 - 1.0).abs() < 0.02, "{model}: {rate}");
+        let busy = |r: &FrameReport| r.timing().expect("timed").dram_busy_frac();
+        assert!(busy(&shared) > busy(&alone), "{model}: {} {}", busy(&alone), busy(&shared));
+    }
+}
+
+/// The models agree on what a stream costs: within a sixth of the time.
+#[test]
+fn the_models_agree_roughly() {
+    let slowdown = |model| {
+        let rate = ["dram.second-master.rate=4 GB/s"];
+        cycles(&replayed(model, &rate)) / cycles(&replayed(model, &[]))
+    };
+    let [flat, window, banked] = MODELS.map(slowdown);
+    for (model, other) in [("bandwidth", flat), ("window", window)] {
+        assert!((other / banked - 1.0).abs() < 1.0 / 6.0, "{model}: {other}, banked: {banked}");
+    }
+    assert!(banked > 1.1, "{banked}");
+}
+
+/// Fewer requests under way: the other gets less than it asks for, the accelerator more.
+#[test]
+fn a_shallow_queue_holds_it_back() {
+    let with = |n: u32| {
+        let n = format!("dram.second-master.in-flight={n}");
+        replayed("banked", &["dram.second-master.rate=10 GB/s", &n])
+    };
+    let (shallow, deep) = (with(1), with(64));
+    let bytes = |r: &FrameReport| r.timing().expect("timed").dram.second_master_bytes as f64;
+    let rate = |r: &FrameReport| bytes(r) / r.frame_time_s().expect("timed");
+    assert!(rate(&shallow) < 0.5 * rate(&deep), "{} {}", rate(&shallow), rate(&deep));
+    assert!(cycles(&shallow) < cycles(&deep));
+}
+
+#[test]
+fn what_takes_everything_is_refused() {
+    let refused = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        system(&sets).err().unwrap_or_else(|| panic!("{sets:?} was accepted"))
+    };
+    let all = refused(&["dram.second-master.rate=50 GB/s"]);
+    for part in ["`dram.second-master.rate` = 50 GB/s", "109 % of the memory", "`dram.channels`"] {
+        assert!(all.contains(part), "{all}");
+    }
+    assert!(system(&["dram.second-master.rate=40 GB/s".to_owned()]).is_ok());
+    // Random requests of 12 B move bursts of 32 B.
+    let small = ["dram.second-master.pattern=random", "dram.second-master.request=12 B"];
+    let small = refused(&[&small[..], &["dram.second-master.rate=20 GB/s"]].concat());
+    assert!(small.contains("takes 116 %"), "{small}");
+    let bare = ["dram.device=none", "dram.bandwidth=5 GB/s", "dram.second-master.rate=5 GB/s"];
+    assert!(refused(&bare).contains("takes 111 %"));
+    assert!(refused(&["dram.second-master.rate=1 B/s"]).contains("from 1 kB/s"));
+    assert!(refused(&["dram.second-master.request=0 B"]).contains("from 1 B"));
+}
