@@ -137,8 +137,8 @@ fn the_rate_of_a_device_is_said_once() {
     let rounded = ["dram.device=lpddr5x-8533-x16x4", "dram.channels=4", "dram.bandwidth=68.3 GB/s"];
     assert!((peak(&rounded) / (4.0 * 32.0 / 1.875e-9) - 1.0).abs() < 1e-12);
     let other = "`dram.bandwidth` = 100 TB/s contradicts `dram.device` = \"lpddr4-3200-x16x8\" \
-                 with `dram.channels` = 8, which have 51.2 GB/s: leave `dram.bandwidth` out and set \
-                 `dram.channels`";
+                 with `dram.channels` = 8, which have 51.2 GB/s: leave `dram.bandwidth` out and \
+                 set `dram.channels`";
     contradicts(&["dram.bandwidth=100 TB/s"], "dram.bandwidth", other);
     contradicts(&["dram.channels=16", "dram.bandwidth=51.2 GB/s"], "dram.bandwidth", "102.4 GB/s");
     let without = ["dram.device=none", "dram.bandwidth=7 GB/s"];
