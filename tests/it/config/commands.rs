@@ -4,7 +4,7 @@ use assert_cmd::Command;
 use powergs_sim::run::files::DiskFiles;
 use powergs_sim::run::{System, SystemSpec};
 use predicates::prelude::*;
-use predicates::str::contains;
+use predicates::str::{contains, ends_with};
 
 use super::gscore;
 
@@ -29,7 +29,11 @@ fn list_fits_a_terminal() {
 
 #[test]
 fn show_prints_the_file_or_what_a_run_would_use() {
-    program(&["arch", "show", "gscore"]).assert().code(0).stdout(gscore());
+    // The first line of the file names a schema that a copy does not have beside it.
+    let (schema, rest) = gscore().split_once('\n').expect("a first line");
+    assert_eq!(schema, "#:schema ../schema/machine.json");
+    let whole = program(&["arch", "show", "gscore"]).assert().code(0);
+    whole.stdout(ends_with(rest).and(contains("arch schema machine")).and(contains("../").not()));
     let shown = program(&["arch", "show", "gscore", "--set", "vru.cores=8"]).assert().code(0);
     shown.stdout(contains("cores = 8").and(contains('#').not()));
     let unknown = program(&["arch", "show", "gscor"]).assert().code(2);
