@@ -86,7 +86,7 @@ fn matching<'a>(entries: &'a [Entry], name: &str) -> Vec<&'a Entry> {
     let Some((group, head)) = parts else { return Vec::new() };
     let (group, head) = (matching(entries, group), matching(entries, head));
     let both = !group.is_empty() && !head.is_empty();
-    both.then(|| [group, head].concat()).unwrap_or_default()
+    if both { [group, head].concat() } else { Vec::new() }
 }
 
 /// The words of this name; then the statistic or key of this name, or all under it (`vru`:

@@ -157,7 +157,7 @@ fn finish(
             "{note}{}: {}, {:.1} MB\n\
              {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
             path.display(),
-            out::counted(done as u64, "frame"),
+            out::counted(done, "frame"),
             bytes as f64 * 1e-6
         ))?;
     }

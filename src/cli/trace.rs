@@ -94,7 +94,7 @@ fn verify(path: &Path, context: &Context) -> Result<Exit, Failure> {
             out::text(&format!(
                 "{}: good: {}, {} bytes, every checksum and value checked\n",
                 path.display(),
-                out::counted(report.intact as u64, "frame"),
+                out::counted(report.intact, "frame"),
                 report.bytes
             ))?;
         }

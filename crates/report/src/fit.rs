@@ -47,7 +47,7 @@ pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> C
     let text = format!("optimum: ρ = {:.3}, {watts} ({})", rho.rho, place(fit));
     let panel = Panel { x, y, ..panel };
     Chart::new("fit", "Power over the pruning ratio", subtitle)
-        .legend(entries().chain((missed > 0).then(|| missed_entry())))
+        .legend(entries().chain((missed > 0).then(missed_entry)))
         .panel(panel.label(Words::new(text, OPTIMUM), best, Side::Free))
 }
 

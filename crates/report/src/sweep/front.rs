@@ -99,7 +99,7 @@ fn focus(analysis: &Analysis, j: usize) -> Vec<f64> {
     let every: Vec<f64> = all(analysis).map(value).collect();
     let whole = powergs_chart::ends(every.iter().copied());
     let (range, room) = (high - low, (high - low).max(0.02 * high.abs()));
-    if !(range < FOCUS * (whole.1 - whole.0)) {
+    if range.is_nan() || range >= FOCUS * (whole.1 - whole.0) {
         return deadline::with(analysis, j, every);
     }
     let near = |v: &f64| (low - room..=high + room).contains(v);
