@@ -2,7 +2,7 @@
 //! command line.
 //!
 //! The script that a shell loads holds no word of ours: at every TAB it runs the program with
-//! [`VARIABLE`] set, so that machines, devices, sweeps and keys are those of the installed version.
+//! `VARIABLE` set, so that machines, devices, sweeps and keys are those of the installed version.
 
 mod bash;
 mod values;
