@@ -101,9 +101,9 @@ pub fn verify(input: impl Read) -> Result<VerifyReport, TraceError> {
     visit_intact(input, Budget::DEFAULT, |_, _| Ok(ControlFlow::Continue(())))
 }
 
-/// As [`verify`], with frames that take up to `budget`; a larger one counts as damaged. `visit` gets
-/// each frame that is intact, so that it can be kept. Where it breaks off, the report covers the
-/// frames so far and is not complete.
+/// As [`verify`], with frames that take up to `budget`; a larger one counts as damaged. `visit`
+/// gets each frame that is intact, so that it can be kept. Where it breaks off, the report covers
+/// the frames so far and is not complete.
 ///
 /// # Errors
 /// Those of [`verify`], and those of `visit`.
