@@ -106,7 +106,11 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
 fn oracle(case: &Case) -> [f64; 3] {
     let display = load_display("oled-powergs").expect("a display");
     let paper = PaperOracle { prices: UnitPrices::PUBLISHED, fps: 60.0 };
-    let cycle = CycleOracle { system: System::named("gscore").expect("a machine"), fps: 60.0 };
+    let cycle = CycleOracle {
+        system: System::named("gscore").expect("a machine"),
+        fps: 60.0,
+        memory: powergs_sim::budget::Budget::DEFAULT,
+    };
     let views = [case.camera.clone()];
     let options = Options::reference(Detail::Counters);
     let mut rows = Vec::new();

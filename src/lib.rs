@@ -43,7 +43,7 @@
 #[allow(clippy::missing_errors_doc)] // commands fail with `Failure`, which has the exit code
 pub mod cli;
 
-pub use powergs_base::{config, picture, quantity};
+pub use powergs_base::{budget, config, picture, quantity};
 pub use powergs_core::{accel, action, dram, energy, run, sim, workload};
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]

@@ -257,7 +257,11 @@ fn the_oracle_of_the_optimiser_is_the_session() {
         let sets: Result<Vec<_>, String> = case.sets.iter().map(|set| set.parse()).collect();
         let system = System::named(case.arch).and_then(|s| s.with(&sets.expect("changes")));
         let system = system.expect("a machine");
-        let oracle = CycleOracle { system: system.clone(), fps: 60.0 };
+        let oracle = CycleOracle {
+            system: system.clone(),
+            fps: 60.0,
+            memory: powergs_sim::budget::Budget::DEFAULT,
+        };
         for view in &views {
             let mut frames = RenderedViews::new("views", Arc::clone(&scene), vec![view.clone()]);
             let folded = Session::new(&mut frames, &())

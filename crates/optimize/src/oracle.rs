@@ -9,12 +9,14 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
+use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
 use powergs_core::action::Stage;
 use powergs_core::energy::Component;
 use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
 use powergs_core::sim::{FrameReport, Label, SimError};
+use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_frame::display::Display;
@@ -91,12 +93,22 @@ impl RenderedFrame {
     }
 
     /// Its workload under a geometry.
-    fn workload(self, camera: &Camera, background: [f32; 3], geometry: Geometry) -> FrameWorkload {
+    ///
+    /// # Errors
+    /// [`Unbinnable`]: lists that take more than `memory`.
+    fn workload(
+        self,
+        camera: &Camera,
+        background: [f32; 3],
+        geometry: Geometry,
+        memory: Budget,
+    ) -> Result<FrameWorkload, Unbinnable> {
         let frame = match self {
             RenderedFrame::Plain(rendered) => rendered.into_frame(camera, background),
             RenderedFrame::Foveated(frame) => frame.into_frame(camera, background),
         };
-        bin(&frame, geometry)
+        demand(&frame, geometry, memory)?;
+        Ok(bin(&frame, geometry))
     }
 }
 
@@ -217,6 +229,8 @@ pub struct CycleOracle {
     pub system: System,
     /// Frames shown per second.
     pub fps: f64,
+    /// Memory that the tile lists of a frame may take.
+    pub memory: Budget,
 }
 
 impl PowerOracle for CycleOracle {
@@ -253,7 +267,8 @@ impl CycleOracle {
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<FrameReport, SimError> {
-        let workload = shot.workload(camera, background, self.system.machine().geometry);
+        let geometry = self.system.machine().geometry;
+        let workload = shot.workload(camera, background, geometry, self.memory)?;
         self.system.simulate(Label::default(), &workload)
     }
 }

@@ -27,11 +27,11 @@ pub fn request(
     settings: Settings,
     goals: Goals,
 ) -> Result<Request, Failure> {
-    let foveation = foveation(args)?;
+    let foveation = foveation(args, context)?;
     let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
     let (name, dense) = dense(args, context)?;
     let display = inputs::display(&args.power.display)?;
-    let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some())?;
+    let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
     let (full, cameras) = views(args, context, &dense)?;
     let background = args.views.background.0;
@@ -71,13 +71,13 @@ pub fn request(
 }
 
 /// The virtual screen and the machine; `None` without `--foveated`.
-fn foveation(args: &Args) -> Result<Option<Foveation>, Failure> {
+fn foveation(args: &Args, context: &Context) -> Result<Option<Foveation>, Failure> {
     if !args.fovea.foveated {
         return Ok(None);
     }
     let pooling_rate = demo::pooling_rate(args);
     let screen = Screen { pooling_rate, ..args.fovea.screen.unwrap_or(Screen::PUBLISHED) };
-    let clock = clock(&args.power)?;
+    let clock = clock(&args.power, context)?;
     Ok(Some(Foveation::new(screen, clock, args.fovea.filter_flops)?))
 }
 
@@ -191,9 +191,9 @@ fn smaller(camera: &Camera, (width, height): (u32, u32)) -> Result<Camera, Failu
     Ok(edit::resized(camera, width, height))
 }
 
-fn clock(args: &PowerArgs) -> Result<CycleOracle, Failure> {
+fn clock(args: &PowerArgs, context: &Context) -> Result<CycleOracle, Failure> {
     let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
-    Ok(CycleOracle { system, fps: args.fps })
+    Ok(CycleOracle { system, fps: args.fps, memory: context.global.memory })
 }
 
 /// `is_timed`: a machine gives the frame time even if the paper model gives the power.
@@ -201,9 +201,10 @@ fn oracle(
     args: &PowerArgs,
     model: ModelArg,
     is_timed: bool,
+    context: &Context,
 ) -> Result<Box<dyn PowerOracle>, Failure> {
     if model != ModelArg::Paper {
-        return Ok(Box::new(clock(args)?));
+        return Ok(Box::new(clock(args, context)?));
     }
     if !is_timed && (!args.sets.is_empty() || args.energy.is_some()) {
         let what = "--set, --energy: the paper model has no machine; use --oracle cycle";

@@ -74,6 +74,11 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             };
             output_file::say(path, what, context)?;
         }
+        None if args.what == What::Facts => {
+            let mut text = Vec::new();
+            facts(&frame, &mut text).or_exit(Exit::Internal, "the facts of a frame")?;
+            out::text(&String::from_utf8_lossy(&text))?;
+        }
         None => out::write(table)?,
     }
     Ok(Exit::Done)

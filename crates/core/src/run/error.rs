@@ -85,6 +85,7 @@ impl RunError {
         let frame = frame.to_owned();
         match error {
             SimError::Incompatible(reason) => RunError::Incompatible { frame, reason },
+            SimError::Unbinnable(error) => RunError::input(format_args!("frame {frame}"), error),
             SimError::Invariant(broken) => RunError::Invariant { frame, broken },
         }
     }

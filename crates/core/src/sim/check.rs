@@ -4,6 +4,7 @@ use super::FrameReport;
 use crate::accel::{FrameTiming, Machine, Replay, RuleError};
 use crate::action::{Action, Stage};
 use crate::energy::Prices;
+use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry};
 
 /// Relative tolerance of sums of energies: they are added in different orders.
@@ -123,6 +124,9 @@ pub enum SimError {
     /// The machine cannot run the frame.
     #[error(transparent)]
     Incompatible(#[from] Incompatible),
+    /// A frame whose lists take more memory than is allowed.
+    #[error(transparent)]
+    Unbinnable(#[from] Unbinnable),
     /// A defect of the simulator.
     #[error(transparent)]
     Invariant(#[from] InvariantViolated),

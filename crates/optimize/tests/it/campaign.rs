@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use powergs_base::budget::Budget;
 use powergs_core::run::{MemoryStore, Store, Watch};
 use powergs_core::run::{RunError, System};
 use powergs_frame::fovea::Screen;
@@ -44,7 +45,11 @@ fn request() -> Request {
 /// The same with levels for the periphery, on a screen on which 48 pixels show all of them.
 fn foveated() -> Request {
     let screen = Screen { pooling_rate: 1.2, ..Screen::PUBLISHED };
-    let clock = CycleOracle { system: System::named("gscore").unwrap(), fps: 60.0 };
+    let clock = CycleOracle {
+        system: System::named("gscore").unwrap(),
+        fps: 60.0,
+        memory: Budget::DEFAULT,
+    };
     let foveation = Foveation::new(screen, clock, 215.0).unwrap();
     let request = request();
     let schedule = Schedule::listed(&[0.0, 0.3]).unwrap();

@@ -1,5 +1,6 @@
 //! Levels of the periphery: which jobs there are, what trains, and that they become one model.
 
+use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
 use powergs_core::run::System;
 use powergs_frame::display::d22::Filter;
@@ -287,7 +288,11 @@ fn the_filter_costs_its_operations_and_saves_display_power() {
         scene
     });
     let model = Foveated::compose(&levels).unwrap();
-    let clock = CycleOracle { system: System::named("gscore").unwrap(), fps: 60.0 };
+    let clock = CycleOracle {
+        system: System::named("gscore").unwrap(),
+        fps: 60.0,
+        memory: Budget::DEFAULT,
+    };
     let screen = Screen { pooling_rate: 0.6, ..Screen::PUBLISHED };
     let cost = FilterCost { flops: 215.0, flop_pj: 0.53, flops_per_cycle: 1536.0 };
     let viewer = Viewer { setup: &setup, screen, clock: &clock, cost };

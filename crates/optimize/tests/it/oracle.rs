@@ -1,5 +1,7 @@
 //! Oracles against the models that they stand for.
 
+use powergs_base::budget::Budget;
+use powergs_base::quantity::Bytes;
 use powergs_core::action::Stage;
 use powergs_core::run::System;
 use powergs_core::sim::paper::UnitPrices;
@@ -42,7 +44,7 @@ fn cycle_is_the_simulated_machine_at_the_display_rate() {
         let work = bin(&frame, system.machine().geometry);
         let report = system.simulate(Label::default(), &work).unwrap();
         let fps = 60.0;
-        let oracle = CycleOracle { system, fps };
+        let oracle = CycleOracle { system, fps, memory: Budget::DEFAULT };
         let watts = oracle.watts(&tiny.dense, &tiny.cameras[..1], [0.0; 3], &tiny.display).unwrap();
         let expected = report.power_display_rate_w(fps);
         assert!((watts.render_w / expected - 1.0).abs() < 1e-12, "{name}");
@@ -50,6 +52,16 @@ fn cycle_is_the_simulated_machine_at_the_display_rate() {
         assert!((watts.parts.stage_w(Stage::Standby) - standing).abs() < 1e-12, "{name}");
         assert!(standing > 0.0, "{name} costs nothing when idle");
     }
+}
+
+#[test]
+fn lists_over_the_budget_of_memory_are_refused() {
+    let tiny = tiny(800, 12, (96, 70));
+    let system = System::named("gscore").unwrap();
+    let oracle = CycleOracle { system, fps: 60.0, memory: Budget(Bytes(1000)) };
+    let refused = oracle.watts(&tiny.dense, &tiny.cameras[..1], [0.0; 3], &tiny.display);
+    let message = refused.unwrap_err().to_string();
+    assert!(message.contains("(splat, tile) pairs") && message.contains("--memory"), "{message}");
 }
 
 #[test]

@@ -100,14 +100,23 @@ fn parts_become_an_array_expression() {
 
 /// A script of GOOD in a folder of its own; the program prints its words.
 fn example(out: &[u8], folder: &[u8]) -> String {
+    example_of(b"echo", out, folder)
+}
+
+fn example_of(program: &[u8], out: &[u8], folder: &[u8]) -> String {
     let settings = Settings::parse(GOOD).unwrap();
-    let call = Call {
-        program: b"echo",
-        arguments: vec![b"my sweep.toml", b"--set", b"a='b'"],
-        out,
-        folder,
-    };
+    let call = Call { program, arguments: vec![b"my sweep.toml", b"--set", b"a='b'"], out, folder };
     String::from_utf8(script(&settings, &call).unwrap()).unwrap()
+}
+
+#[test]
+fn a_line_break_in_the_name_of_the_program_ends_no_comment() {
+    let text = example_of(b"/opt/p\ntouch owned\n/x", b"/data/o", b"/home/me");
+    let hint = text.lines().find(|line| line.starts_with("# When all parts are done")).unwrap();
+    assert!(hint.contains("/opt/p?touch owned?/x"), "{hint}");
+    // Elsewhere the name is one quoted word, which a shell gives back.
+    assert!(text.contains("'/opt/p\ntouch owned\n/x' --jobs"), "{text}");
+    assert_eq!(text.lines().filter(|line| *line == "touch owned").count(), 1, "{text}");
 }
 
 #[test]
