@@ -149,8 +149,12 @@ fn list(context: &Context) -> Result<Exit, Failure> {
     }
     let table = |kind: Option<Kind>| {
         let columns = ["kind", "name", "node", "description"].map(Column::text);
-        let [kinds, name, node, description] = columns;
+        let [kinds, name, mut node, description] = columns;
         let of_kind = rows.iter().filter(|r| kind.is_none_or(|kind| r.kind == kind));
+        if of_kind.clone().all(|r| r.node.is_none()) {
+            node = node.on(Shown::Page);
+        }
+        let description = description.wraps();
         Table::new([kinds.on(Shown::Page), name, node, description]).rows(of_kind.map(|r| {
             let (kind, name) = (r.kind.name(), r.name);
             [kind.into(), name.into(), Cell::from(r.node.clone()), r.description.as_str().into()]

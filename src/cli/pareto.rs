@@ -116,9 +116,6 @@ const FOLDER: &str = "analysis";
 /// Where the report of a finished sweep is in its folder.
 pub const REPORT: &str = "analysis/report.html";
 
-/// Columns of the texts that a sweep keeps.
-pub(super) const WIDTH: usize = 80;
-
 /// The analysis of a sweep, in its forms.
 struct Answer {
     /// For people.
@@ -151,7 +148,7 @@ impl OfSweep {
         }
     }
 
-    /// Writes the analysis into the folder of the sweep and returns what a terminal shows.
+    /// Writes the analysis into the folder of the sweep and returns what people read of it.
     ///
     /// # Errors
     /// [`Unanswered`]: a table that does not answer the question, a folder that cannot be written,
@@ -163,11 +160,10 @@ impl OfSweep {
         sweep: &OpenedSweep<'_>,
         plan: &Plan,
         context: &Context,
-    ) -> Result<String, Unanswered> {
+    ) -> Result<Document, Unanswered> {
         let table = self.table.or_exit(Exit::BadInput, path.join(CSV).display());
         let mut table = table.map_err(Unanswered::Question)?.finish();
-        table.follow(&self.facts.followers);
-        table.leave_out(plan.excluded.values().sum::<u64>() as usize);
+        self.facts.settle(&mut table, plan.excluded.values().sum());
         let computed = table.compute(&self.question.objectives);
         computed.map_err(|error| Unanswered::Question(failure(path, error)))?;
         let analysis = Analysis::of(&table, &self.question)
@@ -185,8 +181,20 @@ impl OfSweep {
         let out = path.join(FOLDER);
         let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
         written.ok_or(Unanswered::Interrupted)?;
-        Ok(report::document(&analysis, &[], &provenance).terminal(WIDTH))
+        Ok(report::document(&analysis, &[], &provenance))
     }
+}
+
+/// The answer to the question of a finished sweep once more; nothing is written.
+///
+/// # Errors
+/// Why there is none: the results do not answer the question.
+pub fn once_more(path: &Path) -> Result<Document, Failure> {
+    let sweep = FinishedSweep::open(path)?;
+    let question = sweep.facts.question();
+    let table = sweep.table(&question)?;
+    let analysis = Analysis::of(&table, &question).map_err(|error| failure(path, error))?;
+    Ok(report::document(&analysis, &[], &provenance(&sweep.facts, &[])))
 }
 
 /// Why a sweep has no analysis.
@@ -210,8 +218,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     args.csv.iter().try_for_each(|path| args.overwrite.check(path))?;
     let sweep = FinishedSweep::open(&args.folder)?;
     let question = question::question(args, &sweep.facts)?;
-    let mut table = sweep.table(&question)?;
-    table.leave_out(sweep.facts.excluded as usize);
+    let table = sweep.table(&question)?;
     let analysis = Analysis::of(&table, &question).map_err(|error| failure(&args.folder, error))?;
     if context.is_cancelled() {
         return Ok(None);

@@ -21,7 +21,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim validate
   powergs-sim validate --only lego,area
-  powergs-sim validate --write docs/validation.md
+  powergs-sim validate --force --write docs/validation.md
   powergs-sim validate --rows mine --only my-chip --json
 
 Exit code 1: an enforced row is outside of its tolerance, or a row has worsened.";

@@ -224,7 +224,8 @@ fn folder() -> tempfile::TempDir {
                  [objectives]\nminimize = [\"area_mm2\"]\nmaximize = [\"fps.mean\"]\n";
     fs::write(root.path().join("sweep.toml"), sweep).expect("written");
     let finished = "state = \"0\"\nresults = \"0\"\nok = 50\ninvalid = 0\nfailed = 1\n\
-                    excluded = 13\nfree = [{ axis = \"vru.cores\", is-policy = false }]\n";
+                    excluded = 13\nanswered = true\n\
+                    free = [{ axis = \"vru.cores\", is-policy = false }]\n";
     fs::write(root.path().join("finished.toml"), finished).expect("written");
     root
 }

@@ -78,7 +78,7 @@ pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
         for entry in fs::read_dir(&place).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            let typed = ["invocation.toml", "definition.json", "analysis.txt", "lock"];
+            let typed = ["invocation.toml", "definition.json", "lock"];
             if path.is_file() && !typed.contains(&name.as_str()) {
                 files.push((name, fs::read(path).unwrap()));
             }

@@ -12,7 +12,7 @@ use powergs_study::validate::{Judged, Origin, Row, Status, Tables, Verdict, Work
 const HEAD: &str = "\
 # Validation
 
-<!-- Written by `powergs-sim validate --write docs/validation.md`: change tests/validation/*.csv -->
+<!-- Written by `powergs-sim validate --force --write docs/validation.md` from tests/validation/ -->
 
 Published numbers beside what the simulator says. `powergs-sim validate` makes this table in under
 two minutes and fails when an enforced row leaves its tolerance, or when any row is farther from its

@@ -133,9 +133,9 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem
 
 /// A sweep is right when it spans a space. Its traces are not opened.
 fn check_sweep(file: &ConfigText) -> Result<Good, ConfigError> {
-    let mut sweep = SweepFile::parse(&file.text)?;
+    let (mut sweep, problems) = SweepFile::parse_around(&file.text)?;
     find_base(&mut sweep, file.folder.as_deref());
-    let space = Space::new(&sweep, Arc::new(DiskFiles))?;
+    let space = Space::whole(&sweep, problems, Arc::new(DiskFiles))?;
     let points = space.lattice().points();
     Ok(format!("sweep of {}, a space of {points} points", sweep.base).into())
 }

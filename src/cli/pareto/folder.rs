@@ -66,7 +66,7 @@ impl FinishedSweep {
     pub(super) fn table(&self, question: &Question) -> Result<Table, Failure> {
         let read = Table::read(self.results()?, |column| question.needs(column));
         let mut table = read.or_exit(Exit::BadInput, self.results_path().display())?;
-        table.follow(&self.facts.followers);
+        self.facts.settle(&mut table, self.facts.excluded);
         let computed = table.compute(&question.objectives);
         computed.map_err(|error| failure(&self.path, error))?;
         Ok(table)

@@ -7,18 +7,13 @@ use serde_json::{Value, json};
 
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out, pareto};
-use powergs_report::document::{Block, Document, Text};
+use powergs_report::document::{Block, Document, Shown};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
 use powergs_study::sweep::run::results::{self, CSV, PARQUET, Tally};
 use powergs_study::sweep::run::{Cause, OpenedSweep, Plan, SweepFolder};
 
-/// What the analysis says on a terminal.
-const ANSWER: &str = "analysis.txt";
-
-/// How an answer begins where the question of the sweep file has none.
-const NO_ANSWER: &str = "No analysis: ";
-
-/// The summary for a terminal, kept so that a finished sweep says the same again.
+/// How many designs there were and why not more: a sentence a line, kept so that a finished sweep
+/// says the same again.
 const SUMMARY: &str = "summary.txt";
 
 /// Writes everything that a finished sweep has, and says so.
@@ -41,33 +36,38 @@ pub fn finish(
         return Ok(Exit::GoalMissed);
     }
     let store = folder.store;
-    store.write(SUMMARY, summary(sweep, plan, tally).terminal(pareto::WIDTH).as_bytes())?;
+    store.write(SUMMARY, summary(sweep, plan, tally).as_bytes())?;
     write_sources(sweep, store)?;
     store.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let answer = match analysis.answer(folder, path, sweep, plan, context) {
-        Ok(answer) => answer,
+        Ok(answer) => Ok(answer),
         Err(pareto::Unanswered::Interrupted) => return Ok(Exit::Interrupted),
         // The table is whole all the same: a question can be asked anew.
-        Err(pareto::Unanswered::Question(failure)) => format!("{NO_ANSWER}{failure}\n"),
+        Err(pareto::Unanswered::Question(failure)) => Err(failure),
         // A full disk, for instance: the sweep is not finished, and --resume makes the rest.
         Err(pareto::Unanswered::Failed(failure)) => return Err(failure),
     };
-    store.write(ANSWER, answer.as_bytes())?;
-    let finished = Finished::new(sweep, plan, tally, table);
+    let finished = Finished::new(sweep, plan, tally, table, answer.is_ok());
     finished.write(store)?;
-    say(&finished, path, context)
+    say(&finished, answer, path, context)
 }
 
 /// Whether a folder that is marked as finished has everything that is said of it.
-pub fn is_whole(path: &Path) -> bool {
-    let answer = fs::read_to_string(path.join(ANSWER));
-    let answered =
-        |answer: String| answer.starts_with(NO_ANSWER) || path.join(pareto::REPORT).is_file();
-    path.join(SUMMARY).is_file() && answer.is_ok_and(answered)
+pub fn is_whole(finished: &Finished, path: &Path) -> bool {
+    let answered = !finished.answered || path.join(pareto::REPORT).is_file();
+    path.join(SUMMARY).is_file() && answered
 }
 
-/// What a sweep says of its results.
-fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> Document {
+/// Says once more what a finished sweep has.
+///
+/// # Errors
+/// Those of standard output.
+pub fn again(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, Failure> {
+    say(finished, pareto::once_more(path), path, context)
+}
+
+/// What a sweep says of its designs, a sentence a line.
+fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
     let s = |n: u64| if n == 1 { "" } else { "s" };
     let done = tally.ok + tally.failed;
     let mut designs = format!("{done} design{} and the baseline simulated", s(done));
@@ -83,45 +83,52 @@ fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> Document {
             designs += &format!(", {n} {what}");
         }
     }
-    let mut items: Vec<Text> = Vec::new();
-    let excluded = plan.excluded.iter().map(|(why, n)| format!("{n} excluded by {why}"));
-    items.extend(excluded.map(Text::from));
-    let duplicates = plan.duplicates.iter();
-    items.extend(
-        duplicates
-            .map(|(axis, n)| format!("{n} duplicates: axis `{axis}` does not count there").into()),
-    );
-    items.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
-        format!("{points} invalid: {cause}, e.g. point {point}: {why}").into()
+    let mut lines = vec![designs + "."];
+    lines.extend(plan.excluded.iter().map(|(why, n)| format!("{n} excluded by {why}")));
+    lines.extend(plan.duplicates.iter().map(|(axis, n)| {
+        let s = if *n == 1 { "" } else { "s" };
+        format!("{n} duplicate{s}: axis `{axis}` does not count there")
+    }));
+    lines.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
+        format!("{points} invalid: {cause}, e.g. point {point}: {why}")
     }));
     let carried = sweep.designs.space.carried();
-    items.extend(carried.into_iter().map(|(key, expression)| {
-        format!("carried along: {}", super::dry_run::carried(key, expression)).into()
+    lines.extend(carried.into_iter().map(|(key, expression)| {
+        format!("carried along: {}", super::dry_run::carried(key, expression))
     }));
-    let mut page = Document::new();
-    page.add(Block::Quote(sweep.file.question.trim().into()));
-    page.paragraph(designs + ".");
-    page.add(Block::List(items));
-    page
+    let one_line = |line: String| line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n";
+    lines.into_iter().map(one_line).collect()
 }
 
-/// Says what a finished sweep has.
+/// Says what a finished sweep has: `answer` is its analysis, or why there is none.
 ///
 /// Exit code 4 where the simulator contradicted itself.
 ///
 /// # Errors
 /// Those of standard output.
-pub fn say(finished: &Finished, path: &Path, context: &Context) -> Result<Exit, Failure> {
+fn say(
+    finished: &Finished,
+    answer: Result<Document, Failure>,
+    path: &Path,
+    context: &Context,
+) -> Result<Exit, Failure> {
     if context.global.json {
         out::json(&json(finished, path))?;
     } else if !context.global.quiet {
         let text = fs::read_to_string(path.join(SUMMARY)).unwrap_or_default();
-        out::text(&text)?;
-        let answer = fs::read_to_string(path.join(ANSWER)).unwrap_or_default();
-        let (table, report) = (path.join(CSV), path.join(pareto::REPORT));
-        let report = Some(report).filter(|r| r.exists());
-        let report = report.map_or(String::new(), |r| format!("\nreport  {}\n", r.display()));
-        out::text(&format!("Table: {}\n\n{answer}{report}", table.display()))?;
+        let mut lines = text.lines();
+        let mut page = Document::new();
+        page.paragraph(lines.next().unwrap_or_default());
+        page.add(Block::List(lines.map(Into::into).collect()));
+        match answer {
+            Ok(answer) => page.extend(answer),
+            Err(failure) => page.paragraph(format!("No analysis: {failure}")),
+        }
+        let places = [("table", path.join(CSV)), ("report", path.join(pareto::REPORT))];
+        let places = places.into_iter().filter(|(_, path)| path.exists());
+        let places = places.map(|(name, path)| (name.into(), path.display().to_string().into()));
+        page.on(Shown::Terminal, Block::Facts(places.collect()));
+        out::document(&page)?;
     }
     if finished.defects > 0 {
         out::complain(format_args!(

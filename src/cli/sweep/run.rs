@@ -47,9 +47,10 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     };
     let part = args.shard.map(|s| s.0);
     let mut folder = SweepFolder::open(&store, &sweep.state, existing, part)?;
-    let finished = Finished::read(&store, &sweep.state).filter(|_| finish::is_whole(&path));
+    let finished = Finished::read(&store, &sweep.state);
+    let finished = finished.filter(|finished| finish::is_whole(finished, &path));
     if let Some(finished) = finished {
-        return finish::say(&finished, &path, context);
+        return finish::again(&finished, &path, context);
     }
     request.remember(&store)?;
     let meter = Meter::new(context);

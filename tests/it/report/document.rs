@@ -67,6 +67,21 @@ fn text_from_files_cannot_start_markup() {
 }
 
 #[test]
+fn sentences_take_several_lines() {
+    let columns = [Column::text("name"), Column::text("what it is").wraps()];
+    let table = Table::new(columns).rows([
+        ["one".into(), "a sentence that is longer than there is room".into()],
+        ["two".into(), "short".into()],
+    ]);
+    let narrow = "name  what it is\none   a sentence that is\n      longer than there is\n      \
+                  room\ntwo   short\n";
+    assert_eq!(table.terminal(26), narrow);
+    let wide = "name  what it is\none   a sentence that is longer than there is room\n\
+                two   short\n";
+    assert_eq!(table.terminal(80), wide);
+}
+
+#[test]
 fn names_from_files_cannot_steer_the_terminal() {
     let mut page = Document::new();
     page.title("a\x1b[2Jb");

@@ -253,3 +253,22 @@ fn a_label_that_begins_like_a_formula_is_text_in_the_table() {
     assert!(table.contains(",'=cmd|x,") && !table.contains(",=cmd"));
     bench.program(&["pareto", "one", "-q"]).assert().success();
 }
+
+#[test]
+fn the_end_has_the_width_of_the_terminal_and_is_said_again() {
+    let bench = Bench::new();
+    let said = |columns: &str| {
+        let first = !bench.path("wide").exists();
+        let more: &[&str] = if first { &[] } else { &["--resume"] };
+        let mut command = bench.sweep(&[&["-o", "wide"], more].concat());
+        let output = command.env("COLUMNS", columns).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let widest = |text: &str| text.lines().map(|l| l.chars().count()).max().unwrap();
+    let (wide, again, narrow) = (said("120"), said("120"), said("60"));
+    assert!((81..=120).contains(&widest(&wide)), "{wide}");
+    assert_eq!(wide, again);
+    assert!(widest(&narrow) <= 60, "{narrow}");
+    assert_eq!(wide.matches("How many CCUs and cores?").count(), 1, "{wide}");
+}

@@ -59,6 +59,19 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
     text: &str,
     sets: &[String],
 ) -> Result<Config<T>, ConfigError> {
+    let (config, unknown) = parse_around(text, sets)?;
+    if unknown.is_empty() { Ok(config) } else { Err(ConfigError { problems: unknown }) }
+}
+
+/// As [`parse`], for a value that is looked at further: unknown keys whose absence leaves it whole
+/// are told beside it.
+///
+/// # Errors
+/// As [`parse`], but for unknown keys alone.
+pub fn parse_around<T: DeserializeOwned + JsonSchema>(
+    text: &str,
+    sets: &[String],
+) -> Result<(Config<T>, Vec<Problem>), ConfigError> {
     let source = Source { text, sets };
     if text.len() > TEXT_MAX {
         let message = format!("longer than {TEXT_MAX} bytes: this is no configuration file");
@@ -74,11 +87,17 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
     let schema = schema_of::<T>();
     let mut walk = Walk::new(&source, &schema);
     walk.table(&mut table, 0..0, &schema, "");
-    let (mut problems, places) = (walk.problems, walk.places);
+    let (is_whole, mut problems, places) = (walk.is_whole, walk.problems, walk.places);
     for _ in 0..PROBLEMS_MAX {
         let whole = Spanned::new(root_span.clone(), table.clone());
         let error = match T::deserialize(toml::Deserializer::from(whole)) {
-            Ok(value) => return Config { value, places }.clean(problems),
+            Ok(value) => {
+                sort(&mut problems);
+                return match is_whole {
+                    true => Ok((Config { value, places }, problems)),
+                    false => Err(ConfigError { problems }),
+                };
+            }
             Err(error) => error,
         };
         let span = error.span();
@@ -101,13 +120,6 @@ pub fn parse<T: DeserializeOwned + JsonSchema>(
     }
     sort(&mut problems);
     Err(ConfigError { problems })
-}
-
-impl<T> Config<T> {
-    fn clean(self, mut problems: Vec<Problem>) -> Result<Self, ConfigError> {
-        sort(&mut problems);
-        if problems.is_empty() { Ok(self) } else { Err(ConfigError { problems }) }
-    }
 }
 
 fn sort(problems: &mut [Problem]) {

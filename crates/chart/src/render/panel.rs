@@ -62,10 +62,12 @@ pub(crate) fn edges(page: &Page, panel: &Panel, guess: f64) -> Edges {
     let last = if panel.x.shown { panel.x.labels() } else { Vec::new() };
     let last = last.last().map_or(0.0, |l| plain_width(&l.1) / 2.0);
     let title = x_title(panel, guess).len();
+    let below = below(panel, 0.86 * guess).iter().map(|(_, lines)| lines.len()).max();
+    let names = 34.0 + (LINE - 2.0) * below.unwrap_or(1).saturating_sub(1) as f64;
     let bottom = match (panel.x.shown, title) {
         (false, _) => 8.0,
-        (true, 0) => 34.0,
-        (true, lines) => 34.0 + TITLE + LINE * (lines - 1) as f64,
+        (true, 0) => names,
+        (true, lines) => names + TITLE + LINE * (lines - 1) as f64,
     };
     let left = if page.frame.is_narrow() { left.max(4.0) } else { left };
     Edges {
@@ -74,6 +76,23 @@ pub(crate) fn edges(page: &Page, panel: &Panel, guess: f64) -> Edges {
         top: heading_room(panel) + over_room(panel, guess),
         bottom: if panel.aspect.is_some() { 0.0 } else { bottom },
     }
+}
+
+/// Names below a panel, those that there are, by their number. One without neighbours has several
+/// lines, if it needs them.
+fn below(panel: &Panel, plot: f64) -> Vec<(usize, Vec<Words>)> {
+    let Scale::Names(names) = &panel.x.scale else { return Vec::new() };
+    let slot = plot / names.len().max(1) as f64;
+    let is_empty = |i: usize| names.get(i).is_none_or(|name| name.words.text.is_empty());
+    let lines = |(i, name): (usize, &Name)| {
+        let is_alone = is_empty(i + 1) && (i == 0 || is_empty(i - 1)) && names.len() > 1;
+        let lines = match is_alone {
+            true => wrapped(&name.words, (2.0 * slot - 10.0).max(60.0), TEXT, OVER),
+            false => vec![fitted(&name.words, (2.0 * slot).max(60.0))],
+        };
+        (i, lines)
+    };
+    names.iter().enumerate().filter(|(i, _)| !is_empty(*i)).map(lines).collect()
 }
 
 /// Room for names, at most.
@@ -92,7 +111,7 @@ fn x_title(panel: &Panel, guess: f64) -> Vec<Words> {
     if title.text.is_empty() { Vec::new() } else { wrapped(&title, guess - 20.0, TEXT, 2) }
 }
 
-/// Lines of a text over a panel, at most.
+/// Lines of a text over or below a panel, at most.
 const OVER: usize = 3;
 
 /// Width of a text over the panel at `at` that may have `room` of the horizontal axis: the same to
@@ -300,7 +319,9 @@ fn titles(page: &Page, panel: &Panel, [left, top, right, bottom]: Area, edges: E
             // Below the middle, as far as the page is wide enough.
             let middle = ((left + right) / 2.0).min(page.frame.right - half);
             let middle = middle.max(page.frame.begin + half);
-            page.text(line, (middle, bottom + 50.0 + LINE * i as f64), Align::Centre);
+            let names = below(panel, right - left).iter().map(|n| n.1.len()).max().unwrap_or(1);
+            let lines = (LINE - 2.0) * (names - 1) as f64 + LINE * i as f64;
+            page.text(line, (middle, bottom + 50.0 + lines), Align::Centre);
         }
     }
     if panel.y.shown && is_short(&panel.y) {
@@ -341,12 +362,14 @@ fn names(page: &Page, panel: &Panel, [left, top, right, bottom]: Area, edges: Ed
     if let (Scale::Names(names), true) = (&panel.x.scale, panel.x.shown) {
         let slot = (right - left) / names.len().max(1) as f64;
         let mut free_from = f64::NEG_INFINITY;
-        for (i, name) in names.iter().enumerate() {
+        for (i, lines) in below(panel, right - left) {
             let x = left + (i as f64 + 0.5) * slot;
-            let words = fitted(&name.words, (2.0 * slot).max(60.0));
-            let half = width(&words) / 2.0;
+            let half = lines.iter().map(width).fold(0.0, f64::max) / 2.0;
             if x - half > free_from {
-                page.text(&words, (x, bottom + 22.0), Align::Centre);
+                for (n, line) in lines.iter().enumerate() {
+                    let y = bottom + 22.0 + (LINE - 2.0) * n as f64;
+                    page.text(line, (x, y), Align::Centre);
+                }
                 free_from = x + half + 8.0;
             }
         }

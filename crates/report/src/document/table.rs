@@ -32,6 +32,8 @@ pub struct Column {
     pub shown: Shown,
     /// Characters that it has on a terminal at most; longer words end with `…`.
     pub at_most: usize,
+    /// Whether words that are longer take several lines on a terminal instead.
+    pub wraps: bool,
 }
 
 impl Column {
@@ -45,6 +47,7 @@ impl Column {
             kind,
             shown: Shown::Everywhere,
             at_most: usize::MAX,
+            wraps: false,
         }
     }
 
@@ -89,6 +92,12 @@ impl Column {
     /// Characters that it has on a terminal at most.
     pub fn at_most(mut self, characters: usize) -> Column {
         self.at_most = characters;
+        self
+    }
+
+    /// Sentences: on a terminal, as many lines as they need.
+    pub fn wraps(mut self) -> Column {
+        self.wraps = true;
         self
     }
 

@@ -177,11 +177,28 @@ fn groups(part: &[usize], columns: &[&Column], widths: &[usize]) -> String {
     }
 }
 
+/// A row: one line, or as many as its longest sentence needs.
 fn line(part: &[usize], cells: &[&str], columns: &[&Column], widths: &[usize]) -> String {
-    let cell = |&i: &usize| {
-        let (text, width) = (shortened(cells[i], widths[i]), widths[i]);
-        if columns[i].is_number() { format!("{text:>width$}") } else { format!("{text:<width$}") }
+    let lines = |&i: &usize| -> Vec<String> {
+        let text = match columns[i].wraps {
+            true => wrapped(cells[i], widths[i]),
+            false => cells[i].to_owned(),
+        };
+        let lines = if columns[i].wraps { text.split('\n').collect() } else { vec![&*text] };
+        lines.into_iter().map(|line| shortened(line, widths[i])).collect()
     };
-    let cells: Vec<String> = part.iter().map(cell).collect();
-    format!("{}\n", cells.join(&" ".repeat(GAP)).trim_end())
+    let cells: Vec<Vec<String>> = part.iter().map(lines).collect();
+    let high = cells.iter().map(Vec::len).max().unwrap_or(1);
+    let line = |n: usize| {
+        let cell = |(lines, &i): (&Vec<String>, &usize)| {
+            let (text, width) = (lines.get(n).map_or("", String::as_str), widths[i]);
+            match columns[i].is_number() {
+                true => format!("{text:>width$}"),
+                false => format!("{text:<width$}"),
+            }
+        };
+        let cells: Vec<String> = cells.iter().zip(part).map(cell).collect();
+        format!("{}\n", cells.join(&" ".repeat(GAP)).trim_end())
+    };
+    (0..high).map(line).collect()
 }

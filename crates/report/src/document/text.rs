@@ -36,6 +36,23 @@ impl Text {
         Text { spans }
     }
 
+    /// A message in which names stand between backticks, as in all of ours: they become code. A
+    /// backtick without a partner stays, and nothing else is a mark.
+    pub fn named(message: &str) -> Text {
+        let mut spans = Vec::new();
+        let mut rest = message;
+        while let Some((before, (name, after))) =
+            rest.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)))
+        {
+            spans.push(Span::Plain(before.to_owned()));
+            spans.push(Span::Code(name.to_owned()));
+            rest = after;
+        }
+        spans.push(Span::Plain(rest.to_owned()));
+        spans.retain(|span| !span.words().is_empty());
+        Text { spans }
+    }
+
     /// A name that can be typed.
     pub fn code(name: impl Into<String>) -> Text {
         Text { spans: vec![Span::Code(name.into())] }

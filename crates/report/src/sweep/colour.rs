@@ -127,7 +127,11 @@ impl<'t> Key<'t> {
             Key::Scale { measure, low, high, .. } => {
                 let middle = centre(*low, *high);
                 let labels = [(0.0, *low), (0.5, middle), (1.0, *high)];
-                let labels = labels.map(|(share, x)| (share, measure.text(x))).into();
+                let labels = match measure.text(*low) == measure.text(*high) {
+                    // Colours of differences that nobody cares for need no scale.
+                    true => vec![(0.5, measure.text(middle))],
+                    false => labels.map(|(share, x)| (share, measure.text(x))).into(),
+                };
                 Some(Beside::Scale { title: measure.words.clone(), labels })
             }
             Key::List { name, words, colours, order } => {

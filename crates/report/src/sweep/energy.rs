@@ -8,7 +8,7 @@ use powergs_core::energy::Component;
 use powergs_study::analysis::Analysis;
 
 const NAME: &str = "energy_front";
-const TITLE: &str = "Energy per frame along the Pareto front";
+const TITLE: &str = "Energy per frame at full rate, along the Pareto front";
 /// Bars that a slide has room for.
 const MOST: usize = 16;
 

@@ -6,6 +6,8 @@ mod heat;
 mod parallel;
 
 use super::words::{count, prices};
+use std::collections::BTreeSet;
+
 use powergs_chart::Chart;
 use powergs_study::analysis::Analysis;
 use powergs_study::analysis::table::Words;
@@ -38,31 +40,38 @@ pub fn chart(analysis: &Analysis) -> Option<Chart> {
 struct Lane<'t> {
     name: &'t str,
     words: &'t Words,
-    /// The values that occur, in order.
-    order: Vec<u32>,
-    /// Place of every value.
+    /// The values that occur, in order; `None`, the first, where the axis does not count.
+    order: Vec<Option<u32>>,
+    /// Place of every row.
     places: Vec<usize>,
 }
+
+/// What stands in place of a value where an axis does not count.
+const UNUSED: &str = "unused";
 
 impl<'t> Lane<'t> {
     fn of(analysis: &Analysis<'t>, name: &str) -> Option<Lane<'t>> {
         let (name, words) = analysis.table.axes.iter().find(|(axis, _)| axis == name)?;
-        let mut seen = vec![false; words.distinct().len()];
+        let value = |row: u32| {
+            let counts = analysis.table.counts(name, row) && words.word(row) != "-";
+            counts.then(|| words.code(row))
+        };
         let all = analysis.rows.iter().chain(&analysis.behind).chain(&analysis.unmet);
-        all.for_each(|&row| seen[words.code(row) as usize] = true);
-        let order: Vec<u32> =
-            words.ordered().into_iter().filter(|code| seen[*code as usize]).collect();
-        let mut places = vec![0; words.distinct().len()];
-        order.iter().enumerate().for_each(|(place, code)| places[*code as usize] = place);
+        let seen: BTreeSet<Option<u32>> = all.map(|&row| value(row)).collect();
+        let codes = words.ordered().into_iter().map(Some);
+        let order: Vec<Option<u32>> =
+            [None].into_iter().chain(codes).filter(|code| seen.contains(code)).collect();
+        let place = |row| order.iter().position(|code| *code == value(row)).unwrap_or(0);
+        let places = (0..analysis.table.len() as u32).map(place).collect();
         Some(Lane { name, words, order, places })
     }
 
     fn place(&self, row: u32) -> usize {
-        self.places[self.words.code(row) as usize]
+        self.places[row as usize]
     }
 
     fn word(&self, place: usize) -> &str {
-        &self.words.distinct()[self.order[place] as usize]
+        self.order[place].map_or(UNUSED, |code| &self.words.distinct()[code as usize])
     }
 }
 

@@ -57,7 +57,7 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
         facts = facts.then("; condition ").then(Text::code(condition.text()));
     }
     page.paragraph(facts.then("."));
-    page.paragraph(words::funnel(analysis));
+    page.paragraph(Text::named(&words::funnel(analysis)));
     page.paragraph(Text::strong(words::rate(analysis)));
     let top = spread(&analysis.front, question.top.max(2), analysis.knee);
     page.on(Shown::Terminal, Block::Paragraph(listed(analysis, top.len()).into()));
@@ -103,7 +103,7 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     if !analysis.table.reasons.is_empty() {
         page.page_heading("Invalid and failed designs");
         let reasons = analysis.table.reasons.iter().take(REASONS);
-        let items = reasons.map(|(why, n)| format!("{n} x {why}").into()).collect();
+        let items = reasons.map(|(why, n)| Text::named(&format!("{n} x {why}"))).collect();
         page.on(Shown::Page, Block::List(items));
     }
     if !provenance.commands.is_empty() {
@@ -174,10 +174,13 @@ fn front(analysis: &Analysis, rows: &[u32], on: Shown) -> (Table, String) {
     };
     let mut fixed = Vec::new();
     for ((name, words), head) in axes.iter().zip(heads) {
-        let first = rows.first().map(|&row| words.code(row));
-        match rows.len() > 1 && rows.iter().all(|&row| Some(words.code(row)) == first) {
-            true => fixed.push(format!("{name} = {}", words.word(rows[0]))),
-            false => add(Column::count(head), &|row| words.word(row).into()),
+        let value = |row: u32| match analysis.table.counts(name, row) {
+            true => words.word(row),
+            false => "-",
+        };
+        match rows.len() > 1 && rows.iter().all(|&row| value(row) == value(rows[0])) {
+            true => fixed.push(format!("{name} = {}", value(rows[0]))),
+            false => add(Column::count(head), &|row| value(row).into()),
         }
     }
     if rows.iter().any(|&row| !words::twins(analysis, row, TWINS).is_empty()) {

@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use powergs_core::run::{RunError, Store};
 
-use super::{Misses, Question};
+use super::{Misses, Question, Table};
 use crate::sweep::SweepFile;
+use crate::sweep::expr::Expr;
 use crate::sweep::file::Objectives;
 use crate::sweep::run::finish::{Finished, RUN_FILE, SWEEP_FILE};
 use crate::sweep::run::{OpenedSweep, State};
@@ -26,6 +27,8 @@ pub struct SweepFacts {
     pub excluded: u64,
     /// Columns of keys that follow from others.
     pub followers: BTreeSet<String>,
+    /// Columns of axes that count only where a condition holds.
+    pub conditions: Vec<(String, Expr)>,
     /// Names of sweep files.
     pub sweeps: Vec<String>,
     /// Names of traces.
@@ -73,9 +76,18 @@ impl SweepFacts {
             free: Vec::new(),
             excluded: 0,
             followers: file.map_or_else(BTreeSet::new, followers),
+            conditions: file.map_or_else(Vec::new, conditions),
             sweeps: names("sweep"),
             traces: names("trace"),
         }
+    }
+
+    /// Tells a table which columns follow from others, which axes count where, and how many designs
+    /// are left out.
+    pub fn settle(&self, table: &mut Table, excluded: u64) {
+        table.follow(&self.followers);
+        table.restrict(&self.conditions);
+        table.leave_out(excluded as usize);
     }
 
     /// The question of the sweep file, with the answers that are asked for by default.
@@ -93,6 +105,18 @@ impl SweepFacts {
             ..Question::of(objectives.all())
         }
     }
+}
+
+/// The columns of axes with a condition. Names of variants say themselves where there is none.
+fn conditions(file: &SweepFile) -> Vec<(String, Expr)> {
+    let mut all = Vec::new();
+    for axis in &file.axes {
+        let Some(Ok(when)) = axis.when.as_deref().map(Expr::parse) else { continue };
+        let together = axis.zip.iter().flat_map(|zip| zip.0.iter().map(|(key, _)| key));
+        let keys = axis.key.iter().chain(together);
+        all.extend(keys.map(|key| (key.clone(), when.clone())));
+    }
+    all
 }
 
 /// Derived keys, also those that follow an axis by default, and of keys that are varied together

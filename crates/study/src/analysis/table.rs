@@ -16,6 +16,7 @@ pub use words::Words;
 use std::collections::BTreeSet;
 
 use super::question::{AnalysisError, Objective};
+use crate::sweep::expr::{Expr, Value};
 
 /// The `point` of the base machine, which is no point of the space.
 pub const BASELINE: u64 = u64::MAX;
@@ -124,6 +125,8 @@ pub struct Table {
     pub axes: Vec<(String, Words)>,
     /// Columns that stand among the axes and follow from them: see [`Table::follow`].
     pub followers: Vec<(String, Words)>,
+    /// Axes with a condition, and whether they count in each row: see [`Table::restrict`].
+    pub counting: Vec<(String, Vec<bool>)>,
     /// The metrics that were wanted.
     pub metrics: Vec<Column>,
     /// Names of all metrics in the file, for suggestions.
@@ -195,6 +198,30 @@ impl Table {
         }
     }
 
+    /// Notes in which rows axes count that have a condition: elsewhere their keys have some value,
+    /// which nobody chose. A condition that the columns do not decide holds.
+    pub fn restrict(&mut self, conditions: &[(String, Expr)]) {
+        let counts = |expr: &Expr, row: u32| {
+            let value = |name: &str| {
+                let words = self.axis(name)?;
+                let number = words.number(row).map(Value::Number);
+                number.or_else(|| Some(Value::Text(words.word(row).to_owned())))
+            };
+            expr.holds(&value).unwrap_or(true)
+        };
+        let rows = 0..self.len() as u32;
+        let counting = conditions.iter().filter(|(axis, _)| self.axis(axis).is_some());
+        self.counting = counting
+            .map(|(axis, expr)| (axis.clone(), rows.clone().map(|row| counts(expr, row)).collect()))
+            .collect();
+    }
+
+    /// Whether an axis counts in a row: `cache.ways` does not without a cache.
+    pub fn counts(&self, axis: &str, row: u32) -> bool {
+        let found = self.counting.iter().find(|(name, _)| name == axis);
+        found.is_none_or(|(_, counts)| counts[row as usize])
+    }
+
     /// The number in a row, if it is there and finite.
     pub fn number(&self, name: &str, row: u32) -> Option<f64> {
         Some(self.numbers(name)?[row as usize]).filter(|x| x.is_finite())
@@ -213,8 +240,9 @@ impl Table {
         }
     }
 
-    /// The values of the axes of a row, as they were written.
+    /// The values of the axes that count in a row, as they were written.
     pub fn settings(&self, row: u32) -> Vec<(&str, &str)> {
-        self.axes.iter().map(|(name, words)| (name.as_str(), words.word(row))).collect()
+        let counting = self.axes.iter().filter(|(name, _)| self.counts(name, row));
+        counting.map(|(name, words)| (name.as_str(), words.word(row))).collect()
     }
 }

@@ -263,11 +263,22 @@ impl SweepFile {
     /// Everything that is wrong with its form, each with its line: unknown keys, missing ones,
     /// wrong types. What its axes name is checked by [`Space::new`](super::space::Space::new).
     pub fn parse(text: &str) -> Result<SweepFile, ConfigError> {
-        let config = config::parse::<SweepFile>(text, &[])?;
+        let (file, problems) = SweepFile::parse_around(text)?;
+        if problems.is_empty() { Ok(file) } else { Err(ConfigError { problems }) }
+    }
+
+    /// As [`SweepFile::parse`], but problems that do not keep its space from being looked at are
+    /// beside it, such as unknown keys: [`Space::whole`](super::space::Space::whole) tells them
+    /// with the others.
+    ///
+    /// # Errors
+    /// As [`SweepFile::parse`], if there is a problem of another kind.
+    pub fn parse_around(text: &str) -> Result<(SweepFile, Vec<Problem>), ConfigError> {
+        let (config, mut problems) = config::document::parse_around::<SweepFile>(text, &[])?;
         let mut file = config.value;
         text.clone_into(&mut file.text);
-        let problems = file.own_problems();
-        if problems.is_empty() { Ok(file) } else { Err(ConfigError { problems }) }
+        problems.extend(file.own_problems());
+        Ok((file, problems))
     }
 
     /// Places in the text.
@@ -311,7 +322,7 @@ impl SweepFile {
         }
         for (i, column) in columns.iter().enumerate() {
             if columns[..i].contains(column) {
-                wrong("objectives", format!("the objective `{column}` is there twice"));
+                wrong("objectives", format!("the objective `{column}` appears twice"));
             }
         }
         problems

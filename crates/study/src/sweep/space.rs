@@ -102,6 +102,24 @@ impl Space {
         if problems.is_empty() { Ok(space) } else { Err(sorted(problems)) }
     }
 
+    /// As [`Space::new`], of a file with problems of its own: all of them are told at once.
+    ///
+    /// # Errors
+    /// As [`Space::new`], with `problems` among them.
+    pub fn whole(
+        file: &SweepFile,
+        mut problems: Vec<Problem>,
+        files: Arc<dyn Files>,
+    ) -> Result<Space, SweepError> {
+        let space = match Space::new(file, files) {
+            Ok(space) if problems.is_empty() => return Ok(space),
+            Ok(_) => Vec::new(),
+            Err(error) => error.problems,
+        };
+        problems.extend(space);
+        Err(sorted(problems))
+    }
+
     fn build(file: &SweepFile, library: Library, found: &mut Found<'_>) -> Option<Space> {
         let set = axis::settings(&file.set, "set", found);
         let read = |(i, spec)| Some((i, axis::axis(spec, i, found)?));

@@ -22,11 +22,13 @@ pub(super) struct Walk<'a> {
     root: &'a Value,
     pub(super) problems: Vec<Problem>,
     pub(super) places: BTreeMap<String, Place>,
+    /// Whether nothing was put in the place of something: only unknown keys are gone.
+    pub(super) is_whole: bool,
 }
 
 impl<'a> Walk<'a> {
     pub(super) fn new(source: &'a Source<'a>, root: &'a Value) -> Self {
-        Self { source, root, problems: Vec::new(), places: BTreeMap::new() }
+        Self { source, root, problems: Vec::new(), places: BTreeMap::new(), is_whole: true }
     }
 
     /// Checks one table, found at `span` under `path`.
@@ -59,6 +61,7 @@ impl<'a> Walk<'a> {
             if !meant.iter().any(|m| m == key) {
                 self.missing(key, sub, &span, path);
             }
+            self.is_whole = false;
             let value = Spanned::new(span.clone(), placeholder(sub));
             table.insert(Spanned::new(span.clone(), key.to_owned().into()), value);
         }
@@ -156,6 +159,7 @@ impl<'a> Walk<'a> {
                 Err(message) => self.report(span, path, format!("`{path}` {message}")),
             }
         }
+        self.is_whole = false;
         *value.get_mut() = placeholder(sub);
     }
 }

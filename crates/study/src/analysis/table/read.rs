@@ -287,6 +287,7 @@ impl Building {
             records: self.records,
             axes: self.axes.into_iter().map(|(_, name, words)| (name, words.finish())).collect(),
             followers: Vec::new(),
+            counting: Vec::new(),
             metrics: self
                 .metrics
                 .into_iter()

@@ -39,6 +39,8 @@ pub struct Finished {
     /// Designs on which the simulator contradicted itself; they are among the failed.
     #[serde(default)]
     pub defects: u64,
+    /// Whether its results answer the question of the sweep file.
+    pub answered: bool,
     /// Axes that cost nothing.
     pub free: Vec<FreeAxis>,
 }
@@ -59,8 +61,14 @@ impl Finished {
         same.then_some(finished)
     }
 
-    /// A sweep whose table has this hash.
-    pub fn new(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally, table: u128) -> Finished {
+    /// A sweep whose table has this hash, and whose question was `answered`.
+    pub fn new(
+        sweep: &OpenedSweep<'_>,
+        plan: &Plan,
+        tally: Tally,
+        table: u128,
+        answered: bool,
+    ) -> Finished {
         Finished {
             state: format!("{:032x}", sweep.state.hash()),
             results: format!("{table:032x}"),
@@ -69,6 +77,7 @@ impl Finished {
             failed: tally.failed,
             excluded: plan.excluded.values().sum(),
             defects: tally.defects,
+            answered,
             free: sweep.designs.space.free_axes(),
         }
     }

@@ -14,6 +14,7 @@ use crate::sweep::objective::Objective;
 use crate::sweep::space::Space;
 use crate::sweep::table::{Cell, Column, TraceLabel};
 use powergs_base::budget::Budget;
+use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
 use powergs_core::run::files::{DiskFiles, Files, read};
@@ -29,18 +30,19 @@ pub struct Designs {
 }
 
 impl Designs {
-    /// Checks a sweep file and everything that it names.
+    /// Checks a sweep file with the `problems` that its form has, and everything that it names.
     ///
     /// # Errors
     /// [`RunError::Config`]: everything that is wrong, with its lines; `origin` is what messages
     /// call the file.
     pub fn new(
         file: &SweepFile,
+        problems: Vec<Problem>,
         files: &Arc<dyn Files>,
         origin: &str,
     ) -> Result<Designs, RunError> {
         let wrong = |e| RunError::config(origin, e);
-        let space = Space::new(file, Arc::clone(files)).map_err(wrong)?;
+        let space = Space::whole(file, problems, Arc::clone(files)).map_err(wrong)?;
         let mut alone = file.clone();
         alone.axes.clear();
         alone.derived = Default::default();
@@ -111,12 +113,12 @@ impl OpenedSweep<'static> {
         let name = request.file.as_str();
         let text = read("sweep", name, SWEEPS, None)?;
         let folder = text.folder.as_deref();
-        let mut file =
-            SweepFile::parse(&text.text).map_err(|e| RunError::config(&text.origin, e))?;
+        let parsed = SweepFile::parse_around(&text.text);
+        let (mut file, problems) = parsed.map_err(|e| RunError::config(&text.origin, e))?;
         change(&mut file, request, folder)?;
         let files = NotedFiles::new(Arc::new(DiskFiles));
         let shared: Arc<dyn Files> = Arc::new(files.clone());
-        let designs = Designs::new(&file, &shared, &text.origin)?;
+        let designs = Designs::new(&file, problems, &shared, &text.origin)?;
         let traces = traces::open(&wanted(&file, request), folder, request.frames)?;
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
@@ -146,7 +148,7 @@ impl<'a> OpenedSweep<'a> {
     ) -> Result<OpenedSweep<'a>, RunError> {
         let files = NotedFiles::new(files);
         let shared: Arc<dyn Files> = Arc::new(files.clone());
-        let designs = Designs::new(&file, &shared, name)?;
+        let designs = Designs::new(&file, Vec::new(), &shared, name)?;
         let mut inputs = vec![Input::of_text("sweep", name, file.text())];
         inputs.extend(files.inputs());
         OpenedSweep::assemble(name.to_owned(), name, file, designs, traces, Vec::new(), inputs)

@@ -2,6 +2,7 @@
 
 use powergs_study::analysis::Table;
 use powergs_study::analysis::table::Over;
+use powergs_study::sweep::expr::Expr;
 
 use super::support::Sweep;
 
@@ -42,6 +43,22 @@ fn what_follows_from_axes_is_no_axis() {
     assert_eq!(table.axis("b").map(|b| b.number(1)), Some(Some(4.0)));
     assert_eq!(table.number("buffer.si", 0), Some(1024.0));
     assert_eq!(table.settings(1), [("a", "2"), ("buffer", "2 KiB")]);
+}
+
+#[test]
+fn an_axis_counts_where_its_condition_holds() {
+    let text = "point,is_baseline,id,status,reason,energy_table,trace,scope,cache.capacity,\
+                cache.ways,frames,fps.mean\n\
+                0,false,a,ok,,t,,mean,0 B,4,4,60\n\
+                1,false,b,ok,,t,,mean,32 KiB,4,4,70\n";
+    let mut table = read(text).expect("a table");
+    let condition = |text: &str| ("cache.ways".to_owned(), Expr::parse(text).expect("a condition"));
+    table.restrict(&[condition("cache.capacity > 0")]);
+    assert_eq!([0, 1].map(|row| table.counts("cache.ways", row)), [false, true]);
+    assert_eq!(table.settings(0), [("cache.capacity", "0 B")]);
+    assert_eq!(table.settings(1), [("cache.capacity", "32 KiB"), ("cache.ways", "4")]);
+    table.restrict(&[condition("vru.cores > 2")]);
+    assert!(table.counts("cache.ways", 0), "nobody knows");
 }
 
 #[test]

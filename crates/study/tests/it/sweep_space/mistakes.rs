@@ -34,6 +34,22 @@ fn unknown_keys_have_a_suggestion() {
 }
 
 #[test]
+fn unknown_keys_hide_nothing() {
+    let text = "question = \"?\"\nbase = \"gscore\"\nauthor = \"me\"\n".to_owned()
+        + &axis("vru.core", "[1]")
+        + "[sampling]\nsead = 3\n";
+    let (file, problems) = SweepFile::parse_around(&text).expect("a sweep");
+    let files = Arc::new(EmbeddedFiles);
+    let error = Space::whole(&file, problems, files).err().expect("mistakes").to_string();
+    for part in ["3 problems", "`author`", "`vru.cores`?", "did you mean `seed`?"] {
+        assert!(error.contains(part), "{part}\n{error}");
+    }
+    assert!(SweepFile::parse(&text).is_err());
+    // What is missing is nothing that a space could be made without.
+    assert!(SweepFile::parse_around("question = \"?\"\nbasis = \"gscore\"").is_err());
+}
+
+#[test]
 fn all_mistakes_come_at_once() {
     let lines =
         axis("vru.core", "[1]") + &axis("clock", "[800]") + "[derived]\nvru.latency = \"(\"";
