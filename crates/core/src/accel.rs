@@ -19,10 +19,13 @@ mod resolved;
 pub mod rules;
 pub mod schedule;
 mod second_master;
+pub mod subtiles;
 pub mod timeline;
 pub mod traffic;
 pub mod unit;
 pub mod vru;
+
+use std::sync::Arc;
 
 use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::dram::DramCommands;
@@ -39,6 +42,7 @@ pub use unit::Unit;
 
 use regions::RegionWork;
 use schedule::Plan;
+use subtiles::ChunkRun;
 use timeline::Observer;
 
 /// Why a unit that had work could not proceed.
@@ -242,6 +246,16 @@ pub struct FrameContext<'a> {
     /// What each list (of a tile, or of a sort group) reuses of the frame before; `None` where
     /// lists are sorted from scratch.
     pub reuse: Option<&'a [ListReuse]>,
+    /// What each chunk takes where units have to be followed through the sub-tiles; [`replay`] and
+    /// its kin measure it themselves.
+    pub runs: Option<&'a [ChunkRun]>,
+}
+
+impl FrameContext<'_> {
+    /// What a chunk takes, by its position in [`FrameWorkload::chunks`].
+    pub(crate) fn run(&self, chunk: usize) -> Option<ChunkRun> {
+        self.runs.map(|runs| runs[chunk])
+    }
 }
 
 /// One frame on one machine: when, how often, and what crossed the DRAM interface.
@@ -302,6 +316,11 @@ fn through(
 ) -> Replay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
     let units = ResolvedUnits::for_frame(machine, workload);
+    let runs = units.vru.discipline.map(|discipline| match memo {
+        Some(memo) => memo.runs(workload, &discipline),
+        None => Arc::new(subtiles::runs(workload, &discipline)),
+    });
+    let context = FrameContext { runs: runs.as_ref().map(|runs| runs.as_slice()), ..context };
     let plan = Plan::new(workload, machine, &units, &context);
     let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
     let mut check = outcome.rule_check;

@@ -144,13 +144,15 @@ pub enum Part {
     VruPixels,
     /// Inverse of the cycles after which a rendering unit can blend into a pixel again.
     VruRecurrence,
+    /// Feature records of 19 B that a rendering unit holds: its own, and its share of the queues.
+    VruQueue,
     /// Ways of the feature cache that are compared at a time.
     CacheWays,
 }
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 12] = [
+    pub const ALL: [Part; 13] = [
         Part::CcuThroughput,
         Part::CcuIntersectionUnits,
         Part::CcuLevelTests,
@@ -162,6 +164,7 @@ impl Part {
         Part::VruBlend,
         Part::VruPixels,
         Part::VruRecurrence,
+        Part::VruQueue,
         Part::CacheWays,
     ];
 
@@ -174,7 +177,9 @@ impl Part {
             | Part::CcuBatches => Some(UnitKind::Ccu),
             Part::QsuPivots | Part::QsuComparators => Some(UnitKind::Qsu),
             Part::BsuNetwork | Part::BsuQueue => Some(UnitKind::Bsu),
-            Part::VruBlend | Part::VruPixels | Part::VruRecurrence => Some(UnitKind::Vru),
+            Part::VruBlend | Part::VruPixels | Part::VruRecurrence | Part::VruQueue => {
+                Some(UnitKind::Vru)
+            }
             Part::CacheWays => None,
         }
     }
@@ -214,6 +219,8 @@ pub enum Action {
     Blend,
     /// One pixel finished: background added and written out.
     PixelFinish,
+    /// One feature record pushed into a queue in front of rendering units, and taken out.
+    QueueEntry,
     /// One byte read from a buffer.
     SramRead(Buffer),
     /// One byte written to a buffer.
@@ -226,7 +233,7 @@ pub enum Action {
 
 impl Action {
     /// Number of actions: the length of a row of [`ActionCounts`].
-    pub const COUNT: usize = 12 + 2 * Buffer::ALL.len();
+    pub const COUNT: usize = 13 + 2 * Buffer::ALL.len();
 
     /// All actions, in the order of [`Action::index`].
     pub fn all() -> [Action; Self::COUNT] {
@@ -243,6 +250,7 @@ impl Action {
             Alpha,
             Blend,
             PixelFinish,
+            QueueEntry,
             DramRead,
             DramWrite,
             SramRead(b[0]),
@@ -273,10 +281,11 @@ impl Action {
             Action::Alpha => 7,
             Action::Blend => 8,
             Action::PixelFinish => 9,
-            Action::DramRead => 10,
-            Action::DramWrite => 11,
-            Action::SramRead(b) => 12 + b as usize,
-            Action::SramWrite(b) => 12 + Buffer::ALL.len() + b as usize,
+            Action::QueueEntry => 10,
+            Action::DramRead => 11,
+            Action::DramWrite => 12,
+            Action::SramRead(b) => 13 + b as usize,
+            Action::SramWrite(b) => 13 + Buffer::ALL.len() + b as usize,
         }
     }
 
@@ -294,6 +303,7 @@ impl Action {
             Action::Alpha => "alpha".into(),
             Action::Blend => "blend".into(),
             Action::PixelFinish => "pixel-finish".into(),
+            Action::QueueEntry => "queue-entry".into(),
             Action::DramRead => "dram-read".into(),
             Action::DramWrite => "dram-write".into(),
             Action::SramRead(b) => format!("sram-read.{}", b.name().replace('_', "-")),

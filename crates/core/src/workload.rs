@@ -223,6 +223,10 @@ pub struct FrameWorkload {
     pub list: Vec<u32>,
     /// Sub-tile bitmap of each list entry, `ceil(subtiles / 8)` bytes each.
     pub bitmaps: Vec<u8>,
+    /// Where the sub-tiles of each tile stop, tile by tile, row-major in a tile: the k-th number is
+    /// the list position up to which any 2x2 quad has more than k live pixels; 0 outside of the
+    /// image.
+    pub stops: Vec<[u32; 4]>,
     /// Sort groups, row-major; empty when a group is a tile.
     pub groups: Vec<GroupWork>,
     /// Index in the scene of every splat, by rank: where its records lie in storage.
@@ -260,6 +264,22 @@ impl FrameWorkload {
         &self.chunks[tile.chunk_start as usize..][..tile.chunks as usize]
     }
 
+    /// Where the sub-tiles of the tile at this index stop, row-major.
+    pub fn stops_of(&self, tile: usize) -> &[[u32; 4]] {
+        let subtiles = self.geometry.subtiles() as usize;
+        &self.stops[tile * subtiles..][..subtiles]
+    }
+
+    /// The sub-tiles of the tile at this index that have pixels inside the image.
+    pub fn subtiles_inside(&self, tile: usize) -> impl Iterator<Item = usize> + use<> {
+        let Geometry { tile: pixels, subtile, .. } = self.geometry;
+        let (tile, side) = (tile as u32, self.geometry.subtiles_per_side());
+        let (x, y) = (tile % self.tiles_x * pixels, tile / self.tiles_x * pixels);
+        let left = [self.width.saturating_sub(x), self.height.saturating_sub(y)];
+        let [columns, rows] = left.map(|pixels| pixels.div_ceil(subtile).min(side));
+        (0..rows).flat_map(move |y| (0..columns).map(move |x| (y * side + x) as usize))
+    }
+
     /// Bytes of the workload in host memory.
     pub(crate) fn bytes(&self) -> usize {
         fn of<T>(list: &[T]) -> usize {
@@ -269,6 +289,7 @@ impl FrameWorkload {
             + of(&self.chunks)
             + of(&self.list)
             + of(&self.bitmaps)
+            + of(&self.stops)
             + of(&self.groups)
             + of(&self.index)
             + of(&self.depth)
@@ -292,6 +313,7 @@ impl FrameWorkload {
             chunks: Vec::new(),
             list: Vec::new(),
             bitmaps: Vec::new(),
+            stops: Vec::new(),
             groups: Vec::new(),
             index: Vec::new(),
             depth: Vec::new(),

@@ -5,7 +5,7 @@ use super::format::percent;
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
 use powergs_core::energy::Component;
-use powergs_study::findings::limits::{Effect, Mattered, NOT_MODELLED, Why};
+use powergs_study::findings::limits::{Effect, LeftOutBy, Mattered, NOT_MODELLED, Why};
 
 /// Why an assumption mattered, in a few words.
 pub fn why(why: &Why) -> String {
@@ -82,10 +82,14 @@ pub fn table(effects: &[Effect]) -> Table {
 pub fn page() -> String {
     let columns = ["effect", "simulated time is", "see", "machines"].map(Column::text);
     let row = |e: &Effect| {
-        let machines = match (e.dram, e.alone) {
-            (Some(model), _) => Text::code(format!("dram.model = \"{}\"", model.name())),
-            (None, true) => Text::code("dram.second-master.rate = \"0 B/s\""),
-            (None, false) => Text::from("all"),
+        let machines = match e.left_out_by {
+            LeftOutBy::All => Text::from("all"),
+            LeftOutBy::Dram(model) => Text::code(format!("dram.model = \"{}\"", model.name())),
+            LeftOutBy::Alone => Text::code("dram.second-master.rate = \"0 B/s\""),
+            LeftOutBy::FreeSwitch => {
+                Text::code("vru.organisation = \"subtile-serial\", vru.switch = \"free\"")
+            }
+            LeftOutBy::KnownStops => Text::code("vru.stop-latency = 0"),
         };
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
         [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]

@@ -534,6 +534,7 @@ const SENSITIVITY: &[Term] = &[
         "In sensitivity.csv: which step the row is: near or far, down or up, or another name.",
     ),
     term(&["reason", "refused", "why"], "", "Why there is no result."),
+    term(&["dead on these frames"], "", "Keys that move nothing here, by the reason."),
     term(
         &["elasticity_sides"],
         "",

@@ -7,7 +7,7 @@ mod table;
 pub use file::record;
 pub use table::Table;
 
-use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::machine::{DramModel, Organisation, Switch};
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::{FrameReport, Model};
 use powergs_frame::scene::ShDegree;
@@ -63,6 +63,10 @@ pub struct MachineFacts {
     pub dram_model: Option<DramModel>,
     /// What the second master at the DRAM asks for, 10⁹ bytes per second; `None` without one.
     pub second_master_gb_s: Option<f64>,
+    /// Whether its units change between sub-tiles for nothing; so in the `paper` model.
+    pub switches_for_free: bool,
+    /// Whether a sub-tile that stops is known to have at once; so in the `paper` model.
+    pub knows_stops: bool,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
 }
@@ -92,6 +96,11 @@ impl MachineFacts {
                 let master = &system.machine().dram.second_master;
                 master.is_on().then_some(master.rate.0 * 1e-9)
             },
+            switches_for_free: {
+                let vru = &system.machine().vru;
+                vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free
+            },
+            knows_stops: system.machine().vru.stop_latency == 0,
             roofline: Some(Roofline::of(system)),
         }
     }
@@ -105,6 +114,8 @@ impl MachineFacts {
             dram_peak_gb_s: None,
             dram_model: None,
             second_master_gb_s: None,
+            switches_for_free: true,
+            knows_stops: true,
             roofline: None,
         }
     }

@@ -263,6 +263,8 @@ pub fn facts(frames: usize) -> Facts {
             dram_peak_gb_s: Some(51.2),
             dram_model: None,
             second_master_gb_s: None,
+            switches_for_free: true,
+            knows_stops: true,
             roofline: Some(roofline()),
         },
         inputs: vec![Input {
@@ -340,6 +342,8 @@ pub fn paper() -> Run {
         dram_peak_gb_s: None,
         dram_model: None,
         second_master_gb_s: None,
+        switches_for_free: true,
+        knows_stops: true,
         roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();

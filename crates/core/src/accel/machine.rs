@@ -21,8 +21,9 @@ mod spec;
 
 pub use spec::{
     AccessOrder, Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel,
-    DramSpec, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Overlap, PivotRule, Ports,
-    RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Termination, TileOrder, VruSpec,
+    DramSpec, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PivotRule,
+    Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder,
+    VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -187,6 +188,19 @@ impl Machine {
     /// The machine as TOML: every key, overlays applied, no comments.
     pub fn to_toml(&self) -> String {
         toml::to_string(self).expect("a machine has only tables, numbers and strings")
+    }
+
+    /// Bytes of pixel state that a core keeps in its share of the pixel buffer: that of a tile
+    /// where its units change between sub-tiles, else none.
+    pub fn state_bytes(&self) -> Bytes {
+        let is_serial = self.vru.organisation == Organisation::SubtileSerial;
+        let changes = is_serial && self.vru.switch != Switch::Free;
+        if !changes || self.geometry.subtiles() == 1 {
+            return Bytes(0);
+        }
+        let levels = u64::from(self.fovea.accumulators.max(1));
+        let pixels = u64::from(self.geometry.tile).pow(2);
+        Bytes(pixels.saturating_mul(levels).saturating_mul(self.vru.pixel_state.0))
     }
 
     /// How many CCUs, QSUs, BSUs and rendering units it has.

@@ -57,7 +57,8 @@ pub(super) fn regions(
             for k in 0..tile.chunks {
                 let sort = front.next(workload, job, tile, k);
                 let at = (tile.chunk_start + k) as usize;
-                let render = Render { chunk: workload.chunks[at], ..Render::default() };
+                let (chunk, run) = (workload.chunks[at], context.run(at));
+                let render = Render { chunk, run, ..Render::default() };
                 rules.bsu.charge(&units.bsu, &sort, &mut own.actions, check);
                 rules.vru.charge(&units.vru, &render, &mut own.actions, check);
                 own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));

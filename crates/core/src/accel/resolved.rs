@@ -8,6 +8,7 @@ use super::dram::Dram;
 use super::machine::{BufferSpec, Machine};
 use super::qsu::Qsu;
 use super::rules::UnitRules;
+use super::subtiles::Discipline;
 use super::vru::Vru;
 use crate::workload::FrameWorkload;
 use powergs_frame::scene::ShDegree;
@@ -23,7 +24,7 @@ pub struct Shares {
     pub sorting: u64,
     /// Of one core.
     pub feature: u64,
-    /// Of one core.
+    /// Of one core, without the pixel state that it keeps there.
     pub pixel_out: u64,
 }
 
@@ -87,20 +88,25 @@ impl ResolvedUnits {
             ("vru.cores", vru.cores),
             ("vru.units-per-core", vru.units_per_core),
             ("vru.pixels-per-unit", vru.pixels_per_unit),
+            ("vru.subtile-queue", vru.subtile_queue),
             ("fovea.level-tests", machine.fovea.level_tests),
         ] {
             assert!(value > 0, "a machine with {key} = 0 passed its check");
         }
         let share = |buffer: &BufferSpec, n: u32| buffer.capacity.0 / u64::from(n);
-        let buffers = &machine.buffers;
+        let (buffers, state) = (&machine.buffers, machine.state_bytes().0);
         let shares = Shares {
             gaussian_in: share(&buffers.gaussian_in, ccu.units),
             tile_list: share(&buffers.tile_list, ccu.units),
             sorting: share(&buffers.sorting, vru.cores),
             feature: share(&buffers.feature, vru.cores),
-            pixel_out: share(&buffers.pixel_out, vru.cores),
+            pixel_out: share(&buffers.pixel_out, vru.cores).saturating_sub(state),
         };
         let sorting = Banks::new(&buffers.sorting);
+        let (subtiles, pixels) = (machine.geometry.subtiles(), Banks::new(&buffers.pixel_out));
+        let swapped = pixels.words(state / u64::from(subtiles));
+        let swap = pixels.excess(swapped, swapped, 0);
+        let subtile_pixels = machine.geometry.subtile.pow(2);
         let (key, chunk) = (machine.record.list_entry.0, u64::from(machine.geometry.chunk));
         Self {
             ccu: Ccu::new(
@@ -121,7 +127,10 @@ impl ResolvedUnits {
                 fetch: ccu.fetch,
                 fovea: machine.fovea.clone(),
                 features: Banks::new(&buffers.feature),
-                pixels: Banks::new(&buffers.pixel_out),
+                pixels,
+                subtiles,
+                swapped,
+                discipline: Discipline::of(vru, subtiles, subtile_pixels, swap),
             },
             dram: Dram::new(&machine.dram, machine.dram_peak(), machine.clock),
             shares,

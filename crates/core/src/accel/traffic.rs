@@ -157,7 +157,8 @@ pub(super) fn actions(
         for_each_chunk(workload, plan, job, |tile, index, sort| {
             let chunk = workload.chunks_of(tile)[index as usize];
             rules.bsu.charge(&units.bsu, &sort, &mut actions, check);
-            let render = Render { chunk, ..Render::default() };
+            let run = context.run((tile.chunk_start + index) as usize);
+            let render = Render { chunk, run, ..Render::default() };
             rules.vru.charge(&units.vru, &render, &mut actions, check);
         });
     }

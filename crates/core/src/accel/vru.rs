@@ -8,6 +8,10 @@
 //! sub-tile skipping only pairs whose bitmap bit is set are executed, and none after the last pixel
 //! of a sub-tile has stopped. An entry takes at least one cycle to leave the feature buffer (A26).
 //!
+//! With `vru.organisation = "subtile-parallel"` every sub-tile has its own share of the units and a
+//! queue in front of it, and `vru.switch` prices the change of sub-tiles where all units take one
+//! after the other; what a chunk then takes is measured entry by entry ([`subtiles`]).
+//!
 //! The last chunk of a tile also drains the pipeline, `latency` cycles, and finishes the pixels,
 //! one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
 //! finishes its pixels.
@@ -21,6 +25,7 @@
 
 use super::bank::Banks;
 use super::machine::{Fetch, FoveaSpec, Termination, VruSpec};
+use super::subtiles::{self, ChunkRun, Discipline};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use crate::workload::{ChunkWork, PairWork, TileWork};
@@ -30,6 +35,8 @@ use crate::workload::{ChunkWork, PairWork, TileWork};
 pub struct Render {
     /// The chunk; without entries for a tile that has none.
     pub chunk: ChunkWork,
+    /// What it takes, where units are followed through the sub-tiles.
+    pub run: Option<ChunkRun>,
     /// The tile, with its last chunk.
     pub last: Option<TileWork>,
     /// Whether the pipeline drains behind it.
@@ -55,6 +62,12 @@ pub struct Vru {
     pub features: Banks,
     /// Banks of the core's share of the pixel buffer.
     pub pixels: Banks,
+    /// Sub-tiles of a tile.
+    pub subtiles: u32,
+    /// Words of the pixel state of a sub-tile in the pixel buffer; 0 where it stays in the units.
+    pub swapped: u64,
+    /// How units go through sub-tiles; `None` where the counters of a chunk say everything.
+    pub discipline: Option<Discipline>,
 }
 
 /// Operations of an α; that of a second level takes one more.
@@ -73,10 +86,9 @@ impl Vru {
         u64::from(self.subtile).pow(2)
     }
 
-    /// Groups of pixels of a sub-tile that the units take one after the other.
+    /// Groups of pixels of a sub-tile that its units take one after the other.
     fn rounds(&self) -> u64 {
-        let held = u64::from(self.spec.units_per_core) * u64::from(self.spec.pixels_per_unit);
-        self.subtile_pixels().div_ceil(held)
+        subtiles::rounds(&self.spec, self.subtiles, self.subtile.pow(2))
     }
 
     /// Cycles of one (Gaussian, sub-tile) pair of which all pixels are live.
@@ -84,7 +96,7 @@ impl Vru {
         self.rounds() * u64::from(self.spec.pixels_per_unit.max(self.spec.recurrence))
     }
 
-    /// (Gaussian, sub-tile) pairs that a chunk executes.
+    /// (Gaussian, sub-tile) pairs that a chunk executes where stops are known at once.
     pub fn pairs(&self, chunk: &ChunkWork) -> u64 {
         let work = self.executed(chunk);
         u64::from(match self.spec.termination {
@@ -99,8 +111,17 @@ impl Vru {
     }
 
     /// Cycles in which the units of a core evaluate α. Units that stop pixel by pixel rotate
-    /// through live pixels only, but never faster than `recurrence`.
-    fn blend_cycles(&self, chunk: &ChunkWork) -> u64 {
+    /// through live pixels only, but never faster than `recurrence`. Where units are followed
+    /// through the sub-tiles, pairs of two levels lengthen a chunk in proportion.
+    fn blend_cycles(&self, work: &Render) -> u64 {
+        let chunk = &work.chunk;
+        if let Some(run) = &work.run {
+            let again = match self.fovea.accumulators {
+                2 => 0,
+                _ => run.cycles * u64::from(self.executed(chunk).both_pairs),
+            };
+            return run.cycles + again.div_ceil(run.pairs.max(1));
+        }
         let pairs = self.pairs(chunk);
         let slots = match self.spec.termination {
             Termination::Pixel => {
@@ -118,12 +139,23 @@ impl Vru {
         (slots + again).max(u64::from(chunk.entries))
     }
 
-    /// α evaluations that a chunk executes.
-    pub(crate) fn alphas(&self, chunk: &ChunkWork) -> u64 {
+    /// Cycles of `cycles` that pass while the queues of the chunk before are emptied: none of them
+    /// where its units have been idle for so long.
+    pub(crate) fn backlog(&self, work: &Render) -> u64 {
+        work.run.map_or(0, |run| run.cycles - run.alone)
+    }
+
+    /// α evaluations that a chunk executes. Pixels and quads that have stopped know it themselves
+    /// and evaluate nothing in vain.
+    fn alphas(&self, work: &Render) -> u64 {
+        let executed = self.executed(&work.chunk);
         match self.spec.termination {
-            Termination::Pixel => u64::from(self.executed(chunk).live_evaluations),
-            Termination::Quad => u64::from(self.executed(chunk).quad_evaluations),
-            Termination::Subtile | Termination::Tile => self.pairs(chunk) * self.subtile_pixels(),
+            Termination::Pixel => u64::from(executed.live_evaluations),
+            Termination::Quad => u64::from(executed.quad_evaluations),
+            Termination::Subtile | Termination::Tile => {
+                let pairs = work.run.map_or_else(|| self.pairs(&work.chunk), |run| run.pairs);
+                pairs * self.subtile_pixels()
+            }
         }
     }
 
@@ -136,6 +168,14 @@ impl Vru {
         let second = self.fovea.feature.0;
         self.features.words_of_records(u64::from(chunk.entries), self.feature)
             + self.features.words_of_records(u64::from(chunk.seconds), second)
+    }
+
+    /// Words of features that a chunk reads: each entry once, or once for each scan that meets it.
+    fn feature_reads(&self, work: &Render) -> u64 {
+        let words = self.feature_words(&work.chunk);
+        let Some(run) = &work.run else { return words };
+        let entries = u64::from(work.chunk.entries).max(1);
+        (words * run.reads).div_ceil(entries)
     }
 
     /// α evaluations of second levels, counted like those of first levels.
@@ -167,13 +207,14 @@ impl Unit for Vru {
             stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
         });
         let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
-        (self.blend_cycles(&work.chunk) + finish + drain).max(1)
+        (self.blend_cycles(work) + finish + drain).max(1)
     }
 
     /// The features of a chunk are read once, while those of the next one arrive.
     fn bank_stalls(&self, work: &Render) -> u64 {
         let words = self.feature_words(&work.chunk);
-        let mut stalls = self.features.excess(words, words, self.blend_cycles(&work.chunk));
+        let read = self.feature_reads(work);
+        let mut stalls = self.features.excess(read, words, self.blend_cycles(work));
         if let Some(tile) = &work.last {
             let words = self.pixels.words(self.pixel_bytes(tile));
             let finish = u64::from(tile.pixels).div_ceil(u64::from(self.spec.units_per_core));
@@ -184,7 +225,7 @@ impl Unit for Vru {
 
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
         let stage = Stage::Rendering;
-        let alphas = self.alphas(&work.chunk) + self.second_alphas(&work.chunk);
+        let alphas = self.alphas(work) + self.second_alphas(&work.chunk);
         actions.charge(stage, Action::Alpha, alphas);
         if self.fetch == Fetch::LazyColour {
             // Three multiplications and additions, as for a background.
@@ -194,7 +235,14 @@ impl Unit for Vru {
         }
         let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
+        let features = self.feature_reads(work) * self.features.word();
         actions.charge(stage, Action::SramRead(Buffer::Feature), features);
+        if let Some(run) = &work.run {
+            actions.charge(stage, Action::QueueEntry, run.queued);
+            let state = run.switches * self.swapped * self.pixels.word();
+            actions.charge(stage, Action::SramWrite(Buffer::PixelOut), state);
+            actions.charge(stage, Action::SramRead(Buffer::PixelOut), state);
+        }
         if let Some(tile) = &work.last {
             actions.charge(stage, Action::Blend, tile.blends + tile.blends_2);
             let finished = u64::from(tile.pixels) + MIX_AS_PIXELS * u64::from(tile.mixed);

@@ -308,8 +308,8 @@ pub fn table(
     ])?;
     let [pivot_key, qsu] = found["qsu"].energies(["pivot_key", "leak"])?;
     let [compare_exchange, bsu] = found["bsu"].energies(["compare_exchange", "leak"])?;
-    let [alpha, blend, pixel_finish, vru] =
-        found["vru"].energies(["alpha", "blend", "pixel_finish", "leak"])?;
+    let [alpha, blend, pixel_finish, queue_entry, vru] =
+        found["vru"].energies(["alpha", "blend", "pixel_finish", "queue_entry", "leak"])?;
     let [read, write, background, refresh] =
         found["dram"].energies(["read", "write", "leak", "refresh"])?;
     let actions = ActionPrices {
@@ -323,6 +323,7 @@ pub fn table(
         alpha: action(alpha),
         blend: action(blend),
         pixel_finish: action(pixel_finish),
+        queue_entry: action(queue_entry),
     };
     let flat = FlatDram {
         read: byte(read),

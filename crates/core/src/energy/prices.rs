@@ -129,7 +129,8 @@ pub const fn component_of(action: Action) -> Component {
         | Action::CompareExchange
         | Action::Alpha
         | Action::Blend
-        | Action::PixelFinish => Component::Flop,
+        | Action::PixelFinish
+        | Action::QueueEntry => Component::Flop,
     }
 }
 

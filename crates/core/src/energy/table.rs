@@ -345,6 +345,7 @@ impl EnergyTable {
             Action::Alpha => &a.alpha,
             Action::Blend => &a.blend,
             Action::PixelFinish => &a.pixel_finish,
+            Action::QueueEntry => &a.queue_entry,
             Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => {
                 return None;
             }

@@ -133,6 +133,7 @@ fn assemble(geometry: Geometry, grid: TileGrid, parts: Vec<RowPart>) -> FrameWor
         chunks: Vec::with_capacity(parts.iter().map(|p| p.chunks.len()).sum()),
         list: Vec::with_capacity(parts.iter().map(|p| p.list.len()).sum()),
         bitmaps: Vec::with_capacity(parts.iter().map(|p| p.bitmaps.len()).sum()),
+        stops: Vec::with_capacity(parts.iter().map(|p| p.stops.len()).sum()),
         ..FrameWorkload::empty(geometry)
     };
     for part in parts {
@@ -144,6 +145,7 @@ fn assemble(geometry: Geometry, grid: TileGrid, parts: Vec<RowPart>) -> FrameWor
         }));
         workload.list.extend(part.list);
         workload.bitmaps.extend(part.bitmaps);
+        workload.stops.extend(part.stops);
         workload.chunks.extend(part.chunks);
     }
     let pairs = |chunk: &ChunkWork| u64::from(chunk.skipping.subtile_pairs);

@@ -40,7 +40,7 @@ struct Subtile {
     slots: [u32; QUAD],
 }
 
-/// Appends the fetched chunks of a tile, without their first loads.
+/// Appends the fetched chunks of a tile, without their first loads, and where its sub-tiles stop.
 pub(crate) fn push_chunks(
     geometry: Geometry,
     tile: &TileWork,
@@ -48,6 +48,7 @@ pub(crate) fn push_chunks(
     bitmaps: &[u8],
     scratch: &mut Scratch,
     out: &mut Vec<ChunkWork>,
+    stops: &mut Vec<[u32; QUAD]>,
 ) {
     let (start, chunk) = (out.len(), geometry.chunk);
     for first in (0..tile.chunks).map(|c| c * chunk) {
@@ -67,8 +68,10 @@ pub(crate) fn push_chunks(
     for index in 0..geometry.subtiles() {
         let corner = (index % side * geometry.subtile, index / side * geometry.subtile);
         if !scratch.subtile.fill(pixels, corner, geometry.subtile) {
+            stops.push([0; QUAD]);
             continue;
         }
+        stops.push(scratch.subtile.slots);
         count_bits(bitmaps, bytes, index as usize, end, &mut scratch.before);
         if !pixels.both.is_empty() {
             let both = last_of_both(pixels, corner, geometry.subtile);

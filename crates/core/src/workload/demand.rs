@@ -65,12 +65,13 @@ fn bytes(frame: &Frame, geometry: Geometry, grid: TileGrid, pairs: u64, rows: u6
     let size = |bytes: usize| bytes as u64;
     let pair = 2 * (size(size_of::<u32>()) + size(geometry.bitmap_bytes()));
     let chunks = (pairs / u64::from(geometry.chunk.max(1))).saturating_add(size(grid.len()));
+    let stops = size(size_of::<[u32; 4]>()) * u64::from(geometry.subtiles());
     let splat = size(size_of::<Touch>()) + 4 * size(size_of::<u32>());
     [
         (pairs, pair),
         (rows, 2 * size(size_of::<Run>())),
         (chunks, 3 * size(size_of::<ChunkWork>())),
-        (size(grid.len()), 2 * size(size_of::<TileWork>())),
+        (size(grid.len()), 2 * (size(size_of::<TileWork>()) + stops)),
         (size(frame.splats.len()), splat),
     ]
     .into_iter()

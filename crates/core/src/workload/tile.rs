@@ -18,6 +18,8 @@ pub(crate) struct RowPart {
     pub list: Vec<u32>,
     /// Sub-tile bitmaps of the entries.
     pub bitmaps: Vec<u8>,
+    /// Where sub-tiles stop, tile by tile.
+    pub stops: Vec<[u32; 4]>,
 }
 
 /// Bins row `ty`.
@@ -49,7 +51,8 @@ pub(crate) fn bin_row(
         let Counted { iterated, both, seconds } = &counted;
         let width = tile.pixels.2 - tile.pixels.0;
         let pixels = TilePixels { width, iterated, both, seconds };
-        push_chunks(geometry, &work, pixels, tile.bitmaps, &mut scratch, &mut part.chunks);
+        let (chunks, stops) = (&mut part.chunks, &mut part.stops);
+        push_chunks(geometry, &work, pixels, tile.bitmaps, &mut scratch, chunks, stops);
         part.tiles.push(work);
     }
     part

@@ -187,7 +187,7 @@ fn vru_pairs_entries_and_finish() {
     assert_eq!(vru.cycles(&middle(256, 300)), 1200);
     assert_eq!(vru.cycles(&middle(256, 10)), 256, "an entry leaves the buffer every cycle");
     let tile = TileWork { chunks: 1, pixels: 250, blends: 77, ..TileWork::default() };
-    let end = Render { chunk: chunk(256, 300), last: Some(tile), drains: true };
+    let end = Render { chunk: chunk(256, 300), run: None, last: Some(tile), drains: true };
     assert_eq!(vru.cycles(&end), 1200 + 192 + 16);
     let empty = Render { last: Some(TileWork { chunks: 0, ..tile }), ..Render::default() };
     assert_eq!(vru.cycles(&empty), 16, "nothing to drain");

@@ -39,7 +39,7 @@ fn prices() -> Prices {
 
 /// A machine that has another amount of everything than the one that prices are for: every share
 /// and every curve shows.
-pub const UNLIKE: [&str; 15] = [
+pub const UNLIKE: [&str; 16] = [
     "clock=800 MHz",
     "cache.capacity=32 KiB",
     "cache.ways=8",
@@ -53,6 +53,7 @@ pub const UNLIKE: [&str; 15] = [
     "gsu.bsu-width=32",
     "gsu.queue=2",
     "vru.recurrence=2",
+    "vru.organisation=subtile-parallel",
     "vru.pixels-per-unit=8",
     "dram.channels=2",
 ];

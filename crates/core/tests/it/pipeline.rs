@@ -3,6 +3,7 @@
 mod laws;
 mod memo;
 mod oracle;
+mod organisation;
 mod rules;
 pub mod support;
 mod timelines;
@@ -54,7 +55,8 @@ fn compare(seed: u64) -> States {
     let (hits, reuse) = (dice.hits(&workload), dice.reuse(&workload));
     // After everything else, so that plain frames are those that they were.
     dice.foveate(&mut workload, &mut machine);
-    let given = FrameContext { hits: hits.as_deref(), reuse: reuse.as_deref() };
+    dice.organise(&mut workload, &mut machine);
+    let given = FrameContext { hits: hits.as_deref(), reuse: reuse.as_deref(), runs: None };
     let replay = replay_with(&workload, &machine, given, &mut timeline);
     let seen = oracle::run(&workload, &machine, given);
     let case = || format!("seed {seed}\n{machine:#?}\n{:#?}", workload.tiles);

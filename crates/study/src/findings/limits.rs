@@ -39,45 +39,69 @@ pub struct Effect {
     pub bias: Bias,
     /// The assumption that says more; empty where none does.
     pub assumption: &'static str,
-    /// Left out only by machines with this model of the DRAM; `None`: by all.
-    pub dram: Option<DramModel>,
-    /// Left out only by machines without a second master at the DRAM.
-    pub alone: bool,
+    /// Which machines leave it out.
+    pub left_out_by: LeftOutBy,
+}
+
+/// The machines that leave an effect out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeftOutBy {
+    /// All.
+    All,
+    /// Those with this model of the DRAM.
+    Dram(DramModel),
+    /// Those without a second master at the DRAM.
+    Alone,
+    /// Those whose units change between sub-tiles for nothing.
+    FreeSwitch,
+    /// Those that know at once that a sub-tile has stopped.
+    KnownStops,
 }
 
 impl Effect {
-    /// Whether a run with this model of the DRAM left it out. A run without one (`paper`) did.
-    /// `is_shared`: the machine has a second master.
-    pub fn applies(&self, dram: Option<DramModel>, is_shared: bool) -> bool {
-        let modelled = self.dram.is_none() || dram.is_none() || self.dram == dram;
-        modelled && !(self.alone && is_shared)
+    /// Whether a run of this machine left it out. A run of the `paper` model did.
+    pub fn applies(&self, machine: &MachineFacts) -> bool {
+        match self.left_out_by {
+            LeftOutBy::All => true,
+            LeftOutBy::Dram(model) => machine.dram_model.is_none_or(|own| own == model),
+            LeftOutBy::Alone => machine.second_master_gb_s.is_none(),
+            LeftOutBy::FreeSwitch => machine.switches_for_free,
+            LeftOutBy::KnownStops => machine.knows_stops,
+        }
+    }
+
+    const fn by(self, left_out_by: LeftOutBy) -> Effect {
+        Effect { left_out_by, ..self }
     }
 }
 
 const fn effect(what: &'static str, bias: Bias, assumption: &'static str) -> Effect {
-    Effect { what, bias, assumption, dram: None, alone: false }
+    Effect { what, bias, assumption, left_out_by: LeftOutBy::All }
 }
 
 /// The effects that a run of this machine left out.
 pub fn left_out(machine: &MachineFacts) -> Vec<Effect> {
-    let is_shared = machine.second_master_gb_s.is_some();
-    NOT_MODELLED.into_iter().filter(|e| e.applies(machine.dram_model, is_shared)).collect()
+    NOT_MODELLED.into_iter().filter(|e| e.applies(machine)).collect()
 }
 
 /// Everything that is known to be left out.
-pub const NOT_MODELLED: [Effect; 10] = [
-    Effect {
-        dram: Some(DramModel::Bandwidth),
-        ..effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
-    },
+pub const NOT_MODELLED: [Effect; 12] = [
+    effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+        .by(LeftOutBy::Dram(DramModel::Bandwidth)),
     effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
     effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
     effect("deeper prefetch while nobody knows that a tile is done", Bias::Either, "A30"),
     effect("address translation and interconnect of the DRAM", Bias::Optimistic, ""),
-    Effect {
-        alone: true,
-        ..effect("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
-    },
+    effect("other users of the DRAM: GPU, display, camera", Bias::Optimistic, "A18")
+        .by(LeftOutBy::Alone),
+    effect(
+        "the change of all units of a core from one sub-tile to another: pixel state, features",
+        Bias::Optimistic,
+        "A86",
+    )
+    .by(LeftOutBy::FreeSwitch),
+    effect("pairs that begin before a stop is known", Bias::Optimistic, "A88")
+        .by(LeftOutBy::KnownStops),
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
     effect(
         "changes of clock and voltage in a frame, temperature, wake-up times",

@@ -153,7 +153,7 @@ const fn unit(action: Action) -> Option<usize> {
         | Action::ObbTest
         | Action::ShColour => Some(0),
         Action::PivotKey | Action::CompareExchange => Some(1),
-        Action::Alpha | Action::Blend | Action::PixelFinish => Some(2),
+        Action::Alpha | Action::Blend | Action::PixelFinish | Action::QueueEntry => Some(2),
         Action::DramRead | Action::DramWrite | Action::SramRead(_) | Action::SramWrite(_) => None,
     }
 }

@@ -1,6 +1,6 @@
 //! Consistency of the keys of a machine file.
 
-use super::{DramModel, Fetch, Machine, NO_DEVICE};
+use super::{DramModel, Fetch, Machine, NO_DEVICE, Organisation, Switch, Termination};
 use powergs_base::quantity::Bytes;
 
 /// The largest buffer or record that is believed: 1 GiB.
@@ -27,6 +27,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     words(machine, &mut found);
     rates(machine, &mut found);
     memory(machine, &mut found);
+    organisation(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
     }
@@ -136,6 +137,47 @@ fn memory(m: &Machine, found: &mut Found) {
             dram.model.name()
         );
         found.push(("dram.model", message));
+    }
+}
+
+/// Units that are divided over sub-tiles, or go from one to the next.
+fn organisation(m: &Machine, found: &mut Found) {
+    let (g, vru) = (&m.geometry, &m.vru);
+    if g.subtile == 0 || g.tile < g.subtile {
+        return;
+    }
+    let (units, subtiles) = (vru.units_per_core, g.subtiles());
+    let is_parallel = vru.organisation == Organisation::SubtileParallel;
+    if is_parallel && !units.is_multiple_of(subtiles) {
+        let message = format!(
+            "`vru.organisation` = \"subtile-parallel\" divides `vru.units-per-core` = {units} over \
+             the {subtiles} sub-tiles of a tile (`geometry.tile` = {}, `geometry.subtile` = {}): \
+             it must be a multiple of {subtiles}",
+            g.tile, g.subtile
+        );
+        found.push(("vru.units-per-core", message));
+    }
+    if is_parallel && vru.switch != Switch::Free {
+        let message = format!(
+            "`vru.switch` = \"{}\" contradicts `vru.organisation` = \"subtile-parallel\", in \
+             which no unit goes from one sub-tile to another: set `vru.switch` = \"free\"",
+            vru.switch.name()
+        );
+        found.push(("vru.switch", message));
+    }
+    if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
+        let message = "`vru.switch` = \"scan\" contradicts `vru.termination` = \"tile\": units \
+                       that scan one sub-tile after the other cannot stop with the tile; set \
+                       `vru.termination` = \"subtile\"";
+        found.push(("vru.switch", message.to_owned()));
+    }
+    if !(1..=RECORD_MAX.0).contains(&vru.pixel_state.0) {
+        let message = format!(
+            "`vru.pixel-state` = {} must be from 1 B to {RECORD_MAX}: transmittance and colour of \
+             a pixel",
+            vru.pixel_state
+        );
+        found.push(("vru.pixel-state", message));
     }
 }
 
@@ -331,12 +373,29 @@ fn needs(m: &Machine) -> Vec<Need> {
         Need {
             key: "buffers.pixel-out.capacity",
             capacity: b.pixel_out.capacity,
-            bytes: product(&[2, cores, u64::from(g.subtile).pow(2), r.pixel.0]),
+            bytes: product(&[2, cores, u64::from(g.subtile).pow(2), r.pixel.0])
+                + product(&[cores, m.state_bytes().0]),
             because: format!(
                 "two sub-tiles per core (2 x `vru.cores` {cores} x `geometry.subtile` {0} x {0} x \
-                 `record.pixel` {1} B)",
-                g.subtile, r.pixel.0
+                 `record.pixel` {1} B){2}",
+                g.subtile,
+                r.pixel.0,
+                state(m)
             ),
         },
     ]
+}
+
+/// What the pixel state of tiles adds to a need; empty where the pixel buffer holds none.
+fn state(m: &Machine) -> String {
+    match m.state_bytes() {
+        Bytes(0) => String::new(),
+        bytes => format!(
+            " and the pixel state of a tile per core (`vru.switch` = \"{}\": {bytes}, \
+             `vru.pixel-state` {} for each pixel of `geometry.tile` {2} x {2})",
+            m.vru.switch.name(),
+            m.vru.pixel_state,
+            m.geometry.tile
+        ),
+    }
 }

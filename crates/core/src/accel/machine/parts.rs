@@ -3,10 +3,12 @@
 //! Storage is counted in bits. A batch of a CCU is a request (address, length, place in the input
 //! buffer) and a bit for each of its records, whether it survives. A core keeps a descriptor of
 //! each list that it holds or has asked for (address, length, tile) and one of each chunk that it
-//! fetches ahead. A pixel is its transmittance and its colour in FP16; a unit whose next tile
-//! enters while the last one drains holds two of each (A62).
+//! fetches ahead. A pixel is its transmittance and its colour (`vru.pixel-state`); a unit whose
+//! next tile enters while the last one drains holds two of each (A62), and so does one whose pixels
+//! are swapped while it works on others (A86). Units that are divided over the sub-tiles hold all
+//! pixels of the tile. Queues hold feature records (A89).
 
-use super::Machine;
+use super::{Machine, Organisation, Switch};
 use crate::accel::bsu::network;
 use crate::action::Part;
 
@@ -16,8 +18,17 @@ const REQUEST_BITS: f64 = 64.0;
 const LIST_BITS: f64 = 128.0;
 /// Bits that describe a chunk.
 const CHUNK_BITS: f64 = 64.0;
-/// Bits of a pixel: transmittance and three colours.
-const PIXEL_BITS: f64 = 64.0;
+/// Bits of the record that a published unit holds: 19 B.
+const RECORD_BITS: f64 = 152.0;
+
+/// Queues of a core: one for each sub-tile, or one behind the scan.
+fn queues(machine: &Machine) -> f64 {
+    match (machine.vru.organisation, machine.vru.switch) {
+        (Organisation::SubtileParallel, _) => f64::from(machine.geometry.subtiles()),
+        (Organisation::SubtileSerial, Switch::Scan) => 1.0,
+        (Organisation::SubtileSerial, Switch::Free | Switch::State) => 0.0,
+    }
+}
 
 /// How much of a part one unit of the machine has.
 pub(super) fn amount(machine: &Machine, part: Part) -> f64 {
@@ -40,7 +51,21 @@ pub(super) fn amount(machine: &Machine, part: Part) -> f64 {
         Part::VruBlend => accumulators / (1.0 + f64::from(vru.blend_stall)),
         Part::VruPixels => {
             let copies = if vru.tile_overlap { 2.0 } else { 1.0 };
-            f64::from(vru.pixels_per_unit) * accumulators * copies * PIXEL_BITS
+            let swapped = if machine.state_bytes().0 > 0 { 2.0 } else { 1.0 };
+            let held = match vru.organisation {
+                Organisation::SubtileSerial => vru.pixels_per_unit,
+                Organisation::SubtileParallel => {
+                    let share = machine.geometry.tile.pow(2).div_ceil(vru.units_per_core);
+                    share.max(vru.pixels_per_unit)
+                }
+            };
+            let bits = 8.0 * vru.pixel_state.0 as f64;
+            f64::from(held) * accumulators * copies * swapped * bits
+        }
+        Part::VruQueue => {
+            let bits = 8.0 * machine.record.feature.0 as f64;
+            let entries = f64::from(vru.subtile_queue) * queues(machine);
+            1.0 + entries / f64::from(vru.units_per_core) * bits / RECORD_BITS
         }
         Part::VruRecurrence => f64::from(vru.recurrence).recip(),
         Part::CacheWays => f64::from(machine.cache.ways),

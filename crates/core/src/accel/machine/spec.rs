@@ -174,6 +174,55 @@ pub struct VruSpec {
     pub speculation: u32,
     /// Whether the next tile enters while the last one drains.
     pub tile_overlap: bool,
+    /// How the units of a core share the sub-tiles of a tile.
+    pub organisation: Organisation,
+    /// What it takes that all units go from one sub-tile to another; `free` with
+    /// `subtile-parallel`, where they do not.
+    pub switch: Switch,
+    /// Entries that wait for the units of a sub-tile, or behind the scan, with the one that is
+    /// worked on. Of effect with `subtile-parallel` and with `switch = "scan"`.
+    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "entries"))]
+    pub subtile_queue: u32,
+    /// State of a pixel that is not finished: transmittance and colour.
+    pub pixel_state: Bytes,
+    /// Cycles from the last pair of a sub-tile (or tile) that is needed until it is known to have
+    /// stopped; pairs that begin in them are executed in vain.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub stop_latency: u32,
+}
+
+/// How the units of a core share the sub-tiles of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Organisation {
+    /// All units work on one sub-tile at a time.
+    SubtileSerial,
+    /// Every sub-tile has its own share of the units, with a queue in front of it.
+    SubtileParallel,
+}
+
+/// What a core pays for when all of its units go from one sub-tile to another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Switch {
+    /// Nothing: the pixel state of a tile is in the units, without area and energy of its own.
+    Free,
+    /// The pixel state of a sub-tile is written to the pixel buffer and that of another is read.
+    State,
+    /// The features of a chunk are scanned once for each sub-tile; the pixel state changes once
+    /// for each of them.
+    Scan,
+}
+
+impl Switch {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Switch::Free => "free",
+            Switch::State => "state",
+            Switch::Scan => "scan",
+        }
+    }
 }
 
 /// The `[fovea]` table: what a machine has for foveated frames. Of no effect on others.

@@ -16,6 +16,7 @@ use super::ledger::Ledger;
 use super::list_fetch::{FetchedJob, ListFetch};
 use crate::accel::bsu::{Bsu, Sort};
 use crate::accel::layout::{AccessPattern, Layout};
+use crate::accel::rules::Rule;
 use crate::accel::schedule::{Job, SortProgress};
 use crate::accel::timeline::{Observer, State};
 use crate::accel::traffic::ChunkLoad;
@@ -140,6 +141,7 @@ impl ChunkIssue {
         let chunk = Chunk {
             tile,
             cycles,
+            backlog: 0,
             stalls,
             features: Arrival::NOW,
             sorted: ports.now + 1,
@@ -190,15 +192,19 @@ impl ChunkIssue {
         let load = ChunkLoad::new(workload, at, units, &shared.context);
         let last = (position + 1 == work.chunks).then_some(*work);
         let drains = last.is_some() && shared.drains(job, tile);
-        let render = Render { chunk, last, drains };
+        let render = Render { chunk, run: shared.context.run(at), last, drains };
         let start = u64::from(work.list_start + position * workload.geometry.chunk);
         let pattern = AccessPattern::Chunk { start, entries: u64::from(chunk.entries), load };
         let (cycles, stalls) = units.rules.vru.times(&units.vru, &render, &mut shared.rule_check);
+        // A rule from outside of the crate knows nothing of queues.
+        let is_built_in = units.rules.vru == Rule::BUILT_IN;
+        let backlog = if is_built_in { units.vru.backlog(&render) } else { 0 };
         let bytes = load.bytes(units);
         let features = shared.read(now, self.owner, Stage::Rendering, bytes, |_| pattern);
         let item = Chunk {
             tile,
             cycles,
+            backlog,
             stalls,
             features,
             sorted: self.sort(tile, sort, now, shared),
@@ -268,6 +274,7 @@ impl ChunkIssue {
             let item = Chunk {
                 tile,
                 cycles: 0,
+                backlog: 0,
                 stalls: 0,
                 features,
                 sorted: self.sort(tile, sort, now, shared),

@@ -15,6 +15,8 @@ pub(super) struct Chunk {
     pub tile: u32,
     /// Cycles for which it occupies the VRU.
     pub cycles: u64,
+    /// Cycles of these that it would not take if the queues of its tile had been emptied before it.
+    pub backlog: u64,
     /// Further cycles for which the VRU waits for banks.
     pub stalls: u64,
     /// Its feature read.

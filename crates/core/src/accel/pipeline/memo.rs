@@ -14,15 +14,26 @@ use crate::accel::dram::{Channel, Dram};
 use crate::accel::machine::{CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::rules::Rule;
+use crate::accel::subtiles::{self, ChunkRun, Discipline};
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
+use crate::workload::FrameWorkload;
 
 /// Most results that are kept; further machines preprocess on their own.
 const KEPT_MAX: usize = 4096;
 
-/// Preprocessing results of one frame, by machine.
+/// Most ways through the sub-tiles that are kept: some hundred kilobytes each.
+const RUNS_MAX: usize = 32;
+
+/// What chunks take, by discipline.
+type AllRuns = Vec<(Discipline, Arc<Vec<ChunkRun>>)>;
+
+/// Preprocessing results of one frame, by machine, and what its chunks take.
 #[derive(Debug, Default)]
-pub struct Memo(Mutex<Vec<(Key, Arc<CcuResults>)>>);
+pub struct Memo {
+    preprocessing: Mutex<Vec<(Key, Arc<CcuResults>)>>,
+    runs: Mutex<AllRuns>,
+}
 
 /// Everything that preprocessing depends on besides the frame.
 #[derive(Debug, PartialEq)]
@@ -56,13 +67,35 @@ impl Memo {
         is_apart.then(|| format!("{:?}", Key::of(&ResolvedUnits::new(machine))))
     }
 
+    /// What the chunks of the frame take with this discipline.
+    pub(crate) fn runs(
+        &self,
+        workload: &FrameWorkload,
+        discipline: &Discipline,
+    ) -> Arc<Vec<ChunkRun>> {
+        let find = |kept: &AllRuns| {
+            kept.iter().find(|(own, _)| own == discipline).map(|(_, runs)| Arc::clone(runs))
+        };
+        let kept = || self.runs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = find(&kept()) {
+            return found;
+        }
+        // Not under the lock: the steps are parallel.
+        let runs = Arc::new(subtiles::runs(workload, discipline));
+        let mut kept = kept();
+        if kept.len() < RUNS_MAX && find(&kept).is_none() {
+            kept.push((*discipline, Arc::clone(&runs)));
+        }
+        runs
+    }
+
     fn find(&self, key: &Key) -> Option<Arc<CcuResults>> {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = self.preprocessing.lock().unwrap_or_else(PoisonError::into_inner);
         kept.iter().find(|(k, _)| k == key).map(|(_, left)| Arc::clone(left))
     }
 
     fn keep(&self, key: Key, left: CcuResults) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.preprocessing.lock().unwrap_or_else(PoisonError::into_inner);
         if kept.len() < KEPT_MAX && !kept.iter().any(|(k, _)| *k == key) {
             kept.push((key, Arc::new(left)));
         }

@@ -38,6 +38,8 @@ pub(super) struct RenderStage {
     pub pixels: BufferAllocator,
     /// Pixel writes in flight, with their bytes.
     writing: Vec<(Arrival, u64)>,
+    /// Cycle in which the last chunk was done.
+    idle_since: u64,
     /// First cycle of the tile that is being rendered.
     tile_since: Option<u64>,
     /// The tile that was rendered last.
@@ -56,6 +58,7 @@ impl RenderStage {
             finished: None,
             pixels: BufferAllocator::new(units.shares.pixel_out),
             writing: Vec::new(),
+            idle_since: 0,
             tile_since: None,
             last_tile: 0,
             tile_cycles: Histogram::EMPTY,
@@ -77,6 +80,7 @@ impl RenderStage {
             return;
         };
         features.buffer.release(now, chunk.bytes);
+        self.idle_since = now;
         if chunk.pixels.is_some() {
             self.finished = chunk.pixels;
             self.tile_cycles.count(now - self.tile_since.take().unwrap_or(now));
@@ -101,7 +105,9 @@ impl RenderStage {
             return;
         }
         let Some(chunk) = features.pop_ready(now, memory) else { return };
-        let busy = now + chunk.cycles;
+        // While the VRU waited for the chunk, the queues of the tile went on (A85).
+        let waited = now - self.idle_since;
+        let busy = now + chunk.cycles - chunk.backlog.min(waited);
         self.rendering = Some(Rendering { chunk, busy, end: busy + chunk.stalls });
         self.tile_since.get_or_insert(now);
         self.last_tile = chunk.tile;

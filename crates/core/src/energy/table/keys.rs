@@ -90,6 +90,8 @@ pub struct ActionPrices {
     pub blend: ActionPrice,
     /// One pixel finished.
     pub pixel_finish: ActionPrice,
+    /// One feature record pushed into a queue in front of rendering units, and taken out.
+    pub queue_entry: ActionPrice,
 }
 
 /// The `[dram]` table: exactly one of `flat` and `device`.

@@ -86,10 +86,13 @@ pub struct BsuParts {
 pub struct VruParts {
     /// Blends a cycle: accumulators / (1 + `vru.blend-stall`).
     pub blend: PartShare,
-    /// Bits of the pixels that are held: 64 each, for every accumulator, twice where tiles overlap.
+    /// Bits of the pixels that are held: `vru.pixel-state` each, for every accumulator, twice where
+    /// tiles overlap, and twice where pixels are swapped.
     pub pixels: PartShare,
     /// Inverse of `vru.recurrence`: a shorter loop through the transmittance.
     pub recurrence: PartShare,
+    /// Feature records of 19 B: the one of a unit, and its share of the core's queues.
+    pub queue: PartShare,
 }
 
 /// The `[parts.cache]` table.
@@ -128,6 +131,7 @@ impl Parts {
             Part::VruBlend => &self.vru.blend,
             Part::VruPixels => &self.vru.pixels,
             Part::VruRecurrence => &self.vru.recurrence,
+            Part::VruQueue => &self.vru.queue,
             Part::CacheWays => &self.cache.ways,
         }
     }
@@ -146,6 +150,7 @@ impl Parts {
             Part::VruBlend => "parts.vru.blend",
             Part::VruPixels => "parts.vru.pixels",
             Part::VruRecurrence => "parts.vru.recurrence",
+            Part::VruQueue => "parts.vru.queue",
             Part::CacheWays => "parts.cache.ways",
         }
     }
@@ -202,7 +207,9 @@ pub(super) const fn unit_of(action: Action) -> Option<UnitKind> {
         | Action::ShColour => Some(UnitKind::Ccu),
         Action::PivotKey => Some(UnitKind::Qsu),
         Action::CompareExchange => Some(UnitKind::Bsu),
-        Action::Alpha | Action::Blend | Action::PixelFinish => Some(UnitKind::Vru),
+        Action::Alpha | Action::Blend | Action::PixelFinish | Action::QueueEntry => {
+            Some(UnitKind::Vru)
+        }
         Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => None,
     }
 }

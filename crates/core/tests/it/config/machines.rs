@@ -121,6 +121,19 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
     contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
     contradicts(&["buffers.tile-list.capacity=31 B"], "buffers.tile-list.capacity", "two entries");
+    let parallel = "vru.organisation=subtile-parallel";
+    let units = "vru.units-per-core";
+    contradicts(&[parallel, "vru.units-per-core=6"], units, "a multiple of 4");
+    contradicts(&[parallel, "geometry.subtile=4", "vru.units-per-core=8"], units, "of 16");
+    contradicts(&[parallel, "vru.switch=state"], "vru.switch", "`vru.organisation`");
+    contradicts(&["vru.switch=scan", "vru.termination=tile"], "vru.switch", "`vru.termination`");
+    contradicts(&["vru.pixel-state=0 B"], "vru.pixel-state", "from 1 B");
+    contradicts(&[parallel, "vru.subtile-queue=0"], "vru.subtile-queue", "at least 1");
+    // 2 x 4 x 64 x 3 B of pixels and 4 x 256 x 8 B of state.
+    let just = ["vru.switch=state", "buffers.pixel-out.capacity=9728 B"];
+    assert!(Machine::parse_with(gscore(), &sets(&just)).is_ok());
+    let less = ["vru.switch=state", "buffers.pixel-out.capacity=9727 B"];
+    contradicts(&less, "buffers.pixel-out.capacity", "`vru.pixel-state` 8 B");
 }
 
 /// With a device the rate follows from it and the channels.

@@ -12,7 +12,7 @@ use toml::{Table, Value};
 const LESS_IS_BETTER: [&str; 3] = ["ccu.initiation-interval", "vru.recurrence", "vru.blend-stall"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 15] = [
+const FREE: [(&str, &str); 16] = [
     ("geometry", "decides the work, not what is built; buffers that it needs have a price"),
     ("record", "bytes that are moved: paid for as work"),
     ("fovea.record", "as `record`"),
@@ -21,6 +21,7 @@ const FREE: [(&str, &str); 15] = [
     ("gsu.qsu-latency", "as `ccu.latency`"),
     ("gsu.bsu-latency", "as `ccu.latency`"),
     ("vru.latency", "as `ccu.latency`"),
+    ("vru.stop-latency", "as `ccu.latency`: a reduction behind it"),
     ("gsu.reuse-period", "a policy"),
     ("schedule.merge-below", "a policy"),
     ("gating.residual", "a property of the technology"),
@@ -31,10 +32,13 @@ const FREE: [(&str, &str); 15] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 7] = [
+const BASE: [&str; 10] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "vru.blend-stall=2",
+    "vru.organisation=subtile-parallel",
+    "vru.pixels-per-unit=16",
+    "vru.stop-latency=16",
     "ccu.initiation-interval=8",
     "gating.units=true",
     "schedule.merge-below=64",

@@ -5,11 +5,13 @@
 mod converter;
 mod core;
 mod memory;
+pub mod subtiles;
 
 use std::collections::BTreeMap;
 
-use powergs_core::accel::machine::Overlap;
+use powergs_core::accel::machine::{Organisation, Overlap, Switch};
 use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::subtiles::ChunkRun;
 use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
 use powergs_core::workload::FrameWorkload;
 
@@ -53,6 +55,8 @@ pub struct Frame<'a> {
     pub plan: &'a Plan,
     pub given: FrameContext<'a>,
     waits_for_lists: bool,
+    /// What chunks take, by tile, where units are followed through sub-tiles.
+    runs: Option<Vec<Vec<ChunkRun>>>,
     written: BTreeMap<usize, u64>,
 }
 
@@ -70,8 +74,14 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
     let written = BTreeMap::new();
+    let vru = &machine.vru;
+    let is_free = vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free;
+    let runs = (!is_free || vru.stop_latency > 0).then(|| {
+        let tiles = 0..workload.tiles.len();
+        tiles.map(|tile| subtiles::runs(workload, &design, tile)).collect()
+    });
     let mut frame =
-        Frame { design: &design, workload, plan: &plan, given, waits_for_lists, written };
+        Frame { design: &design, workload, plan: &plan, given, waits_for_lists, runs, written };
     let mut memory = Memory::new(workload, machine, &design);
     let mut seen = Seen::default();
     let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();

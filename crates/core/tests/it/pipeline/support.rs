@@ -115,6 +115,11 @@ fn unlinked() -> Machine {
             blend_stall: 0,
             speculation: 0,
             tile_overlap: false,
+            organisation: Organisation::SubtileSerial,
+            switch: Switch::Free,
+            subtile_queue: 16,
+            pixel_state: Bytes(8),
+            stop_latency: 0,
         },
         fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
         buffers: BufferSpecs {
@@ -286,6 +291,7 @@ impl Dice {
             blend_stall: self.roll(0, 2),
             speculation: self.roll(0, 3),
             tile_overlap: self.roll(0, 1) == 1,
+            ..machine.vru
         };
         let buffer = |dice: &mut Self, most| BufferSpec {
             capacity: bytes(dice, most),
@@ -463,6 +469,54 @@ impl Dice {
             fovea.counters.blends_2 += tile.blends_2;
         }
         w.fovea = Some(fovea);
+    }
+
+    /// Gives every second machine another organisation of its rendering units, and the frame what
+    /// that needs.
+    pub fn organise(&mut self, w: &mut FrameWorkload, machine: &mut Machine) {
+        if self.roll(0, 1) == 0 {
+            return;
+        }
+        let (g, vru) = (machine.geometry, &mut machine.vru);
+        let (serial, parallel) = (Organisation::SubtileSerial, Organisation::SubtileParallel);
+        (vru.organisation, vru.switch) = self.pick(&[
+            (parallel, Switch::Free),
+            (parallel, Switch::Free),
+            (serial, Switch::Free),
+            (serial, Switch::State),
+            (serial, Switch::Scan),
+        ]);
+        if vru.organisation == parallel {
+            vru.units_per_core = g.subtiles() * self.pick(&[1, 2]);
+        }
+        if vru.switch == Switch::Scan && vru.termination == Termination::Tile {
+            vru.termination = Termination::Subtile;
+        }
+        vru.subtile_queue = self.pick(&[1, 2, 3, 16, 65536]);
+        vru.pixel_state = Bytes(u64::from(self.roll(1, 8)));
+        vru.stop_latency = self.pick(&[0, 0, 1, 7, 40]);
+        // The last tile is cut off by the edge of the image.
+        w.width -= self.roll(0, g.tile - 1).min(w.width);
+        w.height -= self.roll(0, g.tile - 1);
+        let (entries, bytes) = (w.list.len(), g.subtiles().div_ceil(8) as usize);
+        w.bitmaps = vec![0; entries * bytes];
+        for tile in 0..w.tiles.len() {
+            let work = w.tiles[tile];
+            let inside: Vec<usize> = w.subtiles_inside(tile).collect();
+            let density = self.pick(&[1, 3, 9]);
+            for entry in work.list_start..work.list_start + work.entries {
+                for &s in &inside {
+                    let bit = u8::from(self.roll(1, 10) <= density);
+                    w.bitmaps[entry as usize * bytes + s / 8] |= bit << (s % 8);
+                }
+            }
+            let most = self.roll(0, work.loaded);
+            for s in 0..g.subtiles() as usize {
+                let mut stops: [u32; 4] = std::array::from_fn(|_| self.roll(0, most));
+                stops.sort_unstable_by(|a, b| b.cmp(a));
+                w.stops.push(if inside.contains(&s) { stops } else { [0; 4] });
+            }
+        }
     }
 
     /// Counters in storage order: of some frames only.

@@ -50,6 +50,8 @@ struct Sorting {
 struct Chunk {
     tile: usize,
     busy: u64,
+    /// Cycles of these for the queues that the chunk before has left full.
+    backlog: u64,
     bank: u64,
     features: Option<Ticket>,
     /// Number of its sort.
@@ -68,6 +70,8 @@ pub struct Core {
     middle: Option<Middle>,
     chunks: VecDeque<Chunk>,
     rendering: Option<Chunk>,
+    /// Cycles since the last chunk was rendered.
+    waited: u64,
     sorts: VecDeque<Sorting>,
     n_sorts: usize,
     sorts_done: usize,
@@ -122,6 +126,10 @@ impl Core {
         });
         if self.rendering.is_none() && self.pending.is_none() && is_ready {
             self.rendering = self.chunks.pop_front();
+            if let Some(chunk) = &mut self.rendering {
+                chunk.busy -= chunk.backlog.min(self.waited);
+            }
+            self.waited = 0;
         }
         self.move_front(now, frame, memory);
         while self.send(now, frame, memory) {}
@@ -243,6 +251,7 @@ impl Core {
                 self.chunks.push_back(Chunk {
                     tile: index,
                     busy: frame.design.vru.cycles(&render),
+                    backlog: 0,
                     bank: frame.design.vru.bank_stalls(&render),
                     features: None,
                     sort: None,
@@ -324,6 +333,7 @@ impl Core {
         self.chunks.push_back(Chunk {
             tile: index,
             busy: design.vru.cycles(&render),
+            backlog: render.run.map_or(0, |run| run.cycles - run.alone),
             bank: design.vru.bank_stalls(&render),
             features,
             sort,
@@ -374,10 +384,18 @@ impl Core {
         let span = AccessPattern::Chunk { start, entries, load };
         let features = Some(memory.read(now, RENDERING, bytes, span));
         let sort = Some(self.queue(design, Sort { keys, filtered: entries - keys }, index));
-        let (busy, bank, pixels, wanted) = (0, 0, None, false);
-        let chunk =
-            Chunk { tile: index, busy, bank, features, sort, bytes, pixels, wanted, sent: now };
-        self.chunks.push_back(chunk);
+        self.chunks.push_back(Chunk {
+            tile: index,
+            busy: 0,
+            backlog: 0,
+            bank: 0,
+            features,
+            sort,
+            bytes,
+            pixels: None,
+            wanted: false,
+            sent: now,
+        });
         true
     }
 
@@ -438,8 +456,9 @@ impl Core {
                 self.sorts_done += 1;
             }
         }
-        if let Some(chunk) = &mut self.rendering {
-            count(&mut chunk.busy, &mut chunk.bank);
+        match &mut self.rendering {
+            Some(chunk) => count(&mut chunk.busy, &mut chunk.bank),
+            None => self.waited += 1,
         }
     }
 }
@@ -456,6 +475,7 @@ impl Frame<'_> {
             chunk: position.map_or(Default::default(), |p| {
                 self.workload.chunks[(tile.chunk_start + p) as usize]
             }),
+            run: position.and_then(|p| Some(self.runs.as_ref()?[index][p as usize])),
             last: is_last.then_some(*tile),
             drains: is_last && last_filled == Some(index as u32) && !is_overlapped,
         }
