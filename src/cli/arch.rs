@@ -205,7 +205,7 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
 
 fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Result<Exit, Failure> {
     let all: Vec<Embedded> = Kind::ALL.iter().flat_map(|k| k.files()).copied().collect();
-    let file = read("machine", arch, &all, None)?;
+    let file = read("configuration file", arch, &all, None)?;
     if !resolved && sets.is_empty() && !context.global.json {
         return out::text(&for_a_copy(&file.text)).map(|()| Exit::Done);
     }

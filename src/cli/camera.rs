@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::camera_file::{self, CameraArgs, Views};
 use super::output_file::{self, Overwrite};
 use super::{Context, Exit, Failure, out};
+use powergs_base::format::counted;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::Document;
 use powergs_scene::camera::inria;
@@ -73,7 +74,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             if context.global.json {
                 out::json(&json!({ "views": count, "format": views.format }))?;
             } else {
-                output_file::say(output, format_args!("{count} views"), context)?;
+                output_file::say(output, format_args!("{}", counted(count, "view")), context)?;
             }
         }
     }

@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
+use powergs_base::format::counted;
 use serde_json::json;
 
 use super::chart_args::ChartArgs;
@@ -14,10 +15,8 @@ use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
-use powergs_chart::Chart;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{System, SystemSpec, TraceFile};
-use powergs_report::document::{Block, Document, Shown};
 use powergs_report::{Drawing, compare, speedup};
 use powergs_study::findings::compare::{Comparison, Side};
 use powergs_study::replay::on_each;
@@ -124,7 +123,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     } else if !context.global.quiet {
         let path = path.display().to_string();
         let page = match &speedup {
-            Some(speedup) => of_all(&all, speedup, &[], Some(&path)),
+            Some(speedup) => compare::document_of(&all, speedup, &[], Some(&path)),
             None => compare::document(comparison, &[], Some(&path)),
         };
         out::document(&page)?;
@@ -181,30 +180,14 @@ fn write_all(
     let record = compare::run_toml_of(all).or_exit(Exit::Internal, "run.toml")?;
     folder.write("run.toml", record.as_bytes())?;
     folder.write("speedup.csv", &speedup::csv(speedup))?;
+    folder.write("compare.csv", &compare::compare_csv_of(all, &speedup.traces))?;
     let frames = all.iter().map(|c| c.sides[0].frames).sum::<i64>();
-    let chart = speedup::chart(speedup, format!("{} traces, {frames} frames", all.len()));
+    let frames = counted(frames, "frame");
+    let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
     let charts = [chart];
-    let page = of_all(all, speedup, &charts, None).markdown(drawing.link());
+    let page = compare::document_of(all, speedup, &charts, None).markdown(drawing.link());
     folder.write("summary.md", page.as_bytes())?;
     folder.write_charts(&charts, drawing)
-}
-
-/// Speed-ups, then what every trace says.
-fn of_all(all: &[Comparison], speedup: &SpeedUp, charts: &[Chart], path: Option<&str>) -> Document {
-    let mut page = Document::new();
-    let labels = all[0].labels().join(" against ");
-    page.on(Shown::Page, Block::Title(format!("{labels}, {} traces", all.len()).into()));
-    page.table(speedup::table(speedup));
-    page.charts(charts);
-    for comparison in all {
-        let mut of_trace = Document::new();
-        of_trace.heading(comparison.sides[0].trace.as_str());
-        of_trace.extend(compare::measures(comparison));
-        page.extend(of_trace);
-    }
-    let report = path.map(|path| ("report".to_owned(), path.into()));
-    page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
-    page
 }
 
 /// Finished reports.

@@ -14,6 +14,7 @@ use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_core::run::{Frames, RunError};
 use powergs_frame::trace::TraceHeader;
@@ -157,7 +158,7 @@ fn finish(
             "{note}{}: {}, {:.1} MB\n\
              {splat:.1} bytes a visible splat, {pixel:.2} bytes a pixel\n",
             path.display(),
-            out::counted(done, "frame"),
+            counted(done, "frame"),
             bytes as f64 * 1e-6
         ))?;
     }

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::chart_args::ChartArgs;
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_chart::{Format, Style};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_optimize::fit::{Curve, Fit, Optimum, fit, optimum, read_samples};
@@ -136,7 +137,7 @@ fn summary(fitted: &Fit, best: &Optimum, left_out: usize) -> String {
         text += &format!("{name}  V {v:.4}, K {k:.4}; R2 {r2}, mean relative error {mre}\n");
     }
     if left_out > 0 {
-        text += &format!("note     {left_out} samples missed the target and are left out\n");
+        text += &format!("note     left out: {} below the target\n", counted(left_out, "sample"));
     }
     for note in fitted.notes() {
         text += &format!("note     {note}\n");

@@ -36,11 +36,6 @@ fn width() -> usize {
     asked.or_else(terminal).map_or(80, |width| width.clamp(NARROWEST, WIDEST).into())
 }
 
-/// `1 frame`, `12 frames`.
-pub fn counted(n: u64, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
-}
-
 /// Prints one JSON document, indented, with a final newline.
 pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     write(|out| {

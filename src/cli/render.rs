@@ -11,6 +11,7 @@ use super::output_file::Overwrite;
 use super::progress::Progress;
 use super::scene_file::Shown;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_base::picture::Picture;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::ScreenGaze;
@@ -135,7 +136,8 @@ fn chosen(
         None => return Ok((cameras, gazes)),
     };
     if frame >= cameras.len() {
-        let what = format!("--frame {frame}: there are only {} views, from 0", cameras.len());
+        let what =
+            format!("--frame {frame}: only {} there, from 0", counted(cameras.len(), "view"));
         return Err(Failure::new(Exit::Usage, what));
     }
     Ok((vec![cameras.swap_remove(frame)], vec![gazes.swap_remove(frame)]))

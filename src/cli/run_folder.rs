@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
-use powergs_core::run::store::atomic::{exchange, sync_folder};
+use powergs_core::run::store::atomic::{exchange, nameless, sync_folder};
 use powergs_report::{Drawing, is_file_name, sweep};
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
@@ -280,7 +280,6 @@ fn replace(staging: &Path, path: &Path) -> io::Result<()> {
 
 fn cannot(path: &Path, e: &io::Error) -> Failure {
     // What a temporary folder is called is nobody's business.
-    let cause = e.to_string();
-    let cause = cause.split(" at path ").next().unwrap_or_default();
+    let cause = nameless(io::Error::new(e.kind(), e.to_string()));
     Failure::new(Exit::Usage, format!("{}: the report cannot be written: {cause}", path.display()))
 }

@@ -1,5 +1,6 @@
 //! `synth`: seeded scenes that behave like trained ones.
 
+use powergs_base::format::counted;
 use powergs_report::document::{Block, Column, Document, Kind, Table};
 use std::path::PathBuf;
 
@@ -74,7 +75,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if let Some(path) = &args.cameras {
         let text = inria::write(&views);
         write_atomically(path, |w| w.write_all(text.as_bytes()))?;
-        tell(context, format_args!("{}: {} views", path.display(), views.len()));
+        let count = counted(views.len(), "view");
+        tell(context, format_args!("{}: {count}", path.display()));
     }
     if args.output.is_none() && !args.check {
         return Ok(Exit::Done);
@@ -142,7 +144,7 @@ fn list(context: &Context) -> Result<Exit, Failure> {
         Column::text("preset"),
         Column::count("Gaussians"),
         Column::count("pixels"),
-        Column::text("like"),
+        Column::text("like").wraps(),
     ]);
     for p in &PRESETS {
         let size = format!("{}x{}", p.size.0, p.size.1);

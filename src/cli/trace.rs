@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::output_file::Overwrite;
 use super::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_frame::trace::{self, Reader, VerifyReport};
 
 /// Shown under `trace --help`.
@@ -94,7 +95,7 @@ fn verify(path: &Path, context: &Context) -> Result<Exit, Failure> {
             out::text(&format!(
                 "{}: good: {}, {} bytes, every checksum and value checked\n",
                 path.display(),
-                out::counted(report.intact, "frame"),
+                counted(report.intact, "frame"),
                 report.bytes
             ))?;
         }
@@ -132,10 +133,12 @@ fn damage_lines(path: &Path, report: &VerifyReport) -> String {
     }
     let unlisted = report.damaged_places - report.damage.len() as u64;
     if unlisted > 0 {
-        text += &format!("  and {unlisted} places more\n");
+        text += &format!("  and {} more\n", counted(unlisted, "place"));
     }
-    let of = report.listed.map_or(String::new(), |n| format!(" of {n}"));
-    text += &format!("{}{of} frames are intact", report.intact);
+    text += &match report.listed {
+        Some(n) => format!("{} of {} intact", report.intact, counted(n, "frame")),
+        None => format!("{} intact", counted(report.intact, "frame")),
+    };
     text += match report.intact {
         0 => "; extract the trace again\n",
         _ => "; extract the trace again, or keep those:\n  powergs-sim trace repair FILE -o NEW\n",

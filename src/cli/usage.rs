@@ -1,6 +1,7 @@
 //! Arguments from the command line, and words of ours where the parser has those of a programmer.
 
 use std::io::IsTerminal;
+use std::path::Path;
 
 use clap::error::ErrorKind;
 use clap::{Command, CommandFactory, Error, FromArgMatches};
@@ -48,7 +49,22 @@ pub fn message(error: &Error, coloured: bool) -> String {
     WORDS.iter().fold(text, |text, (theirs, ours)| text.replace(theirs, ours))
 }
 
+/// A file that the parser took for an option because its name begins with a dash.
+fn dashed_file() -> Option<String> {
+    let files = std::env::args().skip(1).take_while(|word| word != "--");
+    let mut files = files.filter(|word| word.starts_with('-') && Path::new(word).is_file());
+    files.next()
+}
+
 fn complain(error: &Error) -> ! {
+    if error.kind() == ErrorKind::UnknownArgument
+        && let Some(file) = dashed_file()
+    {
+        super::out::complain(format_args!(
+            "error: {file}: looks like an option; for the file of this name write ./{file}"
+        ));
+        std::process::exit(error.exit_code())
+    }
     if error.kind() != ErrorKind::ValueValidation {
         error.exit();
     }

@@ -89,7 +89,7 @@ fn what_is_wrong_is_said_with_its_place() {
     let bad = dir.path().join("bad.trace");
     std::fs::write(&bad, "R 0x40 64\nR 0x80 x\n").expect("a file");
     let broken = program(&[bad.to_str().expect("a path")]).assert().code(3);
-    broken.stderr(contains("bad.trace: line 2: `x` is no size")).stdout("");
+    broken.stderr(contains("bad.trace: line 2: `x` is not a size")).stdout("");
     program(&["no/such.trace"]).assert().code(3).stderr(contains("no/such.trace"));
     let folder = dir.path().to_str().expect("a path");
     program(&[folder]).assert().code(3).stderr(contains("a folder"));

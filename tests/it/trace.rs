@@ -89,7 +89,7 @@ fn verify_lists_damage_and_repair_keeps_the_rest() {
     bad[middle] ^= 1;
     let file = folder.file("bad.bin", &bad);
     let (text, _) = trace(3, "verify", &file, &[]);
-    assert!(text.contains("  byte ") && text.contains("13 of 14 frames are intact"), "{text}");
+    assert!(text.contains("  byte ") && text.contains("13 of 14 frames intact"), "{text}");
     let (json, _) = trace(3, "verify", &file, &["--json"]);
     let json: Value = serde_json::from_str(&json).unwrap();
     assert_eq!((&json["good"], &json["frames_intact"]), (&Value::Bool(false), &Value::from(13)));

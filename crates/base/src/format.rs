@@ -55,6 +55,16 @@ pub fn significant(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
+/// `1 frame`, `12 frames`, `2 entries`.
+pub fn counted(n: impl std::fmt::Display, what: &str) -> String {
+    let n = n.to_string();
+    match what.strip_suffix('y').filter(|stem| !stem.ends_with(['a', 'e', 'o', 'u'])) {
+        _ if n == "1" => format!("1 {what}"),
+        Some(stem) => format!("{n} {stem}ies"),
+        None => format!("{n} {what}s"),
+    }
+}
+
 /// A frame rate that was set, not measured: `60`, `72`, `59.94`.
 pub fn rate(fps: f64) -> String {
     let text = format!("{fps:.3}");

@@ -40,7 +40,7 @@ enum Kind {
 /// A checkpoint that cannot be used.
 #[derive(Debug, thiserror::Error)]
 enum CheckpointError {
-    #[error("byte 0: this is no checkpoint of an optimisation; give the folder of a run")]
+    #[error("byte 0: this is not a checkpoint of an optimisation; give the folder of a run")]
     Foreign,
     #[error("checkpoint version {0}, this program reads {VERSION}; begin the run anew")]
     Version(u32),

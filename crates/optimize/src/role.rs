@@ -29,7 +29,7 @@ const EXTERNAL: &str = "external-";
 
 /// A name that no role has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is no role of a model")]
+#[error("`{0}` is not a role of a model")]
 pub struct UnknownRole(String);
 
 impl Baseline {

@@ -46,7 +46,7 @@ pub struct Limits {
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
     /// Another kind of file.
-    #[error("this is no PNG, JPEG or WebP picture")]
+    #[error("this is not a PNG, JPEG or WebP picture")]
     Unknown,
     /// Damaged, or of a kind that the decoder does not know.
     #[error("Format error decoding {format:?}: {what}")]

@@ -5,5 +5,5 @@ mod output;
 mod page;
 
 pub use charts::charts;
-pub use output::{compare_csv, json, run_toml, run_toml_of};
-pub use page::{document, measures_of as measures, note};
+pub use output::{compare_csv, compare_csv_of, json, run_toml, run_toml_of};
+pub use page::{document, document_of, note};

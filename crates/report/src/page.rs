@@ -1,7 +1,7 @@
 //! The page of a run: what `replay` prints and `summary.md`.
 
 use super::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
-use super::format::{engineering, percent, prefix_of, rate, shortened, significant};
+use super::format::{counted, engineering, percent, prefix_of, rate, shortened, significant};
 use super::{limits as words, summary_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
@@ -100,11 +100,6 @@ fn head(page: &mut Document, run: &Run) {
         let note = Text::strong(format!("{note}."));
         page.paragraph(note.then(" All numbers are for these frames only."));
     }
-}
-
-/// `1 frame`, `12 frames`.
-fn counted(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 fn facts(run: &Run) -> Vec<(String, Text)> {

@@ -129,7 +129,7 @@ fn what_if() -> Map<String, Json> {
     ]);
     let skipped = map([
         ("resource", plain("string", "What was to be doubled.")),
-        ("reason", plain("string", "Why that is no machine.")),
+        ("reason", plain("string", "Why that configuration is invalid.")),
     ]);
     map([
         ("frames", array(plain("integer", "Position in the trace."), "Frames that were tried.")),

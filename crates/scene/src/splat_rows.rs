@@ -40,7 +40,7 @@ pub(super) fn plausible(head: &[u8], len: u64) -> bool {
 /// Reads the rows.
 pub(super) fn read(mut input: Input<'_>) -> Result<Model, SceneError> {
     if !input.len.is_multiple_of(ROW as u64) {
-        let what = format!("{} bytes are no whole number of 32-byte rows", input.len);
+        let what = format!("{} bytes are not a whole number of 32-byte rows", input.len);
         return Err(SceneError::truncated("rows", what));
     }
     let count = check_count("rows", input.len / ROW as u64, u64::MAX)?;

@@ -1,5 +1,6 @@
 //! Oddities of a scene that do not prevent its use.
 
+use powergs_base::format::counted;
 use std::fmt;
 
 /// An oddity of a scene.
@@ -81,13 +82,25 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Dropped { count, first } => {
-                write!(f, "{count} Gaussians dropped: NaN, infinite or absurd (first: {first})")
+                write!(
+                    f,
+                    "{} dropped: NaN, infinite or absurd (first: {first})",
+                    counted(count, "Gaussian")
+                )
             }
             Self::ZeroQuaternions { count, first } => {
-                write!(f, "{count} quaternions of length zero became identity (first: {first})")
+                write!(
+                    f,
+                    "{} of length zero became identity (first: {first})",
+                    counted(count, "quaternion")
+                )
             }
             Self::NonPositiveScales { count } => {
-                write!(f, "{count} Gaussians had scales of zero or less; raised to 1e-12")
+                write!(
+                    f,
+                    "{} had scales of zero or less; raised to 1e-12",
+                    counted(count, "Gaussian")
+                )
             }
             Self::ShReduced { from } => {
                 write!(f, "SH degree {from} in the file; only degrees 0 to 3 are used")
@@ -96,13 +109,17 @@ impl fmt::Display for Warning {
                 write!(f, "trained with anti-aliasing; shown without its opacity compensation")
             }
             Self::Unnormalised { count } => {
-                write!(f, "{count} quaternions are not of length 1; projection normalises them")
+                write!(
+                    f,
+                    "{} of length other than 1; projection normalises them",
+                    counted(count, "quaternion")
+                )
             }
             Self::AbsurdScales { count } => {
-                write!(f, "{count} Gaussians are longer than the scene's diagonal")
+                write!(f, "{} longer than the scene's diagonal", counted(count, "Gaussian"))
             }
             Self::Invisible { count } => {
-                write!(f, "{count} Gaussians have an opacity below 1/255 and are never seen")
+                write!(f, "{} with an opacity below 1/255, never seen", counted(count, "Gaussian"))
             }
         }
     }

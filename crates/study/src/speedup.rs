@@ -45,9 +45,15 @@ impl SpeedUp {
         (traces.len() > 1 && machines.len() > 1).then_some(SpeedUp { traces, machines })
     }
 
-    /// From comparisons of the same machines, one a trace.
+    /// From comparisons of the same machines, one a trace. Traces of one name are numbered.
     pub fn of_comparisons(all: &[Comparison]) -> Option<SpeedUp> {
-        let traces = all.iter().map(|c| c.sides[0].trace.clone()).collect();
+        let names: Vec<&str> = all.iter().map(|c| c.sides[0].trace.as_str()).collect();
+        let is_alone = |name: &str| names.iter().filter(|other| **other == name).count() == 1;
+        let numbered = |(i, name): (usize, &&str)| match is_alone(name) {
+            true => (*name).to_owned(),
+            false => format!("{name}-{}", i + 1),
+        };
+        let traces = names.iter().enumerate().map(numbered).collect();
         let machine = |(i, label): (usize, &str)| {
             let speed = |c: &Comparison| {
                 let value = |measure| *c.row(measure).values.get(i)?;

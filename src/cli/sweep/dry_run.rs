@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::meter::Meter;
 use crate::cli::{Context, Exit, Failure, out};
+use powergs_base::format::counted;
 use powergs_report::document::Document;
 use powergs_report::format::{engineering, significant};
 use powergs_report::sweep as report;
@@ -67,7 +68,7 @@ fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
     let machines_to_time = machines.round();
     facts.push((
         "Designs",
-        format!("{about}{designs} ({about}{machines_to_time} machines to time)"),
+        format!("{about}{designs} ({about}{} to time)", counted(machines_to_time, "machine")),
     ));
     let scaled = |count: u64| format!("{about}{}", (count as f64 * scale).round());
     for (cause, count) in &plan.excluded {

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out, pareto};
+use powergs_base::format::counted;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
 use powergs_study::sweep::run::results::{self, CSV, PARQUET, Tally};
@@ -32,7 +33,11 @@ pub fn finish(
     let (tally, table) = results::write(folder, sweep, plan, &mut |row| analysis.row(row))?;
     if tally.missing > 0 {
         let what = "results are missing; run it again with --resume";
-        out::complain(format_args!("{}: {} designs: {what}", path.display(), tally.missing));
+        out::complain(format_args!(
+            "{}: {}: {what}",
+            path.display(),
+            counted(tally.missing, "design")
+        ));
         return Ok(Exit::GoalMissed);
     }
     let store = folder.store;
@@ -68,16 +73,15 @@ pub fn again(finished: &Finished, path: &Path, context: &Context) -> Result<Exit
 
 /// What a sweep says of its designs, a sentence a line.
 fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
-    let s = |n: u64| if n == 1 { "" } else { "s" };
-    let done = tally.ok + tally.failed;
-    let mut designs = format!("{done} design{} and the baseline simulated", s(done));
+    let done = counted(tally.ok + tally.failed, "design");
+    let mut designs = format!("{done} and the baseline simulated");
     let [excluded, duplicates] =
         [&plan.excluded, &plan.duplicates].map(|counts| counts.values().sum::<u64>());
     for (n, what) in [
         (tally.failed, "of them failed"),
         (tally.invalid, "invalid"),
         (excluded, "excluded"),
-        (duplicates, "duplicates"),
+        (duplicates, if duplicates == 1 { "duplicate" } else { "duplicates" }),
     ] {
         if n > 0 {
             designs += &format!(", {n} {what}");
@@ -86,8 +90,7 @@ fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
     let mut lines = vec![designs + "."];
     lines.extend(plan.excluded.iter().map(|(why, n)| format!("{n} excluded by {why}")));
     lines.extend(plan.duplicates.iter().map(|(axis, n)| {
-        let s = if *n == 1 { "" } else { "s" };
-        format!("{n} duplicate{s}: axis `{axis}` does not count there")
+        format!("{}: axis `{axis}` does not count there", counted(n, "duplicate"))
     }));
     lines.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
         format!("{points} invalid: {cause}, e.g. point {point}: {why}")
@@ -132,10 +135,10 @@ fn say(
     }
     if finished.defects > 0 {
         out::complain(format_args!(
-            "internal error: on {} designs the simulator contradicted itself; the column `reason` \
+            "internal error: on {} the simulator contradicted itself; the column `reason` \
              of {} says how. This is a mistake in the simulator, not in your input; please \
              report it with the sweep file and the traces.",
-            finished.defects,
+            counted(finished.defects, "design"),
             path.join(CSV).display()
         ));
         return Ok(Exit::Internal);

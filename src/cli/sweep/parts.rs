@@ -10,6 +10,7 @@ use super::meter::Meter;
 use super::run::allowed;
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out};
+use powergs_base::format::counted;
 use powergs_core::run::FileStore;
 use powergs_report::document::Document;
 use powergs_study::sweep::design::Design;
@@ -102,8 +103,7 @@ pub fn status(args: &StatusArgs, context: &Context) -> Result<Exit, Failure> {
 fn missing(count: &PartCount) -> String {
     match count.missing {
         0 => "the baseline".to_owned(),
-        1 => "1 design".to_owned(),
-        n => format!("{n} designs"),
+        n => counted(n, "design"),
     }
 }
 

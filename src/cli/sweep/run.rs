@@ -7,6 +7,7 @@ use super::meter::Meter;
 use super::{dry_run, finish};
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, out};
+use powergs_base::format::counted;
 use powergs_core::run::{FileStore, Store};
 use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::search::search;
@@ -57,7 +58,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let damaged = folder.records.damaged();
     if damaged > 0 {
         let what = "cut off or damaged; they are simulated again";
-        meter.note(&format!("{}: {damaged} records are {what}", store.place("")));
+        meter.note(&format!("{}: {}: {what}", store.place(""), counted(damaged, "record")));
     }
     let mut shared = match &args.store {
         Some(path) => SharedResults::open(&FileStore::new(path), &sweep.state, shard, &meter)?,

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use super::open;
 use crate::cli::output_file::{self, Overwrite};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_frame::fovea::Screen;
 use powergs_frame::trace::{Frame, NEVER};
@@ -49,7 +50,8 @@ pub(super) fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let mut reader = open(&args.file)?;
     if args.frame >= reader.len() {
         let (frame, frames) = (args.frame, reader.len());
-        let what = format!("--frame {frame}: the trace has {frames} frames, numbered from 0");
+        let what =
+            format!("--frame {frame}: the trace has {}, numbered from 0", counted(frames, "frame"));
         return Err(Failure::new(Exit::Usage, what));
     }
     let name = || args.file.display();

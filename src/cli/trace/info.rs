@@ -1,5 +1,6 @@
 //! `trace info`: header, frames, sizes on disk.
 
+use powergs_base::format::counted;
 use powergs_report::document::{Cell, Column, Document, Table};
 use std::path::Path;
 
@@ -202,7 +203,7 @@ impl Trace {
         }
         table.row(self.total().row("mean".into(), "", frames as u64));
         if shown < frames {
-            table.more = format!("... {} frames more: --all", frames - shown);
+            table.more = format!("... {} more: --all", counted(frames - shown, "frame"));
         }
         page.table(table);
         page.paragraph(

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::{check, open_file};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
+use powergs_base::format::counted;
 use powergs_core::run::store::atomic::{persist, temporary};
 use powergs_frame::trace::Writer;
 
@@ -39,8 +40,11 @@ pub(super) fn run(path: &Path, output: &Path, context: &Context) -> Result<Exit,
         let (listed, lost) = (report.listed, report.listed.map(|n| n.saturating_sub(frames)));
         out::json(&json!({ "frames": frames, "frames_listed": listed, "frames_lost": lost }))?;
     } else if !context.global.quiet {
-        let of = report.listed.map_or(String::new(), |n| format!(" of {n}"));
-        out::text(&format!("{}: {frames}{of} frames kept\n", output.display()))?;
+        let kept = match report.listed {
+            Some(n) => format!("{frames} of {}", counted(n, "frame")),
+            None => counted(frames, "frame"),
+        };
+        out::text(&format!("{}: {kept} kept\n", output.display()))?;
     }
     Ok(Exit::Done)
 }

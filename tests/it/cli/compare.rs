@@ -57,6 +57,11 @@ fn several_traces_have_speed_ups_with_their_mean() {
     let read = |name: &str| fs::read_to_string(Path::new(&out).join(name)).expect(name);
     assert_eq!(read("speedup.csv").lines().filter(|l| l.starts_with("geomean,")).count(), 2);
     assert!(read("summary.md").contains("(speedup.svg)"));
+    // What each trace says, as of one trace alone.
+    assert_eq!(read("summary.md").matches("VRU-bound for").count(), 4, "two machines, two traces");
+    let table = read("compare.csv");
+    assert!(table.starts_with("trace,kind,name,gscore,edge,edge/gscore\n"), "{table}");
+    assert!(table.contains("\ndemo,measure,") && table.contains("\nother,mean,"), "{table}");
     let svg = read("speedup.svg");
     assert!(svg.contains("width=\"3.330in\"") && !svg.contains("Speed-up over gscore</text>"));
     assert!(Path::new(&out).join("speedup.pdf").is_file());

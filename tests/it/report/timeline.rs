@@ -40,7 +40,7 @@ fn spans() -> Vec<Span> {
 fn the_window_is_the_work_on_the_tiles() {
     let mut window = Window::new(0..2);
     spans().into_iter().for_each(|s| window.span(s));
-    assert_eq!(window.cycles, 100..500, "a batch of the CCU is no tile");
+    assert_eq!(window.cycles, 100..500, "a batch of the CCU is not a tile");
     let mut none = Window::new(7..9);
     spans().into_iter().for_each(|s| none.span(s));
     assert!(none.cycles.is_empty());

@@ -19,7 +19,7 @@ fn info_prints_lines_within_80_columns() {
     let run = program().args(["scene", "info"]).arg(&path).assert().success();
     let text = String::from_utf8(run.get_output().stdout.clone()).unwrap();
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-    for part in ["points", "99", "SH degree", "percentiles", "warning:  1 Gaussians dropped"] {
+    for part in ["points", "99", "SH degree", "percentiles", "warning:  1 Gaussian dropped"] {
         assert!(text.contains(part), "no {part} in {text}");
     }
 }

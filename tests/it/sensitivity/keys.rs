@@ -193,7 +193,7 @@ fn wrong_keys_and_steps_are_refused() {
     check(&morris("vru.cores=8..2"), "must ascend");
     check(&morris("vru.cores=a..b"), "names are written A|B|C");
     check(&morris("clock=1 GHz..2000 MHz"), "in one unit");
-    check(&morris("geometry.test=obb|round"), "round is no machine");
+    check(&morris("geometry.test=obb|round"), "round: invalid configuration");
     check(&morris("vru.cores=4"), "nothing acts together");
     check(&["--interactions", "sobol", "--samples", "1000000", "--keys", "clock"], "more than");
 }

@@ -74,7 +74,7 @@ pub fn parse_around<T: DeserializeOwned + JsonSchema>(
 ) -> Result<(Config<T>, Vec<Problem>), ConfigError> {
     let source = Source { text, sets };
     if text.len() > TEXT_MAX {
-        let message = format!("longer than {TEXT_MAX} bytes: this is no configuration file");
+        let message = format!("longer than {TEXT_MAX} bytes: this is not a configuration file");
         return Err(source.fail(0..0, "", message));
     }
     let parsed = DeTable::parse(text).map_err(|e| source.syntax(&e))?;

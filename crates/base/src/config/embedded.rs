@@ -92,8 +92,3 @@ pub const CACTI: &str = include_str!("../../../../arch-configs/sram/cacti-7.csv"
 pub fn find(files: &[Embedded], name: &str) -> Option<&'static str> {
     files.iter().find(|f| f.name == name).map(|f| f.text)
 }
-
-/// The names, comma-separated, for error messages.
-pub fn names(files: &[Embedded]) -> String {
-    files.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")
-}

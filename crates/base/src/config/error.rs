@@ -77,12 +77,24 @@ impl Place {
     }
 }
 
-impl fmt::Display for Problem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Problem {
+    /// Where it is and what it is, without the line of the file.
+    fn words(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             Place::Set(set) => write!(f, "in --set {set}: {}", self.message),
+            Place::File { line, column, .. } => {
+                write!(f, "line {line}, column {column}: {}", self.message)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    /// The line of the file, with what it is about underlined; nothing for other places.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::Set(_) => Ok(()),
             Place::File { line, column, excerpt, width } => {
-                write!(f, "line {line}, column {column}: {}", self.message)?;
                 if excerpt.chars().count() > EXCERPT_MAX || excerpt.trim().is_empty() {
                     return Ok(());
                 }
@@ -96,6 +108,13 @@ impl fmt::Display for Problem {
     }
 }
 
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.words(f)?;
+        self.place.fmt(f)
+    }
+}
+
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let [one] = self.problems.as_slice() {
@@ -103,6 +122,13 @@ impl fmt::Display for ConfigError {
         }
         let first = if self.problems.len() >= PROBLEMS_MAX { "the first " } else { "" };
         write!(f, "{first}{} problems", self.problems.len())?;
-        self.problems.iter().try_for_each(|p| write!(f, "\n{p}"))
+        // What several problems are about is shown once.
+        self.problems.chunk_by(|a, b| a.place == b.place).try_for_each(|same| {
+            for problem in same {
+                writeln!(f)?;
+                problem.words(f)?;
+            }
+            same[0].place.fmt(f)
+        })
     }
 }

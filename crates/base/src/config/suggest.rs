@@ -16,3 +16,12 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let prefixed = |c: &str| word.chars().count() >= 3 && plain(c).starts_with(&word);
     scored.filter(|(d, c)| *d <= allowed || prefixed(c)).min_by_key(|(d, _)| *d).map(|(_, c)| c)
 }
+
+/// The candidates, those that are most like `word` first.
+pub fn by_likeness<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let word: String = word.chars().take(WORD_MAX).collect();
+    let mut all: Vec<&str> = candidates.into_iter().collect();
+    let likeness = |candidate: &str| strsim::jaro_winkler(&word, candidate);
+    all.sort_by(|a, b| likeness(b).total_cmp(&likeness(a)));
+    all
+}

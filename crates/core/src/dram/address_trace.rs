@@ -42,7 +42,7 @@ pub enum AddressTraceError {
         what: String,
     },
     /// There is no request at all.
-    #[error("no request in {lines} lines: this is no address trace")]
+    #[error("no request in {lines} lines: this is not an address trace")]
     Empty {
         /// Lines that were read.
         lines: u64,
@@ -146,7 +146,7 @@ fn parse(line: &str) -> Result<Option<Access>, String> {
             Access { write, address, bytes: DEFAULT_BYTES }
         }
         (None, None) => {
-            return Err(format!("`{}` alone is no request", cut(first)));
+            return Err(format!("`{}` alone is not a request", cut(first)));
         }
     };
     match words.next() {
@@ -173,14 +173,14 @@ fn address(text: &str) -> Result<u64, String> {
     let parsed = match hex {
         Some(hex) if digits(hex, 16) => u64::from_str_radix(hex, 16).ok(),
         None if digits(text, 10) => text.parse().ok(),
-        Some(_) | None => return Err(format!("`{}` is no address", cut(text))),
+        Some(_) | None => return Err(format!("`{}` is not an address", cut(text))),
     };
     parsed.ok_or_else(|| format!("the address `{}` has more than 64 bits", cut(text)))
 }
 
 fn size(text: &str) -> Result<u32, String> {
     if text.is_empty() || !text.chars().all(|c| c.is_ascii_digit()) {
-        return Err(format!("`{}` is no size in bytes", cut(text)));
+        return Err(format!("`{}` is not a size in bytes", cut(text)));
     }
     match text.parse() {
         Ok(0) => Err("a request of 0 bytes".to_owned()),

@@ -250,7 +250,7 @@ fn listed(device: &Device) -> Result<Vec<(Field, u32)>, String> {
     let mut runs: Vec<(Field, u32)> = Vec::new();
     for text in device.mapping.fields.iter().flatten() {
         let form = || {
-            format!("`mapping.fields`: \"{text}\" is no field with its bits, as in \"column:4\"")
+            format!("`mapping.fields`: \"{text}\" is not a field with its bits, as in \"column:4\"")
         };
         let (name, bits) = text.split_once(':').ok_or_else(form)?;
         let field = Field::ALL.into_iter().find(|f| f.name() == name.trim()).ok_or_else(form)?;

@@ -41,7 +41,7 @@ const SOURCE: &str = "accelergy";
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AccelergyError {
     /// Too long to be one.
-    #[error("longer than {TEXT_MAX} bytes: this is no reference table")]
+    #[error("longer than {TEXT_MAX} bytes: this is not a reference table")]
     TooLong,
     /// Not YAML, or of another shape.
     #[error("not a reference table of Accelergy (`{root}: {{version, tables: [...]}}`): {what}")]

@@ -5,8 +5,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use powergs_base::config::document::TEXT_MAX;
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, Embedded, MACHINES, find, names};
-use powergs_base::config::suggest::nearest;
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, Embedded, MACHINES, find};
+use powergs_base::config::suggest::{by_likeness, nearest};
+use powergs_base::format::wrapped;
 
 use super::error::RunError;
 
@@ -127,8 +128,18 @@ impl Files for DiskFiles {
 
 fn unknown(kind: &str, name: &str, embedded: &[Embedded]) -> String {
     let near = nearest(name, embedded.iter().map(|f| f.name));
-    let near = near.map_or(String::new(), |n| format!("did you mean `{n}`? "));
-    format!("no {kind} `{name}`; {near}known: {}", names(embedded))
+    let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+    format!("no {kind} `{name}`{near}\n{}", listed(name, embedded))
+}
+
+/// Characters of a line of names.
+const LINE: usize = 76;
+
+/// The names of files in lines, those that are most like `name` first.
+fn listed(name: &str, embedded: &[Embedded]) -> String {
+    let names = by_likeness(name, embedded.iter().map(|file| file.name));
+    let text = wrapped(&format!("known: {}", names.join(", ")), LINE);
+    format!("  {}", text.replace('\n', "\n  "))
 }
 
 /// Reads an embedded file by name, or any other by path, relative to `folder` if it is there;
@@ -150,7 +161,7 @@ pub fn read(
     let path = beside.unwrap_or_else(|| PathBuf::from(name));
     let looks_like_path = name.contains(['/', '\\']) || name.ends_with(".toml") || is_yaml(name);
     if !path.exists() && !looks_like_path {
-        let message = format!("{}; or give a TOML file", unknown(kind, name, embedded));
+        let message = format!("{}\n  or give a TOML file", unknown(kind, name, embedded));
         return Err(RunError::Config { place: String::new(), message });
     }
     let text = read_text(&path)?;
@@ -173,7 +184,7 @@ pub(crate) fn read_text(path: &Path) -> Result<String, RunError> {
         let at = e.utf8_error().valid_up_to();
         RunError::config(
             place.to_string(),
-            format_args!("byte {at} is not UTF-8: this is no configuration file"),
+            format_args!("byte {at} is not UTF-8: this is not a configuration file"),
         )
     })
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use powergs_base::budget::Budget;
+use powergs_base::format::counted;
 use powergs_frame::trace::{FrameHead, Reader};
 
 use super::error::RunError;
@@ -59,7 +60,8 @@ impl TraceFile {
         let len = self.reader.len() as usize;
         if start >= len {
             let path = &self.path;
-            let message = format!("--frames {start}..: {path} has {len} frames, from 0");
+            let message =
+                format!("--frames {start}..: {path} has {}, from 0", counted(len, "frame"));
             return Err(RunError::Request(message));
         }
         self.range = start..end.map_or(len, |end| end.min(len));

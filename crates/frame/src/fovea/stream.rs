@@ -145,7 +145,7 @@ fn sample(
     }
     let number = |i: usize| {
         let value: Option<f64> = row[i].parse().ok().filter(|v: &f64| v.is_finite());
-        value.ok_or_else(|| format!("`{}` is no number", clip(&row[i])))
+        value.ok_or_else(|| format!("`{}` is not a number", clip(&row[i])))
     };
     let time_s = number(0)?;
     let mut gaze = [None; 2];

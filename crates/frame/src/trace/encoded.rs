@@ -146,7 +146,7 @@ impl EncodedFrame {
             };
             if let Some(twice) = found[id as usize].replace(block) {
                 let what =
-                    format!("frame {}: `{}` is there twice", self.head.number, id.column().name);
+                    format!("frame {}: `{}` appears twice", self.head.number, id.column().name);
                 return Err(TraceError::damaged(twice.at, what));
             }
         }

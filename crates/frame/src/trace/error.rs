@@ -1,5 +1,6 @@
 //! Errors of trace files and frames.
 
+use powergs_base::format::counted;
 use std::io;
 
 /// Why a trace cannot be read or written.
@@ -33,8 +34,9 @@ pub enum TraceError {
     },
     /// The file was not finished, or its end is lost.
     #[error(
-        "INCOMPLETE: {what} at byte {offset}; {frames} whole frames could be recovered; extract \
-         the trace again, or keep those frames with `trace repair`"
+        "INCOMPLETE: {what} at byte {offset}; {} could be recovered; extract the trace again, or \
+         keep what is whole with `trace repair`",
+        counted(.frames, "whole frame")
     )]
     Incomplete {
         /// Position in the file.
@@ -78,7 +80,7 @@ pub enum TraceError {
         what: &'static str,
     },
     /// A frame that the file does not hold.
-    #[error("there is no frame {frame}: the trace has {frames} frames, numbered from 0")]
+    #[error("no frame {frame}: the trace has {}, numbered from 0", counted(.frames, "frame"))]
     NoSuchFrame {
         /// What was asked for.
         frame: u64,

@@ -144,7 +144,7 @@ impl<R: Read> Scan<R> {
 /// The list of frames of a footer block.
 pub(super) fn read_footer(record: &[u8]) -> Result<Vec<[u64; 2]>, &'static str> {
     if !record.len().is_multiple_of(16) {
-        return Err("the list of frames has a length that is no multiple of 16");
+        return Err("the list of frames has a length that is not a multiple of 16");
     }
     Ok(record.chunks_exact(16).map(|entry| [u64_at(entry, 0), u64_at(entry, 8)]).collect())
 }

@@ -6,6 +6,7 @@ use super::{Answer, Asks, Check, Here, Rule, Sentence, Unit, here};
 use crate::fit::OptimumPlace;
 use crate::results::{FitRecord, ModelRecord, Results};
 use crate::role::RoleKind;
+use powergs_base::format::counted;
 
 /// A mean relative error that is a few percent.
 const MRE_MOST: f64 = 0.05;
@@ -80,7 +81,7 @@ fn first_fit(r: &Results) -> Result<&FitRecord, String> {
 fn fits(r: &Results) -> Answer {
     let fit = first_fit(r)?;
     if fit.passed < 4 {
-        return Err(format!("{} samples passed: any such curve fits them", fit.passed));
+        return Err(format!("{} passed: any such curve fits", counted(fit.passed, "sample")));
     }
     let (Some(d), Some(e)) = (fit.mre_display, fit.mre_render) else {
         return Err("a sample without power".into());

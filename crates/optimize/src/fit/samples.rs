@@ -35,7 +35,7 @@ pub enum SampleError {
         wanted: &'static str,
     },
     /// Too long.
-    #[error("more than {ROWS_MAX} rows or {BYTES_MAX} bytes: this is no table of samples")]
+    #[error("more than {ROWS_MAX} rows or {BYTES_MAX} bytes: this is not a table of samples")]
     TooLong,
 }
 

@@ -17,7 +17,7 @@ fn every_role_is_read_as_it_is_written() {
     // As older results have it.
     assert_eq!("held_out".parse(), Ok(RoleKind::HeldOut));
     let unknown = "rendr-only".parse::<Role>().unwrap_err();
-    assert_eq!(unknown.to_string(), "`rendr-only` is no role of a model");
+    assert_eq!(unknown.to_string(), "`rendr-only` is not a role of a model");
 }
 
 #[test]

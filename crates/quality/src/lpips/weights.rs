@@ -22,7 +22,9 @@ pub enum LpipsError {
     )]
     PyTorch,
     /// No safetensors, or damaged.
-    #[error("this is no whole safetensors file ({why}); make it again as docs/metrics.md shows")]
+    #[error(
+        "this is not a complete safetensors file ({why}); make it again as docs/metrics.md shows"
+    )]
     Container {
         /// What the reader says.
         why: String,
@@ -68,7 +70,7 @@ pub enum LpipsError {
         found: String,
     },
     /// NaN, an infinity, or a scale of zero.
-    #[error("tensor `{tensor}`, value {at}: {value} is no weight; the file is damaged")]
+    #[error("tensor `{tensor}`, value {at}: {value} is not a weight; the file is damaged")]
     Value {
         /// Its name.
         tensor: String,

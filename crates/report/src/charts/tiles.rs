@@ -1,7 +1,7 @@
 //! Histograms over tiles: list lengths of one frame, times of all frames.
 
 use super::subtitle;
-use crate::format::engineering;
+use crate::format::{counted, engineering};
 use powergs_chart::{Axis, Bin, Chart, Colour, Entry, Mark, Panel, Rule, Scale, Symbol, Words};
 use powergs_core::accel::Histogram;
 use powergs_study::run_record::Run;
@@ -28,7 +28,8 @@ pub(super) fn chart(run: &Run) -> Option<Chart> {
         let place = (sorted.len() as f64 * share).ceil().max(1.0) as usize - 1;
         Quantile::Is(f64::from(sorted[place.min(sorted.len() - 1)]))
     };
-    let what = format!("lists of frame {}, times of {} frames", tiles.frame, run.frames.len());
+    let frames = counted(run.frames.len(), "frame");
+    let what = format!("lists of frame {}, times of {frames}", tiles.frame);
     let chart = Chart::new(NAME, TITLE, subtitle(run, &what)).columns(2).legend([
         Entry::new("median", Symbol::Line(MARK)),
         Entry::new("99th percentile", Symbol::Dashed(LAST)),

@@ -74,18 +74,36 @@ pub fn json(comparison: &Comparison) -> Json {
 /// `compare.csv`: a row per measure and per statistic (means); a column per side, then per ratio
 /// to the first.
 pub fn compare_csv(comparison: &Comparison) -> Vec<u8> {
+    let mut table = csv_head(comparison, &["kind", "name"]);
+    csv_rows(&mut table, comparison, &[]);
+    table.csv()
+}
+
+/// As [`compare_csv`], of machines on several traces, whose names are the first column.
+pub fn compare_csv_of(all: &[Comparison], traces: &[String]) -> Vec<u8> {
+    let mut table = csv_head(&all[0], &["trace", "kind", "name"]);
+    for (comparison, trace) in all.iter().zip(traces) {
+        csv_rows(&mut table, comparison, &[trace.as_str().into()]);
+    }
+    table.csv()
+}
+
+fn csv_head(comparison: &Comparison, names: &[&str]) -> Table {
     let labels = comparison.labels();
     let ratios = labels[1..].iter().map(|l| format!("{l}/{}", labels[0]));
-    let sides = labels.iter().map(|l| (*l).to_owned()).chain(ratios);
-    let names = ["kind", "name"].map(str::to_owned);
-    let mut table = Table::new(names.into_iter().chain(sides).map(Column::text));
+    let names = names.iter().chain(&labels).map(|name| (*name).to_owned());
+    Table::new(names.chain(ratios).map(Column::text))
+}
+
+fn csv_rows(table: &mut Table, comparison: &Comparison, first: &[Cell]) {
     let mut row = |kind: &str, name: &str, values: &[Option<f64>]| {
         let ratio = |v: &Option<f64>| {
             values[0].filter(|a| *a != 0.0).and_then(|a| Some((*v)? / a)).filter(|r| r.is_finite())
         };
         let ratios = values[1..].iter().map(ratio);
         let numbers = values.iter().copied().chain(ratios).map(Cell::from);
-        table.row([kind.into(), name.into()].into_iter().chain(numbers));
+        let names = first.iter().cloned().chain([kind.into(), name.into()]);
+        table.row(names.chain(numbers));
     };
     for m in &comparison.rows {
         row("measure", m.measure.name(), &m.values);
@@ -94,7 +112,6 @@ pub fn compare_csv(comparison: &Comparison) -> Vec<u8> {
         let values: Vec<Option<f64>> = comparison.sides.iter().map(|s| s.means[i]).collect();
         row("mean", &statistic.name, &values);
     }
-    table.csv()
 }
 
 /// `run.toml`: versions, and the record of every side.

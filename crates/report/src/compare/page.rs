@@ -1,7 +1,7 @@
 //! The comparison for people.
 
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
-use crate::format::{percent, rate, significant};
+use crate::format::{counted, percent, rate, significant};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
 use powergs_core::action::{Stage, UnitKind};
@@ -9,6 +9,7 @@ use powergs_core::sim::MODEL_VERSION;
 use powergs_study::findings::bottleneck;
 use powergs_study::findings::compare::{Comparison, Measure, Note, Side};
 use powergs_study::findings::summary::{CycleSummary, UnitSummary};
+use powergs_study::speedup::SpeedUp;
 
 /// Characters of the name of a side on a terminal.
 const LABEL: usize = 14;
@@ -21,8 +22,10 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title(labels.join(" against ").into()));
     page.page_paragraph(format!(
-        "{} frames of {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
-        first.frames, first.trace, first.model
+        "{} of {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
+        counted(first.frames, "frame"),
+        first.trace,
+        first.model
     ));
     page.page_heading("Measures");
     page.table(measures(comparison));
@@ -32,14 +35,7 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     page.page_heading("Units, share of their cycles");
     page.on(Shown::Terminal, Block::Table(stalls(&comparison.sides, LEAST)));
     page.on(Shown::Page, Block::Table(stalls(&comparison.sides, 0.0)));
-    let limit = |side: &Side| {
-        let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.summary)?);
-        Some(Text::strong(side.label.clone()).then(format!(": {sentence}")))
-    };
-    page.add(Block::List(comparison.sides.iter().filter_map(limit).collect()));
-    for note in &comparison.notes {
-        page.paragraph(Text::strong("Note:").then(format!(" {}.", self::note(note))));
-    }
+    limits_and_notes(&mut page, comparison);
     page.charts(charts);
     page.page_paragraph(Text::marked(
         "Every statistic of every side: `compare.csv`; what it was made from: `run.toml`.",
@@ -49,11 +45,51 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     page
 }
 
-/// The measures alone, as one of several comparisons.
-pub fn measures_of(comparison: &Comparison) -> Document {
+/// Machines on several traces: speed-ups with `charts`, then what every trace says. `folder` is
+/// where the page is.
+pub fn document_of(
+    all: &[Comparison],
+    speedup: &SpeedUp,
+    charts: &[Chart],
+    folder: Option<&str>,
+) -> Document {
     let mut page = Document::new();
-    page.table(measures(comparison));
+    let labels = all[0].labels().join(" against ");
+    page.on(Shown::Page, Block::Title(format!("{labels}, {} traces", all.len()).into()));
+    page.page_paragraph(format!(
+        "Model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
+        all[0].sides[0].model
+    ));
+    page.table(crate::speedup::table(speedup));
+    page.charts(charts);
+    for (comparison, trace) in all.iter().zip(&speedup.traces) {
+        let sides = &comparison.sides;
+        page.heading(format!("{trace}: {}", counted(sides[0].frames, "frame")));
+        page.table(measures(comparison));
+        page.on(Shown::Page, Block::Table(stages(sides)));
+        page.on(Shown::Page, Block::Table(stalls(sides, 0.0)));
+        limits_and_notes(&mut page, comparison);
+    }
+    page.page_paragraph(ISO);
+    page.page_paragraph(Text::marked(
+        "Every statistic of every side: `compare.csv`; speed-ups: `speedup.csv`; what it was made \
+         from: `run.toml`.",
+    ));
+    let report = folder.map(|folder| ("report".to_owned(), folder.into()));
+    page.on(Shown::Terminal, Block::Facts(report.into_iter().collect()));
     page
+}
+
+/// What bounds each side, and what else differs.
+fn limits_and_notes(page: &mut Document, comparison: &Comparison) {
+    let limit = |side: &Side| {
+        let sentence = crate::bottleneck::sentence(&bottleneck::of(&side.summary)?);
+        Some(Text::strong(side.label.clone()).then(format!(": {sentence}")))
+    };
+    page.add(Block::List(comparison.sides.iter().filter_map(limit).collect()));
+    for note in &comparison.notes {
+        page.paragraph(Text::strong("Note:").then(format!(" {}.", self::note(note))));
+    }
 }
 
 /// What a measure is called, with its unit; `rate` is the display rate of the first side.
@@ -68,9 +104,9 @@ fn words(measure: Measure, rate: f64) -> String {
         Measure::PowerFullRate => "power at full rate, W",
         Measure::DramBytes => "DRAM, MB per frame",
         Measure::DramPeak => "DRAM peak, GB/s",
-        Measure::Area => "area, mm2",
+        Measure::Area => "area, mm²",
         Measure::FpsPerWatt => "FPS per W (frames per J)",
-        Measure::FpsPerArea => "FPS per mm2",
+        Measure::FpsPerArea => "FPS per mm²",
         Measure::FpsPerBandwidth => "FPS per GB/s of peak",
         Measure::FpsAtArea => "FPS at the area of the first",
         Measure::FpsAtBandwidth => "FPS at the GB/s of the first",
@@ -114,13 +150,13 @@ pub fn note(note: &Note) -> String {
             differ("DRAM models", v, String::clone, "times of DRAM are counted differently")
         }
         Note::Misses { label, fps, displayed_fps, missed, frames } => format!(
-            "{label} MISSES {} FPS in {missed} of {frames} frames: its power is at the {} FPS that \
-             it reaches",
+            "{label} MISSES {} FPS in {missed} of {}: its power is at the {} FPS that it reaches",
             rate(*fps),
+            counted(frames, "frame"),
             significant(*displayed_fps)
         ),
         Note::Incomplete { label, frames } => {
-            format!("{label} is INCOMPLETE: {frames} frames only")
+            format!("{label} is INCOMPLETE: {} only", counted(frames, "frame"))
         }
     }
 }
@@ -203,5 +239,5 @@ fn stalls(sides: &[Side], least: f64) -> Table {
 }
 
 const ISO: &str = "At the area (the bandwidth) of the first: frames per second times the ratio of \
-                   areas (peak rates), as if performance grew in proportion. It shows what a mm2 \
-                   or a GB/s buys and is no simulation.";
+                   areas (peak rates), as if performance grew in proportion. It shows what a mm² \
+                   or a GB/s buys and is not a simulation.";

@@ -22,9 +22,13 @@ pub fn chart(analysis: &Analysis) -> Option<Chart> {
     let all = analysis.front.len();
     let on = |row: &&u32| analysis.front.contains(row);
     let shown = rows.iter().filter(on).count();
-    let which = if shown < all { format!("{shown} of the {all}") } else { format!("all {all}") };
+    let which = match shown < all {
+        true => format!("{shown} of the {all} designs"),
+        false if all == 1 => "the one design".to_owned(),
+        false => format!("all {all} designs"),
+    };
     let subtitle = format!(
-        "{which} designs on the Pareto front, the best in {first} first; {}, {}",
+        "{which} on the Pareto front, the best in {first} first; {}, {}",
         analysis.question.scope,
         words::prices(analysis)
     );

@@ -5,7 +5,8 @@ use super::axis::Axis;
 use super::colour::Key;
 use super::deadline;
 use super::measure::Measure;
-use super::words::{count, display_rate, prices};
+use super::words::{display_rate, prices};
+use crate::format::counted;
 use powergs_chart::{
     Beside, Chart, Colour, Entry, Form, Line, Panel, Place, Points, Rule, Scale, Side, Size,
     Symbol, Words,
@@ -114,12 +115,12 @@ fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Cha
     let off = all(analysis).filter(|row| !plane.shows(**row)).count();
     let off = match off {
         0 => String::new(),
-        n => format!("; {} far from it not shown", count(n, "design")),
+        n => format!("; {} far from it not shown", counted(n, "design")),
     };
     let subtitle = format!(
         "{} on the Pareto front of {}, {}, {}{off}",
         analysis.front.len(),
-        count(analysis.rows.len(), "design"),
+        counted(analysis.rows.len(), "design"),
         analysis.question.scope,
         prices(analysis)
     );

@@ -5,7 +5,8 @@ mod curve;
 mod heat;
 mod parallel;
 
-use super::words::{count, prices};
+use super::words::prices;
+use crate::format::counted;
 use std::collections::BTreeSet;
 
 use powergs_chart::Chart;
@@ -78,7 +79,7 @@ impl<'t> Lane<'t> {
 fn chart_of(analysis: &Analysis, title: &'static str) -> Chart {
     let subtitle = format!(
         "{}, {}, {}",
-        count(analysis.rows.len(), "design"),
+        counted(analysis.rows.len(), "design"),
         analysis.question.scope,
         prices(analysis)
     );

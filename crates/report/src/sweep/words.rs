@@ -1,7 +1,7 @@
 //! The answer in sentences.
 
 use super::measure::Measure;
-use crate::format::{self, significant};
+use crate::format::{self, counted, significant};
 use powergs_study::analysis::front::is_alike;
 use powergs_study::analysis::marginal::{Marginal, Neighbour, Price};
 use powergs_study::analysis::question::ENERGY_PARTS;
@@ -22,11 +22,6 @@ pub fn objectives(objectives: &[Objective]) -> String {
         format!("{goal} {}", o.name)
     };
     objectives.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
-/// `1 design`, `12 designs`.
-pub fn count(n: usize, what: &str) -> String {
-    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 /// Where prices are from: a file of a machine may name its energy table itself.
@@ -154,7 +149,7 @@ pub fn rate(analysis: &Analysis) -> String {
             "{} {verb} {rate} in some frame and {rank} behind all others: at the rate that a slow \
              design reaches it draws little. With --include-misses they rank by the objectives \
              alone.",
-            count(n, "design")
+            counted(n, "design")
         );
     }
     let late = analysis.front.iter().filter(|row| analysis.is_late(**row)).count();
@@ -251,7 +246,7 @@ pub fn twins(analysis: &Analysis, row: u32, most: usize) -> String {
 /// How many designs there were, and how many are left.
 pub fn funnel(analysis: &Analysis) -> String {
     let counts = analysis.table.counts;
-    let mut text = format!("{} simulated", count(analysis.simulated, "design"));
+    let mut text = format!("{} simulated", counted(analysis.simulated, "design"));
     for (n, what) in [
         (counts.invalid, "invalid"),
         (counts.failed, "failed"),
@@ -272,7 +267,7 @@ pub fn funnel(analysis: &Analysis) -> String {
     let twins: usize = analysis.twins.iter().map(Vec::len).sum();
     text += &format!("; {} on the front", analysis.front.len());
     if twins > 0 {
-        let more = count(twins, "more design");
+        let more = counted(twins, "more design");
         text += &format!(" ({more} equal to one of them within {})", noise(analysis));
     }
     text + "."

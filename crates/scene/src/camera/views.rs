@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::ops::Range;
 
 use glam::DVec3;
+use powergs_base::format::counted;
 use powergs_frame::scene::{Camera, Split};
 
 use super::check::MAX_DISTANCE;
@@ -71,11 +72,15 @@ impl ViewSelection {
         if let Some((start, end)) = self.frames {
             let count = cameras.len();
             if start >= count {
-                let what = format!("frames {start}..: there are only {count} views, from 0");
+                let what =
+                    format!("frames {start}..: only {} there, from 0", counted(count, "view"));
                 return Err(wrong(what));
             }
             if let Some(end) = end.filter(|end| *end > count) {
-                warnings.push(format!("--frames {start}..{end}: there are only {count} views"));
+                warnings.push(format!(
+                    "--frames {start}..{end}: only {} there",
+                    counted(count, "view")
+                ));
             }
             let range: Range<usize> = start..end.unwrap_or(count).min(count);
             cameras = cameras.drain(range).collect();
@@ -102,7 +107,7 @@ fn in_split(mut cameras: Vec<Camera>, split: Split) -> Result<Vec<Camera>, ViewE
     let total = cameras.len();
     cameras.retain(|c| c.split == Some(split));
     if cameras.is_empty() {
-        return Err(wrong(format!("split {name}: none of the {total} views is in it")));
+        return Err(wrong(format!("split {name}: none of {} is in it", counted(total, "view"))));
     }
     Ok(cameras)
 }

@@ -142,7 +142,7 @@ fn read_head(reader: &mut impl Read) -> Result<(u64, u8), SceneError> {
         |what: String, todo| Err(SceneError::malformed("header of the foveated model", what, todo));
     if bytes[..8] != MAGIC {
         return malformed(
-            "this is no foveated model".into(),
+            "this is not a foveated model".into(),
             "make one with `powergs-sim scene compose`",
         );
     }

@@ -117,11 +117,11 @@ pub(super) fn read(source: &mut Source<'_>) -> Result<Header, SceneError> {
                 Ok(count) => {
                     elements.push(Element { name: clip(name), count, properties: Vec::new() });
                 }
-                Err(_) => return wrong(format!("{:?} is no count", clip(count))),
+                Err(_) => return wrong(format!("{:?} is not a count", clip(count))),
             },
             ["property", rest @ ..] => match (parse_property(rest), elements.last_mut()) {
                 (Some(property), Some(element)) => element.properties.push(property),
-                _ => return wrong(format!("{:?} is no property of an element", clip(&line))),
+                _ => return wrong(format!("{:?} is not a property of an element", clip(&line))),
             },
             ["end_header"] => return finish(encoding, elements),
             _ => return wrong(format!("{:?} is not understood", clip(&line))),

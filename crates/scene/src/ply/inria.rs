@@ -45,7 +45,7 @@ struct Columns {
 fn columns(element: &Element) -> Result<Columns, SceneError> {
     let find = |name: &str| {
         element.column(name).ok_or_else(|| {
-            let what = format!("no property `{name}`; this is no trained Gaussian model");
+            let what = format!("no property `{name}`; this is not a trained Gaussian model");
             SceneError::malformed(
                 "PLY element `vertex`",
                 what,

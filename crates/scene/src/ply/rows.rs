@@ -111,7 +111,7 @@ fn each_line(
             match word.parse::<f64>() {
                 Ok(value) => all.push(value),
                 Err(_) => {
-                    let what = format!("{:?} is no number", super::super::input::clip(word));
+                    let what = format!("{:?} is not a number", super::super::input::clip(word));
                     return Err(SceneError::malformed(place, what, DAMAGED));
                 }
             }

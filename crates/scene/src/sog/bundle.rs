@@ -32,7 +32,7 @@ impl<'a> Bundle<'a> {
         indices.sort_by_key(|name| (name.matches('/').count(), name.clone()));
         match indices.into_iter().next() {
             Some(index) => Ok(Self { archive: RefCell::new(archive), index }),
-            None => Err(wrong("no meta.json inside; this is no SOG bundle".into())),
+            None => Err(wrong("no meta.json inside; this is not a SOG bundle".into())),
         }
     }
 

@@ -158,7 +158,7 @@ impl Part {
                 (None, Some(second), Some(last)) if i == 0 => {
                     (second + (second - last) / 255.0) as f32
                 }
-                _ => return Err(wrong(key, format!("entry {i} is no number"))),
+                _ => return Err(wrong(key, format!("entry {i} is not a number"))),
             };
         }
         Ok(table)

@@ -38,7 +38,7 @@ impl Plane {
     pub(crate) fn palette(name: &str, bytes: &[u8]) -> Result<Self, SceneError> {
         let (width, height) = size(name, bytes)?;
         if degree_of_width(width as usize).is_none() || height > MAX_PALETTE_ROWS {
-            let what = format!("{width}x{height} pixels are no palette");
+            let what = format!("{width}x{height} pixels are not a palette");
             return Err(wrong(name, what));
         }
         decode(name, bytes, u64::from(width) * u64::from(height))

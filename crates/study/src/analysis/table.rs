@@ -31,10 +31,10 @@ pub enum TableError {
     #[error("no column `{0}`: is this the results.csv of a sweep?")]
     Missing(String),
     /// Two columns have one name.
-    #[error("column `{0}` is there twice")]
+    #[error("column `{0}` appears twice")]
     Twice(String),
     /// A cell that cannot be read.
-    #[error("line {line}, column `{column}`: `{text}` is no {wanted}")]
+    #[error("line {line}, column `{column}`: `{text}` is not {wanted}")]
     Cell {
         /// Line of the file, from 1.
         line: u64,

@@ -89,7 +89,7 @@ pub(super) fn selected(keys: Vec<Key>, selection: &[KeySelection]) -> Result<Vec
         if !keys.iter().any(|k| s.matches(k)) {
             let near = nearest(&s.key, keys.iter().map(|k| k.path.as_str()));
             let near = near.map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            let what = "is no key that can be turned in the files of this machine";
+            let what = "is not a key that can be varied in the files of this machine";
             return Err(RunError::Request(format!("--keys: `{}` {what}{near}", s.key)));
         }
     }
@@ -191,7 +191,7 @@ fn range(key: &Key, base: &System, low: &str, high: &str) -> Result<Vec<Value>, 
     let unit = |v: &Value| v.as_str().and_then(|t| t.split_once(' ')).map(|(_, u)| u.to_owned());
     let numbers = ends.each_ref().map(number);
     let (Some(a), Some(b)) = (numbers[0], numbers[1]) else {
-        return Err(format!("`{low}..{high}` is no range of numbers; names are written A|B|C"));
+        return Err(format!("`{low}..{high}` is not a range of numbers; names are written A|B|C"));
     };
     if unit(&ends[0]) != unit(&ends[1]) {
         return Err(format!("write both ends of `{low}..{high}` in one unit"));
@@ -217,7 +217,8 @@ fn range(key: &Key, base: &System, low: &str, high: &str) -> Result<Vec<Value>, 
     levels.push(last);
     levels.dedup();
     for end in &ends {
-        key.set(base, end).map_err(|why| format!("{} is no machine: {why}", knob::shown(end)))?;
+        key.set(base, end)
+            .map_err(|why| format!("{}: invalid configuration: {why}", knob::shown(end)))?;
     }
     levels.retain(|value| key.set(base, value).is_ok());
     Ok(levels)
@@ -227,7 +228,7 @@ fn list(key: &Key, base: &System, all: &[String]) -> Result<Vec<Value>, String> 
     let mut levels: Vec<Value> = Vec::new();
     for text in all {
         let value = knob::written(text);
-        key.set(base, &value).map_err(|why| format!("{text} is no machine: {why}"))?;
+        key.set(base, &value).map_err(|why| format!("{text}: invalid configuration: {why}"))?;
         if !levels.contains(&value) {
             levels.push(value);
         }

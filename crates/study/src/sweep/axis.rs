@@ -93,7 +93,7 @@ pub(super) fn settings(
         let path = format!("{path}.{name}");
         let Some(key) = found.ok(&path, Key::find(name)) else { continue };
         if all.iter().any(|(other, _)| *other == key) {
-            found.wrong(&path, format!("`{key}` is there twice"));
+            found.wrong(&path, format!("`{key}` appears twice"));
         }
         all.extend(value(key, raw, &path, found));
     }
@@ -150,7 +150,7 @@ fn list(key: &'static Key, values: &[Value], path: &str, found: &mut Found<'_>) 
         let path = format!("{path}.{i}");
         let Some((_, value)) = value(key, raw, &path, found) else { continue };
         if !seen.insert(value.to_string()) {
-            found.wrong(&path, format!("{raw} is there twice"));
+            found.wrong(&path, format!("{raw} appears twice"));
         }
         all.push(value);
     }

@@ -23,13 +23,13 @@ enum Walk {
 pub(super) fn values(key: &Key, range: &RangeSpec) -> Result<Vec<Value>, String> {
     let domain = key.domain();
     if !domain.is_ordered() {
-        return Err(format!("`{key}` is no number: list its `values`"));
+        return Err(format!("`{key}` is not a number: list its `values`"));
     }
     let number = |name: &str, Raw(raw): &Raw| {
         let value = domain.read(raw).map_err(|e| format!("`{name}`: {}", about(key, &e)))?;
         match domain.value(&value) {
             Some(expr::Value::Number(n)) => Ok(n),
-            _ => Err(format!("`{name}` is no number")),
+            _ => Err(format!("`{name}` is not a number")),
         }
     };
     let difference = |Raw(raw): &Raw| match (domain, raw) {

@@ -121,7 +121,10 @@ fn problems(config: &Config<Settings>) -> Vec<Problem> {
         let start = |c: char| c.is_ascii_alphabetic() || c == '_';
         let rest = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !(name.starts_with(start) && name.chars().all(rest)) {
-            wrong(&key, format!("`{name}` is no name of a variable: use letters, digits and _"));
+            wrong(
+                &key,
+                format!("`{name}` is not the name of a variable: use letters, digits and _"),
+            );
         }
         plain(name, value).unwrap_or_else(|m| wrong(&key, m));
     }
@@ -142,7 +145,7 @@ fn option(name: &str, value: &SbatchValue) -> Result<(), String> {
     let letters = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(letters)) {
         return Err(format!(
-            "`{name}` is no long option of sbatch: write it without dashes before \
+            "`{name}` is not a long option of sbatch: write it without dashes before \
                             it, in small letters"
         ));
     }

@@ -270,7 +270,7 @@ fn parse_baseline(text: &str) -> Result<Baseline, TablesError> {
             return Err(place.fault("ours", &record.ours.to_string(), "must be finite"));
         }
         if baseline.insert(record.id.clone(), record.ours).is_some() {
-            return Err(place.fault("id", &record.id, "there twice"));
+            return Err(place.fault("id", &record.id, "appears twice"));
         }
     }
     Ok(baseline)

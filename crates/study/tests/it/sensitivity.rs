@@ -128,7 +128,7 @@ fn what_no_key_is_and_what_no_machine_is_is_refused() {
     };
     assert!(refused(&["vru.coers"], None).contains("`vru.cores`"));
     let together = Some(InteractionStudy { method: Method::Sobol, samples: Some(4), seed: 1 });
-    assert!(refused(&["vru.cores=0|2"], together).contains("no machine"));
+    assert!(refused(&["vru.cores=0|2"], together).contains("invalid configuration"));
     let many = InteractionStudy { method: Method::Sobol, samples: Some(1_000_000), seed: 1 };
     assert!(refused(&["vru.cores=2|4"], Some(many)).contains("100000"));
     assert!("=3".parse::<KeySelection>().is_err());

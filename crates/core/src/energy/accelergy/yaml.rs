@@ -105,7 +105,7 @@ pub(super) fn parse(text: &str) -> Result<Node, String> {
                     return wrong(&format!("duplicate mapping key: {text}"));
                 }
                 Kind::Text { text, .. } => parent.key = Some(text),
-                _ => return wrong("a key that is no text"),
+                _ => return wrong("a key that is not text"),
             },
             (Kind::Text { .. }, _) => {}
         }

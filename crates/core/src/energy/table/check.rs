@@ -250,7 +250,7 @@ fn macros_of(macros: &[SramMacro], found: &mut Found) {
         let wrong = if !names.contains(name) {
             Some(format!("no buffer `{name}`; there are {}", names.join(", ")))
         } else if macros[..i].iter().any(|m| m.buffer == *name) {
-            Some(format!("`{name}` is there twice"))
+            Some(format!("`{name}` appears twice"))
         } else {
             None
         };

@@ -24,7 +24,16 @@ pub fn temporary(path: &Path) -> io::Result<NamedTempFile> {
     if let Some(permissions) = permissions {
         builder.permissions(permissions);
     }
-    builder.prefix(PREFIX).tempfile_in(folder)
+    builder.prefix(PREFIX).tempfile_in(folder).map_err(nameless)
+}
+
+/// An error without the name of a temporary file, which says nothing to anybody.
+pub fn nameless(error: io::Error) -> io::Error {
+    let text = error.to_string();
+    match text.split_once(" at path ") {
+        Some((what, _)) => io::Error::new(error.kind(), what.to_owned()),
+        None => error,
+    }
 }
 
 const PREFIX: &str = ".powergs-sim-";
@@ -63,7 +72,7 @@ pub fn remove_leftovers(folder: &Path) -> io::Result<()> {
 /// Those of the file system; the previous file is kept.
 pub fn persist(file: NamedTempFile, path: &Path) -> io::Result<()> {
     file.as_file().sync_data()?;
-    file.persist(path)?;
+    file.persist(path).map_err(|e| nameless(e.error))?;
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     sync_folder(folder);
     Ok(())
@@ -132,5 +141,5 @@ pub fn write_atomically(
             persist(writer.into_inner().map_err(|e| e.into_error())?, path)
         })
     };
-    written.map_err(|e| cannot_write(path.display().to_string(), &e))
+    written.map_err(|e| cannot_write(path.display().to_string(), &nameless(e)))
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-use super::atomic::{is_temporary, persist, remove_leftovers, temporary};
+use super::atomic::{is_temporary, nameless, persist, remove_leftovers, temporary};
 use super::journal::{self, Index, Place};
 use super::{Journals, Lock, NewFile, Sharing, Store, cannot_write, taken, unusable};
 use crate::run::error::RunError;
@@ -39,11 +39,11 @@ struct Pending {
 
 impl Write for Pending {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
+        self.file.write(bytes).map_err(nameless)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
+        self.file.flush().map_err(nameless)
     }
 }
 

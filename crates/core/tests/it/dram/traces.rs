@@ -36,15 +36,15 @@ fn refused(text: &[u8], parts: &[&str]) {
 #[test]
 fn broken_lines_are_named() {
     refused(b"R 0x40 64\nR 0x80\n", &["line 2", "no size", "`0x80`", "write `R 0x1f40 64`"]);
-    refused(b"X 0x40 64", &["line 1", "`X` is no address"]);
+    refused(b"X 0x40 64", &["line 1", "`X` is not an address"]);
     refused(b"0x40", &["line 1", "alone"]);
     refused(b"0x40 Q", &["neither R nor W"]);
     refused(b"0x40 LD", &["neither R nor W"]);
     refused(b"R", &["no address after `R`"]);
-    refused(b"R 0x 64", &["`0x` is no address"]);
-    refused(b"R -5 64", &["`-5` is no address"]);
-    refused(b"R +5 64", &["`+5` is no address"]);
-    refused(b"R 0,1,2,3,4 64", &["is no address"]);
+    refused(b"R 0x 64", &["`0x` is not an address"]);
+    refused(b"R -5 64", &["`-5` is not an address"]);
+    refused(b"R +5 64", &["`+5` is not an address"]);
+    refused(b"R 0,1,2,3,4 64", &["is not an address"]);
     refused(b"R 0x10000000000000000 64", &["more than 64 bits"]);
     refused(b"R 0x40 0", &["0 bytes"]);
     refused(b"R 0x40 1048577", &["at most 1048576"]);

@@ -238,6 +238,6 @@ fn memory_standby_is_in_proportion_to_the_channels() {
         let phy = |p: &Prices| p.phy.expect("a PHY");
         close(phy(&prices).area_mm2, times * phy(&base).area_mm2);
         close(phy(&prices).standby_w, times * phy(&base).standby_w);
-        assert_eq!(prices.area, base.area, "the PHY is no part of the chip's area");
+        assert_eq!(prices.area, base.area, "the PHY is not a part of the chip's area");
     }
 }

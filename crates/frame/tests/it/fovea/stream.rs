@@ -33,7 +33,7 @@ fn mistakes_have_their_line() {
         ("time_s,x,y\n", "no samples"),
         ("time_s,x,y\n0,0.5,0.5\n0,0.5,0.5\n", "line 3: times must ascend"),
         ("time_s,x,y\n0,1.5,0.5\n", "line 2: gaze 1.5,0.5"),
-        ("time_s,x,y\n0,NaN,0.5\n", "line 2: `NaN` is no number"),
+        ("time_s,x,y\n0,NaN,0.5\n", "line 2: `NaN` is not a number"),
         ("time_s,x,y\n0,0.5\n", "line 2: 2 cells"),
         ("time_s,x,y\n0,0.5,\n", "line 2: a gaze with one number"),
         ("time_s,x,y\ninf,0.5,0.5\n", "line 2"),

@@ -290,7 +290,7 @@ fn contradictory_columns() {
     check(b"SDEP", &block(b"SDEP", 0, 5, 36, &[0; 36]), "transform 5 is not known here");
     check(b"SDEP", &block(b"SDEP", 0, 6, 36, &[0; 36]), "transform 6 is not known here");
     check(b"FLEV", &block(b"FLEV", 0, 1, 9, &[0; 9]), "transform 1 is not known here");
-    check(b"SDEP", &block(b"SIDX", 0, 0, 36, &[0; 36]), "`index` is there twice");
+    check(b"SDEP", &block(b"SIDX", 0, 0, 36, &[0; 36]), "`index` appears twice");
     check(b"SDEP", &block(b"sdep", 0, 0, 36, &[0; 36]), "`depth` is missing");
     check(b"SDEP", &block(b"XDEP", 0, 0, 36, &[0; 36]), "block `XDEP` is not known");
     check(b"SDEP", &[], "column blocks where 16 were promised");

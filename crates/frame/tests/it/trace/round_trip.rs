@@ -91,7 +91,7 @@ fn random_access_equals_sequential() {
     }
     assert!(matches!(scan.next_item().unwrap(), Item::Footer(list) if list.len() == 5));
     let error = reader.frame(5).unwrap_err().to_string();
-    assert_eq!(error, "there is no frame 5: the trace has 5 frames, numbered from 0");
+    assert_eq!(error, "no frame 5: the trace has 5 frames, numbered from 0");
 }
 
 #[test]

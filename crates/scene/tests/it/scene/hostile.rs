@@ -132,7 +132,7 @@ fn damaged_json_never_panics() {
         ("\"quats.webp\"", "\"meta.json\"", "neither WebP nor PNG"),
         ("\"codebook\":[", "\"codebook\":[1,", "257 entries"),
         ("\"codebook\"", "\"kodebook\"", "missing"),
-        ("\"c.webp\"", "\"l.webp\"", "no palette"),
+        ("\"c.webp\"", "\"l.webp\"", "not a palette"),
     ];
     for (from, to, message) in cases {
         let error = with(from, to);

@@ -181,14 +181,15 @@ impl Building {
         let point = match cell(0).parse().ok().filter(|p| *p != BASELINE) {
             _ if baseline => BASELINE,
             Some(point) => point,
-            None => return Err(wrong(0, "number of a point")),
+            None => return Err(wrong(0, "the number of a point")),
         };
         match self.count(point, cell(3), cell(4)) {
             Some(true) => {}
             Some(false) => return Ok(()),
-            None => return Err(wrong(3, "status: `ok`, `invalid`, `failed` or `missing`")),
+            None => return Err(wrong(3, "a status: `ok`, `invalid`, `failed` or `missing`")),
         }
-        let id = u128::from_str_radix(cell(2), 16).map_err(|_| wrong(2, "hash: 32 hex digits"))?;
+        let id =
+            u128::from_str_radix(cell(2), 16).map_err(|_| wrong(2, "a hash: 32 hex digits"))?;
         let over = Over::named(cell(7)).ok_or_else(|| wrong(7, "`trace`, `mean` or `worst`"))?;
         self.points.push(point);
         self.ids.push(id);
@@ -315,7 +316,7 @@ impl Metric {
             Metric::Empty(n) => *n += 1,
             Metric::Numbers(numbers) if text.is_empty() => numbers.push(f64::NAN),
             Metric::Numbers(numbers) => {
-                let number = text.parse().map_err(|_| "number, and the rows above have numbers")?;
+                let number = text.parse().map_err(|_| "a number, as the rows above have")?;
                 numbers.push(number);
             }
             Metric::Words(words) => words.push(text),

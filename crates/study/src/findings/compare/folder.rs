@@ -40,7 +40,7 @@ pub enum SideError {
     #[error("results.csv: no row `{0}`; run the replay again")]
     Row(&'static str),
     /// A cell is no number.
-    #[error("results.csv: row `{row}`, column `{column}`: `{cell}` is no number")]
+    #[error("results.csv: row `{row}`, column `{column}`: `{cell}` is not a number")]
     Cell {
         /// Kind of row.
         row: &'static str,
@@ -91,7 +91,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
             .and_then(Value::as_str)
             .unwrap_or_default()
             .to_owned(),
-        trace: input("trace", "name"),
+        trace: text("trace"),
         trace_hash: input("trace", "xxh3-128"),
         energy_hash: input("energy", "xxh3-128"),
         tool_version: string("tool-version")?.to_owned(),

@@ -60,7 +60,7 @@ impl Side {
             energy_table: facts.machine.energy_table.clone(),
             model: facts.model.name().to_owned(),
             dram_model: facts.machine.dram_model.map_or("", DramModel::name).to_owned(),
-            trace: input("trace").map_or("?".to_owned(), |input| input.name.clone()),
+            trace: facts.trace.name.clone(),
             trace_hash: hash("trace"),
             energy_hash: hash("energy"),
             tool_version: TOOL_VERSION.to_owned(),

@@ -62,7 +62,7 @@ impl State {
         let Some(text) = store.read_text(FILE)? else { return Ok(None) };
         toml::from_str(&text).map(Some).map_err(|e| RunError::Input {
             place: store.place(FILE),
-            message: format!("this is no state of a sweep; use another folder: {e}"),
+            message: format!("this is not the state of a sweep; use another folder: {e}"),
         })
     }
 

@@ -83,23 +83,23 @@ fn wrong_texts_say_where() {
     let cases = [
         ("", "no column `point`"),
         ("point,is_baseline,id\n", "no column `status`"),
-        ("a,a\n", "column `a` is there twice"),
+        ("a,a\n", "column `a` appears twice"),
         (&HEAD.replace("frames", "frame"), "no column `frames`"),
         (
             &format!("{HEAD}x,false,a,ok,,t,,mean,1,4,60\n"),
-            "line 2, column `point`: `x` is no number of a point",
+            "line 2, column `point`: `x` is not the number of a point",
         ),
         (&format!("{HEAD}0,false,a,done,,t,,mean,1,4,60\n"), "line 2, column `status`: `done`"),
-        (&format!("{HEAD}0,false,xyz,ok,,t,,mean,1,4,60\n"), "column `id`: `xyz` is no hash"),
-        (&format!("{HEAD}0,false,a,ok,,t,,median,1,4,60\n"), "`median` is no `trace`, `mean`"),
+        (&format!("{HEAD}0,false,xyz,ok,,t,,mean,1,4,60\n"), "column `id`: `xyz` is not a hash"),
+        (&format!("{HEAD}0,false,a,ok,,t,,median,1,4,60\n"), "`median` is not `trace`, `mean`"),
         (
             &format!("{HEAD}0,false,a,ok,,t,,mean,1,4,60\n1,false,b,ok,,t,,mean,1,4,fast\n"),
-            "line 3, column `fps.mean`: `fast` is no number",
+            "line 3, column `fps.mean`: `fast` is not a number",
         ),
         (&format!("{HEAD}0,false,a,ok\n"), "line: 2"),
         (
             &format!("{HEAD}18446744073709551615,false,a,ok,,t,,mean,1,4,60\n"),
-            "is no number of a point",
+            "is not the number of a point",
         ),
     ];
     for (text, expected) in cases {

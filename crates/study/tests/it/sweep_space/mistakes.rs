@@ -65,8 +65,8 @@ fn values_must_fit_their_key() {
     wrong(&axis("vru.cores", "[1.5]"), &["must be a whole number"]);
     wrong(&axis("geometry.test", "[\"obbb\"]"), &["did you mean \"obb\"?"]);
     wrong(&axis("vru.tile-overlap", "[1]"), &["must be true or false"]);
-    wrong(&axis("vru.cores", "[4, 8, 4]"), &["4 is there twice"]);
-    wrong(&axis("clock", "[\"1 GHz\", \"1000 MHz\"]"), &["is there twice"]);
+    wrong(&axis("vru.cores", "[4, 8, 4]"), &["4 appears twice"]);
+    wrong(&axis("clock", "[\"1 GHz\", \"1000 MHz\"]"), &["appears twice"]);
     wrong(&axis("vru.cores", "[]"), &["an axis without a value"]);
     wrong(&axis("dram.device", "[\"lpddr4\"]"), &["no DRAM device `lpddr4`"]);
     wrong(&axis("machine", "[\"gscoer\"]"), &["did you mean `gscore`?"]);
@@ -81,7 +81,7 @@ fn ranges_must_make_sense() {
     wrong(&range("{ from = 1, to = 8, step = 1, count = 3 }"), &["a range has one of"]);
     wrong(&range("{ from = 1, to = \"8 KiB\", step = 1 }"), &["`to`: `vru.cores` must be a whole"]);
     let test = "[[axes]]\nkey = \"geometry.test\"\nrange = { from = 1, to = 2, step = 1 }";
-    wrong(test, &["is no number: list its `values`"]);
+    wrong(test, &["is not a number: list its `values`"]);
     let fine = "[[axes]]\nkey = \"dram.efficiency\"\nrange = { from = 0.1, to = 1, step = 1e-7 }";
     wrong(fine, &["more than 100000 values"]);
     let zero = "[[axes]]\nkey = \"gating.residual\"\nrange = { from = 0, to = 1, factor = 2 }";
