@@ -2,6 +2,7 @@
 //! `arch-configs/inert.toml`, and the command.
 
 mod assumptions;
+mod charts;
 mod interactions;
 mod keys;
 

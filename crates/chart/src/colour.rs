@@ -39,6 +39,18 @@ impl Colour {
     /// Middle grey.
     pub const GREY: Colour = Colour(140, 140, 140);
 
+    /// Colours of series that have no meaning of their own, told apart by most eyes.
+    pub const SERIES: [Colour; 8] = [
+        Colour::BLUE,
+        Colour::ORANGE,
+        Colour::GREEN,
+        Colour::VERMILION,
+        Colour::SKY,
+        Colour::PURPLE,
+        Colour::INDIGO,
+        Colour::YELLOW,
+    ];
+
     /// The colour of text on this one.
     pub(crate) fn text(self) -> Colour {
         let Colour(r, g, b) = self;

@@ -54,8 +54,6 @@ struct Frame {
     height: Option<f64>,
     /// Whether there is a title.
     title: bool,
-    /// Whether a page of pictures is no higher than they are.
-    shrinks: bool,
 }
 
 impl Frame {
@@ -65,8 +63,7 @@ impl Frame {
             Sheet::Slide => (40.0, 38.0, 28.0),
             Sheet::Page | Sheet::Column => (8.0, 4.0, 10.0),
         };
-        let shrinks = style.sheet == Sheet::Page;
-        Frame { left, begin, right: width - margin, height, title: style.title, shrinks }
+        Frame { left, begin, right: width - margin, height, title: style.title }
     }
 
     /// Whether panels stand above each other, and explanations below them.

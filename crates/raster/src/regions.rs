@@ -8,7 +8,10 @@ use powergs_frame::splat::TileGrid;
 pub const TINTS: [[f32; 3]; 4] =
     [[0.5, 0.5, 0.5], [0.0, 0.45, 0.70], [0.90, 0.62, 0.0], [0.80, 0.25, 0.55]];
 /// How strong they are.
-const STRENGTH: f32 = 0.4;
+const STRENGTH: f32 = 0.5;
+/// Luminance of the channels. What is tinted has no colour of its own, so that the tint can be
+/// found in a legend.
+const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 /// Half the length of the cross at the gaze, of the width of the picture.
 const CROSS: f32 = 0.012;
 
@@ -37,13 +40,16 @@ pub fn draw(picture: &Picture, gaze: &ScreenGaze) -> Result<Picture, GazeError> 
         let is_line = [right, below].into_iter().flatten().any(|other| other != own);
         let (dx, dy) = ((x as f32 - gaze_x).abs(), (y as f32 - gaze_y).abs());
         let is_cross = (dx < 1.0 && dy < reach) || (dy < 1.0 && dx < reach);
+        let grey: f32 = pixel.iter().zip(LUMINANCE).map(|(value, share)| value * share).sum();
         for (c, value) in pixel.iter_mut().enumerate() {
             // R1 is shown as it is.
             let (tint, strength) = match first {
                 0 => (second[c], STRENGTH * share),
                 _ => ((1.0 - share) * TINTS[first][c] + share * second[c], STRENGTH),
             };
-            *value = (1.0 - strength) * *value + strength * tint;
+            let faded = strength / STRENGTH;
+            let plain = (1.0 - faded) * *value + faded * grey;
+            *value = (1.0 - strength) * plain + strength * tint;
             if is_line || is_cross {
                 *value = 1.0;
             }

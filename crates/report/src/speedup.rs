@@ -13,15 +13,7 @@ const NAME: &str = "speedup";
 /// Traces in the chart; tables have all.
 const MOST: usize = 14;
 /// Colours of the machines behind the first.
-const COLOURS: [Colour; 7] = [
-    Colour::BLUE,
-    Colour::ORANGE,
-    Colour::GREEN,
-    Colour::VERMILION,
-    Colour::SKY,
-    Colour::PURPLE,
-    Colour::INDIGO,
-];
+const COLOURS: [Colour; 8] = Colour::SERIES;
 /// What the mean is called.
 const MEAN: &str = "geomean";
 

@@ -144,7 +144,7 @@ impl Observer for Picture {
         }
         let shortest = self.shortest();
         let row = self.rows.entry((kind, span.instance)).or_insert_with(|| Row {
-            name: format!("{}{}", span.unit, span.instance),
+            name: format!("{} {}", span.unit.to_uppercase(), span.instance),
             columns: vec![[0.0; STATES]; COLUMNS],
             items: Vec::new(),
             open: None,

@@ -53,7 +53,7 @@ fn a_column_shows_what_took_most_of_it() {
     picture.finish();
     let rows: Vec<_> = picture.rows().collect();
     let names: Vec<&str> = rows.iter().map(|r| r.name.as_str()).collect();
-    assert_eq!(names, ["ccu0", "vru0", "vru1"]);
+    assert_eq!(names, ["CCU 0", "VRU 0", "VRU 1"]);
     let at = |cycle: usize| cycle * COLUMNS / 1000;
     let vru = rows[1];
     assert_eq!(vru.state(at(50)), IDLE);
@@ -65,7 +65,7 @@ fn a_column_shows_what_took_most_of_it() {
     assert_eq!(items, [(0, 100..300, 160), (1, 300..500, 200)]);
     let chart = charts::timeline(&picture, 1e9, "frame 0");
     assert_eq!(covered(&chart), Vec::<String>::new());
-    assert!(chart.svg(Style::default()).expect("SVG").contains("vru1"));
+    assert!(chart.svg(Style::default()).expect("SVG").contains("VRU 1"));
 }
 
 fn trace(clock_hz: f64, spans: &[Span]) -> Value {

@@ -7,12 +7,14 @@ use super::scene::Area;
 use super::{
     Align, Halo, LINE, Page, TEXT, beside, fitted, legend, shown, sized_to, width, wrapped,
 };
-use crate::{Chart, Columns, Panel, Scale, Words};
+use crate::{Beside, Chart, Columns, Panel, Scale, Words};
 
 /// Between two panels, across and down.
 const GAP: (f64, f64) = (40.0, 12.0);
 /// Between two pictures that are side by side.
 const NEAR: f64 = 14.0;
+/// A picture of this share of the largest width that it could have is as good.
+const NEARLY: f64 = 0.85;
 /// Size of the title on a wide and on a narrow page.
 const TITLES: (f64, f64) = (28.0, 23.0);
 
@@ -63,16 +65,17 @@ fn wide(page: &Page, chart: &Chart, top: f64, height: f64) -> Result<f64, String
     let right = chart.panels.first().map_or(end, |p| grid.plot(0, p)[2]);
     let one = chart.panels.len() == 1 && chart.panels[0].aspect.is_some();
     let start = if one { right } else { end };
-    beside::draw(page, &chart.beside, start + 36.0, top + 22.0, bottom - 8.0)?;
+    // A page of pictures is no higher than they are, unless a list beside them is.
+    let pictures = !chart.panels.is_empty() && chart.panels.iter().all(|p| p.aspect.is_some());
+    let only_scales = chart.beside.iter().all(|b| matches!(b, Beside::Scale { .. }));
+    let unused = match pictures && only_scales {
+        true => (bottom - grid.end() - 8.0).max(0.0),
+        false => 0.0,
+    };
+    beside::draw(page, &chart.beside, start + 36.0, top + 22.0, bottom - unused - 8.0)?;
     for (i, panel) in chart.panels.iter().enumerate() {
         panel::draw(page, panel, grid.plot(i, panel), grid.edges(i))?;
     }
-    let pictures = !chart.panels.is_empty() && chart.panels.iter().all(|p| p.aspect.is_some());
-    let unused = if page.frame.shrinks && pictures && chart.beside.is_empty() {
-        (bottom - grid.end() - 8.0).max(0.0)
-    } else {
-        0.0
-    };
     bottom_notes(page, &chart.notes, height - unused);
     Ok(height - unused)
 }
@@ -169,7 +172,10 @@ impl Grid {
                     let shown = panels.iter().enumerate().map(|(i, panel)| grid.plot(i, panel));
                     shown.map(|[l, _, r, _]| r - l).fold(f64::INFINITY, f64::min)
                 };
-                let best = grids.max_by(|a, b| seen(a).total_cmp(&seen(b)));
+                let grids: Vec<Grid> = grids.collect();
+                let largest = grids.iter().map(seen).fold(0.0, f64::max);
+                // Side by side, if that makes them little smaller: the rest of the page is cut off.
+                let best = grids.into_iter().rev().find(|grid| seen(grid) >= NEARLY * largest);
                 best.unwrap_or_else(|| Grid::with(page, panels, 1, area, filling))
             }
         }

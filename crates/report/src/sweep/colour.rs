@@ -7,19 +7,7 @@ use powergs_study::analysis::Analysis;
 use powergs_study::analysis::table::{Values, Words};
 
 /// Names that get a colour of their own, and numbers that are listed one by one.
-const LISTED: usize = 8;
-
-/// Colours of names.
-const NAMES: [Colour; LISTED] = [
-    Colour::BLUE,
-    Colour::ORANGE,
-    Colour::GREEN,
-    Colour::VERMILION,
-    Colour::SKY,
-    Colour::PURPLE,
-    Colour::YELLOW,
-    Colour::GREY,
-];
+const LISTED: usize = Colour::SERIES.len();
 
 /// Above this ratio of the largest to the smallest value colours are logarithmic.
 const FACTORS: f64 = 5.0;
@@ -92,7 +80,8 @@ impl<'t> Key<'t> {
         let mut colours = vec![None; words.distinct().len()];
         for (i, &code) in order.iter().take(LISTED).enumerate() {
             let share = i as f64 / (order.len() - 1).max(1) as f64;
-            colours[code as usize] = Some(if numeric { Colour::at(share) } else { NAMES[i] });
+            colours[code as usize] =
+                Some(if numeric { Colour::at(share) } else { Colour::SERIES[i] });
         }
         Key::List { name: name.to_owned(), words, colours, order }
     }

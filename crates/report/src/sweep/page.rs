@@ -10,7 +10,7 @@ use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::marginal::Neighbour;
 use powergs_study::analysis::stability::Alternative;
-use powergs_study::analysis::{Analysis, Goal};
+use powergs_study::analysis::{Analysis, Goal, speedup};
 
 /// What the page says about how it was made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -77,6 +77,11 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
     }
     page.paragraph(words::axes(analysis).join(" "));
     page.charts(charts);
+    if let Some(all) = speedup::of(analysis) {
+        page.page_heading(format!("Speed-up over {}", all.machines[0].label));
+        page.on(Shown::Page, Block::Table(crate::speedup::table(&all)));
+        page.page_paragraph(Text::marked("The same with exact numbers: `speedup.csv`."));
+    }
     page.page_heading(match analysis.front.len() {
         n if n > FRONT_MAX => format!("Front: the first {FRONT_MAX} of {n}"),
         _ => "Front".to_owned(),

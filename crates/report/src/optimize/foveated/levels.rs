@@ -3,7 +3,7 @@
 use powergs_pixels::RgbImage;
 
 use super::Show;
-use powergs_chart::{Chart, Colour, Entry, Panel};
+use powergs_chart::{Beside, Chart, Colour, Entry, Panel};
 use powergs_frame::fovea::{LEVELS, POOLINGS, REGIONS};
 use powergs_optimize::pictures::Album;
 
@@ -17,8 +17,9 @@ pub(super) fn chart(show: &Show<'_>) -> Option<Chart> {
     let what = format!("view {}, gaze {x}, {y}", super::super::shortened(&album.view, 30));
     let note = "cross: gaze; white lines: borders of regions; tints run into each other where two \
                 levels are blended";
-    let chart = show.chart(NAME, TITLE, &what).legend(entries(album));
-    Some(chart.panel(Panel::picture(image, "")).note(note))
+    let chart = show.chart(NAME, TITLE, &what).panel(Panel::picture(image, "")).note(note);
+    let entries = entries(album).into();
+    Some(chart.beside(Beside::Entries { title: "share of the picture".into(), entries }))
 }
 
 fn entries(album: &Album) -> [Entry; LEVELS] {

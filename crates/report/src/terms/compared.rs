@@ -1,0 +1,59 @@
+//! Comparisons and what-if experiments.
+
+use super::{Term, term};
+
+pub(super) const COMPARED: &[Term] = &[
+    term(
+        &["speed-up", "speedup"],
+        "",
+        "Frame rate over that of the first machine on the same trace; over several traces the \
+         geometric mean.",
+    ),
+    term(
+        &["energy gain", "energy_gain"],
+        "",
+        "Energy per frame of the first machine over that of this one on the same trace; over \
+         several traces the geometric mean.",
+    ),
+    term(&["ratio"], "", "Value of a side over that of the first."),
+    term(
+        &["FPS per W", "FPS per W (frames per J)", "fps_per_w"],
+        "1/J",
+        "Frame rate over power at full rate: frames per joule.",
+    ),
+    term(&["FPS per mm2", "FPS per mm²", "fps_per_mm2"], "FPS/mm²", "Frame rate over area."),
+    term(
+        &["FPS per GB/s of peak", "fps_per_gb_s"],
+        "FPS per GB/s",
+        "Frame rate over the peak rate of the DRAM.",
+    ),
+    term(
+        &["FPS at the area of the first", "iso_area_fps"],
+        "FPS",
+        "Frame rate times the area of the first side over its own, as if performance grew in \
+         proportion to area. No simulation.",
+    ),
+    term(
+        &["FPS at the GB/s of the first", "iso_bandwidth_fps"],
+        "FPS",
+        "Frame rate times the peak DRAM rate of the first side over its own, as if performance \
+         grew in proportion to bandwidth. No simulation.",
+    ),
+    term(
+        &["DRAM", "DRAM MB per frame", "dram_mb_per_frame"],
+        "MB",
+        "Bytes read and written in DRAM for a frame.",
+    ),
+    term(
+        &["DRAM peak", "dram_peak_gb_s"],
+        "GB/s",
+        "Peak rate of the DRAM: all channels, every beat.",
+    ),
+    term(&["frame_time_p99_ms"], "ms", "99 % of the frames take at most this long."),
+    term(&["energy_per_frame_mj"], "mJ", "Energy of one frame at full rate."),
+    term(
+        &["waits", "ccu waits", "qsu waits", "bsu waits", "vru waits"],
+        "%",
+        "Share of the frame in which a unit with work waits for the cause behind the colon.",
+    ),
+];
