@@ -134,7 +134,7 @@ fn summary(fitted: &Fit, best: &Optimum, left_out: usize) -> String {
     for (name, c) in [("display", &fitted.display), ("render ", &fitted.render)] {
         let (r2, mre) = (or_none(c.r2), or_none(c.mre));
         let (v, k) = (c.v(), c.k());
-        text += &format!("{name}  V {v:.4}, K {k:.4}; R2 {r2}, mean relative error {mre}\n");
+        text += &format!("{name}  V {v:.4}, K {k:.4}; R² {r2}, mean relative error {mre}\n");
     }
     if left_out > 0 {
         text += &format!("note     left out: {} below the target\n", counted(left_out, "sample"));

@@ -40,7 +40,7 @@ impl Cost {
 
     /// For people; blocks that take nothing are left out.
     pub fn document(&self) -> Document {
-        let columns = [Column::text("block"), Column::real("area mm2"), Column::real("peak mW")];
+        let columns = [Column::text("block"), Column::real("area mm²"), Column::real("peak mW")];
         let mut table = Table::new(columns);
         let mut row = |name: &str, area: Option<f64>, watts: Option<f64>| {
             if area.unwrap_or(0.0) != 0.0 || watts.unwrap_or(0.0) != 0.0 {
@@ -81,7 +81,7 @@ impl Cost {
         if let Some(phy) = self.phy {
             let (area, standby) = (phy.area_mm2, phy.standby_w * 1e3);
             let text = format!(
-                "{area:.2} mm2 and {standby:.1} mW standby for {channels}, outside of the totals"
+                "{area:.2} mm² and {standby:.1} mW standby for {channels}, outside of the totals"
             );
             facts.push(("PHY", text));
         }
