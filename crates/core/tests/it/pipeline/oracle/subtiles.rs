@@ -172,7 +172,8 @@ impl<'a> Tile<'a> {
     }
 
     /// Streams chunks, each so many cycles after the last entry of the one before; what each takes,
-    /// the cycles in which each begins and in which the last entry has left, and the cycle in which all units are done.
+    /// the cycles in which each begins and in which the last entry has left, and the cycle in which
+    /// all units are done.
     fn stream(&self, chunks: Range<usize>, gaps: &[u64]) -> (Vec<ChunkRun>, Vec<u64>, u64) {
         let (start, end) = (self.chunks[chunks.start].start, self.chunks[chunks.end - 1].end);
         let mut all = self.units(start..end);
