@@ -138,8 +138,8 @@ pub fn runs(workload: &FrameWorkload, discipline: &Discipline) -> Vec<ChunkRun> 
 /// Memory that is used again for each tile.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// Sub-tiles of an entry.
-    wanted: Vec<usize>,
+    /// Sub-tiles of an entry, and the cycles from which on they are known to have stopped.
+    wanted: Vec<(usize, u64)>,
     /// Where queues are, chunk behind chunk and each chunk alone.
     queues: [Queues; 2],
 }
@@ -153,6 +153,8 @@ struct Queues {
     free: Vec<u64>,
     /// Cycle in which they have done the last pair before the end of their sub-tile.
     done: Vec<u64>,
+    /// The largest of these.
+    all_done: u64,
 }
 
 impl Queues {
@@ -163,6 +165,13 @@ impl Queues {
             cycles.clear();
             cycles.resize(subtiles, 0);
         }
+        self.all_done = 0;
+    }
+
+    /// A pair that is needed is done.
+    fn finish(&mut self, subtile: usize, now: u64) {
+        self.done[subtile] = now;
+        self.all_done = self.all_done.max(now);
     }
 
     /// Cycle in which the queue of a sub-tile has room for one more.
@@ -183,8 +192,8 @@ struct Tile<'a> {
     stops: &'a [[u32; 4]],
     /// Sub-tiles with pixels inside the image.
     inside: Vec<usize>,
-    /// List position at which the last pixel stops.
-    end: u32,
+    /// List position from which on nothing of each sub-tile is needed.
+    ends: Vec<u32>,
 }
 
 /// When sub-tiles are known to have stopped.
@@ -196,6 +205,8 @@ impl<'a> Tile<'a> {
         let bytes = geometry.bitmap_bytes();
         let work = &workload.tiles[tile];
         let stops = workload.stops_of(tile);
+        let last = stops.iter().map(|stops| stops[0]).max().unwrap_or(0);
+        let end = |stops: &[u32; 4]| if discipline.stops_with_tile { last } else { stops[0] };
         let bitmaps = match discipline.skips {
             true => &workload.bitmaps[work.list_start as usize * bytes..],
             false => &[],
@@ -207,22 +218,22 @@ impl<'a> Tile<'a> {
             bytes,
             stops,
             inside: workload.subtiles_inside(tile).collect(),
-            end: stops.iter().map(|stops| stops[0]).max().unwrap_or(0),
+            ends: stops.iter().map(end).collect(),
         }
     }
 
     /// Puts the sub-tiles that the entry at list position `at` is for into `wanted`, ascending.
-    fn want(&self, at: u32, wanted: &mut Vec<usize>) {
+    fn want(&self, at: u32, own: &Queues, wanted: &mut Vec<(usize, u64)>) {
         wanted.clear();
+        let mut want = |subtile| wanted.push((subtile, self.noticed(subtile, at, own)));
         if !self.discipline.skips {
-            wanted.extend(&self.inside);
-            return;
+            return self.inside.iter().for_each(|&subtile| want(subtile));
         }
         let bitmap = &self.bitmaps[at as usize * self.bytes..][..self.bytes];
         for (byte, &bits) in bitmap.iter().enumerate() {
             let mut bits = bits;
             while bits != 0 {
-                wanted.push(8 * byte + bits.trailing_zeros() as usize);
+                want(8 * byte + bits.trailing_zeros() as usize);
                 bits &= bits - 1;
             }
         }
@@ -233,21 +244,15 @@ impl<'a> Tile<'a> {
         !self.discipline.skips || byte() >> (subtile % 8) & 1 == 1
     }
 
-    /// The list position from which on nothing of a sub-tile is needed.
-    fn end_of(&self, subtile: usize) -> u32 {
-        if self.discipline.stops_with_tile { self.end } else { self.stops[subtile][0] }
-    }
-
-    /// Cycle from which on no pair of a sub-tile at list position `at` begins; `done` has the last
-    /// cycle of the needed pairs of each sub-tile.
-    fn noticed(&self, subtile: usize, at: u32, done: &[u64]) -> u64 {
-        let end = self.end_of(subtile);
+    /// Cycle from which on no pair of a sub-tile at list position `at` begins.
+    fn noticed(&self, subtile: usize, at: u32, own: &Queues) -> u64 {
+        let end = self.ends[subtile];
         if at < end {
             return NEVER;
         }
         let last = match self.discipline.stops_with_tile {
-            true => done.iter().copied().max().unwrap_or(0),
-            false => done[subtile],
+            true => own.all_done,
+            false => own.done[subtile],
         };
         if end == 0 { 0 } else { last + self.discipline.stop_latency }
     }
@@ -274,13 +279,13 @@ impl<'a> Tile<'a> {
             let start = now;
             let mut run = ChunkRun { reads: u64::from(chunk.entries), ..ChunkRun::default() };
             for at in first..first + chunk.entries {
-                self.want(at, wanted);
+                self.want(at, own, wanted);
                 // The sub-tile whose pixels the units hold comes first.
-                if let Some(place) = wanted.iter().position(|&s| Some(s) == held) {
+                if let Some(place) = wanted.iter().position(|&(s, _)| Some(s) == held) {
                     wanted[..=place].rotate_right(1);
                 }
-                for &subtile in &*wanted {
-                    if now >= self.noticed(subtile, at, &own.done) {
+                for &(subtile, noticed) in &*wanted {
+                    if now >= noticed {
                         continue;
                     }
                     let mut cycles = self.pair(subtile, at);
@@ -291,8 +296,8 @@ impl<'a> Tile<'a> {
                     held = Some(subtile);
                     now += cycles;
                     run.pairs += 1;
-                    if at < self.end_of(subtile) {
-                        own.done[subtile] = now;
+                    if noticed == NEVER {
+                        own.finish(subtile, now);
                     } else {
                         run.vain += 1;
                     }
@@ -312,7 +317,7 @@ impl<'a> Tile<'a> {
             let start = now;
             let mut run = ChunkRun::default();
             for &subtile in &self.inside {
-                if now >= self.noticed(subtile, first, &own.done) {
+                if now >= self.noticed(subtile, first, own) {
                     continue;
                 }
                 let is_switch = held.is_some_and(|s| s != subtile);
@@ -348,21 +353,27 @@ impl<'a> Tile<'a> {
         depth: u32,
         run: &mut ChunkRun,
     ) -> Option<u64> {
-        let noticed = self.noticed(subtile, at, &own.done);
+        let noticed = self.noticed(subtile, at, own);
         let wants = self.wants(at, subtile);
         let pushed = if wants { now.max(own.room(subtile, depth)) } else { now };
         if pushed >= noticed {
             return None;
         }
         if wants {
-            self.enter(own, subtile, at, pushed, run);
+            self.enter(own, (subtile, noticed), at, pushed, run);
         }
         Some(pushed)
     }
 
     /// An entry enters the queue of a sub-tile, which is not yet known to have stopped.
-    fn enter(&self, own: &mut Queues, subtile: usize, at: u32, now: u64, run: &mut ChunkRun) {
-        let noticed = self.noticed(subtile, at, &own.done);
+    fn enter(
+        &self,
+        own: &mut Queues,
+        (subtile, noticed): (usize, u64),
+        at: u32,
+        now: u64,
+        run: &mut ChunkRun,
+    ) {
         let begin = now.max(own.free[subtile]);
         run.queued += 1;
         if begin >= noticed {
@@ -374,8 +385,8 @@ impl<'a> Tile<'a> {
         own.free[subtile] = end;
         own.leaving[subtile].push(end);
         run.pairs += 1;
-        if at < self.end_of(subtile) {
-            own.done[subtile] = end;
+        if noticed == NEVER {
+            own.finish(subtile, end);
         } else {
             run.vain += 1;
         }
@@ -413,26 +424,28 @@ impl<'a> Tile<'a> {
     /// Pushes the entries of a chunk, one a cycle at most, each when all of its queues have room.
     /// Sub-tiles that ended before list position `known` are known to have. Returns the cycle
     /// behind the last entry.
-    #[expect(clippy::too_many_arguments, reason = "state of the loop of chunks")]
     fn stream(
         &self,
         entries: std::ops::Range<u32>,
         mut now: u64,
         depth: u32,
         own: &mut Queues,
-        wanted: &mut Vec<usize>,
+        wanted: &mut Vec<(usize, u64)>,
         run: &mut ChunkRun,
         known: u32,
     ) -> u64 {
         for at in entries {
-            self.want(at, wanted);
-            wanted.retain(|&s| self.end_of(s) > known);
-            let room = |&s: &usize| own.room(s, depth).min(self.noticed(s, at, &own.done));
-            let pushed = wanted.iter().map(room).fold(now, u64::max);
-            // Decided for all before any of them enters.
-            wanted.retain(|&s| pushed < self.noticed(s, at, &own.done));
-            for &subtile in &*wanted {
-                self.enter(own, subtile, at, pushed, run);
+            self.want(at, own, wanted);
+            let mut pushed = now;
+            for &(subtile, noticed) in &*wanted {
+                if self.ends[subtile] > known {
+                    pushed = pushed.max(own.room(subtile, depth).min(noticed));
+                }
+            }
+            for &(subtile, noticed) in &*wanted {
+                if self.ends[subtile] > known && pushed < noticed {
+                    self.enter(own, (subtile, noticed), at, pushed, run);
+                }
             }
             now = pushed + 1;
         }

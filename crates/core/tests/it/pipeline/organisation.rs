@@ -45,8 +45,8 @@ fn chunks_take_what_they_take_cycle_by_cycle() {
     assert!(n > 1000 && seen.iter().all(|&sum| sum > 1000), "{n} {seen:?}");
 }
 
-/// Counts the cycles of tiles whose chunks come with gaps of up to 100 cycles, or of none, and
-/// those by which A85 is wrong: gaps, cycles, wrong ones.
+/// Counts the cycles of tiles whose chunks come with gaps, or with none, and those by which A85 is
+/// wrong: gaps, cycles, wrong ones.
 fn with_gaps(
     workload: &FrameWorkload,
     units: &ResolvedUnits,

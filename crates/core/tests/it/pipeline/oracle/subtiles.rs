@@ -133,8 +133,7 @@ impl<'a> Tile<'a> {
 
     /// Ends what has been counted down, and drops what is known to be in vain.
     fn begin_cycle(&self, all: &mut [Units], now: u64) {
-        for s in 0..all.len() {
-            let units = &mut all[s];
+        for (s, units) in all.iter_mut().enumerate() {
             if units.is_working && units.left == 0 {
                 units.is_working = false;
                 let entry = units.queue.pop_front().expect("it was worked on");
@@ -171,7 +170,7 @@ impl<'a> Tile<'a> {
         }
     }
 
-    /// Streams chunks, each so many cycles after the last entry of the one before; what each takes,
+    /// Streams chunks, each so many cycles after the last entry of the one before: what each takes,
     /// the cycles in which each begins and in which the last entry has left, and the cycle in which
     /// all units are done.
     fn stream(&self, chunks: Range<usize>, gaps: &[u64]) -> (Vec<ChunkRun>, Vec<u64>, u64) {
