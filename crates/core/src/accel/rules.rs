@@ -20,7 +20,10 @@
 //! **What it cannot replace.** How many units there are and what they take of the area and the
 //! leakage; buffers and what is allocated in them; DRAM requests and their bytes; the order of
 //! events, and how far units overlap (the [`pipeline`](super::pipeline)); the functional result,
-//! such as which chunks a tile loads. A rule sees one piece of work at a time and keeps no state:
+//! such as which chunks a tile loads; the way of units through sub-tiles, where they are followed
+//! ([`Render::run`](super::vru::Render::run) says what a chunk took; a rule of the VRU may ignore
+//! it, and queues then count for nothing between chunks). A rule sees one piece of work at a time
+//! and keeps no state:
 //! it must return the same for the same arguments.
 //!
 //! Accounts close as for built-in units: `busy + stalls + idle = instances * frame`, and on-chip
