@@ -12,8 +12,9 @@ use super::second_master::SecondMaster;
 use super::timeline::Observer;
 use super::traffic::Traffic;
 use crate::action::Stage;
-use crate::dram::{self, Banked, Device, DramCommands, StageCommands, Windowed};
+use crate::dram::{self, AddressRange, Banked, Device, DramCommands, StageCommands, Windowed};
 use crate::workload::FrameWorkload;
+use std::iter;
 
 /// No cycle.
 pub(crate) const NEVER: u64 = u64::MAX;
@@ -64,9 +65,35 @@ enum Timer {
     Banked(Box<Queued>, Clocks),
 }
 
+/// Address ranges of a request that are found together: their places in memory do not depend on
+/// each other, so that the processor need not wait for one before it looks for the next.
+#[derive(Debug, Default)]
+struct Ahead {
+    pieces: Vec<AddressRange>,
+    taken: usize,
+}
+
+impl Ahead {
+    /// How many are found together.
+    const PIECES: usize = 32;
+
+    fn next(&mut self, find: impl FnMut() -> Option<AddressRange>) -> Option<AddressRange> {
+        if self.taken == self.pieces.len() {
+            self.taken = 0;
+            self.pieces.clear();
+            self.pieces.extend(iter::from_fn(find).take(Self::PIECES));
+        }
+        let piece = self.pieces.get(self.taken).copied()?;
+        self.taken += 1;
+        Some(piece)
+    }
+}
+
 /// A device with its requests, which it reorders.
 struct Queued {
     device: Banked,
+    /// Of the request whose turn it is.
+    ahead: Ahead,
     /// Requests by number: addresses, address ranges already taken, agent, cycle of completion.
     requests: Vec<(AccessPattern, u64, u32, u64)>,
     /// How many of them are under way.
@@ -140,10 +167,13 @@ impl<'a> Memory<'a> {
                 Timer::Window(memory, clocks)
             }
             DramModel::Banked => {
-                let device = Banked::new(device());
-                let queued = Queued { device, requests: Vec::new(), open: 0, given: None };
-                let clocks = Clocks::new(machine, machine.device.as_deref().expect("linked"));
+                let clocks = Clocks::new(machine, device());
                 master = of(clocks, 0);
+                let device = Banked::new(device());
+                // The frame may end while requests of the second master are under way.
+                let device = if master.is_some() { device.in_time() } else { device };
+                let (ahead, requests) = (Ahead::default(), Vec::new());
+                let queued = Queued { device, ahead, requests, open: 0, given: None };
                 Timer::Banked(Box::new(queued), clocks)
             }
         };
@@ -196,7 +226,7 @@ impl<'a> Memory<'a> {
             Timer::Flat(channel) => Arrival(channel.serve(now, request.write, request.bytes)),
             Timer::Window(device, clocks) => {
                 let mut cursor = 0;
-                let pieces = std::iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
+                let pieces = iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
                 let at = clocks.ck_from(now);
                 if let Some(master) = &mut self.master {
                     serve_until(master, device, at);
@@ -263,6 +293,7 @@ impl<'a> Memory<'a> {
             }
             let (layout, workload, master) = (&self.layout, self.workload, &self.master);
             let (requests, given) = (&mut queued.requests, &mut queued.given);
+            let ahead = &mut queued.ahead;
             let mut pieces = |ticket: u32| match (ticket & MASTERS, master) {
                 (MASTERS, Some(master)) => {
                     let first = *given != Some(ticket);
@@ -271,7 +302,7 @@ impl<'a> Memory<'a> {
                 }
                 _ => {
                     let (span, cursor, ..) = &mut requests[ticket as usize];
-                    layout.piece(span, cursor, workload)
+                    ahead.next(|| layout.piece(span, cursor, workload))
                 }
             };
             let found = queued.device.advance(limit.min(arrival), &mut pieces);
@@ -375,7 +406,7 @@ fn ticket(number: u64) -> u32 {
 fn serve_until(master: &mut SecondMaster, device: &mut Windowed, until: u64) {
     while master.next_arrival() <= until {
         let (number, request) = master.take();
-        let piece = std::iter::once(request.piece);
+        let piece = iter::once(request.piece);
         let done = device.serve(request.arrival, request.write, MASTER_CLASS, piece);
         master.done(number, done);
     }

@@ -8,7 +8,10 @@
 //!
 //! Addresses beyond the capacity of the device wrap.
 
+mod agenda;
 mod channel;
+mod class;
+mod counts;
 mod front;
 mod issue;
 mod log;
@@ -16,16 +19,15 @@ mod plan;
 mod queue;
 mod rules;
 mod sleep;
-
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, VecDeque};
+mod table;
 
 use super::device::Device;
-use super::mapping::Decoder;
 use super::stats::{CLASSES, Stats};
+use agenda::Agenda;
 use channel::Channel;
-use front::{Fifo, Slot};
+use front::Front;
 pub use log::{CommandKind, Logged};
+use plan::bits;
 use rules::Rules;
 
 /// A contiguous range of bytes of a request.
@@ -63,87 +65,46 @@ pub(crate) enum LatencyFrom {
 #[derive(Debug, Clone)]
 pub struct Banked {
     rules: Rules,
-    decoder: Decoder,
+    front: Front,
     channels: Vec<Channel>,
-    /// The CK of the next step of each channel.
-    wakes: Vec<u64>,
-    fifos: Vec<Fifo>,
-    /// Channels that may accept a burst, one bit each.
-    accepting: u64,
-    /// The CK in which the front end can do something.
-    front_due: u64,
+    /// The CK in which something happens next in each channel.
+    agenda: Agenda,
     /// The first CK that has not been simulated.
     floor: u64,
-    /// Requests in program order, of which not all bursts have entered.
-    order: VecDeque<u32>,
-    slots: Vec<Slot>,
-    free: Vec<u32>,
-    /// Next burst of the current piece, and its end.
-    cursor: (u64, u64),
-    /// Which of the bursts in the window were accepted, by number modulo the length.
-    accepted: Vec<bool>,
-    /// Most bursts between the oldest that no controller has accepted and the next, exclusive.
-    window: u64,
-    /// Number of the next burst in program order.
-    next: u64,
-    /// Number of the oldest burst that no controller has accepted.
-    oldest: u64,
-    /// Most bursts that a controller accepts in a CK.
-    acceptances: u32,
-    reads_max: u64,
-    reads_in_flight: u64,
-    latency_from: LatencyFrom,
-    latency: u64,
-    /// Requests with bursts for which no column command was issued.
-    working: usize,
-    /// Completed requests: when, ticket, slot.
-    done: BinaryHeap<Reverse<(u64, u32, u32)>>,
-    stats: Stats,
+    /// The last CK in which anything happened.
+    until: u64,
+    /// Whether nothing is simulated that comes after the next completion.
+    in_time: bool,
 }
 
 impl Banked {
     /// An idle memory with the front end of the device. Latencies count from arrival.
     pub fn new(device: &Device) -> Banked {
-        let front = &device.front_end;
-        let window = (front.window.0 / device.organisation.burst.0).max(1);
         let rules = Rules::new(device);
-        let n_channels = device.organisation.channels as usize;
-        let channels = vec![Channel::new(&rules); n_channels];
+        let channels = vec![Channel::new(&rules); device.organisation.channels as usize];
         Banked {
-            wakes: channels.iter().map(|c| c.next_refresh).collect(),
+            front: Front::new(device),
+            agenda: Agenda::new(channels.iter().map(Channel::next)),
             channels,
             rules,
-            decoder: Decoder::new(device),
-            fifos: vec![Fifo::default(); n_channels],
-            accepting: 0,
-            front_due: u64::MAX,
             floor: 0,
-            order: VecDeque::new(),
-            slots: Vec::new(),
-            free: Vec::new(),
-            cursor: (0, 0),
-            accepted: vec![false; window.next_power_of_two() as usize],
-            window,
-            next: 0,
-            oldest: 0,
-            acceptances: front.acceptances,
-            reads_max: match front.reads_in_flight {
-                0 => u64::MAX,
-                n => u64::from(n),
-            },
-            reads_in_flight: 0,
-            latency_from: LatencyFrom::Arrival,
-            latency: device.ck(device.controller.latency),
-            working: 0,
-            done: BinaryHeap::new(),
-            stats: Stats::default(),
+            until: 0,
+            in_time: false,
         }
+    }
+
+    /// The same, for a caller that ends before all requests are complete: nothing that comes after
+    /// the last completion that it was told of is in the [`Banked::stats`].
+    #[must_use]
+    pub(crate) fn in_time(mut self) -> Banked {
+        self.in_time = true;
+        self
     }
 
     /// The same, with the latency of reads counted from another moment.
     #[must_use]
     pub(crate) fn with_latency_from(mut self, from: LatencyFrom) -> Banked {
-        self.latency_from = from;
+        self.front.latency_from = from;
         self
     }
 
@@ -166,22 +127,7 @@ impl Banked {
     /// If its class is not below 4.
     pub fn push(&mut self, request: Request) {
         assert!(usize::from(request.class) < CLASSES, "class {} of a request", request.class);
-        let slot = Slot::new(request);
-        let index = match self.free.pop() {
-            Some(index) => {
-                self.slots[index as usize] = slot;
-                index
-            }
-            None => {
-                self.slots.push(slot);
-                (self.slots.len() - 1) as u32
-            }
-        };
-        if self.order.is_empty() {
-            self.front_due = self.front_due.min(request.arrival.max(self.floor));
-        }
-        self.order.push_back(index);
-        self.working += 1;
+        self.front.push(request, self.floor);
     }
 
     /// Runs until the first whole request completes or nothing can complete at or before `until`.
@@ -195,21 +141,26 @@ impl Banked {
     where
         F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
+        let mut may_run_ahead = !self.in_time;
         loop {
+            if may_run_ahead && self.front.is_full() {
+                self.run_ahead(until, pieces);
+                may_run_ahead = false;
+            }
             let tick = self.next_tick();
-            if let Some(&Reverse((time, ticket, slot))) = self.done.peek()
-                && time < tick
-            {
+            let time = self.front.first_done();
+            if time < tick {
                 if time > until {
                     break;
                 }
-                self.done.pop();
-                self.retire(time, slot);
-                return Some((time, ticket));
+                self.floor = self.floor.max(time);
+                self.until = self.until.max(time);
+                return self.front.retire();
             }
             if tick > until || tick == u64::MAX {
                 break;
             }
+            may_run_ahead |= self.front.due <= tick && !self.in_time;
             self.tick(tick, pieces);
             self.skip_refreshes(tick);
         }
@@ -226,15 +177,19 @@ impl Banked {
 
     /// Activity so far.
     pub fn stats(&self) -> Stats {
-        let mut stats = self.stats.clone();
-        let buses: Vec<u64> =
-            self.channels.iter().flat_map(|c| c.pseudo_channels.iter().map(|r| r.bursts)).collect();
+        let mut stats = Stats { until: self.until, ..Stats::default() };
+        self.front.add_to(&mut stats);
+        let buses = self.channels.iter().flat_map(|channel| {
+            (0..self.rules.pseudo_channels).map(|pseudo| channel.pseudo_channels.at(pseudo).bursts)
+        });
+        let buses: Vec<u64> = buses.collect();
         let cycles = self.rules.burst_cycles;
         stats.busy_max = buses.iter().max().map_or(0, |b| b * cycles);
         stats.busy_mean = buses.iter().sum::<u64>() as f64 * cycles as f64 / buses.len() as f64;
         for channel in &self.channels {
+            channel.counts.add_to(&mut stats, self.rules.burst_bytes);
             let mut sleep = channel.sleep;
-            sleep.count(stats.until, channel.open_banks > 0, &self.rules.sleep_after);
+            sleep.count(self.until, channel.open != 0, &self.rules.sleep_after);
             stats.active += sleep.active;
             stats.power_down += sleep.power_down;
             stats.self_refresh += sleep.self_refresh;
@@ -243,52 +198,61 @@ impl Banked {
     }
 
     /// The next CK in which anything happens; `u64::MAX` when no request is under way.
+    #[inline]
     fn next_tick(&self) -> u64 {
-        if self.working == 0 {
-            return u64::MAX;
-        }
-        self.wakes.iter().fold(self.front_due, |a, b| a.min(*b))
+        if self.front.working == 0 { u64::MAX } else { self.front.due.min(self.agenda.first().0) }
     }
 
     /// Skips the refreshes of a long idle time: only their number matters.
+    #[inline]
     fn skip_refreshes(&mut self, tick: u64) {
+        let due = self.front.due;
         let long = tick.saturating_add(4 * self.rules.refresh_interval);
-        if self.front_due <= long || self.next != self.oldest || self.front_due == u64::MAX {
+        if due == u64::MAX || due <= long || !self.front.is_empty() {
             return;
         }
         if self.channels.iter().all(Channel::is_empty) {
-            for (channel, wake) in self.channels.iter_mut().zip(&mut self.wakes) {
-                if channel.skip_refreshes(self.front_due, &self.rules, &mut self.stats) {
-                    *wake = channel.next_refresh;
+            for (number, channel) in self.channels.iter_mut().enumerate() {
+                if channel.skip_refreshes(due, &self.rules) {
+                    channel.wake = channel.next_refresh;
+                    self.agenda.set(number, channel.next());
                 }
             }
         }
     }
 
+    /// Runs the channels out of the order of time where that changes nothing.
+    fn run_ahead<F>(&mut self, until: u64, pieces: &mut F)
+    where
+        F: FnMut(u32) -> Option<AddressRange> + ?Sized,
+    {
+        let touched = self.front.run_ahead(until, &mut self.channels, &self.rules, pieces);
+        for number in bits(touched) {
+            self.agenda.set(number, self.channels[number].next());
+        }
+    }
+
+    #[inline]
     fn tick<F>(&mut self, now: u64, pieces: &mut F)
     where
         F: FnMut(u32) -> Option<AddressRange> + ?Sized,
     {
         self.floor = self.floor.max(now + 1);
-        self.stats.until = self.stats.until.max(now);
-        if self.front_due <= now {
-            self.front_due = u64::MAX;
-            self.enter(now, pieces);
-            self.accept(now);
+        self.until = self.until.max(now);
+        if self.front.due <= now {
+            self.front.due = u64::MAX;
+            for number in bits(self.front.enter(now, &mut self.channels, pieces)) {
+                self.agenda.set(number, now);
+            }
         }
-        for number in 0..self.channels.len() {
-            if self.wakes[number] > now {
-                continue;
+        loop {
+            let (next, number) = self.agenda.first();
+            if next > now {
+                break;
             }
-            let outcome = self.channels[number].step(now, &self.rules, &mut self.stats);
-            self.wakes[number] = outcome.wake;
-            if let Some((slot, time)) = outcome.column {
-                self.burst_done(slot, time);
-            }
-            if outcome.freed && !self.fifos[number].is_empty() {
-                self.accepting |= 1 << number;
-                self.front_due = self.front_due.min(now + 1);
-            }
+            let channel = &mut self.channels[number];
+            channel.tick(now, &self.rules, &mut self.front);
+            self.agenda.set(number, channel.next());
         }
     }
 }

@@ -78,14 +78,23 @@ struct Segment {
     to: u32,
 }
 
-/// A field gathered from at most four runs of address bits.
+/// A field gathered from at most four runs of address bits, the first `runs` of these.
 #[derive(Debug, Clone, Copy, Default)]
-struct Gather([Segment; 4]);
+struct Gather {
+    segments: [Segment; 4],
+    runs: usize,
+}
 
 impl Gather {
+    #[inline]
     fn of(&self, burst: u64) -> u64 {
         let part = |s: &Segment| ((burst >> s.from) & s.mask) << s.to;
-        part(&self.0[0]) | part(&self.0[1]) | part(&self.0[2]) | part(&self.0[3])
+        // Mostly there is one.
+        let first = part(&self.segments[0]);
+        if self.runs < 2 {
+            return first;
+        }
+        self.segments[1..].iter().fold(first, |field, s| field | part(s))
     }
 }
 
@@ -143,11 +152,13 @@ impl Decoder {
     }
 
     /// The number of the burst that holds a byte, below the capacity.
+    #[inline]
     pub fn burst(&self, address: u64) -> u64 {
         (address >> self.shift) & self.mask
     }
 
     /// Channel, bank, row and column of a burst.
+    #[inline]
     pub fn place(&self, burst: u64) -> Place {
         let mut bank = self.bank.of(burst);
         let mut row = self.row.of(burst);
@@ -183,7 +194,8 @@ fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather 
         at += bits;
     }
     let mut result = Gather::default();
-    for (slot, segment) in result.0.iter_mut().zip(segments) {
+    result.runs = segments.len();
+    for (slot, segment) in result.segments.iter_mut().zip(segments) {
         *slot = segment;
     }
     result

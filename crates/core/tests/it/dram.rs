@@ -4,6 +4,7 @@ mod acceptance;
 mod checker;
 mod device;
 mod energy;
+mod exact;
 mod knobs;
 mod laws;
 mod mapping;

@@ -7,35 +7,60 @@
 //! in `plan`, the effects of commands on the state in `issue`, the command log in `log`.
 //! Source: `ramulator`, controllers of version 2.1.
 
+use super::class::{Class, NO_KEY};
+use super::counts::Counts;
+use super::front::{Burst, Fifo, Front};
 use super::log::{CommandKind, Logged};
 use super::plan::{Candidate, Command};
-use super::queue::{CLOSED, Entries, Entry, List, NONE};
+use super::queue::{CLOSED, Entries, List, NONE, Writes};
 use super::rules::{READ, Rules, WRITE};
 use super::sleep::Sleep;
-use crate::dram::device::{Page, Refresh, Scheduler};
-use crate::dram::stats::Stats;
+use super::table::Table;
+use crate::dram::device::{Page, Refresh};
+use crate::dram::stats::CLASSES;
 
 /// A bank.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
 pub(super) struct Bank {
+    /// First CK in which a read and a write meet the timing constraints of the bank.
+    pub column_ok: [u64; 2],
+    /// The same of an activate and a precharge: of the row command while the bank is closed and
+    /// while it is open.
+    pub row_ok: [u64; 2],
+    /// Keys of its next column commands in each direction (`plan`).
+    pub column_key: [u64; 2],
+    /// The same of the row command that its waiting requests of each direction want.
+    pub row_key: [u64; 2],
     /// The open row, or [`CLOSED`].
     pub row: u32,
+    /// The entry whose row was activated and whose column command has not been issued.
+    pub active: u16,
     /// Pseudo channel, and group counted through the channel.
     pub pseudo: u8,
     pub group: u8,
-    /// The entry whose row was activated and whose column command has not been issued.
-    pub active: u16,
-    /// Whether the second half of its activate is missing.
-    pub half: bool,
-    /// First CK in which an activate meets the timing constraints of the bank.
-    pub activate_ok: u64,
-    /// The same of a read and a write.
-    pub column_ok: [u64; 2],
-    /// The same of a precharge.
-    pub precharge_ok: u64,
     /// Waiting reads and writes.
     pub lists: [List; 2],
 }
+
+impl Bank {
+    const CLOSED: Bank = Bank {
+        column_ok: [0; 2],
+        row_ok: [0; 2],
+        column_key: [NO_KEY; 2],
+        row_key: [NO_KEY; 2],
+        row: CLOSED,
+        active: NONE,
+        pseudo: 0,
+        group: 0,
+        lists: [List::EMPTY; 2],
+    };
+}
+
+/// Row commands: while a bank is closed, and while it is open.
+pub(super) const ACTIVATE: usize = 0;
+/// See [`ACTIVATE`].
+pub(super) const PRECHARGE: usize = 1;
 
 /// Timing constraints that the banks of a bank group share.
 #[derive(Debug, Clone, Copy, Default)]
@@ -51,22 +76,13 @@ pub(super) struct PseudoChannel {
     pub faw_ends: [u64; 4],
     /// The oldest of them.
     pub faw_oldest: usize,
+    /// First CK for the next activate after the last four.
+    pub faw_ok: u64,
     pub precharge_ok: u64,
     /// First CK for a refresh after a precharge of all banks.
     pub refresh_ok: u64,
     /// Bursts on the data bus so far.
     pub bursts: u64,
-}
-
-/// The result of one CK of a channel.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct StepResult {
-    /// Slot of the request whose column command was issued, and the CK in which its data is there.
-    pub column: Option<(u32, u64)>,
-    /// Whether an entry of a queue became free.
-    pub freed: bool,
-    /// The CK of the next step.
-    pub wake: u64,
 }
 
 /// A refresh that is due.
@@ -79,18 +95,30 @@ pub(super) enum Due {
 /// A channel.
 #[derive(Debug, Clone)]
 pub(super) struct Channel {
+    /// Bursts that wait for the controller.
+    pub fifo: Fifo,
+    /// The CK in which the first of them may be accepted, as far as is known.
+    pub accepts: u64,
+    /// The CK of the next step.
+    pub wake: u64,
     pub entries: Entries,
-    pub banks: Vec<Bank>,
-    pub groups: Vec<Group>,
-    pub pseudo_channels: Vec<PseudoChannel>,
+    pub banks: Table<Bank>,
+    pub groups: Table<Group>,
+    pub pseudo_channels: Table<PseudoChannel>,
     /// Entries in the read and the write queue.
     pub len: [usize; 2],
-    /// Banks that have them, one bit each.
-    pub waiting: [u64; 2],
-    /// Banks with an active entry, one bit each.
+    /// Banks with an open row, one bit each.
+    pub open: u64,
+    /// Banks with an active entry.
     pub active: u64,
+    /// Of these, the ones whose row is open, by the direction of the entry.
+    pub columns: [u64; 2],
+    /// Banks that want a row command and a column, by the direction of the requests.
+    pub wanted: [[u64; 2]; 2],
+    /// The first activate, precharge and column of all banks.
+    pub classes: [Class; 3],
     /// Bursts in the write queue: later accesses to them are forwarded or absorbed.
-    pub written: Vec<u64>,
+    pub written: Writes,
     /// Whether writes are drained.
     pub write_mode: bool,
     /// First CK after the last command, in which the direction has not been decided again.
@@ -110,41 +138,42 @@ pub(super) struct Channel {
     /// The second half of an activate: bank and deadline.
     pub second: Option<(u8, u64)>,
     /// The entry for which the data clock was synchronised (CAS) in the last CK.
-    pub synced: Option<u16>,
-    /// The CK in which the data clock stops.
+    pub synced: Option<Candidate>,
+    /// The CK in which the data clock stops; never if it always runs.
     pub clock_until: u64,
-    pub open_banks: u32,
     pub sleep: Sleep,
+    pub counts: Counts,
     /// The commands, if they are kept.
     pub log: Option<Vec<Logged>>,
 }
 
 impl Channel {
     pub(super) fn new(rules: &Rules) -> Self {
-        let bank = |i: usize| Bank {
-            row: CLOSED,
-            pseudo: (i / (rules.groups * rules.group_banks)) as u8,
-            group: (i / rules.group_banks) as u8,
-            active: NONE,
-            half: false,
-            activate_ok: 0,
-            column_ok: [0; 2],
-            precharge_ok: 0,
-            lists: [List::EMPTY; 2],
-        };
+        let mut banks = Table::new(Bank::CLOSED);
+        for i in 0..rules.banks() {
+            let bank = banks.at_mut(i);
+            bank.pseudo = (i / (rules.groups * rules.group_banks)) as u8;
+            bank.group = (i / rules.group_banks) as u8;
+        }
         let refresh = match rules.refresh {
             Refresh::None => u64::MAX,
             Refresh::AllBank | Refresh::PerBank => rules.refresh_interval,
         };
         Self {
+            fifo: Fifo::new(),
+            accepts: u64::MAX,
+            wake: refresh,
             entries: Entries::new(rules.queue[0] + rules.queue[1] + rules.banks()),
-            banks: (0..rules.banks()).map(bank).collect(),
-            groups: vec![Group::default(); rules.pseudo_channels * rules.groups],
-            pseudo_channels: vec![PseudoChannel::default(); rules.pseudo_channels],
+            banks,
+            groups: Table::new(Group::default()),
+            pseudo_channels: Table::new(PseudoChannel::default()),
             len: [0; 2],
-            waiting: [0; 2],
+            open: 0,
             active: 0,
-            written: Vec::new(),
+            columns: [0; 2],
+            wanted: [[0; 2]; 2],
+            classes: [Class::STALE; 3],
+            written: Writes::default(),
             write_mode: false,
             look_from: u64::MAX,
             bus_free: [0; 2],
@@ -155,90 +184,138 @@ impl Channel {
             refresh_bank: 0,
             second: None,
             synced: None,
-            clock_until: 0,
-            open_banks: 0,
+            clock_until: if rules.clock_runs.is_some() { 0 } else { u64::MAX },
             sleep: Sleep::default(),
+            counts: Counts::default(),
             log: None,
         }
     }
 
     /// Whether no burst waits in the channel.
+    #[inline]
     pub(super) fn is_empty(&self) -> bool {
         self.len == [0; 2] && self.active == 0
     }
 
-    /// Whether a write of this burst is in the write queue.
-    pub(super) fn has_write(&self, burst: u64) -> bool {
-        self.written.contains(&burst)
+    /// The next CK in which something happens here.
+    #[inline]
+    pub(super) fn next(&self) -> u64 {
+        self.accepts.min(self.wake)
     }
 
-    /// Whether the queue of this direction has a free entry.
-    pub(super) fn has_room(&self, write: bool, rules: &Rules) -> bool {
-        self.len[usize::from(write)] < rules.queue[usize::from(write)]
+    /// Does what happens in the CK `now`, which is [`Channel::next`].
+    #[inline]
+    pub(super) fn tick(&mut self, now: u64, rules: &Rules, front: &mut Front) {
+        if self.accepts <= now {
+            self.accept_heads(now, rules, front);
+        }
+        if self.wake <= now {
+            self.step(now, rules, front);
+        }
     }
 
-    /// Accepts an entry; returns the CK of the next step of the channel.
-    pub(super) fn accept(&mut self, entry: Entry, now: u64, rules: &Rules) -> u64 {
+    /// The head of the FIFO may be accepted from the CK `now` on, but not before it entered.
+    #[inline]
+    pub(super) fn may_accept(&mut self, now: u64) {
+        if let Some(burst) = self.fifo.front() {
+            self.accepts = self.accepts.min(now.max(burst.entered));
+        }
+    }
+
+    /// The heads of the FIFO go into the queues.
+    #[inline]
+    fn accept_heads(&mut self, now: u64, rules: &Rules, front: &mut Front) {
+        self.accepts = u64::MAX;
+        for _ in 0..rules.acceptances {
+            let Some(burst) = self.fifo.front() else { return };
+            if burst.entered > now {
+                break;
+            }
+            let direction = usize::from(burst.write);
+            if self.len[WRITE] > 0 && self.written.has(burst.number) {
+                self.counts.classes[usize::from(burst.class) % CLASSES].merged[direction] += 1;
+                front.burst_done(burst.slot, now);
+            } else if self.len[direction] < rules.queue[direction] {
+                let burst = *burst;
+                self.accept(&burst, now, rules);
+            } else {
+                return;
+            }
+            if let Some(burst) = self.fifo.pop_front() {
+                front.accepted(burst.sequence, now);
+            }
+        }
+        self.may_accept(now + 1);
+    }
+
+    /// Accepts a burst, and finds the CK of the next step.
+    #[inline]
+    fn accept(&mut self, burst: &Burst, now: u64, rules: &Rules) {
         if self.look_from < now {
             self.set_direction(rules);
         }
         if self.is_empty() {
-            self.sleep.wake(now, self.open_banks > 0, &rules.sleep_after);
+            self.sleep.wake(now, self.open != 0, &rules.sleep_after);
         }
         self.look_from = now;
-        let direction = usize::from(entry.write);
-        let number = usize::from(entry.bank);
-        let bank = &mut self.banks[number];
-        let list = &mut bank.lists[direction];
-        let index = self.entries.push(entry, now, list, bank.row);
-        let first = list.hit == index || list.miss == index;
+        let direction = usize::from(burst.write);
+        let number = usize::from(burst.bank);
+        let bank = self.banks.at_mut(number);
+        let row = bank.row;
+        let first = self.entries.push(burst, now, &mut bank.lists[direction], row);
         self.len[direction] += 1;
-        self.waiting[direction] |= 1 << number;
-        if entry.write {
-            self.written.push(entry.burst);
+        if burst.write {
+            self.written.insert(burst.number);
         }
-        let turns = self.next_direction(rules) != self.write_mode;
-        if !self.planned || (self.due.is_empty() && turns) {
+        if first {
+            self.set_keys(number, direction, rules);
+            if self.direction() == direction {
+                self.column_changed(number, direction, self.bus_free[0].max(now));
+                self.row_changed(number, self.bus_free[1].max(now));
+            }
+        }
+        let plain = self.due.is_empty();
+        if self.planned && plain && self.turns(rules) {
             self.planned = false;
-            return self.bus_free[0].min(self.bus_free[1]).max(now);
         }
-        let mode = self.direction();
-        if first && mode == direction && self.due.is_empty() {
+        if self.planned && first && plain && self.direction() == direction {
             // A younger request changes nothing for older ones, with one exception: a hit that was
             // accepted in the same CK keeps the row open.
-            let same = |c: &Candidate| self.bank_of(c.command) == number;
-            if self.best.iter().any(same) || rules.scheduler == Scheduler::Fcfs {
+            let same = |c: &Candidate| usize::from(c.bank) == number;
+            if rules.in_order || self.best.iter().any(same) {
                 self.planned = false;
-                return self.bus_free[0].min(self.bus_free[1]).max(now);
+            } else {
+                self.consider_bank(number, now, rules);
             }
-            let mut best = self.best;
-            self.consider_bank(number, mode, now, rules, &mut best);
-            self.best = best;
         }
-        self.best_time()
+        let next =
+            if self.planned { self.best_time() } else { self.bus_free[0].min(self.bus_free[1]) };
+        self.wake = self.wake.min(next.max(now));
     }
 
+    #[inline]
     pub(super) fn best_time(&self) -> u64 {
         self.best[0].time.min(self.best[1].time)
     }
 
+    #[inline]
     pub(super) fn direction(&self) -> usize {
         if self.write_mode { WRITE } else { READ }
     }
 
     /// Issues what can be issued in the CK `now`.
-    pub(super) fn step(&mut self, now: u64, rules: &Rules, stats: &mut Stats) -> StepResult {
-        let mut outcome = StepResult::default();
+    #[inline]
+    fn step(&mut self, now: u64, rules: &Rules, front: &mut Front) {
         if now >= self.next_refresh {
             self.refresh_due(now, rules);
         }
         let issued = if rules.column_bus {
-            self.step_two_buses(now, rules, stats, &mut outcome)
+            self.step_two_buses(now, rules, front)
         } else {
-            self.step_one_bus(now, rules, stats, &mut outcome)
+            self.step_one_bus(now, rules, front)
         };
         let steady = self.synced.is_none() && self.due.is_empty();
-        if issued && steady && self.next_direction(rules) == self.write_mode {
+        if issued && steady && !self.turns(rules) {
             self.plan(now + 1, rules);
         }
         let next = if self.planned && steady {
@@ -246,34 +323,27 @@ impl Channel {
         } else {
             self.bus_free[0].min(self.bus_free[1])
         };
-        outcome.wake = next.max(now + 1).min(self.next_refresh);
+        self.wake = next.max(now + 1).min(self.next_refresh);
         if self.second.is_some() {
-            outcome.wake = outcome.wake.min(now + 1);
+            self.wake = self.wake.min(now + 1);
         }
-        outcome
     }
 
-    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Command> {
+    #[inline]
+    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Candidate> {
         if !self.planned {
             self.plan(now, rules);
         }
-        let best = &self.best[bus];
-        (best.time <= now).then_some(best.command)
+        let best = self.best[bus];
+        (best.time <= now).then_some(best)
     }
 
-    fn step_two_buses(
-        &mut self,
-        now: u64,
-        rules: &Rules,
-        stats: &mut Stats,
-        outcome: &mut StepResult,
-    ) -> bool {
+    fn step_two_buses(&mut self, now: u64, rules: &Rules, front: &mut Front) -> bool {
         let column = self.ready(now, 0, rules);
-        if let Some(command) = column {
+        if let Some(candidate) = column {
             // The plan of the row bus holds unless it was for this bank.
-            let bank = self.bank_of(command);
-            let other = self.bank_of(self.best[1].command) != bank;
-            self.issue(command, now, rules, stats, outcome);
+            let other = self.best[1].bank != candidate.bank;
+            self.issue(candidate, now, rules, front);
             let before = self.write_mode;
             if self.due.is_empty() {
                 self.set_direction(rules);
@@ -281,8 +351,8 @@ impl Channel {
             self.planned = other && before == self.write_mode && rules.page == Page::Open;
         }
         let row = self.ready(now, 1, rules);
-        if let Some(command) = row {
-            self.issue(command, now, rules, stats, outcome);
+        if let Some(candidate) = row {
+            self.issue(candidate, now, rules, front);
         }
         if column.is_some() || row.is_some() {
             self.planned = false;
@@ -292,45 +362,41 @@ impl Channel {
         false
     }
 
-    fn step_one_bus(
-        &mut self,
-        now: u64,
-        rules: &Rules,
-        stats: &mut Stats,
-        outcome: &mut StepResult,
-    ) -> bool {
+    #[inline]
+    fn step_one_bus(&mut self, now: u64, rules: &Rules, front: &mut Front) -> bool {
         if self.second.is_some_and(|(_, deadline)| deadline <= now) {
             self.second_half(now, rules);
             return true;
         }
-        if let Some(entry) = self.synced.take() {
-            self.issue(Command::Column(entry), now, rules, stats, outcome);
+        if self.synced.is_some()
+            && let Some(candidate) = self.synced.take()
+        {
+            self.issue(candidate, now, rules, front);
             return true;
         }
-        match self.ready(now, 0, rules) {
-            None if self.second.is_some() && self.bus_free[0] <= now => {
-                self.second_half(now, rules);
-                true
-            }
-            None => false,
-            Some(Command::Column(entry))
-                if now >= self.clock_until && rules.clock_runs.is_some() =>
-            {
-                if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
-                    self.second_half(now, rules);
-                } else {
-                    stats.clock_syncs += 1;
-                    let bank = usize::from(self.entries.get(entry).bank);
-                    self.note(now, bank, CommandKind::ClockSync);
-                    self.bus_free = [now + 1; 2];
-                    self.synced = Some(entry);
-                }
-                true
-            }
-            Some(command) => {
-                self.issue(command, now, rules, stats, outcome);
-                true
-            }
+        if !self.planned {
+            self.plan(now, rules);
         }
+        let candidate = self.best[0];
+        if candidate.time > now {
+            let halved = self.second.is_some() && self.bus_free[0] <= now;
+            if halved {
+                self.second_half(now, rules);
+            }
+            return halved;
+        }
+        if now >= self.clock_until && candidate.command == Command::Column {
+            if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
+                self.second_half(now, rules);
+            } else {
+                self.counts.clock_syncs += 1;
+                self.note(now, usize::from(candidate.bank), CommandKind::ClockSync);
+                self.bus_free = [now + 1; 2];
+                self.synced = Some(candidate);
+            }
+            return true;
+        }
+        self.issue(candidate, now, rules, front);
+        true
     }
 }

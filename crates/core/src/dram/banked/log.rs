@@ -1,8 +1,7 @@
 //! The log of the commands of a run, for checks of the timing constraints.
 
 use super::channel::Channel;
-use super::plan::Command;
-use super::rules::Rules;
+use super::plan::{Candidate, Command};
 
 /// A kind of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,28 +51,27 @@ impl Channel {
         }
     }
 
-    /// Notes an command before it is done.
-    pub(super) fn log(&mut self, time: u64, command: Command, rules: &Rules) {
-        if self.log.is_none() {
-            return;
+    /// Notes a command before it is done.
+    #[inline]
+    pub(super) fn log(&mut self, time: u64, candidate: &Candidate) {
+        if self.log.is_some() {
+            self.keep(time, candidate);
         }
-        let of = |index: u16| {
-            let entry = self.entries.get(index);
-            (u32::from(entry.bank), entry.row, entry.write)
+    }
+
+    #[cold]
+    fn keep(&mut self, time: u64, candidate: &Candidate) {
+        let entry = self.entries.find_entry(candidate.entry);
+        let kind = match candidate.command {
+            Command::Column if entry.is_some_and(|e| e.write) => CommandKind::Write,
+            Command::Column => CommandKind::Read,
+            Command::Activate => CommandKind::Activate,
+            Command::Precharge | Command::PrechargeBank => CommandKind::Precharge,
+            Command::PrechargeAll => CommandKind::PrechargeAll,
+            Command::RefreshAll => CommandKind::RefreshAll,
+            Command::RefreshBank => CommandKind::RefreshBank,
         };
-        let first = |pseudo: u8| u32::from(pseudo) * (rules.groups * rules.group_banks) as u32;
-        let (bank, row, kind) = match command {
-            Command::Column(e) => {
-                let (bank, row, write) = of(e);
-                (bank, row, if write { CommandKind::Write } else { CommandKind::Read })
-            }
-            Command::Activate(e) => (of(e).0, of(e).1, CommandKind::Activate),
-            Command::Precharge(e) => (of(e).0, of(e).1, CommandKind::Precharge),
-            Command::PrechargeBank(b) => (u32::from(b), 0, CommandKind::Precharge),
-            Command::PrechargeAll(r) => (first(r), 0, CommandKind::PrechargeAll),
-            Command::RefreshAll(r) => (first(r), 0, CommandKind::RefreshAll),
-            Command::RefreshBank(b) => (u32::from(b), 0, CommandKind::RefreshBank),
-        };
+        let (bank, row) = (u32::from(candidate.bank), entry.map_or(0, |e| e.row));
         self.log.iter_mut().for_each(|log| log.push(Logged { time, kind, bank, row }));
     }
 }

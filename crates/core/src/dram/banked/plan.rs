@@ -1,27 +1,32 @@
 //! The scheduler of a channel: which commands could go next, and which of them goes first.
+//!
+//! Commands for requests fall into three classes: columns, activates, precharges. Those of a class
+//! are held back by constraints of their banks and by those that the class shares (tRRD, tCCD), and
+//! the latter move only when a command of the class is issued. So each class keeps its first
+//! command, and looks at its banks again only when that was issued or another may overtake it.
 
-use super::channel::Channel;
-use super::queue::{CLOSED, NONE};
+use super::channel::{ACTIVATE, Channel, PRECHARGE};
+use super::class::{Class, NO_KEY, goes_first};
+use super::queue::NONE;
 use super::rules::{READ, Rules, WRITE};
-use crate::dram::device::Scheduler;
 
-/// A command.
+/// A kind of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Command {
-    /// Read or write for an entry.
-    Column(u16),
     /// Open the row of an entry.
-    Activate(u16),
+    Activate,
     /// Close a bank for an entry.
-    Precharge(u16),
+    Precharge,
+    /// Read or write for an entry.
+    Column,
     /// Close all banks of a pseudo channel to refresh it.
-    PrechargeAll(u8),
+    PrechargeAll,
     /// Close a bank to refresh it.
-    PrechargeBank(u8),
+    PrechargeBank,
     /// Refresh a pseudo channel.
-    RefreshAll(u8),
+    RefreshAll,
     /// Refresh a bank.
-    RefreshBank(u8),
+    RefreshBank,
 }
 
 /// A command that could be issued.
@@ -29,152 +34,392 @@ pub(super) enum Command {
 pub(super) struct Candidate {
     /// First CK in which it meets all timing constraints.
     pub time: u64,
-    /// Of two commands at one time, the one with the smaller priority value goes.
-    pub priority: u64,
+    /// Of two commands at one time, the one with the smaller key goes.
+    pub key: u64,
     pub command: Command,
+    /// Its bank, or the first bank of its pseudo channel; [`NO_BANK`] if there is no command.
+    pub bank: u8,
+    /// The entry that it is for.
+    pub entry: u16,
 }
+
+/// No bank.
+const NO_BANK: u8 = u8::MAX;
 
 impl Candidate {
     /// Nothing can go.
-    pub(super) const NEVER: Candidate =
-        Candidate { time: u64::MAX, priority: u64::MAX, command: Command::RefreshAll(u8::MAX) };
+    pub(super) const NEVER: Candidate = Candidate {
+        time: u64::MAX,
+        key: NO_KEY,
+        command: Command::RefreshAll,
+        bank: NO_BANK,
+        entry: NONE,
+    };
+
+    /// Of two commands the one that goes first.
+    #[inline]
+    fn or(self, other: Candidate) -> Candidate {
+        if goes_first((other.time, other.key), (self.time, self.key)) { other } else { self }
+    }
 }
 
-/// Priority values below this: columns of activated rows; from here: requests by age.
-const BY_AGE: u64 = 1 << 63;
+/// Keys: columns of activated rows come first, by age, then refreshes, then requests by age.
+const REFRESH: u64 = 1 << 62;
+/// See [`REFRESH`].
+pub(super) const BY_AGE: u64 = 1 << 63;
+/// Where the class of columns is kept; those of row commands are at their numbers.
+pub(super) const COLUMN: usize = 2;
 
 impl Channel {
-    /// The bank that a command is for; `usize::MAX` for commands to several.
-    pub(super) fn bank_of(&self, command: Command) -> usize {
-        match command {
-            Command::Column(e) | Command::Activate(e) | Command::Precharge(e) => {
-                usize::from(self.entries.get(e).bank)
-            }
-            Command::PrechargeBank(b) | Command::RefreshBank(b) => usize::from(b),
-            Command::PrechargeAll(_) | Command::RefreshAll(_) => usize::MAX,
+    /// Decides between reads and writes by the fill of their queues.
+    #[inline]
+    pub(super) fn set_direction(&mut self, rules: &Rules) {
+        self.look_from = u64::MAX;
+        if self.turns(rules) {
+            self.write_mode = !self.write_mode;
+            self.forget_classes();
         }
     }
 
-    /// Switches between reads and writes by the fill of their queues.
-    pub(super) fn set_direction(&mut self, rules: &Rules) {
-        self.look_from = u64::MAX;
-        self.write_mode = self.next_direction(rules);
-    }
-
-    pub(super) fn next_direction(&self, rules: &Rules) -> bool {
-        let (reads, writes) = (self.len[READ], self.len[WRITE] as f64);
+    /// Whether the direction is to change.
+    #[inline]
+    pub(super) fn turns(&self, rules: &Rules) -> bool {
+        let [reads, writes] = self.len;
         if self.write_mode {
-            !(writes < rules.write_low && reads > 0)
+            writes < rules.write_low && reads > 0
         } else {
             writes > rules.write_high || reads == 0
         }
     }
 
+    /// Looks at all banks again for the next plan.
+    pub(super) fn forget_classes(&mut self) {
+        self.classes.iter_mut().for_each(Class::set_stale);
+    }
+
+    /// Finds the keys of the next commands of a bank in a direction: the column of its active entry
+    /// or of the oldest row hit, and a precharge or an activate for the oldest other entry.
+    #[inline]
+    pub(super) fn set_keys(&mut self, number: usize, direction: usize, rules: &Rules) {
+        let bank = self.banks.at_mut(number);
+        let list = &bank.lists[direction];
+        let (mut column, mut row) = (NO_KEY, NO_KEY);
+        if list.hit != NONE {
+            column = self.entries.get(list.hit).key;
+        }
+        if bank.active != NONE {
+            if self.columns[direction] >> number & 1 != 0 {
+                column = self.entries.get(bank.active).key & !BY_AGE;
+            }
+        } else if list.miss != NONE {
+            let miss = self.entries.get(list.miss);
+            let keeps_row = column != NO_KEY
+                && rules.keeps_rows
+                && self.entries.get(list.hit).accepted <= miss.accepted;
+            row = if keeps_row { NO_KEY } else { miss.key };
+        }
+        bank.column_key[direction] = column;
+        bank.row_key[direction] = row;
+        let wanted = &mut self.wanted[direction];
+        let others = !(1 << number);
+        wanted[0] = wanted[0] & others | u64::from(row != NO_KEY) << number;
+        wanted[1] = wanted[1] & others | u64::from(column != NO_KEY) << number;
+    }
+
+    /// The same where no row is open and no entry active.
+    #[inline]
+    pub(super) fn set_closed_keys(&mut self, number: usize, direction: usize) {
+        let bank = self.banks.at_mut(number);
+        let list = &mut bank.lists[direction];
+        (list.hit, list.miss) = (NONE, list.head);
+        bank.column_key[direction] = NO_KEY;
+        let wanted = &mut self.wanted[direction];
+        wanted[1] &= !(1 << number);
+        if list.head != NONE {
+            bank.row_key[direction] = self.entries.get(list.head).key;
+            wanted[0] |= 1 << number;
+        }
+    }
+
+    /// First CK for the column of a bank in a direction, but for the bus.
+    #[inline]
+    fn column_time(&self, number: usize, direction: usize) -> u64 {
+        let bank = self.banks.at(number);
+        let group = self.groups.at(bank.group);
+        bank.column_ok[direction].max(group.column_ok[direction])
+    }
+
+    /// The same of its activate.
+    #[inline]
+    fn activate_time(&self, number: usize) -> u64 {
+        let bank = self.banks.at(number);
+        let pseudo = self.pseudo_channels.at(bank.pseudo);
+        let group = self.groups.at(bank.group);
+        bank.row_ok[ACTIVATE].max(group.activate_ok).max(pseudo.faw_ok)
+    }
+
+    /// The same of its precharge.
+    #[inline]
+    fn precharge_time(&self, number: usize) -> u64 {
+        let bank = self.banks.at(number);
+        bank.row_ok[PRECHARGE].max(self.pseudo_channels.at(bank.pseudo).precharge_ok)
+    }
+
+    /// The row command of a bank changed.
+    #[inline]
+    pub(super) fn row_changed(&mut self, number: usize, floor: u64) {
+        let key = self.banks.at(number).row_key[self.direction()];
+        if self.open >> number & 1 != 0 {
+            let time = self.precharge_time(number);
+            self.classes[PRECHARGE].change(floor, time, key, number);
+            self.classes[ACTIVATE].forget(number);
+        } else {
+            let time = self.activate_time(number);
+            self.classes[ACTIVATE].change(floor, time, key, number);
+            self.classes[PRECHARGE].forget(number);
+        }
+    }
+
+    /// The column command of a bank in a direction changed.
+    #[inline]
+    pub(super) fn column_changed(&mut self, number: usize, direction: usize, floor: u64) {
+        let time = self.column_time(number, direction);
+        let key = self.banks.at(number).column_key[direction];
+        self.classes[COLUMN].change(floor, time, key, number);
+    }
+
+    /// Banks of a group among some.
+    #[inline]
+    fn in_group(&self, banks: u64, group: usize, rules: &Rules) -> impl Iterator<Item = usize> {
+        bits(banks & rules.group_mask << (group * rules.group_banks))
+    }
+
+    #[inline]
+    fn look_for_columns(&mut self, mode: usize, floor: u64, rules: &Rules) {
+        let mut found = Class::EMPTY;
+        for index in 0..rules.all_groups {
+            let least = self.groups.at(index).column_ok[mode];
+            for number in self.in_group(self.wanted[mode][1], index, rules) {
+                let bank = self.banks.at(number);
+                let time = bank.column_ok[mode].max(least);
+                found.add(floor, time, bank.column_key[mode], number);
+            }
+        }
+        for number in bits(self.columns[1 - mode]) {
+            let key = self.banks.at(number).column_key[1 - mode];
+            found.add(floor, self.column_time(number, 1 - mode), key, number);
+        }
+        self.classes[COLUMN] = found;
+    }
+
+    #[inline]
+    fn look_for_activates(&mut self, mode: usize, floor: u64, rules: &Rules) {
+        let mut found = Class::EMPTY;
+        for index in 0..rules.all_groups {
+            let pseudo = self.banks.at(index * rules.group_banks).pseudo;
+            let least = self.pseudo_channels.at(pseudo).faw_ok;
+            let least = self.groups.at(index).activate_ok.max(least);
+            for number in self.in_group(self.wanted[mode][0] & !self.open, index, rules) {
+                let bank = self.banks.at(number);
+                let time = bank.row_ok[ACTIVATE].max(least);
+                found.add(floor, time, bank.row_key[mode], number);
+            }
+        }
+        self.classes[ACTIVATE] = found;
+    }
+
+    #[inline]
+    fn look_for_precharges(&mut self, mode: usize, floor: u64) {
+        let mut found = Class::EMPTY;
+        for number in bits(self.wanted[mode][0] & self.open) {
+            let key = self.banks.at(number).row_key[mode];
+            found.add(floor, self.precharge_time(number), key, number);
+        }
+        self.classes[PRECHARGE] = found;
+    }
+
     /// Finds the earliest commands at or after `now`.
     pub(super) fn plan(&mut self, now: u64, rules: &Rules) {
-        let mut best = [Candidate::NEVER; 2];
-        let mut left = self.active;
-        while left != 0 {
-            let number = left.trailing_zeros() as usize;
-            left &= left - 1;
-            let bank = &self.banks[number];
-            if !bank.half {
-                let entry = self.entries.get(bank.active);
-                let kind = usize::from(entry.write);
-                let group = self.groups[usize::from(bank.group)].column_ok[kind];
-                let time = bank.column_ok[kind].max(group);
-                let command = Command::Column(bank.active);
-                self.consider(time, entry.age, command, now, rules, &mut best);
-            }
-        }
-        if !self.due.is_empty() {
-            self.consider_refresh(now, rules, &mut best);
-        } else {
-            if best[0].time > now || rules.column_bus {
-                self.set_direction(rules);
-            }
-            let mode = self.direction();
-            let mut left = self.waiting[mode];
-            if rules.scheduler == Scheduler::Fcfs {
-                left = self.oldest(mode);
-            }
-            while left != 0 {
-                let number = left.trailing_zeros() as usize;
-                left &= left - 1;
-                self.consider_bank(number, mode, now, rules, &mut best);
-            }
-        }
-        self.best = best;
         self.planned = true;
-    }
-
-    /// The bank of the oldest entry of a direction.
-    fn oldest(&self, mode: usize) -> u64 {
-        let mut left = self.waiting[mode];
-        let mut oldest = (u64::MAX, 0);
-        while left != 0 {
-            let number = left.trailing_zeros();
-            left &= left - 1;
-            let head = self.banks[number as usize].lists[mode].head;
-            oldest = oldest.min((self.entries.get(head).age, 1 << number));
+        let floors = self.bus_free.map(|free| free.max(now));
+        if !self.due.is_empty() || rules.in_order {
+            return self.plan_one(now, rules);
         }
-        oldest.1
+        self.look_for_direction(now, floors[0], rules);
+        let mode = self.direction();
+        if floors[0] >= self.classes[COLUMN].overtaken {
+            self.look_for_columns(mode, floors[0], rules);
+        }
+        if floors[1] >= self.classes[ACTIVATE].overtaken {
+            self.look_for_activates(mode, floors[1], rules);
+        }
+        if floors[1] >= self.classes[PRECHARGE].overtaken {
+            self.look_for_precharges(mode, floors[1]);
+        }
+        let (activate, precharge) = (&self.classes[ACTIVATE], &self.classes[PRECHARGE]);
+        let (mut row, mut command) = (precharge, Command::Precharge);
+        let (mut time, late) = (precharge.time.max(floors[1]), activate.time.max(floors[1]));
+        // The other half of the last activate comes first.
+        if self.second.is_none() && goes_first((late, activate.key), (time, precharge.key)) {
+            (row, command, time) = (activate, Command::Activate, late);
+        }
+        let column = &self.classes[COLUMN];
+        let column_time = column.time.max(floors[0]);
+        if rules.column_bus {
+            self.best = [
+                self.candidate(column_time, column, Command::Column, mode),
+                self.candidate(time, row, command, mode),
+            ];
+        } else {
+            if goes_first((column_time, column.key), (time, row.key)) {
+                (row, command, time) = (column, Command::Column, column_time);
+            }
+            self.best[0] = self.candidate(time, row, command, mode);
+        }
+        debug_assert!(self.is_first_of_all(now, rules), "a stale plan in CK {now}");
     }
 
-    /// Considers the next commands for the entries of a bank: the column of the oldest row hit, and
-    /// a precharge or an activate for the oldest other entry.
+    /// Whether the plan is what a look at all banks finds.
+    fn is_first_of_all(&self, now: u64, rules: &Rules) -> bool {
+        let mut best = [Candidate::NEVER; 2];
+        best[0] = self.active_columns(now).fold(best[0], Candidate::or);
+        for [column, row] in (0..rules.banks()).map(|bank| self.commands_of(bank, now, rules)) {
+            best[0] = best[0].or(column);
+            let bus = usize::from(rules.column_bus);
+            best[bus] = best[bus].or(row);
+        }
+        let of = |c: &Candidate| (c.time, c.key, c.command, c.bank, c.entry);
+        self.best.iter().map(of).eq(best.iter().map(of))
+    }
+
     #[inline]
-    pub(super) fn consider_bank(
-        &self,
-        number: usize,
-        mode: usize,
-        now: u64,
-        rules: &Rules,
-        best: &mut [Candidate; 2],
-    ) {
-        let bank = &self.banks[number];
-        let (list, group) = (&bank.lists[mode], &self.groups[usize::from(bank.group)]);
-        let mut blocked = bank.active != NONE;
-        let only_head = rules.scheduler == Scheduler::Fcfs;
-        if list.hit != NONE && !(only_head && list.hit != list.head) {
-            let hit = self.entries.get(list.hit);
-            let time = bank.column_ok[mode].max(group.column_ok[mode]);
-            self.consider(time, BY_AGE | hit.age, Command::Column(list.hit), now, rules, best);
-            blocked |= rules.scheduler == Scheduler::FrFcfsRowHit
-                && list.miss != NONE
-                && hit.accepted <= self.entries.get(list.miss).accepted;
+    fn candidate(&self, time: u64, class: &Class, command: Command, mode: usize) -> Candidate {
+        if class.key == NO_KEY {
+            return Candidate::NEVER;
         }
-        if blocked || list.miss == NONE || (only_head && list.miss != list.head) {
-            return;
-        }
-        let age = BY_AGE | self.entries.get(list.miss).age;
-        let pseudo = &self.pseudo_channels[usize::from(bank.pseudo)];
-        if bank.row != CLOSED {
-            let time = bank.precharge_ok.max(pseudo.precharge_ok);
-            self.consider(time, age, Command::Precharge(list.miss), now, rules, best);
-        } else if self.second.is_none() {
-            let faw_end = pseudo.faw_ends[pseudo.faw_oldest];
-            let time = bank.activate_ok.max(group.activate_ok).max(faw_end);
-            self.consider(time, age, Command::Activate(list.miss), now, rules, best);
+        let entry = self.entry_of(class.bank, class.key, command, mode);
+        Candidate { time, key: class.key, command, bank: class.bank as u8, entry }
+    }
+
+    /// The entry that a command of a bank is for.
+    #[inline]
+    fn entry_of(&self, number: usize, key: u64, command: Command, mode: usize) -> u16 {
+        let bank = self.banks.at(number);
+        match command {
+            Command::Column if key < REFRESH => bank.active,
+            Command::Column => bank.lists[mode].hit,
+            _ => bank.lists[mode].miss,
         }
     }
 
-    /// Keeps a command if it is the best of its bus.
+    /// Decides on the direction, unless the column of an activated row goes at once.
     #[inline]
-    pub(super) fn consider(
-        &self,
+    fn look_for_direction(&mut self, now: u64, floor: u64, rules: &Rules) {
+        if floor > now || rules.column_bus || !self.has_column(now) {
+            self.set_direction(rules);
+        }
+    }
+
+    /// Plans where only columns of activated rows, a refresh that is due or else the oldest request
+    /// may go.
+    fn plan_one(&mut self, now: u64, rules: &Rules) {
+        let column = self.active_columns(now).fold(Candidate::NEVER, Candidate::or);
+        self.best = [column, Candidate::NEVER];
+        if !self.due.is_empty() {
+            return self.consider_refresh(now, rules);
+        }
+        self.look_for_direction(now, self.bus_free[0].max(now), rules);
+        let mode = self.direction();
+        let head = |number: usize| match self.banks.at(number).lists[mode].head {
+            NONE => None,
+            head => Some((self.entries.get(head).key, number)),
+        };
+        if let Some((_, number)) = (0..rules.banks()).filter_map(head).min() {
+            let list = &self.banks.at(number).lists[mode];
+            let [column, row] = self.commands_of(number, now, rules);
+            let bus = usize::from(rules.column_bus && list.hit != list.head);
+            let oldest = if list.hit == list.head { column } else { row };
+            self.best[bus] = self.best[bus].or(oldest);
+        }
+    }
+
+    /// The columns of activated rows.
+    fn active_columns(&self, now: u64) -> impl Iterator<Item = Candidate> {
+        let floor = self.bus_free[0].max(now);
+        [READ, WRITE].into_iter().flat_map(move |direction| {
+            bits(self.columns[direction]).map(move |number| {
+                let time = self.column_time(number, direction).max(floor);
+                let bank = self.banks.at(number);
+                let (key, command) = (bank.column_key[direction], Command::Column);
+                Candidate { time, key, command, bank: number as u8, entry: bank.active }
+            })
+        })
+    }
+
+    /// Whether the column of an activated row can go in the CK `now`, in which its bus is free.
+    fn has_column(&self, now: u64) -> bool {
+        [READ, WRITE].into_iter().any(|direction| {
+            bits(self.columns[direction]).any(|number| self.column_time(number, direction) <= now)
+        })
+    }
+
+    /// The column and the row command of a bank in the current direction.
+    fn commands_of(&self, number: usize, now: u64, rules: &Rules) -> [Candidate; 2] {
+        let mode = self.direction();
+        let bank = self.banks.at(number);
+        let (row, row_time) = match self.open >> number & 1 != 0 {
+            true => (Command::Precharge, self.precharge_time(number)),
+            false => (Command::Activate, self.activate_time(number)),
+        };
+        let row_bus = usize::from(rules.column_bus);
+        let column_time = self.column_time(number, mode);
+        let halved = row == Command::Activate && self.second.is_some();
+        let row_key = if halved { NO_KEY } else { bank.row_key[mode] };
+        let of = |bus: usize, time: u64, key: u64, command: Command| {
+            if key == NO_KEY {
+                return Candidate::NEVER;
+            }
+            let time = time.max(self.bus_free[bus]).max(now);
+            let entry = self.entry_of(number, key, command, mode);
+            Candidate { time, key, command, bank: number as u8, entry }
+        };
+        let column = of(0, column_time, bank.column_key[mode], Command::Column);
+        [column, of(row_bus, row_time, row_key, row)]
+    }
+
+    /// Considers the commands of a bank in the current direction.
+    pub(super) fn consider_bank(&mut self, number: usize, now: u64, rules: &Rules) {
+        let [column, row] = self.commands_of(number, now, rules);
+        self.best[0] = self.best[0].or(column);
+        let best = &mut self.best[usize::from(rules.column_bus)];
+        *best = best.or(row);
+    }
+
+    /// Considers a refresh command, or one that prepares it, on the bus of row commands.
+    pub(super) fn consider_row(
+        &mut self,
         time: u64,
-        priority: u64,
         command: Command,
+        bank: u8,
         now: u64,
         rules: &Rules,
-        best: &mut [Candidate; 2],
     ) {
-        let bus = usize::from(rules.column_bus && !matches!(command, Command::Column(_)));
+        let bus = usize::from(rules.column_bus);
         let time = time.max(self.bus_free[bus]).max(now);
-        let best = &mut best[bus];
-        if (time, priority) < (best.time, best.priority) {
-            *best = Candidate { time, priority, command };
-        }
+        let found = Candidate { time, key: REFRESH, command, bank, entry: NONE };
+        self.best[bus] = self.best[bus].or(found);
     }
+}
+
+/// The numbers of the bits that are set.
+#[inline]
+pub(super) fn bits(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        if mask == 0 {
+            return None;
+        }
+        let number = mask.trailing_zeros() as usize;
+        mask &= mask - 1;
+        Some(number)
+    })
 }

@@ -1,5 +1,8 @@
 //! Waiting bursts of one channel: entries in lists by bank and direction, each in order of age.
 
+use super::front::Burst;
+use super::plan::BY_AGE;
+
 /// No entry.
 pub(super) const NONE: u16 = u16::MAX;
 
@@ -7,31 +10,23 @@ pub(super) const NONE: u16 = u16::MAX;
 pub(super) const CLOSED: u32 = u32::MAX;
 
 /// A burst that waits for its read or write command.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Entry {
     /// Number of the burst in the device: its address over the bytes of a burst.
     pub burst: u64,
-    /// Order of acceptance in the channel.
-    pub age: u64,
+    /// Order of acceptance in the channel, as the key of a command for it.
+    pub key: u64,
     /// The CK of its acceptance.
     pub accepted: u64,
     /// Request that it belongs to.
     pub slot: u32,
     pub row: u32,
-    pub bank: u8,
+    next: u16,
+    prev: u16,
     pub class: u8,
     pub write: bool,
     /// Whether a command was issued for it.
     pub tried: bool,
-    next: u16,
-    prev: u16,
-}
-
-impl Entry {
-    pub(super) fn new(burst: u64, slot: u32, bank: u8, row: u32, write: bool, class: u8) -> Self {
-        let (age, accepted, tried, next, prev) = (0, 0, false, NONE, NONE);
-        Self { burst, age, accepted, slot, row, bank, class, write, tried, next, prev }
-    }
 }
 
 /// Entries of one bank and direction.
@@ -60,25 +55,42 @@ pub(super) struct Entries {
 impl Entries {
     /// Room for `capacity` entries.
     pub(super) fn new(capacity: usize) -> Self {
-        let empty = Entry::new(0, 0, 0, 0, false, 0);
         let free = (0..capacity as u16).rev().collect();
-        Self { entries: vec![empty; capacity], free, next_age: 0 }
+        Self { entries: vec![Entry::default(); capacity], free, next_age: 0 }
     }
 
+    #[inline]
     pub(super) fn get(&self, index: u16) -> &Entry {
         &self.entries[usize::from(index)]
     }
 
+    /// The entry with an index, if that is one.
+    pub(super) fn find_entry(&self, index: u16) -> Option<&Entry> {
+        self.entries.get(usize::from(index))
+    }
+
+    #[inline]
     pub(super) fn get_mut(&mut self, index: u16) -> &mut Entry {
         &mut self.entries[usize::from(index)]
     }
 
-    /// Appends an entry to a list of a bank whose open row is `open`; returns its index.
-    pub(super) fn push(&mut self, mut entry: Entry, now: u64, list: &mut List, open: u32) -> u16 {
+    /// Appends a burst to a list of its bank, whose open row is `open`; returns whether it is the
+    /// oldest there of those for the open row, or of the others.
+    #[inline]
+    pub(super) fn push(&mut self, burst: &Burst, now: u64, list: &mut List, open: u32) -> bool {
         let index = self.free.pop().expect("queues and banks have an entry each");
-        entry.age = self.next_age;
-        entry.accepted = now;
-        entry.prev = list.tail;
+        self.entries[usize::from(index)] = Entry {
+            burst: burst.number,
+            key: BY_AGE | self.next_age,
+            accepted: now,
+            slot: burst.slot,
+            row: burst.row,
+            next: NONE,
+            prev: list.tail,
+            class: burst.class,
+            write: burst.write,
+            tried: false,
+        };
         self.next_age += 1;
         if list.tail == NONE {
             list.head = index;
@@ -86,15 +98,16 @@ impl Entries {
             self.get_mut(list.tail).next = index;
         }
         list.tail = index;
-        let first = if entry.row == open { &mut list.hit } else { &mut list.miss };
-        if *first == NONE {
+        let first = if burst.row == open { &mut list.hit } else { &mut list.miss };
+        let is_first = *first == NONE;
+        if is_first {
             *first = index;
         }
-        self.entries[usize::from(index)] = entry;
-        index
+        is_first
     }
 
     /// Takes an entry out of its list; it stays valid until [`Entries::release`].
+    #[inline]
     pub(super) fn unlink(&mut self, index: u16, list: &mut List, open: u32) {
         let Entry { next, prev, .. } = *self.get(index);
         if list.hit == index {
@@ -116,20 +129,58 @@ impl Entries {
         self.free.push(index);
     }
 
-    /// Another row was opened or closed.
-    pub(super) fn row_changed(&self, list: &mut List, open: u32) {
-        if list.head == NONE {
-            return;
-        }
-        list.hit = if open == CLOSED { NONE } else { self.find(list.head, |row| row == open) };
-        list.miss = self.find(list.head, |row| row != open);
+    /// A row was opened.
+    #[inline]
+    pub(super) fn row_opened(&self, list: &mut List, row: u32) {
+        list.hit = self.find(list.head, |other| other == row);
+        list.miss = self.find(list.head, |other| other != row);
     }
 
+    #[inline]
     fn find(&self, from: u16, is: impl Fn(u32) -> bool) -> u16 {
         let mut at = from;
         while at != NONE && !is(self.get(at).row) {
             at = self.get(at).next;
         }
         at
+    }
+}
+
+/// Numbers of the bursts in the write queue, with a quick answer for those that are not there.
+#[derive(Debug, Clone)]
+pub(super) struct Writes {
+    bursts: Vec<u64>,
+    /// How many of them fall on each place.
+    counts: [u16; PLACES],
+}
+
+const PLACES: usize = 256;
+
+impl Default for Writes {
+    fn default() -> Self {
+        Self { bursts: Vec::new(), counts: [0; PLACES] }
+    }
+}
+
+impl Writes {
+    fn place(burst: u64) -> usize {
+        (burst ^ burst >> 8 ^ burst >> 16) as usize % PLACES
+    }
+
+    #[inline]
+    pub(super) fn has(&self, burst: u64) -> bool {
+        self.counts[Self::place(burst)] > 0 && self.bursts.contains(&burst)
+    }
+
+    pub(super) fn insert(&mut self, burst: u64) {
+        self.counts[Self::place(burst)] += 1;
+        self.bursts.push(burst);
+    }
+
+    pub(super) fn remove(&mut self, burst: u64) {
+        if let Some(at) = self.bursts.iter().position(|w| *w == burst) {
+            self.bursts.swap_remove(at);
+            self.counts[Self::place(burst)] -= 1;
+        }
     }
 }

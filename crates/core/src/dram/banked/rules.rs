@@ -13,7 +13,10 @@ pub(super) const WRITE: usize = 1;
 /// A device as a channel sees it.
 #[derive(Debug, Clone)]
 pub(super) struct Rules {
-    pub scheduler: Scheduler,
+    /// Whether no row is closed while an older request to it waits.
+    pub keeps_rows: bool,
+    /// Whether only the oldest request goes.
+    pub in_order: bool,
     pub page: Page,
     pub refresh: Refresh,
     /// Bytes of a burst.
@@ -24,12 +27,16 @@ pub(super) struct Rules {
     pub groups: usize,
     /// Banks of a group.
     pub group_banks: usize,
+    /// Groups of all pseudo channels.
+    pub all_groups: usize,
+    /// The banks of the first of them, one bit each.
+    pub group_mask: u64,
     /// Entries of the read and of the write queue.
     pub queue: [usize; 2],
     /// More writes than this begin writing.
-    pub write_high: f64,
-    /// Fewer writes than this end it.
-    pub write_low: f64,
+    pub write_high: usize,
+    /// Fewer writes than this end it: none at the latest.
+    pub write_low: usize,
     /// Whether columns have a command bus of their own.
     pub column_bus: bool,
     /// CK of the command bus: activate, column, precharge or refresh.
@@ -83,6 +90,8 @@ pub(super) struct Rules {
     pub refresh_all_to_activate: u64,
     /// tRFC of a single bank.
     pub refresh_bank_to_activate: u64,
+    /// Bursts that a controller accepts in a CK.
+    pub acceptances: u32,
     /// CK without requests until power-down and self-refresh.
     pub sleep_after: [u64; 2],
 }
@@ -101,16 +110,19 @@ impl Rules {
         let sleep =
             actions.map(|a| [a.background.power_down_after, a.background.self_refresh_after]);
         Self {
-            scheduler: c.scheduler,
+            keeps_rows: c.scheduler == Scheduler::FrFcfsRowHit,
+            in_order: c.scheduler == Scheduler::Fcfs,
             page: c.page,
             refresh: c.refresh,
             burst_bytes: o.burst.0,
             pseudo_channels: o.pseudo_channels as usize,
             groups: o.bank_groups as usize,
             group_banks: o.banks as usize,
+            all_groups: (o.pseudo_channels * o.bank_groups) as usize,
+            group_mask: u64::MAX >> (64 - o.banks),
             queue: [c.read_queue as usize, c.write_queue as usize],
-            write_high: c.write_high * f64::from(c.write_queue),
-            write_low: c.write_low * f64::from(c.write_queue),
+            write_high: (c.write_high * f64::from(c.write_queue)).floor() as usize,
+            write_low: ((c.write_low * f64::from(c.write_queue)).ceil() as usize).max(1),
             column_bus: device.commands.column_bus,
             activate_cycles: activate,
             column_cycles: n(device.commands.column),
@@ -138,6 +150,7 @@ impl Rules {
             refresh_interval: each.max(1),
             refresh_all_to_activate: n(t.refresh_all_to_activate),
             refresh_bank_to_activate: n(t.refresh_bank_to_activate),
+            acceptances: device.front_end.acceptances,
             sleep_after: sleep.map_or([u64::MAX; 2], |s| s.map(|ns| device.ck(ns))),
         }
     }

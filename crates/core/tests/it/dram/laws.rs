@@ -231,3 +231,10 @@ fn levels_run_at_once_as_they_do_alone() {
     let broken = run_levels(&device, Mode::Saturated, &[Level::Window], broken, || false);
     assert_eq!(broken.map(|_| ()), Err("line 10"));
 }
+
+#[test]
+fn writes_end_when_none_is_left_even_where_their_end_is_no_part_of_the_queue() {
+    let device = device("lpddr4-3200-x16x2", &["controller.write-low=0.0"]);
+    let run = banked(&device, Mode::Saturated, traffic(5, 2000, 3));
+    assert_eq!(run.stats.total.requests, 2000);
+}
