@@ -80,9 +80,9 @@ fn what_cannot_work_is_refused_with_both_keys() {
     let fields = |f: &str| ["mapping.order=fields".to_owned(), format!("mapping.fields={f}")];
     for (list, part) in [
         ("[\"row:15\"]", "bits to channel"),
-        ("[\"rwo:15\"]", "no field"),
-        ("[\"row\"]", "no field"),
-        ("[\"row:-1\"]", "no field"),
+        ("[\"rwo:15\"]", "not a field"),
+        ("[\"row\"]", "not a field"),
+        ("[\"row:-1\"]", "not a field"),
         ("[]", "bits to channel"),
     ] {
         let sets = fields(list);
