@@ -193,8 +193,7 @@ fn gather(runs: &[(Field, u32)], base: impl Fn(Field) -> Option<u32>) -> Gather 
         *done += bits;
         at += bits;
     }
-    let mut result = Gather::default();
-    result.runs = segments.len();
+    let mut result = Gather { runs: segments.len(), ..Gather::default() };
     for (slot, segment) in result.segments.iter_mut().zip(segments) {
         *slot = segment;
     }
