@@ -270,6 +270,8 @@ pub struct Replay {
     pub speculation: ActionCounts,
     /// DRAM bytes served.
     pub served: Traffic,
+    /// DRAM bytes read that nobody wrote (`record.feature-source = "nobody"`).
+    pub unwritten: u64,
     /// The regions of a foveated frame.
     pub regions: Option<[RegionWork; LEVELS]>,
     /// How a unit rule from outside of the crate broke its contract. The rest then means nothing;
@@ -331,6 +333,7 @@ fn through(
         actions,
         speculation: outcome.speculation,
         served: outcome.traffic,
+        unwritten: traffic::unwritten(workload, &units, &context),
         regions: regions::regions(workload, machine, &units, &plan, &context, &mut check),
         rule_error: check.error,
     }

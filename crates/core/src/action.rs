@@ -122,8 +122,8 @@ pub struct Memory {
 /// a unit has is fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Part {
-    /// Gaussians that a CCU takes a cycle: the inverse of its initiation interval.
-    CcuThroughput,
+    /// Operations that a CCU makes a cycle, without box tests.
+    CcuOperations,
     /// Box tests that a CCU makes a cycle.
     CcuIntersectionUnits,
     /// Tile levels that a CCU looks up a cycle.
@@ -153,7 +153,7 @@ pub enum Part {
 impl Part {
     /// All parts.
     pub const ALL: [Part; 13] = [
-        Part::CcuThroughput,
+        Part::CcuOperations,
         Part::CcuIntersectionUnits,
         Part::CcuLevelTests,
         Part::CcuBatches,
@@ -171,7 +171,7 @@ impl Part {
     /// The unit that it is a part of; `None` for the feature cache.
     pub const fn unit(self) -> Option<UnitKind> {
         match self {
-            Part::CcuThroughput
+            Part::CcuOperations
             | Part::CcuIntersectionUnits
             | Part::CcuLevelTests
             | Part::CcuBatches => Some(UnitKind::Ccu),

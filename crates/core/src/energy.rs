@@ -4,7 +4,6 @@ pub mod accelergy;
 mod area;
 pub mod cacti;
 mod costs;
-pub mod flops;
 mod node;
 pub mod prices;
 pub mod supply;
@@ -13,9 +12,9 @@ pub mod table;
 use crate::action::Stage;
 use powergs_base::quantity::Picojoules;
 
+pub use crate::flops::{self, flops};
 pub use area::Area;
 pub use costs::same_costs;
-pub use flops::flops;
 pub use prices::{Activity, DramCosts, Phy, Prices, Standby};
 pub use supply::Supply;
 pub use table::{Built, EnergyTable};

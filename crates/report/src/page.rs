@@ -260,6 +260,12 @@ fn dram(run: &Run, cycle: &CycleSummary) -> String {
             significant(asked)
         );
     }
+    if let Some(bytes) = dram.unwritten_bytes.filter(|&bytes| bytes > 0.0) {
+        text += &format!(
+            "; {} MB of features a frame are read that no unit writes (record.feature-source)",
+            significant(bytes * 1e-6)
+        );
+    }
     text + "."
 }
 

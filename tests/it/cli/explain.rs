@@ -125,7 +125,7 @@ fn every_assumption_and_every_source_is_explained() {
     let a26 = program(&["explain", "a26"]).assert().code(0);
     a26.stdout(contains("A26 (assumption)").and(contains("in full  ")).and(contains("--only A26")));
     let a1 = program(&["explain", "A1"]).assert().code(0);
-    a1.stdout(contains("ccu.initiation-interval").and(contains("1 in gscore")));
+    a1.stdout(contains("ccu.operations-per-cycle").and(contains("426 in gscore")));
     let powergs = program(&["explain", "powergs"]).assert().code(0);
     powergs.stdout(contains("SIGGRAPH Asia 2025").and(contains("cited by")));
     program(&["explain", "A999"]).assert().code(2).stderr(contains("nothing is called `A999`"));

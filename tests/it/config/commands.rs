@@ -56,7 +56,7 @@ fn check_reports_everything_with_exit_code_2() {
     let output = json.get_output().stdout.clone();
     let report: serde_json::Value = serde_json::from_slice(&output).expect("JSON");
     assert_eq!(report[0]["problems"][0]["key"], "clock");
-    assert_eq!(report[0]["problems"][0]["line"], 8);
+    assert_eq!(report[0]["problems"][0]["line"], 10);
     std::fs::write(&path, [0xff, 0xfe, 0x00]).expect("a file");
     program(&["arch", "check", file]).assert().code(2).stderr(contains("not UTF-8"));
 }

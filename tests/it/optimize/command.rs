@@ -258,7 +258,8 @@ fn photos_are_checked_and_used() {
     fs::copy(folder.path().join("cameras.json"), photos.join("cameras.json")).unwrap();
     let first = photos.join(format!("{}.png", tiny.cameras[0].name));
     let whole = fs::read(&first).unwrap();
-    for (bytes, says) in [(&b"no image"[..], "no PNG"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")] {
+    for (bytes, says) in [(&b"no image"[..], "not a PNG"), (&[0xff, 0xd8, 0xff, 0xe0], "too early")]
+    {
         fs::write(&first, bytes).unwrap();
         fails(folder.path(), &images, Exit::BadInput, says);
     }

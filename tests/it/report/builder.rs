@@ -70,6 +70,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timing(cycles),
             clock: Hertz(1e9),
+            unwritten_bytes: 0,
             executed_evaluations: 64 * n,
             live_evaluations: 50 * n,
             lists: Some(ListOrder::Sorted(OrderSummary {

@@ -70,7 +70,7 @@ fn terminal_summary() {
         Most frames per second per mm²: dram.channels doubled, -24 % time for 0 % area
         and -1.5 % power (+32 % FPS per mm²).
 
-        limits  12 effects left out; the assumptions that matter most: A4 (DRAM
+        limits  13 effects left out; the assumptions that matter most: A4 (DRAM
                 transfers reach 78 % of the peak); A5 (A DRAM request answers after 100
                 ns); A26 (All units of a core work on one pair); also powergs, A8, A10
         report  reports/garden-gscore/summary.md

@@ -79,7 +79,7 @@ fn a_contradiction_of_the_simulator_is_an_internal_error_of_the_sweep() {
     lines.extend(text.as_bytes());
     fs::write(&records, lines).unwrap();
     fs::remove_file(bench.path("one/finished.toml")).unwrap();
-    let told = contains("on 1 designs the simulator contradicted itself");
+    let told = contains("on 1 design the simulator contradicted itself");
     bench.sweep(&["--out", "one", "--resume", "-q"]).assert().code(4).stderr(told.clone());
     let table = fs::read_to_string(bench.path("one/results.csv")).unwrap();
     assert!(table.contains("the VRU lost a cycle"));

@@ -65,13 +65,14 @@ const MODULES: [(&str, &[Row]); 4] = [
         "core",
         &[
             ("action", &[]),
+            ("flops", &["action"]),
             ("workload", &[]),
             ("dram", &[]),
             // When and how often, never at what cost.
-            ("accel", &["action", "workload", "dram"]),
+            ("accel", &["action", "flops", "workload", "dram"]),
             // What it costs, never on which tile; the prices of a DRAM device are the device's.
-            ("energy", &["action", "dram"]),
-            ("sim", &["action", "workload", "dram", "accel", "energy"]),
+            ("energy", &["action", "flops", "dram"]),
+            ("sim", &["action", "flops", "workload", "dram", "accel", "energy"]),
         ],
     ),
     (

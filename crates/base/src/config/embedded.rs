@@ -28,6 +28,7 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore-16core",
     "gscore-neo",
     "gscore-nerarch",
+    "gscore-powergs",
     "metasapiens",
     "neo"
 );

@@ -45,7 +45,9 @@ pub fn is_assumption(source: &str) -> bool {
 pub fn cited(text: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for line in text.lines() {
-        for (at, _) in line.match_indices("source = \"") {
+        let keys = line.match_indices("source = \"").map(|(at, _)| at);
+        // `feature-source` is another key.
+        for at in keys.filter(|&at| !line[..at].ends_with('-')) {
             found.extend(line[at + 10..].split('"').next().map(str::to_owned));
         }
         let comment = line.split_once('#').map_or("", |(_, c)| c);

@@ -32,6 +32,11 @@ impl BufferAllocator {
         self.used
     }
 
+    /// Bytes that are free with `more` allocated; `None` where that is larger than the buffer.
+    pub(crate) fn free_with(&self, more: u64) -> Option<u64> {
+        self.capacity.checked_sub(self.used.checked_add(more)?)
+    }
+
     /// Whether an item of `bytes` is admitted now.
     pub fn admits(&self, bytes: u64) -> bool {
         self.used == 0 || self.used.saturating_add(bytes) <= self.capacity

@@ -1,15 +1,24 @@
 //! Culling and Conversion Unit (CCU): culls, projects and intersects the Gaussians of the scene.
 //!
-//! Timing rule: a record enters every `initiation_interval` cycles. A splat with box tests holds
-//! the entry until its tests are issued, `intersection_units` a cycle; since a frame knows how many
-//! splats are tested and how many tests there are, but not which splat has how many, a batch takes
-//! `(records - tested) II + max(tested II, ceil(tests / intersection_units))` cycles (A21). Results
-//! leave `latency` cycles after the last record has entered; the next batch may enter meanwhile.
+//! Timing rule: a unit has arithmetic for `operations-per-cycle` operations a cycle, and a record
+//! enters in one cycle at least. The table `operations` says what a step takes: every record is
+//! culled, survivors are projected, box axes are prepared for splats that are tested, and colours
+//! are evaluated for those that `fetch` brings colours for (in proportion to the SH degree of the
+//! scene). A batch takes `ceil(operations / operations-per-cycle)` cycles of arithmetic (A1). Box
+//! tests have units of their own, `intersection_units` a cycle, and a splat holds the entry until
+//! its tests are issued: `max(tested, ceil(tests / intersection_units))` cycles for all of a batch,
+//! since a frame knows how many splats are tested and how many tests there are, but not which splat
+//! has how many (A21). A batch takes the longer of its arithmetic and of its entry. Results leave
+//! `latency` cycles after the last record has entered; the next batch may enter meanwhile.
 //!
-//! Memory rule: a batch is `batch` records, or as many as fit half of the unit's input buffer (A3).
-//! The record is read as `fetch` says. With `everything` a batch is one read; with the
-//! other two its positions are read first, and the rest of the survivors when they have arrived:
-//! the depth test is made on the fly and costs no time of its own (A22).
+//! Memory rule: a batch is `batch` records, or as many as fit the unit's input buffer (A3). Its
+//! record is read as `fetch` says, in up to three reads: something of all records, something of the
+//! survivors when that has arrived, and something of the splats with a tile when that has arrived;
+//! what decides between two reads is made on the fly and costs no time of its own (A22). A read
+//! takes room for what it brings when it is issued. It is issued only if every older batch of the
+//! unit, in order, can still get all that it may need from what is free and what the batches before
+//! it give back: so no batch waits for a younger one (A36). The room of a batch is given back when
+//! its last record has entered.
 //!
 //! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
 //! where colour is not fetched lazily, the records of the three further levels come with it. Before
@@ -17,15 +26,17 @@
 //! `fovea.level-tests` a cycle and beside the box tests; the levels are in a table of two bytes a
 //! tile that is written once a frame, in no time (A16).
 //!
-//! Source: `gscore` as re-modelled by `nerarch-sim` (four units, 128 cycles); the interval and the
-//! number of test units are not published.
+//! Source: `gscore` as re-modelled by `nerarch-sim` (four units); what a unit does in a cycle and
+//! the number of test units are not published.
 
 use super::bank::Banks;
 use super::batch::Batch;
 use super::divide::Divisor;
-use super::machine::{CcuSpec, Fetch, FoveaSpec, RecordSpec};
+use super::machine::{CcuSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use crate::flops;
+use powergs_frame::scene::ShDegree;
 
 /// The unit.
 #[derive(Debug, Clone)]
@@ -34,21 +45,36 @@ pub struct Ccu {
     pub spec: CcuSpec,
     /// Bytes of the records.
     pub record: RecordSpec,
-    /// Records of a batch: `spec.batch`, or as many as fit half of the unit's input buffer.
+    /// Records of a batch: `spec.batch`, or as many as fit the unit's input buffer.
     pub batch: u32,
     /// Banks of its share of the input buffer.
     pub input: Banks,
     /// Banks of its share of the tile-list buffer.
     pub output: Banks,
-    /// Bytes that the first read takes of every record, and the second of every survivor.
-    reads: (u64, u64),
-    /// Bytes of levels in the record of a foveated frame; 0 in plain frames.
+    /// Bytes that the first read takes of every record, the second of every survivor, and the third
+    /// of every splat with a tile.
+    reads: [u64; READS],
+    /// Bytes of levels beside the geometry in the record of a foveated frame; 0 in plain frames.
     pub level_bytes: u64,
+    /// Bytes of levels beside a colour that is read apart; 0 in plain frames.
+    pub level_colour_bytes: u64,
+    /// Bytes of a list entry.
+    pub entry: u64,
+    /// Bytes that are written of a splat; in foveated frames features of second levels too, where
+    /// the unit writes features.
+    pub projected: u64,
+    /// Operations of a colour of the scene's SH degree.
+    colour_operations: u64,
+    /// Operations a cycle.
+    rate: Divisor,
     /// Box tests a cycle.
     tests: Divisor,
     /// Look-ups of tile levels a cycle.
     lookups: Divisor,
 }
+
+/// Reads of a batch, at most.
+pub const READS: usize = 3;
 
 /// Bytes of a tile in the table of levels.
 const LEVEL_ENTRY: u64 = 2;
@@ -56,67 +82,117 @@ const LEVEL_ENTRY: u64 = 2;
 const LEVEL_AS_TESTS: u64 = 2;
 
 impl Ccu {
-    /// A unit with `share` bytes of the input buffer, in which two batches fit: one is read while
-    /// the other is converted. `fovea` is context for foveated frames.
+    /// A unit with `share` bytes of the input buffer, for scenes of a degree and list entries of
+    /// so many bytes. `fovea` is context
+    /// for foveated frames.
     pub(crate) fn new(
         spec: CcuSpec,
-        record: RecordSpec,
+        (record, degree, entry): (RecordSpec, ShDegree, u64),
         fovea: Option<FoveaSpec>,
         share: u64,
         input: Banks,
         output: Banks,
     ) -> Self {
-        let level_bytes = fovea.as_ref().map_or(0, |fovea| match spec.fetch {
-            Fetch::Everything | Fetch::GeometryFirst => 1 + 3 * fovea.record.0,
-            Fetch::LazyColour => 1,
-        });
+        let levels = fovea.as_ref().map_or(0, |fovea| 3 * fovea.record.0);
+        let highest = u64::from(fovea.is_some());
+        let (level_bytes, level_colour_bytes) = match spec.fetch {
+            Fetch::Everything | Fetch::GeometryFirst => (highest + levels, 0),
+            Fetch::VisibleColour => (highest, levels),
+            Fetch::LazyColour => (highest, 0),
+        };
         let geometry = record.geometry.0 + level_bytes;
-        let (position, rest) = (record.position.0, geometry + record.colour.0);
+        let (position, colour) = (record.position.0, record.colour.0 + level_colour_bytes);
         let reads = match spec.fetch {
-            Fetch::Everything => (position + rest, 0),
-            Fetch::GeometryFirst => (position, rest),
-            Fetch::LazyColour => (position, geometry),
+            Fetch::Everything => [position + geometry + colour, 0, 0],
+            Fetch::GeometryFirst => [position, geometry + colour, 0],
+            Fetch::VisibleColour => [position, geometry, colour],
+            Fetch::LazyColour => [position, geometry, 0],
+        };
+        let seconds = fovea.as_ref().map_or(0, |fovea| fovea.feature.0);
+        let projected = match record.feature_source {
+            FeatureSource::Ccu => record.projected.0 + seconds,
+            FeatureSource::Nobody => record.projected.0,
         };
         let tests = Divisor::new(u64::from(spec.intersection_units));
         let lookups = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
-        let mut ccu =
-            Self { spec, record, batch: 1, input, output, reads, level_bytes, tests, lookups };
-        let most = (share / 2) / ccu.reserved().max(1);
+        let rate = Divisor::new(u64::from(spec.operations_per_cycle));
+        let o = &spec.operations;
+        let colour = (f64::from(o.sh_colour) * flops::colour_share(degree)).round() as u64;
+        let own = if spec.fetch == Fetch::LazyColour { 0 } else { colour };
+        let mut ccu = Self {
+            spec,
+            record,
+            batch: 1,
+            input,
+            output,
+            reads,
+            level_bytes,
+            level_colour_bytes,
+            entry,
+            projected,
+            colour_operations: own,
+            rate,
+            tests,
+            lookups,
+        };
+        let most = share / reads.iter().sum::<u64>().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
         ccu
     }
 
-    /// Bytes of the first read of a batch.
-    pub fn first_read(&self, batch: &Batch) -> u64 {
-        batch.records * self.reads.0
+    /// Bytes of a read of a batch: 0 to 2, see [`Ccu`].
+    #[inline]
+    pub fn read(&self, batch: &Batch, read: usize) -> u64 {
+        self.reads[read] * [batch.records, batch.survivors, batch.splats][read]
     }
 
-    /// Bytes of the second read, which knows the survivors.
-    pub fn second_read(&self, batch: &Batch) -> u64 {
-        batch.survivors * self.reads.1
+    /// Bytes of all reads of a batch.
+    pub fn read_bytes(&self, batch: &Batch) -> u64 {
+        (0..READS).map(|read| self.read(batch, read)).sum()
+    }
+
+    /// Bytes that reads of a batch from `from` on may bring, when `known` reads have arrived: who
+    /// survives is known with the first, who has a tile with the second.
+    #[inline]
+    pub fn may_read(&self, batch: &Batch, known: usize, from: usize) -> u64 {
+        let counts = [batch.records, batch.survivors, batch.splats];
+        let most = counts.iter().skip(known).fold(0, |most, &n| n.max(most));
+        let of = |read: usize| if read > known { most } else { counts[read] };
+        (from..READS).map(|read| self.reads[read] * of(read)).sum()
+    }
+
+    /// Records of a batch whose colours are evaluated here.
+    fn coloured(&self, batch: &Batch) -> u64 {
+        match self.spec.fetch {
+            Fetch::Everything | Fetch::GeometryFirst => batch.survivors,
+            Fetch::VisibleColour => batch.splats,
+            Fetch::LazyColour => 0,
+        }
+    }
+
+    /// Operations of a batch without its box tests.
+    fn operations(&self, batch: &Batch) -> u64 {
+        let o = &self.spec.operations;
+        batch.records * u64::from(o.cull)
+            + batch.survivors * u64::from(o.project)
+            + batch.prepared * u64::from(o.obb_prepare)
+            + self.coloured(batch) * self.colour_operations
     }
 
     /// Bytes that a batch writes: projected splats and list entries.
     pub fn written(&self, batch: &Batch) -> u64 {
-        batch.splats * self.record.projected.0 + batch.pairs * self.record.list_entry.0
+        batch.splats * self.projected + batch.pairs * self.entry
     }
 
     /// Words of the input buffer that a batch fills: records lie back to back.
     fn input_words(&self, batch: &Batch) -> u64 {
-        self.input.words(self.first_read(batch)) + self.input.words(self.second_read(batch))
+        (0..READS).map(|read| self.input.words(self.read(batch, read))).sum()
     }
 
     /// Words of the tile-list buffer that a batch fills.
     fn output_words(&self, batch: &Batch) -> u64 {
-        self.output.words(batch.splats * self.record.projected.0)
-            + self.output.words(batch.pairs * self.record.list_entry.0)
-    }
-
-    /// Bytes that a batch allocates in the input buffer: those of a batch in which every record
-    /// survives, because the allocation is made before culling.
-    #[inline]
-    pub fn reserved(&self) -> u64 {
-        u64::from(self.batch) * (self.reads.0 + self.reads.1)
+        self.output.words(batch.splats * self.projected)
+            + self.output.words(batch.pairs * self.entry)
     }
 
     /// Charges the table of levels of `tiles` tiles, once a frame.
@@ -134,10 +210,10 @@ impl Unit for Ccu {
 
     #[inline]
     fn cycles(&self, batch: &Batch) -> u64 {
-        let interval = u64::from(self.spec.initiation_interval);
         let tested = batch.prepared.min(batch.records);
         let tests = self.tests.div_ceil(batch.tests).max(self.lookups.div_ceil(batch.lookups));
-        ((batch.records - tested) * interval + (tested * interval).max(tests)).max(1)
+        let entry = batch.records - tested + tested.max(tests);
+        entry.max(self.rate.div_ceil(self.operations(batch))).max(1)
     }
 
     fn bank_stalls(&self, batch: &Batch) -> u64 {
@@ -159,11 +235,10 @@ impl Unit for Ccu {
         actions.charge(stage, Action::Project, batch.survivors);
         actions.charge(stage, Action::ObbPrepare, batch.prepared);
         actions.charge(stage, Action::ObbTest, batch.tests);
-        if self.spec.fetch != Fetch::LazyColour {
-            actions.charge(stage, Action::ShColour, batch.survivors);
-        }
-        if self.level_bytes > 1 {
-            actions.charge(stage, Action::PixelFinish, 3 * batch.survivors);
+        let coloured = self.coloured(batch);
+        actions.charge(stage, Action::ShColour, coloured);
+        if self.level_bytes > 1 || self.level_colour_bytes > 0 {
+            actions.charge(stage, Action::PixelFinish, 3 * coloured);
         }
         if batch.lookups > 0 {
             let looked = self.output.words(batch.lookups * LEVEL_ENTRY) * self.output.word();

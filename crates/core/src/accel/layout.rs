@@ -6,9 +6,12 @@
 //! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
 //! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
 //! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
-//! order.
+//! order. Where the CCUs write the feature records there is no region of projected splats.
 
-use super::machine::Fetch;
+use std::ops::Range;
+
+use super::batch::Batch;
+use super::machine::{FeatureSource, Fetch};
 use super::resolved::ResolvedUnits;
 use super::traffic::ChunkLoad;
 use crate::dram::AddressRange;
@@ -22,16 +25,25 @@ const REGION: u64 = 1 << 20;
 pub enum AccessPattern {
     /// Contiguous bytes.
     Run(AddressRange),
-    /// Two ranges: the projected splats and the list entries that a CCU writes.
-    Two(AddressRange, AddressRange),
-    /// Records of the survivors of a batch, evenly among its records.
-    Survivors {
+    /// What a CCU writes of a batch.
+    Results {
+        /// Place of its first splat.
+        first_splat: u64,
+        /// Splats.
+        splats: u64,
+        /// Its list entries.
+        entries: AddressRange,
+    },
+    /// Records of some Gaussians of a batch, evenly among its records.
+    Some {
         /// Record of the first one in the batch.
         first: u64,
         /// Records of the batch.
         records: u64,
-        /// Survivors among them.
-        survivors: u64,
+        /// Gaussians among them.
+        taken: u64,
+        /// Arrays of [`Layout`] that are read.
+        arrays: Arrays,
     },
     /// Features and colours of entries of a list.
     Chunk {
@@ -45,19 +57,35 @@ pub enum AccessPattern {
     },
 }
 
+/// What of a record is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arrays {
+    /// Its geometry.
+    Geometry,
+    /// Its colour.
+    Colour,
+    /// Both.
+    Both,
+}
+
 /// Addresses of the regions of a frame.
 #[derive(Debug, Clone)]
 pub struct Layout {
     fetch: Fetch,
     /// Position, geometry, colour: bytes read, and distance of records.
     scene: [(u64, u64, u64); 3],
-    projected: (u64, u64),
+    /// Base, bytes, pitch.
+    projected: (u64, u64, u64),
+    /// Features of second levels, where a CCU writes them.
+    seconds: (u64, u64),
     lists: (u64, u64),
     features: (u64, u64, u64),
     /// Colours of further levels and features of second ones, in foveated frames.
     levels: [(u64, u64); 2],
     spill: u64,
     pixels: (u64, u64),
+    /// First byte behind the arrays of the scene.
+    scene_end: u64,
     /// First byte behind all regions.
     end: u64,
 }
@@ -77,8 +105,10 @@ impl Layout {
         let all = r.position.0 + geometry + r.colour.0;
         let sizes = match units.ccu.spec.fetch {
             Fetch::Everything => [(all, all), (0, 0), (0, 0)],
-            Fetch::GeometryFirst | Fetch::LazyColour => {
-                [(r.position.0, r.position.0), (geometry, geometry), (r.colour.0, r.colour_pitch.0)]
+            Fetch::GeometryFirst | Fetch::VisibleColour | Fetch::LazyColour => {
+                let levels = units.ccu.level_colour_bytes;
+                let colour = (r.colour.0 + levels, r.colour_pitch.0 + levels);
+                [(r.position.0, r.position.0), (geometry, geometry), colour]
             }
         };
         let scene =
@@ -86,10 +116,17 @@ impl Layout {
         let entries = workload.list.len() as u64;
         let mut layout = Layout {
             end: 0,
+            scene_end: region(0),
             fetch: units.ccu.spec.fetch,
             scene,
-            projected: (region(c.intersecting_points * r.projected.0), r.projected.0),
-            lists: (region(entries.max(c.tile_pairs) * r.list_entry.0), r.list_entry.0),
+            seconds: (0, 0),
+            projected: match r.feature_source {
+                FeatureSource::Ccu => (0, 0, 0),
+                FeatureSource::Nobody => {
+                    (region(c.intersecting_points * r.projected.0), r.projected.0, r.projected.0)
+                }
+            },
+            lists: (region(entries.max(c.tile_pairs) * units.ccu.entry), units.ccu.entry),
             features: {
                 let start = region(c.intersecting_points * r.feature_pitch.0);
                 (start, r.feature.0, r.feature_pitch.0)
@@ -105,8 +142,19 @@ impl Layout {
             spill: region(u64::from(units.vru.spec.cores) * REGION),
             pixels: (region(0), u64::from(workload.geometry.tile).pow(2) * r.pixel.0),
         };
+        if r.feature_source == FeatureSource::Ccu {
+            layout.projected = (layout.features.0, r.projected.0, r.feature_pitch.0);
+            layout.seconds = layout.levels[1];
+        }
         layout.end = layout.pixels.0 + workload.tiles.len() as u64 * layout.pixels.1;
         layout
+    }
+
+    /// What was there before the frame: the arrays of the scene, and the colours of further levels.
+    pub fn uploaded(&self) -> [Range<u64>; 2] {
+        let levels = self.levels[0];
+        let behind = if levels.1 == 0 { levels.0 } else { self.levels[1].0 };
+        [0..self.scene_end, levels.0..behind]
     }
 
     /// First byte behind all regions of the frame.
@@ -114,14 +162,22 @@ impl Layout {
         self.end
     }
 
-    /// The first read of a batch: `bytes` from the scene record with index `first`.
-    pub fn first_read(&self, first: u64, bytes: u64) -> AccessPattern {
+    /// A read of a batch, 0 to 2, of `bytes`: the records in order, the survivors, the splats.
+    pub fn batch_read(&self, batch: &Batch, read: usize, bytes: u64) -> AccessPattern {
+        let Batch { first, records, survivors, splats, .. } = *batch;
         let (base, _, pitch) = self.scene[0];
-        AccessPattern::Run(AddressRange { address: base + first * pitch, bytes })
+        let arrays =
+            if self.fetch == Fetch::GeometryFirst { Arrays::Both } else { Arrays::Geometry };
+        match read {
+            0 => AccessPattern::Run(AddressRange { address: base + first * pitch, bytes }),
+            1 => AccessPattern::Some { first, records, taken: survivors, arrays },
+            _ => AccessPattern::Some { first, records, taken: splats, arrays: Arrays::Colour },
+        }
     }
 
     /// The results that a CCU writes for a batch: `splats` projected splats from index
-    /// `first_splat`, and `pairs` list entries from index `first_pair`.
+    /// `first_splat`, and `pairs` list entries from index `first_pair`. Where splats are feature
+    /// records, each lies in its own place.
     pub fn results(
         &self,
         first_splat: u64,
@@ -129,14 +185,9 @@ impl Layout {
         first_pair: u64,
         pairs: u64,
     ) -> AccessPattern {
-        let at = |(base, size): (u64, u64), first: u64, n: u64| AddressRange {
-            address: base + first * size,
-            bytes: n * size,
-        };
-        AccessPattern::Two(
-            at(self.projected, first_splat, splats),
-            at(self.lists, first_pair, pairs),
-        )
+        let (base, size) = self.lists;
+        let entries = AddressRange { address: base + first_pair * size, bytes: pairs * size };
+        AccessPattern::Results { first_splat, splats, entries }
     }
 
     /// `bytes` of the lists, from the list entry with index `start`.
@@ -172,9 +223,11 @@ impl Layout {
             *cursor += 1;
             let piece = match *span {
                 AccessPattern::Run(piece) => part(piece, step)?,
-                AccessPattern::Two(a, b) => *[a, b].get(step as usize)?,
-                AccessPattern::Survivors { first, records, survivors } => {
-                    self.survivor(first, records, survivors, step)?
+                AccessPattern::Results { first_splat, splats, entries } => {
+                    self.result(first_splat, splats, entries, step)?
+                }
+                AccessPattern::Some { first, records, taken, arrays } => {
+                    self.of_record((first, records), taken, arrays, step)?
                 }
                 AccessPattern::Chunk { start, entries, load } => {
                     self.record(start, entries, load, step, workload)?
@@ -186,20 +239,47 @@ impl Layout {
         }
     }
 
-    fn survivor(
+    /// Splats back to back are one piece; feature records have gaps between them.
+    fn result(
         &self,
         first: u64,
-        records: u64,
-        survivors: u64,
+        splats: u64,
+        entries: AddressRange,
         step: u64,
     ) -> Option<AddressRange> {
-        let both = self.fetch == Fetch::GeometryFirst;
-        let (index, part) = if both { (step / 2, step % 2) } else { (step, 0) };
-        if index >= survivors {
+        let (base, bytes, pitch) = self.projected;
+        let (pieces, size) = if bytes == pitch { (1, splats * bytes) } else { (splats, bytes) };
+        if step < pieces {
+            return Some(AddressRange { address: base + (first + step) * pitch, bytes: size });
+        }
+        match step - pieces {
+            0 => Some(entries),
+            1 => {
+                let (base, bytes) = self.seconds;
+                Some(AddressRange { address: base + first * bytes, bytes: splats * bytes })
+            }
+            _ => None,
+        }
+    }
+
+    /// What is read of the records from `first` of which `taken` are taken.
+    fn of_record(
+        &self,
+        (first, records): (u64, u64),
+        taken: u64,
+        arrays: Arrays,
+        step: u64,
+    ) -> Option<AddressRange> {
+        let (index, array) = match arrays {
+            Arrays::Geometry => (step, 1),
+            Arrays::Colour => (step, 2),
+            Arrays::Both => (step / 2, 1 + step % 2),
+        };
+        if index >= taken {
             return None;
         }
-        let record = first + index * records / survivors;
-        let (base, bytes, pitch) = self.scene[1 + part as usize];
+        let record = first + index * records / taken;
+        let (base, bytes, pitch) = self.scene[array as usize];
         Some(AddressRange { address: base + record * pitch, bytes })
     }
 

@@ -20,10 +20,10 @@ mod parts;
 mod spec;
 
 pub use spec::{
-    AccessOrder, Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuSpec, DepthKey, DramModel,
-    DramSpec, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PivotRule,
-    Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder,
-    VruSpec,
+    AccessOrder, Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuOperations, CcuSpec, DepthKey,
+    DramModel, DramSpec, FeatureSource, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE,
+    Organisation, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill,
+    Switch, Termination, TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -72,6 +72,14 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// Bytes of a list entry: depth, number of the splat and bitmap, in whole bytes.
+    pub fn list_entry(&self) -> u64 {
+        let subtiles = self.geometry.tile / self.geometry.subtile.max(1);
+        let bitmap = if self.record.entry_bitmap { u64::from(subtiles).pow(2) } else { 0 };
+        let bits = u64::from(self.record.depth_bits) + u64::from(self.record.id_bits) + bitmap;
+        bits.div_ceil(8)
+    }
+
     /// Reads and checks a machine file.
     ///
     /// # Errors

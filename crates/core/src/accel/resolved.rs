@@ -75,7 +75,7 @@ impl ResolvedUnits {
         for (key, value) in [
             ("geometry.chunk", machine.geometry.chunk),
             ("ccu.units", ccu.units),
-            ("ccu.initiation-interval", ccu.initiation_interval),
+            ("ccu.operations-per-cycle", ccu.operations_per_cycle),
             ("ccu.intersection-units", ccu.intersection_units),
             ("ccu.batch", ccu.batch),
             ("ccu.queue", ccu.queue),
@@ -107,11 +107,11 @@ impl ResolvedUnits {
         let swapped = pixels.words(state / u64::from(subtiles));
         let swap = pixels.excess(swapped, swapped, 0);
         let subtile_pixels = machine.geometry.subtile.pow(2);
-        let (key, chunk) = (machine.record.list_entry.0, u64::from(machine.geometry.chunk));
+        let (key, chunk) = (machine.list_entry(), u64::from(machine.geometry.chunk));
         Self {
             ccu: Ccu::new(
                 ccu.clone(),
-                machine.record.of_degree(degree),
+                (machine.record.of_degree(degree), degree, key),
                 is_foveated.then(|| machine.fovea.clone()),
                 shares.gaussian_in,
                 Banks::new(&buffers.gaussian_in),

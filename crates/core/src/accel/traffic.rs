@@ -6,7 +6,7 @@
 use super::FrameContext;
 use super::batch::Batch;
 use super::bsu::Sort;
-use super::machine::Fetch;
+use super::machine::{FeatureSource, Fetch};
 use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;
 use super::schedule::{Job, Plan, SortProgress};
@@ -65,7 +65,7 @@ impl ChunkLoad {
         let hits = context.hits.map_or(0, |hits| u64::from(hits[chunk]));
         let (colours, levels) = match units.ccu.spec.fetch {
             Fetch::LazyColour => (u64::from(work.first_loads), u64::from(work.level_loads)),
-            Fetch::Everything | Fetch::GeometryFirst => (0, 0),
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => (0, 0),
         };
         let features = u64::from(work.entries) - hits;
         // The cache keeps both levels of a record together.
@@ -82,6 +82,22 @@ impl ChunkLoad {
             + self.levels * fovea.record.0
             + self.seconds * fovea.feature.0
     }
+}
+
+/// Bytes that rendering reads and that nobody wrote: features, where a machine keeps a published
+/// count that has no writes for them.
+pub(super) fn unwritten(
+    workload: &FrameWorkload,
+    units: &ResolvedUnits,
+    context: &FrameContext,
+) -> u64 {
+    let record = &units.ccu.record;
+    if record.feature_source == FeatureSource::Ccu {
+        return 0;
+    }
+    let loads = (0..workload.chunks.len()).map(|c| ChunkLoad::new(workload, c, units, context));
+    let second = units.vru.fovea.feature.0;
+    loads.map(|load| load.features * record.feature.0 + load.seconds * second).sum()
 }
 
 /// Pairs that the CCUs write to lists: all, or the new ones where lists are updated.
@@ -119,10 +135,7 @@ pub(crate) fn traffic(
 ) -> Traffic {
     let whole = Batch::whole(workload, pairs_written(workload, context));
     let ccu = &units.ccu;
-    let preprocessing = StageTraffic {
-        read: ccu.first_read(&whole) + ccu.second_read(&whole),
-        write: ccu.written(&whole),
-    };
+    let preprocessing = StageTraffic { read: ccu.read_bytes(&whole), write: ccu.written(&whole) };
     let mut sorting = StageTraffic::default();
     for job in &plan.jobs {
         let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);

@@ -1,6 +1,7 @@
 //! Accounts that must close in every run. One that does not is a defect, never a warning.
 
 use super::FrameReport;
+use crate::accel::machine::FeatureSource;
 use crate::accel::{FrameTiming, Machine, Replay, RuleError};
 use crate::action::{Action, Stage};
 use crate::energy::Prices;
@@ -36,6 +37,21 @@ pub enum Incompatible {
     Foveated {
         /// Name of the machine.
         machine: String,
+    },
+    /// More splats than the numbers in list entries can tell apart.
+    #[error(
+        "the frame has {splats} splats with a tile, and the lists of machine `{machine}` number \
+         them with {bits} bits: set `record.id-bits` = {needed}, or `record.id-check` = false to \
+         keep a published count of bytes",
+        needed = 64 - (splats.max(&2) - 1).leading_zeros()
+    )]
+    Ids {
+        /// Name of the machine.
+        machine: String,
+        /// Splats with at least one tile.
+        splats: u64,
+        /// `record.id-bits`.
+        bits: u32,
     },
     /// A unit rule from outside of the crate broke its contract.
     #[error(transparent)]
@@ -103,6 +119,21 @@ pub enum InvariantViolated {
         /// Peak x efficiency, or the peak of the device, bytes per second.
         rate: f64,
     },
+    /// More was read of a region than was written to it.
+    #[error(
+        "internal error: frame {frame}: {read} bytes of {region} are read and {written} were \
+         written; please report this"
+    )]
+    Unwritten {
+        /// The frame.
+        frame: usize,
+        /// The region of the memory.
+        region: &'static str,
+        /// Distinct bytes read.
+        read: u64,
+        /// Bytes written.
+        written: u64,
+    },
     /// Parts of the energy do not add up to the total.
     #[error(
         "internal error: frame {frame}: energy parts sum to {parts} pJ, the total is {total} pJ; \
@@ -139,6 +170,10 @@ pub enum SimError {
 pub(crate) fn fits(workload: &FrameWorkload, machine: &Machine) -> Result<(), Incompatible> {
     if workload.fovea.is_some() && machine.fovea.accumulators == 0 {
         return Err(Incompatible::Foveated { machine: machine.name.clone() });
+    }
+    let (splats, bits) = (workload.counters.intersecting_points, machine.record.id_bits);
+    if machine.record.id_check && bits < 64 && splats > 1 << bits {
+        return Err(Incompatible::Ids { machine: machine.name.clone(), splats, bits });
     }
     if workload.geometry == machine.geometry {
         return Ok(());
@@ -179,6 +214,38 @@ pub fn traffic(frame: usize, replay: &Replay) -> Result<(), InvariantViolated> {
     let charged = (total(Action::DramRead), total(Action::DramWrite));
     let served = (timing.dram.read_bytes, timing.dram.write_bytes);
     if charged == served { Ok(()) } else { Err(broken("total", charged, served)) }
+}
+
+/// What is read of the lists and of the features was written in this frame; the scene was uploaded
+/// with the model, spilled keys are written before they are read, and lists that are reused come
+/// from the frame before.
+///
+/// # Errors
+/// [`InvariantViolated::Unwritten`].
+pub(crate) fn written(
+    frame: usize,
+    workload: &FrameWorkload,
+    machine: &Machine,
+    replay: &Replay,
+    is_reused: bool,
+) -> Result<(), InvariantViolated> {
+    let (record, c) = (&machine.record, &workload.counters);
+    let law = |region, read: u64, written: u64| {
+        if read <= written {
+            return Ok(());
+        }
+        Err(InvariantViolated::Unwritten { frame, region, read, written })
+    };
+    if !is_reused {
+        let sorting = replay.served.stages[1];
+        let lists = c.tile_pairs * machine.list_entry();
+        law("the lists", sorting.read.saturating_sub(sorting.write), lists)?;
+    }
+    if record.feature_source == FeatureSource::Nobody {
+        return Ok(());
+    }
+    let features = c.intersecting_points * record.projected.0;
+    law("the features", c.fetched_points * record.feature.0, features)
 }
 
 /// Cycles of every unit add up to the frame; requests are all served; the DRAM keeps to its rate.

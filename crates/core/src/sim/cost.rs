@@ -51,7 +51,7 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
     let (ccu, gsu) = (&machine.ccu, &machine.gsu);
     let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
     let per_cycle = [
-        pj(&gaussian) / f64::from(ccu.initiation_interval)
+        pj(&gaussian) * ccu.gaussians_per_cycle()
             + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
         pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
         pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64,

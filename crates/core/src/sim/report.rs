@@ -69,6 +69,8 @@ pub struct CycleReport {
     pub executed_evaluations: u64,
     /// Those of them whose pixel has not stopped.
     pub live_evaluations: u64,
+    /// DRAM bytes read that nobody wrote (`record.feature-source = "nobody"`).
+    pub unwritten_bytes: u64,
     /// Order of the sorted lists; `None` where it was not measured.
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.

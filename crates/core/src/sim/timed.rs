@@ -28,6 +28,8 @@ pub struct Timed {
     pub timing: FrameTiming,
     /// Clock of the machine.
     pub clock: Hertz,
+    /// DRAM bytes read that nobody wrote.
+    pub unwritten_bytes: u64,
     /// Order of the sorted lists; `None` where it was not measured.
     pub lists: Option<ListOrder>,
     /// The feature cache, where the machine has one.
@@ -77,6 +79,7 @@ fn timed(
     check::rules(&replay)?;
     check::traffic(frame, &replay)?;
     check::timing(frame, &replay.timing, machine)?;
+    check::written(frame, workload, machine, &replay, measured.context().reuse.is_some())?;
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
     Ok(Timed {
         sh_degree: workload.sh_degree,
@@ -85,6 +88,7 @@ fn timed(
         actions: replay.actions,
         timing: replay.timing,
         clock: machine.clock,
+        unwritten_bytes: replay.unwritten,
         lists: measured.lists(),
         cache: measured.cache_summary(),
         fovea: FoveaSummary::of(workload)
@@ -128,6 +132,7 @@ pub fn priced(
             clock: timed.clock,
             executed_evaluations: timed.actions.total(Action::Alpha),
             live_evaluations: timed.live_evaluations,
+            unwritten_bytes: timed.unwritten_bytes,
             lists: timed.lists,
             cache: timed.cache,
             fovea: regions::priced(timed, prices),

@@ -2,7 +2,7 @@
 //! two actions can be confused.
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
-use powergs_core::accel::machine::{DramModel, GatingSpec};
+use powergs_core::accel::machine::{DramModel, FeatureSource, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
 use powergs_core::action::{Action, ActionCounts, Stage};
 use powergs_core::dram::{CommandPrices, DramCommands, StageCommands};
@@ -43,9 +43,9 @@ pub const UNLIKE: [&str; 16] = [
     "clock=800 MHz",
     "cache.capacity=32 KiB",
     "cache.ways=8",
-    "ccu.initiation-interval=2",
+    "ccu.operations-per-cycle=213",
     "ccu.intersection-units=2",
-    "ccu.queue=8",
+    "ccu.queue=32",
     "fovea.accumulators=2",
     "fovea.level-tests=2",
     "gsu.pivots=15",
@@ -191,6 +191,8 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let refused = cost::prices(&table, &machine).unwrap_err().to_string();
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
     machine.dram.model = DramModel::Banked;
+    // Loads of such frames are made up.
+    machine.record.feature_source = FeatureSource::Nobody;
     let frame = Dice::new(7).workload(machine.geometry);
     let prices = cost::prices(&table, &machine).unwrap();
     let report = simulate(Label::default(), &frame, &machine, &prices).unwrap();

@@ -16,7 +16,7 @@ use powergs_testkit::scenes::{front_camera, random_scene};
 /// Bytes and distance of the colour records of a machine, by degree.
 fn colours(sets: &[&str]) -> [(u64, u64); 4] {
     let changes: Vec<Change> = sets.iter().map(|s| s.parse().unwrap()).collect();
-    let system = System::named("gscore").unwrap().with(&changes).unwrap();
+    let system = System::named("gscore-powergs").unwrap().with(&changes).unwrap();
     ShDegree::ALL.map(|sh_degree| {
         let geometry = system.machine().geometry;
         let workload = FrameWorkload { sh_degree, ..FrameWorkload::empty(geometry) };
@@ -42,7 +42,7 @@ fn records_shrink_with_the_degree() {
 #[test]
 fn the_part_that_stays_is_a_part_of_the_record() {
     let change: Change = "record.colour-extra=104 B".parse().unwrap();
-    let error = System::named("gscore").unwrap().with(&[change]).unwrap_err().to_string();
+    let error = System::named("gscore-powergs").unwrap().with(&[change]).unwrap_err().to_string();
     assert!(error.contains("`record.colour-extra` = 104 B is more than `record.colour` = 103 B"));
 }
 
@@ -58,7 +58,7 @@ fn frame(degree: Option<u8>) -> Frame {
 
 fn replayed(degree: Option<u8>, sets: &[&str]) -> FrameReport {
     let changes: Vec<Change> = sets.iter().map(|s| s.parse().unwrap()).collect();
-    let system = System::named("gscore").unwrap().with(&changes).unwrap();
+    let system = System::named("gscore-powergs").unwrap().with(&changes).unwrap();
     let mut frames = MemoryFrames::new("scene", [frame(degree)]);
     let mut reports = Session::new(&mut frames, &()).reports(&[system]).unwrap();
     reports.remove(0).remove(0)

@@ -111,7 +111,7 @@ fn fails(bytes: &[u8], print: u128, text: &str) {
 #[test]
 fn other_files_other_versions_and_other_runs_are_told_apart() {
     let bytes = bytes_of(&progress());
-    fails(b"ply\nformat", PRINT, "no checkpoint of an optimisation");
+    fails(b"ply\nformat", PRINT, "not a checkpoint of an optimisation");
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;

@@ -195,5 +195,5 @@ fn tables_are_read_and_bad_ones_refused() {
     let binary = [b"rho,display_w,render_w\n0,1,".as_slice(), &[0xff, 0xfe, b'\n']].concat();
     assert!(read_samples(binary.as_slice()).is_err());
     let long = "rho,display_w,render_w\n".to_owned() + &"0,1,2\n".repeat(100_001);
-    assert!(read_samples(long.as_bytes()).unwrap_err().to_string().contains("no table"));
+    assert!(read_samples(long.as_bytes()).unwrap_err().to_string().contains("not a table"));
 }

@@ -109,12 +109,12 @@ fn bad_files_are_refused_with_the_tensor_and_what_to_do() {
     let made = alex();
     let bytes = made.bytes(Kind::F32);
     for len in [0, 1, 7, 8, 9, 100, bytes.len() / 2, bytes.len() - 1] {
-        refused(&bytes[..len], &["no whole safetensors file", "docs/metrics.md"]);
+        refused(&bytes[..len], &["not a complete safetensors file", "docs/metrics.md"]);
     }
     // A header of exabytes, and one that points beyond the file.
-    refused(&[&u64::MAX.to_le_bytes()[..], b"{}"].concat(), &["no whole safetensors"]);
+    refused(&[&u64::MAX.to_le_bytes()[..], b"{}"].concat(), &["complete safetensors"]);
     let far = br#"{"a":{"dtype":"F32","shape":[1000000000],"data_offsets":[0,4000000000]}}"#;
-    refused(&[&(far.len() as u64).to_le_bytes()[..], far].concat(), &["no whole safetensors"]);
+    refused(&[&(far.len() as u64).to_le_bytes()[..], far].concat(), &["complete safetensors"]);
     refused(b"PK\x03\x04 and more", &["PyTorch", "docs/metrics.md"]);
     refused(b"\x80\x02\x8a\x0al\xfc", &["PyTorch"]);
     for name in ["net.slice3.6.weight", "net.slice5.10.bias", "lin4.model.1.weight"] {

@@ -85,7 +85,7 @@ pub fn left_out(machine: &MachineFacts) -> Vec<Effect> {
 }
 
 /// Everything that is known to be left out.
-pub const NOT_MODELLED: [Effect; 12] = [
+pub const NOT_MODELLED: [Effect; 13] = [
     effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
         .by(LeftOutBy::Dram(DramModel::Bandwidth)),
     effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
@@ -102,6 +102,11 @@ pub const NOT_MODELLED: [Effect; 12] = [
     .by(LeftOutBy::FreeSwitch),
     effect("pairs that begin before a stop is known", Bias::Optimistic, "A88")
         .by(LeftOutBy::KnownStops),
+    effect(
+        "how pairs get from the order of the CCUs into the lists of tiles",
+        Bias::Optimistic,
+        "A35",
+    ),
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
     effect(
         "changes of clock and voltage in a frame, temperature, wake-up times",

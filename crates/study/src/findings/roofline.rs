@@ -71,7 +71,7 @@ impl Roofline {
             actions.iter().map(|a| f64::from(operations[a.index()])).sum()
         };
         let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
-        let per_ccu = sum(&gaussian) / f64::from(ccu.initiation_interval)
+        let per_ccu = sum(&gaussian) * ccu.gaussians_per_cycle()
             + sum(&[Action::ObbTest]) * f64::from(ccu.intersection_units);
         let cores = f64::from(vru.cores);
         let per_qsu = f64::from(gsu.keys_per_cycle) * sum(&[Action::PivotKey]);

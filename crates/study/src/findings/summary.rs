@@ -161,6 +161,8 @@ pub struct DramSummary {
     pub bandwidth_gb_s: Option<f64>,
     /// Bytes of the second master over the frame time, 10⁹ bytes per second; 0 without one.
     pub second_master_gb_s: Option<f64>,
+    /// Bytes a frame that are read and that nobody wrote.
+    pub unwritten_bytes: Option<f64>,
     /// Share of the bursts that found their row open, where commands are counted and there are any.
     pub row_hit_frac: Option<f64>,
     /// Bytes moved per byte that was asked for, where commands are counted.
@@ -354,6 +356,7 @@ impl Frames<'_> {
         DramSummary {
             busy_frac: self.mean(|f| f.timing().map_or(0.0, FrameTiming::dram_busy_frac)),
             bandwidth_gb_s: known(|c| Some(c.dram_bandwidth_gb_s())),
+            unwritten_bytes: known(|c| Some(c.unwritten_bytes as f64)),
             second_master_gb_s: known(|c| {
                 Some(c.timing.dram.second_master_bytes as f64 * 1e-9 / c.frame_time_s())
             }),

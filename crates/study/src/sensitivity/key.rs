@@ -69,7 +69,13 @@ impl Key {
 
     /// The machine with this value; or why that is invalid.
     pub(super) fn set(&self, base: &System, value: &Value) -> Result<System, String> {
-        let system = base.with_from(&[self.change(value)], &EmbeddedFiles);
+        let mut changes = vec![self.change(value)];
+        if self.path == "record.id-bits" {
+            // What their bytes move is asked, not how many splats these frames have.
+            let path = "record.id-check".to_owned();
+            changes.push(Change { path, value: Value::Boolean(false), ..changes[0].clone() });
+        }
+        let system = base.with_from(&changes, &EmbeddedFiles);
         system.map_err(|error| error.message())
     }
 

@@ -74,7 +74,7 @@ impl Totals {
         }
         let pairs =
             measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
-        self.list_bytes_written += pairs * machine.record.list_entry.0;
+        self.list_bytes_written += pairs * machine.list_entry();
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
         self.alpha_evaluations += workload.counters.alpha_evaluations;

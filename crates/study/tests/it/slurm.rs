@@ -61,7 +61,7 @@ fn mistakes_in_settings_are_found_with_their_line() {
     refused("shards = 2\n[sbatch]\nmem = 1.5", &["a whole number"]);
     refused("shards = 2\n[sbatch]\nmem = [1]", &["a whole number"]);
     refused("shards = 2\n[sbatch]\ncomment = 'a \"b\"'", &["double quote"]);
-    refused("shards = 2\n[environment]\n\"A B\" = \"x\"", &["no name of a variable"]);
+    refused("shards = 2\n[environment]\n\"A B\" = \"x\"", &["not the name of a variable"]);
     refused("shards = 2 x", &["not valid TOML"]);
 }
 
@@ -70,7 +70,7 @@ fn no_line_can_be_smuggled_into_the_script() {
     refused("shards = 2\nsetup = [\"true\\nrm x\"]", &["line break"]);
     refused("shards = 2\nprogram = \"a\\nb\"", &["line break"]);
     refused("shards = 2\n[sbatch]\nmem = \"1\\n#SBATCH --uid=0\"", &["line break"]);
-    refused("shards = 2\n[sbatch]\n\"mem\\n\" = \"1\"", &["no long option"]);
+    refused("shards = 2\n[sbatch]\n\"mem\\n\" = \"1\"", &["not a long option"]);
     refused("shards = 2\n[environment]\nA = \"1\\nrm x\"", &["line break"]);
     assert!(directive_value("a\nb").is_err() && directive_value("a\\b").is_err());
     assert_eq!(directive_value("a b").unwrap(), "\"a b\"");

@@ -1,6 +1,8 @@
 //! Consistency of the keys of a machine file.
 
-use super::{DramModel, Fetch, Machine, NO_DEVICE, Organisation, Switch, Termination};
+use super::{
+    DramModel, FeatureSource, Fetch, Machine, NO_DEVICE, Organisation, Switch, Termination,
+};
 use powergs_base::quantity::Bytes;
 
 /// The largest buffer or record that is believed: 1 GiB.
@@ -22,6 +24,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     geometry(machine, &mut found);
     records(machine, &mut found);
     colours(machine, &mut found);
+    features(machine, &mut found);
     pitches(machine, &mut found);
     sizes(machine, &mut found);
     words(machine, &mut found);
@@ -212,7 +215,6 @@ fn records(m: &Machine, found: &mut Found) {
         ("record.colour", r.colour, 0),
         ("record.colour-extra", r.colour_extra, 0),
         ("record.projected", r.projected, 0),
-        ("record.list-entry", r.list_entry, 1),
         ("record.feature", r.feature, 1),
         ("record.pixel", r.pixel, 1),
         ("fovea.record", m.fovea.record, 0),
@@ -225,6 +227,29 @@ fn records(m: &Machine, found: &mut Found) {
         if size > RECORD_MAX {
             found.push((key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?")));
         }
+    }
+}
+
+/// Every byte that rendering reads was written by somebody, or the machine says that it was not.
+fn features(m: &Machine, found: &mut Found) {
+    let r = &m.record;
+    if r.feature_source == FeatureSource::Nobody {
+        return;
+    }
+    if m.ccu.fetch == Fetch::LazyColour {
+        let message = "`record.feature-source` = \"ccu\" needs colours before the lists are \
+                       rendered, and `ccu.fetch` = \"lazy-colour\" reads them later: set \
+                       `ccu.fetch` = \"visible-colour\", or `record.feature-source` = \"nobody\"";
+        found.push(("record.feature-source", message.into()));
+    }
+    if r.projected != r.feature {
+        let message = format!(
+            "`record.feature-source` = \"ccu\": a CCU writes `record.projected` = {} of a splat \
+             and `record.feature` = {} are read: set both to the same, or \
+             `record.feature-source` = \"nobody\"",
+            r.projected, r.feature
+        );
+        found.push(("record.feature-source", message));
     }
 }
 
@@ -326,9 +351,11 @@ fn needs(m: &Machine) -> Vec<Need> {
     let (g, r, b) = (&m.geometry, &m.record, &m.buffers);
     let product = |factors: &[u64]| factors.iter().map(|&n| u128::from(n)).product();
     let (cores, chunk) = (u64::from(m.vru.cores), u64::from(g.chunk));
-    let units = u64::from(m.ccu.units);
+    let (units, entry) = (u64::from(m.ccu.units), m.list_entry());
     let read = match m.ccu.fetch {
-        Fetch::Everything | Fetch::GeometryFirst => r.position + r.geometry + r.colour,
+        Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
+            r.position + r.geometry + r.colour
+        }
         Fetch::LazyColour => r.position + r.geometry,
     };
     vec![
@@ -344,20 +371,19 @@ fn needs(m: &Machine) -> Vec<Need> {
         Need {
             key: "buffers.tile-list.capacity",
             capacity: b.tile_list.capacity,
-            bytes: product(&[2, units, r.list_entry.0]),
+            bytes: product(&[2, units, entry]),
             because: format!(
-                "two entries per unit (2 x `ccu.units` {units} x `record.list-entry` {} B)",
-                r.list_entry.0
+                "two entries per unit (2 x `ccu.units` {units} x entries of {entry} B: \
+                 `record.entry-bitmap`, `record.id-bits`)"
             ),
         },
         Need {
             key: "buffers.sorting.capacity",
             capacity: b.sorting.capacity,
-            bytes: product(&[cores, chunk, r.list_entry.0]),
+            bytes: product(&[cores, chunk, entry]),
             because: format!(
                 "the list entries of one chunk per core (`vru.cores` {cores} x `geometry.chunk` \
-                 {chunk} x `record.list-entry` {} B)",
-                r.list_entry.0
+                 {chunk} x entries of {entry} B: `record.entry-bitmap`, `record.id-bits`)"
             ),
         },
         Need {

@@ -35,7 +35,7 @@ pub(super) fn amount(machine: &Machine, part: Part) -> f64 {
     let (ccu, gsu, vru) = (&machine.ccu, &machine.gsu, &machine.vru);
     let accumulators = f64::from(machine.fovea.accumulators.max(1));
     match part {
-        Part::CcuThroughput => f64::from(ccu.initiation_interval).recip(),
+        Part::CcuOperations => f64::from(ccu.operations_per_cycle),
         Part::CcuIntersectionUnits => f64::from(ccu.intersection_units),
         // A machine that cannot show foveated frames has the published unit.
         Part::CcuLevelTests if machine.fovea.accumulators == 0 => 1.0,

@@ -24,10 +24,22 @@ pub struct RecordSpec {
     pub colour_extra: Bytes,
     /// Written by the CCU for every splat with at least one tile.
     pub projected: Bytes,
-    /// Written by the CCU per (splat, tile) pair, and read back by the sorter.
-    pub list_entry: Bytes,
+    /// Bits of the depth in a list entry. An entry is written by the CCU per (splat, tile) pair and
+    /// read back by the sorter; it has the bytes that its bits fill.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "bits"))]
+    pub depth_bits: u32,
+    /// Bits of the splat's number in a list entry.
+    #[schemars(range(min = 1, max = 64), extend("x-unit" = "bits"))]
+    pub id_bits: u32,
+    /// Whether the number must tell all splats of a frame apart. `false` keeps a published count of
+    /// bytes whose numbers cannot.
+    pub id_check: bool,
+    /// Whether a list entry has the bitmap of the sub-tiles that the splat touches, a bit each.
+    pub entry_bitmap: bool,
     /// Read per list entry that a tile loads for rendering.
     pub feature: Bytes,
+    /// Who writes what is read per list entry.
+    pub feature_source: FeatureSource,
     /// Written per pixel.
     pub pixel: Bytes,
     /// Distance of feature records in DRAM, at least `feature`.
@@ -36,6 +48,17 @@ pub struct RecordSpec {
     /// close as their alignment allows: to the largest power of two that divides this distance, at
     /// most 32 B.
     pub colour_pitch: Bytes,
+}
+
+/// Who writes the features that rendering reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureSource {
+    /// The CCU: what it writes of a splat (`record.projected`) is its feature record, in its place.
+    Ccu,
+    /// Nobody: a published count of bytes that has no writes for them. Reports say how many bytes
+    /// are read so.
+    Nobody,
 }
 
 /// Colour records are aligned to at most this: a burst of LPDDR memories, and a usual buffer word.
@@ -69,6 +92,9 @@ pub enum Fetch {
     Everything,
     /// Positions of all, everything else of survivors.
     GeometryFirst,
+    /// Positions of all, geometry of survivors, colour of those with a tile (GSCore, which converts
+    /// what is visible before sorting).
+    VisibleColour,
     /// Positions of all, geometry of survivors, colour when a tile first loads the splat (the
     /// PowerGS model of GSCore).
     LazyColour,
@@ -81,16 +107,19 @@ pub struct CcuSpec {
     /// Number of culling and conversion units.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "units"))]
     pub units: u32,
-    /// Cycles between Gaussians of one unit.
-    #[schemars(range(min = 1, max = 65536), extend("x-unit" = "cycles per Gaussian"))]
-    pub initiation_interval: u32,
+    /// Arithmetic of one CCU, without its box tests: operations of the table `operations` that it
+    /// makes in a cycle.
+    #[schemars(range(min = 1, max = 1048576), extend("x-unit" = "operations per cycle"))]
+    pub operations_per_cycle: u32,
+    /// What the steps of a conversion take.
+    pub operations: CcuOperations,
     /// Intersection units of one CCU: box tests per cycle.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "tests per cycle"))]
     pub intersection_units: u32,
     /// Cycles from a record to its list entries.
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub latency: u32,
-    /// Records that one CCU takes from DRAM in one batch, at most as many as fit half of its input
+    /// Records that one CCU takes from DRAM in one batch, at most as many as fit its input
     /// buffer.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "Gaussians"))]
     pub batch: u32,
@@ -99,6 +128,36 @@ pub struct CcuSpec {
     pub queue: u32,
     /// When the records of a Gaussian are read.
     pub fetch: Fetch,
+}
+
+/// The `ccu.operations` table: arithmetic operations of each step, in the count of the source that
+/// `ccu.operations-per-cycle` is in.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CcuOperations {
+    /// The depth test of a record.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub cull: u32,
+    /// Projection of a survivor: mean, covariance, bounding square.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub project: u32,
+    /// Axes of the oriented box of a splat that is tested.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub obb_prepare: u32,
+    /// A colour from spherical harmonics of degree 3; lower degrees take as much less as they have
+    /// fewer operations.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations"))]
+    pub sh_colour: u32,
+}
+
+impl CcuSpec {
+    /// Gaussians that go through everything in a cycle, at most 1: the rate of the arithmetic.
+    pub fn gaussians_per_cycle(&self) -> f64 {
+        let o = &self.operations;
+        let all = [o.cull, o.project, o.obb_prepare, o.sh_colour];
+        let all: f64 = all.into_iter().map(f64::from).sum();
+        (f64::from(self.operations_per_cycle) / all.max(1.0)).min(1.0)
+    }
 }
 
 /// The `[gsu]` table; counts are per core.

@@ -7,10 +7,9 @@ use super::{NEVER, Shared};
 use crate::accel::Stall;
 use crate::accel::batch::Batch;
 use crate::accel::buffer::BufferAllocator;
-use crate::accel::ccu::Ccu;
-use crate::accel::layout::{AccessPattern, Layout};
-use crate::accel::machine::Fetch;
-use crate::accel::memory::Arrival;
+use crate::accel::ccu::{Ccu, READS};
+use crate::accel::layout::Layout;
+use crate::accel::memory::{Arrival, Memory};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
@@ -20,20 +19,39 @@ use crate::action::{Buffer, Stage};
 #[derive(Debug, Clone)]
 struct Held {
     index: u32,
-    /// Until it enters the unit: whether the read in flight is its last one. After that: whether
-    /// its results have been written.
-    is_through: bool,
     batch: Batch,
-    /// The read or write in flight.
+    /// Reads that it has issued; the last of them, or its write, is `transfer`.
+    reads: usize,
     transfer: Arrival,
+    /// Bytes that it has in the input buffer.
+    room: u64,
+    /// Whether its results have been written.
+    is_written: bool,
     /// Cycle in which its results leave the unit's pipeline.
     until: u64,
+}
+
+/// The memory in a cycle.
+struct Now<'a> {
+    now: u64,
+    memory: &'a Memory<'a>,
+}
+
+impl Held {
+    /// Bytes that its further reads may bring, as is known now.
+    fn rest(&self, ccu: &Ccu, at: &Now<'_>) -> u64 {
+        let is_here = at.memory.at(self.transfer) <= at.now;
+        let known = if is_here { self.reads } else { self.reads - 1 };
+        ccu.may_read(&self.batch, known, self.reads)
+    }
 }
 
 /// The batch that is entering the unit.
 #[derive(Debug, Clone, Copy)]
 struct Entering {
     index: u32,
+    /// Bytes that it has in the input buffer.
+    room: u64,
     /// Cycle in which its last record would have entered if no bank were in conflict.
     busy: u64,
     /// Cycle in which it has entered.
@@ -56,8 +74,6 @@ pub(super) struct CcuState {
     writing: usize,
     /// How many have entered the unit, those included.
     entered: usize,
-    /// How many have issued their last read, those included.
-    asked: usize,
     entering: Option<Entering>,
     pub end: u64,
 }
@@ -74,7 +90,6 @@ impl CcuState {
             held: VecDeque::new(),
             writing: 0,
             entered: 0,
-            asked: 0,
             entering: None,
             end: 0,
         }
@@ -83,8 +98,7 @@ impl CcuState {
     /// Removes the oldest batch.
     fn pop_oldest(&mut self) {
         self.held.pop_front();
-        (self.writing, self.entered, self.asked) =
-            (self.writing - 1, self.entered - 1, self.asked - 1);
+        (self.writing, self.entered) = (self.writing - 1, self.entered - 1);
     }
 
     /// Frees the results that have been written. Results of no bytes occupy nothing, so it does not
@@ -98,14 +112,14 @@ impl CcuState {
             }
             return;
         }
-        for held in self.held.range_mut(..self.writing).filter(|held| !held.is_through) {
+        for held in self.held.range_mut(..self.writing).filter(|held| !held.is_written) {
             if shared.memory.at(held.transfer) <= now {
-                held.is_through = true;
+                held.is_written = true;
                 self.output.release(now, ccu.written(&held.batch));
                 shared.lists.complete(held.index, held.batch.splats);
             }
         }
-        while self.writing > 0 && self.held[0].is_through {
+        while self.writing > 0 && self.held[0].is_written {
             self.pop_oldest();
         }
     }
@@ -118,49 +132,67 @@ impl CcuState {
             let span =
                 |layout: &Layout| layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
             held.transfer = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
-            held.is_through = false;
             self.writing += 1;
             let at = shared.memory.at(held.transfer);
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
         }
-        if self.entering.take_if(|e| e.end <= now).is_some() {
-            self.input.release(now, shared.units.ccu.reserved());
+        if let Some(entered) = self.entering.take_if(|e| e.end <= now) {
+            self.input.release(now, entered.room);
         }
     }
 
-    /// Issues the second reads of batches whose first ones have arrived.
-    fn read_survivors<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
-        let owner = self.owner;
-        let ask = |held: &mut Held, shared: &mut Shared<O>| {
-            if held.is_through {
-                return true;
-            }
-            if shared.memory.at(held.transfer) > now {
+    /// Whether `bytes` more for the batch at `place` leave room for what it and older batches may
+    /// yet need, each when those before it are gone. `rest`: what it may need after these bytes.
+    fn admits(&self, ccu: &Ccu, place: usize, bytes: u64, rest: u64, now: &Now<'_>) -> bool {
+        if self.input.used() == 0 {
+            return true;
+        }
+        let Some(mut free) = self.input.free_with(bytes) else {
+            // What is larger than the buffer streams through it alone.
+            let own = self.held.get(place).map_or(0, |held| held.room);
+            return self.input.used() == own;
+        };
+        free += self.entering.map_or(0, |entering| entering.room);
+        for held in self.held.range(self.entered..).take(place.saturating_sub(self.entered)) {
+            if held.rest(ccu, now) > free {
                 return false;
             }
-            held.is_through = true;
-            let Batch { first, records, survivors, .. } = held.batch;
-            let bytes = shared.units.ccu.second_read(&held.batch);
-            if bytes > 0 {
-                let span = |_: &Layout| AccessPattern::Survivors { first, records, survivors };
-                held.transfer = shared.read(now, owner, Stage::Preprocessing, bytes, span);
-            }
-            true
-        };
-        while let Some(held) = self.held.get_mut(self.asked)
-            && ask(held, shared)
-        {
-            self.asked += 1;
+            free += held.room;
         }
-        if !shared.in_order {
-            self.held.range_mut(self.asked..).for_each(|held| _ = ask(held, shared));
+        rest <= free || self.input.used() == self.held.get(place).map_or(0, |held| held.room)
+    }
+
+    /// Issues the further reads of batches of which one has arrived.
+    fn read_on<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
+        for place in self.entered..self.held.len() {
+            while let Some(held) = self.held.get(place)
+                && held.reads < READS
+                && shared.memory.at(held.transfer) <= now
+            {
+                let ccu = &shared.units.ccu;
+                let (batch, read) = (held.batch, held.reads);
+                let bytes = ccu.read(&batch, read);
+                if bytes > 0 {
+                    let rest = ccu.may_read(&batch, read, read + 1);
+                    let clock = Now { now, memory: &shared.memory };
+                    if !self.admits(ccu, place, bytes, rest, &clock) {
+                        break;
+                    }
+                    let span = |layout: &Layout| layout.batch_read(&batch, read, bytes);
+                    let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
+                    self.input.fill(now, bytes);
+                    let held = &mut self.held[place];
+                    (held.transfer, held.room) = (transfer, held.room + bytes);
+                }
+                self.held[place].reads += 1;
+            }
         }
     }
 
     fn enter<O>(&mut self, now: u64, shared: &mut Shared<O>) {
         let ccu = &shared.units.ccu;
         let memory = &shared.memory;
-        let is_here = |h: &&mut Held| h.is_through && memory.at(h.transfer) <= now;
+        let is_here = |h: &&mut Held| h.reads == READS && memory.at(h.transfer) <= now;
         let Some(head) = self.held.get_mut(self.entered).filter(is_here) else { return };
         let bytes = ccu.written(&head.batch);
         if self.entering.is_some() || !self.output.admits(bytes) {
@@ -171,34 +203,37 @@ impl CcuState {
         let busy = now + cycles;
         let end = busy + stalls;
         self.output.fill(now, bytes);
-        self.entering = Some(Entering { index: head.index, busy, end });
+        self.entering = Some(Entering { index: head.index, room: head.room, busy, end });
         head.until = end + u64::from(ccu.spec.latency);
         self.entered += 1;
     }
 
-    /// Whether it can take one more batch.
-    fn can_claim(&self, ccu: &Ccu) -> bool {
+    /// Whether it can take one more batch: all are thought to be as large as the largest.
+    fn can_claim<O>(&self, now: u64, shared: &Shared<O>) -> bool {
+        let ccu = &shared.units.ccu;
+        let clock = Now { now, memory: &shared.memory };
+        let batch = Batch { records: u64::from(ccu.batch), ..Batch::default() };
+        let (bytes, rest) = (ccu.read(&batch, 0), ccu.may_read(&batch, 0, 1));
         self.held.len() - self.entered < ccu.spec.queue as usize
-            && self.input.admits(ccu.reserved())
+            && self.admits(ccu, self.held.len(), bytes, rest, &clock)
     }
 
-    /// Takes the next batch; returns whether it could take one more in the next cycle.
+    /// Takes the next batch; returns whether there is more to do in the next cycle.
     fn claim<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> bool {
-        let ccu = &shared.units.ccu;
-        if !self.can_claim(ccu) {
+        if !self.can_claim(now, shared) {
             return false;
         }
         let Some(batch) = shared.batches.next() else { return false };
-        self.input.fill(now, ccu.reserved());
-        let bytes = ccu.first_read(&batch);
-        let span = |layout: &Layout| layout.first_read(batch.first, bytes);
+        let bytes = shared.units.ccu.read(&batch, 0);
+        self.input.fill(now, bytes);
+        let span = |layout: &Layout| layout.batch_read(&batch, 0, bytes);
         let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
-        // The first read of everything is the only one.
-        let is_through = ccu.spec.fetch == Fetch::Everything && bytes > 0;
         let index = shared.next_batch;
-        self.held.push_back(Held { index, is_through, batch, transfer, until: NEVER });
+        let (reads, room, is_written, until) = (1, bytes, false, NEVER);
+        self.held.push_back(Held { index, batch, reads, transfer, room, is_written, until });
         shared.next_batch += 1;
-        self.can_claim(ccu) && !shared.batches.is_empty()
+        let is_here = shared.memory.at(transfer) <= now;
+        is_here || !shared.batches.is_empty() && self.can_claim(now, shared)
     }
 
     fn state<O>(&self, now: u64, shared: &Shared<O>) -> State {
@@ -211,7 +246,7 @@ impl CcuState {
         }
         match self.held.get(self.entered) {
             None => State::Idle,
-            Some(head) if head.is_through && shared.memory.at(head.transfer) <= now => {
+            Some(head) if head.reads == READS && shared.memory.at(head.transfer) <= now => {
                 State::Stalled(Stall::Output)
             }
             Some(_) => State::Stalled(Stall::Records),
@@ -221,24 +256,21 @@ impl CcuState {
     fn wake<O>(&self, now: u64, shared: &Shared<O>, claims_more: bool) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
         let at = |held: &Held| later(shared.memory.at(held.transfer));
-        let open = |held: &Held| if held.is_through { NEVER } else { at(held) };
+        let open = |held: &Held| if held.is_written { NEVER } else { at(held) };
         let mut wake = if claims_more { now + 1 } else { NEVER };
-        wake = wake.min(self.held.get(self.asked).map_or(NEVER, open));
+        // Reads that have arrived bring further ones, or the batch into the unit.
+        wake = self.held.range(self.entered..).map(at).fold(wake, u64::min);
         if self.writing < self.entered {
             wake = wake.min(self.held[self.writing].until);
         }
-        let head = self.held.get(self.entered);
-        let waits = self.entering.is_none() && head.is_some();
         if let Some(entering) = self.entering {
             wake = wake.min(entering.end).min(later(entering.busy));
-        } else if let Some(head) = head {
-            wake = wake.min(at(head));
         }
+        let waits = self.entering.is_none() && self.entered < self.held.len();
         if shared.in_order {
             // Writes free the tile-list buffer.
             return if waits && self.writing > 0 { wake.min(at(&self.held[0])) } else { wake };
         }
-        wake = self.held.range(self.asked..).map(open).fold(wake, u64::min);
         if waits || shared.lists.is_watched {
             // Writes also complete lists.
             wake = self.held.range(..self.writing).map(open).fold(wake, u64::min);
@@ -249,7 +281,7 @@ impl CcuState {
     pub(crate) fn step<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) -> u64 {
         self.end = self.end.max(now);
         self.finish(now, shared);
-        self.read_survivors(now, shared);
+        self.read_on(now, shared);
         self.enter(now, shared);
         let claims_more = self.claim(now, shared);
         let state = self.state(now, shared);
@@ -280,7 +312,7 @@ impl CcuState {
 
     /// Closes the accounts of its buffers at the end of the frame.
     pub(crate) fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
-        let left = self.held.drain(..).filter(|held| !held.is_through);
+        let left = self.held.drain(..).filter(|held| !held.is_written);
         left.for_each(|held| self.output.release(now, written(&held.batch)));
     }
 }

@@ -48,9 +48,8 @@ pub struct Parts {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct CcuParts {
-    /// Arithmetic that is shared by the cycles of an initiation interval; amount: Gaussians a
-    /// cycle.
-    pub throughput: PartShare,
+    /// Arithmetic of conversion; amount: operations a cycle.
+    pub operations: PartShare,
     /// Box tests a cycle.
     pub intersection_units: PartShare,
     /// Look-ups of tile levels a cycle.
@@ -120,7 +119,7 @@ impl Parts {
     /// The share of a part.
     pub fn of(&self, part: Part) -> &PartShare {
         match part {
-            Part::CcuThroughput => &self.ccu.throughput,
+            Part::CcuOperations => &self.ccu.operations,
             Part::CcuIntersectionUnits => &self.ccu.intersection_units,
             Part::CcuLevelTests => &self.ccu.level_tests,
             Part::CcuBatches => &self.ccu.batches,
@@ -139,7 +138,7 @@ impl Parts {
     /// The key of a part in an energy table.
     pub(super) const fn key(part: Part) -> &'static str {
         match part {
-            Part::CcuThroughput => "parts.ccu.throughput",
+            Part::CcuOperations => "parts.ccu.operations",
             Part::CcuIntersectionUnits => "parts.ccu.intersection-units",
             Part::CcuLevelTests => "parts.ccu.level-tests",
             Part::CcuBatches => "parts.ccu.batches",

@@ -17,8 +17,8 @@ fn gscore_is_as_published() {
     let sum: u64 = machine.buffers.all().iter().map(|b| b.capacity.0).sum();
     assert_eq!(sum, 248 * 1024, "the buffers that NeRArch-Sim names");
     let r = &machine.record;
-    assert_eq!((r.position.0, r.geometry.0, r.projected.0, r.list_entry.0), (6, 12, 10, 4));
-    assert_eq!((r.feature.0, r.colour.0, r.pixel.0), (19, 103, 3), "PowerGS's bytes");
+    assert_eq!((r.position.0, r.geometry.0, r.projected.0, machine.list_entry()), (6, 16, 18, 6));
+    assert_eq!((r.feature.0, r.colour.0, r.pixel.0), (18, 96, 3), "59 numbers in FP16");
 }
 
 #[test]
@@ -102,6 +102,8 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["cache.capacity=1000000 GiB"], "cache.capacity", "a typing error?");
     let cache = ["cache.ways=4", "cache.capacity=32 KiB", "cache.word=0 B"];
     contradicts(&cache, "cache.word", "from 1 B to the capacity");
+    contradicts(&["ccu.fetch=lazy-colour"], "record.feature-source", "`ccu.fetch`");
+    contradicts(&["record.feature=19 B"], "record.feature-source", "`record.projected` = 18 B");
     contradicts(&["record.feature=0 B"], "record.feature", "at least 1 B");
     contradicts(&["record.pixel=1 MiB"], "record.pixel", "a typing error?");
     contradicts(&["buffers.sorting.capacity=0 B"], "buffers.sorting.capacity", "above zero");
@@ -109,14 +111,14 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&["name=../x"], "name", "file names");
     contradicts(&["energy="], "energy", "must name an energy table");
     let feature = "buffers.feature.capacity";
-    // 2 x 4 x 256 x 19 B = 38,912 B: one byte less is too small.
-    let just = "buffers.feature.capacity=38912 B";
+    // 2 x 4 x 256 x 18 B = 36,864 B: one byte less is too small.
+    let just = "buffers.feature.capacity=36864 B";
     assert!(Machine::parse_with(gscore(), &sets(&[just])).is_ok());
-    contradicts(&["buffers.feature.capacity=38911 B"], feature, "need 38 KiB");
+    contradicts(&["buffers.feature.capacity=36863 B"], feature, "need 36 KiB");
     contradicts(&["geometry.chunk=1024"], feature, "`geometry.chunk` 1024");
     contradicts(&["geometry.chunk=65536", "vru.cores=1024"], feature, "is too small");
-    assert!(Machine::parse_with(gscore(), &sets(&["buffers.sorting.capacity=4 KiB"])).is_ok());
-    let less = ["buffers.sorting.capacity=4095 B"];
+    assert!(Machine::parse_with(gscore(), &sets(&["buffers.sorting.capacity=6 KiB"])).is_ok());
+    let less = ["buffers.sorting.capacity=6143 B"];
     contradicts(&less, "buffers.sorting.capacity", "one chunk per core");
     contradicts(&["buffers.gaussian-in.capacity=143 B"], "buffers.gaussian-in.capacity", "two rec");
     contradicts(&["buffers.pixel-out.capacity=1 KiB"], "buffers.pixel-out.capacity", "sub-tiles");
@@ -163,12 +165,13 @@ fn the_rate_of_a_device_is_said_once() {
 
 #[test]
 fn every_fetch_policy_and_tile_runs_on_gscore() {
-    for fetch in ["everything", "geometry-first", "lazy-colour"] {
+    for fetch in ["everything", "geometry-first", "visible-colour", "lazy-colour"] {
         for tile in [8, 16, 32, 64] {
             let keys = [
                 format!("ccu.fetch={fetch}"),
                 format!("geometry.tile={tile}"),
                 format!("geometry.sort-group={tile}"),
+                "record.feature-source=nobody".to_owned(),
             ];
             let overlays = sets(&keys.each_ref().map(String::as_str));
             Machine::parse_with(gscore(), &overlays).unwrap_or_else(|e| panic!("{fetch}: {e}"));
@@ -181,7 +184,7 @@ fn independent_problems_are_reported_at_once_in_the_order_of_their_lines() {
     let bad = gscore()
         .replace("clock = \"1 GHz\"", "clock = 800")
         .replace("chunk = 256", "chunk = 0")
-        .replace("fetch = \"lazy-colour\"", "fetch = \"lazy-color\"")
+        .replace("fetch = \"visible-colour\"", "fetch = \"visible-color\"")
         .replace("cores = 4 ", "core = 4 ")
         .replace("subtile-skipping = true", "subtile-skipping = \"yes\"")
         .replace("efficiency = 0.78 ", "efficiency = 7.8 ")
@@ -199,7 +202,7 @@ fn independent_problems_are_reported_at_once_in_the_order_of_their_lines() {
         "gsu.pivot",
     ];
     assert_eq!(keys, expected, "{error}");
-    let all_contradictions = ["geometry.tile=24", "gsu.bsu-width=5", "record.list-entry=0 B"];
+    let all_contradictions = ["geometry.tile=24", "gsu.bsu-width=5", "record.pixel=0 B"];
     let error = Machine::parse_with(gscore(), &sets(&all_contradictions)).expect_err("three");
     assert!(error.problems.len() >= 3, "{error}");
 }

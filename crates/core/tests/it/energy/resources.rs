@@ -9,10 +9,11 @@ use powergs_core::sim::cost;
 use toml::{Table, Value};
 
 /// Keys of which less is better: they are halved.
-const LESS_IS_BETTER: [&str; 3] = ["ccu.initiation-interval", "vru.recurrence", "vru.blend-stall"];
+const LESS_IS_BETTER: [&str; 2] = ["vru.recurrence", "vru.blend-stall"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 16] = [
+const FREE: [(&str, &str); 17] = [
+    ("ccu.operations", "the work of a conversion, in somebody's count"),
     ("geometry", "decides the work, not what is built; buffers that it needs have a price"),
     ("record", "bytes that are moved: paid for as work"),
     ("fovea.record", "as `record`"),
@@ -32,14 +33,15 @@ const FREE: [(&str, &str); 16] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 10] = [
+const BASE: [&str; 11] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "vru.blend-stall=2",
     "vru.organisation=subtile-parallel",
     "vru.pixels-per-unit=16",
     "vru.stop-latency=16",
-    "ccu.initiation-interval=8",
+    "record.colour-extra=2 B",
+    "ccu.operations-per-cycle=50",
     "gating.units=true",
     "schedule.merge-below=64",
     "dram.second-master.rate=1 GB/s",
@@ -110,7 +112,8 @@ fn cost_of(doc: &KeyDoc) -> Option<Vec<String>> {
             return None;
         }
         let factor = if LESS_IS_BETTER.contains(&doc.path.as_str()) { 0.5 } else { 2.0 };
-        let more = knob::scaled(&value, factor).expect("a number can be scaled");
+        let more = knob::scaled(&value, factor)
+            .unwrap_or_else(|| panic!("{}: {value} cannot be scaled", doc.path));
         let mut changed = table.clone();
         assert!(knob::set(&mut changed, &doc.path, &more), "{}", doc.path);
         let before = prices(&table).expect("a good machine");
@@ -178,7 +181,7 @@ fn units_grow_with_what_is_in_them() {
         cost::prices(&energy, &machine).expect("prices")
     };
     let unit = |set: &str, i: usize| {
-        let (new, old) = (of(set), of("ccu.queue=4"));
+        let (new, old) = (of(set), of("ccu.queue=16"));
         let area = |p: &Prices| p.area.expect("an area").units[i].0;
         let ratio = area(&new) / area(&old);
         let leakage = new.unit_leakage_w[i] / old.unit_leakage_w[i];
@@ -190,9 +193,9 @@ fn units_grow_with_what_is_in_them() {
         assert!((ratio - wanted).abs() < 1e-9, "{set}: {ratio}, not {wanted}");
     };
     is("ccu.intersection-units=16", 0, 1.0 + 15.0 * 0.09);
-    is("ccu.initiation-interval=8", 0, 1.0 - 0.6 * 7.0 / 8.0);
-    is("ccu.queue=8", 0, 1.0 + 0.012);
-    is("ccu.batch=128", 0, 1.0 + 0.012 / 2.0);
+    is("ccu.operations-per-cycle=71", 0, 1.0 - 0.6 * 5.0 / 6.0);
+    is("ccu.queue=32", 0, 1.0 + 0.048);
+    is("ccu.batch=128", 0, 1.0 + 0.048 / 2.0);
     is("gsu.keys-per-cycle=64", 1, 1.0 + 63.0 * 0.7);
     // 4,608 compare-exchanges for 80.
     is("gsu.bsu-width=256", 2, 1.0 + 0.8 * (4608.0 / 80.0 - 1.0));

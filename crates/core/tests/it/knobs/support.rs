@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 
 use powergs_core::accel::Machine;
 use powergs_core::energy::{EnergyTable, Prices};
-use powergs_core::sim::{self, FrameReport, Label, Lists, Measured, simulate_measured};
+use powergs_core::sim::{self, FrameReport, Label, Lists, Measured, SimError, simulate_measured};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
@@ -119,13 +119,20 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
     let table = table(&machine.energy).ok_or("no such energy table")?;
     let prices = sim::cost::prices(&table, machine).map_err(|e| e.to_string())?;
     let (workloads, measured) = (workloads(machine.geometry), measured(machine));
-    let one = |(w, m): (&FrameWorkload, &Measured)| {
-        simulate_measured(Label::default(), w, m, machine, &prices).expect("accounts close")
+    let one = |(w, m): (&FrameWorkload, &Measured)| match simulate_measured(
+        Label::default(),
+        w,
+        m,
+        machine,
+        &prices,
+    ) {
+        Err(SimError::Incompatible(refused)) => Err(refused.to_string()),
+        report => Ok(report.expect("accounts close")),
     };
     // Machines without accumulators for levels see plain frames only.
     let can = |w: &FrameWorkload| w.fovea.is_none() || machine.fovea.accumulators > 0;
     let all = workloads.iter().zip(measured.iter());
-    let frames = all.filter(|(w, _)| can(w)).map(one).collect();
+    let frames = all.filter(|(w, _)| can(w)).map(one).collect::<Result<_, String>>()?;
     let peak_w = sim::cost::peak_w(machine, &prices);
     Ok(Outcome { frames, prices, peak_w })
 }

@@ -1,12 +1,20 @@
 //! What is true of every machine, and what is not although one might think so.
 
+use std::ops::Range;
+
 use powergs_base::quantity::{Bytes, Nanoseconds};
-use powergs_core::accel::machine::DramModel;
+use powergs_core::accel::layout::Layout;
+use powergs_core::accel::machine::{DramModel, FeatureSource, Fetch};
 use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::timeline::{Observer, Span};
 use powergs_core::accel::traffic::for_each_chunk;
-use powergs_core::accel::{FrameContext, Machine, Replay, ResolvedUnits, Unit, replay};
+use powergs_core::accel::{
+    FrameContext, Machine, Replay, ResolvedUnits, Unit, replay, replay_with,
+};
 use powergs_core::action::{Action, Stage};
-use powergs_core::workload::FrameWorkload;
+use powergs_core::workload::{FrameWorkload, bin};
+
+use crate::workload::support::dense_frame;
 
 use super::support::{Dice, TilePlan, gscore, set_rate, workload};
 
@@ -98,7 +106,7 @@ fn work_does_not_depend_on_timing() {
         let (mut machine, workload) = case(seed);
         let before = replay(&workload, &machine);
         machine.ccu.latency += 7;
-        machine.ccu.initiation_interval += 1;
+        machine.ccu.operations_per_cycle += 50;
         machine.ccu.intersection_units += 1;
         machine.ccu.units += 1;
         machine.ccu.batch += 2;
@@ -130,7 +138,7 @@ const HELP: [Knob; 10] = [
     ("a larger sorting buffer", |m| m.buffers.sorting.capacity.0 *= 2),
     ("a larger feature buffer", |m| m.buffers.feature.capacity.0 *= 2),
     ("a larger pixel buffer", |m| m.buffers.pixel_out.capacity.0 *= 2),
-    ("a shorter interval", |m| m.ccu.initiation_interval = 1),
+    ("more arithmetic", |m| m.ccu.operations_per_cycle = 1000),
     ("a shorter CCU", |m| m.ccu.latency = 0),
     ("a shorter QSU", |m| m.gsu.qsu_latency = 0),
     ("a shorter BSU", |m| m.gsu.bsu_latency = 0),
@@ -280,4 +288,70 @@ fn more_ccus_and_wider_tests_help_when_they_are_the_limit() {
         // The fill: two reads of 100 cycles latency.
         assert!((cycles..cycles + 250.0).contains(&end), "{end} for {cycles}");
     }
+}
+
+/// The pieces of all requests.
+#[derive(Default)]
+struct Requests(Vec<(bool, u64, u64)>);
+
+impl Requests {
+    /// Bytes read, as often as they are, that are neither in `uploaded` nor written by any request.
+    fn orphans(&self, uploaded: &[Range<u64>]) -> u64 {
+        let mut written: Vec<Range<u64>> = Vec::new();
+        let mut writes: Vec<_> = self.0.iter().filter(|r| r.0).map(|r| r.1..r.1 + r.2).collect();
+        writes.sort_unstable_by_key(|w| w.start);
+        for write in uploaded.iter().cloned().chain(writes) {
+            match written.last_mut() {
+                Some(last) if last.start <= write.start && write.start <= last.end => {
+                    last.end = last.end.max(write.end);
+                }
+                _ => written.push(write),
+            }
+        }
+        let is_there = |from: u64, to: u64| written.iter().any(|w| w.start <= from && to <= w.end);
+        let reads = self.0.iter().filter(|r| !r.0 && !is_there(r.1, r.1 + r.2));
+        reads.map(|r| r.2).sum()
+    }
+}
+
+impl Observer for Requests {
+    const WANTS_REQUESTS: bool = true;
+
+    fn span(&mut self, _: Span) {}
+
+    fn request(&mut self, is_write: bool, address: u64, bytes: u64) {
+        self.0.push((is_write, address, bytes));
+    }
+}
+
+/// Every address that is read was uploaded with the scene or is written in the frame, and where the
+/// machine says that nobody writes features, it is they and no others.
+#[test]
+fn every_byte_that_is_read_was_written_or_uploaded() {
+    let (mut clean, mut orphaned) = (0, 0);
+    for seed in 0..CASES / 10 {
+        let mut machine = Dice::new(seed).machine();
+        if machine.ccu.fetch != Fetch::LazyColour {
+            machine.record.projected = machine.record.feature;
+            machine.record.feature_source = FeatureSource::Ccu;
+        }
+        let workload = bin(&dense_frame(seed), machine.geometry);
+        let mut seen = Requests::default();
+        let replay = replay_with(&workload, &machine, FrameContext::default(), &mut seen);
+        let units = ResolvedUnits::for_frame(&machine, &workload);
+        let uploaded = Layout::new(&workload, &units).uploaded();
+        let orphans = seen.orphans(&uploaded);
+        let expected = match machine.record.feature_source {
+            FeatureSource::Ccu => 0,
+            FeatureSource::Nobody => replay.unwritten,
+        };
+        if machine.vru.speculation == 0 {
+            assert_eq!(orphans, expected, "seed {seed}");
+        }
+        // Chunks that are fetched and not needed are not in what a frame must read.
+        assert!(orphans >= expected && (expected > 0 || orphans == 0), "seed {seed}");
+        clean += u64::from(expected == 0);
+        orphaned += u64::from(expected > 0);
+    }
+    assert!(clean > 10 && orphaned > 10, "{clean} {orphaned}");
 }

@@ -52,7 +52,7 @@ fn machines_that_differ_in_front_do_not_share() {
     let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
     let memo = Memo::default();
     let mut slow = machine.clone();
-    slow.ccu.initiation_interval = 9;
+    slow.ccu.operations_per_cycle = 20;
     let fast = replay_again(&frame, &machine, FrameContext::default(), &memo);
     let slow = replay_again(&frame, &slow, FrameContext::default(), &memo);
     assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);

@@ -24,6 +24,11 @@ pub fn buffer(capacity: Bytes) -> BufferSpec {
     BufferSpec { capacity, word: Bytes(1), banks: 1024, ports: Ports::ReadAndWrite }
 }
 
+/// Operations of a conversion as `powergs` counts them.
+fn operations() -> CcuOperations {
+    CcuOperations { cull: 47, project: 208, obb_prepare: 38, sh_colour: 133 }
+}
+
 /// A machine with the published unit counts of GSCore, and record sizes of the PowerGS model.
 pub fn gscore() -> Machine {
     let mut machine = unlinked();
@@ -75,15 +80,20 @@ fn unlinked() -> Machine {
             colour: Bytes(103),
             colour_extra: Bytes(7),
             projected: Bytes(10),
-            list_entry: Bytes(4),
+            depth_bits: 16,
+            id_bits: 16,
+            id_check: false,
+            entry_bitmap: false,
             feature: Bytes(19),
+            feature_source: FeatureSource::Nobody,
             pixel: Bytes(3),
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         },
         ccu: CcuSpec {
             units: 4,
-            initiation_interval: 1,
+            operations_per_cycle: 426,
+            operations: operations(),
             intersection_units: 1,
             latency: 128,
             batch: 32,
@@ -246,20 +256,30 @@ impl Dice {
             colour: bytes(self, 20),
             colour_extra: Bytes(0),
             projected: bytes(self, 10),
-            list_entry: bytes(self, 4),
+            depth_bits: 8 * self.roll(0, 4) + 1,
+            id_bits: 5,
+            id_check: false,
+            entry_bitmap: false,
             feature: bytes(self, 19),
+            feature_source: FeatureSource::Nobody,
             pixel: bytes(self, 3),
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         };
         machine.ccu = CcuSpec {
             units: self.roll(1, 3),
-            initiation_interval: self.roll(1, 3),
+            operations_per_cycle: self.roll(100, 500),
+            operations: operations(),
             intersection_units: self.roll(1, 3),
             latency: self.roll(0, 9),
             batch: self.roll(1, 6),
             queue: self.pick(&[1, 2, 64]),
-            fetch: self.pick(&[Fetch::Everything, Fetch::GeometryFirst, Fetch::LazyColour]),
+            fetch: self.pick(&[
+                Fetch::Everything,
+                Fetch::GeometryFirst,
+                Fetch::VisibleColour,
+                Fetch::LazyColour,
+            ]),
         };
         machine.gsu = GsuSpec {
             qsu_per_core: self.roll(1, 2),

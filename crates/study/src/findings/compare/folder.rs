@@ -183,6 +183,7 @@ fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<CycleSumm
             busy_frac: mean.value("dram.busy_frac"),
             bandwidth_gb_s: mean.known("dram.bandwidth_gb_s"),
             second_master_gb_s: mean.known("dram.second_master_gb_s"),
+            unwritten_bytes: mean.known("dram.unwritten_bytes"),
             row_hit_frac: mean.known("dram.row_hit_frac"),
             moved_per_requested: mean.known("dram.moved_per_requested"),
             commands: commands(mean),

@@ -37,6 +37,14 @@ pub(super) fn dram(list: &mut List) {
     );
     count(
         list,
+        "dram.unwritten_bytes",
+        "B",
+        "Bytes that rendering read and that nobody wrote: features, on a machine whose \
+         `record.feature-source` is `nobody` because a published count has no writes for them.",
+        |f| f.cycle().map(|cycle| cycle.unwritten_bytes),
+    );
+    count(
+        list,
         "dram.second_master_bytes",
         "B",
         "Bytes that the second master (`dram.second-master`) asked for in the frame and that were \

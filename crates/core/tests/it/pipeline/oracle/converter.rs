@@ -2,28 +2,51 @@
 
 use powergs_core::accel::Unit;
 use powergs_core::accel::batch::Batch;
-use powergs_core::accel::layout::AccessPattern;
+use powergs_core::accel::ccu::Ccu;
 use powergs_core::accel::traffic::pairs_written;
 
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
 
-#[derive(PartialEq)]
-enum Data {
-    First(Ticket),
-    Second(Ticket),
-    Here,
-}
-
+/// A batch in front of the unit: reads that were issued, the one under way, bytes in the buffer.
 struct Held {
     index: usize,
     batch: Batch,
-    data: Data,
+    reads: usize,
+    waits_for: Option<Ticket>,
+    room: u64,
+}
+
+impl Held {
+    fn is_complete(&self) -> bool {
+        self.reads == 3 && self.waits_for.is_none()
+    }
+
+    /// What it may still bring into the buffer, by what it knows: nothing of its records before the
+    /// first read is there, then who survives, then who has a tile.
+    fn need(&self, ccu: &Ccu) -> u64 {
+        self.need_after(ccu, self.reads - usize::from(self.waits_for.is_some()), self.reads)
+    }
+
+    /// The same with this many reads known and issued.
+    fn need_after(&self, ccu: &Ccu, known: usize, issued: usize) -> u64 {
+        let b = &self.batch;
+        let (mut survivors, mut splats) = (b.survivors, b.splats);
+        if known == 0 {
+            survivors = b.records.max(survivors).max(splats);
+        }
+        if known < 2 {
+            splats = survivors.max(splats);
+        }
+        let guess = Batch { survivors, splats, ..*b };
+        (issued..3).map(|read| ccu.read(&guess, read)).sum()
+    }
 }
 
 pub struct Converter {
     held: Vec<Held>,
     entering: Option<(usize, u64, u64)>,
+    entering_room: u64,
     pipe: Vec<(u64, usize, u64)>,
     writes: Vec<(Ticket, usize, u64)>,
     input_used: u64,
@@ -95,6 +118,7 @@ impl Converter {
         Self {
             held: Vec::new(),
             entering: None,
+            entering_room: 0,
             pipe: Vec::new(),
             writes: Vec::new(),
             input_used: 0,
@@ -127,48 +151,88 @@ impl Converter {
         }
         if matches!(self.entering, Some((_, 0, 0))) {
             self.entering = None;
-            self.input_used -= ccu.reserved();
+            self.input_used -= std::mem::take(&mut self.entering_room);
         }
+        let share = frame.design.shares.gaussian_in;
         for held in &mut self.held {
-            match held.data {
-                Data::First(ticket) if memory.is_done(ticket, now) => {
-                    let bytes = ccu.second_read(&held.batch);
-                    held.data = match bytes {
-                        0 => Data::Here,
-                        _ => {
-                            let Batch { first, records, survivors, .. } = held.batch;
-                            let span = AccessPattern::Survivors { first, records, survivors };
-                            Data::Second(memory.read(now, 0, bytes, span))
-                        }
-                    };
+            held.waits_for = held.waits_for.filter(|&ticket| !memory.is_done(ticket, now));
+        }
+        for place in 0..self.held.len() {
+            while self.held[place].waits_for.is_none() && self.held[place].reads < 3 {
+                let (b, read) = (self.held[place].batch, self.held[place].reads);
+                let bytes = ccu.read(&b, read);
+                if bytes == 0 {
+                    self.held[place].reads += 1;
+                    continue;
                 }
-                Data::Second(ticket) if memory.is_done(ticket, now) => held.data = Data::Here,
-                _ => {}
+                if !self.may_take(ccu, place, bytes, share) {
+                    break;
+                }
+                let span = memory.layout.batch_read(&b, read, bytes);
+                let held = &mut self.held[place];
+                held.waits_for = Some(memory.read(now, 0, bytes, span));
+                (held.reads, held.room) = (held.reads + 1, held.room + bytes);
+                self.input_used += bytes;
+                // What takes no time is here at once.
+                held.waits_for = held.waits_for.filter(|&ticket| !memory.is_done(ticket, now));
             }
         }
-        if self.entering.is_none() && self.held.first().is_some_and(|h| h.data == Data::Here) {
+        if self.entering.is_none() && self.held.first().is_some_and(Held::is_complete) {
             let bytes = ccu.written(&self.held[0].batch);
             if self.output_used == 0 || self.output_used + bytes <= frame.design.shares.tile_list {
                 let held = self.held.remove(0);
                 let (cycles, bank) = (ccu.cycles(&held.batch), ccu.bank_stalls(&held.batch));
                 self.output_used += bytes;
+                self.entering_room = held.room;
                 self.entering = Some((held.index, cycles, bank));
                 self.pipe.push((cycles + bank + u64::from(ccu.spec.latency), held.index, bytes));
             }
         }
-        let reserved = ccu.reserved();
-        let share = frame.design.shares.gaussian_in;
-        let fits = self.input_used == 0 || self.input_used + reserved <= share;
         let places = self.held.len() < ccu.spec.queue as usize;
-        if *next < batches(frame) && fits && places {
+        if *next < batches(frame) && places {
             let batch = batch(frame, *next);
-            let bytes = ccu.first_read(&batch);
-            let span = memory.layout.first_read(batch.first, bytes);
-            let ticket = memory.read(now, 0, bytes, span);
-            self.held.push(Held { index: *next, batch, data: Data::First(ticket) });
-            self.input_used += reserved;
+            // It must have room for a whole batch of which everything may be needed.
+            let largest = Batch { records: u64::from(ccu.batch), ..Batch::default() };
+            let (index, reads, room) = (*next, 0, 0);
+            self.held.push(Held { index, batch: largest, reads, waits_for: None, room });
+            let fits = self.may_take(ccu, self.held.len() - 1, ccu.read(&largest, 0), share);
+            self.held.pop();
+            if !fits {
+                return;
+            }
+            let bytes = ccu.read(&batch, 0);
+            self.held.push(Held { index, batch, reads, waits_for: None, room });
+            let span = memory.layout.batch_read(&batch, 0, bytes);
+            let held = self.held.last_mut().expect("the new one");
+            held.waits_for = Some(memory.read(now, 0, bytes, span));
+            (held.reads, held.room) = (1, bytes);
+            self.input_used += bytes;
             *next += 1;
         }
+    }
+
+    /// Whether a read of `bytes` for the batch at `place` is issued: it fits, and every batch up to
+    /// this one can still finish when those before it have gone. A batch that is alone may always.
+    fn may_take(&mut self, ccu: &Ccu, place: usize, bytes: u64, share: u64) -> bool {
+        if self.input_used == self.held[place].room {
+            return true;
+        }
+        if self.input_used + bytes > share {
+            return false;
+        }
+        // Try it: the state after the read.
+        let (reads, waits_for) = (self.held[place].reads, self.held[place].waits_for);
+        let known = if reads == 0 { 0 } else { reads };
+        let mut safe = true;
+        let mut free = share - self.input_used - bytes + self.entering_room;
+        for (i, held) in self.held.iter().enumerate().take(place + 1) {
+            let need =
+                if i < place { held.need(ccu) } else { held.need_after(ccu, known, reads + 1) };
+            safe &= need <= free;
+            free += held.room;
+        }
+        assert!(waits_for.is_none());
+        safe
     }
 
     pub fn symbol(&self) -> char {
@@ -176,7 +240,7 @@ impl Converter {
             (Some((_, 0, _)), _) => 'b',
             (Some((index, _, _)), _) => digit(*index),
             (None, None) => '.',
-            (None, Some(held)) if held.data == Data::Here => 'o',
+            (None, Some(held)) if held.is_complete() => 'o',
             (None, Some(_)) => 'r',
         }
     }
