@@ -375,8 +375,9 @@ fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
         Column::real("FPS/mm²").group(merit),
         change(merit),
     ]);
-    let mut row = |name: &str, cost: &Cost, changes: [Cell; 5]| {
+    let mut row = |name: &str, cost: &Cost, areas: [Option<f64>; 2], changes: [Cell; 5]| {
         let [time, energy, power, area, merit] = changes;
+        let [mm2, fps_per_mm2] = areas.map(Cell::from);
         table.row([
             name.into(),
             cost.frame_time_ms.into(),
@@ -385,13 +386,15 @@ fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
             energy,
             (cost.power_w * 1e3).into(),
             power,
-            cost.area_mm2.into(),
+            mm2,
             area,
-            cost.fps_per_mm2().into(),
+            fps_per_mm2,
             merit,
         ]);
     };
-    row("nothing", &experiment.base, std::array::from_fn(|_| Cell::Empty));
+    let base = &experiment.base;
+    let areas = [base.area_mm2, base.fps_per_mm2()];
+    row("nothing", base, areas, std::array::from_fn(|_| Cell::Empty));
     for step in steps {
         let changes = [
             Some(experiment.time_change(step)),
@@ -400,7 +403,8 @@ fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
             experiment.area_change(step),
             experiment.merit_change(step),
         ];
-        row(step.resource, &step.cost, changes.map(Cell::from));
+        let areas = [experiment.area_mm2(step), experiment.fps_per_mm2(step)];
+        row(step.resource, &step.cost, areas, changes.map(Cell::from));
     }
     table
 }

@@ -110,8 +110,8 @@ fn what_if() -> Map<String, Json> {
     let frame = || plain("number", "Time of a frame, ms.");
     let energy = || plain("number", "Energy of a frame, pJ.");
     let power = || plain("number", "Power at the display rate, W.");
-    let area = || nullable("number", "Area of the chip, mm².");
-    let merit = || nullable("number", "Frames per second and mm² of chip.");
+    let area = || nullable("number", "Area of the chip, after a step with the PHY it adds, mm².");
+    let merit = || nullable("number", "Frames per second and mm² of that area.");
     let text = || plain("string", "One of them.");
     let step = map([
         ("resource", plain("string", "What was doubled.")),

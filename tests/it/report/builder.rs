@@ -307,6 +307,7 @@ pub fn what_if() -> WhatIf {
         energy_pj,
         power_w: 0.1 + energy_pj * 60e-12,
         area_mm2: Some(area),
+        phy_mm2: 8.0,
     };
     let step = |resource, sets: &[&str], cost, assumptions| Step {
         resource,
@@ -317,7 +318,12 @@ pub fn what_if() -> WhatIf {
     let channels = ["dram.channels=16"];
     let steps = vec![
         step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9, 4.04), &["A23"]),
-        step("dram.channels", &channels, cost(8.36, 6.8e9, 4.03), &["A4", "A5"]),
+        step(
+            "dram.channels",
+            &channels,
+            Cost { phy_mm2: 16.0, ..cost(8.36, 6.8e9, 4.03) },
+            &["A4"],
+        ),
         step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9, 5.9), &["A26"]),
     ];
     let reason = "`buffers.feature.capacity` = 256 KiB is too small".to_owned();

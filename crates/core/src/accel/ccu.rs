@@ -83,8 +83,7 @@ const LEVEL_AS_TESTS: u64 = 2;
 
 impl Ccu {
     /// A unit with `share` bytes of the input buffer, for scenes of a degree and list entries of
-    /// so many bytes. `fovea` is context
-    /// for foveated frames.
+    /// so many bytes; with `fovea` for foveated frames.
     pub(crate) fn new(
         spec: CcuSpec,
         (record, degree, entry): (RecordSpec, ShDegree, u64),

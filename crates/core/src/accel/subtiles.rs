@@ -55,7 +55,8 @@ pub struct ChunkRun {
     /// Cycles until the last of its entries has left the feature buffer, right behind the chunk
     /// before; with the last chunk of a tile, until the units are done.
     pub cycles: u64,
-    /// The same where the queues are empty when it begins.
+    /// The same where the queues are empty when it begins, but not more: entries that come sooner
+    /// may go to a sub-tile of which nobody knows yet that it has stopped.
     pub alone: u64,
     /// (entry, sub-tile) pairs that are executed.
     pub pairs: u64,
@@ -411,10 +412,11 @@ impl<'a> Tile<'a> {
                 fresh.clear(self.stops.len());
                 let mut other = ChunkRun::default();
                 let end = self.stream(range, 0, depth, fresh, wanted, &mut other, first);
-                run.alone = match k == last {
+                let alone = match k == last {
                     true => fresh.free.iter().copied().fold(end, u64::max),
                     false => end,
                 };
+                run.alone = alone.min(run.cycles);
             }
             run
         };

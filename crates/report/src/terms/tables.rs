@@ -15,7 +15,11 @@ pub(super) const TABLES: &[Term] = &[
         "Relative change against the first row or column.",
     ),
     term(&["frame time: ms"], "ms", "Mean frame time of the frames that were tried."),
-    term(&["area: mm²"], "mm²", "Area of the chip with the resource doubled."),
+    term(
+        &["area: mm²"],
+        "mm²",
+        "Area of the chip with the resource doubled, and of the PHY of channels that are added.",
+    ),
     term(
         &["merit: FPS/mm²", "FPS/mm²"],
         "1/s/mm²",

@@ -174,6 +174,15 @@ fn organisation(m: &Machine, found: &mut Found) {
                        `vru.termination` = \"subtile\"";
         found.push(("vru.switch", message.to_owned()));
     }
+    if vru.termination == Termination::Pixel && vru.pixels_per_unit != 4 {
+        let message = format!(
+            "`vru.termination` = \"pixel\" contradicts `vru.pixels-per-unit` = {}: pixels stop one \
+             by one in units that rotate through 2x2 of them; set `vru.pixels-per-unit` = 4 or \
+             `vru.termination` = \"subtile\"",
+            vru.pixels_per_unit
+        );
+        found.push(("vru.termination", message));
+    }
     if !(1..=RECORD_MAX.0).contains(&vru.pixel_state.0) {
         let message = format!(
             "`vru.pixel-state` = {} must be from 1 B to {RECORD_MAX}: transmittance and colour of \

@@ -432,7 +432,7 @@ pub enum Spill {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Termination {
-    /// Every pixel: its unit rotates through the others.
+    /// Every pixel: its unit rotates through the others of 2x2.
     Pixel,
     /// The 2x2 pixels of a unit: it sleeps until the sub-tile is done.
     Quad,

@@ -129,6 +129,8 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&[parallel, "geometry.subtile=4", "vru.units-per-core=8"], units, "of 16");
     contradicts(&[parallel, "vru.switch=state"], "vru.switch", "`vru.organisation`");
     contradicts(&["vru.switch=scan", "vru.termination=tile"], "vru.switch", "`vru.termination`");
+    let one = ["vru.termination=pixel", "vru.pixels-per-unit=1"];
+    contradicts(&one, "vru.termination", "`vru.pixels-per-unit`");
     contradicts(&["vru.pixel-state=0 B"], "vru.pixel-state", "from 1 B");
     contradicts(&[parallel, "vru.subtile-queue=0"], "vru.subtile-queue", "at least 1");
     // 2 x 4 x 64 x 3 B of pixels and 4 x 256 x 8 B of state.

@@ -61,13 +61,14 @@ fn with_gaps(
         let gaps: Vec<u64> = own.iter().map(|_| u64::from(dice.roll(0, most))).collect();
         let stepped = oracle::subtiles::Tile::new(workload, units, tile).with_gaps(&gaps);
         for (k, (run, &cycles)) in own.iter().zip(&stepped).enumerate() {
-            // What full queues in front of it take is all that a chunk can wait for. (But empty
-            // queues take more of a sub-tile that is not yet known to have stopped.)
-            let full = u64::from(units.vru.spec.subtile_queue) * units.vru.pair_cycles();
+            // What a full queue in front of it and the entry in work take is all that a chunk can
+            // wait for. (But empty queues take more of a sub-tile that is not yet known to have
+            // stopped.)
+            let full = (u64::from(units.vru.spec.subtile_queue) + 1) * units.vru.pair_cycles();
             let is_between = (run.alone..=run.alone + full).contains(&cycles);
             let spec = &units.vru.spec;
             let is_late = spec.stop_latency > 0 || spec.termination == Termination::Tile;
-            assert!(is_between || is_late, "{run:?} {cycles}");
+            assert!(is_between || is_late, "{run:?} {cycles} {spec:#?}");
             let gap = if k == 0 { 0 } else { gaps[k] };
             let counted = run.cycles - gap.min(run.cycles - run.alone);
             if gaps[..=k].iter().skip(1).all(|&gap| gap == 0) {

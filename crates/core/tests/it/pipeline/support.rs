@@ -256,10 +256,10 @@ impl Dice {
             colour: bytes(self, 20),
             colour_extra: Bytes(0),
             projected: bytes(self, 10),
-            depth_bits: 8 * self.roll(0, 4) + 1,
-            id_bits: 5,
+            depth_bits: self.roll(1, 16),
+            id_bits: self.roll(1, 16),
             id_check: false,
-            entry_bitmap: false,
+            entry_bitmap: self.roll(0, 1) == 1,
             feature: bytes(self, 19),
             feature_source: FeatureSource::Nobody,
             pixel: bytes(self, 3),
@@ -313,6 +313,9 @@ impl Dice {
             tile_overlap: self.roll(0, 1) == 1,
             ..machine.vru
         };
+        if machine.vru.termination == Termination::Pixel {
+            machine.vru.pixels_per_unit = 4;
+        }
         let buffer = |dice: &mut Self, most| BufferSpec {
             capacity: bytes(dice, most),
             word: Bytes(dice.pick(&[1, 4, 16, 64])),

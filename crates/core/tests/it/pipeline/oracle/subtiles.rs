@@ -219,11 +219,10 @@ impl<'a> Tile<'a> {
         let of = |(k, run): (usize, ChunkRun)| {
             let is_last = k + 1 == n;
             let (_, own, own_end) = self.stream(k..k + 1, &[]);
-            ChunkRun {
-                cycles: if is_last { end } else { begins[k + 1] } - begins[k],
-                alone: if is_last { own_end } else { own[1] },
-                ..run
-            }
+            let cycles = if is_last { end } else { begins[k + 1] } - begins[k];
+            // Empty queues never count as a loss.
+            let alone = cycles.min(if is_last { own_end } else { own[1] });
+            ChunkRun { cycles, alone, ..run }
         };
         runs.into_iter().enumerate().map(of).collect()
     }
