@@ -8,6 +8,7 @@ use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_core::sim::MODEL_VERSION;
 use powergs_report::validate as pages;
 use powergs_study::validate::numbers::baseline_csv;
 use powergs_study::validate::run::{steps, value};
@@ -20,11 +21,13 @@ use powergs_study::validate::{
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim validate
+  powergs-sim validate --quick --check docs/validation.md
   powergs-sim validate --only lego,area
   powergs-sim validate --force --write docs/validation.md
   powergs-sim validate --rows mine --only my-chip --json
 
-Exit code 1: an enforced row is outside of its tolerance, or a row has worsened.";
+Exit code 1: an enforced row is outside of its tolerance, a row has worsened, or the page
+of --check says something else.";
 
 /// The largest table that is read.
 const TABLE_MAX: u64 = 1 << 24;
@@ -37,6 +40,9 @@ pub struct Args {
     /// Only rows whose name contains one of these, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     only: Vec<String>,
+    /// Only rows without frames, and those on workloads that are marked as quick: a minute
+    #[arg(long)]
+    quick: bool,
     /// Folder with published.csv, workloads.csv and baseline.csv, in place of what comes
     /// with the program
     #[arg(long, value_name = "DIR")]
@@ -44,6 +50,9 @@ pub struct Args {
     /// Write the page (docs/validation.md) to this file
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
+    /// Compare with this page: its model version, and every row that was measured
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["write", "bless"])]
+    check: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
     /// Keep what comes out as the new baseline: baseline.csv in --rows, or in
@@ -56,12 +65,20 @@ pub struct Args {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     args.write.iter().try_for_each(|path| args.overwrite.check(path))?;
     let tables = tables(args.rows.as_deref())?;
+    let page = args.check.as_deref().map(table).transpose()?;
     let wanted = |row: &&Row| {
-        args.only.is_empty() || args.only.iter().any(|name| row.id.contains(name.as_str()))
+        (args.only.is_empty() || args.only.iter().any(|name| row.id.contains(name.as_str())))
+            && (!args.quick || tables.is_quick(row))
     };
     let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
     if rows.is_empty() {
-        let what = format!("--only {}: no row has such a name", args.only.join(","));
+        let only = format!("--only {}", args.only.join(","));
+        let flags = match (args.only.is_empty(), args.quick) {
+            (true, _) => "--quick".to_owned(),
+            (false, true) => format!("--quick {only}"),
+            (false, false) => only,
+        };
+        let what = format!("{flags}: there is no such row");
         return Err(Failure::new(Exit::Usage, what));
     }
     let built = machines(&rows)?;
@@ -79,7 +96,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         .filter(judged)
         .map(|row| judge(row, ours.get(&row.id).copied(), tables.baseline.get(&row.id).copied()))
         .collect();
-    finish(args, context, &tables, &ours, &judged)
+    let exit = finish(args, context, &tables, &ours, &judged)?;
+    let Some((text, path)) = page.zip(args.check.as_ref()) else { return Ok(exit) };
+    let differences = pages::differences(&text, &tables, &judged, MODEL_VERSION);
+    for difference in &differences {
+        out::complain(format_args!("{}: {difference}", path.display()));
+    }
+    if differences.is_empty() {
+        return Ok(exit);
+    }
+    let remedy = "make it anew: powergs-sim validate --bless --force --write";
+    let page = path.display();
+    out::complain(format_args!("{page}: not the page of this program; {remedy} {page}"));
+    Ok(Exit::GoalMissed)
 }
 
 /// Writes and prints what was asked for.
@@ -96,7 +125,7 @@ fn finish(
     }
     if args.bless {
         let folder = args.rows.as_deref().unwrap_or(Path::new(TABLES));
-        let text = baseline_csv(&tables.rows, &tables.baseline, ours);
+        let text = baseline_csv(tables, ours, MODEL_VERSION);
         write_atomically(&folder.join("baseline.csv"), |w| w.write_all(text.as_bytes()))?;
     }
     if context.global.json {
@@ -115,21 +144,23 @@ fn tables(folder: Option<&Path>) -> Result<Tables, Failure> {
     let Some(folder) = folder else {
         return Tables::parse(PUBLISHED, WORKLOADS, BASELINE).or_exit(Exit::Internal, "embedded");
     };
-    let read = |name: &str| {
-        let path = folder.join(name);
-        let size = fs::metadata(&path).or_exit(Exit::Usage, path.display())?.len();
-        if size > TABLE_MAX {
-            let what = format!("{}: {size} bytes are too many for a table", path.display());
-            return Err(Failure::new(Exit::Usage, what));
-        }
-        fs::read_to_string(&path).or_exit(Exit::Usage, path.display())
-    };
+    let read = |name: &str| table(&folder.join(name));
     let baseline = match folder.join("baseline.csv").exists() {
         true => read("baseline.csv")?,
         false => "id,ours\n".to_owned(),
     };
     Tables::parse(&read("published.csv")?, &read("workloads.csv")?, &baseline)
         .or_exit(Exit::Usage, folder.display())
+}
+
+/// The text of a table or page.
+fn table(path: &Path) -> Result<String, Failure> {
+    let size = fs::metadata(path).or_exit(Exit::Usage, path.display())?.len();
+    if size > TABLE_MAX {
+        let what = format!("{}: {size} bytes are too many for a table", path.display());
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    fs::read_to_string(path).or_exit(Exit::Usage, path.display())
 }
 
 /// Every machine that the rows name.

@@ -14,9 +14,10 @@ const HEAD: &str = "\
 
 <!-- Written by `powergs-sim validate --force --write docs/validation.md` from tests/validation/ -->
 
-Published numbers beside what the simulator says. `powergs-sim validate` makes this table in under
-two minutes and fails when an enforced row leaves its tolerance, or when any row is farther from its
-published value than `tests/validation/baseline.csv` says.
+Published numbers beside what the simulator says. `powergs-sim validate` makes this table and fails
+when an enforced row leaves its tolerance, or when any row is farther from its published value than
+`tests/validation/baseline.csv` says. `powergs-sim validate --quick` takes the rows without frames
+and those on quick workloads: a minute.
 
 *Enforced* rows must hold. A *known gap* is outside of its tolerance for the reason in its note, and
 stays in the table. *Calibrated* rows had a say in a default of a machine file, which the note
@@ -31,6 +32,9 @@ the arithmetic.
 pub fn page(tables: &Tables, judged: &[Judged]) -> String {
     let mut page = Document::new();
     page.paragraph(format!("{}.", summary(judged)));
+    if let Some(model) = tables.model {
+        page.paragraph(model_line(model));
+    }
     for section in sections(judged) {
         page.heading(section[0].row.section.as_str());
         page.table(rows(section));
@@ -40,6 +44,34 @@ pub fn page(tables: &Tables, judged: &[Judged]) -> String {
     page.heading("Workloads");
     page.table(workloads(tables));
     format!("{HEAD}\n{}", page.markdown(Format::Png))
+}
+
+/// What the page says of the version of the models that its numbers came out of.
+fn model_line(model: u32) -> String {
+    format!("Model version {model}.")
+}
+
+/// What keeps `text` from being the page that has `judged` on it and is of model version `model`:
+/// nothing where the version is right and every measured row says what it would say now.
+pub fn differences(text: &str, tables: &Tables, judged: &[Judged], model: u32) -> Vec<String> {
+    let mut found = Vec::new();
+    let line = model_line(model);
+    if !text.lines().any(|l| l == line) {
+        found.push(format!("it is not of model version {model}: there is no line `{line}`"));
+    }
+    let now = page(tables, judged);
+    for judged in judged.iter().filter(|j| j.ours.is_some()) {
+        let start = format!("| `{}` |", judged.row.id);
+        let of = |text| str::lines(text).find(|line| line.starts_with(&start)).map(str::to_owned);
+        match (of(text), of(&now)) {
+            (was, Some(is)) if was.as_ref() != Some(&is) => {
+                let was = was.unwrap_or_else(|| "no such row".to_owned());
+                found.push(format!("`{}`\n  there: {was}\n  now:   {is}", judged.row.id));
+            }
+            _ => {}
+        }
+    }
+    found
 }
 
 /// What is printed.
@@ -143,6 +175,7 @@ fn workloads(tables: &Tables) -> Table {
         Column::fixed("million Gaussians", 3),
         Column::count("image"),
         Column::count("views"),
+        Column::text("quick"),
         Column::text("matches"),
     ]);
     for w in &tables.workloads {
@@ -157,6 +190,7 @@ fn workloads(tables: &Tables) -> Table {
             (*points as f64 * 1e-6).into(),
             format!("{x}x{y}").into(),
             views.into(),
+            if w.quick { "yes" } else { "" }.into(),
             Text::marked(why).into(),
         ]);
     }

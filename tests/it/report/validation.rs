@@ -1,7 +1,7 @@
 //! `docs/validation.md` and what `validate` prints.
 
 use expect_test::expect_file;
-use powergs_sim::report::validate::{document, page};
+use powergs_sim::report::validate::{differences, document, page};
 use powergs_sim::validate::{Judged, Tables, judge};
 
 #[test]
@@ -18,4 +18,14 @@ fn the_page_is_that_of_the_tables() {
     for line in document(&judged).terminal(80).lines() {
         assert!(line.chars().count() <= 80, "{line}");
     }
+
+    let model = tables.model.expect("the baseline says which");
+    let text = page(&tables, &judged);
+    let found = |text: &str, model| differences(text, &tables, &judged, model).join("\n");
+    assert_eq!(found(&text, model), "");
+    assert!(found(&text, model + 1).contains("not of model version"));
+    let row = text.lines().find(|line| line.starts_with("| `gscore-area` |")).unwrap();
+    assert!(found(&text.replace(row, ""), model).contains("gscore-area"));
+    let worse = row.replace("| 3.95 |", "| 3.94 |");
+    assert_eq!(found(&text.replace(row, &worse), model).lines().count(), 3);
 }

@@ -50,6 +50,9 @@ pub enum TablesError {
 /// What came out the last time, by row.
 pub type Baseline = BTreeMap<String, f64>;
 
+/// What the first line of a baseline says before the version of the models that it was made with.
+const MODEL: &str = "# model version ";
+
 /// All three tables, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tables {
@@ -59,6 +62,8 @@ pub struct Tables {
     pub workloads: Vec<Workload>,
     /// What came out the last time.
     pub baseline: Baseline,
+    /// Version of the models that all of it came out of, where the file says so.
+    pub model: Option<u32>,
 }
 
 impl Tables {
@@ -69,8 +74,9 @@ impl Tables {
     pub fn parse(published: &str, workloads: &str, baseline: &str) -> Result<Tables, TablesError> {
         let workloads = parse_workloads(workloads)?;
         let rows = parse_rows(published, &workloads)?;
+        let model = parse_model(baseline)?;
         let baseline = parse_baseline(baseline)?;
-        Ok(Tables { rows, workloads, baseline })
+        Ok(Tables { rows, workloads, baseline, model })
     }
 
     /// The tables that come with the program.
@@ -87,13 +93,26 @@ impl Tables {
         let name = row.workload.as_ref()?;
         self.workloads.iter().find(|w| w.name == *name)
     }
+
+    /// Whether a row belongs to a quick run: it needs no frame, or those of a quick workload.
+    pub fn is_quick(&self, row: &Row) -> bool {
+        row.workload.is_none() || self.workload(row).is_some_and(|w| w.quick)
+    }
 }
 
-/// The text of a baseline: `before` with the values of `measured` on top, for rows that exist.
-pub fn baseline_csv(rows: &[Row], before: &Baseline, measured: &Baseline) -> String {
-    let mut text = String::from("id,ours\n");
-    for row in rows {
-        if let Some(value) = measured.get(&row.id).or(before.get(&row.id)) {
+/// The text of a baseline: that of `tables` with the values of `measured` on top, for rows that
+/// exist. It is of `model` if all of its values are: what is kept from before has to be, too.
+pub fn baseline_csv(tables: &Tables, measured: &Baseline, model: u32) -> String {
+    let is_kept = |row: &Row| !measured.contains_key(&row.id);
+    let is_of_model = tables.model == Some(model) || !tables.rows.iter().any(is_kept);
+    let mut text = match (is_of_model, tables.model) {
+        (true, _) => format!("{MODEL}{model}\n"),
+        (false, Some(old)) => format!("{MODEL}{old}\n"),
+        (false, None) => String::new(),
+    };
+    text.push_str("id,ours\n");
+    for row in &tables.rows {
+        if let Some(value) = measured.get(&row.id).or(tables.baseline.get(&row.id)) {
             text.push_str(&format!("{},{value:.6}\n", row.id));
         }
     }
@@ -101,7 +120,8 @@ pub fn baseline_csv(rows: &[Row], before: &Baseline, measured: &Baseline) -> Str
 }
 
 fn records<T: DeserializeOwned>(table: &'static str, text: &str) -> Result<Vec<T>, TablesError> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new();
+    let mut reader = reader.trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let records = reader.deserialize().collect::<Result<_, _>>();
     records.map_err(|error| TablesError::Csv { table, error })
 }
@@ -141,6 +161,7 @@ struct WorkloadRecord {
     height: u32,
     views: usize,
     path: usize,
+    quick: bool,
     why: String,
 }
 
@@ -174,6 +195,7 @@ fn parse_workloads(text: &str) -> Result<Vec<Workload>, TablesError> {
             size: (record.width, record.height),
             views: record.views,
             path: record.path,
+            quick: record.quick,
             why: record.why,
         });
     }
@@ -260,6 +282,15 @@ fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, Tabl
 struct BaselineRecord {
     id: String,
     ours: f64,
+}
+
+fn parse_model(text: &str) -> Result<Option<u32>, TablesError> {
+    let Some(version) = text.lines().next().and_then(|line| line.strip_prefix(MODEL)) else {
+        return Ok(None);
+    };
+    let place = Place { table: "baseline.csv", id: MODEL.trim() };
+    let number = version.trim().parse().ok();
+    place.need("version", version, number, "must be a whole number").map(Some)
 }
 
 fn parse_baseline(text: &str) -> Result<Baseline, TablesError> {

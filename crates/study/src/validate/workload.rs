@@ -23,6 +23,8 @@ pub struct Workload {
     /// Where above zero: frames of a smooth path through the views of the preset, of which the
     /// first `views + 1` are taken. The first of these warms up and is not counted.
     pub path: usize,
+    /// Whether rows on it belong to a quick run.
+    pub quick: bool,
     /// Which published statistics it matches.
     pub why: String,
 }

@@ -49,7 +49,7 @@ fn published(cells: [&str; 5]) -> String {
     )
 }
 
-const HEAD: &str = "name,preset,points,seed,width,height,views,path,why\n";
+const HEAD: &str = "name,preset,points,seed,width,height,views,path,quick,why\n";
 const NONE: &str = "id,ours\n";
 
 #[test]
@@ -118,7 +118,7 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     let rows = published(["a", "w", "gscore vru.cores=2", "speedup", "2"])
         + "b,Section,what,path,neo,,lists_keeping,0.9,10%,enforced,held_out,s,\n";
     let workloads =
-        format!("{HEAD}w,demo,3000,1,96,80,2,0,why\npath,demo,3000,1,96,80,2,200,why\n");
+        format!("{HEAD}w,demo,3000,1,96,80,2,0,true,why\npath,demo,3000,1,96,80,2,200,false,why\n");
     let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
     let rows: Vec<&Row> = tables.rows.iter().collect();
     let built = machines(&rows);
@@ -186,11 +186,27 @@ fn tolerances_and_machine_names() {
 fn the_baseline_keeps_what_was_not_measured() {
     let text = published(["a", "", "", "area", "1"])
         + "b,Section,what,,gscore,,area,1,10%,enforced,held_out,s,\n";
-    let tables = Tables::parse(&text, HEAD, "id,ours\na,1.5\nold,3\n").unwrap();
-    let measured = Baseline::from([("b".to_owned(), 2.0)]);
-    let after = baseline_csv(&tables.rows, &tables.baseline, &measured);
-    assert_eq!(after, "id,ours\na,1.500000\nb,2.000000\n");
-    assert_eq!(Tables::parse(&text, HEAD, &after).unwrap().baseline.len(), 2);
+    let before = "# model version 3\nid,ours\na,1.5\nold,3\n";
+    let tables = Tables::parse(&text, HEAD, before).unwrap();
+    let b = Baseline::from([("b".to_owned(), 2.0)]);
+    let after = |measured, model| baseline_csv(&tables, measured, model);
+    assert_eq!(after(&b, 3), "# model version 3\nid,ours\na,1.500000\nb,2.000000\n");
+    assert_eq!(Tables::parse(&text, HEAD, &after(&b, 3)).unwrap().baseline.len(), 2);
+    // A part of the rows does not make the rest that of a new model; all rows do.
+    assert_eq!(after(&b, 4), after(&b, 3));
+    let both = Baseline::from([("a".to_owned(), 1.0), ("b".to_owned(), 2.0)]);
+    assert_eq!(after(&both, 4), "# model version 4\nid,ours\na,1.000000\nb,2.000000\n");
+}
+
+#[test]
+fn a_quick_run_has_areas_powers_lego_and_tt() {
+    let tables = Tables::embedded();
+    let quick: Vec<&Row> = tables.rows.iter().filter(|row| tables.is_quick(row)).collect();
+    assert!(quick.len() > 10 && quick.len() < tables.rows.len());
+    for row in quick {
+        let workload = row.workload.as_deref();
+        assert!(workload.is_none_or(|name| ["lego", "tt"].contains(&name)), "{}", row.id);
+    }
 }
 
 fn fault(published: &str, workloads: &str, baseline: &str) -> String {
@@ -200,7 +216,7 @@ fn fault(published: &str, workloads: &str, baseline: &str) -> String {
 #[test]
 fn broken_tables_name_the_cell() {
     let good = published(["a", "", "", "area", "1"]);
-    let lego = format!("{HEAD}w,lego,1000,1,8,8,1,0,why\n");
+    let lego = format!("{HEAD}w,lego,1000,1,8,8,1,0,true,why\n");
     let with = |cells| fault(&published(cells), &lego, NONE);
     let all = [
         with(["a b", "", "", "area", "1"]),
@@ -222,8 +238,10 @@ fn broken_tables_name_the_cell() {
         fault(&good, &lego.replace(",lego,", ",castle,"), NONE),
         fault(&good, &lego.replace(",1000,", ",99999999999,"), NONE),
         fault(&good, &lego.replace(",8,8,", ",0,8,"), NONE),
-        fault(&good, &lego.replace(",1,0,", ",9,9,"), NONE),
+        fault(&good, &lego.replace(",1,0,t", ",9,9,t"), NONE),
         fault(&good, &lego.replace("w,", "\u{0},\u{0},"), NONE),
+        fault(&good, &lego.replace("true", "perhaps"), NONE),
+        fault(&good, HEAD, "# model version four\nid,ours\n"),
         fault(&good, HEAD, "id,ours\na,nan\n"),
         fault(&good, HEAD, "id,ours\na,1\na,2\n"),
         fault(&good, HEAD, "id\na\n"),
