@@ -26,8 +26,8 @@ Examples:
   powergs-sim validate --force --write docs/validation.md
   powergs-sim validate --rows mine --only my-chip --json
 
-Exit code 1: an enforced row is outside of its tolerance, a row has worsened, or the page
-of --check says something else.";
+Exit code 1: a row that must hold is outside of its tolerance, a row has worsened,
+or the page of --check says something else.";
 
 /// The largest table that is read.
 const TABLE_MAX: u64 = 1 << 24;
@@ -94,7 +94,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         .rows
         .iter()
         .filter(judged)
-        .map(|row| judge(row, ours.get(&row.id).copied(), tables.baseline.get(&row.id).copied()))
+        .map(|row| judge(row, ours.get(&row.id), tables.before(row)))
         .collect();
     let exit = finish(args, context, &tables, &ours, &judged)?;
     let Some((text, path)) = page.zip(args.check.as_ref()) else { return Ok(exit) };
@@ -147,7 +147,7 @@ fn tables(folder: Option<&Path>) -> Result<Tables, Failure> {
     let read = |name: &str| table(&folder.join(name));
     let baseline = match folder.join("baseline.csv").exists() {
         true => read("baseline.csv")?,
-        false => "id,ours\n".to_owned(),
+        false => "id,workload,ours\n".to_owned(),
     };
     Tables::parse(&read("published.csv")?, &read("workloads.csv")?, &baseline)
         .or_exit(Exit::Usage, folder.display())

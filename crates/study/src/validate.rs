@@ -1,11 +1,11 @@
 //! Published numbers beside ours: how far the simulator can be trusted.
 //!
 //! `tests/validation/published.csv` has one [`Row`] per published number that our knobs can
-//! express. A row is measured on a machine (and, for a ratio, against another one) with a
-//! [`Workload`] of `workloads.csv`: a synthetic scene that is made to match published statistics,
-//! never to match a row. [`measure()`] renders every view once, bins it once per geometry, and
-//! takes it through all machines that want it. [`judge()`] compares with the tolerance of the row
-//! and with what came out the last time (`baseline.csv`).
+//! express. Its [`Status`] says what it is good for: evidence, or something less. A row is measured
+//! on a machine (and, for a ratio, against another one) with [`Workload`]s of `workloads.csv`:
+//! synthetic scenes that are made to match published statistics. [`measure()`] renders every view
+//! once, bins it once per geometry, and takes it through all machines that want it. [`judge()`]
+//! compares with the tolerance of the row and with what came out the last time (`baseline.csv`).
 //!
 //! This module opens no file: the caller hands in the texts and the systems.
 
@@ -18,9 +18,9 @@ mod totals;
 mod workload;
 
 pub use judge::{Judged, Verdict, judge};
-pub use metric::Metric;
-pub use numbers::{Baseline, Tables, TablesError};
-pub use row::{MachineName, Origin, Row, Status, Tolerance};
+pub use metric::{Block, Metric};
+pub use numbers::{Baseline, Parts, Tables, TablesError};
+pub use row::{Gap, MachineName, Row, Status, Tolerance};
 pub use run::{Built, Measurements, measure};
 pub use workload::Workload;
 

@@ -1,5 +1,6 @@
 //! The verdict on a measured row.
 
+use super::numbers::{Parts, mean};
 use super::row::{Row, Status};
 
 /// Deviations that grow by less than this share of the published value have not worsened: scenes
@@ -9,14 +10,16 @@ const SLACK: f64 = 0.01;
 /// What came out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Enforced, and inside its tolerance.
+    /// Enforced, calibrated or plausible, and inside its tolerance.
     Holds,
-    /// Enforced, and outside.
+    /// The same, and outside.
     Fails,
     /// A known gap, and still outside.
     Gap,
     /// A known gap that is inside by now: the record should say so.
     Closed,
+    /// Nothing can be decided.
+    Dropped,
     /// Nothing could be measured, or it was left out of this run.
     Open,
 }
@@ -29,6 +32,7 @@ impl Verdict {
             Verdict::Fails => "FAILS",
             Verdict::Gap => "gap",
             Verdict::Closed => "gap closed",
+            Verdict::Dropped => "dropped",
             Verdict::Open => "not measured",
         }
     }
@@ -39,8 +43,10 @@ impl Verdict {
 pub struct Judged<'a> {
     /// The row.
     pub row: &'a Row,
-    /// What came out.
+    /// What came out: the mean over the workloads.
     pub ours: Option<f64>,
+    /// What came out on each workload.
+    pub parts: Parts,
     /// What came out the last time.
     pub before: Option<f64>,
     /// What to think of it.
@@ -53,9 +59,19 @@ impl Judged<'_> {
         deviation(self.row.published, self.ours)
     }
 
+    /// Which part of the published gain ours is: 1 is all of it, 0 none. `None` for rows that are
+    /// not the gain of a later accelerator.
+    pub fn share_of_gain(&self) -> Option<f64> {
+        self.row.gain.as_ref()?;
+        Some((self.ours? - 1.0) / (self.row.published - 1.0))
+    }
+
     /// Whether ours is farther from the published value than the last time.
     pub fn has_worsened(&self) -> bool {
         let far = |ours| deviation(self.row.published, ours).map(f64::abs);
+        if self.row.status == Status::Dropped {
+            return false;
+        }
         far(self.before).zip(far(self.ours)).is_some_and(|(before, now)| now > before + SLACK)
     }
 
@@ -70,14 +86,21 @@ fn deviation(published: f64, ours: Option<f64>) -> Option<f64> {
 }
 
 /// Compares a row with what was measured now and the last time.
-pub fn judge(row: &Row, ours: Option<f64>, before: Option<f64>) -> Judged<'_> {
-    let holds = ours.map(|ours| row.tolerance.holds(row.published, ours));
-    let verdict = match (row.status, holds) {
+pub fn judge<'a>(row: &'a Row, ours: Option<&Parts>, before: Option<&Parts>) -> Judged<'a> {
+    let parts = ours.cloned().unwrap_or_default();
+    let (ours, before) = (ours.and_then(mean), before.and_then(mean));
+    let is_near = |ours| row.tolerance.is_none_or(|t| t.holds(row.published, ours));
+    let verdict = match (row.status, ours.map(is_near)) {
         (_, None) => Verdict::Open,
-        (Status::Enforced, Some(true)) => Verdict::Holds,
-        (Status::Enforced, Some(false)) => Verdict::Fails,
-        (Status::KnownGap, Some(false)) => Verdict::Gap,
-        (Status::KnownGap, Some(true)) => Verdict::Closed,
+        (Status::Dropped, Some(_)) => Verdict::Dropped,
+        (Status::KnownGap(_), Some(false)) => Verdict::Gap,
+        (Status::KnownGap(_), Some(true)) => Verdict::Closed,
+        (Status::Enforced | Status::Calibrated | Status::Plausibility, Some(true)) => {
+            Verdict::Holds
+        }
+        (Status::Enforced | Status::Calibrated | Status::Plausibility, Some(false)) => {
+            Verdict::Fails
+        }
     };
-    Judged { row, ours, before, verdict }
+    Judged { row, ours, parts, before, verdict }
 }

@@ -1,6 +1,7 @@
 //! What is measured for a row.
 
 use super::totals::Totals;
+use powergs_core::action::{Buffer, UnitKind};
 
 /// A measure of a machine, or of one machine against another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,8 +56,62 @@ pub enum Metric {
     UnusedSurvivors,
     /// Share of lists that keep more than 78 % of their entries in the next frame.
     ListsKeeping,
+    /// Share of the DRAM in the energy of chip and DRAM.
+    DramShare,
+    /// Share of the time after preprocessing: sorting and rendering.
+    TileShare,
+    /// Entries of the tile lists of a frame, million.
+    TilePairs,
+    /// Mean length of the lists that have an entry.
+    ListLength,
+    /// Area of one kind of unit, or of all buffers, mm².
+    BlockArea(Block),
+    /// Power of them when each does all that it can in every cycle, watts.
+    BlockPower(Block),
     /// 99th percentile of how far a kept entry moves in its list, entries.
     RankShift,
+}
+
+/// A kind of unit, or all buffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Block {
+    /// Culling and conversion.
+    Ccu,
+    /// Quick sorting.
+    Qsu,
+    /// Bitonic sorting.
+    Bsu,
+    /// Rendering.
+    Vru,
+    /// Every buffer of the chip.
+    Buffers,
+}
+
+impl Block {
+    /// All blocks.
+    pub const ALL: [Block; 5] = [Block::Ccu, Block::Qsu, Block::Bsu, Block::Vru, Block::Buffers];
+
+    /// Names of the metrics of its area and its power.
+    const fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Block::Ccu => ("area_ccu", "peak_power_ccu"),
+            Block::Qsu => ("area_qsu", "peak_power_qsu"),
+            Block::Bsu => ("area_bsu", "peak_power_bsu"),
+            Block::Vru => ("area_vru", "peak_power_vru"),
+            Block::Buffers => ("area_buffers", "peak_power_buffers"),
+        }
+    }
+
+    /// Whether what is called `name` in a list of areas or powers belongs to it.
+    pub(super) fn has(self, name: &str) -> bool {
+        match self {
+            Block::Ccu => name == UnitKind::Ccu.name(),
+            Block::Qsu => name == UnitKind::Qsu.name(),
+            Block::Bsu => name == UnitKind::Bsu.name(),
+            Block::Vru => name == UnitKind::Vru.name(),
+            Block::Buffers => Buffer::ALL.iter().any(|buffer| name == buffer.name()),
+        }
+    }
 }
 
 /// Name, unit, whether it compares two machines, whether it needs frames.
@@ -64,7 +119,7 @@ type Facts = (&'static str, &'static str, bool, bool);
 
 impl Metric {
     /// All metrics.
-    pub const ALL: [Metric; 25] = [
+    pub const ALL: [Metric; 39] = [
         Metric::Area,
         Metric::AreaRatio,
         Metric::Fps,
@@ -90,6 +145,20 @@ impl Metric {
         Metric::UnusedSurvivors,
         Metric::ListsKeeping,
         Metric::RankShift,
+        Metric::DramShare,
+        Metric::TileShare,
+        Metric::TilePairs,
+        Metric::ListLength,
+        Metric::BlockArea(Block::Ccu),
+        Metric::BlockArea(Block::Qsu),
+        Metric::BlockArea(Block::Bsu),
+        Metric::BlockArea(Block::Vru),
+        Metric::BlockArea(Block::Buffers),
+        Metric::BlockPower(Block::Ccu),
+        Metric::BlockPower(Block::Qsu),
+        Metric::BlockPower(Block::Bsu),
+        Metric::BlockPower(Block::Vru),
+        Metric::BlockPower(Block::Buffers),
     ];
 
     const fn facts(self) -> Facts {
@@ -119,6 +188,12 @@ impl Metric {
             Metric::UnusedSurvivors => ("unused_survivors", "", false, true),
             Metric::ListsKeeping => ("lists_keeping", "", false, true),
             Metric::RankShift => ("rank_shift", "entries", false, true),
+            Metric::DramShare => ("dram_share", "", false, true),
+            Metric::TileShare => ("tile_share", "", false, true),
+            Metric::TilePairs => ("tile_pairs", "M", false, true),
+            Metric::ListLength => ("list_length", "entries", false, true),
+            Metric::BlockArea(block) => (block.names().0, "mm²", false, false),
+            Metric::BlockPower(block) => (block.names().1, "W", false, false),
         }
     }
 
@@ -186,6 +261,12 @@ impl Metric {
             Metric::UnusedSurvivors => 1.0 - of.fetched as f64 / of.survivors as f64,
             Metric::ListsKeeping => of.keeping.0 / of.keeping.1,
             Metric::RankShift => f64::from(of.rank_shift?),
+            Metric::DramShare => of.dram_pj / (of.dram_pj + of.chip_pj),
+            Metric::TileShare => of.tile_seconds / of.seconds,
+            Metric::TilePairs => per_frame(of.tile_pairs),
+            Metric::ListLength => of.tile_pairs as f64 / of.lists as f64,
+            Metric::BlockArea(block) => of.blocks?[block as usize].0?,
+            Metric::BlockPower(block) => of.blocks?[block as usize].1,
         };
         Some(value).filter(|v| v.is_finite())
     }

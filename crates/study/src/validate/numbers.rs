@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
 
-use super::row::{MachineName, Origin, Row, Status, Tolerance};
+use super::row::{MachineName, Row, Status, Tolerance};
 use super::{Metric, Workload};
 use powergs_scene::synth::Preset;
 
@@ -47,8 +47,16 @@ pub enum TablesError {
     },
 }
 
+/// What came out for a row on each of its workloads; under the empty name where it needs none.
+pub type Parts = BTreeMap<String, f64>;
+
 /// What came out the last time, by row.
-pub type Baseline = BTreeMap<String, f64>;
+pub type Baseline = BTreeMap<String, Parts>;
+
+/// The value of a row: the mean over its workloads.
+pub fn mean(parts: &Parts) -> Option<f64> {
+    (!parts.is_empty()).then(|| parts.values().sum::<f64>() / parts.len() as f64)
+}
 
 /// What the first line of a baseline says before the version of the models that it was made with.
 const MODEL: &str = "# model version ";
@@ -88,15 +96,16 @@ impl Tables {
             .expect("embedded tables are checked by tests")
     }
 
-    /// The workload of a row.
-    pub fn workload(&self, row: &Row) -> Option<&Workload> {
-        let name = row.workload.as_ref()?;
-        self.workloads.iter().find(|w| w.name == *name)
+    /// Whether a row belongs to a quick run: it needs no frame, or only those of quick workloads.
+    pub fn is_quick(&self, row: &Row) -> bool {
+        let is_quick = |w: &Workload| w.quick || !row.workloads.contains(&w.name);
+        self.workloads.iter().all(is_quick)
     }
 
-    /// Whether a row belongs to a quick run: it needs no frame, or those of a quick workload.
-    pub fn is_quick(&self, row: &Row) -> bool {
-        row.workload.is_none() || self.workload(row).is_some_and(|w| w.quick)
+    /// What came out for a row the last time, if it was measured on the same workloads.
+    pub fn before(&self, row: &Row) -> Option<&Parts> {
+        let is_same = |parts: &&Parts| row.part_names().all(|name| parts.contains_key(name));
+        self.baseline.get(&row.id).filter(is_same)
     }
 }
 
@@ -104,16 +113,20 @@ impl Tables {
 /// exist. It is of `model` if all of its values are: what is kept from before has to be, too.
 pub fn baseline_csv(tables: &Tables, measured: &Baseline, model: u32) -> String {
     let is_kept = |row: &Row| !measured.contains_key(&row.id);
+    let missing = Parts::new();
     let is_of_model = tables.model == Some(model) || !tables.rows.iter().any(is_kept);
     let mut text = match (is_of_model, tables.model) {
         (true, _) => format!("{MODEL}{model}\n"),
         (false, Some(old)) => format!("{MODEL}{old}\n"),
         (false, None) => String::new(),
     };
-    text.push_str("id,ours\n");
+    text.push_str("id,workload,ours\n");
     for row in &tables.rows {
-        if let Some(value) = measured.get(&row.id).or(tables.baseline.get(&row.id)) {
-            text.push_str(&format!("{},{value:.6}\n", row.id));
+        let parts = measured.get(&row.id).or(tables.before(row)).unwrap_or(&missing);
+        for name in row.part_names() {
+            if let Some(value) = parts.get(name) {
+                text.push_str(&format!("{},{name},{value:.6}\n", row.id));
+            }
         }
     }
     text
@@ -215,7 +228,8 @@ struct RowRecord {
     published: f64,
     tolerance: String,
     status: String,
-    origin: String,
+    class: String,
+    missing: String,
     source: String,
     note: String,
 }
@@ -239,27 +253,35 @@ fn parse_rows(text: &str, workloads: &[Workload]) -> Result<Vec<Row>, TablesErro
 fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, TablesError> {
     let metric = Metric::named(&r.metric);
     let metric = place.need("metric", &r.metric, metric, "not a metric")?;
-    if r.workload.is_empty() == metric.needs_frames() {
+    let names: Vec<String> = r.workload.split_whitespace().map(str::to_owned).collect();
+    if names.is_empty() == metric.needs_frames() {
         let what = if metric.needs_frames() { "the metric needs one" } else { "must be empty" };
         return Err(place.fault("workload", &r.workload, what));
     }
-    if metric.needs_frames() && !workloads.iter().any(|w| w.name == r.workload) {
-        return Err(place.fault("workload", &r.workload, "not in workloads.csv"));
+    for (i, name) in names.iter().enumerate() {
+        if !workloads.iter().any(|w| w.name == *name) {
+            return Err(place.fault("workload", name, "not in workloads.csv"));
+        }
+        if names[..i].contains(name) {
+            return Err(place.fault("workload", name, "appears twice"));
+        }
     }
     if r.against.is_empty() == metric.compares() {
         let what = if metric.compares() { "the metric compares" } else { "must be empty" };
         return Err(place.fault("against", &r.against, what));
     }
-    let status = [Status::Enforced, Status::KnownGap].into_iter().find(|s| s.name() == r.status);
-    let origin = [Origin::Calibrated, Origin::HeldOut].into_iter().find(|o| o.name() == r.origin);
     let published = Some(r.published).filter(|x| x.is_finite());
-    let tolerance = Tolerance::parse(&r.tolerance);
     let machine = MachineName::parse(&r.machine);
+    let (status, tolerance) = expected(place, r)?;
+    let gain = Some(r.missing.trim_matches('-').to_owned()).filter(|_| !r.missing.is_empty());
+    if gain.is_some() && !(metric.compares() && r.published > 1.0) {
+        return Err(place.fault("missing", &r.missing, "must be empty: the row is not a gain"));
+    }
     Ok(Row {
         id: r.id.clone(),
         section: r.section.clone(),
         what: r.what.clone(),
-        workload: Some(r.workload.clone()).filter(|name| !name.is_empty()),
+        workloads: names,
         machine: place.need("machine", &r.machine, machine, "must name a machine")?,
         against: MachineName::parse(&r.against),
         metric,
@@ -269,18 +291,41 @@ fn row(place: &Place, r: &RowRecord, workloads: &[Workload]) -> Result<Row, Tabl
             published,
             "must be finite",
         )?,
-        tolerance: place.need("tolerance", &r.tolerance, tolerance, "must be 10% or 0.4..0.7")?,
-        status: place.need("status", &r.status, status, "must be enforced or known_gap")?,
-        origin: place.need("origin", &r.origin, origin, "must be calibrated or held_out")?,
+        tolerance,
+        status,
+        gain,
         source: r.source.clone(),
         note: r.note.clone(),
     })
+}
+
+/// Status and tolerance, which depend on each other.
+fn expected(place: &Place, r: &RowRecord) -> Result<(Status, Option<Tolerance>), TablesError> {
+    let names = "must be enforced, calibrated, plausibility, dropped, or known_gap with a class: \
+                 contradiction, mechanism, workload, preset";
+    let cell = [r.status.as_str(), &r.class].join(" ");
+    let status = Status::named(&r.status, &r.class);
+    let status = place.need("status", cell.trim(), status, names)?;
+    let tolerance = Tolerance::parse(&r.tolerance);
+    let fault = |what: &str| Err(place.fault("tolerance", &r.tolerance, what));
+    match (status, tolerance) {
+        (Status::Dropped, _) if !r.tolerance.is_empty() => {
+            fault("must be empty: nothing is decided")
+        }
+        (Status::Dropped, _) => Ok((status, None)),
+        (_, None) => fault("must be 10% or 0.4..0.7"),
+        (Status::Enforced, Some(t)) if t.width(r.published) > Status::NEAR + 1e-9 => {
+            fault("an enforced row is within 25 %; what is wider is plausibility")
+        }
+        _ => Ok((status, tolerance)),
+    }
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BaselineRecord {
     id: String,
+    workload: String,
     ours: f64,
 }
 
@@ -300,8 +345,9 @@ fn parse_baseline(text: &str) -> Result<Baseline, TablesError> {
         if !record.ours.is_finite() {
             return Err(place.fault("ours", &record.ours.to_string(), "must be finite"));
         }
-        if baseline.insert(record.id.clone(), record.ours).is_some() {
-            return Err(place.fault("id", &record.id, "appears twice"));
+        let parts = baseline.entry(record.id.clone()).or_default();
+        if parts.insert(record.workload.clone(), record.ours).is_some() {
+            return Err(place.fault("workload", &record.workload, "appears twice"));
         }
     }
     Ok(baseline)

@@ -52,6 +52,17 @@ impl Tolerance {
         (share >= 0.0).then_some(Tolerance::Share(share))
     }
 
+    /// The largest distance from `published` that is near enough, as a share of it.
+    pub fn width(self, published: f64) -> f64 {
+        match self {
+            Tolerance::Share(share) => share,
+            Tolerance::Range(low, high) => {
+                let away = |end: f64| ((end - published) / published).abs();
+                away(low).max(away(high))
+            }
+        }
+    }
+
     /// Whether `ours` is near enough to `published`.
     pub fn holds(self, published: f64, ours: f64) -> bool {
         match self {
@@ -73,40 +84,82 @@ impl fmt::Display for Tolerance {
     }
 }
 
-/// What is expected of a row.
+/// What a row says, and so what is expected of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// It must stay inside its tolerance.
+    /// Held out, and near: it must stay inside a tolerance of at most [`Status::NEAR`]. Only these
+    /// rows are evidence that the simulator is right.
     Enforced,
-    /// It is outside of its tolerance, for the reason in its note.
-    KnownGap,
+    /// The published value set a price, a key, an organisation or a workload that the row depends
+    /// on. It must stay inside its tolerance, and proves nothing.
+    Calibrated,
+    /// The range is so wide, or what is compared so loosely defined, that a wrong simulator may
+    /// pass, too. It must stay inside.
+    Plausibility,
+    /// Outside of its tolerance, for a reason of this class that is told in its note.
+    KnownGap(Gap),
+    /// Nothing can be decided by it, for the reason in its note.
+    Dropped,
 }
 
 impl Status {
+    /// The widest tolerance of an enforced row, as a share of the published value.
+    pub const NEAR: f64 = 0.25;
+
     /// The name in the file.
     pub const fn name(self) -> &'static str {
         match self {
             Status::Enforced => "enforced",
-            Status::KnownGap => "known_gap",
+            Status::Calibrated => "calibrated",
+            Status::Plausibility => "plausibility",
+            Status::KnownGap(_) => "known_gap",
+            Status::Dropped => "dropped",
+        }
+    }
+
+    /// The class of a known gap.
+    pub const fn gap(self) -> Option<Gap> {
+        match self {
+            Status::KnownGap(gap) => Some(gap),
+            Status::Enforced | Status::Calibrated | Status::Plausibility | Status::Dropped => None,
+        }
+    }
+
+    /// The status of this name and class.
+    pub(super) fn named(name: &str, class: &str) -> Option<Status> {
+        let gap = || Gap::ALL.into_iter().find(|gap| gap.name() == class);
+        let plain = [Status::Enforced, Status::Calibrated, Status::Plausibility, Status::Dropped];
+        match name {
+            "known_gap" => gap().map(Status::KnownGap),
+            _ => plain.into_iter().find(|s| class.is_empty() && s.name() == name),
         }
     }
 }
 
-/// Whether the row had a say in a default.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Origin {
-    /// A default was chosen with its help; the note says which.
-    Calibrated,
-    /// No default was.
-    HeldOut,
+/// Why a row is outside of its tolerance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Gap {
+    /// Publications contradict each other, or themselves.
+    Contradiction,
+    /// The simulator lacks a mechanism.
+    Mechanism,
+    /// The workload is not like the one that was used.
+    Workload,
+    /// The machine file is not like the machine that was published.
+    Preset,
 }
 
-impl Origin {
-    /// The name in the file.
+impl Gap {
+    /// All classes.
+    pub const ALL: [Gap; 4] = [Gap::Contradiction, Gap::Mechanism, Gap::Workload, Gap::Preset];
+
+    /// The name in the file and in every output.
     pub const fn name(self) -> &'static str {
         match self {
-            Origin::Calibrated => "calibrated",
-            Origin::HeldOut => "held_out",
+            Gap::Contradiction => "contradiction",
+            Gap::Mechanism => "mechanism",
+            Gap::Workload => "workload",
+            Gap::Preset => "preset",
         }
     }
 }
@@ -120,8 +173,8 @@ pub struct Row {
     pub section: String,
     /// What it is, in a few words.
     pub what: String,
-    /// Name of its workload; `None` where it needs no frame.
-    pub workload: Option<String>,
+    /// Names of its workloads, over which its value is the mean; none where it needs no frame.
+    pub workloads: Vec<String>,
     /// The machine.
     pub machine: MachineName,
     /// What it is compared with, for metrics that compare.
@@ -130,14 +183,23 @@ pub struct Row {
     pub metric: Metric,
     /// The published value, in the unit of the metric.
     pub published: f64,
-    /// What is near enough.
-    pub tolerance: Tolerance,
+    /// What is near enough; `None` where nothing is decided.
+    pub tolerance: Option<Tolerance>,
     /// What is expected.
     pub status: Status,
-    /// Whether it had a say in a default.
-    pub origin: Origin,
+    /// Where the row is the gain of a later accelerator over the one before it: what the machine
+    /// or the simulator lacks to show it; empty where nothing is known to be missing.
+    pub gain: Option<String>,
     /// Who published it.
     pub source: String,
     /// Settings, arithmetic, and the reason of a gap.
     pub note: String,
+}
+
+impl Row {
+    /// The names of its workloads; one empty name where it needs none.
+    pub fn part_names(&self) -> impl Iterator<Item = &str> {
+        let none = self.workloads.is_empty().then_some("");
+        none.into_iter().chain(self.workloads.iter().map(String::as_str))
+    }
 }

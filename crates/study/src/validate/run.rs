@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::numbers::Parts;
 use super::totals::Totals;
-use super::{MachineName, Row, Tables, Workload};
+use super::{Block, MachineName, Row, Tables, Workload};
 use crate::views::RenderedViews;
 use powergs_core::run::{FrameView, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::cost::peak_w;
@@ -19,6 +20,8 @@ pub struct Built {
     pub area_mm2: Option<f64>,
     /// Its power with every unit busy, watts.
     pub peak_w: f64,
+    /// The same two of each block.
+    pub blocks: [(Option<f64>, f64); Block::ALL.len()],
 }
 
 impl Built {
@@ -26,12 +29,20 @@ impl Built {
     pub fn new(system: System) -> Built {
         let area_mm2 = system.prices().area.map(|area| area.total().0);
         let peak = peak_w(system.machine(), system.prices());
-        Built { area_mm2, peak_w: peak.iter().map(|(_, watts)| watts).sum(), system }
+        let areas = system.prices().area.map(|area| area.blocks());
+        let blocks = Block::ALL.map(|block| {
+            let area = areas.iter().flatten().filter(|(name, _)| block.has(name));
+            let area = areas.map(|_| area.map(|(_, mm2)| mm2.0).sum());
+            let watts = peak.iter().filter(|(name, _)| block.has(name)).map(|(_, watts)| watts);
+            (area, watts.sum())
+        });
+        Built { area_mm2, peak_w: peak.iter().map(|(_, watts)| watts).sum(), blocks, system }
     }
 
     /// Adds what needs no frame.
     fn facts(&self, totals: Totals) -> Totals {
-        Totals { area_mm2: self.area_mm2, peak_w: Some(self.peak_w), ..totals }
+        let blocks = Some(self.blocks);
+        Totals { area_mm2: self.area_mm2, peak_w: Some(self.peak_w), blocks, ..totals }
     }
 }
 
@@ -78,7 +89,7 @@ pub fn measure(
 
 /// The machines that the rows of a workload name.
 fn machines<'a>(rows: &[&'a Row], workload: &str) -> Vec<&'a MachineName> {
-    let mine = rows.iter().filter(|row| row.workload.as_deref() == Some(workload));
+    let mine = rows.iter().filter(|row| row.workloads.iter().any(|name| name == workload));
     let mut names: Vec<&MachineName> =
         mine.flat_map(|row| [Some(&row.machine), row.against.as_ref()]).flatten().collect();
     names.sort();
@@ -120,9 +131,12 @@ fn one_scene(
     Ok(true)
 }
 
-/// The value of a row, where it was measured.
-pub fn value(row: &Row, measured: &Measurements) -> Option<f64> {
-    let workload = row.workload.clone().unwrap_or_default();
-    let of = |name: &MachineName| measured.get(&(workload.clone(), name.clone()));
-    row.metric.value(of(&row.machine)?, row.against.as_ref().and_then(of))
+/// The values of a row, where all of them were measured.
+pub fn value(row: &Row, measured: &Measurements) -> Option<Parts> {
+    let part = |workload: &str| {
+        let of = |name: &MachineName| measured.get(&(workload.to_owned(), name.clone()));
+        let value = row.metric.value(of(&row.machine)?, row.against.as_ref().and_then(of))?;
+        Some((workload.to_owned(), value))
+    };
+    row.part_names().map(part).collect()
 }

@@ -1,5 +1,6 @@
 //! What a machine did with the frames of a workload.
 
+use super::Block;
 use powergs_core::accel::Machine;
 use powergs_core::accel::Stall;
 use powergs_core::action::{Stage, UnitKind};
@@ -14,6 +15,8 @@ pub struct Totals {
     pub area_mm2: Option<f64>,
     /// Power with every unit busy, watts.
     pub peak_w: Option<f64>,
+    /// Area, mm², and power with every unit busy, watts, of each block.
+    pub blocks: Option<[(Option<f64>, f64); Block::ALL.len()]>,
     /// Frames.
     pub frames: u64,
     /// Time.
@@ -22,6 +25,8 @@ pub struct Totals {
     pub tile_seconds: f64,
     /// Energy of the chip without its DRAM.
     pub chip_pj: f64,
+    /// Energy of the DRAM: accesses, refresh and background.
+    pub dram_pj: f64,
     /// DRAM bytes (read, written) by stage, order of `Stage::WORK`.
     pub dram: [(u64, u64); 3],
     /// Bytes of list entries that the CCUs write.
@@ -38,6 +43,10 @@ pub struct Totals {
     pub bank_stalls: u64,
     /// All cycles of all units.
     pub unit_cycles: u64,
+    /// List entries, and lists that have one.
+    pub tile_pairs: u64,
+    /// Lists with an entry.
+    pub lists: u64,
     /// List entries times pixels.
     pub pair_pixels: u64,
     /// α evaluations until pixels stop.
@@ -68,12 +77,16 @@ impl Totals {
         }
         let chip = [Component::Sram, Component::Flop, Component::Leakage];
         self.chip_pj += chip.map(|c| report.energy.component(c).0).iter().sum::<f64>();
+        let dram = [Component::Dram, Component::Background, Component::Refresh];
+        self.dram_pj += dram.map(|c| report.energy.component(c).0).iter().sum::<f64>();
         for (sum, stage) in self.dram.iter_mut().zip(Stage::WORK) {
             let bytes = report.stages[stage as usize];
             *sum = (sum.0 + bytes.read, sum.1 + bytes.write);
         }
         let pairs =
             measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
+        self.tile_pairs += workload.counters.tile_pairs;
+        self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
         self.list_bytes_written += pairs * machine.list_entry();
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
