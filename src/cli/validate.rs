@@ -26,8 +26,8 @@ Examples:
   powergs-sim validate --force --write docs/validation.md
   powergs-sim validate --rows mine --only my-chip --json
 
-Exit code 1: a row that must hold is outside of its tolerance, a row has worsened,
-or the page of --check says something else.";
+Exit code 1: a row that must hold is outside of its tolerance, a row has
+worsened, or the page of --check says something else.";
 
 /// The largest table that is read.
 const TABLE_MAX: u64 = 1 << 24;

@@ -19,8 +19,8 @@ when an enforced row leaves its tolerance, or when any row is farther from its p
 `tests/validation/baseline.csv` says. `powergs-sim validate --quick` takes the rows without frames
 and those on quick workloads: a minute.
 
-A row is one published number; where it is a mean over scenes, or holds for several, ours is the mean
-over the workloads of the row. Its status says what it is good for:
+A row is one published number; where it is a mean over scenes, or holds for several, ours is the
+mean over the workloads of the row. Its status says what it is good for:
 
 - *enforced*: held out, within 25 % at most. Only these rows are evidence; they must hold.
 - *calibrated*: the published value set a price, a key, an organisation or a workload that the row
@@ -33,8 +33,8 @@ over the workloads of the row. Its status says what it is good for:
 - *dropped*: nothing can be decided by it, for the reason in its note.
 
 Workloads are synthetic scenes that match published statistics of the scenes that were used
-([synth.md](synth.md)): points, image size, opacities, shapes. None was tuned to a row, unless its line
-says so, and a few per cent of agreement on an absolute number are luck; ratios say more.
+([synth.md](synth.md)): points, image size, opacities, shapes. None was tuned to a row, unless its
+line says so, and a few per cent of agreement on an absolute number are luck; ratios say more.
 ";
 
 /// Below this share of a published gain a page says what is missing.
