@@ -30,6 +30,7 @@ use std::sync::Arc;
 use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::dram::DramCommands;
 use crate::workload::FrameWorkload;
+use crate::workload::binning::ListWrites;
 use crate::workload::reuse::ListReuse;
 use powergs_frame::fovea::LEVELS;
 
@@ -246,6 +247,9 @@ pub struct FrameContext<'a> {
     /// What each list (of a tile, or of a sort group) reuses of the frame before; `None` where
     /// lists are sorted from scratch.
     pub reuse: Option<&'a [ListReuse]>,
+    /// How pairs get into the lists of tiles; `None` where entries are written back to back.
+    /// [`replay`] and its kin measure it themselves.
+    pub lists: Option<&'a ListWrites>,
     /// What each chunk takes where units have to be followed through the sub-tiles; [`replay`] and
     /// its kin measure it themselves.
     pub runs: Option<&'a [ChunkRun]>,
@@ -322,7 +326,15 @@ fn through(
         Some(memo) => memo.runs(workload, &discipline),
         None => Arc::new(subtiles::runs(workload, &discipline)),
     });
-    let context = FrameContext { runs: runs.as_ref().map(|runs| runs.as_slice()), ..context };
+    let lists = machine.list_shape().map(|shape| match memo {
+        Some(memo) => memo.lists(workload, &shape),
+        None => Arc::new(ListWrites::new(workload, shape)),
+    });
+    let context = FrameContext {
+        runs: runs.as_ref().map(|runs| runs.as_slice()),
+        lists: lists.as_deref(),
+        ..context
+    };
     let plan = Plan::new(workload, machine, &units, &context);
     let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
     let mut check = outcome.rule_check;

@@ -79,17 +79,23 @@ pub enum Buffer {
     PixelOut,
     /// Feature records that another tile may need again.
     Cache,
+    /// Where the next entry of each tile goes.
+    Pointers,
+    /// Entries of each tile on their way to DRAM.
+    Combining,
 }
 
 impl Buffer {
     /// All buffers, in report order.
-    pub const ALL: [Buffer; 6] = [
+    pub const ALL: [Buffer; 8] = [
         Buffer::GaussianIn,
         Buffer::TileList,
         Buffer::Sorting,
         Buffer::Feature,
         Buffer::PixelOut,
         Buffer::Cache,
+        Buffer::Pointers,
+        Buffer::Combining,
     ];
 
     /// The name in every output (snake_case).
@@ -101,6 +107,8 @@ impl Buffer {
             Buffer::Feature => "feature",
             Buffer::PixelOut => "pixel_out",
             Buffer::Cache => "cache",
+            Buffer::Pointers => "pointers",
+            Buffer::Combining => "combining",
         }
     }
 }
@@ -259,12 +267,16 @@ impl Action {
             SramRead(b[3]),
             SramRead(b[4]),
             SramRead(b[5]),
+            SramRead(b[6]),
+            SramRead(b[7]),
             SramWrite(b[0]),
             SramWrite(b[1]),
             SramWrite(b[2]),
             SramWrite(b[3]),
             SramWrite(b[4]),
             SramWrite(b[5]),
+            SramWrite(b[6]),
+            SramWrite(b[7]),
         ]
     }
 

@@ -1,6 +1,7 @@
 //! A trace frame under one `Geometry`: tile lists, chunks, sub-tile work. No machine, no time.
 
 pub mod bin;
+pub mod binning;
 pub mod cache;
 mod chunk;
 pub mod demand;

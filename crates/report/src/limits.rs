@@ -90,6 +90,7 @@ pub fn page() -> String {
                 Text::code("vru.organisation = \"subtile-serial\", vru.switch = \"free\"")
             }
             LeftOutBy::KnownStops => Text::code("vru.stop-latency = 0"),
+            LeftOutBy::FreeLists => Text::code("binning.method = \"free\""),
         };
         let see = if e.assumption.is_empty() { "-" } else { e.assumption };
         [e.what.into(), e.bias.name().into(), see.into(), Cell::from(machines)]

@@ -67,6 +67,8 @@ pub struct MachineFacts {
     pub switches_for_free: bool,
     /// Whether a sub-tile that stops is known to have at once; so in the `paper` model.
     pub knows_stops: bool,
+    /// Whether its lists are made for nothing; so in the `paper` model.
+    pub has_free_lists: bool,
     /// Peaks and operation counts for the roofline; `None` in the `paper` model.
     pub roofline: Option<Roofline>,
 }
@@ -101,6 +103,7 @@ impl MachineFacts {
                 vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free
             },
             knows_stops: system.machine().vru.stop_latency == 0,
+            has_free_lists: system.machine().list_shape().is_none(),
             roofline: Some(Roofline::of(system)),
         }
     }
@@ -116,6 +119,7 @@ impl MachineFacts {
             second_master_gb_s: None,
             switches_for_free: true,
             knows_stops: true,
+            has_free_lists: true,
             roofline: None,
         }
     }

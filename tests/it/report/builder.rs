@@ -27,7 +27,7 @@ fn area() -> Area {
     let mm2 = SquareMillimetres;
     Area {
         units: [0.68, 0.002, 0.05, 1.5].map(mm2),
-        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0].map(mm2),
+        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0].map(mm2),
         rest: mm2(0.35),
     }
 }
@@ -266,6 +266,7 @@ pub fn facts(frames: usize) -> Facts {
             second_master_gb_s: None,
             switches_for_free: true,
             knows_stops: true,
+            has_free_lists: true,
             roofline: Some(roofline()),
         },
         inputs: vec![Input {
@@ -351,6 +352,7 @@ pub fn paper() -> Run {
         second_master_gb_s: None,
         switches_for_free: true,
         knows_stops: true,
+        has_free_lists: true,
         roofline: None,
     };
     run.frames = run.frames.iter().map(|f| paper_frame(f.frame, 5.2)).collect();

@@ -5,7 +5,20 @@
 //! from `a` to `e` has seen exactly `X(e) - X(a)` of each counter X, so nothing is lost or
 //! invented. A frame without these counters is one block.
 
+use crate::workload::binning::{ListPart, ListWrites};
 use crate::workload::{FrameWorkload, STORAGE_BLOCK, StoragePrefix};
+
+/// What CCUs do with a batch.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Pass {
+    /// Everything: convert, and write list entries.
+    #[default]
+    Whole,
+    /// Convert, and count the entries of tiles.
+    Count,
+    /// Read what was converted, and write list entries.
+    Scatter,
+}
 
 /// Consecutive records in storage order, with the counters of their splats.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -30,10 +43,29 @@ pub struct Batch {
     pub first_splat: u64,
     /// Pairs of earlier batches.
     pub first_pair: u64,
+    /// Which pass over the records it belongs to.
+    pub pass: Pass,
+    /// What moves between lists and chip for it; `None` where entries are written back to back.
+    pub lists: Option<ListPart>,
 }
 
 impl Batch {
-    /// The whole frame as one batch, of which `pairs` pairs are written.
+    /// The whole frame as one batch for each pass, of which `pairs` pairs are written.
+    pub fn passes(workload: &FrameWorkload, pairs: u64, lists: Option<&ListWrites>) -> Vec<Batch> {
+        let passes: &[Pass] = match lists {
+            Some(lists) if lists.counts_first() => &[Pass::Count, Pass::Scatter],
+            Some(_) | None => &[Pass::Whole],
+        };
+        let whole = Batch::whole(workload, pairs);
+        let of = |&pass: &Pass| Batch {
+            pass,
+            lists: lists.map(|lists| lists.part(pass == Pass::Count, 0, u64::MAX)),
+            ..whole
+        };
+        passes.iter().map(of).collect()
+    }
+
+    /// The whole frame as one batch, of which `pairs` pairs are written back to back.
     pub fn whole(workload: &FrameWorkload, pairs: u64) -> Self {
         let counters = &workload.counters;
         Batch {
@@ -64,6 +96,8 @@ pub struct Batches<'a> {
     at: u64,
     before: Counts,
     is_done: bool,
+    pass: Pass,
+    lists: Option<&'a ListWrites>,
 }
 
 impl<'a> Batches<'a> {
@@ -79,7 +113,19 @@ impl<'a> Batches<'a> {
             at: 0,
             before: [0; 6],
             is_done: total == Batch::default(),
+            pass: Pass::Whole,
+            lists: None,
         }
+    }
+
+    /// The same batches in a pass that moves `lists`.
+    pub fn with_lists(self, pass: Pass, lists: Option<&'a ListWrites>) -> Self {
+        Self { pass, lists, ..self }
+    }
+
+    /// The pass over the records.
+    pub(crate) fn pass(&self) -> Pass {
+        self.pass
     }
 
     /// Whether there is another batch.
@@ -145,6 +191,7 @@ impl Iterator for Batches<'_> {
             std::array::from_fn(|i| until[i] - self.before[i]);
         let [.., first_splat, first_pair, _] = self.before;
         (self.at, self.before, self.is_done) = (end, until, end >= self.total.records);
+        let lists = self.lists.map(|lists| lists.part(self.pass == Pass::Count, first, end));
         Some(Batch {
             first,
             records: end - first,
@@ -156,6 +203,8 @@ impl Iterator for Batches<'_> {
             lookups,
             first_splat,
             first_pair,
+            pass: self.pass,
+            lists,
         })
     }
 }

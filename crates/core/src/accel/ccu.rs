@@ -20,6 +20,13 @@
 //! it give back: so no batch waits for a younger one (A36). The room of a batch is given back when
 //! its last record has entered.
 //!
+//! **Lists.** A batch that must read something to write its entries (pointers that are not on chip,
+//! bytes of a line that is written again) does so when its results leave, and writes when that has
+//! arrived. Every pair reads and writes a pointer and writes a line in their buffers, whose banks a
+//! batch waits for (A90). With two passes the first writes no entries; the second begins when all
+//! is written and a sum over the tiles, one a cycle, is done. It reads what was written of every
+//! splat with a tile, prepares its box and tests it again.
+//!
 //! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
 //! where colour is not fetched lazily, the records of the three further levels come with it. Before
 //! its box tests a splat is tested against the level of every tile under its bounding square,
@@ -30,7 +37,7 @@
 //! the number of test units are not published.
 
 use super::bank::Banks;
-use super::batch::Batch;
+use super::batch::{Batch, Pass};
 use super::divide::Divisor;
 use super::machine::{CcuSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
@@ -51,6 +58,10 @@ pub struct Ccu {
     pub input: Banks,
     /// Banks of its share of the tile-list buffer.
     pub output: Banks,
+    /// Banks of its shares of the pointers and of the lines of lists, where there are such.
+    pub lists: [Option<Banks>; 2],
+    /// Bytes of a pointer.
+    pub pointer: u64,
     /// Bytes that the first read takes of every record, the second of every survivor, and the third
     /// of every splat with a tile.
     reads: [u64; READS],
@@ -124,6 +135,8 @@ impl Ccu {
             batch: 1,
             input,
             output,
+            lists: [None; 2],
+            pointer: 0,
             reads,
             level_bytes,
             level_colour_bytes,
@@ -139,10 +152,28 @@ impl Ccu {
         ccu
     }
 
+    /// The unit with its shares of the pointers (of so many bytes) and of the lines of lists.
+    pub(crate) fn with_lists(self, lists: [Option<Banks>; 2], pointer: u64) -> Self {
+        Self { lists, pointer, ..self }
+    }
+
     /// Bytes of a read of a batch: 0 to 2, see [`Ccu`].
     #[inline]
     pub fn read(&self, batch: &Batch, read: usize) -> u64 {
-        self.reads[read] * [batch.records, batch.survivors, batch.splats][read]
+        match (batch.pass, read) {
+            (Pass::Scatter, 0) => batch.splats * self.projected,
+            (Pass::Scatter, _) => 0,
+            (Pass::Whole | Pass::Count, _) => {
+                self.reads[read] * [batch.records, batch.survivors, batch.splats][read]
+            }
+        }
+    }
+
+    /// The largest batch of a pass, as far as it is known before anything of it is read.
+    pub fn largest(&self, pass: Pass) -> Batch {
+        let records = u64::from(self.batch);
+        let splats = if pass == Pass::Scatter { records } else { 0 };
+        Batch { records, splats, pass, ..Batch::default() }
     }
 
     /// Bytes of all reads of a batch.
@@ -154,6 +185,9 @@ impl Ccu {
     /// survives is known with the first, who has a tile with the second.
     #[inline]
     pub fn may_read(&self, batch: &Batch, known: usize, from: usize) -> u64 {
+        if batch.pass == Pass::Scatter {
+            return 0;
+        }
         let counts = [batch.records, batch.survivors, batch.splats];
         let most = counts.iter().skip(known).fold(0, |most, &n| n.max(most));
         let of = |read: usize| if read > known { most } else { counts[read] };
@@ -172,15 +206,39 @@ impl Ccu {
     /// Operations of a batch without its box tests.
     fn operations(&self, batch: &Batch) -> u64 {
         let o = &self.spec.operations;
+        if batch.pass == Pass::Scatter {
+            return batch.prepared * u64::from(o.obb_prepare);
+        }
         batch.records * u64::from(o.cull)
             + batch.survivors * u64::from(o.project)
             + batch.prepared * u64::from(o.obb_prepare)
             + self.coloured(batch) * self.colour_operations
     }
 
-    /// Bytes that a batch writes: projected splats and list entries.
+    /// Bytes of the results of a batch: projected splats, list entries.
+    fn results(&self, batch: &Batch) -> [u64; 2] {
+        let (splats, entries) = (batch.splats * self.projected, batch.pairs * self.entry);
+        match batch.pass {
+            Pass::Whole => [splats, entries],
+            Pass::Count => [splats, 0],
+            Pass::Scatter => [0, entries],
+        }
+    }
+
+    /// Bytes that a batch has in the tile-list buffer.
+    pub fn held(&self, batch: &Batch) -> u64 {
+        self.results(batch).iter().sum()
+    }
+
+    /// Bytes that a batch writes to DRAM.
     pub fn written(&self, batch: &Batch) -> u64 {
-        batch.splats * self.projected + batch.pairs * self.entry
+        let [splats, entries] = self.results(batch);
+        splats + batch.lists.map_or(entries, |lists| lists.write)
+    }
+
+    /// Bytes that a batch reads before it writes.
+    pub fn read_back(&self, batch: &Batch) -> u64 {
+        batch.lists.map_or(0, |lists| lists.read)
     }
 
     /// Words of the input buffer that a batch fills: records lie back to back.
@@ -190,8 +248,26 @@ impl Ccu {
 
     /// Words of the tile-list buffer that a batch fills.
     fn output_words(&self, batch: &Batch) -> u64 {
-        self.output.words(batch.splats * self.projected)
-            + self.output.words(batch.pairs * self.entry)
+        self.results(batch).into_iter().map(|bytes| self.output.words(bytes)).sum()
+    }
+
+    /// Words that a batch reads and writes of the pointers and of the lines of lists.
+    fn list_words(&self, batch: &Batch) -> [(Option<&Banks>, [u64; 2]); 2] {
+        let [pointers, lines] = self.lists.each_ref().map(Option::as_ref);
+        let pointed = pointers.map_or(0, |b| b.words_of_records(batch.pairs, self.pointer));
+        let lined = lines.filter(|_| batch.pass != Pass::Count).map_or([0; 2], |banks| {
+            let leaving = batch.lists.map_or(0, |lists| lists.write);
+            [banks.words(leaving), banks.words_of_records(batch.pairs, self.entry)]
+        });
+        [(pointers, [pointed; 2]), (lines, lined)]
+    }
+
+    /// Charges the sum over the counters of `tiles` tiles, between two passes.
+    pub(crate) fn charge_sum(&self, tiles: u64, actions: &mut ActionCounts) {
+        let Some(banks) = &self.lists[0] else { return };
+        let bytes = banks.words_of_records(tiles, self.pointer) * banks.word();
+        actions.charge(Stage::Preprocessing, Action::SramRead(Buffer::Pointers), bytes);
+        actions.charge(Stage::Preprocessing, Action::SramWrite(Buffer::Pointers), bytes);
     }
 
     /// Charges the table of levels of `tiles` tiles, once a frame.
@@ -211,7 +287,8 @@ impl Unit for Ccu {
     fn cycles(&self, batch: &Batch) -> u64 {
         let tested = batch.prepared.min(batch.records);
         let tests = self.tests.div_ceil(batch.tests).max(self.lookups.div_ceil(batch.lookups));
-        let entry = batch.records - tested + tested.max(tests);
+        let untested = if batch.pass == Pass::Scatter { 0 } else { batch.records - tested };
+        let entry = untested + tested.max(tests);
         entry.max(self.rate.div_ceil(self.operations(batch))).max(1)
     }
 
@@ -224,17 +301,24 @@ impl Unit for Ccu {
     fn times(&self, batch: &Batch) -> (u64, u64) {
         let cycles = self.cycles(batch);
         let (input, output) = (self.input_words(batch), self.output_words(batch));
-        let stalls = self.input.excess(input, input, cycles);
-        (cycles, stalls.max(self.output.excess(output, output, cycles)))
+        let mut stalls = self.input.excess(input, input, cycles);
+        stalls = stalls.max(self.output.excess(output, output, cycles));
+        for (banks, [read, write]) in self.list_words(batch) {
+            stalls = stalls.max(banks.map_or(0, |banks| banks.excess(read, write, cycles)));
+        }
+        (cycles, stalls)
     }
 
     fn charge(&self, batch: &Batch, actions: &mut ActionCounts) {
         let stage = Stage::Preprocessing;
-        actions.charge(stage, Action::Cull, batch.records);
-        actions.charge(stage, Action::Project, batch.survivors);
+        let converted = batch.pass != Pass::Scatter;
+        if converted {
+            actions.charge(stage, Action::Cull, batch.records);
+            actions.charge(stage, Action::Project, batch.survivors);
+        }
         actions.charge(stage, Action::ObbPrepare, batch.prepared);
         actions.charge(stage, Action::ObbTest, batch.tests);
-        let coloured = self.coloured(batch);
+        let coloured = if converted { self.coloured(batch) } else { 0 };
         actions.charge(stage, Action::ShColour, coloured);
         if self.level_bytes > 1 || self.level_colour_bytes > 0 {
             actions.charge(stage, Action::PixelFinish, 3 * coloured);
@@ -249,5 +333,11 @@ impl Unit for Ccu {
         let written = self.output_words(batch) * self.output.word();
         actions.charge(stage, Action::SramWrite(Buffer::TileList), written);
         actions.charge(stage, Action::SramRead(Buffer::TileList), written);
+        let lists = [Buffer::Pointers, Buffer::Combining].into_iter().zip(self.list_words(batch));
+        for (buffer, (banks, [read, write])) in lists {
+            let word = banks.map_or(0, Banks::word);
+            actions.charge(stage, Action::SramRead(buffer), read * word);
+            actions.charge(stage, Action::SramWrite(buffer), write * word);
+        }
     }
 }

@@ -6,16 +6,20 @@
 //! storage order at `record.feature-pitch`, keys that do not fit the sorting buffers (one MiB a
 //! core), and the image, tile by tile. Foveated frames have two more in front of the keys: the
 //! colours of levels 2 to 4, three records a Gaussian, and the features of second levels in storage
-//! order. Where the CCUs write the feature records there is no region of projected splats.
+//! order. Where the CCUs write the feature records there is no region of projected splats. Where
+//! lists are made with pointers (A90), the pointers have a region behind the lists.
 
 use std::ops::Range;
 
-use super::batch::Batch;
+use super::FrameContext;
+use super::batch::{Batch, Pass};
 use super::machine::{FeatureSource, Fetch};
 use super::resolved::ResolvedUnits;
+use super::schedule::{Job, Plan};
 use super::traffic::ChunkLoad;
 use crate::dram::AddressRange;
 use crate::workload::FrameWorkload;
+use crate::workload::binning::{ListWrites, Moved};
 
 /// Regions begin at multiples of this.
 const REGION: u64 = 1 << 20;
@@ -31,8 +35,21 @@ pub enum AccessPattern {
         first_splat: u64,
         /// Splats.
         splats: u64,
-        /// Its list entries.
+        /// Its list entries, back to back.
         entries: AddressRange,
+        /// What of its entries and of the pointers is written instead.
+        lists: Moves,
+    },
+    /// What is read before list entries are written.
+    Back(Moves),
+    /// The lists of tiles one after the other, or that of a sort group.
+    Lists {
+        /// First position in [`Plan::tiles`], and the one behind the last.
+        tiles: (u32, u32),
+        /// The sort group.
+        group: Option<u32>,
+        /// Bytes.
+        bytes: u64,
     },
     /// Records of some Gaussians of a batch, evenly among its records.
     Some {
@@ -57,6 +74,15 @@ pub enum AccessPattern {
     },
 }
 
+/// Moves between lists and chip.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Moves {
+    /// Of the pass that counts.
+    counts: bool,
+    first: u64,
+    end: u64,
+}
+
 /// What of a record is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrays {
@@ -70,7 +96,7 @@ pub enum Arrays {
 
 /// Addresses of the regions of a frame.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub struct Layout<'a> {
     fetch: Fetch,
     /// Position, geometry, colour: bytes read, and distance of records.
     scene: [(u64, u64, u64); 3],
@@ -79,6 +105,10 @@ pub struct Layout {
     /// Features of second levels, where a CCU writes them.
     seconds: (u64, u64),
     lists: (u64, u64),
+    /// How lists are made, and where their pointers lie.
+    made: Option<(&'a ListWrites, u64)>,
+    /// [`Plan::tiles`].
+    tiles: &'a [u32],
     features: (u64, u64, u64),
     /// Colours of further levels and features of second ones, in foveated frames.
     levels: [(u64, u64); 2],
@@ -90,9 +120,14 @@ pub struct Layout {
     end: u64,
 }
 
-impl Layout {
-    /// The layout of `workload` on a machine with these units.
-    pub fn new(workload: &FrameWorkload, units: &ResolvedUnits) -> Layout {
+impl<'a> Layout<'a> {
+    /// The layout of `workload` on a machine with these units, in a frame context.
+    pub fn new(
+        workload: &FrameWorkload,
+        units: &ResolvedUnits,
+        plan: &'a Plan,
+        context: &FrameContext<'a>,
+    ) -> Layout<'a> {
         let (r, c) = (&units.ccu.record, &workload.counters);
         let mut end = 0u64;
         let mut region = |bytes: u64| {
@@ -116,6 +151,7 @@ impl Layout {
         let entries = workload.list.len() as u64;
         let mut layout = Layout {
             end: 0,
+            tiles: &plan.tiles,
             scene_end: region(0),
             fetch: units.ccu.spec.fetch,
             scene,
@@ -126,7 +162,11 @@ impl Layout {
                     (region(c.intersecting_points * r.projected.0), r.projected.0, r.projected.0)
                 }
             },
-            lists: (region(entries.max(c.tile_pairs) * units.ccu.entry), units.ccu.entry),
+            lists: match context.lists {
+                Some(lists) => (region(lists.sizes()[0]), units.ccu.entry),
+                None => (region(entries.max(c.tile_pairs) * units.ccu.entry), units.ccu.entry),
+            },
+            made: context.lists.map(|lists| (lists, region(lists.sizes()[1]))),
             features: {
                 let start = region(c.intersecting_points * r.feature_pitch.0);
                 (start, r.feature.0, r.feature_pitch.0)
@@ -168,6 +208,11 @@ impl Layout {
         let (base, _, pitch) = self.scene[0];
         let arrays =
             if self.fetch == Fetch::GeometryFirst { Arrays::Both } else { Arrays::Geometry };
+        if batch.pass == Pass::Scatter {
+            let entries = AddressRange { address: 0, bytes: 0 };
+            let (first_splat, lists) = (batch.first_splat, Moves::default());
+            return AccessPattern::Results { first_splat, splats, entries, lists };
+        }
         match read {
             0 => AccessPattern::Run(AddressRange { address: base + first * pitch, bytes }),
             1 => AccessPattern::Some { first, records, taken: survivors, arrays },
@@ -175,27 +220,34 @@ impl Layout {
         }
     }
 
-    /// The results that a CCU writes for a batch: `splats` projected splats from index
-    /// `first_splat`, and `pairs` list entries from index `first_pair`. Where splats are feature
-    /// records, each lies in its own place.
-    pub fn results(
-        &self,
-        first_splat: u64,
-        splats: u64,
-        first_pair: u64,
-        pairs: u64,
-    ) -> AccessPattern {
+    /// The results that a CCU writes for a batch: projected splats, and list entries. Where splats
+    /// are feature records, each lies in its own place.
+    pub fn results(&self, batch: &Batch) -> AccessPattern {
         let (base, size) = self.lists;
-        let entries = AddressRange { address: base + first_pair * size, bytes: pairs * size };
-        AccessPattern::Results { first_splat, splats, entries }
+        let pairs = if self.made.is_some() { 0 } else { batch.pairs };
+        let entries = AddressRange { address: base + batch.first_pair * size, bytes: pairs * size };
+        let splats = if batch.pass == Pass::Scatter { 0 } else { batch.splats };
+        let lists = moves(batch);
+        AccessPattern::Results { first_splat: batch.first_splat, splats, entries, lists }
     }
 
-    /// `bytes` of the lists, from the list entry with index `start`.
-    pub fn list(&self, start: u32, bytes: u64) -> AccessPattern {
-        AccessPattern::Run(AddressRange {
-            address: self.lists.0 + u64::from(start) * self.lists.1,
-            bytes,
-        })
+    /// What a CCU reads for a batch before it writes its results.
+    pub fn read_back(&self, batch: &Batch) -> AccessPattern {
+        AccessPattern::Back(moves(batch))
+    }
+
+    /// The first `bytes` of the list of a job.
+    pub fn list(&self, job: &Job, bytes: u64) -> AccessPattern {
+        match self.made {
+            Some(_) => {
+                let tiles = (job.tiles.start, job.tiles.end);
+                AccessPattern::Lists { tiles, group: job.group, bytes }
+            }
+            None => AccessPattern::Run(AddressRange {
+                address: self.lists.0 + u64::from(job.list_start) * self.lists.1,
+                bytes,
+            }),
+        }
     }
 
     /// `bytes` of the spill region of `core`, for keys that its sorting buffer does not hold.
@@ -218,14 +270,22 @@ impl Layout {
         cursor: &mut u64,
         workload: &FrameWorkload,
     ) -> Option<AddressRange> {
+        if let AccessPattern::Lists { tiles, group, bytes } = *span {
+            // The cursor counts bytes.
+            let piece = self.of_lists(tiles, group, *cursor, bytes, workload)?;
+            *cursor += piece.bytes;
+            return Some(piece);
+        }
         loop {
             let step = *cursor;
             *cursor += 1;
             let piece = match *span {
                 AccessPattern::Run(piece) => part(piece, step)?,
-                AccessPattern::Results { first_splat, splats, entries } => {
-                    self.result(first_splat, splats, entries, step)?
+                AccessPattern::Results { first_splat, splats, entries, lists } => {
+                    self.result(first_splat, splats, entries, &lists, step)?
                 }
+                AccessPattern::Back(lists) => self.moved(&lists, step, 0)?,
+                AccessPattern::Lists { .. } => return None,
                 AccessPattern::Some { first, records, taken, arrays } => {
                     self.of_record((first, records), taken, arrays, step)?
                 }
@@ -245,6 +305,7 @@ impl Layout {
         first: u64,
         splats: u64,
         entries: AddressRange,
+        lists: &Moves,
         step: u64,
     ) -> Option<AddressRange> {
         let (base, bytes, pitch) = self.projected;
@@ -258,8 +319,47 @@ impl Layout {
                 let (base, bytes) = self.seconds;
                 Some(AddressRange { address: base + first * bytes, bytes: splats * bytes })
             }
-            _ => None,
+            step => self.moved(lists, step - 2, 1),
         }
+    }
+
+    /// The contiguous bytes from byte `at` of lists one after the other, of which `bytes` are read.
+    fn of_lists(
+        &self,
+        tiles: (u32, u32),
+        group: Option<u32>,
+        mut at: u64,
+        bytes: u64,
+        workload: &FrameWorkload,
+    ) -> Option<AddressRange> {
+        let (lists, _) = self.made?;
+        let mut left = bytes.checked_sub(at).filter(|&left| left > 0)?.min(REGION);
+        let mut list = group.unwrap_or(0);
+        if group.is_none() {
+            let tiles = &self.tiles[tiles.0 as usize..tiles.1 as usize];
+            list = *tiles.iter().find(|&&tile| {
+                let entries = workload.tiles[tile as usize].entries;
+                let own = lists.shape().list_bytes(u64::from(entries));
+                let is_here = at < own;
+                (at, left) = if is_here { (at, left.min(own - at)) } else { (at - own, left) };
+                is_here
+            })?;
+        }
+        let (place, bytes) = lists.run(list, at, left);
+        Some(AddressRange { address: self.lists.0 + place, bytes })
+    }
+
+    /// What the `step`-th move reads (`way` 0) or writes (1), which may be nothing.
+    fn moved(&self, moves: &Moves, step: u64, way: usize) -> Option<AddressRange> {
+        let (lists, pointers) = self.made?;
+        let at = moves.first + step;
+        if at >= moves.end {
+            return None;
+        }
+        let own = lists.moved(moves.counts, at);
+        let base = if own.what == Moved::Entries { self.lists.0 } else { pointers };
+        let bytes = lists.bytes_of(own)[way];
+        Some(AddressRange { address: base + lists.place_of(own), bytes })
     }
 
     /// What is read of the records from `first` of which `taken` are taken.
@@ -320,6 +420,15 @@ impl Layout {
         let slot = u64::from(workload.slot[rank(step, load.seconds)]);
         Some(AddressRange { address: base + slot * bytes, bytes })
     }
+}
+
+/// The moves of a batch.
+fn moves(batch: &Batch) -> Moves {
+    batch.lists.map_or(Moves::default(), |part| Moves {
+        counts: batch.pass == Pass::Count,
+        first: part.first,
+        end: part.first + part.moves,
+    })
 }
 
 /// The `step`-th MiB of a piece.

@@ -11,6 +11,7 @@ use crate::action::{Buffer, Inventory, Memory, Part};
 use crate::dram::Device;
 use crate::dram::device::Order;
 use crate::workload::Geometry;
+use crate::workload::binning::ListShape;
 use powergs_base::config::embedded::DRAM;
 use powergs_base::config::{self, ConfigError};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
@@ -20,10 +21,10 @@ mod parts;
 mod spec;
 
 pub use spec::{
-    AccessOrder, Assignment, BufferSpec, BufferSpecs, CacheSpec, CcuOperations, CcuSpec, DepthKey,
-    DramModel, DramSpec, FeatureSource, Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE,
-    Organisation, Overlap, PivotRule, Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill,
-    Switch, Termination, TileOrder, VruSpec,
+    AccessOrder, Assignment, BinningMethod, BinningSpec, BufferSpec, BufferSpecs, CacheSpec,
+    CcuOperations, CcuSpec, DepthKey, DramModel, DramSpec, FeatureSource, Fetch, FoveaSpec,
+    GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite, PivotRule, Ports,
+    RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -52,6 +53,8 @@ pub struct Machine {
     pub fovea: FoveaSpec,
     /// On-chip buffers.
     pub buffers: BufferSpecs,
+    /// How pairs get into the lists of tiles.
+    pub binning: BinningSpec,
     /// Cache of feature records between the feature buffers and the DRAM.
     pub cache: CacheSpec,
     /// Which tile goes where, and what may overlap.
@@ -78,6 +81,25 @@ impl Machine {
         let bitmap = if self.record.entry_bitmap { u64::from(subtiles).pow(2) } else { 0 };
         let bits = u64::from(self.record.depth_bits) + u64::from(self.record.id_bits) + bitmap;
         bits.div_ceil(8)
+    }
+
+    /// How its lists are made; `None` where they are there for nothing.
+    pub fn list_shape(&self) -> Option<ListShape> {
+        let b = &self.binning;
+        let block = match b.method {
+            BinningMethod::Free => return None,
+            BinningMethod::Append => Some(b.block.0),
+            BinningMethod::TwoPass => None,
+        };
+        Some(ListShape {
+            entry: self.list_entry(),
+            pointer: b.pointer_size.0,
+            pointers: b.pointers.capacity.0 / b.pointer_size.0.max(1),
+            line: b.line.0,
+            lines: b.combining.capacity.0 / b.line.0.max(1),
+            merges: b.partial == PartialWrite::ReadModifyWrite,
+            block,
+        })
     }
 
     /// Reads and checks a machine file.
@@ -241,6 +263,13 @@ impl Machine {
             word: spec.word,
             two_ports: spec.ports == Ports::ReadAndWrite,
         };
+        let binned = |spec: &BufferSpec| {
+            let is_there = self.binning.method != BinningMethod::Free && spec.capacity.0 > 0;
+            Memory {
+                banks: if is_there { share(spec, self.ccu.units).banks } else { 0 },
+                ..share(spec, self.ccu.units)
+            }
+        };
         let b = &self.buffers;
         let memories = Buffer::ALL.map(|buffer| match buffer {
             Buffer::GaussianIn => share(&b.gaussian_in, self.ccu.units),
@@ -248,6 +277,8 @@ impl Machine {
             Buffer::Sorting => share(&b.sorting, self.vru.cores),
             Buffer::Feature => share(&b.feature, self.vru.cores),
             Buffer::PixelOut => share(&b.pixel_out, self.vru.cores),
+            Buffer::Pointers => binned(&self.binning.pointers),
+            Buffer::Combining => binned(&self.binning.combining),
             Buffer::Cache => Memory {
                 bank: Bytes(self.cache.capacity.0 / u64::from(self.cache.banks).max(1)),
                 banks: if self.cache.capacity.0 == 0 { 0 } else { self.cache.banks },

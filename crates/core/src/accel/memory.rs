@@ -47,7 +47,7 @@ const UNKNOWN: u64 = 1 << 63;
 /// The memory of one frame.
 pub struct Memory<'a> {
     workload: &'a FrameWorkload,
-    layout: Layout,
+    layout: Layout<'a>,
     traffic: Traffic,
     timer: Timer,
     /// The second master, where its requests are timed.
@@ -150,7 +150,7 @@ impl<'a> Memory<'a> {
     /// When the machine's model needs a device and [`Machine::link`] was never called.
     pub(crate) fn new(
         workload: &'a FrameWorkload,
-        layout: Layout,
+        layout: Layout<'a>,
         machine: &Machine,
         flat: Dram,
     ) -> Self {

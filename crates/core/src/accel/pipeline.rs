@@ -44,7 +44,7 @@ use self::event_queue::EventQueue;
 use self::ledger::Ledger;
 use self::list_completion::ListCompletion;
 use self::memo::Memo;
-use super::batch::Batches;
+use super::batch::{Batches, Pass};
 use super::buffer::{BufferAllocator, usage};
 use super::layout::{AccessPattern, Layout};
 use super::machine::Overlap;
@@ -105,6 +105,17 @@ impl<O: Observer> Shared<'_, O> {
 }
 
 impl<O> Shared<'_, O> {
+    /// Starts again with the first record, if the records were only counted so far.
+    fn begin_second_pass(&mut self) -> bool {
+        let is_counted = first_pass(&self.context) == Pass::Count;
+        if is_counted {
+            let (workload, batch) = (self.workload, self.units.ccu.batch);
+            let batches = Batches::new(workload, batch, pairs_written(workload, &self.context));
+            self.batches = batches.with_lists(Pass::Scatter, self.context.lists);
+        }
+        is_counted
+    }
+
     /// Whether the pipeline of a VRU drains behind this tile: it does behind the last tile of a job
     /// that has chunks.
     fn drains(&self, job: &Job, tile: u32) -> bool {
@@ -217,7 +228,8 @@ pub(crate) fn run<O: Observer>(
     observer: &mut O,
 ) -> Outcome {
     let overlap = machine.schedule.overlap;
-    let memory = Memory::new(workload, Layout::new(workload, units), machine, units.dram);
+    let layout = Layout::new(workload, units, plan, &context);
+    let memory = Memory::new(workload, layout, machine, units.dram);
     let mut shared = Shared {
         units,
         workload,
@@ -225,7 +237,8 @@ pub(crate) fn run<O: Observer>(
         context,
         in_order: memory.keeps_order() && overlap != Overlap::Tiles,
         memory,
-        batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context)),
+        batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context))
+            .with_lists(first_pass(&context), context.lists),
         next_batch: 0,
         next_job: 0,
         lists: ListCompletion::new(overlap == Overlap::Tiles),
@@ -237,7 +250,7 @@ pub(crate) fn run<O: Observer>(
     let preprocessing_end = match overlap {
         Overlap::None => {
             let memo = memo.filter(|_| memo::is_apart(machine, &shared));
-            memo::preprocess(&mut agents, &mut shared, memo);
+            memo::preprocess(&mut agents, &mut shared, machine, memo);
             let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
             agents.cores.iter_mut().for_each(|core| core.account(end, shared.observer));
             agents.drive(ccus..all, end, &mut shared);
@@ -253,6 +266,12 @@ pub(crate) fn run<O: Observer>(
     outcome(&agents, preprocessing_end, frame, shared)
 }
 
+/// What CCUs do with the records at first.
+fn first_pass(context: &FrameContext) -> Pass {
+    let counts = context.lists.is_some_and(|lists| lists.counts_first());
+    if counts { Pass::Count } else { Pass::Whole }
+}
+
 /// Closes all accounts at the end of the frame.
 fn finish<'a, O: Observer>(
     agents: &mut Agents,
@@ -262,7 +281,7 @@ fn finish<'a, O: Observer>(
     shared.memory.close(frame);
     agents.account(frame, shared.observer);
     let ccu = &shared.units.ccu;
-    agents.ccus.iter_mut().for_each(|c| c.close(frame, |batch| ccu.written(batch)));
+    agents.ccus.iter_mut().for_each(|c| c.close(frame, |batch| ccu.held(batch)));
     agents.cores.iter_mut().for_each(|core| core.close(frame));
     shared
 }

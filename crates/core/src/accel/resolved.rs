@@ -5,7 +5,7 @@ use super::bank::Banks;
 use super::bsu::Bsu;
 use super::ccu::Ccu;
 use super::dram::Dram;
-use super::machine::{BufferSpec, Machine};
+use super::machine::{BinningMethod, BufferSpec, Machine};
 use super::qsu::Qsu;
 use super::rules::UnitRules;
 use super::subtiles::Discipline;
@@ -108,15 +108,21 @@ impl ResolvedUnits {
         let swap = pixels.excess(swapped, swapped, 0);
         let subtile_pixels = machine.geometry.subtile.pow(2);
         let (key, chunk) = (machine.list_entry(), u64::from(machine.geometry.chunk));
+        let binning = &machine.binning;
+        let lists = [&binning.pointers, &binning.combining].map(|spec| {
+            let is_there = binning.method != BinningMethod::Free && spec.capacity.0 > 0;
+            is_there.then(|| Banks::new(spec))
+        });
+        let converter = Ccu::new(
+            ccu.clone(),
+            (machine.record.of_degree(degree), degree, key),
+            is_foveated.then(|| machine.fovea.clone()),
+            shares.gaussian_in,
+            Banks::new(&buffers.gaussian_in),
+            Banks::new(&buffers.tile_list),
+        );
         Self {
-            ccu: Ccu::new(
-                ccu.clone(),
-                (machine.record.of_degree(degree), degree, key),
-                is_foveated.then(|| machine.fovea.clone()),
-                shares.gaussian_in,
-                Banks::new(&buffers.gaussian_in),
-                Banks::new(&buffers.tile_list),
-            ),
+            ccu: converter.with_lists(lists, binning.pointer_size.0),
             qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
             bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
             vru: Vru {

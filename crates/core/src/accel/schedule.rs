@@ -153,7 +153,13 @@ impl Planner<'_> {
         Job {
             tiles,
             group,
-            read: keys.held * qsu.key,
+            read: match self.context.lists {
+                Some(made) => match group {
+                    Some(_) => made.shape().list_bytes(keys.held),
+                    None => works().map(|t| made.shape().list_bytes(u64::from(t.entries))).sum(),
+                },
+                None => keys.held * qsu.key,
+            },
             kept: kept * qsu.key,
             list_start: works().next().map_or(0, |t| t.list_start),
             complete_after: works().map(|t| t.complete_after).max().unwrap_or(0),

@@ -133,9 +133,12 @@ pub(crate) fn traffic(
     plan: &Plan,
     context: &FrameContext,
 ) -> Traffic {
-    let whole = Batch::whole(workload, pairs_written(workload, context));
+    let passes = Batch::passes(workload, pairs_written(workload, context), context.lists);
     let ccu = &units.ccu;
-    let preprocessing = StageTraffic { read: ccu.read_bytes(&whole), write: ccu.written(&whole) };
+    let preprocessing = StageTraffic {
+        read: passes.iter().map(|whole| ccu.read_bytes(whole) + ccu.read_back(whole)).sum(),
+        write: passes.iter().map(|whole| ccu.written(whole)).sum(),
+    };
     let mut sorting = StageTraffic::default();
     for job in &plan.jobs {
         let spill = u64::from(job.keys.passes) * units.qsu.overflow(&job.keys);
@@ -160,8 +163,13 @@ pub(super) fn actions(
 ) -> ActionCounts {
     let mut actions = ActionCounts::default();
     let rules = &units.rules;
-    let whole = Batch::whole(workload, pairs_written(workload, context));
-    rules.ccu.charge(&units.ccu, &whole, &mut actions, check);
+    let passes = Batch::passes(workload, pairs_written(workload, context), context.lists);
+    for whole in &passes {
+        rules.ccu.charge(&units.ccu, whole, &mut actions, check);
+    }
+    if passes.len() > 1 {
+        units.ccu.charge_sum(workload.tiles.len() as u64, &mut actions);
+    }
     if workload.fovea.is_some() {
         units.ccu.charge_levels(workload.tiles.len() as u64, &mut actions);
     }

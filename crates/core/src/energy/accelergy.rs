@@ -20,6 +20,8 @@ mod yaml;
 /// The longest text that is looked at, bytes.
 pub const TEXT_MAX: usize = 1 << 20;
 
+/// Components that a machine may do without.
+const OPTIONAL: [&str; 3] = ["cache", "pointers", "combining"];
 /// Components that must be there.
 const NEEDED: [&str; 10] = [
     "ccu",
@@ -201,7 +203,7 @@ fn by_name<T>(
     let mut found: BTreeMap<String, T> = BTreeMap::new();
     for table in file.tables {
         let component = short(name(&table));
-        if !NEEDED.contains(&component.as_str()) && component != "cache" {
+        if !NEEDED.contains(&component.as_str()) && !OPTIONAL.contains(&component.as_str()) {
             continue;
         }
         if let Some(first) = found.get(&component) {
@@ -294,7 +296,10 @@ pub fn table(
     let found = by_name("ERT", read(ert, "ERT", ErtTable::read)?, |t| &t.name)?;
     missing("ERT", &found, &NEEDED)?;
     let areas = match art {
-        Some(text) => Some(areas(text, found.contains_key("cache"))?),
+        Some(text) => {
+            let has = OPTIONAL.into_iter().filter(|component| found.contains_key(*component));
+            Some(areas(text, has)?)
+        }
         None => None,
     };
     let watts = |pj_per_cycle: f64| pj_per_cycle * 1e-12 * clock.0;
@@ -377,9 +382,12 @@ fn macros(
     Ok(macros)
 }
 
-fn areas(text: &str, cache: bool) -> Result<BTreeMap<String, SquareMillimetres>, AccelergyError> {
+fn areas(
+    text: &str,
+    optional: impl Iterator<Item = &'static str>,
+) -> Result<BTreeMap<String, SquareMillimetres>, AccelergyError> {
     let found = by_name("ART", read(text, "ART", ArtTable::read)?, |t| &t.name)?;
-    let on_chip = NEEDED.into_iter().filter(|n| *n != "dram").chain(cache.then_some("cache"));
+    let on_chip = NEEDED.into_iter().filter(|n| *n != "dram").chain(optional);
     missing("ART", &found, &on_chip.collect::<Vec<_>>())?;
     let area = |(name, table): (String, ArtTable)| {
         Ok((name, SquareMillimetres(number(&table.name, "area", table.area)? * 1e-6)))

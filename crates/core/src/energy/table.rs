@@ -312,7 +312,9 @@ impl EnergyTable {
                 | Buffer::TileList
                 | Buffer::Sorting
                 | Buffer::Feature
-                | Buffer::PixelOut => (1.0, 1.0),
+                | Buffer::PixelOut
+                | Buffer::Pointers
+                | Buffer::Combining => (1.0, 1.0),
             };
             Ok(Bank {
                 read_pj: bank.read_pj * energy * factors.sram_energy,

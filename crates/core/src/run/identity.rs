@@ -4,7 +4,7 @@ use serde::Serialize;
 use xxhash_rust::xxh3::xxh3_128;
 
 use crate::accel::Machine;
-use crate::accel::machine::{DramModel, DramSpec};
+use crate::accel::machine::{BinningMethod, DramModel, DramSpec};
 
 /// Hash of a configuration without its name and description.
 ///
@@ -39,6 +39,7 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         vru,
         fovea,
         buffers,
+        binning,
         cache,
         schedule,
         dram,
@@ -51,6 +52,9 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
     };
     add(serde_json::to_vec(&(clock, geometry, record, ccu, gsu, vru, buffers, schedule)));
     add(serde_json::to_vec(fovea));
+    if binning.method != BinningMethod::Free {
+        add(serde_json::to_vec(binning));
+    }
     if cache.capacity.0 > 0 {
         add(serde_json::to_vec(cache));
     }

@@ -6,7 +6,7 @@ use crate::accel::{FrameTiming, Machine, Replay, RuleError};
 use crate::action::{Action, Stage};
 use crate::energy::Prices;
 use crate::workload::demand::Unbinnable;
-use crate::workload::{FrameWorkload, Geometry};
+use crate::workload::{FrameWorkload, Geometry, binning};
 
 /// Relative tolerance of sums of energies: they are added in different orders.
 const ENERGY_TOLERANCE: f64 = 1e-9;
@@ -238,7 +238,13 @@ pub(crate) fn written(
     };
     if !is_reused {
         let sorting = replay.served.stages[1];
-        let lists = c.tile_pairs * machine.list_entry();
+        let lists = match machine.list_shape() {
+            Some(shape) => {
+                let entries = binning::entries(workload).into_iter().map(u64::from);
+                entries.map(|n| shape.list_bytes(n)).sum()
+            }
+            None => c.tile_pairs * machine.list_entry(),
+        };
         law("the lists", sorting.read.saturating_sub(sorting.write), lists)?;
     }
     if record.feature_source == FeatureSource::Nobody {

@@ -63,7 +63,7 @@ impl Measured {
         FrameContext {
             hits: self.cache.as_ref().map(|cache| cache.hits.as_slice()),
             reuse: self.reuse.as_ref().map(|reuse| reuse.lists.as_slice()),
-            runs: None,
+            ..FrameContext::default()
         }
     }
 

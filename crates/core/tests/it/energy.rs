@@ -2,7 +2,7 @@
 //! two actions can be confused.
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
-use powergs_core::accel::machine::{DramModel, FeatureSource, GatingSpec};
+use powergs_core::accel::machine::{BinningMethod, DramModel, FeatureSource, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
 use powergs_core::action::{Action, ActionCounts, Stage};
 use powergs_core::dram::{CommandPrices, DramCommands, StageCommands};
@@ -28,7 +28,7 @@ fn prices() -> Prices {
     Prices {
         per_action,
         unit_leakage_w: [0.0625, 0.03125, 0.03125, 0.0625],
-        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0],
+        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         idle_leakage: 1.0,
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,
@@ -191,7 +191,8 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let refused = cost::prices(&table, &machine).unwrap_err().to_string();
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
     machine.dram.model = DramModel::Banked;
-    // Loads of such frames are made up.
+    // Loads and lists of such frames are made up.
+    machine.binning.method = BinningMethod::Free;
     machine.record.feature_source = FeatureSource::Nobody;
     let frame = Dice::new(7).workload(machine.geometry);
     let prices = cost::prices(&table, &machine).unwrap();

@@ -56,7 +56,13 @@ fn compare(seed: u64) -> States {
     // After everything else, so that plain frames are those that they were.
     dice.foveate(&mut workload, &mut machine);
     dice.organise(&mut workload, &mut machine);
-    let given = FrameContext { hits: hits.as_deref(), reuse: reuse.as_deref(), runs: None };
+    let lists = dice.lists(&mut workload, &mut machine, reuse.is_some());
+    let given = FrameContext {
+        hits: hits.as_deref(),
+        reuse: reuse.as_deref(),
+        lists: lists.as_ref(),
+        runs: None,
+    };
     let replay = replay_with(&workload, &machine, given, &mut timeline);
     let seen = oracle::run(&workload, &machine, given);
     let case = || format!("seed {seed}\n{machine:#?}\n{:#?}", workload.tiles);

@@ -1,5 +1,6 @@
 //! Does binning count what the rasteriser does, and what a direct count finds?
 
+mod binning;
 mod cache;
 mod contribution;
 mod counts;

@@ -56,6 +56,8 @@ pub enum LeftOutBy {
     FreeSwitch,
     /// Those that know at once that a sub-tile has stopped.
     KnownStops,
+    /// Those whose lists are made for nothing.
+    FreeLists,
 }
 
 impl Effect {
@@ -67,6 +69,7 @@ impl Effect {
             LeftOutBy::Alone => machine.second_master_gb_s.is_none(),
             LeftOutBy::FreeSwitch => machine.switches_for_free,
             LeftOutBy::KnownStops => machine.knows_stops,
+            LeftOutBy::FreeLists => machine.has_free_lists,
         }
     }
 
@@ -105,8 +108,9 @@ pub const NOT_MODELLED: [Effect; 13] = [
     effect(
         "how pairs get from the order of the CCUs into the lists of tiles",
         Bias::Optimistic,
-        "A35",
-    ),
+        "A90",
+    )
+    .by(LeftOutBy::FreeLists),
     effect("frame set-up: camera, command lists, the processor", Bias::Optimistic, ""),
     effect(
         "changes of clock and voltage in a frame, temperature, wake-up times",

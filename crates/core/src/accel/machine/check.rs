@@ -1,5 +1,7 @@
 //! Consistency of the keys of a machine file.
 
+mod binning;
+
 use super::{
     DramModel, FeatureSource, Fetch, Machine, NO_DEVICE, Organisation, Switch, Termination,
 };
@@ -31,6 +33,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     rates(machine, &mut found);
     memory(machine, &mut found);
     organisation(machine, &mut found);
+    binning::check(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
     }
@@ -303,19 +306,29 @@ fn words(m: &Machine, found: &mut Found) {
         "buffers.pixel-out.word",
     ];
     let buffers = keys.into_iter().zip(m.buffers.all().map(|b| (b.word, b.capacity)));
-    let cache = Some(("cache.word", (m.cache.word, m.cache.capacity)));
-    for (key, (word, capacity)) in
-        buffers.chain(cache.filter(|_| m.cache.ways > 0 && m.cache.capacity > Bytes(0)))
-    {
+    let b = &m.binning;
+    let optional = [
+        ("cache.word", m.cache.word, m.cache.capacity),
+        ("binning.pointers.word", b.pointers.word, b.pointers.capacity),
+        ("binning.combining.word", b.combining.word, b.combining.capacity),
+    ];
+    let optional = optional
+        .into_iter()
+        .filter(|(key, _, capacity)| capacity.0 > 0 && (*key != "cache.word" || m.cache.ways > 0));
+    for (key, (word, capacity)) in buffers.chain(optional.map(|(key, w, c)| (key, (w, c)))) {
         if word == Bytes(0) || word > capacity {
             let message = format!("`{key}` = {word} must be from 1 B to the capacity, {capacity}");
             found.push((key, message));
         }
     }
-    if m.cache.capacity > SIZE_MAX {
-        let message =
-            format!("`cache.capacity` = {} is above {SIZE_MAX}: a typing error?", m.cache.capacity);
-        found.push(("cache.capacity", message));
+    for (key, size) in [
+        ("cache.capacity", m.cache.capacity),
+        ("binning.pointers.capacity", b.pointers.capacity),
+        ("binning.combining.capacity", b.combining.capacity),
+    ] {
+        if size > SIZE_MAX {
+            found.push((key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?")));
+        }
     }
 }
 

@@ -351,6 +351,62 @@ pub enum Ports {
     ReadAndWrite,
 }
 
+/// The `[binning]` table: how (splat, tile) pairs get into the lists of tiles.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BinningSpec {
+    /// Who knows where the next entry of a tile goes.
+    pub method: BinningMethod,
+    /// Bytes of the pointer to the end of a list, or of the counter of its entries.
+    pub pointer_size: Bytes,
+    /// Pointers on chip, over all CCUs; the others are in DRAM.
+    pub pointers: BufferSpec,
+    /// Entries on their way to DRAM, over all CCUs: a line for each tile, as far as they reach. With
+    /// `0 B` every entry is written by itself.
+    pub combining: BufferSpec,
+    /// Bytes of a tile that are written together: a line.
+    pub line: Bytes,
+    /// How bytes are written that begin inside of a line.
+    pub partial: PartialWrite,
+    /// Bytes of the blocks in which lists grow, with `append`.
+    pub block: Bytes,
+}
+
+/// How lists are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BinningMethod {
+    /// Nobody: entries are written back to back, as if all pointers were known and all entries of a
+    /// tile came together (a published count of bytes).
+    Free,
+    /// A pointer for each tile to the end of its list, which grows in blocks.
+    Append,
+    /// The first pass over all splats counts, a sum over the tiles places the lists, the second pass
+    /// writes them.
+    TwoPass,
+}
+
+impl BinningMethod {
+    /// The name in every file and output.
+    pub const fn name(self) -> &'static str {
+        match self {
+            BinningMethod::Free => "free",
+            BinningMethod::Append => "append",
+            BinningMethod::TwoPass => "two-pass",
+        }
+    }
+}
+
+/// How bytes are written that begin inside of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PartialWrite {
+    /// By themselves: the memory leaves the other bytes of a burst as they are.
+    Masked,
+    /// With those of the line before them, which are read for that.
+    ReadModifyWrite,
+}
+
 /// The `[cache]` table: a set-associative cache of feature records, least recently used first out.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]

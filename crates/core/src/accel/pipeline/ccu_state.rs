@@ -25,6 +25,8 @@ struct Held {
     transfer: Arrival,
     /// Bytes that it has in the input buffer.
     room: u64,
+    /// Whether it has asked for what it reads before it writes; `transfer` then is that.
+    reads_back: bool,
     /// Whether its results have been written.
     is_written: bool,
     /// Cycle in which its results leave the unit's pipeline.
@@ -107,7 +109,7 @@ impl CcuState {
         let ccu = &shared.units.ccu;
         if shared.in_order {
             while self.writing > 0 && shared.memory.at(self.held[0].transfer) <= now {
-                self.output.release(now, ccu.written(&self.held[0].batch));
+                self.output.release(now, ccu.held(&self.held[0].batch));
                 self.pop_oldest();
             }
             return;
@@ -115,7 +117,7 @@ impl CcuState {
         for held in self.held.range_mut(..self.writing).filter(|held| !held.is_written) {
             if shared.memory.at(held.transfer) <= now {
                 held.is_written = true;
-                self.output.release(now, ccu.written(&held.batch));
+                self.output.release(now, ccu.held(&held.batch));
                 shared.lists.complete(held.index, held.batch.splats);
             }
         }
@@ -127,11 +129,20 @@ impl CcuState {
     fn finish<O: Observer>(&mut self, now: u64, shared: &mut Shared<O>) {
         self.collect(now, shared);
         while self.writing < self.entered && self.held[self.writing].until <= now {
-            let held = &mut self.held[self.writing];
-            let (b, bytes) = (held.batch, shared.units.ccu.written(&held.batch));
-            let span =
-                |layout: &Layout| layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
-            held.transfer = shared.write(now, self.owner, Stage::Preprocessing, bytes, span);
+            let (held, ccu) = (&mut self.held[self.writing], &shared.units.ccu);
+            let (b, bytes, back) =
+                (held.batch, ccu.written(&held.batch), ccu.read_back(&held.batch));
+            let stage = Stage::Preprocessing;
+            if back > 0 && !held.reads_back {
+                let span = |layout: &Layout| layout.read_back(&b);
+                held.transfer = shared.read(now, self.owner, stage, back, span);
+                held.reads_back = true;
+            }
+            if held.reads_back && shared.memory.at(held.transfer) > now {
+                break;
+            }
+            let span = |layout: &Layout| layout.results(&b);
+            held.transfer = shared.write(now, self.owner, stage, bytes, span);
             self.writing += 1;
             let at = shared.memory.at(held.transfer);
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
@@ -194,7 +205,7 @@ impl CcuState {
         let memory = &shared.memory;
         let is_here = |h: &&mut Held| h.reads == READS && memory.at(h.transfer) <= now;
         let Some(head) = self.held.get_mut(self.entered).filter(is_here) else { return };
-        let bytes = ccu.written(&head.batch);
+        let bytes = ccu.held(&head.batch);
         if self.entering.is_some() || !self.output.admits(bytes) {
             return;
         }
@@ -212,7 +223,7 @@ impl CcuState {
     fn can_claim<O>(&self, now: u64, shared: &Shared<O>) -> bool {
         let ccu = &shared.units.ccu;
         let clock = Now { now, memory: &shared.memory };
-        let batch = Batch { records: u64::from(ccu.batch), ..Batch::default() };
+        let batch = ccu.largest(shared.batches.pass());
         let (bytes, rest) = (ccu.read(&batch, 0), ccu.may_read(&batch, 0, 1));
         self.held.len() - self.entered < ccu.spec.queue as usize
             && self.admits(ccu, self.held.len(), bytes, rest, &clock)
@@ -229,8 +240,10 @@ impl CcuState {
         let span = |layout: &Layout| layout.batch_read(&batch, 0, bytes);
         let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
         let index = shared.next_batch;
-        let (reads, room, is_written, until) = (1, bytes, false, NEVER);
-        self.held.push_back(Held { index, batch, reads, transfer, room, is_written, until });
+        let (reads, room, until) = (1, bytes, NEVER);
+        let (reads_back, is_written) = (false, false);
+        let held = Held { index, batch, reads, transfer, room, reads_back, is_written, until };
+        self.held.push_back(held);
         shared.next_batch += 1;
         let is_here = shared.memory.at(transfer) <= now;
         is_here || !shared.batches.is_empty() && self.can_claim(now, shared)
@@ -261,7 +274,8 @@ impl CcuState {
         // Reads that have arrived bring further ones, or the batch into the unit.
         wake = self.held.range(self.entered..).map(at).fold(wake, u64::min);
         if self.writing < self.entered {
-            wake = wake.min(self.held[self.writing].until);
+            let next = &self.held[self.writing];
+            wake = wake.min(if next.reads_back { at(next) } else { next.until });
         }
         if let Some(entering) = self.entering {
             wake = wake.min(entering.end).min(later(entering.busy));
@@ -311,8 +325,8 @@ impl CcuState {
     }
 
     /// Closes the accounts of its buffers at the end of the frame.
-    pub(crate) fn close(&mut self, now: u64, written: impl Fn(&Batch) -> u64) {
+    pub(crate) fn close(&mut self, now: u64, results: impl Fn(&Batch) -> u64) {
         let left = self.held.drain(..).filter(|held| !held.is_written);
-        left.for_each(|held| self.output.release(now, written(&held.batch)));
+        left.for_each(|held| self.output.release(now, results(&held.batch)));
     }
 }

@@ -120,7 +120,7 @@ impl ChunkIssue {
         let resident = ports.shared.units.qsu.resident(&job.keys);
         ports.list_fetch.release_at(ports.now, self.sorter_free, resident);
         if job.kept > 0 {
-            let pattern = |layout: &Layout| layout.list(job.list_start, job.kept);
+            let pattern = |layout: &Layout| layout.list(job, job.kept);
             let shared = &mut *ports.shared;
             let write = shared.write(ports.now, self.owner, Stage::Sorting, job.kept, pattern);
             self.end = self.end.max(shared.memory.known_end(write));

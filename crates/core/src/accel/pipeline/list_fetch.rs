@@ -141,7 +141,7 @@ impl ListFetch {
                 Phase::BufferFull if !self.keys.admits(bytes) => return,
                 Phase::BufferFull => {
                     self.keys.fill(now, bytes);
-                    let span = |layout: &Layout| layout.list(job.list_start, job.read);
+                    let span = |layout: &Layout| layout.list(job, job.read);
                     let read = shared.read(now, self.owner, Stage::Sorting, job.read, span);
                     held.phase = Phase::Reading(read);
                 }

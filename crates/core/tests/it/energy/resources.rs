@@ -12,8 +12,11 @@ use toml::{Table, Value};
 const LESS_IS_BETTER: [&str; 2] = ["vru.recurrence", "vru.blend-stall"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 17] = [
+const FREE: [(&str, &str); 20] = [
     ("ccu.operations", "the work of a conversion, in somebody's count"),
+    ("binning.pointer-size", "bytes in DRAM, and in buffers that have a price"),
+    ("binning.line", "bytes that are written together, out of a buffer that has a price"),
+    ("binning.block", "a division of DRAM"),
     ("geometry", "decides the work, not what is built; buffers that it needs have a price"),
     ("record", "bytes that are moved: paid for as work"),
     ("fovea.record", "as `record`"),

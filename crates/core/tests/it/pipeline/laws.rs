@@ -12,6 +12,7 @@ use powergs_core::accel::{
     FrameContext, Machine, Replay, ResolvedUnits, Unit, replay, replay_with,
 };
 use powergs_core::action::{Action, Stage};
+use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
 
 use crate::workload::support::dense_frame;
@@ -336,10 +337,15 @@ fn every_byte_that_is_read_was_written_or_uploaded() {
             machine.record.feature_source = FeatureSource::Ccu;
         }
         let workload = bin(&dense_frame(seed), machine.geometry);
+        // Lists with pointers for every second machine that can have them.
+        Dice::new(seed + CASES).lists(&mut workload.clone(), &mut machine, false);
+        let lists = machine.list_shape().map(|shape| ListWrites::new(&workload, shape));
+        let context = FrameContext { lists: lists.as_ref(), ..FrameContext::default() };
         let mut seen = Requests::default();
-        let replay = replay_with(&workload, &machine, FrameContext::default(), &mut seen);
+        let replay = replay_with(&workload, &machine, context, &mut seen);
         let units = ResolvedUnits::for_frame(&machine, &workload);
-        let uploaded = Layout::new(&workload, &units).uploaded();
+        let plan = Plan::new(&workload, &machine, &units, &context);
+        let uploaded = Layout::new(&workload, &units, &plan, &context).uploaded();
         let orphans = seen.orphans(&uploaded);
         let expected = match machine.record.feature_source {
             FeatureSource::Ccu => 0,

@@ -58,6 +58,8 @@ pub struct Frame<'a> {
     /// What chunks take, by tile, where units are followed through sub-tiles.
     runs: Option<Vec<Vec<ChunkRun>>>,
     written: BTreeMap<usize, u64>,
+    /// Cycle from which on a second pass over the records may begin.
+    second_pass: u64,
 }
 
 impl Frame<'_> {
@@ -73,16 +75,24 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     let design = ResolvedUnits::for_frame(machine, workload);
     let plan = Plan::new(workload, machine, &design, &given);
     let waits_for_lists = machine.schedule.overlap == Overlap::Tiles;
-    let written = BTreeMap::new();
+    let (written, second_pass) = (BTreeMap::new(), u64::MAX);
     let vru = &machine.vru;
     let is_free = vru.organisation == Organisation::SubtileSerial && vru.switch == Switch::Free;
     let runs = (!is_free || vru.stop_latency > 0).then(|| {
         let tiles = 0..workload.tiles.len();
         tiles.map(|tile| subtiles::runs(workload, &design, tile)).collect()
     });
-    let mut frame =
-        Frame { design: &design, workload, plan: &plan, given, waits_for_lists, runs, written };
-    let mut memory = Memory::new(workload, machine, &design);
+    let mut frame = Frame {
+        design: &design,
+        workload,
+        plan: &plan,
+        given,
+        waits_for_lists,
+        runs,
+        written,
+        second_pass,
+    };
+    let mut memory = Memory::new(workload, machine, &design, &plan, &given);
     let mut seen = Seen::default();
     let mut converters: Vec<Converter> = (0..machine.ccu.units).map(|_| Converter::new()).collect();
     let mut cores: Vec<Core> = (0..machine.vru.cores as usize).map(Core::new).collect();
@@ -91,6 +101,11 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
     loop {
         for converter in &mut converters {
             converter.step(now, &mut frame, &mut next_batch, &mut memory);
+        }
+        let is_counted = next_batch == converter::batches(&frame) / 2;
+        if is_counted && frame.second_pass == u64::MAX && converters.iter().all(Converter::is_done)
+        {
+            frame.second_pass = now + (workload.tiles.len() as u64).max(1);
         }
         let is_over = next_batch == converter::batches(&frame);
         if !is_binned && is_over && converters.iter().all(Converter::is_done) {

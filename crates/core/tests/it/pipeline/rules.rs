@@ -44,7 +44,13 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
         let mut frame = dice.workload(machine.geometry);
         let (hits, reuse) = (dice.hits(&frame), dice.reuse(&frame));
         dice.foveate(&mut frame, &mut machine);
-        let context = FrameContext { hits: hits.as_deref(), reuse: reuse.as_deref(), runs: None };
+        let lists = dice.lists(&mut frame, &mut machine, reuse.is_some());
+        let context = FrameContext {
+            hits: hits.as_deref(),
+            reuse: reuse.as_deref(),
+            lists: lists.as_ref(),
+            runs: None,
+        };
         let mut outside = machine.clone();
         outside.rules = all_from_outside();
         let (mut here, mut there) = (Timeline::default(), Timeline::default());

@@ -9,6 +9,7 @@ use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_core::accel::machine::*;
 use powergs_core::dram::Device;
 use powergs_core::dram::device::Order;
+use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::reuse::ListReuse;
 use powergs_core::workload::{
     ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
@@ -149,6 +150,15 @@ fn unlinked() -> Machine {
             mapping: Order::RoBaCoCh,
             controller_latency: Nanoseconds(40.0),
             second_master: no_second_master(),
+        },
+        binning: BinningSpec {
+            method: BinningMethod::Free,
+            pointer_size: Bytes(4),
+            pointers: buffer(32),
+            combining: buffer(64),
+            line: Bytes(32),
+            partial: PartialWrite::Masked,
+            block: Bytes(1024),
         },
         cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
         schedule: ScheduleSpec {
@@ -415,6 +425,45 @@ impl Dice {
             };
             tiles.map(of).collect()
         })
+    }
+
+    /// Lists with pointers in every second frame that can have them.
+    pub fn lists(
+        &mut self,
+        w: &mut FrameWorkload,
+        machine: &mut Machine,
+        has_order: bool,
+    ) -> Option<ListWrites> {
+        let (splats, points) = (w.counters.intersecting_points as u32, w.counters.points as u32);
+        if has_order || splats == 0 || self.roll(0, 1) == 0 {
+            return None;
+        }
+        for rank in 0..w.slot.len() {
+            w.slot[rank] = self.roll(0, splats - 1);
+            w.index[rank] = self.roll(0, points - 1);
+        }
+        let can_count = machine.schedule.overlap == Overlap::None;
+        let (entry, line) = (machine.list_entry(), self.pick(&[16, 32, 64]));
+        let buffer = |dice: &mut Self, unit: u64| BufferSpec {
+            capacity: Bytes(unit * dice.pick(&[0, 1, 3, 100])),
+            word: Bytes(dice.pick(&[4, 32])),
+            banks: dice.pick(&[1, 4]),
+            ports: dice.pick(&[Ports::ReadOrWrite, Ports::ReadAndWrite]),
+        };
+        let line = line.max(entry.next_power_of_two());
+        machine.binning = BinningSpec {
+            method: self.pick(&match can_count {
+                true => [BinningMethod::Append, BinningMethod::TwoPass],
+                false => [BinningMethod::Append; 2],
+            }),
+            pointer_size: Bytes(4),
+            pointers: buffer(self, 4),
+            combining: buffer(self, line),
+            line: Bytes(line),
+            partial: self.pick(&[PartialWrite::Masked, PartialWrite::ReadModifyWrite]),
+            block: Bytes(line * self.pick(&[1, 4])),
+        };
+        machine.list_shape().map(|shape| ListWrites::new(w, shape))
     }
 
     /// Sort groups with the lists of their tiles.

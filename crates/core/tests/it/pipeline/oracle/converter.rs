@@ -1,7 +1,7 @@
 //! A CCU, counting down.
 
 use powergs_core::accel::Unit;
-use powergs_core::accel::batch::Batch;
+use powergs_core::accel::batch::{Batch, Pass};
 use powergs_core::accel::ccu::Ccu;
 use powergs_core::accel::traffic::pairs_written;
 
@@ -31,6 +31,9 @@ impl Held {
     /// The same with this many reads known and issued.
     fn need_after(&self, ccu: &Ccu, known: usize, issued: usize) -> u64 {
         let b = &self.batch;
+        if b.pass == Pass::Scatter {
+            return (issued..3).map(|read| ccu.read(b, read)).sum();
+        }
         let (mut survivors, mut splats) = (b.survivors, b.splats);
         if known == 0 {
             survivors = b.records.max(survivors).max(splats);
@@ -43,21 +46,39 @@ impl Held {
     }
 }
 
+/// Results that have left the pipeline: what they wait for before they are written.
+enum Leaving {
+    /// Bytes of their lists that are read before.
+    Back(Ticket),
+    Write(Ticket),
+}
+
 pub struct Converter {
     held: Vec<Held>,
     entering: Option<(usize, u64, u64)>,
     entering_room: u64,
     pipe: Vec<(u64, usize, u64)>,
-    writes: Vec<(Ticket, usize, u64)>,
+    writes: Vec<(Leaving, usize, u64)>,
     input_used: u64,
     output_used: u64,
 }
 
-pub fn batches(frame: &Frame) -> usize {
+/// How often the records are gone through.
+fn passes(frame: &Frame) -> usize {
+    1 + usize::from(frame.given.lists.is_some_and(|lists| lists.counts_first()))
+}
+
+/// Batches of one pass.
+fn of_pass(frame: &Frame) -> usize {
     let c = &frame.workload.counters;
     // Pairs without points cannot be, but would still be written.
     let orphans = c.points == 0 && pairs_written(frame.workload, &frame.given) > 0;
     c.points.div_ceil(u64::from(frame.design.ccu.batch)) as usize + usize::from(orphans)
+}
+
+/// Batches of all passes.
+pub fn batches(frame: &Frame) -> usize {
+    passes(frame) * of_pass(frame)
 }
 
 /// Counters of the first `end` records: survivors, prepared, tests, splats, pairs, lookups. Whole
@@ -95,7 +116,12 @@ fn until(frame: &Frame, end: u64) -> [u64; 6] {
 
 fn batch(frame: &Frame, index: usize) -> Batch {
     let size = u64::from(frame.design.ccu.batch);
-    let from = index as u64 * size;
+    let pass = match (passes(frame), index / of_pass(frame)) {
+        (1, _) => Pass::Whole,
+        (_, 0) => Pass::Count,
+        (_, _) => Pass::Scatter,
+    };
+    let from = (index % of_pass(frame)) as u64 * size;
     let to = (from + size).min(frame.workload.counters.points);
     let (before, after) = (until(frame, from), until(frame, to));
     let first = if frame.workload.counters.points == 0 { [0; 6] } else { before };
@@ -110,6 +136,8 @@ fn batch(frame: &Frame, index: usize) -> Batch {
         lookups: after[5] - first[5],
         first_splat: first[3],
         first_pair: first[4],
+        pass,
+        lists: frame.given.lists.map(|lists| lists.part(pass == Pass::Count, from, to)),
     }
 }
 
@@ -135,7 +163,8 @@ impl Converter {
 
     pub fn step(&mut self, now: u64, frame: &mut Frame, next: &mut usize, memory: &mut Memory) {
         let ccu = &frame.design.ccu;
-        self.writes.retain(|&(ticket, index, bytes)| {
+        self.writes.retain(|&(ref leaving, index, bytes)| {
+            let Leaving::Write(ticket) = *leaving else { return true };
             let done = memory.is_done(ticket, now);
             self.output_used -= if done { bytes } else { 0 };
             if done {
@@ -144,9 +173,23 @@ impl Converter {
             !done
         });
         while let Some(&(0, index, bytes)) = self.pipe.first() {
+            // In order: while one waits for what it reads, so do those behind it.
             let b = batch(frame, index);
-            let span = memory.layout.results(b.first_splat, b.splats, b.first_pair, b.pairs);
-            self.writes.push((memory.write(now, 0, bytes, span), index, bytes));
+            let back = b.lists.map_or(0, |lists| lists.read);
+            match self.writes.last() {
+                Some((Leaving::Back(ticket), ..)) if !memory.is_done(*ticket, now) => break,
+                Some((Leaving::Back(_), ..)) => drop(self.writes.pop()),
+                _ if back > 0 => {
+                    let span = memory.layout.read_back(&b);
+                    let ticket = memory.read(now, 0, back, span);
+                    self.writes.push((Leaving::Back(ticket), index, bytes));
+                    continue;
+                }
+                _ => {}
+            }
+            let span = memory.layout.results(&b);
+            let ticket = memory.write(now, 0, ccu.written(&b), span);
+            self.writes.push((Leaving::Write(ticket), index, bytes));
             self.pipe.remove(0);
         }
         if matches!(self.entering, Some((_, 0, 0))) {
@@ -178,7 +221,7 @@ impl Converter {
             }
         }
         if self.entering.is_none() && self.held.first().is_some_and(Held::is_complete) {
-            let bytes = ccu.written(&self.held[0].batch);
+            let bytes = ccu.held(&self.held[0].batch);
             if self.output_used == 0 || self.output_used + bytes <= frame.design.shares.tile_list {
                 let held = self.held.remove(0);
                 let (cycles, bank) = (ccu.cycles(&held.batch), ccu.bank_stalls(&held.batch));
@@ -189,10 +232,18 @@ impl Converter {
             }
         }
         let places = self.held.len() < ccu.spec.queue as usize;
+        if *next == of_pass(frame) && now < frame.second_pass {
+            return;
+        }
         if *next < batches(frame) && places {
             let batch = batch(frame, *next);
             // It must have room for a whole batch of which everything may be needed.
-            let largest = Batch { records: u64::from(ccu.batch), ..Batch::default() };
+            let largest = match batch.pass {
+                Pass::Scatter => {
+                    Batch { splats: u64::from(ccu.batch), pass: Pass::Scatter, ..Batch::default() }
+                }
+                _ => Batch { records: u64::from(ccu.batch), ..Batch::default() },
+            };
             let (index, reads, room) = (*next, 0, 0);
             self.held.push(Held { index, batch: largest, reads, waits_for: None, room });
             let fits = self.may_take(ccu, self.held.len() - 1, ccu.read(&largest, 0), share);
@@ -249,6 +300,7 @@ impl Converter {
         if let Some((_, busy, bank)) = &mut self.entering {
             *(if *busy > 0 { busy } else { bank }) -= 1;
         }
-        self.pipe.iter_mut().for_each(|p| p.0 -= 1);
+        // What waits for others to be written stays at its end.
+        self.pipe.iter_mut().for_each(|p| p.0 = p.0.saturating_sub(1));
     }
 }

@@ -217,7 +217,7 @@ impl Core {
                     return;
                 }
                 self.keys_used += bytes;
-                let span = memory.layout.list(job.list_start, job.read);
+                let span = memory.layout.list(job, job.read);
                 held.step = Step::Reads(memory.read(now, SORTING, job.read, span));
             }
         }
@@ -279,7 +279,7 @@ impl Core {
             Some(last) => self.leaving.push((last.number, resident)),
         }
         if job.kept > 0 {
-            let span = memory.layout.list(job.list_start, job.kept);
+            let span = memory.layout.list(job, job.kept);
             self.posted.push(memory.write(now, SORTING, job.kept, span));
         }
     }

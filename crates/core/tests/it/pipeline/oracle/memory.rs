@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 use powergs_core::accel::dram::{Dram, TICKS};
 use powergs_core::accel::layout::{AccessPattern, Layout};
 use powergs_core::accel::machine::DramModel;
-use powergs_core::accel::{Machine, ResolvedUnits};
+use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
 use powergs_core::dram::{self, Banked, Windowed};
 use powergs_core::workload::FrameWorkload;
 
@@ -29,7 +30,7 @@ pub struct Memory<'a> {
     kind: Kind,
     /// Femtoseconds of a cycle and of a CK.
     clocks: (u64, u64),
-    pub layout: Layout,
+    pub layout: Layout<'a>,
     workload: &'a FrameWorkload,
     /// Tick at which each ticket is done.
     done: Vec<Option<u64>>,
@@ -39,7 +40,13 @@ pub struct Memory<'a> {
 }
 
 impl<'a> Memory<'a> {
-    pub fn new(workload: &'a FrameWorkload, machine: &Machine, design: &ResolvedUnits) -> Self {
+    pub fn new(
+        workload: &'a FrameWorkload,
+        machine: &Machine,
+        design: &ResolvedUnits,
+        plan: &'a Plan,
+        given: &FrameContext<'a>,
+    ) -> Self {
         let device = || machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
@@ -53,7 +60,7 @@ impl<'a> Memory<'a> {
                 fs(1e9 / machine.clock.0),
                 machine.device.as_ref().map_or(1, |device| fs(device.clock_period.0)),
             ),
-            layout: Layout::new(workload, design),
+            layout: Layout::new(workload, design, plan, given),
             workload,
             done: Vec::new(),
             requests: 0,
