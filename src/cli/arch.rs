@@ -1,11 +1,11 @@
-//! `arch`: lists, shows and checks machine files, energy tables, display presets, DRAM devices and
-//! sweeps.
+//! `arch`: lists, shows and checks machine files, energy tables, display presets, DRAM devices,
+//! sweeps and presets of synthetic scenes.
 
 use serde_json::Value;
 
 use super::failure::ConfigUsage;
 use super::{Context, Exit, Failure, inputs, out};
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::{ConfigError, Embedded, schema_of};
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
@@ -13,6 +13,7 @@ use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::read;
 use powergs_frame::display::Display;
 use powergs_report::document::{Cell, Column, Document, Shown, Table};
+use powergs_scene::synth::Preset;
 use powergs_study::sweep::file::SweepFile;
 
 use check::kind_of;
@@ -44,7 +45,8 @@ pub struct Args {
 /// What `arch` does.
 #[derive(Debug, clap::Subcommand)]
 pub enum Verb {
-    /// List the machines, tables, displays, DRAM devices and sweeps that come with the program
+    /// List the machines, tables, displays, DRAM devices, sweeps and synthetic scenes that come
+    /// with the program
     List,
     /// Print a machine file; with --set or --resolved, as a run would use it
     Show {
@@ -91,10 +93,13 @@ pub enum Kind {
     Dram,
     /// A sweep.
     Sweep,
+    /// A preset of synthetic scenes.
+    Synth,
 }
 
 impl Kind {
-    const ALL: [Kind; 5] = [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram, Kind::Sweep];
+    const ALL: [Kind; 6] =
+        [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram, Kind::Sweep, Kind::Synth];
 
     /// Its name on the command line and in messages.
     pub const fn name(self) -> &'static str {
@@ -104,6 +109,7 @@ impl Kind {
             Kind::Display => "display",
             Kind::Dram => "dram",
             Kind::Sweep => "sweep",
+            Kind::Synth => "synth",
         }
     }
 
@@ -114,6 +120,7 @@ impl Kind {
             Kind::Display => DISPLAYS,
             Kind::Dram => DRAM,
             Kind::Sweep => SWEEPS,
+            Kind::Synth => SYNTH,
         }
     }
 
@@ -125,6 +132,7 @@ impl Kind {
             Kind::Display => schema_of::<Display>(),
             Kind::Dram => schema_of::<Device>(),
             Kind::Sweep => schema_of::<SweepFile>(),
+            Kind::Synth => schema_of::<Preset>(),
         }
     }
 }
@@ -171,6 +179,7 @@ fn list(context: &Context) -> Result<Exit, Failure> {
             Kind::Display => "Displays (--display NAME)",
             Kind::Dram => "DRAM devices (dram --device NAME)",
             Kind::Sweep => "Sweeps (sweep NAME)",
+            Kind::Synth => "Synthetic scenes (synth NAME)",
         });
         page.table(table(Some(kind)));
     }
@@ -199,6 +208,7 @@ fn describe(kind: Kind, file: &Embedded) -> Result<Row, Failure> {
         Kind::Display => (None, Display::parse(file.text).map_err(wrong)?.description),
         Kind::Dram => (None, Device::parse(file.text).map_err(wrong)?.description),
         Kind::Sweep => (None, SweepFile::parse(file.text).map_err(wrong)?.question),
+        Kind::Synth => (None, Preset::parse(file.text).map_err(wrong)?.description),
     };
     Ok(Row { kind, name: file.name, node, description })
 }
@@ -212,6 +222,16 @@ fn show(arch: &str, sets: &[String], resolved: bool, context: &Context) -> Resul
     if kind_of(&file.text) == Kind::Sweep {
         let what = "is a sweep: its designs are shown with `sweep show`";
         return Err(Failure::new(Exit::Usage, format!("{}: {what}", file.origin)));
+    }
+    if kind_of(&file.text) == Kind::Synth {
+        if !sets.is_empty() {
+            let what = "is a preset of scenes, which has no --set: copy the file";
+            return Err(Failure::new(Exit::Usage, format!("{}: {what}", file.origin)));
+        }
+        let preset = Preset::parse(&file.text).usage(&file.origin)?;
+        let json = context.global.json;
+        let shown = if json { out::json(&preset) } else { out::text(&for_a_copy(&file.text)) };
+        return shown.map(|()| Exit::Done);
     }
     if kind_of(&file.text) == Kind::Dram {
         let device = Device::parse_with(&file.text, sets).usage(&file.origin)?;

@@ -12,7 +12,10 @@ use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::inria;
 
-use powergs_scene::synth::{PRESETS, Preset, Statistic, Target, cameras, generate};
+use powergs_base::config::embedded::SYNTH;
+use powergs_core::run::RunError;
+use powergs_core::run::files::read;
+use powergs_scene::synth::{Preset, Statistic, Target, cameras, generate, presets};
 use powergs_scene::{Camera, Gaussians, write_ply};
 use powergs_study::scene_statistics::{SceneStatistics, measure, statistics};
 
@@ -22,7 +25,9 @@ Examples:
   powergs-sim synth --list
   powergs-sim synth demo -o demo.ply --cameras demo-cameras.json
   powergs-sim synth lego --points 100000 --seed 7 -o lego.ply
-  powergs-sim synth outdoor-bounded --check";
+  powergs-sim synth outdoor-bounded --check
+  powergs-sim arch show lego > mine.toml
+  powergs-sim synth mine.toml -o mine.ply";
 
 /// Most Gaussians of a synthetic scene: 24 GB in memory.
 const MAX_POINTS: usize = 100_000_000;
@@ -30,8 +35,8 @@ const MAX_POINTS: usize = 100_000_000;
 /// Make a synthetic scene that behaves like a trained one
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What to make: see --list
-    #[arg(required_unless_present = "list")]
+    /// What to make: a name of --list, or a TOML file
+    #[arg(required_unless_present = "list", value_name = "NAME|FILE")]
     preset: Option<String>,
     /// List the presets
     #[arg(long, conflicts_with_all = ["output", "cameras", "check", "points"])]
@@ -63,7 +68,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let Some(name) = args.preset.as_deref().filter(|_| !args.list) else {
         return list(context);
     };
-    let preset = named(name)?;
+    let preset = &find(name)?;
     let points = args.points.unwrap_or(preset.points);
     if !(1..=MAX_POINTS).contains(&points) {
         let what = format!("--points {points}: must be 1 to {MAX_POINTS}");
@@ -124,20 +129,18 @@ fn check(
     Ok(Exit::Done)
 }
 
-fn named(name: &str) -> Result<&'static Preset, Failure> {
-    Preset::named(name).ok_or_else(|| {
-        let names = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-        Failure::new(Exit::Usage, format!("`{name}` is not a preset; there are {names}"))
-    })
+fn find(name: &str) -> Result<Preset, Failure> {
+    let file = read("preset", name, SYNTH, None)?;
+    Ok(Preset::parse(&file.text).map_err(|e| RunError::config(&file.origin, e))?)
 }
 
 fn list(context: &Context) -> Result<Exit, Failure> {
     if context.global.json {
         let preset = |p: &Preset| {
-            json!({ "name": p.name, "summary": p.summary, "points": p.points,
-                    "width_px": p.size.0, "height_px": p.size.1 })
+            json!({ "name": p.name, "description": p.description, "points": p.points,
+                    "width_px": p.image.width, "height_px": p.image.height })
         };
-        out::json(&PRESETS.iter().map(preset).collect::<Value>())?;
+        out::json(&presets().iter().map(preset).collect::<Value>())?;
         return Ok(Exit::Done);
     }
     let mut table = Table::new([
@@ -146,9 +149,10 @@ fn list(context: &Context) -> Result<Exit, Failure> {
         Column::count("pixels"),
         Column::text("like").wraps(),
     ]);
-    for p in &PRESETS {
-        let size = format!("{}x{}", p.size.0, p.size.1);
-        table.row([p.name.into(), p.points.into(), size.into(), p.summary.into()]);
+    for p in presets() {
+        let size = format!("{}x{}", p.image.width, p.image.height);
+        let like = p.description.as_str();
+        table.row([p.name.as_str().into(), p.points.into(), size.into(), like.into()]);
     }
     let mut page = Document::new();
     page.table(table);
@@ -159,7 +163,7 @@ fn list(context: &Context) -> Result<Exit, Failure> {
 /// The targets of `preset` beside what was measured, and what was measured without a target.
 pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> Document {
     let mut table = Table::new([
-        Column::text(preset.name),
+        Column::text(preset.name.as_str()),
         Column::new("measured", Kind::Real(number)),
         Column::count("published"),
         Column::text(""),
@@ -184,7 +188,7 @@ pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> D
             "Published values are for about {published} Gaussians, not {points}."
         ));
     }
-    let source = |t: &Target| format!("{}: {}", t.statistic.name(), t.source).into();
+    let source = |t: &Target| format!("{}: {}", t.statistic.name(), t.publication).into();
     page.add(Block::List(preset.targets.iter().map(source).collect()));
     page
 }
@@ -193,7 +197,8 @@ pub fn document(preset: &Preset, points: usize, measured: &SceneStatistics) -> D
 pub fn as_json(preset: &Preset, measured: &SceneStatistics) -> Value {
     let statistic = |(statistic, value): (&Statistic, &f64)| {
         let target = preset.targets.iter().find(|t| t.statistic == *statistic);
-        let target = target.map(|t| json!({ "low": t.low, "high": t.high, "source": t.source }));
+        let target =
+            target.map(|t| json!({ "low": t.low, "high": t.high, "publication": t.publication }));
         (statistic.name().to_string(), json!({ "measured": value, "published": target }))
     };
     let statistics: serde_json::Map<String, Value> = measured.iter().map(statistic).collect();

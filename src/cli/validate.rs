@@ -8,10 +8,11 @@ use super::output_file::Overwrite;
 use super::progress::{Counts, Watched};
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_core::run::{Frames, TraceFile};
 use powergs_core::sim::MODEL_VERSION;
 use powergs_report::validate as pages;
 use powergs_study::validate::numbers::baseline_csv;
-use powergs_study::validate::run::{steps, value};
+use powergs_study::validate::run::{MEMORY, measure_on, of_any_scene, steps, value};
 use powergs_study::validate::{
     BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge,
     measure,
@@ -25,6 +26,7 @@ Examples:
   powergs-sim validate --only lego,area
   powergs-sim validate --force --write docs/validation.md
   powergs-sim validate --rows mine --only my-chip --json
+  powergs-sim validate --scenes traces/
 
 Exit code 1: a row that must hold is outside of its tolerance, a row has
 worsened, or the page of --check says something else.";
@@ -47,6 +49,9 @@ pub struct Args {
     /// with the program
     #[arg(long, value_name = "DIR")]
     rows: Option<PathBuf>,
+    /// Measure shares and ratios on the traces (*.bin) of this folder instead of the workloads
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["write", "bless", "check", "quick"])]
+    scenes: Option<PathBuf>,
     /// Write the page (docs/validation.md) to this file
     #[arg(long, value_name = "FILE")]
     write: Option<PathBuf>,
@@ -81,9 +86,15 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("{flags}: there is no such row");
         return Err(Failure::new(Exit::Usage, what));
     }
+    if let Some(folder) = &args.scenes {
+        return on_scenes(folder, context, &tables, &rows);
+    }
     let built = machines(&rows)?;
     let watch = Watched::of_total(context, steps(&tables, &rows), Counts::Simulations);
-    let Some(measured) = measure(&tables, &rows, &built, &watch)? else {
+    let asked = context.global.memory;
+    let is_enough = args.rows.is_some() || asked.0 >= MEMORY.0;
+    let memory = if is_enough { asked } else { MEMORY };
+    let Some(measured) = measure(&tables, &rows, &built, memory, &watch)? else {
         return Ok(Exit::Interrupted);
     };
     drop(watch);
@@ -109,6 +120,48 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let page = path.display();
     out::complain(format_args!("{page}: not the page of this program; {remedy} {page}"));
     Ok(Exit::GoalMissed)
+}
+
+/// Measures what any scene can show on each trace of a folder.
+fn on_scenes(
+    folder: &Path,
+    context: &Context,
+    tables: &Tables,
+    rows: &[&Row],
+) -> Result<Exit, Failure> {
+    let rows = of_any_scene(tables, rows);
+    let entries = fs::read_dir(folder).or_exit(Exit::BadInput, folder.display())?;
+    let mut paths = Vec::new();
+    for entry in entries {
+        let path = entry.or_exit(Exit::BadInput, folder.display())?.path();
+        paths.extend(Some(path).filter(|p| p.extension().is_some_and(|end| end == "bin")));
+    }
+    paths.sort();
+    if paths.is_empty() || rows.is_empty() {
+        let what = match rows.is_empty() {
+            true => "no row is a share or a ratio of frames that are not on a path".to_owned(),
+            false => format!("{}: no traces (*.bin) there; extract some", folder.display()),
+        };
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let built = machines(&rows)?;
+    let mut scenes = Vec::new();
+    for path in &paths {
+        let mut trace = TraceFile::open(path)?;
+        trace.allow(context.global.memory);
+        let steps = (trace.range().len() * built.len()) as u64;
+        let watch = Watched::of_total(context, steps, Counts::Simulations);
+        let Some(values) = measure_on(&mut trace, &rows, &built, &watch)? else {
+            return Ok(Exit::Interrupted);
+        };
+        scenes.push((trace.name().to_owned(), values));
+    }
+    if context.global.json {
+        out::json(&pages::scenes_json(&rows, &scenes))?;
+    } else if !context.global.quiet {
+        out::document(&pages::scenes(tables, &rows, &scenes))?;
+    }
+    Ok(Exit::Done)
 }
 
 /// Writes and prints what was asked for.

@@ -10,3 +10,4 @@ mod output_file;
 mod program;
 mod replay;
 mod run_folder;
+mod validate;

@@ -4,7 +4,7 @@ use clap::Parser;
 use powergs_sim::cli::synth::document;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::scene::files::{open_cameras, open_model};
-use powergs_sim::scene::synth::{PRESETS, Preset, Statistic, cameras, generate};
+use powergs_sim::scene::synth::{Preset, Statistic, cameras, generate, presets};
 use powergs_sim::scene::{Gaussians, Split};
 use powergs_sim::scene_statistics::{FrameCounts, measure, statistics};
 use powergs_sim::splat::Counters;
@@ -32,7 +32,7 @@ fn same_seed_same_scene_on_any_number_of_threads() {
 
 #[test]
 fn every_preset_is_well_formed_and_has_trained_opacities_and_shapes() {
-    for preset in &PRESETS {
+    for preset in presets() {
         let scene = generate(preset, 20_000, 1);
         assert_eq!((scene.len(), scene.sh_degree, scene.sh.len()), (20_000, 3, 20_000 * 48));
         let geometry = scene.means.iter().chain(&scene.log_scales).flatten();
@@ -43,7 +43,7 @@ fn every_preset_is_well_formed_and_has_trained_opacities_and_shapes() {
             assert!((length - 1.0).abs() < 1e-5, "{}: {q:?}", preset.name);
         }
         let measured = statistics(&scene, &[]);
-        for target in preset.targets {
+        for target in &preset.targets {
             if [Statistic::LowOpacity, Statistic::Spiky].contains(&target.statistic) {
                 let value = measured[&target.statistic];
                 let near = (target.low..=target.high).contains(&value);
@@ -69,10 +69,10 @@ fn more_points_make_smaller_gaussians() {
 
 #[test]
 fn views_are_checked_cameras_and_every_eighth_is_held_out() {
-    for preset in &PRESETS {
+    for preset in presets() {
         let views = cameras(preset);
         for (idx, view) in views.iter().enumerate() {
-            assert_eq!((view.width, view.height), preset.size);
+            assert_eq!((view.width, view.height), preset.size());
             assert_eq!(view.split == Some(Split::Test), idx % 8 == 0);
         }
         let text = powergs_sim::scene::camera::inria::write(&views);
@@ -88,7 +88,7 @@ fn demo_frames_behave_like_trained_ones() {
     let frames: Vec<FrameCounts> =
         [0, 8, 16].iter().map(|i| measure(&scene, &views[*i], false)).collect();
     let measured = statistics(&scene, &frames);
-    for target in demo().targets {
+    for target in &demo().targets {
         let value = measured[&target.statistic];
         let near = (target.low..=target.high).contains(&value);
         assert!(near, "{}: {value}", target.statistic.name());
@@ -154,16 +154,16 @@ fn statistics_of_known_counts() {
 
 #[test]
 fn table_fits_the_terminal_and_marks_what_is_outside() {
-    for preset in &PRESETS {
+    for preset in presets() {
         let scene = generate(preset, 1000, 1);
         let frame = FrameCounts { pairs_8x8: Some([5_000, 4_000]), ..frame(1) };
         let table = document(preset, 1000, &statistics(&scene, &[frame])).terminal(80);
         for line in table.lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }
-        for target in preset.targets {
+        for target in &preset.targets {
             assert!(
-                one_line(&table).contains(&one_line(target.source)),
+                one_line(&table).contains(&one_line(&target.publication)),
                 "{}: {table}",
                 preset.name
             );
@@ -204,9 +204,9 @@ fn command_writes_a_scene_and_its_views() {
 #[test]
 fn command_refuses_what_makes_no_sense() {
     for (args, words) in [
-        (vec!["leggo", "-o", "x.ply"], "there are demo, lego"),
+        (vec!["leggo", "-o", "x.ply"], "did you mean `lego`"),
         (vec!["demo"], "--output"),
-        (vec![], "PRESET"),
+        (vec![], "NAME|FILE"),
         (vec!["demo", "--points", "0", "-o", "x.ply"], "must be 1 to"),
         (vec!["demo", "--points", "99999999999", "-o", "x.ply"], "must be 1 to"),
         (vec!["demo", "-o", "/nowhere/at/all.ply", "--points", "9"], "cannot be written"),
@@ -214,5 +214,39 @@ fn command_refuses_what_makes_no_sense() {
         let failure = run(&args).unwrap_err();
         assert_eq!(failure.exit, Exit::Usage, "{args:?}");
         assert!(failure.to_string().contains(words), "{args:?}: {failure}");
+    }
+}
+
+#[test]
+fn a_preset_of_ones_own_is_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let demo = std::fs::read_to_string("arch-configs/synth/demo.toml").unwrap();
+    let (mine, ply) = (path("mine.toml"), path("mine.ply"));
+    std::fs::write(&mine, demo.replace("scale = 1.0", "scale = 2.0")).unwrap();
+    assert_eq!(run(&[&mine, "--points", "1000", "-o", &ply]).unwrap(), Exit::Done);
+    let (small, large) = (generate(self::demo(), 1000, 1), open_model(ply.as_ref(), None).unwrap());
+    for (a, b) in small.log_scales.iter().flatten().zip(large.gaussians.log_scales.iter().flatten())
+    {
+        assert!((b - a - 2f32.ln()).abs() < 1e-5, "{a} {b}");
+    }
+    let means = small.means.iter().flatten().zip(large.gaussians.means.iter().flatten());
+    assert!(means.clone().all(|(a, b)| (a - b).abs() < 1e-6), "places stay where they are");
+
+    let faults = [
+        ("points = 20_000", "points = 0", "must be at least 1"),
+        ("scale = 1.0", "scale = 0", "must be at least 0.01"),
+        ("scale = 1.0", "scale = nan", "finite"),
+        ("scenery = \"demo\"", "scenery = \"desert\"", "must be one of"),
+        ("turns = 1.0", "turn = 1.0", "did you mean `turns`"),
+        ("low = 0.6\n", "low = 0.8\n", "`low` is above `high`"),
+        ("views = 24\n", "", "views"),
+    ];
+    for (from, to, words) in faults {
+        assert!(demo.contains(from), "{from}");
+        std::fs::write(&mine, demo.replace(from, to)).unwrap();
+        let failure = run(&[&mine, "-o", &path("no.ply")]).unwrap_err();
+        assert_eq!(failure.exit, Exit::Usage, "{to}");
+        assert!(failure.to_string().contains(words), "{to}: {failure}");
     }
 }

@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 use powergs_chart::Format;
 
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
-use powergs_study::validate::{Gap, Judged, Row, Status, Tables, Verdict, Workload};
+use powergs_study::validate::numbers::mean;
+use powergs_study::validate::{Gap, Judged, Parts, Row, Status, Tables, Verdict, Workload};
 
 const HEAD: &str = "\
 # Validation
@@ -90,6 +91,43 @@ pub fn differences(text: &str, tables: &Tables, judged: &[Judged], model: u32) -
         }
     }
     found
+}
+
+/// What rows are on scenes of the user's own: each with its name and the values by row.
+pub fn scenes(tables: &Tables, rows: &[&Row], scenes: &[(String, Parts)]) -> Document {
+    let real = |head: &str| Column::new(head, Kind::Real(number));
+    let fixed = [Column::text("row"), real("published"), real("synthetic")];
+    let own = scenes.iter().map(|(name, _)| real(name));
+    let mut table = Table::new(fixed.into_iter().chain(own).chain([Column::count("near")]));
+    for row in rows {
+        let synthetic = tables.before(row).and_then(mean);
+        let values: Vec<Option<f64>> =
+            scenes.iter().map(|(_, values)| values.get(&row.id).copied()).collect();
+        let is_near = |ours: &&f64| row.tolerance.is_none_or(|t| t.holds(row.published, **ours));
+        let near = values.iter().flatten().filter(is_near).count();
+        let fixed = [row.id.as_str().into(), row.published.into(), synthetic.into()];
+        let values = values.into_iter().map(Cell::from);
+        let near = format!("{near} of {}", scenes.len()).into();
+        table.row(fixed.into_iter().chain(values).chain([near]));
+    }
+    let mut page = Document::new();
+    page.table(table);
+    page.paragraph(
+        "Plausibility: shares and ratios on scenes that are not those of the publications. \
+         Synthetic is the mean over the workloads of the row; near counts scenes within its \
+         tolerance.",
+    );
+    page
+}
+
+/// The same as JSON.
+pub fn scenes_json(rows: &[&Row], scenes: &[(String, Parts)]) -> Value {
+    let row = |row: &&Row| {
+        let ours = scenes.iter().map(|(name, values)| (name.clone(), json!(values.get(&row.id))));
+        let ours: serde_json::Map<String, Value> = ours.collect();
+        json!({ "id": row.id, "published": row.published, "by_scene": ours })
+    };
+    json!({ "rows": rows.iter().map(row).collect::<Vec<_>>() })
 }
 
 /// What is printed.

@@ -7,7 +7,8 @@
 //! Gaussians is random in space, as that of trained models is, so that their DRAM addresses say
 //! nothing about where they are.
 //!
-//! `docs/synth.md` says which published statistics each preset aims at, and how near it comes.
+//! Presets are files, `arch-configs/synth/*.toml`; `docs/synth.md` says which published statistics
+//! each aims at, and how near it comes.
 
 mod gaussian;
 mod layout;
@@ -24,7 +25,7 @@ use super::camera::Camera;
 use super::{Gaussians, Split};
 use gaussian::{COEFFICIENTS, Gaussian};
 use layout::Layout;
-pub use preset::{PRESETS, Preset, Statistic, Target};
+pub use preset::{Preset, Statistic, Target, presets};
 
 /// Gaussians made from one seed; fixed, so that threads do not matter.
 const PART: usize = 4096;
@@ -68,7 +69,7 @@ pub fn generate(preset: &Preset, points: usize, seed: u64) -> Gaussians {
 
 /// The views of `preset`: every eighth is held out.
 pub fn cameras(preset: &Preset) -> Vec<Camera> {
-    let mut cameras = preset.rig.cameras(preset.size);
+    let mut cameras = preset.rig.cameras(preset.size());
     for (idx, camera) in cameras.iter_mut().enumerate() {
         camera.name = format!("view_{idx:03}");
         camera.split = Some(if idx % HELD_OUT == 0 { Split::Test } else { Split::Train });

@@ -20,6 +20,7 @@ use powergs_core::run::system::energy_table;
 use powergs_core::sim;
 use powergs_frame::display::Display;
 use powergs_report::document::Document;
+use powergs_scene::synth::Preset;
 use powergs_study::sweep::file::SweepFile;
 use powergs_study::sweep::run::opened::find_base;
 use powergs_study::sweep::space::Space;
@@ -96,6 +97,9 @@ fn check_one(file: ConfigText, sets: &[String]) -> Checked {
             .map(|d| format!("DRAM device {}", d.name).into())
             .map_err(|e| e.problems),
         Kind::Sweep => check_sweep(&file).map_err(|e| e.problems),
+        Kind::Synth => Preset::parse(&file.text)
+            .map(|p| format!("preset of synthetic scenes {}", p.name).into())
+            .map_err(|e| e.problems),
     };
     Checked { file, kind, result }
 }
@@ -173,6 +177,9 @@ pub fn kind_of(text: &str) -> Kind {
     let energy = ["[actions]", "[sram", "[leakage]", "[flop]"].iter().any(|t| has(t));
     if has("[organisation]") {
         return Kind::Dram;
+    }
+    if has("scenery") || has("[rig]") {
+        return Kind::Synth;
     }
     match (machine, energy) {
         (false, true) => Kind::Energy,

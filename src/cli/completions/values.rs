@@ -12,13 +12,12 @@ use serde_json::Value;
 
 use crate::cli::explain;
 use powergs_base::config::assumptions::assumptions;
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::schema::{choices, leaves};
 use powergs_base::config::{Embedded, KeyDoc, key_docs, schema_of};
 use powergs_core::accel::Machine;
 use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
-use powergs_scene::synth::PRESETS;
 use powergs_study::sweep::table::columns;
 
 /// `command` with completers for the arguments that name something.
@@ -43,13 +42,13 @@ fn with_values(parents: &str, command: Command) -> Command {
 
 /// The completer of an argument of the command at `path`, without the program's name.
 fn values(path: &str, arg: &Arg) -> Option<ArgValueCompleter> {
-    let all = || [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS].concat();
+    let all = || [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS, SYNTH].concat();
     Some(match (path, arg.get_id().as_str()) {
         ("arch show" | "arch check", "arch" | "files") => names(all(), &["toml", "yaml"]),
         (_, "arch") => names(MACHINES.to_vec(), &["toml"]),
         ("compare", "items") => names(MACHINES.to_vec(), &[]),
         (_, "energy") => names(ENERGY.to_vec(), &["toml", "yaml", "yml"]),
-        ("synth", "preset") => list(presets),
+        ("synth", "preset") => names(SYNTH.to_vec(), &["toml"]),
         (_, "display" | "preset") => names(DISPLAYS.to_vec(), &["toml"]),
         (_, "device") => names(DRAM.to_vec(), &["toml"]),
         ("sweep", "file") => names(SWEEPS.to_vec(), &["toml"]),
@@ -165,10 +164,6 @@ fn every_key() -> Vec<Described> {
 
 fn numbers() -> Vec<Described> {
     assumptions().iter().map(|(number, a)| (format!("A{number}"), a.text.clone())).collect()
-}
-
-fn presets() -> Vec<Described> {
-    PRESETS.iter().map(|preset| (preset.name.into(), preset.summary.into())).collect()
 }
 
 fn results() -> Vec<Described> {

@@ -1,7 +1,7 @@
 //! Everything that has a definition.
 
 use powergs_base::config::Embedded;
-use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS};
+use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::references::{cited, references};
 use powergs_base::config::{KeyDoc, key_docs};
 use powergs_core::accel::Machine;
@@ -10,6 +10,7 @@ use powergs_core::energy::EnergyTable;
 use powergs_core::sim::statistics;
 use powergs_frame::display::Display;
 use powergs_report::terms::terms;
+use powergs_scene::synth::Preset;
 use powergs_study::sweep::metric::metrics;
 use powergs_study::sweep::table::{FIRST, LAST};
 
@@ -86,6 +87,7 @@ pub fn entries() -> Vec<Entry> {
     keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
     keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
     keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
+    keys("key of synthetic scenes", key_docs::<Preset>(), &SYNTH[0], &mut all);
     all
 }
 
@@ -113,7 +115,7 @@ fn sources() -> Vec<Entry> {
         facts.push(("cited by", citing.collect::<Vec<_>>().join(", ")));
         Entry { facts, ..Entry::new(SOURCE, key.clone(), "", source.title.clone()) }
     };
-    let files = [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS].concat();
+    let files = [MACHINES, ENERGY, DISPLAYS, DRAM, SWEEPS, SYNTH].concat();
     let described = files.into_iter().map(|file| {
         let table: toml::Table = file.text.parse().unwrap_or_default();
         let text = table.get("description").or_else(|| table.get("question"));

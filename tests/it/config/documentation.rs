@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use expect_test::expect_file;
 use powergs_sim::accel::Machine;
 use powergs_sim::cli::arch::Kind;
-use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES};
+use powergs_sim::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SYNTH};
 use powergs_sim::config::references::{cited, is_assumption, is_source, references};
 use powergs_sim::config::{Embedded, KeyDoc, key_docs};
 use powergs_sim::display::Display;
 use powergs_sim::dram::Device;
 use powergs_sim::energy::EnergyTable;
+use powergs_sim::scene::synth::Preset;
 
 use super::gscore;
 
@@ -24,13 +25,18 @@ fn read(path: &str) -> String {
 }
 
 fn all_files() -> impl Iterator<Item = &'static Embedded> {
-    MACHINES.iter().chain(ENERGY).chain(DISPLAYS).chain(DRAM)
+    MACHINES.iter().chain(ENERGY).chain(DISPLAYS).chain(DRAM).chain(SYNTH)
 }
 
 #[test]
 fn every_file_of_arch_configs_is_embedded() {
-    let folders =
-        [("machines", MACHINES), ("energy", ENERGY), ("display", DISPLAYS), ("dram", DRAM)];
+    let folders = [
+        ("machines", MACHINES),
+        ("energy", ENERGY),
+        ("display", DISPLAYS),
+        ("dram", DRAM),
+        ("synth", SYNTH),
+    ];
     for (folder, files) in folders {
         let entries = std::fs::read_dir(root().join("arch-configs").join(folder)).expect(folder);
         let names: BTreeSet<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
@@ -68,7 +74,7 @@ fn the_readme_documents_every_key_of_energy_tables_and_displays() {
         !general && !readme.contains(&format!("| `{}` |", doc.path))
     };
     let docs = key_docs::<EnergyTable>().into_iter().chain(key_docs::<Display>());
-    let docs = docs.chain(key_docs::<Device>());
+    let docs = docs.chain(key_docs::<Device>()).chain(key_docs::<Preset>());
     let missing: Vec<String> = docs.filter(missing).map(|d| d.path).collect();
     assert!(missing.is_empty(), "arch-configs/README.md lacks {missing:?}");
 }
@@ -76,7 +82,7 @@ fn the_readme_documents_every_key_of_energy_tables_and_displays() {
 #[test]
 fn every_key_has_a_definition_and_numbers_have_units() {
     let docs = [key_docs::<Machine>(), key_docs::<EnergyTable>(), key_docs::<Display>()];
-    let docs = [docs.concat(), key_docs::<Device>()].concat();
+    let docs = [docs.concat(), key_docs::<Device>(), key_docs::<Preset>()].concat();
     assert!(docs.len() > 100);
     for doc in docs {
         assert!(doc.definition.len() > 3, "{}: no definition", doc.path);
@@ -146,7 +152,7 @@ fn assumptions_are_numbered_once_and_in_order() {
 
 #[test]
 fn committed_schemas_are_those_of_the_program() {
-    for kind in [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram] {
+    for kind in [Kind::Machine, Kind::Energy, Kind::Display, Kind::Dram, Kind::Synth] {
         let text = serde_json::to_string_pretty(&kind.schema()).expect("a schema") + "\n";
         let path = root().join(format!("arch-configs/schema/{}.json", kind.name()));
         expect_file![path].assert_eq(&text);

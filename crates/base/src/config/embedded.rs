@@ -71,6 +71,16 @@ pub const DRAM: &[Embedded] = embedded!("dram":
 pub const SWEEPS: &[Embedded] =
     embedded!("sweeps": "gscore-units", "sram-bandwidth", "tiles", "node-energy");
 
+/// Presets of synthetic scenes, in the order of `synth --list`.
+pub const SYNTH: &[Embedded] = embedded!("synth":
+    "demo",
+    "lego",
+    "indoor",
+    "outdoor-bounded",
+    "outdoor-unbounded",
+    "uhd-capture"
+);
+
 /// Where the numbers come from.
 pub(crate) const REFERENCES: &str = include_str!("../../../../arch-configs/references.toml");
 

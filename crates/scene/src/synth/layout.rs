@@ -54,13 +54,14 @@ impl Layout {
     /// The layout of `preset`; its arrangement depends on the seed alone.
     pub(crate) fn new(preset: &Preset, points: usize, seed: u64) -> Layout {
         let mut rng = super::generator(seed, 0);
-        let parts = match preset.scenery {
+        let mut parts = match preset.scenery {
             Scenery::Toy => toy::parts(&mut rng),
             Scenery::Room => room::parts(&mut rng),
             Scenery::Street => street::parts(&mut rng),
             Scenery::Garden => garden::parts(&mut rng),
             Scenery::Demo => toy::on_a_table(&mut rng),
         };
+        parts.iter_mut().for_each(|part| part.cover *= preset.scale);
         let total: f64 = parts.iter().map(|part| part.weight).sum();
         let mut sum = 0.0;
         let cumulative = parts.iter().map(|part| {

@@ -1,68 +1,145 @@
 //! The presets: what each looks like, from where it is seen, and which published statistics it
-//! aims at.
+//! aims at. They are files: `arch-configs/synth/*.toml`, or a user's own.
+
+use std::sync::LazyLock;
 
 use glam::DVec3;
+use powergs_base::config::embedded::SYNTH;
+use powergs_base::config::{self, ConfigError};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::super::camera::Camera;
 
-/// A kind of scene.
-#[derive(Debug)]
+/// A kind of scene, as in `arch-configs/synth/*.toml`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Preset {
-    /// Name on the command line.
-    pub name: &'static str,
-    /// One line for `synth --list`.
-    pub summary: &'static str,
+    /// Name on the command line and in reports.
+    pub name: String,
+    /// What it is, in one line.
+    pub description: String,
     /// Gaussians unless asked otherwise.
+    #[schemars(extend("minimum" = 1, "maximum" = 100_000_000, "x-unit" = "Gaussians"))]
     pub points: usize,
-    /// Image size of its views, pixels.
-    pub size: (u32, u32),
-    /// Published statistics that it aims at.
-    pub targets: &'static [Target],
-    /// Where its views are.
-    pub(super) rig: Rig,
     /// What is in it.
-    pub(super) scenery: Scenery,
+    pub scenery: Scenery,
+    /// Factor on the size of every Gaussian: larger ones cover more tiles.
+    #[schemars(extend("minimum" = 0.01, "maximum" = 100, "x-unit" = "factor"))]
+    pub scale: f64,
+    /// The pictures of its views.
+    pub image: Image,
+    /// Where its views are.
+    pub rig: Rig,
+    /// Published statistics that it aims at.
+    #[serde(default)]
+    pub targets: Vec<Target>,
 }
 
 impl Preset {
-    /// The preset of this name.
+    /// The preset of this name that comes with the program.
     pub fn named(name: &str) -> Option<&'static Preset> {
-        PRESETS.iter().find(|preset| preset.name == name)
+        presets().iter().find(|preset| preset.name == name)
+    }
+
+    /// Reads and checks a preset.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each with its line.
+    pub fn parse(text: &str) -> Result<Preset, ConfigError> {
+        let config = config::parse::<Preset>(text, &[])?;
+        let mut problems = Vec::new();
+        for target in &config.value.targets {
+            if target.low > target.high {
+                let name = target.statistic.name();
+                let message = format!("`low` is above `high` for {name}: no value would be near");
+                problems.push(config.problem("targets", message));
+            }
+        }
+        config.checked(problems)
+    }
+
+    /// Width and height of its views, pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.image.width, self.image.height)
     }
 }
 
+/// The presets that come with the program, in the order of `synth --list`.
+///
+/// # Panics
+/// Never: tests read all of them.
+pub fn presets() -> &'static [Preset] {
+    static PRESETS: LazyLock<Vec<Preset>> = LazyLock::new(|| {
+        let parse = |file: &config::Embedded| {
+            Preset::parse(file.text).unwrap_or_else(|e| panic!("{}: {e}", file.name))
+        };
+        SYNTH.iter().map(parse).collect()
+    });
+    &PRESETS
+}
+
+/// Size of the pictures of a preset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// Width of a picture.
+    #[schemars(extend("minimum" = 1, "maximum" = 16384, "x-unit" = "pixels"))]
+    pub width: u32,
+    /// Height of a picture.
+    #[schemars(extend("minimum" = 1, "maximum" = 16384, "x-unit" = "pixels"))]
+    pub height: u32,
+}
+
 /// A statistic of a scene and its frames, averaged over views where it is one of frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize, JsonSchema,
+)]
 pub enum Statistic {
     /// Gaussians in the scene.
+    #[serde(rename = "points")]
     Points,
     /// Share of Gaussians with an opacity below 0.35.
+    #[serde(rename = "low_opacity_frac")]
     LowOpacity,
     /// Share of Gaussians whose longest axis is at least three times the shortest.
+    #[serde(rename = "spiky_frac")]
     Spiky,
     /// Share of Gaussians in front of the near plane.
+    #[serde(rename = "survivors_frac")]
     Survivors,
     /// Splats with at least one tile of 16x16, whole count.
+    #[serde(rename = "visible_splats")]
     Visible,
     /// Tiles of 16x16 per visible splat, OBB test.
+    #[serde(rename = "tiles_per_splat")]
     TilesPerSplat,
     /// Mean list length of the 16x16 tiles that have a list, OBB test.
+    #[serde(rename = "list_mean")]
     ListMean,
     /// Median list length of the tiles that have a list.
+    #[serde(rename = "list_median")]
     ListMedian,
     /// 99th percentile of the list lengths.
+    #[serde(rename = "list_p99")]
     ListP99,
     /// Longest list.
+    #[serde(rename = "list_max")]
     ListMax,
     /// Share of α evaluations that contribute (α at least 1/255), lists of bounding squares.
+    #[serde(rename = "contributing_aabb_frac")]
     ContributingAabb,
     /// The same, OBB test.
+    #[serde(rename = "contributing_obb_frac")]
     ContributingObb,
     /// List entries times pixels, over α evaluations until pixels stop.
+    #[serde(rename = "termination_saving")]
     TerminationSaving,
     /// Pairs with 8x8 tiles at 1920x1080 per Gaussian of the scene, bounding squares.
+    #[serde(rename = "pairs_8x8_aabb_per_point")]
     PairsAabb,
     /// The same with the exact ellipse.
+    #[serde(rename = "pairs_8x8_exact_per_point")]
     PairsExact,
 }
 
@@ -90,21 +167,25 @@ impl Statistic {
 }
 
 /// A published value, as a range.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Target {
     /// Of what.
     pub statistic: Statistic,
     /// Smallest value that was published for such scenes.
+    #[schemars(extend("minimum" = 0, "maximum" = 1e12, "x-unit" = "as the statistic"))]
     pub low: f64,
     /// Largest.
+    #[schemars(extend("minimum" = 0, "maximum" = 1e12, "x-unit" = "as the statistic"))]
     pub high: f64,
-    /// Who published it.
-    pub source: &'static str,
+    /// Who published it, and what.
+    pub publication: String,
 }
 
 /// What is in a preset.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scenery {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scenery {
     /// A digger before black.
     Toy,
     /// A room.
@@ -118,169 +199,81 @@ pub(super) enum Scenery {
 }
 
 /// Views on rings around a target.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Rig {
-    /// Number of views.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Rig {
+    /// Number of views; every eighth is held out.
+    #[schemars(extend("minimum" = 1, "maximum" = 100_000, "x-unit" = "views"))]
     pub views: usize,
-    /// The point at the centre of all views, world units.
-    pub target: DVec3,
-    /// Horizontal distances of the nearest and the farthest ring, world units.
-    pub radius: (f64, f64),
-    /// Heights of the lowest and the highest ring, world units.
-    pub height: (f64, f64),
+    /// The point at the centre of all views.
+    pub target: Point,
+    /// Horizontal distances of the first and the last view from the target's axis.
+    pub radius: Radii,
+    /// Heights of the first and the last view.
+    pub height: Heights,
     /// Times that the views go around.
+    #[schemars(extend("minimum" = 0, "maximum" = 1000, "x-unit" = "turns"))]
     pub turns: f64,
-    /// Vertical field of view, degrees.
+    /// Vertical field of view.
+    #[schemars(extend("minimum" = 1, "maximum" = 170, "x-unit" = "degrees"))]
     pub vertical_fov: f64,
+}
+
+/// A point of a scene; z is up.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Point {
+    /// To the right.
+    #[schemars(extend("minimum" = -1e4, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub x: f64,
+    /// To the back.
+    #[schemars(extend("minimum" = -1e4, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub y: f64,
+    /// Upwards.
+    #[schemars(extend("minimum" = -1e4, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub z: f64,
+}
+
+/// Horizontal distances.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Radii {
+    /// Of the first view.
+    #[schemars(extend("minimum" = 1e-3, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub from: f64,
+    /// Of the last view.
+    #[schemars(extend("minimum" = 1e-3, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub to: f64,
+}
+
+/// Heights.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Heights {
+    /// Of the first view.
+    #[schemars(extend("minimum" = -1e4, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub from: f64,
+    /// Of the last view.
+    #[schemars(extend("minimum" = -1e4, "maximum" = 1e4, "x-unit" = "world units"))]
+    pub to: f64,
 }
 
 impl Rig {
     /// The views, along one spiral: neighbours are close, so that they make a path.
     pub(crate) fn cameras(&self, size: (u32, u32)) -> Vec<Camera> {
+        let target = DVec3::new(self.target.x, self.target.y, self.target.z);
         let last = (self.views - 1).max(1) as f64;
         (0..self.views)
             .map(|idx| {
                 let t = idx as f64 / last;
-                let mix = |(low, high): (f64, f64)| low + (high - low) * t;
+                let mix = |low: f64, high: f64| low + (high - low) * t;
                 let angle = std::f64::consts::TAU * self.turns * t;
                 let (sin, cos) = angle.sin_cos();
-                let flat = DVec3::new(cos, sin, 0.0) * mix(self.radius);
-                let centre = flat + DVec3::Z * mix(self.height);
+                let flat = DVec3::new(cos, sin, 0.0) * mix(self.radius.from, self.radius.to);
+                let centre = flat + DVec3::Z * mix(self.height.from, self.height.to);
                 let fov = self.vertical_fov.to_radians();
-                Camera::looking_at(centre, self.target, DVec3::Z, fov, size)
+                Camera::looking_at(centre, target, DVec3::Z, fov, size)
             })
             .collect()
     }
 }
-
-const fn target(statistic: Statistic, low: f64, high: f64, source: &'static str) -> Target {
-    Target { statistic, low, high, source }
-}
-
-const OPACITY: Target = target(Statistic::LowOpacity, 0.60, 0.70, "FlashGS 2408.07967: 65.1 %");
-const SPIKY: Target = target(Statistic::Spiky, 0.52, 0.62, "FLICKER 2603.01158: 57 %");
-const TILES: Target = target(Statistic::TilesPerSplat, 1.5, 7.6, "SwiftGS: at most 7.61");
-const CONTRIBUTING: Target =
-    target(Statistic::ContributingAabb, 0.076, 0.137, "GBU 2503.23625: 7.6 to 13.7 %");
-const SAVING: Target =
-    target(Statistic::TerminationSaving, 1.2, 2.52, "VR-Pipe: 2.52; PEER: 16 to 32 % of lists");
-
-/// All presets, in the order of `synth --list`.
-pub static PRESETS: [Preset; 5] = [
-    Preset {
-        name: "demo",
-        summary: "a toy on a table, tiny: for tests and the committed trace",
-        points: 20_000,
-        size: (320, 240),
-        targets: &[OPACITY, SPIKY, SAVING],
-        rig: Rig {
-            views: 24,
-            target: DVec3::new(0.0, 0.0, 0.2),
-            radius: (2.3, 2.1),
-            height: (0.9, 1.6),
-            turns: 1.0,
-            vertical_fov: 42.0,
-        },
-        scenery: Scenery::Demo,
-    },
-    Preset {
-        name: "lego",
-        summary: "a toy before black, as the Lego scene of the Blender set",
-        points: 340_000,
-        size: (800, 800),
-        targets: &[
-            target(Statistic::Points, 330_000.0, 358_000.0, "VR-Pipe: 358 K; NeRArch-Sim: 334 K"),
-            OPACITY,
-            SPIKY,
-            TILES,
-            CONTRIBUTING,
-            SAVING,
-        ],
-        rig: Rig {
-            views: 96,
-            target: DVec3::new(0.0, 0.0, 0.25),
-            radius: (2.9, 1.9),
-            height: (0.9, 2.5),
-            turns: 3.0,
-            vertical_fov: 39.6,
-        },
-        scenery: Scenery::Toy,
-    },
-    Preset {
-        name: "indoor",
-        summary: "a room with a laden table, as counter, room and bonsai",
-        points: 1_400_000,
-        size: (1559, 1039),
-        targets: &[
-            target(Statistic::Points, 1.19e6, 1.55e6, "gsplat eval: 1.19 to 1.55 M"),
-            OPACITY,
-            SPIKY,
-            TILES,
-            target(Statistic::ListMean, 463.0, 635.0, "GSCore re-implementation (low confidence)"),
-            CONTRIBUTING,
-            SAVING,
-            target(Statistic::PairsAabb, 5.3, 8.9, "HiGS 2606.00352, table 1"),
-            target(Statistic::PairsExact, 3.4, 5.4, "HiGS 2606.00352, table 1"),
-        ],
-        rig: Rig {
-            views: 96,
-            target: DVec3::new(0.0, 0.0, 0.85),
-            radius: (1.6, 1.42),
-            height: (1.2, 1.75),
-            turns: 3.0,
-            vertical_fov: 42.0,
-        },
-        scenery: Scenery::Room,
-    },
-    Preset {
-        name: "outdoor-bounded",
-        summary: "a truck on a yard, as Train and Truck of Tanks & Temples",
-        points: 1_800_000,
-        size: (980, 545),
-        targets: &[
-            target(Statistic::Points, 1.03e6, 2.54e6, "VR-Pipe: Train 1.03 M, Truck 2.54 M"),
-            OPACITY,
-            SPIKY,
-            target(Statistic::Visible, 0.3e6, 0.9e6, "VR-Pipe: at most 900 K in the frustum"),
-            TILES,
-            CONTRIBUTING,
-            SAVING,
-        ],
-        rig: Rig {
-            views: 96,
-            target: DVec3::new(0.0, 0.0, 1.0),
-            radius: (5.6, 6.4),
-            height: (1.5, 2.4),
-            turns: 2.0,
-            vertical_fov: 50.0,
-        },
-        scenery: Scenery::Street,
-    },
-    Preset {
-        name: "outdoor-unbounded",
-        summary: "a garden to the horizon, as bicycle, garden and stump (1.4 GB)",
-        points: 5_700_000,
-        size: (1237, 822),
-        targets: &[
-            target(Statistic::Points, 4.82e6, 6.06e6, "gsplat eval: 4.82 to 6.06 M"),
-            OPACITY,
-            SPIKY,
-            TILES,
-            target(Statistic::ListMean, 1000.0, 1400.0, "GSCore re-implementation: garden 1400"),
-            target(Statistic::ListMax, 2000.0, 2500.0, "MetaSapiens 2407.00435, gsplat: 2485"),
-            CONTRIBUTING,
-            SAVING,
-            target(Statistic::PairsAabb, 1.7, 2.1, "HiGS 2606.00352, table 1"),
-            target(Statistic::PairsExact, 1.1, 1.4, "HiGS 2606.00352, table 1"),
-        ],
-        rig: Rig {
-            views: 96,
-            target: DVec3::new(0.0, 0.0, 0.7),
-            radius: (2.8, 2.4),
-            height: (1.3, 1.8),
-            turns: 2.0,
-            vertical_fov: 39.0,
-        },
-        scenery: Scenery::Garden,
-    },
-];

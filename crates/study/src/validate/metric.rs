@@ -217,6 +217,11 @@ impl Metric {
         self.facts().3
     }
 
+    /// Whether it is a share or a ratio, which scenes of any size have.
+    pub fn is_relative(self) -> bool {
+        ["", "x"].contains(&self.unit())
+    }
+
     /// The metric of this name.
     pub fn named(name: &str) -> Option<Metric> {
         Metric::ALL.into_iter().find(|m| m.name() == name)

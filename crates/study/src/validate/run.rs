@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use super::numbers::Parts;
 use super::totals::Totals;
-use super::{Block, MachineName, Row, Tables, Workload};
+use super::{Block, MachineName, Row, Status, Tables, Workload};
 use crate::views::RenderedViews;
-use powergs_core::run::{FrameView, RunError, Session, Subject, System, Watch};
+use powergs_base::budget::Budget;
+use powergs_base::quantity::Bytes;
+use powergs_core::run::{FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::cost::peak_w;
 use powergs_scene::synth::generate;
 
@@ -55,11 +57,14 @@ pub fn steps(tables: &Tables, rows: &[&Row]) -> u64 {
     tables.workloads.iter().map(of).sum()
 }
 
+/// What the frames of the rows that come with the program need: 28 M pairs in one of them.
+pub const MEMORY: Budget = Budget(Bytes(2 << 30));
+
 /// Measures what `rows` need; `None` if the watch cancelled it. `built` has every machine that they
-/// name.
+/// name; a frame may take `memory`.
 ///
 /// # Errors
-/// [`RunError`]: a defect of the simulator.
+/// [`RunError`]: a frame that takes more memory, or a defect of the simulator.
 ///
 /// # Panics
 /// When `built` lacks a machine.
@@ -67,6 +72,7 @@ pub fn measure(
     tables: &Tables,
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
+    memory: Budget,
     watch: &dyn Watch,
 ) -> Result<Option<Measurements>, RunError> {
     let mut all = Measurements::new();
@@ -80,7 +86,7 @@ pub fn measure(
         let key = first.scene_key();
         let (now, later) = todo.into_iter().partition(|w| w.scene_key() == key);
         todo = later;
-        if !one_scene(&now, rows, built, watch, &mut all)? {
+        if !one_scene(&now, rows, built, memory, watch, &mut all)? {
             return Ok(None);
         }
     }
@@ -102,6 +108,7 @@ fn one_scene(
     workloads: &[&Workload],
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
+    memory: Budget,
     watch: &dyn Watch,
     all: &mut Measurements,
 ) -> Result<bool, RunError> {
@@ -111,24 +118,81 @@ fn one_scene(
         let names = machines(rows, &workload.name);
         let cameras = workload.cameras(preset);
         let counted: Vec<usize> = (workload.warm_up()..cameras.len()).collect();
-        let systems = names.iter().map(|&name| &built[name].system);
-        let subjects: Vec<Subject> = systems.map(|s| Subject::of(s).only(&counted)).collect();
         let mut views = RenderedViews::new(&workload.name, Arc::clone(&scene), cameras);
-        let folded = Session::new(&mut views, watch).fold(
-            &subjects,
-            |i| (&built[names[i]], Totals::default()),
-            |(built, totals), FrameView { workload, measured, report, .. }| {
-                totals.add(built.system.machine(), workload, measured, &report);
-            },
-        )?;
-        if !folded.is_complete {
+        views.allow(memory);
+        if !add_frames(&mut views, &counted, &names, built, watch, all)? {
             return Ok(false);
-        }
-        for (name, (built, totals)) in names.into_iter().zip(folded.states) {
-            all.insert((workload.name.clone(), name.clone()), built.facts(totals));
         }
     }
     Ok(true)
+}
+
+/// Takes the frames at `counted` through the machines; returns whether all of them were finished.
+fn add_frames(
+    frames: &mut dyn Frames,
+    counted: &[usize],
+    names: &[&MachineName],
+    built: &BTreeMap<MachineName, Built>,
+    watch: &dyn Watch,
+    all: &mut Measurements,
+) -> Result<bool, RunError> {
+    let source = frames.name().to_owned();
+    let systems = names.iter().map(|&name| &built[name].system);
+    let subjects: Vec<Subject> = systems.map(|s| Subject::of(s).only(counted)).collect();
+    let folded = Session::new(frames, watch).fold(
+        &subjects,
+        |i| (&built[names[i]], Totals::default()),
+        |(built, totals), FrameView { workload, measured, report, .. }| {
+            totals.add(built.system.machine(), workload, measured, &report);
+        },
+    )?;
+    for (&name, (built, totals)) in names.iter().zip(folded.states) {
+        all.insert((source.clone(), name.clone()), built.facts(totals));
+    }
+    Ok(folded.is_complete)
+}
+
+/// The rows that can be measured on any scene: what they compare is a share or a ratio, and no path
+/// is needed.
+pub fn of_any_scene<'a>(tables: &Tables, rows: &[&'a Row]) -> Vec<&'a Row> {
+    let is_still = |row: &Row| {
+        let mut mine = tables.workloads.iter().filter(|w| row.workloads.contains(&w.name));
+        mine.all(|w| w.path == 0)
+    };
+    let is_relative = |row: &Row| row.metric.needs_frames() && row.metric.is_relative();
+    let keeps = |row: &&&Row| row.status != Status::Dropped && is_relative(row) && is_still(row);
+    rows.iter().filter(keeps).copied().collect()
+}
+
+/// The values of `rows` on the frames of one source, by row; `None` if the watch cancelled it.
+///
+/// # Errors
+/// [`RunError`]: a frame that cannot be read or takes too much memory, or a defect of the
+/// simulator.
+///
+/// # Panics
+/// When `built` lacks a machine.
+pub fn measure_on(
+    frames: &mut dyn Frames,
+    rows: &[&Row],
+    built: &BTreeMap<MachineName, Built>,
+    watch: &dyn Watch,
+) -> Result<Option<Parts>, RunError> {
+    let mut names: Vec<&MachineName> =
+        rows.iter().flat_map(|row| [Some(&row.machine), row.against.as_ref()]).flatten().collect();
+    names.sort();
+    names.dedup();
+    let counted: Vec<usize> = frames.range().collect();
+    let mut all = Measurements::new();
+    if !add_frames(frames, &counted, &names, built, watch, &mut all)? {
+        return Ok(None);
+    }
+    let of = |name: &MachineName| all.get(&(frames.name().to_owned(), name.clone()));
+    let value = |row: &Row| {
+        let against = row.against.as_ref().and_then(of);
+        Some((row.id.clone(), row.metric.value(of(&row.machine)?, against)?))
+    };
+    Ok(Some(rows.iter().filter_map(|row| value(row)).collect()))
 }
 
 /// The values of a row, where all of them were measured.

@@ -1,17 +1,20 @@
 //! `validate`: tables, verdicts, measuring, and a subset of the published rows.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use expect_test::expect_file;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{System, SystemSpec, Watch};
+use powergs_scene::synth::{Preset, generate};
 use powergs_study::validate::numbers::baseline_csv;
-use powergs_study::validate::run::{steps, value};
+use powergs_study::validate::run::{MEMORY, measure_on, of_any_scene, steps, value};
 use powergs_study::validate::{
     Baseline, Built, Gap, MachineName, Metric, Parts, Row, Status, Tables, Tolerance, Verdict,
     judge, measure,
 };
+use powergs_study::views::RenderedViews;
 
 fn build(name: &MachineName) -> Built {
     let spec = SystemSpec { sets: name.sets.clone(), ..SystemSpec::named(&name.arch) };
@@ -108,7 +111,7 @@ fn a_subset_of_the_rows_holds() {
     };
     let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
     assert!(rows.len() > 5);
-    let measured = measure(&tables, &rows, &machines(&rows), &()).expect("no defect");
+    let measured = measure(&tables, &rows, &machines(&rows), MEMORY, &()).expect("no defect");
     let measured = measured.expect("not cancelled");
     for row in rows {
         let ours = value(row, &measured).unwrap_or_else(|| panic!("{}: not measured", row.id));
@@ -135,7 +138,9 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     let counting = Counting { done: AtomicU64::new(0), most: u64::MAX };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| measure(&tables, &rows, &built, &counting).expect("no defect").unwrap())
+        pool.install(|| {
+            measure(&tables, &rows, &built, MEMORY, &counting).expect("no defect").unwrap()
+        })
     };
     let (one, three) = (run(1), run(3));
     assert_eq!(one, three);
@@ -153,7 +158,36 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
 
     for most in [0, 1, 3] {
         let stop = Counting { done: AtomicU64::new(0), most };
-        assert!(measure(&tables, &rows, &built, &stop).expect("no defect").is_none(), "{most}");
+        assert!(
+            measure(&tables, &rows, &built, MEMORY, &stop).expect("no defect").is_none(),
+            "{most}"
+        );
+    }
+}
+
+/// Rows of shares and ratios on frames of any source are what a session makes of them.
+#[test]
+fn scenes_of_ones_own_have_shares_and_ratios() {
+    let more = "b,Section,what,w,gscore,,termination_saving,2,10%,enforced,,,s,\n\
+                c,Section,what,w,gscore,,fps,2,10%,enforced,,,s,\n\
+                d,Section,what,path,neo,,lists_keeping,0.9,10%,enforced,,,s,\n\
+                e,Section,what,w,gscore,,termination_saving,2,,dropped,,,s,\n";
+    let rows = published(["a", "w", "gscore vru.cores=2", "speedup", "2"]) + more;
+    let workloads =
+        format!("{HEAD}w,demo,3000,1,96,80,2,0,true,why\npath,demo,3000,1,96,80,2,200,false,why\n");
+    let tables = Tables::parse(&rows, &workloads, NONE).expect("good tables");
+    let all: Vec<&Row> = tables.rows.iter().collect();
+    let rows = of_any_scene(&tables, &all);
+    assert_eq!(rows.iter().map(|r| r.id.as_str()).collect::<Vec<_>>(), ["a", "b"]);
+    let built = machines(&rows);
+    let measured = measure(&tables, &rows, &built, MEMORY, &()).unwrap().unwrap();
+    let preset = Preset::named("demo").unwrap();
+    let scene = Arc::new(generate(preset, 3000, 1));
+    let mut views = RenderedViews::new("mine", scene, tables.workloads[0].cameras(preset));
+    let values = measure_on(&mut views, &rows, &built, &()).unwrap().unwrap();
+    assert_eq!(values.len(), 2);
+    for row in rows {
+        assert_eq!(values[&row.id], value(row, &measured).unwrap()["w"], "{}", row.id);
     }
 }
 
