@@ -214,7 +214,7 @@ pub struct FrameTiming {
     pub units: [UnitCycles; UnitKind::ALL.len()],
     /// The DRAM.
     pub dram: DramUse,
-    /// Buffers, in the order of [`Buffer::ALL`].
+    /// Buffers, in the order of [`Buffer::FILLED`].
     pub buffers: Vec<BufferUse>,
     /// Cycles for which tiles (or merged tiles, or sort groups) held a core's renderer, from the
     /// first of their chunks to the last of their pixels.

@@ -98,6 +98,10 @@ impl Buffer {
         Buffer::Combining,
     ];
 
+    /// Those that fill and empty, in report order: the others are tables, which are always full.
+    pub const FILLED: [Buffer; 5] =
+        [Buffer::GaussianIn, Buffer::TileList, Buffer::Sorting, Buffer::Feature, Buffer::PixelOut];
+
     /// The name in every output (snake_case).
     pub const fn name(self) -> &'static str {
         match self {

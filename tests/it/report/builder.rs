@@ -207,7 +207,7 @@ fn commands(n: u64) -> DramCommands {
 }
 
 fn buffers(cycles: u64) -> Vec<BufferUse> {
-    let sizes = [8u64, 32, 64, 128, 16, 0];
+    let sizes = [8u64, 32, 64, 128, 16];
     let held = |(buffer, (i, kib)): (Buffer, (usize, u64))| BufferUse {
         buffer,
         capacity: kib << 10,
@@ -217,7 +217,7 @@ fn buffers(cycles: u64) -> Vec<BufferUse> {
         consumed: 3 * cycles - cycles / 8,
         discarded: cycles / 8,
     };
-    Buffer::ALL.into_iter().zip(sizes.into_iter().enumerate()).map(held).collect()
+    Buffer::FILLED.into_iter().zip(sizes.into_iter().enumerate()).map(held).collect()
 }
 
 /// Two thousand tiles around a thousandth of the frame, some of none and a few long ones.

@@ -1,10 +1,11 @@
 //! How (splat, tile) pairs get into the lists of tiles (A90).
 //!
 //! Pairs come in storage order of their splats, those of a splat in the order of its tiles. Where
-//! tiles are sorted in groups a group has one list, and a splat one entry in it: "tile" then means a
-//! group. Every tile has a pointer to the end of its list. The pointers of `pointers` tiles are on chip, that of
-//! tile `t` in place `t mod pointers`: one that is not there is read from DRAM, and the one that
-//! was in its place is written back. With no places every pair reads and writes its pointer there.
+//! tiles are sorted in groups a group has one list, and a splat one entry in it: "tile" then means
+//! a group. Every tile has a pointer to the end of its list. The pointers of `pointers` tiles are
+//! on chip, that of tile `t` in place `t mod pointers`: one that is not there is read from DRAM,
+//! and the one that was in its place is written back. With no places every pair reads and writes
+//! its pointer there.
 //!
 //! Entries of a tile are combined in a line: bytes leave for DRAM when they reach a multiple of
 //! `line` bytes in their list, or when another tile needs the place (tile `t` has place `t mod

@@ -103,7 +103,7 @@ pub struct CycleSummary {
     pub lane_utilisation: Option<f64>,
     /// The DRAM.
     pub dram: DramSummary,
-    /// The buffers that the machine has, in the order of [`Buffer::ALL`].
+    /// The buffers that the machine has, in the order of [`Buffer::FILLED`].
     pub buffers: Vec<BufferSummary>,
     /// R1 to R4, where all frames are foveated.
     pub regions: Option<[RegionMeans; LEVELS]>,

@@ -361,8 +361,8 @@ pub struct BinningSpec {
     pub pointer_size: Bytes,
     /// Pointers on chip, over all CCUs; the others are in DRAM.
     pub pointers: BufferSpec,
-    /// Entries on their way to DRAM, over all CCUs: a line for each tile, as far as they reach. With
-    /// `0 B` every entry is written by itself.
+    /// Lines of entries on their way to DRAM, over all CCUs; with `0 B` every entry is written by
+    /// itself.
     pub combining: BufferSpec,
     /// Bytes of a tile that are written together: a line.
     pub line: Bytes,
@@ -381,8 +381,8 @@ pub enum BinningMethod {
     Free,
     /// A pointer for each tile to the end of its list, which grows in blocks.
     Append,
-    /// The first pass over all splats counts, a sum over the tiles places the lists, the second pass
-    /// writes them.
+    /// The first pass over all splats counts, a sum over the tiles places the lists, the second
+    /// pass writes them.
     TwoPass,
 }
 

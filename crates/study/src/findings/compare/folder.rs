@@ -188,7 +188,7 @@ fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<CycleSumm
             moved_per_requested: mean.known("dram.moved_per_requested"),
             commands: commands(mean),
         },
-        buffers: Buffer::ALL.into_iter().filter_map(|b| buffer(mean, b)).collect(),
+        buffers: Buffer::FILLED.into_iter().filter_map(|b| buffer(mean, b)).collect(),
         regions: regions(mean),
     })
 }

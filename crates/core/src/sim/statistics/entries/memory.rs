@@ -150,7 +150,7 @@ const FIELDS: [Field; 5] = [
 ];
 
 pub(super) fn buffers(list: &mut List) {
-    for which in Buffer::ALL {
+    for which in Buffer::FILLED {
         let path = |end: &str| format!("buffers.{}.{end}", which.name());
         for (end, text, field) in FIELDS {
             let text = format!("{}.", text.replace("{}", which.name()));
