@@ -156,7 +156,8 @@ pub enum Part {
     VruPixels,
     /// Inverse of the cycles after which a rendering unit can blend into a pixel again.
     VruRecurrence,
-    /// Feature records of 19 B that a rendering unit holds: its own, and its share of the queues.
+    /// Bits of the feature records that a rendering unit holds: its own, of 19 B, and its share of
+    /// the queues.
     VruQueue,
     /// Ways of the feature cache that are compared at a time.
     CacheWays,

@@ -71,7 +71,7 @@ fn every_word_of_a_replay_is_explained() {
     let path = out.to_str().expect("a path");
     let printed = program(&["replay", &trace(), "--out", path]).assert().code(0);
     let printed = String::from_utf8_lossy(&printed.get_output().stdout).into_owned();
-    assert!(printed.contains("A26 (All units of"), "in words:\n{printed}");
+    assert!(printed.contains("A84 (Each"), "in words:\n{printed}");
     assert_explained(&out, &[]);
 }
 

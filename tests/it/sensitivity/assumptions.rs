@@ -52,8 +52,9 @@ fn turned_knobs_move_what_they_should() {
         assert!(out.join(name).exists(), "{name}");
     }
     let table = std::fs::read_to_string(csv).expect("the table");
-    // Base, low and high of A4, A9, A27 (latency; overlap has no low) and A50, on two traces.
-    assert_eq!(table.lines().count(), 1 + 2 * (3 + 3 + 3 + 2 + 3), "{table}");
+    // Base, low and high of A4, A9 (units and buffers), A27 (latency; overlap has no low) and A50,
+    // on two traces.
+    assert_eq!(table.lines().count(), 1 + 2 * (3 + 6 + 3 + 2 + 3), "{table}");
 }
 
 #[test]

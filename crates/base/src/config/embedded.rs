@@ -39,6 +39,7 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "gscore-16nm",
     "gscore-28nm-device",
     "gscore-28nm-lpddr4",
+    "gscore-28nm-nerarch",
     "gscore-7nm",
     "paper"
 );

@@ -53,7 +53,7 @@ pub const UNLIKE: [&str; 16] = [
     "gsu.bsu-width=32",
     "gsu.queue=2",
     "vru.recurrence=2",
-    "vru.organisation=subtile-parallel",
+    "vru.subtile-queue=4",
     "vru.pixels-per-unit=8",
     "dram.channels=2",
 ];
@@ -157,7 +157,9 @@ fn gated_units_leak_while_they_work_and_keep_a_share_while_idle() {
 
 /// The preset: its buffers have prices.
 fn preset() -> (Machine, FrameWorkload) {
-    let machine = Machine::parse(find(MACHINES, "gscore").unwrap()).unwrap();
+    // Nobody knows where pixels of made-up frames stop.
+    let sets = ["vru.organisation=subtile-serial", "vru.stop-latency=0"].map(str::to_owned);
+    let machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
     let tile = || TilePlan { chunks: vec![(256, 500), (30, 60)], unfetched: 100, pixels: 256 };
     let frame = workload(machine.geometry, 5000, &[tile(), tile(), tile()]);
     (machine, frame)

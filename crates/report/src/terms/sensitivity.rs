@@ -66,6 +66,8 @@ pub(super) const SENSITIVITY: &[Term] = &[
     ),
     term(&["reason", "refused", "why"], "", "Why there is no result."),
     term(&["dead on these frames"], "", "Keys that move nothing here, by the reason."),
+    term(&["no other value is valid"], "", "Keys whose other values contradict the machine."),
+    term(&["tried"], "", "Values that were tried."),
     term(
         &["elasticity_sides"],
         "",

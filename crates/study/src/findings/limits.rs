@@ -189,7 +189,7 @@ pub fn mattered(
                     Limit::Unit(UnitKind::Ccu) => &["A1", "A2"],
                     Limit::Unit(UnitKind::Qsu) => &["A23", "A24"],
                     Limit::Unit(UnitKind::Bsu) => &["A25"],
-                    Limit::Unit(UnitKind::Vru) => &["A26", "A27"],
+                    Limit::Unit(UnitKind::Vru) => &["A84", "A27"],
                 };
                 add(numbers, Why::Bottleneck);
             }

@@ -59,7 +59,7 @@ fn resources(m: &Machine) -> Vec<Resource> {
         resource(
             "vru.units-per-core",
             vec![twice("vru.units-per-core", m.vru.units_per_core)],
-            &["A26"],
+            &["A84"],
         ),
         resource(
             "vru.cores, their buffers",
@@ -69,7 +69,7 @@ fn resources(m: &Machine) -> Vec<Resource> {
                 buffer("feature", &b.feature),
                 buffer("pixel-out", &b.pixel_out),
             ],
-            &["A26", "A29"],
+            &["A84", "A29"],
         ),
         dram,
         resource("buffers.feature", vec![buffer("feature", &b.feature)], &["A32"]),

@@ -65,7 +65,7 @@ pub(super) fn amount(machine: &Machine, part: Part) -> f64 {
         Part::VruQueue => {
             let bits = 8.0 * machine.record.feature.0 as f64;
             let entries = f64::from(vru.subtile_queue) * queues(machine);
-            1.0 + entries / f64::from(vru.units_per_core) * bits / RECORD_BITS
+            RECORD_BITS + entries * bits / f64::from(vru.units_per_core)
         }
         Part::VruRecurrence => f64::from(vru.recurrence).recip(),
         Part::CacheWays => f64::from(machine.cache.ways),

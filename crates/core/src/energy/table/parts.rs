@@ -90,7 +90,7 @@ pub struct VruParts {
     pub pixels: PartShare,
     /// Inverse of `vru.recurrence`: a shorter loop through the transmittance.
     pub recurrence: PartShare,
-    /// Feature records of 19 B: the one of a unit, and its share of the core's queues.
+    /// Bits of feature records: 152 of the one of a unit, and its share of the core's queues.
     pub queue: PartShare,
 }
 

@@ -128,15 +128,17 @@ fn contradictions_are_refused_with_the_reason() {
     contradicts(&[parallel, "vru.units-per-core=6"], units, "a multiple of 4");
     contradicts(&[parallel, "geometry.subtile=4", "vru.units-per-core=8"], units, "of 16");
     contradicts(&[parallel, "vru.switch=state"], "vru.switch", "`vru.organisation`");
-    contradicts(&["vru.switch=scan", "vru.termination=tile"], "vru.switch", "`vru.termination`");
     let one = ["vru.termination=pixel", "vru.pixels-per-unit=1"];
     contradicts(&one, "vru.termination", "`vru.pixels-per-unit`");
+    let serial = "vru.organisation=subtile-serial";
+    let scan = [serial, "vru.switch=scan", "vru.termination=tile"];
+    contradicts(&scan, "vru.switch", "`vru.termination`");
     contradicts(&["vru.pixel-state=0 B"], "vru.pixel-state", "from 1 B");
     contradicts(&[parallel, "vru.subtile-queue=0"], "vru.subtile-queue", "at least 1");
     // 2 x 4 x 64 x 3 B of pixels and 4 x 256 x 8 B of state.
-    let just = ["vru.switch=state", "buffers.pixel-out.capacity=9728 B"];
+    let just = [serial, "vru.switch=state", "buffers.pixel-out.capacity=9728 B"];
     assert!(Machine::parse_with(gscore(), &sets(&just)).is_ok());
-    let less = ["vru.switch=state", "buffers.pixel-out.capacity=9727 B"];
+    let less = [serial, "vru.switch=state", "buffers.pixel-out.capacity=9727 B"];
     contradicts(&less, "buffers.pixel-out.capacity", "`vru.pixel-state` 8 B");
 }
 
@@ -173,6 +175,7 @@ fn every_fetch_policy_and_tile_runs_on_gscore() {
                 format!("ccu.fetch={fetch}"),
                 format!("geometry.tile={tile}"),
                 format!("geometry.sort-group={tile}"),
+                format!("geometry.subtile={}", (tile / 4).max(4)),
                 "record.feature-source=nobody".to_owned(),
             ];
             let overlays = sets(&keys.each_ref().map(String::as_str));

@@ -154,12 +154,18 @@ fn twice_of_every_resource_costs_something() {
     assert!(counted > 60, "{counted} numbers");
 }
 
-/// The preset is the machine that prices are for: dividing them moved nothing.
+/// The presets are the machines that prices are for: dividing them moved nothing.
 #[test]
 fn gscore_costs_what_was_published() {
-    let text = find(MACHINES, "gscore").expect("a machine");
+    costs_what_was_published("gscore", "gscore-28nm");
+    costs_what_was_published("gscore-powergs", "gscore-28nm-nerarch");
+}
+
+fn costs_what_was_published(machine: &str, table: &str) {
+    let text = find(MACHINES, machine).expect("a machine");
     let machine = Machine::parse(text).expect("a good machine");
-    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    assert_eq!(machine.energy, table);
+    let energy = EnergyTable::parse(find(ENERGY, table).expect("it")).expect("good");
     let with = cost::prices(&energy, &machine).expect("prices");
     let mut whole = energy.clone();
     whole.parts = None;
@@ -197,18 +203,20 @@ fn units_grow_with_what_is_in_them() {
     };
     is("ccu.intersection-units=16", 0, 1.0 + 15.0 * 0.09);
     is("ccu.operations-per-cycle=71", 0, 1.0 - 0.6 * 5.0 / 6.0);
-    is("ccu.queue=32", 0, 1.0 + 0.048);
-    is("ccu.batch=128", 0, 1.0 + 0.048 / 2.0);
+    is("ccu.queue=32", 0, 1.0 + 0.04);
+    is("ccu.batch=128", 0, 1.0 + 0.04 / 2.0);
     is("gsu.keys-per-cycle=64", 1, 1.0 + 63.0 * 0.7);
     // 4,608 compare-exchanges for 80.
     is("gsu.bsu-width=256", 2, 1.0 + 0.8 * (4608.0 / 80.0 - 1.0));
-    is("gsu.queue=2", 2, 1.0 + 0.06 * 128.0 / 192.0);
-    is("vru.speculation=2", 2, 1.0 + 0.06 * 64.0 / 192.0);
-    is("vru.pixels-per-unit=8", 3, 1.05);
-    is("vru.tile-overlap=true", 3, 1.05);
+    is("gsu.queue=2", 2, 1.0 + 0.051 * 128.0 / 192.0);
+    is("vru.speculation=2", 2, 1.0 + 0.051 * 64.0 / 192.0);
+    is("vru.pixels-per-unit=32", 3, 1.145);
+    is("vru.tile-overlap=true", 3, 1.145);
+    is("vru.organisation=subtile-serial", 3, 1.0 - 0.145 * 0.75 - 0.0317 * 72.0 / 224.0);
+    is("vru.subtile-queue=16", 3, 1.0 + 0.0317 * 7.0 * 72.0 / 224.0);
     is("vru.recurrence=1", 3, 1.0 + 3.0 * 0.08);
     is("vru.blend-stall=1", 3, 1.0 - 0.41 / 2.0);
-    is("fovea.accumulators=2", 3, 1.46);
+    is("fovea.accumulators=2", 3, 1.555);
     is("fovea.accumulators=0", 3, 1.0);
     // A key is compared with every pivot.
     let key = powergs_core::action::Action::PivotKey;

@@ -127,7 +127,7 @@ fn tables_with_a_supply_that_cannot_be_are_refused() {
     refused("voltage = \"0.9 V\"", "voltage = 0.9", "a voltage needs its unit");
     refused("channels = 8", "", "missing key `channels` in [dram.flat]");
     refused("[parts.qsu]", "[parts.qus]", "parts");
-    refused("share = 0.6, at = 426", "share = 0.95, at = 426", "`parts.ccu` sum to 1.098");
+    refused("share = 0.6, at = 426", "share = 0.95, at = 426", "`parts.ccu` sum to 1.090");
     let cut = |from: &str, to: &str| {
         let (a, b) = (text.find(from).expect(from), text.find(to).expect(to));
         EnergyTable::parse(&[&text[..a], &text[b..]].concat()).expect_err(from).to_string()

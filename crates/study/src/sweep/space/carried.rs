@@ -2,7 +2,8 @@
 //!
 //! A sort group is a square of tiles, and a tile is a whole number of sub-tiles. So where an axis
 //! varies `geometry.tile` and nothing says what becomes of these two, groups keep their number of
-//! tiles of the base machine, and sub-tiles their size, up to a tile.
+//! tiles of the base machine, and sub-tiles their size, up to a tile; where each sub-tile has its
+//! own units (`subtile-parallel`), they are as large as the units are enough for.
 
 use std::collections::BTreeSet;
 
@@ -55,12 +56,15 @@ pub(super) fn derived(
     let settings = axes.iter().flat_map(|axis| axis.steps.iter().flat_map(|s| &s.settings));
     let tiles =
         settings.filter(|(key, _)| is_tile(key)).filter_map(|(_, value)| value.as_integer());
-    let Some(smallest) = tiles.min().filter(|_| !keys.is_empty()) else { return Vec::new() };
+    let ends = tiles.fold(None, |ends: Option<(i64, i64)>, tile| {
+        Some(ends.map_or((tile, tile), |(a, b)| (a.min(tile), b.max(tile))))
+    });
+    let Some(ends) = ends.filter(|_| !keys.is_empty()) else { return Vec::new() };
     // A base machine that cannot be read is told about elsewhere.
     let Ok(base) = library.machine(&file.base) else { return Vec::new() };
     let one = |name: &&'static str| {
         let key = found.ok("axes", Key::find(name))?;
-        let expr = found.ok("axes", Expr::parse(&expression(name, &base.table, smallest)?))?;
+        let expr = found.ok("axes", Expr::parse(&expression(name, &base.table, ends)?))?;
         Some(Derived { name: (*name).to_owned(), key, expr, is_carried: true })
     };
     keys.iter().filter_map(one).collect()
@@ -70,15 +74,29 @@ fn is_tile(key: &Key) -> bool {
     key.file == FileKind::Machine && key.path == TILE
 }
 
-/// How a key of the base machine follows its tile, of which `smallest` is the smallest; `None`
-/// where it can stay.
-fn expression(key: &str, base: &Table, smallest: i64) -> Option<String> {
+/// How many sub-tiles may be side by side in a tile, where each has its own units.
+fn most_abreast(base: &Table) -> Option<i64> {
+    let organisation = get(base, "vru.organisation").and_then(Value::as_str);
+    let units = get(base, "vru.units-per-core").and_then(Value::as_integer);
+    let units = units.filter(|n| *n > 0 && organisation == Some("subtile-parallel"))?;
+    Some(1 << (units.ilog2() / 2))
+}
+
+/// How a key of the base machine follows its tile, which goes from the smallest to the largest;
+/// `None` where it can stay.
+fn expression(key: &str, base: &Table, (smallest, largest): (i64, i64)) -> Option<String> {
     let number = |key: &str| get(base, key).and_then(Value::as_integer).filter(|n| *n > 0);
     let (tile, own) = (number(TILE)?, number(key)?);
     Some(match key {
         GROUP if own > tile => format!("{} * {TILE}", own / tile),
         GROUP => TILE.to_owned(),
-        _ if own <= smallest => return None,
-        _ => format!("min({own}, {TILE})"),
+        _ => {
+            let abreast = most_abreast(base).filter(|most| largest > own * most);
+            match (abreast, own <= smallest) {
+                (None, true) => return None,
+                (None, false) => format!("min({own}, {TILE})"),
+                (Some(most), _) => format!("max(min({own}, {TILE}), {TILE} / {most})"),
+            }
+        }
     })
 }

@@ -270,24 +270,38 @@ fn bytes_survive_whatever_the_unit() {
     assert_eq!(design(&space, 1).machine.buffers.feature.capacity, Bytes(99_999));
 }
 
+const GROUP: &str = "geometry.sort-group";
+
 /// Without a word about them, sort groups and sub-tiles follow the tile, so that every point is a
 /// machine; what the file says of them comes first.
 #[test]
 fn dependent_keys_follow_the_tile() {
     let tiles = "[[axes]]\nkey = \"geometry.tile\"\nvalues = [8, 16, 32, 64]\n";
     let space = space(tiles);
-    assert_eq!(space.carried(), [("geometry.sort-group", "geometry.tile")]);
+    let carried = [
+        ("geometry.sort-group", "geometry.tile"),
+        ("geometry.subtile", "max(min(8, geometry.tile), geometry.tile / 4)"),
+    ];
+    assert_eq!(space.carried(), carried);
     let geometry = |i| space.design(i).map(|d| d.machine.geometry).expect("a machine");
-    let groups: Vec<u32> = (0..4).map(|i| geometry(i).sort_group).collect();
-    assert_eq!(groups, [8, 16, 32, 64]);
+    let sizes: Vec<(u32, u32)> =
+        (0..4).map(|i| (geometry(i).sort_group, geometry(i).subtile)).collect();
+    assert_eq!(sizes, [(8, 8), (16, 8), (32, 8), (64, 16)]);
+    // All units on one sub-tile: sub-tiles keep their size, up to a tile.
+    let serial = format!("question = \"?\"\nbase = \"gscore-powergs\"\n{tiles}");
+    let file = SweepFile::parse(&serial).unwrap_or_else(|e| panic!("{e}"));
+    let space = Space::new(&file, Arc::new(EmbeddedFiles)).unwrap_or_else(|e| panic!("{e}"));
+    let subtiles = [0, 3].map(|i| space.design(i).expect("a machine").machine.geometry.subtile);
+    assert_eq!(subtiles, [8, 8]);
     assert!(space.columns().contains(&"geometry.sort-group".to_owned()));
 
     let said = format!("{tiles}[derived]\n\"geometry.sort-group\" = \"max(geometry.tile, 32)\"");
     let space = super::space::space(&said);
-    assert!(space.carried().is_empty());
+    let groups = |space: &Space| space.carried().iter().any(|(key, _)| *key == GROUP);
+    assert!(!groups(&space));
     assert_eq!(space.design(0).expect("a machine").machine.geometry.sort_group, 32);
     let axis = format!("{tiles}[[axes]]\nkey = \"geometry.sort-group\"\nvalues = [64, 128]");
-    assert!(super::space::space(&axis).carried().is_empty());
+    assert!(!groups(&super::space::space(&axis)));
     assert!(super::space::space("").carried().is_empty());
 }
 
