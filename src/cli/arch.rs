@@ -260,7 +260,7 @@ fn for_a_copy(text: &str) -> String {
 
 fn show_cost(arch: &str, sets: &[String], context: &Context) -> Result<Exit, Failure> {
     let system = inputs::system(arch, sets, None)?;
-    let cost = Cost::new(system.machine(), system.prices());
+    let cost = Cost::new(system.machine(), system.energy_table(), system.prices());
     let json = context.global.json;
     let shown = if json { out::json(&cost.json()) } else { out::document(&cost.document()) };
     shown.map(|()| Exit::Done)

@@ -132,7 +132,7 @@ fn check_machine(file: &ConfigText, sets: &[String]) -> Result<Good, Vec<Problem
     let prices = prices.map_err(|e| at_key(e.key(), e.key(), e.to_string()))?;
     let node = parsed.node.map_or(String::new(), |n| format!(", {n}"));
     let summary = format!("machine {}, energy table {}{node}", machine.name, parsed.name);
-    Ok(Good { summary, cost: Some(Cost::new(&machine, &prices)) })
+    Ok(Good { summary, cost: Some(Cost::new(&machine, &parsed, &prices)) })
 }
 
 /// A sweep is right when it spans a space. Its traces are not opened.

@@ -4,7 +4,8 @@ use serde_json::{Map, Value, json};
 
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
-use powergs_core::energy::{Area, Phy, Prices, Supply};
+use powergs_core::energy::table::NodeStep;
+use powergs_core::energy::{Area, EnergyTable, Phy, Prices, Supply};
 use powergs_core::sim::cost::{peak_w, untimed};
 use powergs_report::document::{Column, Document, Table};
 
@@ -15,19 +16,21 @@ pub struct Cost {
     peak_w: Vec<(&'static str, f64)>,
     phy: Option<Phy>,
     supply: Option<Supply>,
+    step: Option<NodeStep>,
     clock: Hertz,
     channels: f64,
     dram_standby_w: [f64; 2],
 }
 
 impl Cost {
-    /// Of a machine.
-    pub fn new(machine: &Machine, prices: &Prices) -> Cost {
+    /// Of a machine with the prices of a table.
+    pub fn new(machine: &Machine, table: &EnergyTable, prices: &Prices) -> Cost {
         Cost {
             area: prices.area,
             peak_w: peak_w(machine, prices),
             phy: prices.phy,
             supply: prices.supply,
+            step: table.node_step(),
             clock: machine.clock,
             channels: untimed(machine)[1],
             dram_standby_w: prices.dram.standby_w(),
@@ -76,6 +79,13 @@ impl Cost {
             ),
             None => ("supply", "no voltage-frequency curve: prices as given at any clock".into()),
         });
+        if let Some(step) = &self.step {
+            let of = |(name, factor): &(&str, f64)| format!("{factor} ({name})");
+            let all = step.others.iter().map(of).collect::<Vec<_>>().join(", ");
+            let (from, to, energy) = (step.from, step.to, step.energy);
+            let text = format!("energy x {energy} from {from} to {to}; published steps: {all}");
+            facts.push(("node", text));
+        }
         let [background, refresh] = self.dram_standby_w.map(|w| w * 1e3);
         let channels = format!("{} channels", (self.channels * 100.0).round() / 100.0);
         if let Some(phy) = self.phy {
@@ -109,6 +119,15 @@ impl Cost {
             })
         });
         let [background, refresh] = self.dram_standby_w;
+        let step = self.step.as_ref().map(|step| {
+            let others = step.others.iter().map(|(name, x)| ((*name).to_owned(), json!(x)));
+            json!({
+                "from": step.from.to_string(),
+                "to": step.to.to_string(),
+                "energy_factor": step.energy,
+                "published": others.collect::<Map<_, _>>(),
+            })
+        });
         json!({
             "area_mm2": area,
             "peak_power_w": peak,
@@ -118,6 +137,7 @@ impl Cost {
             "dram_background_w": background,
             "dram_refresh_w": refresh,
             "supply": supply,
+            "node": step,
         })
     }
 }

@@ -68,7 +68,7 @@ fn bash_completes_at_every_level() {
         ("powergs-sim replay sc", &["scene.bin"]),
         ("powergs-sim replay tw", &["two words.bin"]),
         ("powergs-sim replay --out rep", &["reports"]),
-        ("powergs-sim replay scene.bin --energy gscore-7", &["gscore-7nm"]),
+        ("powergs-sim replay scene.bin --energy gscore-7nm-", &["gscore-7nm-neo"]),
         ("powergs-sim replay scene.bin --display oled-d", &["oled-d22"]),
         ("powergs-sim replay scene.bin --set vru.cor", &["vru.cores="]),
         ("powergs-sim replay scene.bin --set geometry.test|=|ob", &["obb"]),

@@ -30,7 +30,9 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
     "gscore-nerarch",
     "gscore-powergs",
     "metasapiens",
-    "neo"
+    "neo",
+    "vorion",
+    "vorion-16"
 );
 
 /// Energy tables, the default first.
@@ -41,6 +43,8 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "gscore-28nm-lpddr4",
     "gscore-28nm-nerarch",
     "gscore-7nm",
+    "gscore-7nm-neo",
+    "neo-7nm",
     "paper"
 );
 

@@ -117,6 +117,15 @@ pub(crate) fn curve(node: Nanometres) -> Result<Curve, String> {
     Ok(Curve { threshold, exponent, leakage_slope, lowest, highest })
 }
 
+/// What every fit that knows a step says of the energy of an operation, the least first.
+pub(crate) fn energies(from: Nanometres, to: Nanometres) -> Vec<(&'static str, f64)> {
+    let of = |fit: &Fit| fit.steps.iter().find(|s| (s.from, s.to) == (from, to))?.energy;
+    let found = fits().iter().filter_map(|(name, fit)| Some((name.as_str(), of(fit)?)));
+    let mut found: Vec<_> = found.collect();
+    found.sort_by(|a, b| a.1.total_cmp(&b.1));
+    found
+}
+
 /// The factor of a step.
 ///
 /// # Errors

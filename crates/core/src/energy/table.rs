@@ -29,6 +29,7 @@ pub use sram::{SramCacti, SramMacro, SramPrices, SramSize, SramTable};
 
 use parts::{Grown, unit_of};
 use scale::Factors;
+pub use scale::NodeStep;
 
 /// An energy table, checked: every price has a source, and none is zero by accident.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

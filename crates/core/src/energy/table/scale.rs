@@ -60,7 +60,27 @@ impl Factor {
     }
 }
 
+/// A step of technology that prices were scaled by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NodeStep {
+    /// The node that the prices of the file are for.
+    pub from: Nanometres,
+    /// The node of the chip.
+    pub to: Nanometres,
+    /// Factor on the energy of an operation.
+    pub energy: f64,
+    /// What each fit of `nodes.toml` that knows the step says instead, the least first.
+    pub others: Vec<(&'static str, f64)>,
+}
+
 impl EnergyTable {
+    /// The step of technology from the prices of the file to the chip; `None` without `[scaling]`.
+    pub fn node_step(&self) -> Option<NodeStep> {
+        let (from, to) = (self.scaling.as_ref()?.from, self.node?);
+        let others = node::energies(from, to);
+        Some(NodeStep { from, to, energy: self.factors().energy, others })
+    }
+
     pub(super) fn factors(&self) -> Factors {
         let [energy, leakage, area, sram_energy, sram_leakage, sram_area] =
             match self.scaling.as_ref().zip(self.node) {
