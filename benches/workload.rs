@@ -16,7 +16,7 @@ use powergs_sim::scene::files::open_cameras;
 use powergs_sim::scene::{Camera, Gaussians, OneFile, read};
 use powergs_sim::splat::Intersection;
 use powergs_sim::trace::Frame;
-use powergs_sim::workload::cache::{CacheShape, replay};
+use powergs_sim::workload::cache::{CacheShape, Victims, replay};
 use powergs_sim::workload::order::{DepthKey, PivotRule, Sorter, TileOrder, check, tiles};
 use powergs_sim::workload::reuse::{SortedLists, update};
 use powergs_sim::workload::{FrameWorkload, Geometry, bin};
@@ -129,11 +129,11 @@ fn caching(w: &FrameWorkload) {
         let shape = CacheShape::new(Bytes(kib << 10), Bytes(32), ways);
         for order in [TileOrder::Raster, TileOrder::Morton, TileOrder::Hilbert] {
             let list = tiles(w.tiles_x, w.tiles_y, order);
-            let r = replay(w, shape, &list);
+            let r = replay(w, shape, Victims::Lru, &list);
             println!(
                 "  cache {kib} KiB {ways} ways {order:?}: {:.0} ms; {} loads, hits {:.1} %, first \
                  {:.1} %",
-                median_ms(|| replay(w, shape, &list)),
+                median_ms(|| replay(w, shape, Victims::Lru, &list)),
                 r.loads,
                 100.0 * r.hit_loads as f64 / r.loads as f64,
                 100.0 * r.first_loads as f64 / r.loads as f64,

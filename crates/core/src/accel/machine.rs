@@ -22,9 +22,10 @@ mod spec;
 
 pub use spec::{
     AccessOrder, Assignment, BinningMethod, BinningSpec, BufferSpec, BufferSpecs, CacheSpec,
-    CcuOperations, CcuSpec, DepthKey, DramModel, DramSpec, FeatureSource, Fetch, FoveaSpec,
-    GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite, PivotRule, Ports,
-    RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder, VruSpec,
+    CcuOperations, CcuSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource, Fetch,
+    FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite, PivotRule,
+    Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder,
+    VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.
@@ -75,12 +76,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Bytes of a list entry: depth, number of the splat and bitmap, in whole bytes.
+    /// Bytes of a list entry: depth, number of the splat, bitmap and distance to its next tile, in
+    /// whole bytes.
     pub fn list_entry(&self) -> u64 {
         let subtiles = self.geometry.tile / self.geometry.subtile.max(1);
         let bitmap = if self.record.entry_bitmap { u64::from(subtiles).pow(2) } else { 0 };
         let bits = u64::from(self.record.depth_bits) + u64::from(self.record.id_bits) + bitmap;
-        bits.div_ceil(8)
+        (bits + u64::from(self.cache.carried_bits())).div_ceil(8)
     }
 
     /// How its lists are made; `None` where they are there for nothing.

@@ -27,7 +27,7 @@ impl Measured {
         let shape = CacheShape::new(spec.capacity, machine.record.feature_pitch, spec.ways);
         let cache = (shape.ways > 0).then(|| {
             let order = tiles(workload.tiles_x, workload.tiles_y, machine.schedule.order);
-            replay(workload, shape, &order)
+            replay(workload, shape, spec.victims(), &order)
         });
         Measured { cache, ..Measured::default() }
     }

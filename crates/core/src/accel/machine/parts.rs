@@ -6,7 +6,8 @@
 //! fetches ahead. A pixel is its transmittance and its colour (`vru.pixel-state`); a unit whose
 //! next tile enters while the last one drains holds two of each (A62), and so does one whose pixels
 //! are swapped while it works on others (A86). Units that are divided over the sub-tiles hold all
-//! pixels of the tile. Queues hold feature records (A89).
+//! pixels of the tile. Queues hold feature records (A89). A cache compares the tags of its ways,
+//! with the distances that it evicts by (A102).
 
 use super::{Machine, Organisation, Switch};
 use crate::accel::bsu::network;
@@ -20,6 +21,9 @@ const LIST_BITS: f64 = 128.0;
 const CHUNK_BITS: f64 = 64.0;
 /// Bits of the record that a published unit holds: 19 B.
 const RECORD_BITS: f64 = 152.0;
+
+/// Bits of the tag of a cached record.
+const TAG_BITS: f64 = 24.0;
 
 /// Queues of a core: one for each sub-tile, or one behind the scan.
 fn queues(machine: &Machine) -> f64 {
@@ -68,6 +72,9 @@ pub(super) fn amount(machine: &Machine, part: Part) -> f64 {
             RECORD_BITS + entries * bits / f64::from(vru.units_per_core)
         }
         Part::VruRecurrence => f64::from(vru.recurrence).recip(),
-        Part::CacheWays => f64::from(machine.cache.ways),
+        Part::CacheWays => {
+            let tag = TAG_BITS + f64::from(machine.cache.carried_bits());
+            f64::from(machine.cache.ways) * tag / TAG_BITS
+        }
     }
 }

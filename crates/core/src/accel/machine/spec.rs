@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::dram::device::Order;
+pub use crate::workload::cache::Eviction;
+use crate::workload::cache::Victims;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_frame::scene::ShDegree;
@@ -416,11 +418,40 @@ pub struct CacheSpec {
     /// Records of a set.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "ways"))]
     pub ways: u32,
+    /// Which record of a set leaves for a new one.
+    pub eviction: Eviction,
+    /// Bits of the distance to the next tile of a splat, in every list entry and every tag, with
+    /// `eviction = "reuse-distance"`.
+    #[schemars(range(min = 1, max = 32), extend("x-unit" = "bits"))]
+    pub distance_bits: u32,
     /// Bytes of one access of one bank.
     pub word: Bytes,
     /// Banks.
     #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
     pub banks: u32,
+}
+
+impl CacheSpec {
+    /// Whether the machine has one.
+    pub fn is_there(&self) -> bool {
+        self.capacity.0 > 0 && self.ways > 0
+    }
+
+    /// Bits of a distance in list entries and tags; 0 where nothing is evicted by it.
+    pub(crate) fn carried_bits(&self) -> u32 {
+        match self.eviction {
+            Eviction::ReuseDistance if self.is_there() => self.distance_bits,
+            Eviction::ReuseDistance | Eviction::Lru => 0,
+        }
+    }
+
+    /// How it evicts.
+    pub(crate) fn victims(&self) -> Victims {
+        match self.eviction {
+            Eviction::Lru => Victims::Lru,
+            Eviction::ReuseDistance => Victims::Furthest { bits: self.distance_bits },
+        }
+    }
 }
 
 /// The `[schedule]` table.

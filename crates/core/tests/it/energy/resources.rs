@@ -36,9 +36,10 @@ const FREE: [(&str, &str); 20] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 11] = [
+const BASE: [&str; 12] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
+    "cache.eviction=reuse-distance",
     "vru.blend-stall=2",
     "vru.organisation=subtile-parallel",
     "vru.pixels-per-unit=16",

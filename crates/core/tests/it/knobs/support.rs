@@ -88,10 +88,12 @@ fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
     static ALL: Shared<String, Vec<Measured>> = LazyLock::new(Default::default);
     let (gsu, cache) = (&machine.gsu, &machine.cache);
     let key = format!(
-        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+        "{:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
         machine.geometry,
         cache.capacity,
         cache.ways,
+        cache.eviction,
+        cache.distance_bits,
         machine.record.feature_pitch,
         machine.schedule.order,
         gsu.depth,

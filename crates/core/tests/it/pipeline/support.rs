@@ -160,7 +160,14 @@ fn unlinked() -> Machine {
             partial: PartialWrite::Masked,
             block: Bytes(1024),
         },
-        cache: CacheSpec { capacity: Bytes(0), ways: 4, word: Bytes(32), banks: 1 },
+        cache: CacheSpec {
+            capacity: Bytes(0),
+            ways: 4,
+            eviction: Eviction::Lru,
+            distance_bits: 8,
+            word: Bytes(32),
+            banks: 1,
+        },
         schedule: ScheduleSpec {
             order: TileOrder::Raster,
             assignment: Assignment::Greedy,
