@@ -87,7 +87,11 @@ impl Totals {
             measured.reuse.as_ref().map_or(workload.counters.tile_pairs, |reuse| reuse.summary.new);
         self.tile_pairs += workload.counters.tile_pairs;
         self.lists += workload.tiles.iter().filter(|tile| tile.entries > 0).count() as u64;
-        self.list_bytes_written += pairs * machine.list_entry();
+        let features = workload.counters.intersecting_points * machine.record.projected.0;
+        self.list_bytes_written += match machine.list_shape() {
+            Some(_) => report.stages[Stage::Preprocessing as usize].write.saturating_sub(features),
+            None => pairs * machine.list_entry(),
+        };
         let tiles = workload.tiles.iter();
         self.pair_pixels += tiles.map(|t| u64::from(t.entries) * u64::from(t.pixels)).sum::<u64>();
         self.alpha_evaluations += workload.counters.alpha_evaluations;
