@@ -109,6 +109,8 @@ pub enum ModelArg {
 pub enum DramArg {
     /// One server with a latency and a rate.
     Bandwidth,
+    /// One server with rates and latencies as a banked run of the frame has them.
+    Calibrated,
     /// The device, counted in windows of requests.
     Window,
     /// The device, with its banks, rows, queues and timings.
@@ -122,6 +124,7 @@ impl DramArg {
     pub const fn key(self) -> &'static str {
         match self {
             DramArg::Bandwidth => "bandwidth",
+            DramArg::Calibrated => "calibrated",
             DramArg::Window => "window",
             DramArg::Banked | DramArg::Both => "banked",
         }

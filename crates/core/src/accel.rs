@@ -6,6 +6,7 @@ pub mod bank;
 pub mod batch;
 pub mod bsu;
 pub mod buffer;
+pub mod calibration;
 pub mod ccu;
 pub mod divide;
 pub mod dram;
@@ -19,6 +20,7 @@ mod resolved;
 pub mod rules;
 pub mod schedule;
 mod second_master;
+pub mod stream;
 pub mod subtiles;
 pub mod timeline;
 pub mod traffic;
@@ -34,6 +36,7 @@ use crate::workload::binning::ListWrites;
 use crate::workload::reuse::ListReuse;
 use powergs_frame::fovea::LEVELS;
 
+pub use calibration::Calibration;
 pub use machine::Machine;
 pub use pipeline::memo::Memo;
 pub use resolved::ResolvedUnits;
@@ -41,6 +44,7 @@ pub use rules::{Rule, RuleError, UnitRule, UnitRules};
 pub use traffic::Traffic;
 pub use unit::Unit;
 
+use machine::DramModel;
 use regions::RegionWork;
 use schedule::Plan;
 use subtiles::ChunkRun;
@@ -253,6 +257,9 @@ pub struct FrameContext<'a> {
     /// What each chunk takes where units have to be followed through the sub-tiles; [`replay`] and
     /// its kin measure it themselves.
     pub runs: Option<&'a [ChunkRun]>,
+    /// What the `calibrated` model of the memory knows of the frame; [`replay`] and its kin measure
+    /// it themselves.
+    pub calibration: Option<&'a Calibration>,
 }
 
 impl FrameContext<'_> {
@@ -321,20 +328,28 @@ fn through(
     observer: &mut impl Observer,
 ) -> Replay {
     assert_eq!(workload.geometry, machine.geometry, "a workload runs on machines of its geometry");
-    let units = ResolvedUnits::for_frame(machine, workload);
-    let runs = units.vru.discipline.map(|discipline| match memo {
-        Some(memo) => memo.runs(workload, &discipline),
-        None => Arc::new(subtiles::runs(workload, &discipline)),
-    });
+    let mut units = ResolvedUnits::for_frame(machine, workload);
     let lists = machine.list_shape().map(|shape| match memo {
         Some(memo) => memo.lists(workload, &shape),
         None => Arc::new(ListWrites::new(workload, shape)),
     });
-    let context = FrameContext {
-        runs: runs.as_ref().map(|runs| runs.as_slice()),
-        lists: lists.as_deref(),
-        ..context
-    };
+    let context = FrameContext { lists: lists.as_deref(), ..context };
+    let calibration = (machine.dram.model == DramModel::Calibrated).then(|| {
+        let reference = calibration::reference(machine);
+        match memo {
+            Some(memo) => memo.calibration(workload, reference, &context),
+            None => Arc::new(Calibration::measure(workload, &reference, &context)),
+        }
+    });
+    if let Some(calibration) = &calibration {
+        units.dram = calibration.dram();
+    }
+    let context = FrameContext { calibration: calibration.as_deref(), ..context };
+    let runs = units.vru.discipline.map(|discipline| match memo {
+        Some(memo) => memo.runs(workload, &discipline),
+        None => Arc::new(subtiles::runs(workload, &discipline)),
+    });
+    let context = FrameContext { runs: runs.as_ref().map(|runs| runs.as_slice()), ..context };
     let plan = Plan::new(workload, machine, &units, &context);
     let outcome = pipeline::run(workload, machine, &units, &plan, context, memo, observer);
     let mut check = outcome.rule_check;

@@ -5,13 +5,14 @@
 //! controller may serve later requests first.
 
 use super::DramUse;
+use super::calibration::{Calibration, Recording, Sample};
 use super::dram::{Channel, Dram};
 use super::layout::{AccessPattern, Layout};
 use super::machine::{DramModel, Machine};
 use super::second_master::SecondMaster;
+use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::Traffic;
-use crate::action::Stage;
 use crate::dram::{self, AddressRange, Banked, Device, DramCommands, StageCommands, Windowed};
 use crate::workload::FrameWorkload;
 use std::iter;
@@ -33,10 +34,8 @@ impl Arrival {
 pub struct Request {
     /// The agent that issues it, and that its completion wakes.
     pub owner: u32,
-    /// The stage that its bytes are charged to.
-    pub stage: Stage,
-    /// Whether it writes.
-    pub write: bool,
+    /// What it reads or writes.
+    pub stream: Stream,
     /// Bytes requested.
     pub bytes: u64,
 }
@@ -54,6 +53,10 @@ pub struct Memory<'a> {
     master: Option<SecondMaster>,
     /// The share that it takes of the `bandwidth` model, and its bytes a cycle.
     share: (f64, f64),
+    /// What device commands come with the requests of the `calibrated` model.
+    calibration: Option<&'a Calibration>,
+    /// The requests, for an observer that wants their times.
+    samples: Vec<Sample>,
     /// The length of the frame, once it is over.
     frame: u64,
 }
@@ -108,8 +111,8 @@ const MASTERS: u32 = 1 << 31;
 /// Bytes of the second master that may be under way where requests are served in order.
 const IN_ORDER: u64 = 128 << 10;
 
-/// The class of its requests in statistics, beside those of the three stages.
-const MASTER_CLASS: u8 = 3;
+/// The class of its requests in statistics, behind those of the streams.
+const MASTER_CLASS: u8 = Stream::COUNT as u8;
 
 /// The clock periods of the machine (cycles) and of the device (CK), in femtoseconds.
 #[derive(Debug, Clone, Copy)]
@@ -153,13 +156,14 @@ impl<'a> Memory<'a> {
         layout: Layout<'a>,
         machine: &Machine,
         flat: Dram,
+        calibration: Option<&'a Calibration>,
     ) -> Self {
         let device = || machine.device.as_deref().expect("a machine is linked to its DRAM device");
         let spec = &machine.dram.second_master;
         let of = |clocks: Clocks, least| SecondMaster::new(spec, layout.end(), clocks.ck_fs, least);
         let mut master = None;
         let timer = match machine.dram.model {
-            DramModel::Bandwidth => Timer::Flat(Channel::new(flat)),
+            DramModel::Bandwidth | DramModel::Calibrated => Timer::Flat(Channel::new(flat)),
             DramModel::Window => {
                 let memory = Box::new(Windowed::new(device()));
                 let clocks = Clocks::new(machine, device());
@@ -179,16 +183,17 @@ impl<'a> Memory<'a> {
         };
         let share = match machine.dram.model {
             DramModel::Bandwidth => (machine.second_master_share(), spec.rate.0 / machine.clock.0),
+            DramModel::Calibrated => (0.0, spec.rate.0 / machine.clock.0),
             DramModel::Window | DramModel::Banked => (0.0, 0.0),
         };
-        let traffic = Traffic::default();
-        Memory { workload, layout, traffic, timer, master, share, frame: 0 }
+        let (traffic, samples) = (Traffic::default(), Vec::new());
+        Memory { workload, layout, traffic, timer, master, share, calibration, samples, frame: 0 }
     }
 
     /// Whether the reads of one agent, and its writes of at least a byte, are done in the order in
     /// which they were issued.
     pub(crate) fn keeps_order(&self) -> bool {
-        matches!(self.timer, Timer::Flat(_))
+        matches!(self.timer, Timer::Flat(_)) && self.calibration.is_none()
     }
 
     /// Issues a request in cycle `now`; `span` gives its addresses. A request of no bytes does not
@@ -204,11 +209,15 @@ impl<'a> Memory<'a> {
         if request.bytes == 0 {
             return Arrival(now + 1);
         }
-        let stage = &mut self.traffic.stages[request.stage as usize];
-        *(if request.write { &mut stage.write } else { &mut stage.read }) += request.bytes;
+        let (stream, bytes) = (request.stream, request.bytes);
+        let stage = &mut self.traffic.stages[stream.stage() as usize];
+        *(if stream.is_write() { &mut stage.write } else { &mut stage.read }) += bytes;
+        if O::WANTS_TIMES {
+            self.samples.push(Sample { stream, bytes, issued: now, done: NEVER });
+        }
         match &mut self.timer {
             Timer::Flat(channel) if !O::WANTS_REQUESTS => {
-                Arrival(channel.serve(now, request.write, request.bytes))
+                Arrival(channel.serve(now, stream, bytes))
             }
             Timer::Flat(_) | Timer::Window(..) | Timer::Banked(..) => {
                 let span = span(&self.layout);
@@ -221,9 +230,9 @@ impl<'a> Memory<'a> {
     /// Issues a request to a memory that may depend on addresses.
     fn issue_at(&mut self, now: u64, request: Request, span: AccessPattern) -> Arrival {
         let (layout, workload) = (&self.layout, self.workload);
-        let class = request.stage as u8;
+        let (class, write) = (request.stream as u8, request.stream.is_write());
         match &mut self.timer {
-            Timer::Flat(channel) => Arrival(channel.serve(now, request.write, request.bytes)),
+            Timer::Flat(channel) => Arrival(channel.serve(now, request.stream, request.bytes)),
             Timer::Window(device, clocks) => {
                 let mut cursor = 0;
                 let pieces = iter::from_fn(|| layout.piece(&span, &mut cursor, workload));
@@ -231,7 +240,7 @@ impl<'a> Memory<'a> {
                 if let Some(master) = &mut self.master {
                     serve_until(master, device, at);
                 }
-                let done = device.serve(at, request.write, class, pieces);
+                let done = device.serve(at, write, class, pieces);
                 Arrival(clocks.cycle(done).max(now + 1))
             }
             Timer::Banked(queued, clocks) => {
@@ -240,7 +249,7 @@ impl<'a> Memory<'a> {
                 queued.requests.push((span, 0, request.owner, NEVER));
                 queued.device.push(dram::Request {
                     ticket: ticket(number as u64),
-                    write: request.write,
+                    write,
                     class,
                     arrival: clocks.ck_from(now),
                 });
@@ -255,7 +264,7 @@ impl<'a> Memory<'a> {
         }
         let mut cursor = 0;
         while let Some(p) = self.layout.piece(span, &mut cursor, self.workload) {
-            observer.request(request.write, p.address, p.bytes);
+            observer.request(request.stream.is_write(), p.address, p.bytes);
         }
     }
 
@@ -361,20 +370,43 @@ impl<'a> Memory<'a> {
         self.traffic
     }
 
+    /// The requests with their times, and what the device did; `None` without a device whose
+    /// requests an observer wanted.
+    pub(crate) fn recording(&mut self) -> Option<Recording> {
+        let Timer::Banked(queued, clocks) = &self.timer else { return None };
+        let mut samples = std::mem::take(&mut self.samples);
+        for (sample, request) in samples.iter_mut().zip(&queued.requests) {
+            sample.done = request.3;
+        }
+        let stats = queued.device.stats();
+        let cycles_per_ck = clocks.ck_fs as f64 / clocks.cycle_fs as f64;
+        Some(Recording { samples, stats, cycles_per_ck, frame: self.frame })
+    }
+
     /// DRAM activity of the frame.
     pub(crate) fn usage(&self) -> DramUse {
         let total = self.traffic.total();
         let usage = match &self.timer {
             Timer::Flat(channel) => {
                 let (share, bytes) = self.share;
-                let (usage, frame) = (channel.usage(), self.frame as f64);
+                let (frame, busy) = (self.frame as f64, channel.busy_cycles());
+                let served = channel.served();
                 // While the accelerator's bytes move, so do those of the second master.
-                let own = usage.busy_cycles as f64 * (1.0 - share);
-                let busy = (own + frame * share).ceil() as u64;
-                DramUse {
-                    busy_cycles: if share > 0.0 { busy.min(self.frame) } else { usage.busy_cycles },
+                let both = (busy as f64 * (1.0 - share) + frame * share).ceil() as u64;
+                let usage = DramUse {
+                    requests_issued: served,
+                    requests_served: served,
+                    busy_cycles: if share > 0.0 { both.min(self.frame) } else { busy },
                     second_master_bytes: (bytes * frame) as u64,
-                    ..usage
+                    ..DramUse::default()
+                };
+                match self.calibration {
+                    Some(calibration) => DramUse {
+                        busy_cycles: calibration.busy_cycles(&channel.bytes(), self.frame),
+                        commands: Some(calibration.commands(&channel.bytes(), self.frame)),
+                        ..usage
+                    },
+                    None => usage,
                 }
             }
             Timer::Window(device, clocks) => {
@@ -415,11 +447,15 @@ fn serve_until(master: &mut SecondMaster, device: &mut Windowed, until: u64) {
 fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
     let master = &stats.classes[usize::from(MASTER_CLASS)];
     let served = stats.total.requests - master.requests;
-    let stages = [0, 1, 2].map(|class: usize| {
-        let t = &stats.classes[class];
-        let activates = t.row_misses + t.row_conflicts;
-        StageCommands { reads: t.reads, writes: t.writes, activates }
-    });
+    let mut stages = [StageCommands::default(); 3];
+    for stream in Stream::ALL {
+        let t = &stats.classes[stream as usize];
+        stages[stream.stage() as usize].add(StageCommands {
+            reads: t.reads,
+            writes: t.writes,
+            activates: t.row_misses + t.row_conflicts,
+        });
+    }
     DramUse {
         requests_issued: served,
         requests_served: served,

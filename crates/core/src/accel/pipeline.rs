@@ -46,16 +46,18 @@ use self::list_completion::ListCompletion;
 use self::memo::Memo;
 use super::batch::{Batches, Pass};
 use super::buffer::{BufferAllocator, usage};
+use super::calibration::Recording;
 use super::layout::{AccessPattern, Layout};
 use super::machine::Overlap;
 use super::memory::{Arrival, Memory, NEVER, Request};
 use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;
 use super::schedule::{Job, Plan};
+use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::{Traffic, pairs_written};
 use super::{BufferUse, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles};
-use crate::action::{ActionCounts, Buffer, Stage, UnitKind};
+use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::workload::FrameWorkload;
 
 /// State that CCUs and cores share.
@@ -78,29 +80,15 @@ struct Shared<'a, O> {
 
 impl<O: Observer> Shared<'_, O> {
     #[inline]
-    fn read(
+    fn issue(
         &mut self,
         now: u64,
         owner: u32,
-        stage: Stage,
+        stream: Stream,
         bytes: u64,
         span: impl FnOnce(&Layout) -> AccessPattern,
     ) -> Arrival {
-        let request = Request { owner, stage, write: false, bytes };
-        self.memory.issue(now, request, span, self.observer)
-    }
-
-    #[inline]
-    fn write(
-        &mut self,
-        now: u64,
-        owner: u32,
-        stage: Stage,
-        bytes: u64,
-        span: impl FnOnce(&Layout) -> AccessPattern,
-    ) -> Arrival {
-        let request = Request { owner, stage, write: true, bytes };
-        self.memory.issue(now, request, span, self.observer)
+        self.memory.issue(now, Request { owner, stream, bytes }, span, self.observer)
     }
 }
 
@@ -214,6 +202,8 @@ pub struct Outcome {
     pub speculation: ActionCounts,
     /// Whether unit rules from outside of the crate kept to their contract.
     pub(super) rule_check: RuleCheck,
+    /// Requests to a device with their times, for an observer that wants them.
+    pub(super) recording: Option<Recording>,
 }
 
 /// Runs a frame through the pipeline. `memo` must belong to this frame; an observer that wants to
@@ -229,7 +219,7 @@ pub(crate) fn run<O: Observer>(
 ) -> Outcome {
     let overlap = machine.schedule.overlap;
     let layout = Layout::new(workload, units, plan, &context);
-    let memory = Memory::new(workload, layout, machine, units.dram);
+    let memory = Memory::new(workload, layout, machine, units.dram, context.calibration);
     let mut shared = Shared {
         units,
         workload,
@@ -286,7 +276,12 @@ fn finish<'a, O: Observer>(
     shared
 }
 
-fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: Shared<O>) -> Outcome {
+fn outcome<O: Observer>(
+    agents: &Agents,
+    preprocessing_end: u64,
+    frame: u64,
+    mut shared: Shared<O>,
+) -> Outcome {
     let (units, cores) = (shared.units, &agents.cores);
     let unit_cycles = [
         sum(UnitKind::Ccu, 1, agents.ccus.iter().map(|c| &c.ledger)),
@@ -304,7 +299,8 @@ fn outcome<O>(agents: &Agents, preprocessing_end: u64, frame: u64, shared: Share
     let timing =
         FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
     let traffic = shared.memory.traffic();
-    Outcome { timing, traffic, speculation, rule_check: shared.rule_check }
+    let recording = if O::WANTS_TIMES { shared.memory.recording() } else { None };
+    Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }
 }
 
 /// Units of all kinds in the machine.

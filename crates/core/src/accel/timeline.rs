@@ -69,6 +69,9 @@ pub trait Observer {
     /// Whether it wants to know the requests to the DRAM.
     const WANTS_REQUESTS: bool = false;
 
+    /// Whether it wants to know when requests to a device were made and done.
+    const WANTS_TIMES: bool = false;
+
     /// Whether it wants to know what buffers hold.
     const WANTS_LEVELS: bool = false;
 

@@ -46,7 +46,7 @@ pub struct Request {
     pub ticket: u32,
     /// Whether it writes.
     pub write: bool,
-    /// For statistics, below 4.
+    /// For statistics, below 16.
     pub class: u8,
     /// The CK from which it may enter.
     pub arrival: u64,
@@ -124,7 +124,7 @@ impl Banked {
     /// arrival, but not before anything that was already simulated.
     ///
     /// # Panics
-    /// If its class is not below 4.
+    /// If its class is not below 16.
     pub fn push(&mut self, request: Request) {
         assert!(usize::from(request.class) < CLASSES, "class {} of a request", request.class);
         self.front.push(request, self.floor);

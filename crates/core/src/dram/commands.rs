@@ -27,6 +27,13 @@ pub struct DramCommands {
 }
 
 impl StageCommands {
+    /// Adds those of other requests.
+    pub(crate) fn add(&mut self, other: StageCommands) {
+        self.reads += other.reads;
+        self.writes += other.writes;
+        self.activates += other.activates;
+    }
+
     /// Bursts read and written.
     pub(crate) fn bursts(&self) -> u64 {
         self.reads + self.writes

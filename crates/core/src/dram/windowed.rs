@@ -194,7 +194,7 @@ impl Windowed {
     /// a read has its last data or a write is done. `class` is for statistics.
     ///
     /// # Panics
-    /// If the class is not below 4.
+    /// If the class is not below 16.
     pub fn serve(
         &mut self,
         now: u64,

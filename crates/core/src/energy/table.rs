@@ -139,8 +139,8 @@ pub enum PriceError {
     /// Prices of DRAM commands for a machine whose DRAM model counts none.
     #[error(
         "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
-         and the `bandwidth` model counts none: set `dram.model = \"banked\"` or \"window\" in the \
-         machine, or `energy` to a table with flat DRAM prices"
+         and the `bandwidth` model counts none: set `dram.model = \"banked\"`, \
+         \"calibrated\" or \"window\" in the machine, or `energy` to a table with flat DRAM prices"
     )]
     NoCommands {
         /// Name of the energy table.

@@ -11,6 +11,7 @@ use powergs_core::accel::machine::{
     AccessOrder, BufferSpec, DramModel, DramSpec, Fetch, Ports, SecondMasterSpec,
 };
 use powergs_core::accel::qsu::Keys;
+use powergs_core::accel::stream::Stream;
 use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
 use powergs_core::action::{Action, ActionCounts, Buffer, Stage};
@@ -269,32 +270,34 @@ fn dram(bandwidth: f64, efficiency: f64, latency: f64, clock: f64) -> Dram {
 #[test]
 fn dram_serves_in_order_at_its_rate() {
     let dram = dram(51.2e9, 1.0, 100.0, 1e9);
-    assert_eq!((dram.service(1), dram.service(512), dram.latency), (20, 10 * TICKS, 100 * TICKS));
+    let (read, write) = (Stream::Features, Stream::Pixels);
+    assert_eq!((dram.service(read, 1), dram.service(read, 512)), (20, 10 * TICKS));
+    assert_eq!((dram.latency(read, 7), dram.latency(write, 7)), (100 * TICKS, 0));
     let mut channel = Channel::new(dram);
-    assert_eq!(channel.serve(0, false, 512), 110);
+    assert_eq!(channel.serve(0, read, 512), 110);
     // The bus is busy until cycle 10, then for 0.02 cycles more.
-    assert_eq!(channel.serve(3, false, 1), 111);
-    assert_eq!(channel.serve(3, true, 1), 11);
-    assert_eq!(channel.serve(50, true, 512), 60);
-    let usage = channel.usage();
-    assert_eq!((usage.requests_issued, usage.requests_served), (4, 4));
-    assert_eq!(usage.busy_cycles, 21);
+    assert_eq!(channel.serve(3, read, 1), 111);
+    assert_eq!(channel.serve(3, write, 1), 11);
+    assert_eq!(channel.serve(50, write, 512), 60);
+    assert_eq!((channel.served(), channel.busy_cycles()), (4, 21));
+    let bytes = channel.bytes();
+    assert_eq!((bytes[read as usize], bytes[write as usize]), (513, 513));
 }
 
 #[test]
 fn dram_rate_scales_with_clock_and_efficiency_and_is_never_above_peak() {
-    assert_eq!(dram(51.2e9, 0.5, 10.0, 1e9).service(512), 20 * TICKS);
-    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).service(512), 20 * TICKS);
-    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).latency, 20 * TICKS);
+    assert_eq!(dram(51.2e9, 0.5, 10.0, 1e9).service(Stream::Lists, 512), 20 * TICKS);
+    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).service(Stream::Lists, 512), 20 * TICKS);
+    assert_eq!(dram(51.2e9, 1.0, 10.0, 2e9).latency(Stream::Lists, 0), 20 * TICKS);
     // A rate that no tick divides: requests round up, so the sum never beats the rate by more than
     // the rounding of the rate itself (32 fractional bits).
     let odd = dram(7.3e9, 0.83, 0.0, 1.1e9);
     for bytes in [1u64, 3, 19, 64, 103, 4864, 1 << 30] {
         let ideal = bytes as f64 * 1024.0 * 1.1e9 / (7.3e9 * 0.83);
-        let ticks = odd.service(bytes) as f64;
+        let ticks = odd.service(Stream::Records, bytes) as f64;
         assert!(ticks >= ideal * (1.0 - 1e-9) && ticks <= ideal * (1.0 + 1e-9) + 1.0, "{bytes}");
     }
-    assert!(dram(1e18, 1.0, 0.0, 1e9).service(1) == 1, "no request is free");
+    assert!(dram(1e18, 1.0, 0.0, 1e9).service(Stream::Records, 1) == 1, "no request is free");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The simulator: units against their rules, frames against naive twins, energy, memory, knobs.
 
 mod accel;
+mod calibrated;
 mod config;
 mod dram;
 mod energy;

@@ -61,7 +61,7 @@ fn compare(seed: u64) -> States {
         hits: hits.as_deref(),
         reuse: reuse.as_deref(),
         lists: lists.as_ref(),
-        runs: None,
+        ..FrameContext::default()
     };
     let replay = replay_with(&workload, &machine, given, &mut timeline);
     let seen = oracle::run(&workload, &machine, given);

@@ -535,7 +535,10 @@ pub enum Termination {
 pub enum DramModel {
     /// One server with a latency and a rate.
     Bandwidth,
-    /// The device, counted in windows of requests: fast, for sweeps.
+    /// One server with rates, latencies and commands as a `banked` run of the frame has them: as
+    /// fast, for sweeps.
+    Calibrated,
+    /// The device, counted in windows of requests: fast, and knows addresses.
     Window,
     /// The device, with its banks, rows, queues and timings.
     Banked,
@@ -546,6 +549,7 @@ impl DramModel {
     pub const fn name(self) -> &'static str {
         match self {
             DramModel::Bandwidth => "bandwidth",
+            DramModel::Calibrated => "calibrated",
             DramModel::Window => "window",
             DramModel::Banked => "banked",
         }
@@ -562,7 +566,7 @@ impl DramSpec {
     }
 }
 
-/// The `[dram]` table: the `bandwidth` model, and the device of the other two.
+/// The `[dram]` table: the `bandwidth` model, and the device of the others.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramSpec {
@@ -578,15 +582,16 @@ pub struct DramSpec {
     /// From request to first data.
     pub latency: Nanoseconds,
     /// Name of the device (`arch-configs/dram/NAME.toml`) or path of one: its peak rate with
-    /// `channels`, and what the `window` and `banked` models time; or `none`: a mere rate,
-    /// `bandwidth`.
+    /// `channels`, and what the `calibrated`, `window` and `banked` models time; or `none`: a mere
+    /// rate, `bandwidth`.
     pub device: String,
     /// Channels of that device in this machine.
     #[schemars(range(min = 1, max = 64), extend("x-unit" = "channels"))]
     pub channels: u32,
     /// Order of its address fields: `RoBaCoCh`, `mop`, `bg64`, or `fields` for the device's own.
     pub mapping: Order,
-    /// Controller, PHY and interconnect of the `window` and `banked` models, added to every read.
+    /// Controller, PHY and interconnect of the `calibrated`, `window` and `banked` models, added to
+    /// every read.
     pub controller_latency: Nanoseconds,
     /// Another user of the memory.
     pub second_master: SecondMasterSpec,
@@ -609,7 +614,8 @@ pub struct SecondMasterSpec {
     /// Fraction of the peak that its transfers reach, 0 to 1, with the `bandwidth` model.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1, "x-unit" = "fraction"))]
     pub efficiency: f64,
-    /// Requests that it has under way at most, with the `banked` model: further ones wait outside.
+    /// Requests that it has under way at most, with the `banked` and `calibrated` models: further
+    /// ones wait outside.
     #[schemars(range(min = 1, max = 65536), extend("x-unit" = "requests"))]
     pub in_flight: u32,
 }

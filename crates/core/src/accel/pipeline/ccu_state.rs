@@ -11,9 +11,10 @@ use crate::accel::ccu::{Ccu, READS};
 use crate::accel::layout::Layout;
 use crate::accel::memory::{Arrival, Memory};
 use crate::accel::resolved::ResolvedUnits;
+use crate::accel::stream::Stream;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use crate::action::{Buffer, Stage};
+use crate::action::Buffer;
 
 /// A batch that a CCU holds, from its claim until its results have been written.
 #[derive(Debug, Clone)]
@@ -132,17 +133,16 @@ impl CcuState {
             let (held, ccu) = (&mut self.held[self.writing], &shared.units.ccu);
             let (b, bytes, back) =
                 (held.batch, ccu.written(&held.batch), ccu.read_back(&held.batch));
-            let stage = Stage::Preprocessing;
             if back > 0 && !held.reads_back {
                 let span = |layout: &Layout| layout.read_back(&b);
-                held.transfer = shared.read(now, self.owner, stage, back, span);
+                held.transfer = shared.issue(now, self.owner, Stream::ReadBack, back, span);
                 held.reads_back = true;
             }
             if held.reads_back && shared.memory.at(held.transfer) > now {
                 break;
             }
             let span = |layout: &Layout| layout.results(&b);
-            held.transfer = shared.write(now, self.owner, stage, bytes, span);
+            held.transfer = shared.issue(now, self.owner, Stream::Results, bytes, span);
             self.writing += 1;
             let at = shared.memory.at(held.transfer);
             self.end = if at == NEVER { self.end } else { self.end.max(at) };
@@ -190,7 +190,8 @@ impl CcuState {
                         break;
                     }
                     let span = |layout: &Layout| layout.batch_read(&batch, read, bytes);
-                    let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
+                    let stream = Stream::of_read(read);
+                    let transfer = shared.issue(now, self.owner, stream, bytes, span);
                     self.input.fill(now, bytes);
                     let held = &mut self.held[place];
                     (held.transfer, held.room) = (transfer, held.room + bytes);
@@ -238,7 +239,7 @@ impl CcuState {
         let bytes = shared.units.ccu.read(&batch, 0);
         self.input.fill(now, bytes);
         let span = |layout: &Layout| layout.batch_read(&batch, 0, bytes);
-        let transfer = shared.read(now, self.owner, Stage::Preprocessing, bytes, span);
+        let transfer = shared.issue(now, self.owner, Stream::Records, bytes, span);
         let index = shared.next_batch;
         let (reads, room, until) = (1, bytes, NEVER);
         let (reads_back, is_written) = (false, false);

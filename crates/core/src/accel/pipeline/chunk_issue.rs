@@ -18,6 +18,7 @@ use crate::accel::bsu::{Bsu, Sort};
 use crate::accel::layout::{AccessPattern, Layout};
 use crate::accel::rules::Rule;
 use crate::accel::schedule::{Job, SortProgress};
+use crate::accel::stream::Stream;
 use crate::accel::timeline::{Observer, State};
 use crate::accel::traffic::ChunkLoad;
 use crate::accel::unit::Unit;
@@ -122,7 +123,8 @@ impl ChunkIssue {
         if job.kept > 0 {
             let pattern = |layout: &Layout| layout.list(job, job.kept);
             let shared = &mut *ports.shared;
-            let write = shared.write(ports.now, self.owner, Stage::Sorting, job.kept, pattern);
+            let stream = Stream::KeptLists;
+            let write = shared.issue(ports.now, self.owner, stream, job.kept, pattern);
             self.end = self.end.max(shared.memory.known_end(write));
         }
         true
@@ -200,7 +202,7 @@ impl ChunkIssue {
         let is_built_in = units.rules.vru == Rule::BUILT_IN;
         let backlog = if is_built_in { units.vru.backlog(&render) } else { 0 };
         let bytes = load.bytes(units);
-        let features = shared.read(now, self.owner, Stage::Rendering, bytes, |_| pattern);
+        let features = shared.issue(now, self.owner, Stream::Features, bytes, |_| pattern);
         let item = Chunk {
             tile,
             cycles,
@@ -270,7 +272,7 @@ impl ChunkIssue {
             units.vru.charge_unused(entries, &mut self.speculation);
             let read = load.bytes(units);
             self.speculation.charge(Stage::Rendering, Action::DramRead, read);
-            let features = shared.read(now, self.owner, Stage::Rendering, read, |_| pattern);
+            let features = shared.issue(now, self.owner, Stream::Features, read, |_| pattern);
             let item = Chunk {
                 tile,
                 cycles: 0,

@@ -15,8 +15,8 @@ use crate::accel::layout::Layout;
 use crate::accel::memory::Arrival;
 use crate::accel::qsu::Keys;
 use crate::accel::schedule::Job;
+use crate::accel::stream::Stream;
 use crate::accel::timeline::{Observer, State};
-use crate::action::Stage;
 
 /// The state of a job: what it waits for, or the operation in progress.
 #[derive(Debug, Clone, Copy)]
@@ -142,7 +142,7 @@ impl ListFetch {
                 Phase::BufferFull => {
                     self.keys.fill(now, bytes);
                     let span = |layout: &Layout| layout.list(job, job.read);
-                    let read = shared.read(now, self.owner, Stage::Sorting, job.read, span);
+                    let read = shared.issue(now, self.owner, Stream::Lists, job.read, span);
                     held.phase = Phase::Reading(read);
                 }
                 Phase::Reading(_) | Phase::Partitioning(_) | Phase::Ready => {}
@@ -230,8 +230,8 @@ impl Pass {
         let mut pass = Pass { left, busy, keys: busy + stalls, spill: None };
         if overflow > 0 {
             let pattern = |layout: &Layout| layout.spill(core, overflow);
-            shared.write(now, owner, Stage::Sorting, overflow, pattern);
-            pass.spill = Some(shared.read(now, owner, Stage::Sorting, overflow, pattern));
+            shared.issue(now, owner, Stream::SpillOut, overflow, pattern);
+            pass.spill = Some(shared.issue(now, owner, Stream::SpillIn, overflow, pattern));
         }
         pass
     }

@@ -8,7 +8,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::ccu_state::CcuState;
 use super::{Agents, Shared};
-use crate::accel::Machine;
 use crate::accel::bank::Banks;
 use crate::accel::dram::{Channel, Dram};
 use crate::accel::machine::{BinningSpec, CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
@@ -17,11 +16,15 @@ use crate::accel::rules::Rule;
 use crate::accel::subtiles::{self, ChunkRun, Discipline};
 use crate::accel::timeline::Observer;
 use crate::accel::traffic::Traffic;
+use crate::accel::{Calibration, FrameContext, Machine};
 use crate::workload::FrameWorkload;
 use crate::workload::binning::{ListShape, ListWrites};
 
 /// Most results that are kept; further machines preprocess on their own.
 const KEPT_MAX: usize = 4096;
+
+/// Most calibrations that are kept; further references are run again.
+const CALIBRATIONS_MAX: usize = 1024;
 
 /// Most ways through the sub-tiles that are kept: some hundred kilobytes each.
 const RUNS_MAX: usize = 32;
@@ -41,6 +44,7 @@ pub struct Memo {
     preprocessing: Mutex<Vec<(Key, Arc<CcuResults>)>>,
     runs: Mutex<AllRuns>,
     lists: Mutex<AllLists>,
+    calibrations: Mutex<Vec<(Machine, Arc<Calibration>)>>,
 }
 
 /// Everything that preprocessing depends on besides the frame.
@@ -88,6 +92,34 @@ impl Memo {
     /// How the lists of the frame are made in this shape.
     pub(crate) fn lists(&self, workload: &FrameWorkload, shape: &ListShape) -> Arc<ListWrites> {
         keep(&self.lists, LISTS_MAX, shape, || ListWrites::new(workload, *shape))
+    }
+
+    /// What a run of the frame on `reference` says about its memory.
+    pub(crate) fn calibration(
+        &self,
+        workload: &FrameWorkload,
+        reference: Machine,
+        context: &FrameContext,
+    ) -> Arc<Calibration> {
+        let find = |kept: &Vec<(Machine, Arc<Calibration>)>| {
+            kept.iter().find(|(own, _)| *own == reference).map(|(_, found)| Arc::clone(found))
+        };
+        let kept = || self.calibrations.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = find(&kept()) {
+            return found;
+        }
+        // Not under the lock: its steps may be parallel.
+        let measured = Arc::new(Calibration::measure(workload, &reference, context));
+        let mut kept = kept();
+        match find(&kept) {
+            Some(found) => found,
+            None => {
+                if kept.len() < CALIBRATIONS_MAX {
+                    kept.push((reference, Arc::clone(&measured)));
+                }
+                measured
+            }
+        }
     }
 
     fn find(&self, key: &Key) -> Option<Arc<CcuResults>> {

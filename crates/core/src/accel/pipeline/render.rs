@@ -11,11 +11,11 @@ use crate::accel::buffer::BufferAllocator;
 use crate::accel::layout::Layout;
 use crate::accel::memory::{Arrival, Memory};
 use crate::accel::resolved::ResolvedUnits;
+use crate::accel::stream::Stream;
 use crate::accel::timeline::{Observer, State};
 use crate::accel::unit::Unit;
 use crate::accel::vru::Vru;
 use crate::accel::{Histogram, Stall};
-use crate::action::Stage;
 
 /// The chunk that is being rendered.
 #[derive(Debug, Clone, Copy)]
@@ -94,7 +94,7 @@ impl RenderStage {
         self.pixels.fill(now, bytes);
         let tile = self.last_tile;
         let pattern = |layout: &Layout| layout.pixels(tile, bytes);
-        let write = shared.write(now, self.owner, Stage::Rendering, bytes, pattern);
+        let write = shared.issue(now, self.owner, Stream::Pixels, bytes, pattern);
         self.writing.push((write, bytes));
         self.end = self.end.max(shared.memory.known_end(write));
     }

@@ -101,7 +101,8 @@ pub struct DramPrices {
     /// One price per byte, and powers of the whole memory.
     pub flat: Option<FlatDram>,
     /// The commands of the machine's DRAM device at the prices of that device's file. Needs
-    /// `dram.model = "banked"` or `"window"` in the machine: `bandwidth` counts no commands.
+    /// `dram.model = "banked"`, `"calibrated"` or `"window"` in the machine: `bandwidth` counts no
+    /// commands.
     #[serde(default, skip_serializing_if = "is_false")]
     pub device: bool,
 }

@@ -49,7 +49,7 @@ fn rules_that_equal_the_built_in_ones_change_nothing() {
             hits: hits.as_deref(),
             reuse: reuse.as_deref(),
             lists: lists.as_ref(),
-            runs: None,
+            ..FrameContext::default()
         };
         let mut outside = machine.clone();
         outside.rules = all_from_outside();

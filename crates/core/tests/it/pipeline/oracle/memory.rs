@@ -7,9 +7,15 @@ use powergs_core::accel::dram::{Dram, TICKS};
 use powergs_core::accel::layout::{AccessPattern, Layout};
 use powergs_core::accel::machine::DramModel;
 use powergs_core::accel::schedule::Plan;
+use powergs_core::accel::stream::Stream;
 use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
 use powergs_core::dram::{self, Banked, Windowed};
 use powergs_core::workload::FrameWorkload;
+
+/// A stream of this direction: with one rate, all are alike.
+fn any_stream(is_read: bool) -> Stream {
+    if is_read { Stream::Features } else { Stream::Pixels }
+}
 
 /// A request, to ask for later.
 pub type Ticket = usize;
@@ -50,6 +56,7 @@ impl<'a> Memory<'a> {
         let device = || machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
             DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
+            DramModel::Calibrated => panic!("the oracle has no run to calibrate with"),
             DramModel::Window => Kind::Window(Box::new(Windowed::new(device()))),
             DramModel::Banked => Kind::Banked(Box::new(Banked::new(device())), Vec::new()),
         };
@@ -102,7 +109,8 @@ impl<'a> Memory<'a> {
         let (layout, workload) = (&self.layout, self.workload);
         match &mut self.kind {
             Kind::Bus(dram, queue) => {
-                queue.push_back(Queued { ticket, ticks_left: dram.service(bytes), is_read });
+                let ticks_left = dram.service(any_stream(is_read), bytes);
+                queue.push_back(Queued { ticket, ticks_left, is_read });
             }
             Kind::Window(device) => {
                 let mut cursor = 0;
@@ -152,7 +160,7 @@ impl<'a> Memory<'a> {
                     head.ticks_left -= moved;
                     spent += moved;
                     if head.ticks_left == 0 {
-                        let latency = if head.is_read { dram.latency } else { 0 };
+                        let latency = dram.latency(any_stream(head.is_read), 0);
                         self.done[head.ticket] = Some(now * TICKS + spent + latency);
                         queue.pop_front();
                     }
