@@ -13,6 +13,7 @@ mod compare;
 pub mod completions;
 mod display;
 mod dram;
+pub mod dram_model;
 pub mod explain;
 mod extract;
 mod failure;

@@ -207,6 +207,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         target: model.target(),
         display_fps: args.fps,
         what_if_frames: args.what_if,
+        calibrates_what_if: args.dram_model.is_none(),
         compares_window: args.dram_model == Some(DramArg::Both),
     };
     let facts = replay.facts(&mut trace)?;

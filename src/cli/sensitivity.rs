@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
 use super::chart_args::ChartArgs;
+use super::dram_model::{self, DramModelArg};
 use super::invocation::Started;
 use super::progress::{Counts, Watched};
 use super::replay::display_rate;
@@ -50,6 +51,9 @@ pub struct Args {
     /// Energy table, in place of the machine's: a name of `arch list`, or a file
     #[arg(long, value_name = "NAME|FILE")]
     pub energy: Option<String>,
+    /// DRAM model, in place of the machine's [default: calibrated in place of banked]
+    #[arg(long, value_enum, value_name = "MODEL")]
+    pub dram_model: Option<DramModelArg>,
     /// Only these keys, `*` at the end is any rest; with --interactions also their
     /// values: KEY, KEY=LOW..HIGH, KEY=A|B|C
     #[arg(long, value_name = "KEYS", value_delimiter = ',', value_parser = selection)]
@@ -156,7 +160,13 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         let what = format!("{}: the machine goes first, the traces after it", args.arch);
         return Err(Failure::new(Exit::Usage, what));
     }
-    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
+    let mut sets = args.sets.clone();
+    sets.extend(DramModelArg::set(args.dram_model));
+    let system = inputs::system(&args.arch, &sets, args.energy.as_deref())?;
+    let (system, is_calibrated) = dram_model::for_many(system, args.dram_model)?;
+    if is_calibrated && !context.global.quiet {
+        out::complain(dram_model::NOTE);
+    }
     let open = |path: &PathBuf| inputs::trace(path, args.frames, context);
     let mut sources: Vec<TraceFile> = args.traces.iter().map(open).collect::<Result<_, _>>()?;
     let folder_name = format!("sensitivity-{}", system.machine().name);

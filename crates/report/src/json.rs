@@ -88,6 +88,7 @@ fn what_if(run: &Run) -> Json {
     let Some(experiment) = &run.experiments.what_if else { return Json::Null };
     json!({
         "frames": experiment.frames,
+        "is_calibrated": experiment.is_calibrated,
         "frame_time_ms": experiment.base.frame_time_ms,
         "energy_pj": experiment.base.energy_pj,
         "power_w": experiment.base.power_w,

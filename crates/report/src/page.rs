@@ -299,6 +299,12 @@ fn what_if(page: &mut Document, experiment: &WhatIf) {
     let which = if frames.len() == 1 { "frame" } else { "frames" };
     let numbers = frames.join(", ");
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
+    if experiment.is_calibrated {
+        page.paragraph(
+            "What if: with the DRAM model `calibrated`, from one `banked` run of each frame; \
+             --dram-model banked takes that for every step.",
+        );
+    }
     let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
     let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();
     let mut short = doubled(experiment, &best);

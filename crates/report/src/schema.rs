@@ -133,6 +133,10 @@ fn what_if() -> Map<String, Json> {
     ]);
     map([
         ("frames", array(plain("integer", "Position in the trace."), "Frames that were tried.")),
+        (
+            "is_calibrated",
+            plain("boolean", "The DRAM model is `calibrated` here, and `banked` elsewhere."),
+        ),
         ("frame_time_ms", frame()),
         ("energy_pj", energy()),
         ("power_w", power()),

@@ -9,7 +9,7 @@ use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::{FrameReport, Model};
 
-use crate::findings::{Picture, TileLoad};
+use crate::findings::{Picture, TileLoad, WhatIf};
 use crate::run_record::{DramModels, Experiments, Facts, MachineFacts, Run, TraceFacts};
 use doubling::Doubling;
 
@@ -23,6 +23,8 @@ pub struct Replay<'a> {
     /// Frames, spread evenly over the list, on which doubling each resource is tried; not on the
     /// published model.
     pub what_if_frames: usize,
+    /// Whether doubling is tried with the `calibrated` model where the machine has `banked`.
+    pub calibrates_what_if: bool,
     /// Whether the `window` model of the DRAM sees the same frames; the machine has another.
     pub compares_window: bool,
 }
@@ -86,10 +88,15 @@ impl Replay<'_> {
         let facts = self.facts(frames)?;
         let tried = spread(frames.range(), self.what_if_frames);
         let (mut subjects, mut doubling, mut window) = (Vec::new(), None, None);
+        let mut calibrated = None;
         match self.target {
             Target::System(system) => {
                 subjects.push(Subject::of(system).checking_order());
-                doubling = (!tried.is_empty()).then(|| Doubling::of(system));
+                if self.calibrates_what_if && !tried.is_empty() {
+                    calibrated = system.calibrated()?;
+                }
+                let base = calibrated.as_ref().unwrap_or(system);
+                doubling = (!tried.is_empty()).then(|| Doubling::of(base));
                 if self.compares_window {
                     window = Some(system.with(&[Change::machine("dram.model", "window")])?);
                 }
@@ -98,6 +105,7 @@ impl Replay<'_> {
         }
         let doubled = doubling.iter().flat_map(|doubling| &doubling.systems);
         subjects.extend(doubled.map(|system| Subject::of(system).only(&tried)));
+        subjects.extend(calibrated.iter().map(|system| Subject::of(system).only(&tried)));
         subjects.extend(window.iter().map(Subject::of));
         let start = |i| Kept { wants_tiles: i == 0, ..Kept::default() };
         let folded = Session::new(frames, watch).fold(&subjects, start, Kept::add)?;
@@ -107,8 +115,12 @@ impl Replay<'_> {
         let mut others: Vec<Vec<FrameReport>> = kept.map(|kept| kept.reports).collect();
         let window = window.is_some().then(|| others.pop().expect("the last subject"));
         let dram_models = window.and_then(|window| dram_models(&main.reports, &window));
+        let base = calibrated.is_some().then(|| others.pop().expect("the one before it"));
+        let is_calibrated = base.is_some();
+        let base = base.as_ref().unwrap_or(&main.reports);
         let what_if = doubling
-            .and_then(|doubling| doubling.finish(&tried, &main.reports, &others, self.display_fps));
+            .and_then(|doubling| doubling.finish(&tried, base, &others, self.display_fps))
+            .map(|what_if| WhatIf { is_calibrated, ..what_if });
         Ok(Run {
             facts,
             frames: main.reports,
@@ -130,7 +142,14 @@ pub fn on_each(
 ) -> Result<Vec<Run>, RunError> {
     let facts = |system| {
         let target = Target::System(system);
-        Replay { target, display_fps, what_if_frames: 0, compares_window: false }.facts(frames)
+        Replay {
+            target,
+            display_fps,
+            what_if_frames: 0,
+            calibrates_what_if: false,
+            compares_window: false,
+        }
+        .facts(frames)
     };
     let facts: Vec<Facts> = systems.iter().map(facts).collect::<Result<_, _>>()?;
     let subjects: Vec<Subject> = systems.iter().map(|s| Subject::of(s).checking_order()).collect();

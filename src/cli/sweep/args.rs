@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use crate::cli::camera_file::{FrameRange, frame_range};
 use crate::cli::chart_args::ChartArgs;
+use crate::cli::dram_model::DramModelArg;
 use powergs_study::sweep::run::{Shard, SweepRequest};
 
 /// Shown under `sweep --help`.
@@ -65,6 +66,9 @@ pub struct Definition {
     /// At most this many designs, spread over the space
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
+    /// DRAM model, in place of the machine's [default: calibrated in place of banked]
+    #[arg(long, value_enum, value_name = "MODEL")]
+    pub dram_model: Option<DramModelArg>,
 }
 
 impl Definition {
@@ -76,6 +80,7 @@ impl Definition {
             frames: self.frames.map(|f| (f.start, f.end)),
             sets: self.sets.clone(),
             points: self.points,
+            dram_model: self.dram_model.map(|model| model.key().to_owned()),
         }
     }
 }

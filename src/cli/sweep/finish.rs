@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::cli::invocation::Started;
-use crate::cli::{Context, Exit, Failure, out, pareto};
+use crate::cli::{Context, Exit, Failure, dram_model, out, pareto};
 use powergs_base::format::counted;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
@@ -95,6 +95,7 @@ fn summary(sweep: &OpenedSweep<'_>, plan: &Plan, tally: Tally) -> String {
     lines.extend(plan.causes.iter().map(|(cause, Cause { points, example: (point, why) })| {
         format!("{points} invalid: {cause}, e.g. point {point}: {why}")
     }));
+    lines.extend(sweep.is_calibrated.then(|| dram_model::NOTE.to_owned()));
     let carried = sweep.designs.space.carried();
     lines.extend(carried.into_iter().map(|(key, expression)| {
         format!("carried along: {}", super::dry_run::carried(key, expression))

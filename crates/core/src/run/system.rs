@@ -16,7 +16,7 @@ use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files, is_yaml, read_text};
 use super::identity::{content_id, timing_id};
 use super::input::Input;
-use crate::accel::machine::NO_DEVICE;
+use crate::accel::machine::{DramModel, NO_DEVICE};
 use crate::accel::{Machine, UnitRules};
 use crate::dram::Device;
 use crate::energy::{EnergyTable, Prices, accelergy, same_costs};
@@ -202,6 +202,17 @@ impl System {
     /// As [`System::with_from`].
     pub fn with(&self, changes: &[Change]) -> Result<System, RunError> {
         self.with_from(changes, &DiskFiles)
+    }
+
+    /// The same with the `calibrated` model of its DRAM, for many variants of it on the same frames;
+    /// `None` where its model is not `banked`.
+    ///
+    /// # Errors
+    /// As [`System::with`].
+    pub fn calibrated(&self) -> Result<Option<System>, RunError> {
+        let is_banked = self.machine.dram.model == DramModel::Banked;
+        let model = || Change::machine("dram.model", DramModel::Calibrated.name());
+        is_banked.then(|| self.with(&[model()])).transpose()
     }
 
     /// The system with other timing rules of its units. Later changes of keys keep them.

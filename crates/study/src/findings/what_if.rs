@@ -35,6 +35,8 @@ pub struct WhatIf {
     pub steps: Vec<Step>,
     /// Resources that could not be doubled.
     pub skipped: Vec<Skipped>,
+    /// Whether `base` and `steps` have the `calibrated` model of the DRAM in place of `banked`.
+    pub is_calibrated: bool,
 }
 
 impl WhatIf {
@@ -46,7 +48,7 @@ impl WhatIf {
         skipped: Vec<Skipped>,
     ) -> WhatIf {
         steps.sort_by(|a, b| a.cost.frame_time_ms.total_cmp(&b.cost.frame_time_ms));
-        WhatIf { frames, base, steps, skipped }
+        WhatIf { frames, base, steps, skipped, is_calibrated: false }
     }
 
     /// Relative change of the frame time: -0.25 is a quarter less.

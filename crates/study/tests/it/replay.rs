@@ -15,7 +15,13 @@ use crate::frames;
 
 fn replay(system: &System) -> Replay<'_> {
     let target = Target::System(system);
-    Replay { target, display_fps: 60.0, what_if_frames: 0, compares_window: false }
+    Replay {
+        target,
+        display_fps: 60.0,
+        what_if_frames: 0,
+        calibrates_what_if: false,
+        compares_window: false,
+    }
 }
 
 fn what_if(system: &System, frames: usize) -> WhatIf {
@@ -100,6 +106,30 @@ fn a_resource_that_cannot_be_doubled_names_the_reason() {
     let skipped = found.skipped.iter().find(|s| s.resource == "gsu.bsu-per-core");
     assert!(skipped.is_some_and(|s| s.reason.contains("65536")), "{:?}", found.skipped);
     assert!(found.skipped.iter().all(|s| !s.reason.contains('\n')));
+}
+
+#[test]
+fn doubling_is_tried_with_the_calibrated_model_where_the_machine_has_banked() {
+    let named = System::named("gscore").expect("a machine");
+    let with =
+        |model: &str| named.with(&[Change::machine("dram.model", model)]).expect("a machine");
+    let tried = |system: &System| {
+        let asked = replay(system);
+        let asked = Replay { what_if_frames: 1, calibrates_what_if: true, ..asked };
+        asked.run(&mut crate::frames(1), &()).expect("a run")
+    };
+    let run = tried(&with("banked"));
+    let found = run.experiments.what_if.expect("an experiment");
+    assert!(found.is_calibrated);
+    let alone = |system: &System| {
+        let reports =
+            Session::new(&mut crate::frames(1), &()).reports(std::slice::from_ref(system));
+        Cost::of_frames(&reports.expect("reports").remove(0), 60.0)
+    };
+    assert_eq!(found.base, alone(&with("calibrated")));
+    assert_eq!(Cost::of_frames(&run.frames, 60.0), alone(&with("banked")));
+    let plain = tried(&with("bandwidth")).experiments.what_if.expect("an experiment");
+    assert!(!plain.is_calibrated);
 }
 
 #[test]

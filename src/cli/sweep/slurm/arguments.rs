@@ -9,7 +9,7 @@ use super::super::args::{Definition, SweepArgs};
 /// The words after `sweep`, without `--out` and `--shard`.
 pub fn of(args: &SweepArgs, memory: Budget) -> Vec<OsString> {
     let SweepArgs { definition, store, .. } = args;
-    let Definition { file, traces, frames, sets, points } = definition;
+    let Definition { file, traces, frames, sets, points, dram_model } = definition;
     let mut words: Vec<OsString> = file.iter().map(OsString::from).collect();
     // One word each: a value that begins with a dash stays a value.
     words.extend(traces.iter().map(|t| format!("--traces={t}").into()));
@@ -19,6 +19,7 @@ pub fn of(args: &SweepArgs, memory: Budget) -> Vec<OsString> {
     }));
     words.extend(sets.iter().map(|s| format!("--set={s}").into()));
     words.extend(points.map(|n| format!("--points={n}").into()));
+    words.extend(dram_model.map(|model| format!("--dram-model={}", model.key()).into()));
     words.extend(store.as_ref().map(|path| {
         let mut word = OsString::from("--store=");
         word.push(path);

@@ -17,8 +17,10 @@ use powergs_base::budget::Budget;
 use powergs_base::config::Problem;
 use powergs_base::config::embedded::SWEEPS;
 use powergs_base::config::knob;
+use powergs_core::accel::machine::DramModel;
 use powergs_core::run::files::{DiskFiles, Files, read};
 use powergs_core::run::{Input, RunError};
+use toml::Value;
 
 /// What a sweep file spans, and the base machine.
 pub struct Designs {
@@ -101,6 +103,9 @@ pub struct OpenedSweep<'a> {
     pub objectives: Vec<Objective>,
     /// Everything that results depend on.
     pub state: State,
+    /// Whether designs have the `calibrated` model of the DRAM in place of the base machine's
+    /// `banked`.
+    pub is_calibrated: bool,
 }
 
 impl OpenedSweep<'static> {
@@ -118,15 +123,27 @@ impl OpenedSweep<'static> {
         change(&mut file, request, folder)?;
         let files = NotedFiles::new(Arc::new(DiskFiles));
         let shared: Arc<dyn Files> = Arc::new(files.clone());
-        let designs = Designs::new(&file, problems, &shared, &text.origin)?;
+        let mut designs = Designs::new(&file, problems, &shared, &text.origin)?;
+        let is_calibrated = request.dram_model.is_none()
+            && designs.base.machine.dram.model == DramModel::Banked
+            && !file.text().contains(MODEL)
+            && !request.sets.iter().any(|set| set.contains(MODEL));
+        if is_calibrated {
+            set(&mut file, MODEL, DramModel::Calibrated.name());
+            designs = Designs::new(&file, Vec::new(), &shared, &text.origin)?;
+        }
         let traces = traces::open(&wanted(&file, request), folder, request.frames)?;
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
         asked.extend(request.points.map(|n| format!("--points {n}")));
+        asked.extend(request.dram_model.iter().map(|model| format!("--dram-model {model}")));
+        asked.extend(is_calibrated.then(|| "calibrated in place of banked".to_owned()));
         let mut inputs = vec![Input::of_text("sweep", &text.origin, &text.text)];
         inputs.extend(files.inputs());
         let name = stem.into_owned();
-        OpenedSweep::assemble(name, &text.origin, file, designs, traces, asked, inputs)
+        let sweep =
+            OpenedSweep::assemble(name, &text.origin, file, designs, traces, asked, inputs)?;
+        Ok(OpenedSweep { is_calibrated, ..sweep })
     }
 }
 
@@ -176,7 +193,8 @@ impl<'a> OpenedSweep<'a> {
             inputs.push(input.clone());
         }
         let state = State::new(asked, &inputs);
-        Ok(OpenedSweep { name, file, designs, traces, objectives, state })
+        let is_calibrated = false;
+        Ok(OpenedSweep { name, file, designs, traces, objectives, state, is_calibrated })
     }
 
     /// What the table calls the traces, and their weights.
@@ -190,6 +208,18 @@ impl<'a> OpenedSweep<'a> {
     }
 }
 
+/// The key of the DRAM model.
+const MODEL: &str = "dram.model";
+
+fn set(file: &mut SweepFile, key: &str, value: &str) {
+    set_value(file, key, Value::String(value.to_owned()));
+}
+
+fn set_value(file: &mut SweepFile, key: &str, value: Value) {
+    file.set.0.retain(|(known, _)| known != key);
+    file.set.0.push((key.to_owned(), value));
+}
+
 /// What a request changes in a sweep file.
 fn change(
     file: &mut SweepFile,
@@ -200,9 +230,10 @@ fn change(
         let (key, value) = set
             .split_once('=')
             .ok_or_else(|| RunError::Request(format!("--set {set}: write KEY=VALUE")))?;
-        let value = knob::written(value.trim());
-        file.set.0.retain(|(known, _)| known != key.trim());
-        file.set.0.push((key.trim().to_owned(), value));
+        set_value(file, key.trim(), knob::written(value.trim()));
+    }
+    if let Some(model) = &request.dram_model {
+        set(file, MODEL, model);
     }
     if let Some(points) = request.points {
         file.sampling.points = Some(points);

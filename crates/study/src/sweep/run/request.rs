@@ -18,6 +18,10 @@ pub struct SweepRequest {
     pub sets: Vec<String>,
     /// At most this many designs, spread over the space.
     pub points: Option<u64>,
+    /// The model of the DRAM; without one that of the machine, with `calibrated` in place of
+    /// `banked`.
+    #[serde(default)]
+    pub dram_model: Option<String>,
 }
 
 /// What a sweep was begun with, in its folder.
