@@ -91,7 +91,9 @@ fn near_banked_on_machines_with_other_units_and_buffers() {
             (sum / MACHINES.len() as f64, worst)
         };
         let (mean, worst) = all(&time);
-        assert!(mean < 0.04 && worst < 0.12, "frame {frame}: time {mean:.3}, {worst:.3} at worst");
+        // Small requests in many places, as of scattered splats, depend most on who makes them.
+        let most = [0.03, 0.06][frame];
+        assert!(mean < most && worst < 0.12, "frame {frame}: time {mean:.3}, {worst:.3} at worst");
         let (mean, worst) = all(&|report| report.energy.total().0);
         assert!(
             mean < 0.03 && worst < 0.08,
