@@ -204,8 +204,8 @@ impl System {
         self.with_from(changes, &DiskFiles)
     }
 
-    /// The same with the `calibrated` model of its DRAM, for many variants of it on the same frames;
-    /// `None` where its model is not `banked`.
+    /// The same with the `calibrated` model of its DRAM, for many variants of it on the same
+    /// frames; `None` where its model is not `banked`.
     ///
     /// # Errors
     /// As [`System::with`].
