@@ -55,6 +55,8 @@ struct Key {
     /// Further bytes of records and look-ups a cycle in foveated frames.
     fovea: FoveaSpec,
     batch: u32,
+    /// Bytes of a list entry, which carries what a cache evicts by.
+    entry: u64,
     binning: BinningSpec,
     banks: [Banks; 2],
     shares: [u64; 2],
@@ -166,6 +168,7 @@ impl Key {
             record: units.ccu.record.clone(),
             fovea: units.vru.fovea.clone(),
             batch: units.ccu.batch,
+            entry: units.ccu.entry,
             banks: [units.ccu.input, units.ccu.output],
             shares: [units.shares.gaussian_in, units.shares.tile_list],
             dram: units.dram,

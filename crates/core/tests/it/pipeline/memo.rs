@@ -1,5 +1,6 @@
 //! Machines that take over the preprocessing of an earlier one do exactly what they do alone.
 
+use powergs_base::config::embedded::{MACHINES, find};
 use powergs_core::accel::machine::DramModel;
 use powergs_core::accel::{FrameContext, Machine, Memo, replay, replay_again};
 
@@ -60,4 +61,12 @@ fn machines_that_differ_in_front_do_not_share() {
     let fast = replay_again(&frame, &machine, FrameContext::default(), &memo);
     let slow = replay_again(&frame, &slow, FrameContext::default(), &memo);
     assert!(slow.timing.preprocessing_end > fast.timing.preprocessing_end);
+
+    // An entry of the first carries the distance to the next tile of its splat, of the other not.
+    let text = find(MACHINES, "gbu").expect("a machine");
+    let of = |set: &str| Machine::parse_with(text, &[set.to_owned()]).expect("a good machine");
+    let (gbu, without) = (of("cache.capacity=32KiB"), of("cache.capacity=0 B"));
+    assert!(gbu.list_entry() > without.list_entry());
+    assert!(Memo::shared_by(&gbu).is_some());
+    assert_ne!(Memo::shared_by(&gbu), Memo::shared_by(&without));
 }
