@@ -64,7 +64,10 @@ fn machines_that_differ_in_front_do_not_share() {
 
     // An entry of the first carries the distance to the next tile of its splat, of the other not.
     let text = find(MACHINES, "gbu").expect("a machine");
-    let of = |set: &str| Machine::parse_with(text, &[set.to_owned()]).expect("a good machine");
+    let of = |set: &str| {
+        let sets = [set, "dram.model=bandwidth"].map(str::to_owned);
+        Machine::parse_with(text, &sets).expect("a good machine")
+    };
     let (gbu, without) = (of("cache.capacity=32KiB"), of("cache.capacity=0 B"));
     assert!(gbu.list_entry() > without.list_entry());
     assert!(Memo::shared_by(&gbu).is_some());
