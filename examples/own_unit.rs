@@ -1,6 +1,7 @@
 //! A unit of one's own: a machine whose VRU has another timing rule, beside the built-in one.
 //!
-//! `cargo run --example own_unit [TRACE] [MACHINE]` (default `traces/demo.bin` on `gscore`).
+//! `cargo run --example own_unit [TRACE] [MACHINE]` (default `traces/demo.bin` on
+//! `gscore-powergs`, whose units take one sub-tile after the other).
 
 use std::error::Error;
 use std::path::Path;
@@ -72,7 +73,7 @@ pub fn replay_both(trace: &Path, machine: &str) -> Result<[Vec<FrameReport>; 2],
 fn main() -> Result<(), Box<dyn Error>> {
     let mut args = std::env::args().skip(1);
     let trace = args.next().unwrap_or_else(|| "traces/demo.bin".to_owned());
-    let machine = args.next().unwrap_or_else(|| "gscore".to_owned());
+    let machine = args.next().unwrap_or_else(|| "gscore-powergs".to_owned());
     let both = replay_both(Path::new(&trace), &machine)?;
     println!("{:<12} {:>10} {:>10} {:>10}", machine, "ms/frame", "VRU busy", "mJ/frame");
     for (name, reports) in ["built-in", "dual-issue"].into_iter().zip(&both) {

@@ -177,7 +177,7 @@ fn compare(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: usiz
 fn sensitivity(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: usize) {
     let folder = format!("sensitivity-{i}");
     let sets = case.sets.iter().flat_map(|&set| ["--set", set]);
-    let mut arguments = vec!["sensitivity", case.arch, case.trace, "--keys", "ccu.units"];
+    let mut arguments = vec!["sensitivity", case.arch, case.trace, "--keys", "vru.units-per-core"];
     arguments.extend(["--out", &folder]);
     arguments.extend(sets);
     let json = bench.json(&arguments);
@@ -196,8 +196,8 @@ fn sensitivity(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: 
     }
     let turned = json["keys"][0]["turned"].as_array().expect("values");
     let twice = turned.iter().find(|t| t["reach"] == "far" && t["ratio"] == 2.0);
-    let twice = twice.expect("twice the CCUs");
-    let set = format!("ccu.units={}", twice["value"].as_str().expect("a value"));
+    let twice = twice.expect("twice the units");
+    let set = format!("vru.units-per-core={}", twice["value"].as_str().expect("a value"));
     let folder = format!("twice-{i}");
     bench.replay(case, &["--what-if", "0", "--set", &set], &folder);
     let rows = bench.rows(&format!("{folder}/results.csv"), 0);

@@ -8,9 +8,9 @@
 //! A record that is missing replaces one of its set. With [`Eviction::Lru`] it is the one that was
 //! used longest ago. With [`Eviction::ReuseDistance`] it is the one whose next tile is furthest: a
 //! unit that writes a splat into the lists of its tiles knows which of them comes next in the order
-//! of tiles, and a list entry carries the distance to it, in tiles (A102). A splat without a further
-//! tile, and one whose next tile has gone by, is of no use; the record that is missing is not kept
-//! if all others are needed earlier.
+//! of tiles, and a list entry carries the distance to it, in tiles (A102). A splat without a
+//! further tile, and one whose next tile has gone by, is of no use; the record that is missing is
+//! not kept if all others are needed earlier.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
