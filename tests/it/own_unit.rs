@@ -16,7 +16,8 @@ const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
 
 #[test]
 fn another_vru_rule_is_replayed_beside_the_built_in_one() {
-    let [built_in, own] = example::replay_both(Path::new(DEMO), "gscore-powergs").expect("it replays");
+    let both = example::replay_both(Path::new(DEMO), "gscore-powergs");
+    let [built_in, own] = both.expect("it replays");
     assert!(!own.is_empty() && own.len() == built_in.len());
     for (built_in, own) in built_in.iter().zip(&own) {
         let busy = |report: &FrameReport| {
