@@ -63,7 +63,7 @@ pub struct Memory<'a> {
 
 /// The DRAM model.
 enum Timer {
-    Flat(Channel),
+    Flat(Box<Channel>),
     Window(Box<Windowed>, Clocks),
     Banked(Box<Queued>, Clocks),
 }
@@ -163,7 +163,7 @@ impl<'a> Memory<'a> {
         let of = |clocks: Clocks, least| SecondMaster::new(spec, layout.end(), clocks.ck_fs, least);
         let mut master = None;
         let timer = match machine.dram.model {
-            DramModel::Bandwidth | DramModel::Calibrated => Timer::Flat(Channel::new(flat)),
+            DramModel::Bandwidth | DramModel::Calibrated => Timer::Flat(Box::new(Channel::new(flat))),
             DramModel::Window => {
                 let memory = Box::new(Windowed::new(device()));
                 let clocks = Clocks::new(machine, device());
@@ -361,7 +361,7 @@ impl<'a> Memory<'a> {
 
     /// Continues with the state of another channel of the same rate.
     pub(crate) fn set_flat(&mut self, channel: Channel, traffic: Traffic) {
-        self.timer = Timer::Flat(channel);
+        self.timer = Timer::Flat(Box::new(channel));
         self.traffic = traffic;
     }
 

@@ -27,7 +27,7 @@ struct Queued {
 }
 
 enum Kind {
-    Bus(Dram, VecDeque<Queued>),
+    Bus(Box<Dram>, VecDeque<Queued>),
     Window(Box<Windowed>),
     Banked(Box<Banked>, Vec<(AccessPattern, u64)>),
 }
@@ -55,7 +55,7 @@ impl<'a> Memory<'a> {
     ) -> Self {
         let device = || machine.device.as_ref().expect("linked");
         let kind = match machine.dram.model {
-            DramModel::Bandwidth => Kind::Bus(design.dram, VecDeque::new()),
+            DramModel::Bandwidth => Kind::Bus(Box::new(design.dram), VecDeque::new()),
             DramModel::Calibrated => panic!("the oracle has no run to calibrate with"),
             DramModel::Window => Kind::Window(Box::new(Windowed::new(device()))),
             DramModel::Banked => Kind::Banked(Box::new(Banked::new(device())), Vec::new()),
