@@ -163,7 +163,9 @@ impl<'a> Memory<'a> {
         let of = |clocks: Clocks, least| SecondMaster::new(spec, layout.end(), clocks.ck_fs, least);
         let mut master = None;
         let timer = match machine.dram.model {
-            DramModel::Bandwidth | DramModel::Calibrated => Timer::Flat(Box::new(Channel::new(flat))),
+            DramModel::Bandwidth | DramModel::Calibrated => {
+                Timer::Flat(Box::new(Channel::new(flat)))
+            }
             DramModel::Window => {
                 let memory = Box::new(Windowed::new(device()));
                 let clocks = Clocks::new(machine, device());
