@@ -89,7 +89,7 @@ pub fn left_out(machine: &MachineFacts) -> Vec<Effect> {
 
 /// Everything that is known to be left out.
 pub const NOT_MODELLED: [Effect; 13] = [
-    effect("rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
+    effect("bursts, rows, banks, refresh and turnaround of the DRAM", Bias::Either, "A4")
         .by(LeftOutBy::Dram(DramModel::Bandwidth)),
     effect("box tests uneven within a batch of Gaussians", Bias::Optimistic, "A21"),
     effect("pivots that split a list unevenly and need another pass", Bias::Optimistic, "A23"),
