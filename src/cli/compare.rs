@@ -26,7 +26,7 @@ use powergs_study::speedup::SpeedUp;
 pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim compare gscore edge traces/demo.bin
-  powergs-sim compare gscore mine.toml scene.bin --set energy=gscore-28nm-lpddr4
+  powergs-sim compare gscore mine.toml scene.bin --set energy=gscore-28nm-flat
   powergs-sim compare reports/monday reports/today --json
   powergs-sim compare gscore mine.toml scene.bin --at-least 0.95 || echo slower
   powergs-sim compare gscore mine.toml room.bin truck.bin snow.bin

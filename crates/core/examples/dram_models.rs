@@ -59,7 +59,6 @@ fn machine(dice: &mut Dice) -> Vec<String> {
 fn base(model: &str) -> Result<System, RunError> {
     let spec = SystemSpec {
         sets: vec![format!("dram.model={model}")],
-        energy: (model != "bandwidth").then(|| "gscore-28nm-device".to_owned()),
         ..SystemSpec::named("gscore")
     };
     System::load(&spec, &EmbeddedFiles)

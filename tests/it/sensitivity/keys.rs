@@ -139,7 +139,7 @@ fn dead_keys_are_the_inert_ones() {
 #[test]
 fn the_memory_model_decides_which_keys_are_dead() {
     let keys = "dram.latency,dram.efficiency,timing.read-data,energy.scale,dram.channels";
-    let sets = ["--set", "dram.model=banked", "--energy", "gscore-28nm-device", "--keys", keys];
+    let sets = ["--set", "dram.model=banked", "--keys", keys];
     let found = json("gscore", &sets);
     for (key, status) in [
         ("dram.latency", "dead"),

@@ -39,8 +39,7 @@ pub const MACHINES: &[Embedded] = embedded!("machines":
 pub const ENERGY: &[Embedded] = embedded!("energy":
     "gscore-28nm",
     "gscore-16nm",
-    "gscore-28nm-device",
-    "gscore-28nm-lpddr4",
+    "gscore-28nm-flat",
     "gscore-28nm-nerarch",
     "gscore-7nm",
     "gscore-7nm-neo",

@@ -208,17 +208,15 @@ impl EnergyTable {
         let memories = &built.inventory.memories;
         let sram_leakage_w =
             std::array::from_fn(|i| banks[i].leakage_w * f64::from(memories[i].banks));
-        let dram = match &self.dram.flat {
-            Some(flat) => DramCosts::Bytes {
+        let dram = match (&self.dram.flat, built.device) {
+            (_, Some(device)) if self.dram.device => device,
+            (Some(flat), _) => DramCosts::Bytes {
                 read_pj: flat.read.energy.0,
                 write_pj: flat.write.energy.0,
                 background_w: flat.background.power.0 * flat.part(built.channels),
                 refresh_w: flat.refresh.power.0 * flat.part(built.channels),
             },
-            None => {
-                let name = || PriceError::NoCommands { table: self.name.clone() };
-                built.device.ok_or_else(name)?
-            }
+            (None, _) => return Err(PriceError::NoCommands { table: self.name.clone() }),
         };
         let word = |b: Buffer| memories[b as usize].word.0.max(1) as f64;
         let per_action = Action::all().map(|action| match action {

@@ -29,7 +29,6 @@ const MACHINES: [(u32, u32, u32, u32, f64); 12] = [
 fn system(model: &str, sets: &[String]) -> System {
     let spec = SystemSpec {
         sets: vec![format!("dram.model={model}")],
-        energy: Some("gscore-28nm-device".to_owned()),
         ..SystemSpec::named("gscore")
     };
     let system = System::load(&spec, &EmbeddedFiles).expect("a system");

@@ -189,8 +189,16 @@ fn gating_saves_leakage_and_nothing_else() {
 #[test]
 fn commands_of_a_banked_machine_are_priced_by_its_device() {
     let (mut machine, _) = preset();
-    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm-device").unwrap()).unwrap();
-    let refused = cost::prices(&table, &machine).unwrap_err().to_string();
+    let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").unwrap()).unwrap();
+    machine.dram.model = DramModel::Bandwidth;
+    let bytes = cost::prices(&table, &machine).unwrap();
+    assert_eq!([Action::DramRead, Action::DramWrite].map(|a| bytes.of(a).0), [64.0; 2]);
+    let commands_only = {
+        let mut table = table.clone();
+        table.dram.flat = None;
+        table
+    };
+    let refused = cost::prices(&commands_only, &machine).unwrap_err().to_string();
     assert!(refused.contains("dram.device = true") && refused.contains("dram.model"), "{refused}");
     machine.dram.model = DramModel::Banked;
     // Loads and lists of such frames are made up.

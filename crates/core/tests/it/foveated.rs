@@ -174,7 +174,7 @@ fn accumulators_take_time_or_area() {
     let on = |sets: &[&str]| {
         let mut sets = sets.to_vec();
         // Fast memory: what the rendering units do shows.
-        sets.extend(["dram.device=none", "dram.bandwidth=1 TB/s"]);
+        sets.extend(["dram.model=bandwidth", "dram.device=none", "dram.bandwidth=1 TB/s"]);
         let machine = machine(&sets);
         let prices = cost::prices(&table, &machine).expect("prices");
         let w = bin(&frame, machine.geometry);

@@ -218,9 +218,11 @@ fn keys_of_any_file_are_changed_in_one_way() {
     let table = base.table(FileKind::Energy).expect("a table");
     let key = "dram.flat.read.energy";
     assert!(!powergs_base::config::knob::values(&table, key).is_empty(), "{key}");
-    let dearer = system("gscore", &[&format!("energy:{key}=99 pJ/B")]);
-    assert_eq!(dearer.timing_id(), base.timing_id());
-    assert_ne!(dearer.prices(), base.prices());
+    let bytes = system("gscore", &["dram.model=bandwidth"]);
+    let dearer = bytes.with(&[format!("energy:{key}=99 pJ/B").parse().expect("a change")]);
+    let dearer = dearer.expect("another price");
+    assert_eq!(dearer.timing_id(), bytes.timing_id());
+    assert_ne!(dearer.prices(), bytes.prices());
 
     let banked = system("gscore", &["dram.model=banked"]);
     let slower = system("gscore", &["dram.model=banked", "dram:clock-period=1250 ps"]);
@@ -238,13 +240,14 @@ fn keys_of_any_file_are_changed_in_one_way() {
 
 #[test]
 fn a_machine_without_a_device_has_a_mere_rate() {
-    let base = system("gscore", &[]);
-    let rate = system("gscore", &["dram.device=none", "dram.bandwidth=51.2 GB/s"]);
+    let flat = "dram.model=bandwidth";
+    let base = system("gscore", &[flat]);
+    let rate = system("gscore", &[flat, "dram.device=none", "dram.bandwidth=51.2 GB/s"]);
     assert!(rate.device().is_none() && rate.table(FileKind::Dram).is_none());
     assert_eq!((rate.dram_peak(), rate.timing_id()), (base.dram_peak(), base.timing_id()));
     let back = rate.with(&["dram.device=lpddr4-3200-x16x8".parse().expect("a change")]);
     assert_eq!(back.expect("the same rate").timing_id(), base.timing_id());
-    let faster = system("gscore", &["dram.channels=16"]);
+    let faster = system("gscore", &[flat, "dram.channels=16"]);
     assert_ne!(faster.timing_id(), base.timing_id());
     let no_device: Change = "dram:timing.burst=9".parse().expect("a change");
     let error = rate.with(&[no_device]).expect_err("no file").to_string();

@@ -98,8 +98,8 @@ fn source(key: &str, source: &str, found: &mut Found) {
 }
 
 fn dram(table: &EnergyTable, found: &mut Found) {
-    if table.dram.flat.is_some() == table.dram.device {
-        let message = "`dram` needs exactly one of [dram.flat] and `device = true`";
+    if table.dram.flat.is_none() && !table.dram.device {
+        let message = "`dram` needs [dram.flat], `device = true` or both";
         found.push(("dram".to_owned(), message.to_owned()));
     }
     let Some(flat) = &table.dram.flat else { return };

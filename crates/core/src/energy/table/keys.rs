@@ -94,15 +94,16 @@ pub struct ActionPrices {
     pub queue_entry: ActionPrice,
 }
 
-/// The `[dram]` table: exactly one of `flat` and `device`.
+/// The `[dram]` table: `flat`, `device` or both.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct DramPrices {
-    /// One price per byte, and powers of the whole memory.
+    /// One price per byte, and powers of the whole memory. Beside `device = true` it is the price
+    /// where no commands are counted: with `dram.model = "bandwidth"`.
     pub flat: Option<FlatDram>,
-    /// The commands of the machine's DRAM device at the prices of that device's file. Needs
+    /// The commands of the machine's DRAM device at the prices of that device's file, with
     /// `dram.model = "banked"`, `"calibrated"` or `"window"` in the machine: `bandwidth` counts no
-    /// commands.
+    /// commands, and needs `flat`.
     #[serde(default, skip_serializing_if = "is_false")]
     pub device: bool,
 }

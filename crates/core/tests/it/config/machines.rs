@@ -160,9 +160,9 @@ fn the_rate_of_a_device_is_said_once() {
                  set `dram.channels`";
     contradicts(&["dram.bandwidth=100 TB/s"], "dram.bandwidth", other);
     contradicts(&["dram.channels=16", "dram.bandwidth=51.2 GB/s"], "dram.bandwidth", "102.4 GB/s");
-    let without = ["dram.device=none", "dram.bandwidth=7 GB/s"];
-    assert_eq!(peak(&without), 7e9);
-    contradicts(&["dram.device=none"], "dram.bandwidth", "needs `dram.bandwidth`");
+    let flat = "dram.model=bandwidth";
+    assert_eq!(peak(&[flat, "dram.device=none", "dram.bandwidth=7 GB/s"]), 7e9);
+    contradicts(&[flat, "dram.device=none"], "dram.bandwidth", "needs `dram.bandwidth`");
     let banked = ["dram.model=banked", "dram.device=none", "dram.bandwidth=7 GB/s"];
     contradicts(&banked, "dram.model", "`dram.device` is \"none\"");
 }

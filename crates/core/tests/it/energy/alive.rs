@@ -12,13 +12,12 @@ use toml::Value;
 
 use super::UNLIKE;
 
-/// Energy of a frame with some of everything, pJ, area, mm², and the PHY.
-fn outputs(text: &str) -> (f64, f64, Option<Phy>) {
+/// Energy of a frame with some of everything, pJ, area, mm², and the PHY: where commands of the
+/// memory are counted, and where its bytes are.
+fn outputs(text: &str) -> Vec<(f64, f64, Option<Phy>)> {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
     let sets = UNLIKE.map(str::to_owned);
     let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
-    machine.dram.model = if table.dram.device { DramModel::Banked } else { DramModel::Bandwidth };
-    let prices = cost::prices(&table, &machine).unwrap();
     let mut actions = ActionCounts::default();
     for action in Action::all() {
         actions.charge(Stage::Rendering, action, 1_000_000);
@@ -26,7 +25,13 @@ fn outputs(text: &str) -> (f64, f64, Option<Phy>) {
     let stage = StageCommands { reads: 1000, writes: 1000, activates: 1000 };
     let dram = Some(DramCommands { stages: [stage; 3], refreshes: 10, ..DramCommands::default() });
     let activity = Activity { actions: &actions, seconds: 1e-3, idle: [0.5; 4], dram };
-    (prices.breakdown(&activity).total().0, prices.area.map_or(0.0, |a| a.total().0), prices.phy)
+    let of = |model| {
+        machine.dram.model = model;
+        let prices = cost::prices(&table, &machine).unwrap();
+        let area = prices.area.map_or(0.0, |a| a.total().0);
+        (prices.breakdown(&activity).total().0, area, prices.phy)
+    };
+    [DramModel::Banked, DramModel::Bandwidth].map(of).to_vec()
 }
 
 /// Every number in a table with its path, half as large again; shares, which have a limit, half.

@@ -54,7 +54,7 @@ const BASE: [&str; 12] = [
 /// With each kind of price of the memory.
 const MEMORIES: [[&str; 2]; 2] = [
     ["dram.model=bandwidth", "energy=gscore-28nm"],
-    ["dram.model=window", "energy=gscore-28nm-device"],
+    ["dram.model=window", "energy=gscore-28nm"],
 ];
 
 fn base(memory: [&str; 2]) -> Table {
@@ -229,9 +229,10 @@ fn units_grow_with_what_is_in_them() {
 #[test]
 fn memory_standby_is_in_proportion_to_the_channels() {
     let text = find(MACHINES, "gscore").expect("a machine");
-    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm-flat").expect("it")).expect("good");
     let of = |sets: &[&str]| {
-        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        let sets = ["dram.model=bandwidth"].iter().chain(sets).map(|s| (*s).to_owned());
+        let sets: Vec<String> = sets.collect();
         let machine = Machine::parse_with(text, &sets).expect("a good machine");
         cost::prices(&energy, &machine).expect("prices")
     };
