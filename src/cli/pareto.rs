@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 
 use super::chart_args::ChartArgs;
 use super::output_file::Overwrite;
+use super::sweep::confirm::{self, Confirm};
 use super::{Context, Exit, Failure, OrExit, out};
-use folder::FinishedSweep;
+use folder::{FinishedSweep, Sources};
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_report::sweep as report;
@@ -157,8 +158,9 @@ impl OfSweep {
         self,
         folder: &mut SweepFolder<'_>,
         path: &Path,
-        sweep: &OpenedSweep<'_>,
+        sweep: &mut OpenedSweep<'_>,
         plan: &Plan,
+        confirm: Confirm<'_>,
         context: &Context,
     ) -> Result<Document, Unanswered> {
         let table = self.table.or_exit(Exit::BadInput, path.join(CSV).display());
@@ -171,6 +173,8 @@ impl OfSweep {
         if context.is_cancelled() {
             return Err(Unanswered::Interrupted);
         }
+        let confirmation = confirm.run(&analysis, &self.facts, folder, sweep, context)?;
+        let confirmation = confirmation.as_ref();
         let head: Vec<String> = header(sweep).into_iter().map(|c| c.name).collect();
         let rows = some_rows(sweep, plan, &mut folder.records, &report::pareto_rows(&analysis));
         let rows = rows.map_err(Failure::from)?.into_iter();
@@ -179,9 +183,10 @@ impl OfSweep {
         let pareto = pareto.or_exit(Exit::Internal, "pareto.csv")?;
         let provenance = provenance(&self.facts, &[]);
         let out = path.join(FOLDER);
-        let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
+        let from = Sources { pareto: &pareto, confirmation, provenance: &provenance };
+        let written = folder::write(&out, &analysis, &from, context)?;
         written.ok_or(Unanswered::Interrupted)?;
-        Ok(report::document(&analysis, &[], &provenance))
+        Ok(report::document(&analysis, &[], confirmation, &provenance))
     }
 }
 
@@ -194,7 +199,9 @@ pub fn once_more(path: &Path) -> Result<Document, Failure> {
     let question = sweep.facts.question();
     let table = sweep.table(&question)?;
     let analysis = Analysis::of(&table, &question).map_err(|error| failure(path, error))?;
-    Ok(report::document(&analysis, &[], &provenance(&sweep.facts, &[])))
+    let confirmation = confirm::noted(path, &analysis);
+    let provenance = provenance(&sweep.facts, &[]);
+    Ok(report::document(&analysis, &[], confirmation.as_ref(), &provenance))
 }
 
 /// Why a sweep has no analysis.
@@ -230,10 +237,13 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
     }
     let provenance = provenance(&sweep.facts, typed);
     let out = args.out.clone().unwrap_or_else(|| args.folder.join(FOLDER));
-    let written = folder::write(&out, &analysis, &pareto, &provenance, context)?;
+    let confirmation = confirm::noted(&args.folder, &analysis);
+    let confirmation = confirmation.as_ref();
+    let from = Sources { pareto: &pareto, confirmation, provenance: &provenance };
+    let written = folder::write(&out, &analysis, &from, context)?;
     let Some(written) = written else { return Ok(None) };
     let json = serde_json::to_value(report::json(&analysis)).or_exit(Exit::Internal, "json")?;
-    let mut page = report::document(&analysis, &[], &provenance);
+    let mut page = report::document(&analysis, &[], confirmation, &provenance);
     let report = written.join("report.html").display().to_string();
     page.on(Shown::Terminal, Block::Facts(vec![("report".into(), report.into())]));
     Ok(Some(Answer { page, json }))

@@ -1,6 +1,7 @@
 //! `sweep`: many designs on some traces, resumable and in parts.
 
 pub mod args;
+pub mod confirm;
 mod dry_run;
 mod finish;
 mod meter;

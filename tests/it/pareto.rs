@@ -45,7 +45,7 @@ fn draw(name: &str, table: &Table, question: &Question) -> Vec<(&'static str, St
         drawn.push((chart.name, svg));
     }
     let provenance = Provenance { title: format!("Sweep {name}"), commands: vec!["a <b>".into()] };
-    let page = sweep::document(&analysis, &charts, &provenance);
+    let page = sweep::document(&analysis, &charts, None, &provenance);
     fs::write(folder.join("report.html"), page.html("Sweep").expect("HTML")).expect("written");
     fs::write(folder.join("summary.md"), page.markdown(Format::Png)).expect("written");
     fs::write(folder.join("terminal.txt"), page.terminal(80)).expect("written");
@@ -54,7 +54,7 @@ fn draw(name: &str, table: &Table, question: &Question) -> Vec<(&'static str, St
 
 /// What a terminal shows.
 fn printed(analysis: &Analysis) -> String {
-    sweep::document(analysis, &[], &Provenance::default()).terminal(80)
+    sweep::document(analysis, &[], None, &Provenance::default()).terminal(80)
 }
 
 fn names(drawn: &[(&'static str, String)]) -> Vec<&'static str> {
@@ -173,7 +173,7 @@ fn the_html_report_is_one_file_and_escapes() {
     let charts = sweep::charts(&analysis);
     let commands = vec!["powergs-sim sweep 'a<b'".to_owned()];
     let provenance = Provenance { title: "Sweep units".into(), commands };
-    let html = sweep::document(&analysis, &charts, &provenance).html("Sweep").expect("HTML");
+    let html = sweep::document(&analysis, &charts, None, &provenance).html("Sweep").expect("HTML");
     assert!(html.contains("Which &lt;units&gt; &amp; why?"));
     assert!(!html.contains("<script"), "labels are text");
     assert_eq!(html.matches("<svg").count(), charts.len(), "charts are inside");

@@ -1,5 +1,6 @@
 //! `sweep` as a user runs it: the same results whatever the threads, parts and interruptions.
 
+mod confirm;
 mod examples;
 mod folder;
 mod parts;

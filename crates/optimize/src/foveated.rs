@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use rayon::prelude::*;
 
 use super::job::Place;
-use super::oracle::{CycleOracle, Parts, RenderedFrame, Watts};
+use super::oracle::{CycleOracle, Parts, PowerOracle, RenderedFrame, Watts};
 use super::outcome::Outcome;
 use super::plan::{Line, Plan};
 use super::role::Baseline;
@@ -299,9 +299,16 @@ impl Viewer<'_> {
             frame.picture.mean_linear_rgb()
         };
         let display_w = setup.display.power(linear).0;
-        let parts =
-            setup.oracle.frame(RenderedFrame::Foveated(frame.clone()), camera, background)?;
+        // The machine that gives the time gives the power too, unless another oracle does.
+        let paid = match setup.oracle.id() == self.clock.id() {
+            true => None,
+            false => {
+                let frame = RenderedFrame::Foveated(frame.clone());
+                Some(setup.oracle.frame(frame, camera, background)?)
+            }
+        };
         let report = self.clock.report(RenderedFrame::Foveated(frame), camera, background)?;
+        let parts = paid.unwrap_or_else(|| self.clock.parts(&report));
         let mut seconds = report.frame_time_s().unwrap_or(f64::NAN);
         if is_filtered {
             let pixels = self.filtered_pixels(camera, looking)?;

@@ -252,7 +252,7 @@ impl PowerOracle for CycleOracle {
         camera: &Camera,
         background: [f32; 3],
     ) -> Result<Parts, SimError> {
-        Ok(at_rate(&self.report(shot, camera, background)?, self.fps))
+        Ok(self.parts(&self.report(shot, camera, background)?))
     }
 }
 
@@ -270,6 +270,11 @@ impl CycleOracle {
         let geometry = self.system.machine().geometry;
         let workload = shot.workload(camera, background, geometry, self.memory)?;
         self.system.simulate(Label::default(), &workload)
+    }
+
+    /// What [`PowerOracle::frame`] says of a frame with this report.
+    pub(crate) fn parts(&self, report: &FrameReport) -> Parts {
+        at_rate(report, self.fps)
     }
 }
 

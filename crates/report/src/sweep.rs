@@ -3,6 +3,7 @@
 
 mod axis;
 mod colour;
+mod confirmed;
 mod deadline;
 mod energy;
 mod front;
@@ -15,6 +16,7 @@ mod page;
 mod ranks;
 mod words;
 
+pub use confirmed::{confirmation, confirmed_csv};
 pub use measure::Measure;
 pub use names::short as short_names;
 pub use output::{json, pareto_csv, pareto_csv_of, pareto_rows};

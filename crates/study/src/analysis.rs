@@ -3,6 +3,7 @@
 //! are from. `docs/analysis.md` gives the formulas.
 
 pub mod axes;
+mod confirmation;
 mod designs;
 pub mod distance;
 pub mod ends;
@@ -18,6 +19,7 @@ pub mod speedup;
 pub mod stability;
 pub mod table;
 
+pub use confirmation::{Compared, Confirmation, Confirmed, Order, Standing};
 pub use facts::SweepFacts;
 pub use question::{AnalysisError, Goal, Misses, Named, Objective, Question, Scope};
 pub use stability::Stability;

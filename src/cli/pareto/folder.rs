@@ -9,7 +9,7 @@ use crate::cli::run_folder::RunFolder;
 use crate::cli::{Context, Exit, Failure, OrExit};
 use powergs_core::run::store::FileStore;
 use powergs_report::sweep::{self, Provenance};
-use powergs_study::analysis::{Analysis, Question, SweepFacts, Table};
+use powergs_study::analysis::{Analysis, Confirmation, Question, SweepFacts, Table};
 use powergs_study::sweep::run::results::CSV;
 use powergs_study::sweep::run::state;
 
@@ -73,21 +73,31 @@ impl FinishedSweep {
     }
 }
 
+/// What a report has besides its analysis.
+pub(super) struct Sources<'a> {
+    /// `pareto.csv`.
+    pub pareto: &'a [u8],
+    /// The front with `banked`.
+    pub confirmation: Option<&'a Confirmation>,
+    /// Where it comes from.
+    pub provenance: &'a Provenance,
+}
+
 /// Writes the report folder; `None` if it was interrupted.
 pub(super) fn write(
     path: &Path,
     analysis: &Analysis,
-    pareto: &[u8],
-    provenance: &Provenance,
+    from: &Sources<'_>,
     context: &Context,
 ) -> Result<Option<PathBuf>, Failure> {
+    let Sources { pareto, confirmation, provenance } = *from;
     let folder = RunFolder::analysis(path)?;
     let charts = sweep::charts(analysis);
     folder.write("pareto.csv", pareto)?;
     if let Some(table) = sweep::speedup_csv(analysis) {
         folder.write("speedup.csv", &table)?;
     }
-    let page = sweep::document(analysis, &charts, provenance);
+    let page = sweep::document(analysis, &charts, confirmation, provenance);
     folder.write("summary.md", page.markdown(context.drawing.link()).as_bytes())?;
     let html = page.html(&provenance.title).or_exit(Exit::Internal, "report")?;
     folder.write("report.html", html.as_bytes())?;

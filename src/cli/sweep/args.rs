@@ -6,6 +6,7 @@ use std::str::FromStr;
 use crate::cli::camera_file::{FrameRange, frame_range};
 use crate::cli::chart_args::ChartArgs;
 use crate::cli::dram_model::DramModelArg;
+use powergs_study::sweep::run::confirm::CONFIRMED_MAX;
 use powergs_study::sweep::run::{Shard, SweepRequest};
 
 /// Shown under `sweep --help`.
@@ -15,6 +16,7 @@ Examples:
   powergs-sim sweep my.toml --traces room.bin --dry-run
   powergs-sim sweep my.toml --traces room.bin --out big --resume
   powergs-sim sweep my.toml --traces room.bin --out big --shard 3/16
+  powergs-sim sweep my.toml --traces room.bin --dram-model calibrated --confirm 5
   powergs-sim sweep merge big
   powergs-sim sweep status big
   powergs-sim sweep show 3f2a91 big --toml > best.toml
@@ -109,6 +111,11 @@ pub struct SweepArgs {
     /// Folder of results that sweeps share: what is there is not simulated again
     #[arg(long, value_name = "DIR")]
     pub store: Option<PathBuf>,
+    /// Simulate N designs of the front again with `banked`, the knee and its neighbours
+    /// first; 0 to 20 [default: 20 where designs have calibrated in place of banked]
+    #[arg(long, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=i64::from(CONFIRMED_MAX)))]
+    pub confirm: Option<u16>,
     /// Submit the sweep to Slurm as an array job, follow it and merge
     #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "dry_run", "force"])]
     pub slurm: Option<PathBuf>,
@@ -135,6 +142,10 @@ pub struct MergeArgs {
     /// Also take results from these folders of the same sweep
     #[arg(long, value_name = "DIR", num_args = 1..)]
     pub from: Vec<PathBuf>,
+    /// Simulate N designs of the front again with `banked`, as `sweep --confirm`
+    #[arg(long, value_name = "N")]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=i64::from(CONFIRMED_MAX)))]
+    pub confirm: Option<u16>,
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,

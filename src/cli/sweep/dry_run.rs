@@ -11,25 +11,30 @@ use powergs_report::sweep as report;
 use powergs_study::sweep::run::estimate::Estimate;
 use powergs_study::sweep::run::{Cause, OpenedSweep};
 
-/// Looks, times and says.
+/// Looks, times and says; `most` designs of the front would be confirmed.
 ///
 /// # Errors
 /// Exit code 3: a trace that cannot be read.
-pub fn run(sweep: &mut OpenedSweep<'_>, memory: usize, context: &Context) -> Result<Exit, Failure> {
+pub fn run(
+    sweep: &mut OpenedSweep<'_>,
+    most: u16,
+    memory: usize,
+    context: &Context,
+) -> Result<Exit, Failure> {
     let meter = Meter::new(context);
     let Some(estimate) = Estimate::of(sweep, memory, &meter)? else {
         return Ok(Exit::Interrupted);
     };
     drop(meter);
     if context.global.json {
-        out::json(&json_of(sweep, &estimate))?;
+        out::json(&json_of(sweep, most, &estimate))?;
     } else {
-        out::document(&document(sweep, &estimate))?;
+        out::document(&document(sweep, most, &estimate))?;
     }
     Ok(Exit::Done)
 }
 
-fn json_of(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Value {
+fn json_of(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Value {
     let plan = &seen.plan;
     json!({
         "question": sweep.file.question,
@@ -53,13 +58,14 @@ fn json_of(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Value {
         "without_cost": sweep.designs.space.free_axes().iter().map(|f| {
             json!({ "axis": f.axis, "is_policy": f.is_policy })
         }).collect::<Vec<_>>(),
+        "confirmed_at_most": most,
         "estimated_time_s": seen.seconds,
         "estimated_memory_bytes": seen.cost.bytes,
     })
 }
 
 /// For people.
-fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
+fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
     let Estimate { plan, points, scale, machines, seconds, threads, cost } = seen;
     let about = if *scale > 1.0 { "about " } else { "" };
     let space = sweep.designs.space.proposed();
@@ -93,6 +99,11 @@ fn document(sweep: &OpenedSweep<'_>, seen: &Estimate) -> Document {
     let one = engineering(seen.timed_s() / frames.max(1) as f64 / machines.max(1.0), "s");
     let what = format!("on {threads} threads ({one} a machine and frame)");
     facts.push(("Time", format!("at least {} {what}", time(*seconds))));
+    if most > 0 {
+        let designs = format!("up to {} of the front again with banked", counted(most, "design"));
+        let runs = counted(usize::from(most) * frames, "machine-frame");
+        facts.push(("Confirmed", format!("{designs}: {runs} more, not in this time")));
+    }
     let memory = significant(cost.bytes as f64 / 1048576.0);
     facts.push(("Memory", format!("about {memory} MiB")));
     let mut page = Document::new();

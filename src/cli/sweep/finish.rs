@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::confirm::{self, Confirm};
 use crate::cli::invocation::Started;
 use crate::cli::{Context, Exit, Failure, dram_model, out, pareto};
 use powergs_base::format::counted;
@@ -24,11 +25,14 @@ const SUMMARY: &str = "summary.txt";
 pub fn finish(
     folder: &mut SweepFolder<'_>,
     path: &Path,
-    sweep: &OpenedSweep<'_>,
+    sweep: &mut OpenedSweep<'_>,
     plan: &Plan,
+    confirm: Confirm<'_>,
     started: Started,
     context: &Context,
 ) -> Result<Exit, Failure> {
+    let most = confirm.most;
+    confirm::forget(path)?;
     let mut analysis = pareto::OfSweep::new(sweep);
     let (tally, table) = results::write(folder, sweep, plan, &mut |row| analysis.row(row))?;
     if tally.missing > 0 {
@@ -44,23 +48,30 @@ pub fn finish(
     store.write(SUMMARY, summary(sweep, plan, tally).as_bytes())?;
     write_sources(sweep, store)?;
     store.write("invocation.toml", started.invocation_toml().as_bytes())?;
-    let answer = match analysis.answer(folder, path, sweep, plan, context) {
+    let answer = match analysis.answer(folder, path, sweep, plan, confirm, context) {
         Ok(answer) => Ok(answer),
-        Err(pareto::Unanswered::Interrupted) => return Ok(Exit::Interrupted),
+        Err(pareto::Unanswered::Interrupted) => {
+            let what = "interrupted; what is done is kept: go on with --resume, or merge again";
+            let less = if most > 0 { "; --confirm 0 leaves `banked` out" } else { "" };
+            out::complain(format_args!("{}: {what}{less}", path.display()));
+            return Ok(Exit::Interrupted);
+        }
         // The table is whole all the same: a question can be asked anew.
         Err(pareto::Unanswered::Question(failure)) => Err(failure),
         // A full disk, for instance: the sweep is not finished, and --resume makes the rest.
         Err(pareto::Unanswered::Failed(failure)) => return Err(failure),
     };
-    let finished = Finished::new(sweep, plan, tally, table, answer.is_ok());
+    let finished = Finished::new(sweep, plan, tally, table, answer.is_ok(), most);
     finished.write(store)?;
     say(&finished, answer, path, context)
 }
 
-/// Whether a folder that is marked as finished has everything that is said of it.
-pub fn is_whole(finished: &Finished, path: &Path) -> bool {
-    let answered = !finished.answered || path.join(pareto::REPORT).is_file();
-    path.join(SUMMARY).is_file() && answered
+/// Whether a folder that is marked as finished has everything that is said of it, with `most`
+/// designs confirmed.
+pub fn is_whole(finished: &Finished, most: u16, path: &Path) -> bool {
+    let confirmed = most == 0 || path.join(confirm::JSON).is_file();
+    let answered = path.join(pareto::REPORT).is_file() && confirmed;
+    path.join(SUMMARY).is_file() && finished.confirm == most && (answered || !finished.answered)
 }
 
 /// Says once more what a finished sweep has.
@@ -128,7 +139,11 @@ fn say(
             Ok(answer) => page.extend(answer),
             Err(failure) => page.paragraph(format!("No analysis: {failure}")),
         }
-        let places = [("table", path.join(CSV)), ("report", path.join(pareto::REPORT))];
+        let places = [
+            ("table", path.join(CSV)),
+            ("confirmed", path.join(confirm::CSV)),
+            ("report", path.join(pareto::REPORT)),
+        ];
         let places = places.into_iter().filter(|(_, path)| path.exists());
         let places = places.map(|(name, path)| (name.into(), path.display().to_string().into()));
         page.on(Shown::Terminal, Block::Facts(places.collect()));
@@ -148,6 +163,9 @@ fn say(
 }
 
 fn json(finished: &Finished, path: &Path) -> Value {
+    let confirmed = fs::read(path.join(confirm::JSON)).ok();
+    let confirmed: Value =
+        confirmed.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
     json!({
         "folder": path.display().to_string(),
         "designs_ok": finished.ok,
@@ -155,6 +173,7 @@ fn json(finished: &Finished, path: &Path) -> Value {
         "designs_failed": finished.failed,
         "designs_excluded": finished.excluded,
         "designs_with_internal_errors": finished.defects,
+        "confirmed": confirmed,
         "results_csv": path.join(CSV).display().to_string(),
         "results_parquet": path.join(PARQUET).display().to_string(),
     })

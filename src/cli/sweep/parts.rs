@@ -5,6 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::{MergeArgs, ShowArgs, StatusArgs};
+use super::confirm::{self, Confirm};
 use super::finish;
 use super::meter::Meter;
 use super::run::allowed;
@@ -129,14 +130,16 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
     for from in &args.from {
         take_over(&mut folder, &sweep, &FileStore::new(from))?;
     }
+    let most = confirm::most(args.confirm, &sweep);
+    let memory = allowed(&mut sweep, context);
+    let mut shared = SharedResults::default();
     if sweep.designs.is_adaptive() {
         let meter = Meter::new(context);
-        let mut shared = SharedResults::default();
-        let memory = allowed(&mut sweep, context);
         let plan = search(&mut sweep, &mut folder, &mut shared, memory, &meter)?;
         drop(meter);
         let Some(plan) = plan else { return Ok(Exit::Interrupted) };
-        return finish::finish(&mut folder, path, &sweep, &plan, started, context);
+        let confirm = Confirm { most, shared: &mut shared, memory };
+        return finish::finish(&mut folder, path, &mut sweep, &plan, confirm, started, context);
     }
     let plan = planned(&sweep, context)?;
     let of = parts_of(&store);
@@ -148,7 +151,8 @@ pub fn merge(args: &MergeArgs, context: &Context) -> Result<Exit, Failure> {
         out::complain(format_args!("{}: {what}; run those parts again", path.display()));
         return Ok(Exit::GoalMissed);
     }
-    finish::finish(&mut folder, path, &sweep, &plan, started, context)
+    let confirm = Confirm { most, shared: &mut shared, memory };
+    finish::finish(&mut folder, path, &mut sweep, &plan, confirm, started, context)
 }
 
 /// `sweep show`.

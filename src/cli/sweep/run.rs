@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::args::SweepArgs;
+use super::confirm::{self, Confirm};
 use super::meter::Meter;
 use super::{dry_run, finish};
 use crate::cli::invocation::Started;
@@ -22,8 +23,13 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let request = args.definition.request();
     let mut sweep = OpenedSweep::open(&request)?;
     let memory = allowed(&mut sweep, context);
+    if args.shard.is_some() && args.confirm.is_some() {
+        let what = "--confirm: a part of a sweep has no front; give it to `sweep merge`";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let most = confirm::most(args.confirm, &sweep);
     if args.dry_run {
-        return dry_run::run(&mut sweep, memory, context);
+        return dry_run::run(&mut sweep, most, memory, context);
     }
     let path = folder(args.out.as_deref(), &sweep.name);
     let store = FileStore::new(&path);
@@ -49,7 +55,7 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let part = args.shard.map(|s| s.0);
     let mut folder = SweepFolder::open(&store, &sweep.state, existing, part)?;
     let finished = Finished::read(&store, &sweep.state);
-    let finished = finished.filter(|finished| finish::is_whole(finished, &path));
+    let finished = finished.filter(|finished| finish::is_whole(finished, most, &path));
     if let Some(finished) = finished {
         return finish::again(&finished, &path, context);
     }
@@ -85,7 +91,8 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         }
         return Ok(Exit::Done);
     }
-    finish::finish(&mut folder, &path, &sweep, &plan, started, context)
+    let confirm = Confirm { most, shared: &mut shared, memory };
+    finish::finish(&mut folder, &path, &mut sweep, &plan, confirm, started, context)
 }
 
 /// Memory for binned frames, bytes, which is also that of each of them.

@@ -64,7 +64,12 @@ pub fn run(
     write_atomically(&job.script(), |w| w.write_all(&text))?;
     match Follower::new(&mut job, &settings, context).run()? {
         End::Complete => parts::merge(
-            &MergeArgs { folder: path, from: Vec::new(), charts: args.charts.clone() },
+            &MergeArgs {
+                folder: path,
+                from: Vec::new(),
+                confirm: args.confirm,
+                charts: args.charts.clone(),
+            },
             context,
         ),
         End::Left => {

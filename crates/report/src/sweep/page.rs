@@ -10,7 +10,7 @@ use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_study::analysis::marginal::Neighbour;
 use powergs_study::analysis::stability::Alternative;
-use powergs_study::analysis::{Analysis, Goal, speedup};
+use powergs_study::analysis::{Analysis, Confirmation, Goal, speedup};
 
 /// What the page says about how it was made.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -41,7 +41,12 @@ leaves out are listed in docs/limits.md; every number is defined in docs/analysi
 
 /// What is printed, and the pages with `charts`: the front, the knee with its reason, the named
 /// design, marginal values, the stability of the ranking.
-pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) -> Document {
+pub fn document(
+    analysis: &Analysis,
+    charts: &[Chart],
+    confirmation: Option<&Confirmation>,
+    provenance: &Provenance,
+) -> Document {
     let question = &analysis.question;
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title(provenance.title.as_str().into()));
@@ -76,6 +81,7 @@ pub fn document(analysis: &Analysis, charts: &[Chart], provenance: &Provenance) 
         page.paragraph(words::flip(analysis, alternative).unwrap_or_default());
     }
     page.paragraph(words::axes(analysis).join(" "));
+    page.extend(confirmation.map(super::confirmation).unwrap_or_default());
     page.charts(charts);
     if let Some(all) = speedup::of(analysis) {
         page.page_heading(format!("Speed-up over {}", all.machines[0].label));

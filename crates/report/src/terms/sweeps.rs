@@ -73,6 +73,19 @@ pub(super) const SWEEPS: &[Term] = &[
         "What the next mm² or mW buys from one design of the front to the next.",
     ),
     term(
+        &["confirmed", "with banked", "standing"],
+        "",
+        "Of a design of the front that was simulated again with `banked`: the knee or on the front \
+         there, beaten by another one, late (misses the display rate), unmet (the condition), \
+         failed.",
+    ),
+    term(
+        &["±", "±, %", "difference_frac"],
+        "",
+        "What the `calibrated` model of the DRAM says too much (+) or too little (-), as a share \
+         of what `banked` says.",
+    ),
+    term(
         &["display rate", "misses_display_rate"],
         "",
         "Whether every frame of a design is ready within a display period: met, or missed.",

@@ -20,6 +20,7 @@ pub fn results_md() -> String {
         let _ = writeln!(text, "| `{name}` | {unit} | {definition} |");
     }
     text.push_str(QUERIES);
+    text.push_str(CONFIRMED);
     text
 }
 
@@ -73,4 +74,20 @@ base = t.filter(pl.col(\"is_baseline\")).row(0, named=True)
 better = (pl.col(\"fps.mean\") > base[\"fps.mean\"]) & (pl.col(\"area_mm2\") < base[\"area_mm2\"])
 print(t.filter(better).select(\"id\", \"fps.mean\", \"area_mm2\").sort(\"area_mm2\"))
 ```
+";
+
+const CONFIRMED: &str = "
+`confirmed.csv` compares designs of the front with the `calibrated` and the `banked` model of the \
+DRAM ([analysis.md](analysis.md#the-front-confirmed)): a row for every design and compared column, \
+the knee first.
+
+| column | definition |
+|---|---|
+| `point`, `id` | the design, as in `results.csv` |
+| `role` | `knee` or `front`: what it is in the sweep |
+| `standing` | with `banked`, among the confirmed designs: `front`, `beaten` by another, `late` \
+(misses the display rate), `unmet` (the condition), `failed` |
+| `column` | a column of `results.csv`: frame time, rate, energy, power, area, and the objectives |
+| `calibrated`, `banked` | its value with either model, in the unit of the column |
+| `difference_frac` | (calibrated - banked) / banked |
 ";

@@ -10,6 +10,7 @@
 //! journals of a store are read, so merging parts only takes making the table.
 
 mod columns;
+pub mod confirm;
 pub mod estimate;
 pub mod finish;
 pub mod folder;

@@ -41,6 +41,9 @@ pub struct Finished {
     pub defects: u64,
     /// Whether its results answer the question of the sweep file.
     pub answered: bool,
+    /// How many designs of the front were to be confirmed with `banked`.
+    #[serde(default)]
+    pub confirm: u16,
     /// Axes that cost nothing.
     pub free: Vec<FreeAxis>,
 }
@@ -61,13 +64,15 @@ impl Finished {
         same.then_some(finished)
     }
 
-    /// A sweep whose table has this hash, and whose question was `answered`.
+    /// A sweep whose table has this hash, whose question was `answered`, and of whose front
+    /// `confirm` designs were to be confirmed.
     pub fn new(
         sweep: &OpenedSweep<'_>,
         plan: &Plan,
         tally: Tally,
         table: u128,
         answered: bool,
+        confirm: u16,
     ) -> Finished {
         Finished {
             state: format!("{:032x}", sweep.state.hash()),
@@ -78,6 +83,7 @@ impl Finished {
             excluded: plan.excluded.values().sum(),
             defects: tally.defects,
             answered,
+            confirm,
             free: sweep.designs.space.free_axes(),
         }
     }

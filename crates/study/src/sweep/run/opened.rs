@@ -106,6 +106,8 @@ pub struct OpenedSweep<'a> {
     /// Whether designs have the `calibrated` model of the DRAM in place of the base machine's
     /// `banked`.
     pub is_calibrated: bool,
+    /// The same designs with the `banked` model, where they have `calibrated`.
+    pub banked: Option<Designs>,
 }
 
 impl OpenedSweep<'static> {
@@ -128,9 +130,17 @@ impl OpenedSweep<'static> {
             && designs.base.machine.dram.model == DramModel::Banked
             && !file.text().contains(MODEL)
             && !request.sets.iter().any(|set| set.contains(MODEL));
+        let mut banked = None;
         if is_calibrated {
             set(&mut file, MODEL, DramModel::Calibrated.name());
+            banked = Some(designs);
             designs = Designs::new(&file, Vec::new(), &shared, &text.origin)?;
+        } else if designs.base.machine.dram.model == DramModel::Calibrated
+            && designs.columns().iter().all(|column| column.name != MODEL)
+        {
+            let mut file = file.clone();
+            set(&mut file, MODEL, DramModel::Banked.name());
+            banked = Some(Designs::new(&file, Vec::new(), &shared, &text.origin)?);
         }
         let traces = traces::open(&wanted(&file, request), folder, request.frames)?;
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
@@ -143,7 +153,7 @@ impl OpenedSweep<'static> {
         let name = stem.into_owned();
         let sweep =
             OpenedSweep::assemble(name, &text.origin, file, designs, traces, asked, inputs)?;
-        Ok(OpenedSweep { is_calibrated, ..sweep })
+        Ok(OpenedSweep { is_calibrated, banked, ..sweep })
     }
 }
 
@@ -193,8 +203,8 @@ impl<'a> OpenedSweep<'a> {
             inputs.push(input.clone());
         }
         let state = State::new(asked, &inputs);
-        let is_calibrated = false;
-        Ok(OpenedSweep { name, file, designs, traces, objectives, state, is_calibrated })
+        let (is_calibrated, banked) = (false, None);
+        Ok(OpenedSweep { name, file, designs, traces, objectives, state, is_calibrated, banked })
     }
 
     /// What the table calls the traces, and their weights.

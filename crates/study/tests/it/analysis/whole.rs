@@ -245,7 +245,7 @@ fn rows_without_a_value_are_left_out() {
 }
 
 /// A table of single traces: key, area, frame rate; the display shows 60.
-fn small(rows: &[(&str, f64, f64)]) -> Table {
+pub fn small(rows: &[(&str, f64, f64)]) -> Table {
     let mut text = String::from(
         "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,frames,\
          frame_time_ms.mean,frame_time_ms.max,fps.mean,fps.min,deadline_missed_frac,area_mm2\n",
