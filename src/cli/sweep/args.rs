@@ -16,7 +16,7 @@ Examples:
   powergs-sim sweep my.toml --traces room.bin --dry-run
   powergs-sim sweep my.toml --traces room.bin --out big --resume
   powergs-sim sweep my.toml --traces room.bin --out big --shard 3/16
-  powergs-sim sweep my.toml --traces room.bin --dram-model calibrated --confirm 5
+  powergs-sim sweep my.toml --traces room.bin --out big --resume --confirm 5
   powergs-sim sweep merge big
   powergs-sim sweep status big
   powergs-sim sweep show 3f2a91 big --toml > best.toml

@@ -1,4 +1,4 @@
-//! The front of a sweep with `banked` in place of `calibrated`: sentences, a table, `confirmed.csv`.
+//! The front of a sweep with `banked` in place of `calibrated`: sentences, a table, a file.
 
 use super::measure::Measure;
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};

@@ -1,4 +1,4 @@
-//! The front of a sweep on the `calibrated` model of the DRAM, against the same designs on `banked`.
+//! The front of a sweep on `calibrated` DRAM, against the same designs on `banked`.
 //!
 //! The knee comes first, then its neighbours along the front, then outward. With `banked` the
 //! designs are ranked among themselves, with the scaling of the sweep's own front: so the knee
