@@ -15,6 +15,7 @@ use tempfile::TempDir;
 pub const SWEEP: &str = r#"
 question = "How many CCUs and cores?"
 base = "gscore"
+set = { dram.model = "calibrated" }
 constraints = ["ccu.units * vru.cores <= 32"]
 
 [[energy]]
