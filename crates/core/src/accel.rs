@@ -8,6 +8,7 @@ pub mod bsu;
 pub mod buffer;
 pub mod calibration;
 pub mod ccu;
+pub mod colour;
 pub mod divide;
 pub mod dram;
 pub mod layout;
@@ -119,6 +120,18 @@ pub struct UnitCycles {
     pub idle: u64,
 }
 
+/// What the colour units of all cores did, where colours are read late.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ColourCycles {
+    /// How many of them the machine has.
+    pub units: u32,
+    /// Cycles for which a chunk held their entries, summed over them.
+    pub busy: u64,
+    /// Cycles in which rendering units had a chunk that was sorted and loaded, and waited for its
+    /// colours, summed over the rendering units: a part of their [`Stall::Input`].
+    pub waits: u64,
+}
+
 /// Activity of the shared DRAM in one frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct DramUse {
@@ -216,6 +229,8 @@ pub struct FrameTiming {
     pub preprocessing_end: u64,
     /// Units, in the order of [`UnitKind::ALL`].
     pub units: [UnitCycles; UnitKind::ALL.len()],
+    /// Colour units; `None` where CCUs evaluate colours.
+    pub colour: Option<ColourCycles>,
     /// The DRAM.
     pub dram: DramUse,
     /// Buffers, in the order of [`Buffer::FILLED`].

@@ -207,6 +207,8 @@ pub struct Inventory {
     pub units: [u32; 4],
     /// How much of each part one unit has, in the order of [`Part::ALL`].
     pub parts: [f64; Part::ALL.len()],
+    /// Operations a cycle of all colour units; 0 where CCUs evaluate colours.
+    pub colour_operations: f64,
 }
 
 /// Something that a unit does and that costs energy.

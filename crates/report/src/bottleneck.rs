@@ -10,6 +10,7 @@ fn words(wait: &Wait) -> &'static str {
         (Stall::List, _) => "tile lists",
         (Stall::Spill, _) => "spilled keys",
         (Stall::Features, _) => "feature loads",
+        (Stall::Input, UnitKind::Vru) if 2.0 * wait.colours > wait.share => "colours of chunks",
         (Stall::Input, UnitKind::Vru) => "sorted chunks from the GSU",
         (Stall::Input, UnitKind::Bsu) => "parts from the QSU",
         (Stall::Input, UnitKind::Qsu) => "tile lists from the CCU",
@@ -45,6 +46,7 @@ pub fn sentence(found: &Bottleneck) -> String {
         format!("{} {share} %{}", words(w), w.row_miss.map_or(String::new(), row))
     };
     let waits = || found.waits.iter().zip(waits).filter(|(_, share)| **share > 0);
+    let is_limit = |w: &Wait| found.limit == Limit::Colour && w.colours > 0.0;
     let of = |dram: bool| -> Vec<String> {
         waits().filter(|(w, _)| w.cause.is_dram() == dram).map(cause).collect()
     };
@@ -79,11 +81,14 @@ pub fn sentence(found: &Bottleneck) -> String {
         }
     } else {
         let mut heads = units("-bound for");
-        if let Some(first) = heads.first_mut() {
+        if let Some(first) = heads.first_mut().filter(|_| found.limit != Limit::Colour) {
             first.push_str(" of the frame");
         }
+        if let Some((_, share)) = waits().find(|(w, _)| is_limit(w)) {
+            parts.push(format!("Bound by colour units for {share} % of the frame"));
+        }
         parts.push(heads.join(", "));
-        let causes: Vec<String> = waits().map(cause).collect();
+        let causes: Vec<String> = waits().filter(|(w, _)| !is_limit(w)).map(cause).collect();
         if !causes.is_empty() {
             parts.push(waiting(causes));
         }

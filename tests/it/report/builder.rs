@@ -1,6 +1,6 @@
 //! Hand-made runs: plausible numbers whose accounting closes, without a simulator.
 
-use powergs_sim::accel::{BufferUse, DramUse, FrameTiming, Histogram, UnitCycles};
+use powergs_sim::accel::{BufferUse, ColourCycles, DramUse, FrameTiming, Histogram, UnitCycles};
 use powergs_sim::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_sim::dram::{DramCommands, StageCommands};
 use powergs_sim::energy::{Area, Component, EnergyBreakdown, Phy, Standby};
@@ -176,6 +176,7 @@ fn timing(cycles: u64) -> FrameTiming {
             unit(UnitKind::Bsu, 4, [0.22, 0.02, 0.11, 0.30]),
             unit(UnitKind::Vru, 64, [0.61, 0.08, 0.04, 0.003]),
         ],
+        colour: Some(ColourCycles { units: 4, busy: cycles / 2, waits: 0 }),
         dram: DramUse {
             read_bytes: 15 * (cycles / 10),
             write_bytes: 2 * (cycles / 10),

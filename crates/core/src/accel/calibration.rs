@@ -425,6 +425,7 @@ pub(super) fn reference(machine: &Machine) -> Machine {
     (vru.subtile_skipping, vru.tile_overlap, vru.stop_latency) = (true, false, 0);
     (vru.organisation, vru.switch) = (Organisation::SubtileSerial, Switch::Free);
     (vru.subtile_queue, vru.pixel_state) = (1, Bytes(0));
+    (vru.colour_operations_per_cycle, vru.colour_latency) = (OPERATIONS, 16);
     let (records, chunk) = (&m.record, u64::from(m.geometry.chunk));
     let all = records.position.0 + records.geometry.0 + records.colour.0;
     let feature = records.feature.0 + m.fovea.feature.0;

@@ -38,11 +38,11 @@
 
 use super::bank::Banks;
 use super::batch::{Batch, Pass};
+use super::colour;
 use super::divide::Divisor;
 use super::machine::{CcuSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
-use crate::flops;
 use powergs_frame::scene::ShDegree;
 
 /// The unit.
@@ -126,9 +126,12 @@ impl Ccu {
         let tests = Divisor::new(u64::from(spec.intersection_units));
         let lookups = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
         let rate = Divisor::new(u64::from(spec.operations_per_cycle));
-        let o = &spec.operations;
-        let colour = (f64::from(o.sh_colour) * flops::colour_share(degree)).round() as u64;
-        let own = if spec.fetch == Fetch::LazyColour { 0 } else { colour };
+        let own = match spec.fetch {
+            Fetch::LazyColour => 0,
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => {
+                colour::operations(&spec, degree)
+            }
+        };
         let mut ccu = Self {
             spec,
             record,

@@ -289,6 +289,12 @@ impl Machine {
             },
         });
         let parts = Part::ALL.map(|part| parts::amount(self, part));
-        Inventory { memories, units: self.unit_counts(), parts }
+        let colour_operations = match self.ccu.fetch {
+            Fetch::LazyColour => {
+                f64::from(self.vru.cores) * f64::from(self.vru.colour_operations_per_cycle)
+            }
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => 0.0,
+        };
+        Inventory { memories, units: self.unit_counts(), parts, colour_operations }
     }
 }

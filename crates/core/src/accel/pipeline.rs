@@ -12,7 +12,7 @@
 //! three stages (`core`): the list-fetch stage takes the next job when it has a free slot, reads
 //! the job's list and runs the QSU passes; the chunk-issue stage sends the chunks of one job, in
 //! order, into the feature buffer and to the BSU; the VRU renders the chunks in order and writes
-//! the pixels.
+//! the pixels. A chunk that reads colours passes the colour unit first (`colour`).
 //!
 //! **Overlap.** A tile's list is complete only when its last Gaussian has been binned and written,
 //! so with `schedule.overlap = "none"` cores begin when preprocessing has ended (A28). With `tiles`
@@ -27,6 +27,7 @@
 
 mod ccu_state;
 mod chunk_issue;
+mod colour_stage;
 mod core;
 mod event_queue;
 mod feature_queue;
@@ -56,7 +57,9 @@ use super::schedule::{Job, Plan};
 use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::{Traffic, pairs_written};
-use super::{BufferUse, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles};
+use super::{
+    BufferUse, ColourCycles, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles,
+};
 use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::workload::FrameWorkload;
 
@@ -296,8 +299,21 @@ fn outcome<O: Observer>(
         tile_cycles.add(&core.render.tile_cycles);
     }
     let (dram, buffers) = (shared.memory.usage(), agents.buffers());
-    let timing =
-        FrameTiming { frame, preprocessing_end, units: unit_cycles, dram, buffers, tile_cycles };
+    let colour = units.colour.map(|_| ColourCycles {
+        units: units.vru.spec.cores,
+        busy: cores.iter().map(|c| c.colour.busy).sum(),
+        waits: cores.iter().map(|c| c.colour.waited).sum::<u64>()
+            * u64::from(units.vru.spec.units_per_core),
+    });
+    let timing = FrameTiming {
+        frame,
+        preprocessing_end,
+        units: unit_cycles,
+        colour,
+        dram,
+        buffers,
+        tile_cycles,
+    };
     let traffic = shared.memory.traffic();
     let recording = if O::WANTS_TIMES { shared.memory.recording() } else { None };
     Outcome { timing, traffic, speculation, rule_check: shared.rule_check, recording }

@@ -61,6 +61,9 @@ pub(super) fn regions(
                 let render = Render { chunk, run, ..Render::default() };
                 rules.bsu.charge(&units.bsu, &sort, &mut own.actions, check);
                 rules.vru.charge(&units.vru, &render, &mut own.actions, check);
+                if let Some(unit) = &units.colour {
+                    unit.charge(&chunk, &mut own.actions);
+                }
                 own.cycles = own.cycles.saturating_add(rules.vru.cycles(&units.vru, &render));
                 let bytes = ChunkLoad::new(workload, at, units, context).bytes(units);
                 own.actions.charge(Stage::Rendering, Action::DramRead, bytes);

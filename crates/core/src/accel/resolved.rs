@@ -4,6 +4,7 @@
 use super::bank::Banks;
 use super::bsu::Bsu;
 use super::ccu::Ccu;
+use super::colour::Colour;
 use super::dram::Dram;
 use super::machine::{BinningMethod, BufferSpec, Machine};
 use super::qsu::Qsu;
@@ -37,6 +38,8 @@ pub struct ResolvedUnits {
     pub qsu: Qsu,
     /// The bitonic sorting units of one core.
     pub bsu: Bsu,
+    /// The colour unit of one core; `None` where the CCUs evaluate colours.
+    pub colour: Option<Colour>,
     /// The rendering units of one core.
     pub vru: Vru,
     /// The shared memory.
@@ -125,12 +128,12 @@ impl ResolvedUnits {
             ccu: converter.with_lists(lists, binning.pointer_size.0),
             qsu: Qsu { spec: gsu.clone(), chunk, key, share: shares.sorting, banks: sorting },
             bsu: Bsu { spec: gsu.clone(), chunk, key, banks: sorting },
+            colour: Colour::of(machine, degree),
             vru: Vru {
                 spec: vru.clone(),
                 subtile: machine.geometry.subtile,
                 feature: machine.record.feature.0,
                 pixel: machine.record.pixel.0,
-                fetch: ccu.fetch,
                 fovea: machine.fovea.clone(),
                 features: Banks::new(&buffers.feature),
                 pixels,

@@ -181,6 +181,9 @@ pub(super) fn actions(
             let run = context.run((tile.chunk_start + index) as usize);
             let render = Render { chunk, run, ..Render::default() };
             rules.vru.charge(&units.vru, &render, &mut actions, check);
+            if let Some(unit) = &units.colour {
+                unit.charge(&chunk, &mut actions);
+            }
         });
     }
     for tile in &workload.tiles {

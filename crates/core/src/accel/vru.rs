@@ -24,7 +24,7 @@
 //! Source: `gscore`, `nerarch-sim` (64 units of 2x2 pixels, 192 cycles).
 
 use super::bank::Banks;
-use super::machine::{Fetch, FoveaSpec, Termination, VruSpec};
+use super::machine::{FoveaSpec, Termination, VruSpec};
 use super::subtiles::{self, ChunkRun, Discipline};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
@@ -54,8 +54,6 @@ pub struct Vru {
     pub feature: u64,
     /// Bytes of a finished pixel.
     pub pixel: u64,
-    /// When colour is fetched.
-    pub fetch: Fetch,
     /// The `[fovea]` table.
     pub fovea: FoveaSpec,
     /// Banks of the core's share of the feature buffer.
@@ -227,12 +225,6 @@ impl Unit for Vru {
         let stage = Stage::Rendering;
         let alphas = self.alphas(work) + self.second_alphas(&work.chunk);
         actions.charge(stage, Action::Alpha, alphas);
-        if self.fetch == Fetch::LazyColour {
-            // Three multiplications and additions, as for a background.
-            let levels = u64::from(work.chunk.level_loads);
-            actions.charge(stage, Action::PixelFinish, levels);
-            actions.charge(stage, Action::ShColour, u64::from(work.chunk.first_loads));
-        }
         let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
         let features = self.feature_reads(work) * self.features.word();

@@ -6,7 +6,8 @@ use powergs_base::quantity::SquareMillimetres;
 /// Area of a chip by block.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Area {
-    /// CCUs, QSUs, BSUs and rendering units, all of a kind together.
+    /// CCUs, QSUs, BSUs and rendering units, all of a kind together; colour units are a part of
+    /// the rendering units.
     pub units: [SquareMillimetres; 4],
     /// In the order of [`Buffer::ALL`], all shares and banks together.
     pub buffers: [SquareMillimetres; Buffer::ALL.len()],

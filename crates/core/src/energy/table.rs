@@ -6,7 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Buffer, Inventory};
+use crate::action::{Action, Buffer, Inventory, UnitKind};
 use crate::energy::area::Area;
 use crate::energy::cacti::Bank;
 use crate::energy::prices::{DramCosts, Phy, Prices};
@@ -201,9 +201,11 @@ impl EnergyTable {
         let banks = self.banks(built.inventory, &factors, &grown)?;
         let leakage = &self.leakage;
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
+        let colours = self.colours_as_ccus(built.inventory) * leakage.ccu.power.0;
         let unit_leakage_w = std::array::from_fn(|i| {
             let units = f64::from(built.inventory.units[i]) * grown.units[i];
-            per_unit[i].power.0 * units * factors.leakage
+            let colours = if i == UnitKind::Vru as usize { colours } else { 0.0 };
+            (per_unit[i].power.0 * units + colours) * factors.leakage
         });
         let memories = &built.inventory.memories;
         let sram_leakage_w =
@@ -277,8 +279,11 @@ impl EnergyTable {
     ) -> Option<Area> {
         let area = self.area.as_ref()?;
         let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];
+        let colours = self.colours_as_ccus(built) * area.ccu.area.0;
         let units: [f64; 4] = std::array::from_fn(|i| {
-            per_unit[i].area.0 * f64::from(built.units[i]) * grown.units[i] * factors.area
+            let units = per_unit[i].area.0 * f64::from(built.units[i]) * grown.units[i];
+            let colours = if i == UnitKind::Vru as usize { colours } else { 0.0 };
+            (units + colours) * factors.area
         });
         let buffers: [f64; Buffer::ALL.len()] = std::array::from_fn(|i| {
             banks[i].area_mm2 * f64::from(built.memories[i].banks) * area.sram_overhead.factor

@@ -2,8 +2,8 @@
 
 use crate::accel::Machine;
 use crate::accel::bsu::network;
-use crate::accel::machine::DramModel;
-use crate::action::{Action, Buffer};
+use crate::accel::machine::{DramModel, Fetch};
+use crate::action::{Action, Buffer, UnitKind};
 use crate::dram::{CommandPrices, Device};
 use crate::energy::table::PriceError;
 use crate::energy::{Area, Built, DramCosts, EnergyTable, Prices};
@@ -45,13 +45,16 @@ pub fn device_costs(device: &Device) -> DramCosts {
 }
 
 /// Power of every block of the chip when each does all that it can in every cycle, leakage
-/// included: a bound. Names as in [`Area::blocks`]; DRAM is another chip.
+/// included: a bound. Names as in [`Area::blocks`], colour units in the rendering units; DRAM is
+/// another chip.
 pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
     let pj = |actions: &[Action]| actions.iter().map(|&a| prices.of(a).0).sum::<f64>();
     let (ccu, gsu) = (&machine.ccu, &machine.gsu);
-    let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
+    let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare];
+    let colour = pj(&[Action::ShColour]);
+    let in_ccu = if ccu.fetch == Fetch::LazyColour { 0.0 } else { colour };
     let per_cycle = [
-        pj(&gaussian) * ccu.gaussians_per_cycle()
+        (pj(&gaussian) + in_ccu) * ccu.gaussians_per_cycle()
             + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
         pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
         pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64,
@@ -61,8 +64,12 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
     let watts = machine.clock.0 * 1e-12;
     let mut blocks = Vec::new();
     for (i, name) in Area::UNITS.into_iter().enumerate() {
-        let dynamic = per_cycle[i] * f64::from(inventory.units[i]) * watts;
-        blocks.push((name, dynamic + prices.unit_leakage_w[i]));
+        let mut dynamic = per_cycle[i] * f64::from(inventory.units[i]);
+        if name == UnitKind::Vru.name() {
+            let one = f64::from(ccu.operations.sh_colour.max(1));
+            dynamic += colour * inventory.colour_operations / one;
+        }
+        blocks.push((name, dynamic * watts + prices.unit_leakage_w[i]));
     }
     for (buffer, memory) in Buffer::ALL.into_iter().zip(&inventory.memories) {
         let (read, write) = (pj(&[Action::SramRead(buffer)]), pj(&[Action::SramWrite(buffer)]));

@@ -39,7 +39,7 @@ fn prices() -> Prices {
 
 /// A machine that has another amount of everything than the one that prices are for: every share
 /// and every curve shows.
-pub const UNLIKE: [&str; 16] = [
+pub const UNLIKE: [&str; 19] = [
     "clock=800 MHz",
     "cache.capacity=32 KiB",
     "cache.ways=8",
@@ -56,6 +56,9 @@ pub const UNLIKE: [&str; 16] = [
     "vru.subtile-queue=4",
     "vru.pixels-per-unit=8",
     "dram.channels=2",
+    "ccu.fetch=lazy-colour",
+    "record.feature-source=nobody",
+    "vru.colour-operations-per-cycle=133",
 ];
 
 /// Prices of commands, no two of them alike.

@@ -47,7 +47,8 @@ fn states_seen(seen: &oracle::Seen, machine: &Machine) -> States {
     })
 }
 
-fn compare(seed: u64) -> States {
+/// Compares a frame; its states, and cycles in which colour units worked and were waited for.
+fn compare(seed: u64) -> (States, [u64; 2]) {
     let mut dice = Dice::new(seed);
     let mut machine = dice.machine();
     let mut workload = dice.workload(machine.geometry);
@@ -57,6 +58,7 @@ fn compare(seed: u64) -> States {
     dice.foveate(&mut workload, &mut machine);
     dice.organise(&mut workload, &mut machine);
     let lists = dice.lists(&mut workload, &mut machine, reuse.is_some());
+    dice.colour(&mut machine);
     let given = FrameContext {
         hits: hits.as_deref(),
         reuse: reuse.as_deref(),
@@ -74,14 +76,19 @@ fn compare(seed: u64) -> States {
     assert_eq!(replay.timing.dram.requests_served, seen.requests, "{}", case());
     assert_eq!(replay.served.stages.map(|s| s.read), seen.read, "{}", case());
     assert_eq!(replay.served.stages.map(|s| s.write), seen.write, "{}", case());
+    let colour = replay.timing.colour.map(|colour| (colour.busy, colour.waits));
+    assert_eq!(colour, seen.colour, "{}", case());
     let states = states_of(&replay);
     assert_eq!(states, states_seen(&seen, &machine), "{}", case());
-    states
+    (states, colour.map_or([0; 2], |(busy, waits)| [busy, waits]))
 }
 
 #[test]
 fn recurrences_equal_the_cycle_by_cycle_oracle() {
-    let all: Vec<States> = (0..CASES).into_par_iter().map(compare).collect();
+    let (all, colours): (Vec<States>, Vec<[u64; 2]>) =
+        (0..CASES).into_par_iter().map(compare).unzip();
+    let busy_and_waits = [0, 1].map(|i| colours.iter().map(|c| c[i]).sum::<u64>());
+    assert!(busy_and_waits.iter().all(|&sum| sum > 10_000), "{busy_and_waits:?}");
     // The cases reach every state that the rules know; others never come up.
     let all = |unit: usize, state: usize| all.iter().map(|s| s[unit][state]).sum::<u64>();
     let reached: Vec<String> = (0..4)

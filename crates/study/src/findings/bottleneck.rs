@@ -6,7 +6,7 @@
 //! adds up to the phase, so the shares add up to the frame.
 
 use super::RunSummary;
-use super::summary::{CycleSummary, UnitSummary};
+use super::summary::{ColourSummary, CycleSummary, UnitSummary};
 use powergs_core::accel::Stall;
 use powergs_core::action::{Stage, UnitKind};
 
@@ -15,6 +15,8 @@ use powergs_core::action::{Stage, UnitKind};
 pub enum Limit {
     /// A kind of unit.
     Unit(UnitKind),
+    /// The colour units, which rendering waits for.
+    Colour,
     /// The bandwidth or the latency of the DRAM.
     Dram,
 }
@@ -24,6 +26,7 @@ impl Limit {
     pub const fn name(self) -> &'static str {
         match self {
             Limit::Unit(unit) => unit.name(),
+            Limit::Colour => "colour",
             Limit::Dram => "dram",
         }
     }
@@ -47,6 +50,8 @@ pub struct Wait {
     pub unit: UnitKind,
     /// Share of the frame, 0 to 1; all leading units together.
     pub share: f64,
+    /// The part of it in which nothing but colours was missing.
+    pub colours: f64,
     /// Share of the bursts of the stage that waits that had to open a row, where that is known.
     pub row_miss: Option<f64>,
 }
@@ -86,16 +91,20 @@ struct Leader {
     unit: UnitKind,
     busy: f64,
     stalls: [f64; Stall::ALL.len()],
+    /// The part of [`Stall::Input`] that is for colours.
+    colours: f64,
     idle: f64,
 }
 
 impl Leader {
-    fn new(unit: &UnitSummary, frame: f64) -> Leader {
+    fn new(unit: &UnitSummary, colour: Option<&ColourSummary>, frame: f64) -> Leader {
         let all = f64::from(unit.instances) * frame;
+        let colour = colour.filter(|_| unit.unit == UnitKind::Vru);
         Leader {
             unit: unit.unit,
             busy: unit.busy / all,
             stalls: unit.stalls.map(|cycles| cycles / all),
+            colours: colour.map_or(0.0, |colour| colour.waits / all),
             idle: unit.idle / all,
         }
     }
@@ -111,7 +120,7 @@ pub fn of(summary: &RunSummary) -> Option<Bottleneck> {
     let cycle = summary.cycle.as_ref()?;
     let frame = Some(cycle.frame_cycles).filter(|f| *f > 0.0)?;
     let first = cycle.preprocessing_cycles / frame;
-    let units = cycle.units.each_ref().map(|unit| Leader::new(unit, frame));
+    let units = cycle.units.each_ref().map(|u| Leader::new(u, cycle.colour.as_ref(), frame));
     if !units.iter().all(Leader::is_known) {
         return None;
     }
@@ -139,7 +148,11 @@ fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
             let longest = leaders.iter().max_by(|a, b| of(a).total_cmp(&of(b)));
             let unit = longest.map_or(UnitKind::Ccu, |leader| leader.unit);
             let share = leaders.iter().map(of).sum();
-            Wait { cause, unit, share, row_miss: misses(cycle, cause) }
+            let colours = match cause {
+                Stall::Input => leaders.iter().map(|leader| leader.colours).sum(),
+                _ => 0.0,
+            };
+            Wait { cause, unit, share, colours, row_miss: misses(cycle, cause) }
         })
         .into_iter()
         .filter(|w| w.share > NOTHING)
@@ -147,8 +160,11 @@ fn found(cycle: &CycleSummary, leaders: &[Leader]) -> Bottleneck {
     waits.sort_by(|a, b| b.share.total_cmp(&a.share));
     let dram_wait: f64 = waits.iter().filter(|w| w.cause.is_dram()).map(|w| w.share).sum();
     let bus_busy = cycle.dram.busy_frac;
-    let limit = if bus_busy > BUS_FULL || dram_wait > bounds[0].share {
+    let colours: f64 = waits.iter().map(|w| w.colours).sum();
+    let limit = if bus_busy > BUS_FULL || dram_wait > bounds[0].share.max(colours) {
         Limit::Dram
+    } else if colours > bounds[0].share {
+        Limit::Colour
     } else {
         Limit::Unit(bounds[0].unit)
     };

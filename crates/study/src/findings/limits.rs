@@ -190,6 +190,7 @@ pub fn mattered(
                     Limit::Unit(UnitKind::Qsu) => &["A23", "A24"],
                     Limit::Unit(UnitKind::Bsu) => &["A25"],
                     Limit::Unit(UnitKind::Vru) => &["A84", "A27"],
+                    Limit::Colour => &["A103", "A31"],
                 };
                 add(numbers, Why::Bottleneck);
             }

@@ -3,7 +3,7 @@
 
 use crate::run_record::Run;
 use powergs_core::accel::bsu::network;
-use powergs_core::accel::machine::Overlap;
+use powergs_core::accel::machine::{Fetch, Overlap};
 use powergs_core::action::{Action, Stage};
 use powergs_core::energy::flops;
 use powergs_core::run::System;
@@ -70,14 +70,22 @@ impl Roofline {
         let sum = |actions: &[Action]| -> f64 {
             actions.iter().map(|a| f64::from(operations[a.index()])).sum()
         };
-        let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare, Action::ShColour];
-        let per_ccu = sum(&gaussian) * ccu.gaussians_per_cycle()
+        // Where colours are read late, colour units of the cores evaluate them.
+        let colour = f64::from(operations[Action::ShColour.index()]);
+        let one = f64::from(ccu.operations.sh_colour.max(1));
+        let (in_ccu, in_core) = match ccu.fetch {
+            Fetch::LazyColour => (0.0, colour * f64::from(vru.colour_operations_per_cycle) / one),
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => (colour, 0.0),
+        };
+        let gaussian = [Action::Cull, Action::Project, Action::ObbPrepare];
+        let per_ccu = (sum(&gaussian) + in_ccu) * ccu.gaussians_per_cycle()
             + sum(&[Action::ObbTest]) * f64::from(ccu.intersection_units);
         let cores = f64::from(vru.cores);
         let per_qsu = f64::from(gsu.keys_per_cycle) * sum(&[Action::PivotKey]);
         let per_gsu = f64::from(gsu.qsu_per_core) * per_qsu
             + f64::from(gsu.bsu_per_core) * network(gsu.bsu_width) as f64;
-        let per_core = f64::from(vru.units_per_core) * sum(&[Action::Alpha, Action::Blend]);
+        let pixels = f64::from(vru.units_per_core) * sum(&[Action::Alpha, Action::Blend]);
+        let per_core = pixels + in_core;
         let clock = machine.clock.0;
         let units = [
             ("CCU", clock * f64::from(ccu.units) * per_ccu),
@@ -102,7 +110,7 @@ impl Roofline {
             for (i, stage) in Stage::WORK.into_iter().enumerate() {
                 bytes[i] += (frame.stages[i].read + frame.stages[i].write) as f64;
                 for action in Action::all() {
-                    let Some(unit) = unit(action) else { continue };
+                    let Some(unit) = unit(action, stage) else { continue };
                     let n = frame.actions.count(stage, action) as f64;
                     let n = if action == Action::ShColour { n * colour } else { n };
                     let operations = n * f64::from(self.operations[action.index()]);
@@ -144,9 +152,10 @@ impl Roofline {
     }
 }
 
-/// Which units do an action: place in [`Stage::WORK`].
-const fn unit(action: Action) -> Option<usize> {
+/// Which units do an action in a stage: place in [`Stage::WORK`].
+fn unit(action: Action, stage: Stage) -> Option<usize> {
     match action {
+        Action::ShColour if stage == Stage::Rendering => Some(2),
         Action::Cull
         | Action::Project
         | Action::ObbPrepare

@@ -98,6 +98,8 @@ pub struct CycleSummary {
     pub preprocessing_cycles: f64,
     /// In the order of [`UnitKind::ALL`].
     pub units: [UnitSummary; UnitKind::ALL.len()],
+    /// Colour units; `None` where CCUs evaluate colours.
+    pub colour: Option<ColourSummary>,
     /// Lanes at work while their rendering core works, 0 to 1; `None` where a frame renders
     /// nothing.
     pub lane_utilisation: Option<f64>,
@@ -150,6 +152,16 @@ impl UnitSummary {
         let total: f64 = self.parts().iter().sum();
         self.parts().map(|c| if total == 0.0 { 0.0 } else { c / total })
     }
+}
+
+/// What colour units did, mean over the frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ColourSummary {
+    /// Share of the frame in which they worked, 0 to 1.
+    pub busy_frac: f64,
+    /// Cycles in which rendering units waited for colours alone, summed over them: a part of their
+    /// [`Stall::Input`].
+    pub waits: f64,
 }
 
 /// Means of what the DRAM did.
@@ -326,6 +338,11 @@ impl Frames<'_> {
             frame_cycles: self.cycles(|t| t.frame),
             preprocessing_cycles: self.cycles(|t| t.preprocessing_end),
             units: UnitKind::ALL.map(|unit| self.unit(first, unit)),
+            colour: first.timing.colour.map(|colour| ColourSummary {
+                busy_frac: self.cycles(|t| t.colour.map_or(0, |c| c.busy))
+                    / (f64::from(colour.units) * self.cycles(|t| t.frame)).max(1.0),
+                waits: self.cycles(|t| t.colour.map_or(0, |c| c.waits)),
+            }),
             lane_utilisation: self.known(|f| f.cycle().map(lanes)),
             dram: self.dram(first),
             buffers: first.timing.buffers.iter().map(|buffer| self.buffer(buffer)).collect(),

@@ -3,7 +3,7 @@
 
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::Machine;
-use powergs_core::accel::machine::{BufferSpec, DramModel};
+use powergs_core::accel::machine::{BufferSpec, DramModel, Fetch};
 use powergs_core::run::{Change, RunError, System};
 use powergs_core::sim::FrameReport;
 
@@ -39,7 +39,7 @@ fn resources(m: &Machine) -> Vec<Resource> {
             resource("dram.channels", vec![twice("dram.channels", m.dram.channels)], assumptions)
         }
     };
-    vec![
+    let mut all = vec![
         resource(
             "ccu.units, their buffers",
             vec![
@@ -74,7 +74,13 @@ fn resources(m: &Machine) -> Vec<Resource> {
         dram,
         resource("buffers.feature", vec![buffer("feature", &b.feature)], &["A32"]),
         resource("buffers.sorting", vec![buffer("sorting", &b.sorting)], &["A24"]),
-    ]
+    ];
+    if m.ccu.fetch == Fetch::LazyColour {
+        let key = "vru.colour-operations-per-cycle";
+        let twice = twice(key, m.vru.colour_operations_per_cycle);
+        all.push(resource(key, vec![twice], &["A103"]));
+    }
+    all
 }
 
 /// A machine with each of its resources doubled.

@@ -33,6 +33,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     rates(machine, &mut found);
     memory(machine, &mut found);
     organisation(machine, &mut found);
+    late_colours(machine, &mut found);
     binning::check(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
@@ -262,6 +263,17 @@ fn features(m: &Machine, found: &mut Found) {
             r.projected, r.feature
         );
         found.push(("record.feature-source", message));
+    }
+}
+
+/// Colours that are read late are evaluated by somebody.
+fn late_colours(m: &Machine, found: &mut Found) {
+    if m.ccu.fetch == Fetch::LazyColour && m.vru.colour_operations_per_cycle == 0 {
+        let message = "`vru.colour-operations-per-cycle` = 0 contradicts `ccu.fetch` = \
+                       \"lazy-colour\", with which cores read colours and evaluate them: give it \
+                       the operations a cycle of their colour units, e.g. 133, or set \
+                       `ccu.fetch` = \"visible-colour\"";
+        found.push(("vru.colour-operations-per-cycle", message.to_owned()));
     }
 }
 

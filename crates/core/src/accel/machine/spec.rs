@@ -153,10 +153,12 @@ pub struct CcuOperations {
 }
 
 impl CcuSpec {
-    /// Gaussians that go through everything in a cycle, at most 1: the rate of the arithmetic.
+    /// Gaussians that go through everything that a CCU does with them in a cycle, at most 1: the
+    /// rate of the arithmetic.
     pub fn gaussians_per_cycle(&self) -> f64 {
         let o = &self.operations;
-        let all = [o.cull, o.project, o.obb_prepare, o.sh_colour];
+        let colour = if self.fetch == Fetch::LazyColour { 0 } else { o.sh_colour };
+        let all = [o.cull, o.project, o.obb_prepare, colour];
         let all: f64 = all.into_iter().map(f64::from).sum();
         (f64::from(self.operations_per_cycle) / all.max(1.0)).min(1.0)
     }
@@ -250,6 +252,14 @@ pub struct VruSpec {
     /// stopped; pairs that begin in them are executed in vain.
     #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
     pub stop_latency: u32,
+    /// Arithmetic of the colour unit of a core: operations of `ccu.operations.sh-colour` that it
+    /// makes in a cycle; 0 for a machine without. Of effect with `ccu.fetch = "lazy-colour"`, which
+    /// needs one.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "operations per cycle"))]
+    pub colour_operations_per_cycle: u32,
+    /// Pipeline latency of the colour unit, cycles.
+    #[schemars(range(min = 0, max = 65536), extend("x-unit" = "cycles"))]
+    pub colour_latency: u32,
 }
 
 /// How the units of a core share the sub-tiles of a tile.

@@ -10,10 +10,10 @@
 //!
 //! A tile without chunks passes when no chunk waits for the VRU.
 
-use super::Shared;
 use super::feature_queue::{Chunk, FeatureQueue};
 use super::ledger::Ledger;
 use super::list_fetch::{FetchedJob, ListFetch};
+use super::{NEVER, Shared};
 use crate::accel::bsu::{Bsu, Sort};
 use crate::accel::layout::{AccessPattern, Layout};
 use crate::accel::rules::Rule;
@@ -147,6 +147,8 @@ impl ChunkIssue {
             stalls,
             features: Arrival::NOW,
             sorted: ports.now + 1,
+            colours: 0,
+            coloured: ports.now,
             bytes: 0,
             pixels: Some(units.vru.pixel_bytes(&work)),
             speculative: false,
@@ -203,6 +205,7 @@ impl ChunkIssue {
         let backlog = if is_built_in { units.vru.backlog(&render) } else { 0 };
         let bytes = load.bytes(units);
         let features = shared.issue(now, self.owner, Stream::Features, bytes, |_| pattern);
+        let colours = units.colour.map_or(0, |unit| unit.cycles(&chunk));
         let item = Chunk {
             tile,
             cycles,
@@ -210,6 +213,8 @@ impl ChunkIssue {
             stalls,
             features,
             sorted: self.sort(tile, sort, now, shared),
+            colours,
+            coloured: if colours > 0 { NEVER } else { now },
             bytes: units.vru.chunk_bytes(&chunk),
             pixels: last.map(|tile| units.vru.pixel_bytes(&tile)),
             speculative: false,
@@ -280,6 +285,8 @@ impl ChunkIssue {
                 stalls: 0,
                 features,
                 sorted: self.sort(tile, sort, now, shared),
+                colours: 0,
+                coloured: now,
                 bytes,
                 pixels: None,
                 speculative: true,

@@ -6,12 +6,15 @@
 //! list fetch (QSU, sorting buffer) -> chunk issue (BSU) -> feature queue -> render (VRU, pixels)
 //! ```
 //!
+//! Where colours are read late, a colour unit stands in front of the feature queue.
+//!
 //! Order within a cycle: finished chunks and writes free their buffers, pixels leave, the VRU
-//! begins a chunk; lists and passes advance; chunks are issued; lists are fetched. The DRAM
-//! requests of one core are issued in that order.
+//! begins a chunk; lists and passes advance; chunks are issued; lists are fetched; the colour unit
+//! takes a chunk. The DRAM requests of one core are issued in that order.
 
 use super::Shared;
 use super::chunk_issue::{ChunkIssue, Ports};
+use super::colour_stage::ColourStage;
 use super::feature_queue::FeatureQueue;
 use super::ledger::Ledger;
 use super::list_fetch::ListFetch;
@@ -31,9 +34,12 @@ pub(super) struct Core {
     pub list_fetch: ListFetch,
     pub issue: ChunkIssue,
     pub features: FeatureQueue,
+    pub colour: ColourStage,
     pub render: RenderStage,
     /// States of QSU, BSU (while it does not sort) and VRU since cycle `since`.
     states: [State; 3],
+    /// Whether the VRU has waited for colours since then.
+    wants_colours: bool,
     since: u64,
     /// Cycle in which everything that the core has issued is complete, as far as it is known.
     pub end: u64,
@@ -46,8 +52,10 @@ impl Core {
             list_fetch: ListFetch::new(core, owner, units.shares.sorting),
             issue: ChunkIssue::new(core, owner),
             features: FeatureQueue::new(units.shares.feature),
+            colour: ColourStage::new(units.colour),
             render: RenderStage::new(core, owner, units),
             states: [State::Idle; 3],
+            wants_colours: false,
             since: 0,
             end: 0,
         }
@@ -64,13 +72,16 @@ impl Core {
         let (list_fetch, features) = (&mut self.list_fetch, &mut self.features);
         self.issue.step(&mut Ports { now, list_fetch, features, shared });
         self.list_fetch.fetch(now, shared);
+        self.colour.step(now, &mut self.features, &shared.memory);
         self.end = self.end.max(now).max(self.issue.end).max(self.render.end);
         self.states = self.states(now, shared);
+        self.wants_colours = self.render.wants_colours(now, &self.features, &shared.memory);
         if O::WANTS_LEVELS {
             self.tell(now, shared.observer);
         }
         let render = self.render.wake(now, &self.features, &shared.memory);
-        render.min(self.list_fetch.wake(now, shared))
+        let colour = self.colour.wake(&mut self.features, &shared.memory);
+        render.min(colour).min(self.list_fetch.wake(now, shared))
     }
 
     fn states<O>(&self, now: u64, shared: &Shared<O>) -> [State; 3] {
@@ -107,6 +118,7 @@ impl Core {
         let bsu_since = self.since.max(self.issue.sorter_free);
         self.issue.ledger.book(bsu, bsu_since, now, observer);
         self.render.ledger.book(vru, self.since, now, observer);
+        self.colour.waited += if self.wants_colours { now - self.since } else { 0 };
         self.since = now;
     }
 

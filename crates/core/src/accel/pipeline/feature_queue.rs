@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use super::NEVER;
 use crate::accel::buffer::BufferAllocator;
 use crate::accel::memory::{Arrival, Memory};
 
@@ -23,6 +24,10 @@ pub(super) struct Chunk {
     pub features: Arrival,
     /// Cycle in which the BSU has sorted it.
     pub sorted: u64,
+    /// Cycles for which it holds the entry of the colour unit; 0 without colours.
+    pub colours: u64,
+    /// Cycle in which its colours are there; [`NEVER`] until the colour unit has taken it.
+    pub coloured: u64,
     /// Bytes in the feature buffer.
     pub bytes: u64,
     /// Bytes of the tile's pixels, with its last chunk.
@@ -64,6 +69,11 @@ impl FeatureQueue {
         self.chunks.front()
     }
 
+    /// The first chunk that the colour unit has not taken.
+    pub(crate) fn uncoloured(&mut self) -> Option<&mut Chunk> {
+        self.chunks.iter_mut().find(|chunk| chunk.coloured == NEVER)
+    }
+
     /// Allocates the bytes of a chunk and queues it.
     pub(crate) fn push(&mut self, now: u64, chunk: Chunk) {
         self.buffer.fill(now, chunk.bytes);
@@ -74,7 +84,9 @@ impl FeatureQueue {
     /// Its bytes stay allocated until it has been rendered.
     pub(crate) fn pop_ready(&mut self, now: u64, memory: &Memory) -> Option<Chunk> {
         self.chunks.pop_front_if(|chunk| {
-            chunk.sorted <= now && memory.at(chunk.features) <= now && !chunk.speculative
+            chunk.sorted.max(chunk.coloured) <= now
+                && memory.at(chunk.features) <= now
+                && !chunk.speculative
         })
     }
 

@@ -132,6 +132,16 @@ impl RenderStage {
         }
     }
 
+    /// Whether the VRU waits for nothing but the colours of its next chunk.
+    pub(crate) fn wants_colours(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> bool {
+        let is_free = self.rendering.is_none() && self.finished.is_none();
+        is_free
+            && features.first().is_some_and(|chunk| {
+                let is_here = memory.at(chunk.features) <= now && chunk.sorted <= now;
+                is_here && chunk.coloured > now
+            })
+    }
+
     /// The next cycle in which it acts.
     pub(crate) fn wake(&self, now: u64, features: &FeatureQueue, memory: &Memory) -> u64 {
         let later = |cycle: u64| if cycle > now { cycle } else { NEVER };
@@ -141,7 +151,7 @@ impl RenderStage {
             (Some(r), _, _) => r.end.min(later(r.busy)),
             (None, Some(_), _) => first(&self.writing),
             (None, None, Some(chunk)) if memory.at(chunk.features) > now => at(chunk.features),
-            (None, None, Some(chunk)) => later(chunk.sorted),
+            (None, None, Some(chunk)) => later(chunk.sorted).min(later(chunk.coloured)),
             (None, None, None) => NEVER,
         };
         vru.min(first(features.dropped()))

@@ -127,6 +127,7 @@ fn parts(table: &EnergyTable, found: &mut Found) {
         }
         return;
     };
+    source("parts.colour", &parts.colour.source, found);
     for part in Part::ALL {
         source(Parts::key(part), &parts.of(part).source, found);
     }

@@ -233,7 +233,7 @@ pub struct UnitArea {
     pub rest: RestArea,
 }
 
-/// A factor on the area of buffers.
+/// A factor on an area, or on an area and a leakage.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Overhead {

@@ -8,7 +8,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::EnergyTable;
+use super::{EnergyTable, Overhead};
 use crate::action::{Action, Inventory, Part, UnitKind};
 
 /// The share of one part.
@@ -32,6 +32,8 @@ pub struct PartShare {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Parts {
+    /// Area and leakage of an operation a cycle of a colour unit, over those of one of a CCU.
+    pub colour: Overhead,
     /// Of a culling and conversion unit.
     pub ccu: CcuParts,
     /// Of a quick sorting unit.
@@ -193,6 +195,15 @@ impl EnergyTable {
             *energy += share.energy.unwrap_or(0.0) * more;
         }
         grown
+    }
+
+    /// CCUs that have as much area and leakage as the colour units of a machine: an operation a
+    /// cycle of theirs takes `parts.colour` times that of a CCU. 0 in a table without `[parts]`.
+    pub(super) fn colours_as_ccus(&self, built: &Inventory) -> f64 {
+        self.parts.as_ref().map_or(0.0, |parts| {
+            let one = &parts.ccu.operations;
+            parts.colour.factor * one.share / one.at * built.colour_operations
+        })
     }
 }
 

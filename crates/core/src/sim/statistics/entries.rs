@@ -21,6 +21,7 @@ pub(super) fn all() -> Vec<Statistic> {
     bytes(&mut list);
     counters(&mut list);
     machine::units(&mut list);
+    machine::colour(&mut list);
     machine::tiles(&mut list);
     memory::dram(&mut list);
     memory::buffers(&mut list);

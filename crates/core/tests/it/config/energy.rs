@@ -47,6 +47,7 @@ fn inventory(bytes: u64) -> Inventory {
         memories: [memory; Buffer::ALL.len()],
         units: [1; 4],
         parts: [1.0; Part::ALL.len()],
+        colour_operations: 0.0,
     }
 }
 

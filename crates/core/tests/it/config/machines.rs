@@ -103,6 +103,8 @@ fn contradictions_are_refused_with_the_reason() {
     let cache = ["cache.ways=4", "cache.capacity=32 KiB", "cache.word=0 B"];
     contradicts(&cache, "cache.word", "from 1 B to the capacity");
     contradicts(&["ccu.fetch=lazy-colour"], "record.feature-source", "`ccu.fetch`");
+    let nobody = ["ccu.fetch=lazy-colour", "record.feature-source=nobody"];
+    contradicts(&nobody, "vru.colour-operations-per-cycle", "contradicts `ccu.fetch`");
     contradicts(&["record.feature=19 B"], "record.feature-source", "`record.projected` = 18 B");
     contradicts(&["record.feature=0 B"], "record.feature", "at least 1 B");
     contradicts(&["record.pixel=1 MiB"], "record.pixel", "a typing error?");
@@ -177,6 +179,7 @@ fn every_fetch_policy_and_tile_runs_on_gscore() {
                 format!("geometry.sort-group={tile}"),
                 format!("geometry.subtile={}", (tile / 4).max(4)),
                 "record.feature-source=nobody".to_owned(),
+                "vru.colour-operations-per-cycle=133".to_owned(),
             ];
             let overlays = sets(&keys.each_ref().map(String::as_str));
             Machine::parse_with(gscore(), &overlays).unwrap_or_else(|e| panic!("{fetch}: {e}"));

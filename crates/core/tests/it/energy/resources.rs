@@ -12,7 +12,7 @@ use toml::{Table, Value};
 const LESS_IS_BETTER: [&str; 2] = ["vru.recurrence", "vru.blend-stall"];
 
 /// Keys, or tables of keys, without a price.
-const FREE: [(&str, &str); 20] = [
+const FREE: [(&str, &str); 21] = [
     ("ccu.operations", "the work of a conversion, in somebody's count"),
     ("binning.pointer-size", "bytes in DRAM, and in buffers that have a price"),
     ("binning.line", "bytes that are written together, out of a buffer that has a price"),
@@ -26,6 +26,7 @@ const FREE: [(&str, &str); 20] = [
     ("gsu.bsu-latency", "as `ccu.latency`"),
     ("vru.latency", "as `ccu.latency`"),
     ("vru.stop-latency", "as `ccu.latency`: a reduction behind it"),
+    ("vru.colour-latency", "as `ccu.latency`"),
     ("gsu.reuse-period", "a policy"),
     ("schedule.merge-below", "a policy"),
     ("gating.residual", "a property of the technology"),
@@ -36,7 +37,7 @@ const FREE: [(&str, &str); 20] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 12] = [
+const BASE: [&str; 15] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
@@ -49,6 +50,9 @@ const BASE: [&str; 12] = [
     "gating.units=true",
     "schedule.merge-below=64",
     "dram.second-master.rate=1 GB/s",
+    "ccu.fetch=lazy-colour",
+    "record.feature-source=nobody",
+    "vru.colour-operations-per-cycle=133",
 ];
 
 /// With each kind of price of the memory.
@@ -223,6 +227,35 @@ fn units_grow_with_what_is_in_them() {
     let key = powergs_core::action::Action::PivotKey;
     let ratio = of("gsu.pivots=14").of(key).0 / of("gsu.pivots=7").of(key).0;
     assert!((ratio - 1.9).abs() < 1e-12, "{ratio}");
+}
+
+/// The arithmetic of colours takes as much in the cores as it does in CCUs.
+#[test]
+fn colour_units_are_as_large_as_their_part_of_a_ccu() {
+    let text = find(MACHINES, "gscore-powergs").expect("a machine");
+    let energy = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("it")).expect("good");
+    let of = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        let machine = Machine::parse_with(text, &sets).expect("a good machine");
+        let peak: f64 = {
+            let prices = cost::prices(&energy, &machine).expect("prices");
+            cost::peak_w(&machine, &prices).iter().map(|(_, watts)| watts).sum()
+        };
+        (cost::prices(&energy, &machine).expect("prices"), peak)
+    };
+    let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-9 * b.abs(), "{a} for {b}");
+    let (late, late_w) = of(&[]);
+    let (early, early_w) = of(&["ccu.fetch=visible-colour", "ccu.operations-per-cycle=426"]);
+    let area = |p: &Prices| p.area.expect("an area");
+    close(area(&late).total().0, area(&early).total().0);
+    close(late.leakage_w(), early.leakage_w());
+    // A colour a cycle in four cores is one in four CCUs.
+    close(late_w, early_w);
+    // 60 % of 205,000 um2 are 426 operations; the four cores have 133 each.
+    let wanted = 4.0 * 0.205 * 0.6 * 133.0 / 426.0;
+    close(area(&late).units[3].0 - area(&early).units[3].0, wanted);
+    let (twice, _) = of(&["vru.colour-operations-per-cycle=266"]);
+    close(area(&twice).units[3].0 - area(&late).units[3].0, wanted);
 }
 
 /// Standing powers and the PHY go with the channels, whatever their rate.

@@ -9,11 +9,12 @@ use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::timeline::{Observer, Span};
 use powergs_core::accel::traffic::for_each_chunk;
 use powergs_core::accel::{
-    FrameContext, Machine, Replay, ResolvedUnits, Unit, replay, replay_with,
+    FrameContext, Machine, Replay, ResolvedUnits, Stall, Unit, replay, replay_with,
 };
 use powergs_core::action::{Action, Stage};
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
+use powergs_frame::scene::ShDegree;
 
 use crate::workload::support::dense_frame;
 
@@ -233,8 +234,10 @@ fn one_tile_has_a_closed_form() {
     // The BSU takes ceil(200 / 16) = 13 rows through one sort and four merges of 4 + 13 cycles.
     let sorted = list + 5.0 * 17.0;
     let features = read(list, 200 * 19 + 100 * 103);
+    // 100 colours of 133 operations, 133 a cycle, and two cycles until the last one is there.
+    let coloured = features + 100.0 + 2.0;
     // 300 pairs of 4 cycles, 192 to drain, 256 pixels on 16 units.
-    let rendered = sorted.max(features) + 300.0 * 4.0 + 192.0 + 16.0;
+    let rendered = sorted.max(coloured) + 300.0 * 4.0 + 192.0 + 16.0;
     let written = rendered + (256.0 * 3.0 * 20.0 / 1024.0f64).ceil();
     let timing = replay(&frame, &machine).timing;
     assert_eq!((timing.preprocessing_end, timing.frame), (0, written as u64));
@@ -249,9 +252,40 @@ fn rendering_bounds_a_frame_with_fast_memory() {
     // 100 tiles a core, each 500 pairs of 4 cycles, 192 to drain, 16 to finish.
     let bound = 100 * (500 * 4 + 192 + 16);
     let timing = replay(&frame, &machine).timing;
-    // Above the bound: the first list and sort (16 rows, 5 levels of 20 cycles), the last write.
-    assert!((bound..bound + 110).contains(&timing.frame), "{} for {bound}", timing.frame);
+    // Above the bound: the first list, its 128 colours in 130 cycles, the last write.
+    assert!((bound..bound + 140).contains(&timing.frame), "{} for {bound}", timing.frame);
     assert_eq!(timing.units[3].busy, 4 * bound * 16);
+    let colour = timing.colour.expect("colour units");
+    assert_eq!((colour.units, colour.busy), (4, 400 * 128));
+    let colours = replay(&frame, &machine).actions.count(Stage::Rendering, Action::ShColour);
+    assert_eq!(colours, 400 * 128);
+    assert!(colour.waits < 4 * 16 * 140, "{colour:?}");
+}
+
+/// With 7 operations a cycle the colours of a chunk take 2,432 cycles and hide its rendering.
+#[test]
+fn colours_bound_a_frame_whose_colour_units_are_slow() {
+    let mut machine = gscore();
+    set_rate(&mut machine, 1e15);
+    machine.dram.latency = Nanoseconds(0.0);
+    machine.vru.colour_operations_per_cycle = 7;
+    let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
+    let of = |machine: &Machine, frame: &FrameWorkload| replay(frame, machine).timing;
+    let timing = of(&machine, &frame);
+    let chunk = (128 * 133_u64).div_ceil(7);
+    // Behind the colours of the last chunk: its rendering, 500 pairs of 4 cycles and the rest.
+    let bound = 100 * chunk + 500 * 4 + 192 + 16;
+    assert!((bound..bound + 120).contains(&timing.frame), "{} for {bound}", timing.frame);
+    let colour = timing.colour.expect("colour units");
+    assert_eq!(colour.busy, 400 * chunk);
+    assert!(colour.waits > 0 && colour.waits <= timing.units[3].stalls[Stall::Input as usize]);
+    // Colours of degree 0 take 6 operations of the 133.
+    let flat = FrameWorkload { sh_degree: ShDegree::new(0).expect("a degree"), ..frame.clone() };
+    let colour = of(&machine, &flat).colour.expect("colour units");
+    assert_eq!(colour.busy, 400 * (128 * 6_u64).div_ceil(7));
+    // Colours that are there before sorting need no such unit.
+    machine.ccu.fetch = Fetch::VisibleColour;
+    assert_eq!(of(&machine, &frame).colour, None);
 }
 
 #[test]

@@ -9,7 +9,7 @@ pub mod subtiles;
 
 use std::collections::BTreeMap;
 
-use powergs_core::accel::machine::{Organisation, Overlap, Switch};
+use powergs_core::accel::machine::{Fetch, Organisation, Overlap, Switch};
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::subtiles::ChunkRun;
 use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
@@ -29,6 +29,8 @@ pub struct Seen {
     pub requests: u64,
     pub read: [u64; 3],
     pub write: [u64; 3],
+    /// Cycles in which colour units worked, and rendering units waited for them; `None` without.
+    pub colour: Option<(u64, u64)>,
 }
 
 impl Seen {
@@ -50,6 +52,7 @@ impl Seen {
 
 /// What does not change from cycle to cycle, and which batches have been written.
 pub struct Frame<'a> {
+    pub machine: &'a Machine,
     pub design: &'a ResolvedUnits,
     pub workload: &'a FrameWorkload,
     pub plan: &'a Plan,
@@ -83,6 +86,7 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
         tiles.map(|tile| subtiles::runs(workload, &design, tile)).collect()
     });
     let mut frame = Frame {
+        machine,
         design: &design,
         workload,
         plan: &plan,
@@ -127,11 +131,15 @@ pub fn run(workload: &FrameWorkload, machine: &Machine, given: FrameContext) -> 
         for (i, core) in cores.iter_mut().enumerate() {
             let symbols = if can_render { core.symbols(now, &frame, &memory) } else { ['.'; 3] };
             (1..4).for_each(|unit| seen.put(unit, i, symbols[unit - 1]));
-            core.tick();
+            core.colour_cycles[1] += u64::from(can_render && core.wants_colours(now, &memory));
+            core.tick(machine);
         }
         memory.tick(now);
         now += 1;
     }
+    let colour = |i: usize| cores.iter().map(|core| core.colour_cycles[i]).sum::<u64>();
+    seen.colour = (machine.ccu.fetch == Fetch::LazyColour)
+        .then(|| (colour(0), colour(1) * u64::from(machine.vru.units_per_core)));
     seen.frame = now;
     (seen.requests, seen.read, seen.write) = (memory.requests, memory.read, memory.written);
     seen

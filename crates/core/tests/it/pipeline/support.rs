@@ -131,6 +131,8 @@ fn unlinked() -> Machine {
             subtile_queue: 16,
             pixel_state: Bytes(8),
             stop_latency: 0,
+            colour_operations_per_cycle: 133,
+            colour_latency: 2,
         },
         fovea: FoveaSpec { accumulators: 1, level_tests: 4, record: Bytes(19), feature: Bytes(8) },
         buffers: BufferSpecs {
@@ -548,6 +550,12 @@ impl Dice {
             fovea.counters.blends_2 += tile.blends_2;
         }
         w.fovea = Some(fovea);
+    }
+
+    /// A colour unit that is fast enough or not.
+    pub fn colour(&mut self, machine: &mut Machine) {
+        machine.vru.colour_operations_per_cycle = self.pick(&[7, 50, 133, 4000]);
+        machine.vru.colour_latency = self.pick(&[0, 0, 1, 13]);
     }
 
     /// Gives every second machine another organisation of its rendering units, and the frame what

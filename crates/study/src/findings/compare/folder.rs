@@ -12,8 +12,8 @@ use toml::Value;
 
 use super::Side;
 use crate::findings::summary::{
-    BufferSummary, CommandMeans, CycleSummary, DramSummary, EnergyMeans, ReadWrite, RegionMeans,
-    RunSummary, UnitSummary,
+    BufferSummary, ColourSummary, CommandMeans, CycleSummary, DramSummary, EnergyMeans, ReadWrite,
+    RegionMeans, RunSummary, UnitSummary,
 };
 
 /// Columns of `results.csv` before the statistics.
@@ -178,6 +178,7 @@ fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<CycleSumm
         frame_cycles: mean.value("frame_cycles"),
         preprocessing_cycles: mean.value("preprocessing_cycles"),
         units: UnitKind::ALL.map(|kind| unit(mean, kind)),
+        colour: colour(mean),
         lane_utilisation: mean.known("units.vru.lane_utilisation"),
         dram: DramSummary {
             busy_frac: mean.value("dram.busy_frac"),
@@ -202,6 +203,13 @@ fn unit(mean: &ResultsRow, unit: UnitKind) -> UnitSummary {
         stalls: Stall::ALL.map(|s| mean.value(&path(&format!("stall_{}_cycles", s.name())))),
         idle: mean.value(&path("idle_cycles")),
     }
+}
+
+/// `None` where CCUs evaluate colours.
+fn colour(mean: &ResultsRow) -> Option<ColourSummary> {
+    let all = mean.known("frame_cycles")? * mean.known("colour.units")?;
+    let busy = mean.known("colour.busy_cycles")?;
+    Some(ColourSummary { busy_frac: busy / all.max(1.0), waits: mean.known("colour.wait_cycles")? })
 }
 
 /// `None` where the model of the DRAM counts no commands.

@@ -76,6 +76,44 @@ pub(super) fn units(list: &mut List) {
     );
 }
 
+pub(super) fn colour(list: &mut List) {
+    count(
+        list,
+        "colour.units",
+        "1",
+        "Number of colour units in the machine, one a core; absent where CCUs evaluate colours \
+         (`ccu.fetch` is not `lazy-colour`).",
+        |f| Some(u64::from(f.timing()?.colour?.units)),
+    );
+    count(
+        list,
+        "colour.busy_cycles",
+        "cycles",
+        "Cycles in which a chunk held the entry of a colour unit, summed over the units.",
+        |f| Some(f.timing()?.colour?.busy),
+    );
+    real(
+        list,
+        "colour.busy_frac",
+        "1",
+        "Share of the frame in which the colour units worked, 0 to 1.",
+        |f, _| {
+            let timing = f.timing()?;
+            let colour = timing.colour?;
+            let all = timing.frame as f64 * f64::from(colour.units);
+            Some(if all == 0.0 { 0.0 } else { colour.busy as f64 / all })
+        },
+    );
+    count(
+        list,
+        "colour.wait_cycles",
+        "cycles",
+        "Cycles in which volume rendering units (VRU) had a chunk that was sorted and loaded and \
+         waited for its colours: a part of `units.vru.stall_input_cycles`.",
+        |f| Some(f.timing()?.colour?.waits),
+    );
+}
+
 /// The value of a histogram that at least `share` of its entries are at or below, as the upper edge
 /// of a bin; `None` where it is empty.
 fn quantile(bins: &Histogram, share: f64) -> Option<f64> {

@@ -4,10 +4,13 @@ use std::collections::VecDeque;
 
 use powergs_core::accel::bsu::Sort;
 use powergs_core::accel::layout::AccessPattern;
+use powergs_core::accel::machine::Fetch;
 use powergs_core::accel::schedule::Job;
 use powergs_core::accel::traffic::ChunkLoad;
 use powergs_core::accel::vru::Render;
-use powergs_core::accel::{ResolvedUnits, Unit};
+use powergs_core::accel::{Machine, ResolvedUnits, Unit};
+use powergs_core::flops::colour_share;
+use powergs_core::workload::ChunkWork;
 
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
@@ -60,6 +63,19 @@ struct Chunk {
     pixels: Option<u64>,
     wanted: bool,
     sent: u64,
+    colours: Colours,
+}
+
+/// Where the colours of a chunk are.
+enum Colours {
+    /// Nobody waits for them: there are none, or they are done.
+    There,
+    /// Operations that the colour unit has not been asked for.
+    Wanted(u64),
+    /// Operations that have not entered it.
+    Entering(u64),
+    /// Cycles until the last of them leaves it.
+    Leaving(u64),
 }
 
 #[derive(Default)]
@@ -84,6 +100,8 @@ pub struct Core {
     keys_used: u64,
     features_used: u64,
     pixels_used: u64,
+    /// Cycles in which something entered the colour unit, and in which the VRU waited for it alone.
+    pub colour_cycles: [u64; 2],
 }
 
 fn fits(used: u64, bytes: u64, capacity: u64) -> bool {
@@ -122,7 +140,8 @@ impl Core {
         }
         let is_ready = self.chunks.front().is_some_and(|c| {
             let here = c.features.is_none_or(|ticket| memory.is_done(ticket, now));
-            here && c.sort.is_none_or(|n| n < self.sorts_done) && c.sent < now
+            let is_sorted = c.sort.is_none_or(|n| n < self.sorts_done);
+            here && is_sorted && c.sent < now && matches!(c.colours, Colours::There)
         });
         if self.rendering.is_none() && self.pending.is_none() && is_ready {
             self.rendering = self.chunks.pop_front();
@@ -134,6 +153,22 @@ impl Core {
         self.move_front(now, frame, memory);
         while self.send(now, frame, memory) {}
         self.fetch(now, frame, next, memory);
+        self.colour(now, memory);
+    }
+
+    /// The colour unit takes the next chunk that wants it, if nothing is entering and all of the
+    /// chunk has arrived.
+    fn colour(&mut self, now: u64, memory: &Memory) {
+        if self.chunks.iter().any(|c| matches!(c.colours, Colours::Entering(_))) {
+            return;
+        }
+        let next = self.chunks.iter_mut().find(|c| matches!(c.colours, Colours::Wanted(_)));
+        let Some(chunk) = next else { return };
+        if let (Colours::Wanted(operations), Some(ticket)) = (&chunk.colours, chunk.features)
+            && memory.is_done(ticket, now)
+        {
+            chunk.colours = Colours::Entering(*operations);
+        }
     }
 
     fn give_back(&mut self, now: u64, memory: &Memory) {
@@ -259,6 +294,7 @@ impl Core {
                     pixels: Some(frame.design.vru.pixel_bytes(tile)),
                     wanted: true,
                     sent: now,
+                    colours: Colours::There,
                 });
                 middle.tile += 1;
             }
@@ -341,6 +377,10 @@ impl Core {
             pixels: is_last.then(|| design.vru.pixel_bytes(tile)),
             wanted: true,
             sent: now,
+            colours: match frame.colour_operations(&chunk) {
+                0 => Colours::There,
+                operations => Colours::Wanted(operations),
+            },
         });
         true
     }
@@ -395,6 +435,7 @@ impl Core {
             pixels: None,
             wanted: false,
             sent: now,
+            colours: Colours::There,
         });
         true
     }
@@ -440,7 +481,35 @@ impl Core {
         [qsu, bsu, vru]
     }
 
-    pub fn tick(&mut self) {
+    /// Whether the VRU has nothing to do but wait for the colours of its next chunk.
+    pub fn wants_colours(&self, now: u64, memory: &Memory) -> bool {
+        let is_free = self.rendering.is_none() && self.pending.is_none();
+        is_free
+            && self.chunks.front().is_some_and(|c| {
+                let is_sorted = c.sort.is_none_or(|n| n < self.sorts_done);
+                let is_here = c.features.is_none_or(|ticket| memory.is_done(ticket, now));
+                is_sorted && is_here && !matches!(c.colours, Colours::There)
+            })
+    }
+
+    pub fn tick(&mut self, machine: &Machine) {
+        let vru = &machine.vru;
+        for chunk in &mut self.chunks {
+            let latency = u64::from(vru.colour_latency);
+            let after = |left: u64| match left {
+                0 => Colours::There,
+                _ => Colours::Leaving(left),
+            };
+            match chunk.colours {
+                Colours::Entering(left) => {
+                    self.colour_cycles[0] += 1;
+                    let left = left.saturating_sub(u64::from(vru.colour_operations_per_cycle));
+                    chunk.colours = if left > 0 { Colours::Entering(left) } else { after(latency) };
+                }
+                Colours::Leaving(left) => chunk.colours = after(left - 1),
+                Colours::There | Colours::Wanted(_) => {}
+            }
+        }
         let count = |busy: &mut u64, bank: &mut u64| {
             let left = if *busy > 0 { busy } else { bank };
             *left = left.saturating_sub(1);
@@ -464,6 +533,17 @@ impl Core {
 }
 
 impl Frame<'_> {
+    /// Operations of the colours that a chunk reads: each in proportion to the operations of its
+    /// SH degree, those of further levels as many as a finished pixel.
+    fn colour_operations(&self, chunk: &ChunkWork) -> u64 {
+        if self.machine.ccu.fetch != Fetch::LazyColour {
+            return 0;
+        }
+        let full = f64::from(self.machine.ccu.operations.sh_colour);
+        let one = (full * colour_share(self.workload.sh_degree)).round() as u64;
+        one * u64::from(chunk.first_loads) + 6 * u64::from(chunk.level_loads)
+    }
+
     /// What the VRU does for a chunk of a tile, or for a tile without chunks.
     fn render(&self, job: &Job, index: usize, position: Option<u32>) -> Render {
         let tile = &self.workload.tiles[index];
