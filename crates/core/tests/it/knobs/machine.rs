@@ -1,5 +1,7 @@
 //! Every key of every machine.
 
+use std::{iter, slice};
+
 use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
@@ -77,7 +79,9 @@ impl Base {
 /// Keys of a machine that move nothing, and those of them that move nothing either once their
 /// condition is lifted.
 fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
-    let base = Base::of(file.text, &[]);
+    // The memory that is simulated fastest: keys of the others have it in their condition.
+    let flat = "dram.model=bandwidth".to_owned();
+    let base = Base::of(file.text, slice::from_ref(&flat));
     let list = list();
     let docs = key_docs::<Machine>();
     let keys: Vec<&KeyDoc> =
@@ -88,9 +92,12 @@ fn dead_keys(file: &Embedded) -> (Vec<String>, Vec<String>) {
         Some(Inert { lift_file: Some(other), .. }) => {
             assert_ne!(other, file.name, "{}: the condition is not lifted", doc.path);
             let other = find(MACHINES, other).expect("a machine that comes with the program");
-            Base::of(other, &[]).dead(doc)
+            Base::of(other, slice::from_ref(&flat)).dead(doc)
         }
-        Some(inert) => Base::of(file.text, &inert.lift).dead(doc),
+        Some(inert) => {
+            let sets: Vec<String> = iter::once(&flat).chain(&inert.lift).cloned().collect();
+            Base::of(file.text, &sets).dead(doc)
+        }
         None => Some(dead.clone()),
     };
     let dead = inert.par_iter().filter_map(still).collect();
