@@ -147,7 +147,8 @@ impl Banked {
                 self.run_ahead(until, pieces);
                 may_run_ahead = false;
             }
-            let tick = self.next_tick();
+            let (next, _) = self.agenda.first();
+            let tick = if self.front.working == 0 { u64::MAX } else { self.front.due.min(next) };
             let time = self.front.first_done();
             if time < tick {
                 if time > until {
@@ -197,12 +198,6 @@ impl Banked {
         stats
     }
 
-    /// The next CK in which anything happens; `u64::MAX` when no request is under way.
-    #[inline]
-    fn next_tick(&self) -> u64 {
-        if self.front.working == 0 { u64::MAX } else { self.front.due.min(self.agenda.first().0) }
-    }
-
     /// Skips the refreshes of a long idle time: only their number matters.
     #[inline]
     fn skip_refreshes(&mut self, tick: u64) {
@@ -218,6 +213,7 @@ impl Banked {
                     self.agenda.set(number, channel.next());
                 }
             }
+            self.agenda.look();
         }
     }
 
@@ -230,6 +226,7 @@ impl Banked {
         for number in bits(touched) {
             self.agenda.set(number, self.channels[number].next());
         }
+        self.agenda.look();
     }
 
     #[inline]
@@ -244,6 +241,7 @@ impl Banked {
             for number in bits(self.front.enter(now, &mut self.channels, pieces)) {
                 self.agenda.set(number, now);
             }
+            self.agenda.look();
         }
         loop {
             let (next, number) = self.agenda.first();
@@ -253,6 +251,7 @@ impl Banked {
             let channel = &mut self.channels[number];
             channel.tick(now, &self.rules, &mut self.front);
             self.agenda.set(number, channel.next());
+            self.agenda.look();
         }
     }
 }

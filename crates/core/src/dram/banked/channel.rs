@@ -13,10 +13,10 @@ use super::front::{Burst, Fifo, Front};
 use super::log::{CommandKind, Logged};
 use super::plan::{Candidate, Command};
 use super::queue::{CLOSED, Entries, List, NONE, Writes};
-use super::rules::{READ, Rules, WRITE};
+use super::rules::{Known, READ, Rules, WRITE};
 use super::sleep::Sleep;
 use super::table::Table;
-use crate::dram::device::{Page, Refresh};
+use crate::dram::device::Refresh;
 use crate::dram::stats::CLASSES;
 
 /// A bank.
@@ -206,6 +206,15 @@ impl Channel {
     /// Does what happens in the CK `now`, which is [`Channel::next`].
     #[inline]
     pub(super) fn tick(&mut self, now: u64, rules: &Rules, front: &mut Front) {
+        if rules.plain {
+            self.tick_known(now, Known::<true>(rules), front);
+        } else {
+            self.tick_known(now, Known::<false>(rules), front);
+        }
+    }
+
+    #[inline]
+    fn tick_known<const P: bool>(&mut self, now: u64, rules: Known<'_, P>, front: &mut Front) {
         if self.accepts <= now {
             self.accept_heads(now, rules, front);
         }
@@ -224,7 +233,7 @@ impl Channel {
 
     /// The heads of the FIFO go into the queues.
     #[inline]
-    fn accept_heads(&mut self, now: u64, rules: &Rules, front: &mut Front) {
+    fn accept_heads<const P: bool>(&mut self, now: u64, rules: Known<'_, P>, front: &mut Front) {
         self.accepts = u64::MAX;
         for _ in 0..rules.acceptances {
             let Some(burst) = self.fifo.front() else { return };
@@ -250,7 +259,7 @@ impl Channel {
 
     /// Accepts a burst, and finds the CK of the next step.
     #[inline]
-    fn accept(&mut self, burst: &Burst, now: u64, rules: &Rules) {
+    fn accept<const P: bool>(&mut self, burst: &Burst, now: u64, rules: Known<'_, P>) {
         if self.look_from < now {
             self.set_direction(rules);
         }
@@ -270,8 +279,8 @@ impl Channel {
         if first {
             self.set_keys(number, direction, rules);
             if self.direction() == direction {
-                self.column_changed(number, direction, self.bus_free[0].max(now));
-                self.row_changed(number, self.bus_free[1].max(now));
+                self.column_changed(number, direction, self.bus_free[0].max(now), rules);
+                self.row_changed(number, self.bus_free[1].max(now), rules);
             }
         }
         let plain = self.due.is_empty();
@@ -282,20 +291,27 @@ impl Channel {
             // A younger request changes nothing for older ones, with one exception: a hit that was
             // accepted in the same CK keeps the row open.
             let same = |c: &Candidate| usize::from(c.bank) == number;
-            if rules.in_order || self.best.iter().any(same) {
+            if rules.in_order() || same(&self.best[0]) || !P && same(&self.best[1]) {
                 self.planned = false;
             } else {
                 self.consider_bank(number, now, rules);
             }
         }
-        let next =
-            if self.planned { self.best_time() } else { self.bus_free[0].min(self.bus_free[1]) };
+        let next = if self.planned { self.best_time::<P>() } else { self.bus_time::<P>() };
         self.wake = self.wake.min(next.max(now));
     }
 
     #[inline]
-    pub(super) fn best_time(&self) -> u64 {
-        self.best[0].time.min(self.best[1].time)
+    pub(super) fn best_time<const P: bool>(&self) -> u64 {
+        let [first, row] = &self.best;
+        if !P { first.time.min(row.time) } else { first.time }
+    }
+
+    /// The first CK in which a command bus is free.
+    #[inline]
+    fn bus_time<const P: bool>(&self) -> u64 {
+        let [first, row] = self.bus_free;
+        if P { first } else { first.min(row) }
     }
 
     #[inline]
@@ -305,32 +321,35 @@ impl Channel {
 
     /// Issues what can be issued in the CK `now`.
     #[inline]
-    fn step(&mut self, now: u64, rules: &Rules, front: &mut Front) {
+    fn step<const P: bool>(&mut self, now: u64, rules: Known<'_, P>, front: &mut Front) {
         if now >= self.next_refresh {
             self.refresh_due(now, rules);
         }
-        let issued = if rules.column_bus {
+        let issued = if rules.column_bus() {
             self.step_two_buses(now, rules, front)
         } else {
             self.step_one_bus(now, rules, front)
         };
-        let steady = self.synced.is_none() && self.due.is_empty();
+        let steady = !(rules.has_extras() && self.synced.is_some()) && self.due.is_empty();
         if issued && steady && !self.turns(rules) {
-            self.plan(now + 1, rules);
+            self.look_from = u64::MAX;
+            self.plan_steadily(now + 1, rules);
         }
-        let next = if self.planned && steady {
-            self.best_time()
-        } else {
-            self.bus_free[0].min(self.bus_free[1])
-        };
+        let next =
+            if self.planned && steady { self.best_time::<P>() } else { self.bus_time::<P>() };
         self.wake = next.max(now + 1).min(self.next_refresh);
-        if self.second.is_some() {
+        if rules.has_extras() && self.second.is_some() {
             self.wake = self.wake.min(now + 1);
         }
     }
 
     #[inline]
-    fn ready(&mut self, now: u64, bus: usize, rules: &Rules) -> Option<Candidate> {
+    fn ready<const P: bool>(
+        &mut self,
+        now: u64,
+        bus: usize,
+        rules: Known<'_, P>,
+    ) -> Option<Candidate> {
         if !self.planned {
             self.plan(now, rules);
         }
@@ -338,7 +357,12 @@ impl Channel {
         (best.time <= now).then_some(best)
     }
 
-    fn step_two_buses(&mut self, now: u64, rules: &Rules, front: &mut Front) -> bool {
+    fn step_two_buses<const P: bool>(
+        &mut self,
+        now: u64,
+        rules: Known<'_, P>,
+        front: &mut Front,
+    ) -> bool {
         let column = self.ready(now, 0, rules);
         if let Some(candidate) = column {
             // The plan of the row bus holds unless it was for this bank.
@@ -348,7 +372,7 @@ impl Channel {
             if self.due.is_empty() {
                 self.set_direction(rules);
             }
-            self.planned = other && before == self.write_mode && rules.page == Page::Open;
+            self.planned = other && before == self.write_mode && !rules.closes_rows();
         }
         let row = self.ready(now, 1, rules);
         if let Some(candidate) = row {
@@ -363,12 +387,18 @@ impl Channel {
     }
 
     #[inline]
-    fn step_one_bus(&mut self, now: u64, rules: &Rules, front: &mut Front) -> bool {
-        if self.second.is_some_and(|(_, deadline)| deadline <= now) {
+    fn step_one_bus<const P: bool>(
+        &mut self,
+        now: u64,
+        rules: Known<'_, P>,
+        front: &mut Front,
+    ) -> bool {
+        if rules.has_extras() && self.second.is_some_and(|(_, deadline)| deadline <= now) {
             self.second_half(now, rules);
             return true;
         }
-        if self.synced.is_some()
+        if rules.has_extras()
+            && self.synced.is_some()
             && let Some(candidate) = self.synced.take()
         {
             self.issue(candidate, now, rules, front);
@@ -379,13 +409,13 @@ impl Channel {
         }
         let candidate = self.best[0];
         if candidate.time > now {
-            let halved = self.second.is_some() && self.bus_free[0] <= now;
+            let halved = rules.has_extras() && self.second.is_some() && self.bus_free[0] <= now;
             if halved {
                 self.second_half(now, rules);
             }
             return halved;
         }
-        if now >= self.clock_until && candidate.command == Command::Column {
+        if rules.has_extras() && now >= self.clock_until && candidate.command == Command::Column {
             if self.second.is_some_and(|(_, deadline)| deadline <= now + 1) {
                 self.second_half(now, rules);
             } else {

@@ -5,8 +5,8 @@ use super::front::Front;
 use super::log::CommandKind;
 use super::plan::{COLUMN, Candidate, Command};
 use super::queue::{CLOSED, Entry, NONE};
-use super::rules::{READ, Rules, WRITE};
-use crate::dram::device::{Page, Refresh};
+use super::rules::{Known, READ, Rules, WRITE};
+use crate::dram::device::Refresh;
 use crate::dram::stats::CLASSES;
 
 /// What the first command for a burst was: it found its row open, the bank closed, or another row.
@@ -16,11 +16,11 @@ const CONFLICT: usize = 2;
 
 impl Channel {
     /// Issues a command at `now`.
-    pub(super) fn issue(
+    pub(super) fn issue<const P: bool>(
         &mut self,
         candidate: Candidate,
         now: u64,
-        rules: &Rules,
+        rules: Known<'_, P>,
         front: &mut Front,
     ) {
         self.planned = false;
@@ -58,7 +58,13 @@ impl Channel {
 
     /// Issues a command of a refresh.
     #[cold]
-    fn refresh(&mut self, command: Command, number: usize, now: u64, rules: &Rules) {
+    fn refresh<const P: bool>(
+        &mut self,
+        command: Command,
+        number: usize,
+        now: u64,
+        rules: Known<'_, P>,
+    ) {
         match command {
             Command::PrechargeBank => self.precharge(number, now, rules),
             Command::PrechargeAll => self.precharge_all(number, now, rules),
@@ -77,8 +83,8 @@ impl Channel {
     }
 
     #[inline]
-    fn occupy(&mut self, bus: usize, until: u64, rules: &Rules) {
-        if rules.column_bus {
+    fn occupy<const P: bool>(&mut self, bus: usize, until: u64, rules: Known<'_, P>) {
+        if rules.column_bus() {
             self.bus_free[bus] = until;
         } else {
             self.bus_free = [until; 2];
@@ -108,12 +114,18 @@ impl Channel {
     }
 
     #[inline]
-    fn column(&mut self, number: usize, index: u16, now: u64, rules: &Rules) -> (u32, u64) {
+    fn column<const P: bool>(
+        &mut self,
+        number: usize,
+        index: u16,
+        now: u64,
+        rules: Known<'_, P>,
+    ) -> (u32, u64) {
         self.count_first(index, HIT);
         let &Entry { slot, write, class, .. } = self.entries.get(index);
         let kind = usize::from(write);
         let bank = self.banks.at_mut(number);
-        let (pseudo, own) = (usize::from(bank.pseudo), usize::from(bank.group));
+        let (pseudo, own) = (rules.shared(bank.pseudo), rules.shared(bank.group));
         let precharge_ok = &mut bank.row_ok[PRECHARGE];
         *precharge_ok = (*precharge_ok).max(now + rules.column_to_precharge[kind]);
         if bank.active == index {
@@ -133,8 +145,8 @@ impl Channel {
             true => (rules.write_to_read_short, rules.write_to_read_long),
             false => (rules.read_to_write, rules.read_to_write),
         };
-        let first = pseudo * rules.groups;
-        for i in first..first + rules.groups {
+        let first = pseudo * rules.groups();
+        for i in first..first + rules.groups() {
             let same = i == own;
             let apart = if same { rules.column_long } else { rules.column_short };
             let other = if same { long } else { short };
@@ -143,13 +155,15 @@ impl Channel {
             ok[1 - kind] = ok[1 - kind].max(now + other);
         }
         self.pseudo_channels.at_mut(pseudo).bursts += 1;
-        if let Some(runs) = rules.clock_runs {
+        if rules.has_extras()
+            && let Some(runs) = rules.clock_runs
+        {
             self.clock_until = self.clock_until.max(now + runs[kind]);
         }
         self.counts.classes[usize::from(class) % CLASSES].columns[kind] += 1;
         self.classes[COLUMN].set_stale();
-        self.row_changed(number, self.bus_free[1].max(now));
-        if rules.page == Page::Closed {
+        self.row_changed(number, self.bus_free[1].max(now), rules);
+        if rules.closes_rows() {
             self.auto_precharge(number, now, rules);
         }
         if self.is_empty() {
@@ -159,7 +173,7 @@ impl Channel {
     }
 
     /// Auto-precharge (closed page): the bank closes by itself if no burst waits for its row.
-    fn auto_precharge(&mut self, number: usize, now: u64, rules: &Rules) {
+    fn auto_precharge<const P: bool>(&mut self, number: usize, now: u64, rules: Known<'_, P>) {
         let bank = self.banks.at_mut(number);
         if bank.active != NONE || bank.lists[READ].hit != NONE || bank.lists[WRITE].hit != NONE {
             return;
@@ -174,7 +188,13 @@ impl Channel {
     }
 
     #[inline]
-    fn activate(&mut self, number: usize, index: u16, now: u64, rules: &Rules) {
+    fn activate<const P: bool>(
+        &mut self,
+        number: usize,
+        index: u16,
+        now: u64,
+        rules: Known<'_, P>,
+    ) {
         self.count_first(index, MISS);
         self.counts.activates += 1;
         self.leave_queue(number, index);
@@ -183,10 +203,10 @@ impl Channel {
         bank.active = index;
         bank.row_ok = [now + rules.activate_to_activate, now + rules.activate_to_precharge];
         bank.column_ok = rules.activate_to_column.map(|d| now + d);
-        let (pseudo, own) = (usize::from(bank.pseudo), usize::from(bank.group));
+        let (pseudo, own) = (rules.shared(bank.pseudo), rules.shared(bank.group));
         self.active |= 1 << number;
-        let first = pseudo * rules.groups;
-        for i in first..first + rules.groups {
+        let first = pseudo * rules.groups();
+        for i in first..first + rules.groups() {
             let apart = if i == own { rules.activate_long } else { rules.activate_short };
             let ok = &mut self.groups.at_mut(i).activate_ok;
             *ok = (*ok).max(now + apart);
@@ -197,17 +217,17 @@ impl Channel {
         pseudo.faw_ok = pseudo.faw_ends[pseudo.faw_oldest];
         self.classes[ACTIVATE].set_stale();
         match rules.second_within {
-            Some(within) => {
+            Some(within) if rules.has_extras() => {
                 self.second = Some((number as u8, now + within));
                 self.set_keys(number, READ, rules);
                 self.set_keys(number, WRITE, rules);
             }
-            None => self.open(number, row, now, rules),
+            _ => self.open(number, row, now, rules),
         }
     }
 
     /// The second half of an activate.
-    pub(super) fn second_half(&mut self, now: u64, rules: &Rules) {
+    pub(super) fn second_half<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
         let Some((number, _)) = self.second.take() else { return };
         self.planned = false;
         self.look_from = now + 1;
@@ -220,7 +240,7 @@ impl Channel {
 
     /// Opens a row for the active entry of a bank.
     #[inline]
-    fn open(&mut self, number: usize, row: u32, now: u64, rules: &Rules) {
+    fn open<const P: bool>(&mut self, number: usize, row: u32, now: u64, rules: Known<'_, P>) {
         if self.open == 0 {
             self.sleep.count(now, false, &rules.sleep_after);
         }
@@ -237,14 +257,14 @@ impl Channel {
             }
         }
         let floor = self.bus_free[0].max(now);
-        self.column_changed(number, kind, floor);
+        self.column_changed(number, kind, floor, rules);
         if kind != self.direction() {
-            self.column_changed(number, 1 - kind, floor);
+            self.column_changed(number, 1 - kind, floor, rules);
         }
     }
 
     #[inline]
-    fn close(&mut self, number: usize, now: u64, rules: &Rules) {
+    fn close<const P: bool>(&mut self, number: usize, now: u64, rules: Known<'_, P>) {
         self.open &= !(1 << number);
         if self.open == 0 {
             self.sleep.count(now, true, &rules.sleep_after);
@@ -255,20 +275,20 @@ impl Channel {
     }
 
     #[inline]
-    fn precharge(&mut self, number: usize, now: u64, rules: &Rules) {
+    fn precharge<const P: bool>(&mut self, number: usize, now: u64, rules: Known<'_, P>) {
         self.counts.precharges += 1;
         let bank = self.banks.at_mut(number);
         let activate_ok = &mut bank.row_ok[ACTIVATE];
         *activate_ok = (*activate_ok).max(now + rules.precharge_to_activate);
-        let pseudo = self.pseudo_channels.at_mut(bank.pseudo);
+        let pseudo = self.pseudo_channels.at_mut(rules.shared(bank.pseudo));
         pseudo.precharge_ok = now + rules.precharge_to_precharge;
         self.close(number, now, rules);
         self.classes[PRECHARGE].set_stale();
-        self.row_changed(number, self.bus_free[1].max(now));
-        self.column_changed(number, self.direction(), self.bus_free[0].max(now));
+        self.row_changed(number, self.bus_free[1].max(now), rules);
+        self.column_changed(number, self.direction(), self.bus_free[0].max(now), rules);
     }
 
-    fn precharge_all(&mut self, first: usize, now: u64, rules: &Rules) {
+    fn precharge_all<const P: bool>(&mut self, first: usize, now: u64, rules: Known<'_, P>) {
         self.counts.precharges_all += 1;
         for number in first..first + rules.groups * rules.group_banks {
             if self.banks.at(number).row != CLOSED {
@@ -280,14 +300,14 @@ impl Channel {
         pseudo.refresh_ok = now + rules.precharge_all_to_refresh;
     }
 
-    fn refresh_all(&mut self, first: usize, now: u64, rules: &Rules) {
+    fn refresh_all<const P: bool>(&mut self, first: usize, now: u64, rules: Known<'_, P>) {
         for number in first..first + rules.groups * rules.group_banks {
             self.banks.at_mut(number).row_ok[ACTIVATE] = now + rules.refresh_all_to_activate;
         }
     }
 
     /// A refresh of one bank counts as an activate for tRRD of the other banks.
-    fn refresh_bank(&mut self, number: usize, now: u64, rules: &Rules) {
+    fn refresh_bank<const P: bool>(&mut self, number: usize, now: u64, rules: Known<'_, P>) {
         let bank = self.banks.at_mut(number);
         bank.row_ok[ACTIVATE] = now + rules.refresh_bank_to_activate;
         let first = usize::from(bank.pseudo) * rules.groups;
@@ -298,7 +318,7 @@ impl Channel {
     }
 
     /// Puts the refreshes whose interval (tREFI) has passed into the list of those due.
-    pub(super) fn refresh_due(&mut self, now: u64, rules: &Rules) {
+    pub(super) fn refresh_due<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
         while now >= self.next_refresh {
             self.next_refresh += rules.refresh_interval;
             self.planned = false;
@@ -330,7 +350,7 @@ impl Channel {
     }
 
     /// Considers the next command of the refresh that is due.
-    pub(super) fn consider_refresh(&mut self, now: u64, rules: &Rules) {
+    pub(super) fn consider_refresh<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
         let due = self.due[0];
         let (first, end) = match due {
             Due::PseudoChannel(pseudo) => {

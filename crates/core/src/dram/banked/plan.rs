@@ -8,7 +8,7 @@
 use super::channel::{ACTIVATE, Channel, PRECHARGE};
 use super::class::{Class, NO_KEY, goes_first};
 use super::queue::NONE;
-use super::rules::{READ, Rules, WRITE};
+use super::rules::{Known, READ, WRITE};
 
 /// A kind of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub(super) const COLUMN: usize = 2;
 impl Channel {
     /// Decides between reads and writes by the fill of their queues.
     #[inline]
-    pub(super) fn set_direction(&mut self, rules: &Rules) {
+    pub(super) fn set_direction<const P: bool>(&mut self, rules: Known<'_, P>) {
         self.look_from = u64::MAX;
         if self.turns(rules) {
             self.write_mode = !self.write_mode;
@@ -83,7 +83,7 @@ impl Channel {
 
     /// Whether the direction is to change.
     #[inline]
-    pub(super) fn turns(&self, rules: &Rules) -> bool {
+    pub(super) fn turns<const P: bool>(&self, rules: Known<'_, P>) -> bool {
         let [reads, writes] = self.len;
         if self.write_mode {
             writes < rules.write_low && reads > 0
@@ -100,7 +100,12 @@ impl Channel {
     /// Finds the keys of the next commands of a bank in a direction: the column of its active entry
     /// or of the oldest row hit, and a precharge or an activate for the oldest other entry.
     #[inline]
-    pub(super) fn set_keys(&mut self, number: usize, direction: usize, rules: &Rules) {
+    pub(super) fn set_keys<const P: bool>(
+        &mut self,
+        number: usize,
+        direction: usize,
+        rules: Known<'_, P>,
+    ) {
         let bank = self.banks.at_mut(number);
         let list = &bank.lists[direction];
         let (mut column, mut row) = (NO_KEY, NO_KEY);
@@ -143,38 +148,48 @@ impl Channel {
 
     /// First CK for the column of a bank in a direction, but for the bus.
     #[inline]
-    fn column_time(&self, number: usize, direction: usize) -> u64 {
+    fn column_time<const P: bool>(
+        &self,
+        number: usize,
+        direction: usize,
+        rules: Known<'_, P>,
+    ) -> u64 {
         let bank = self.banks.at(number);
-        let group = self.groups.at(bank.group);
+        let group = self.groups.at(rules.shared(bank.group));
         bank.column_ok[direction].max(group.column_ok[direction])
     }
 
     /// The same of its activate.
     #[inline]
-    fn activate_time(&self, number: usize) -> u64 {
+    fn activate_time<const P: bool>(&self, number: usize, rules: Known<'_, P>) -> u64 {
         let bank = self.banks.at(number);
-        let pseudo = self.pseudo_channels.at(bank.pseudo);
-        let group = self.groups.at(bank.group);
+        let pseudo = self.pseudo_channels.at(rules.shared(bank.pseudo));
+        let group = self.groups.at(rules.shared(bank.group));
         bank.row_ok[ACTIVATE].max(group.activate_ok).max(pseudo.faw_ok)
     }
 
     /// The same of its precharge.
     #[inline]
-    fn precharge_time(&self, number: usize) -> u64 {
+    fn precharge_time<const P: bool>(&self, number: usize, rules: Known<'_, P>) -> u64 {
         let bank = self.banks.at(number);
-        bank.row_ok[PRECHARGE].max(self.pseudo_channels.at(bank.pseudo).precharge_ok)
+        bank.row_ok[PRECHARGE].max(self.pseudo_channels.at(rules.shared(bank.pseudo)).precharge_ok)
     }
 
     /// The row command of a bank changed.
     #[inline]
-    pub(super) fn row_changed(&mut self, number: usize, floor: u64) {
+    pub(super) fn row_changed<const P: bool>(
+        &mut self,
+        number: usize,
+        floor: u64,
+        rules: Known<'_, P>,
+    ) {
         let key = self.banks.at(number).row_key[self.direction()];
         if self.open >> number & 1 != 0 {
-            let time = self.precharge_time(number);
+            let time = self.precharge_time(number, rules);
             self.classes[PRECHARGE].change(floor, time, key, number);
             self.classes[ACTIVATE].forget(number);
         } else {
-            let time = self.activate_time(number);
+            let time = self.activate_time(number, rules);
             self.classes[ACTIVATE].change(floor, time, key, number);
             self.classes[PRECHARGE].forget(number);
         }
@@ -182,22 +197,34 @@ impl Channel {
 
     /// The column command of a bank in a direction changed.
     #[inline]
-    pub(super) fn column_changed(&mut self, number: usize, direction: usize, floor: u64) {
-        let time = self.column_time(number, direction);
+    pub(super) fn column_changed<const P: bool>(
+        &mut self,
+        number: usize,
+        direction: usize,
+        floor: u64,
+        rules: Known<'_, P>,
+    ) {
+        let time = self.column_time(number, direction, rules);
         let key = self.banks.at(number).column_key[direction];
         self.classes[COLUMN].change(floor, time, key, number);
     }
 
     /// Banks of a group among some.
     #[inline]
-    fn in_group(&self, banks: u64, group: usize, rules: &Rules) -> impl Iterator<Item = usize> {
-        bits(banks & rules.group_mask << (group * rules.group_banks))
+    fn in_group<const P: bool>(
+        &self,
+        banks: u64,
+        group: usize,
+        rules: Known<'_, P>,
+    ) -> impl Iterator<Item = usize> {
+        let own = if P { u64::MAX } else { rules.group_mask << (group * rules.group_banks) };
+        bits(banks & own)
     }
 
     #[inline]
-    fn look_for_columns(&mut self, mode: usize, floor: u64, rules: &Rules) {
+    fn look_for_columns<const P: bool>(&mut self, mode: usize, floor: u64, rules: Known<'_, P>) {
         let mut found = Class::EMPTY;
-        for index in 0..rules.all_groups {
+        for index in 0..rules.all_groups() {
             let least = self.groups.at(index).column_ok[mode];
             for number in self.in_group(self.wanted[mode][1], index, rules) {
                 let bank = self.banks.at(number);
@@ -207,17 +234,17 @@ impl Channel {
         }
         for number in bits(self.columns[1 - mode]) {
             let key = self.banks.at(number).column_key[1 - mode];
-            found.add(floor, self.column_time(number, 1 - mode), key, number);
+            found.add(floor, self.column_time(number, 1 - mode, rules), key, number);
         }
         self.classes[COLUMN] = found;
     }
 
     #[inline]
-    fn look_for_activates(&mut self, mode: usize, floor: u64, rules: &Rules) {
+    fn look_for_activates<const P: bool>(&mut self, mode: usize, floor: u64, rules: Known<'_, P>) {
         let mut found = Class::EMPTY;
-        for index in 0..rules.all_groups {
+        for index in 0..rules.all_groups() {
             let pseudo = self.banks.at(index * rules.group_banks).pseudo;
-            let least = self.pseudo_channels.at(pseudo).faw_ok;
+            let least = self.pseudo_channels.at(rules.shared(pseudo)).faw_ok;
             let least = self.groups.at(index).activate_ok.max(least);
             for number in self.in_group(self.wanted[mode][0] & !self.open, index, rules) {
                 let bank = self.banks.at(number);
@@ -229,23 +256,33 @@ impl Channel {
     }
 
     #[inline]
-    fn look_for_precharges(&mut self, mode: usize, floor: u64) {
+    fn look_for_precharges<const P: bool>(&mut self, mode: usize, floor: u64, rules: Known<'_, P>) {
         let mut found = Class::EMPTY;
         for number in bits(self.wanted[mode][0] & self.open) {
             let key = self.banks.at(number).row_key[mode];
-            found.add(floor, self.precharge_time(number), key, number);
+            found.add(floor, self.precharge_time(number, rules), key, number);
         }
         self.classes[PRECHARGE] = found;
     }
 
     /// Finds the earliest commands at or after `now`.
-    pub(super) fn plan(&mut self, now: u64, rules: &Rules) {
+    pub(super) fn plan<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
+        if self.due.is_empty() && !rules.in_order() {
+            self.look_for_direction(now, self.bus_free[0].max(now), rules);
+            return self.plan_steadily(now, rules);
+        }
+        self.planned = true;
+        self.plan_one(now, rules);
+    }
+
+    /// The same where the direction has been decided and no refresh is due.
+    pub(super) fn plan_steadily<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
+        if rules.in_order() {
+            return self.plan(now, rules);
+        }
         self.planned = true;
         let floors = self.bus_free.map(|free| free.max(now));
-        if !self.due.is_empty() || rules.in_order {
-            return self.plan_one(now, rules);
-        }
-        self.look_for_direction(now, floors[0], rules);
+        let floors = if P { [floors[0]; 2] } else { floors };
         let mode = self.direction();
         if floors[0] >= self.classes[COLUMN].overtaken {
             self.look_for_columns(mode, floors[0], rules);
@@ -254,18 +291,20 @@ impl Channel {
             self.look_for_activates(mode, floors[1], rules);
         }
         if floors[1] >= self.classes[PRECHARGE].overtaken {
-            self.look_for_precharges(mode, floors[1]);
+            self.look_for_precharges(mode, floors[1], rules);
         }
         let (activate, precharge) = (&self.classes[ACTIVATE], &self.classes[PRECHARGE]);
         let (mut row, mut command) = (precharge, Command::Precharge);
         let (mut time, late) = (precharge.time.max(floors[1]), activate.time.max(floors[1]));
         // The other half of the last activate comes first.
-        if self.second.is_none() && goes_first((late, activate.key), (time, precharge.key)) {
+        if !(rules.has_extras() && self.second.is_some())
+            && goes_first((late, activate.key), (time, precharge.key))
+        {
             (row, command, time) = (activate, Command::Activate, late);
         }
         let column = &self.classes[COLUMN];
         let column_time = column.time.max(floors[0]);
-        if rules.column_bus {
+        if rules.column_bus() {
             self.best = [
                 self.candidate(column_time, column, Command::Column, mode),
                 self.candidate(time, row, command, mode),
@@ -280,12 +319,12 @@ impl Channel {
     }
 
     /// Whether the plan is what a look at all banks finds.
-    fn is_first_of_all(&self, now: u64, rules: &Rules) -> bool {
+    fn is_first_of_all<const P: bool>(&self, now: u64, rules: Known<'_, P>) -> bool {
         let mut best = [Candidate::NEVER; 2];
-        best[0] = self.active_columns(now).fold(best[0], Candidate::or);
+        best[0] = self.active_columns(now, rules).fold(best[0], Candidate::or);
         for [column, row] in (0..rules.banks()).map(|bank| self.commands_of(bank, now, rules)) {
             best[0] = best[0].or(column);
-            let bus = usize::from(rules.column_bus);
+            let bus = usize::from(rules.column_bus());
             best[bus] = best[bus].or(row);
         }
         let of = |c: &Candidate| (c.time, c.key, c.command, c.bank, c.entry);
@@ -314,16 +353,18 @@ impl Channel {
 
     /// Decides on the direction, unless the column of an activated row goes at once.
     #[inline]
-    fn look_for_direction(&mut self, now: u64, floor: u64, rules: &Rules) {
-        if floor > now || rules.column_bus || !self.has_column(now) {
+    fn look_for_direction<const P: bool>(&mut self, now: u64, floor: u64, rules: Known<'_, P>) {
+        if !self.turns(rules) {
+            self.look_from = u64::MAX;
+        } else if floor > now || rules.column_bus() || !self.has_column(now, rules) {
             self.set_direction(rules);
         }
     }
 
     /// Plans where only columns of activated rows, a refresh that is due or else the oldest request
     /// may go.
-    fn plan_one(&mut self, now: u64, rules: &Rules) {
-        let column = self.active_columns(now).fold(Candidate::NEVER, Candidate::or);
+    fn plan_one<const P: bool>(&mut self, now: u64, rules: Known<'_, P>) {
+        let column = self.active_columns(now, rules).fold(Candidate::NEVER, Candidate::or);
         self.best = [column, Candidate::NEVER];
         if !self.due.is_empty() {
             return self.consider_refresh(now, rules);
@@ -337,18 +378,22 @@ impl Channel {
         if let Some((_, number)) = (0..rules.banks()).filter_map(head).min() {
             let list = &self.banks.at(number).lists[mode];
             let [column, row] = self.commands_of(number, now, rules);
-            let bus = usize::from(rules.column_bus && list.hit != list.head);
+            let bus = usize::from(rules.column_bus() && list.hit != list.head);
             let oldest = if list.hit == list.head { column } else { row };
             self.best[bus] = self.best[bus].or(oldest);
         }
     }
 
     /// The columns of activated rows.
-    fn active_columns(&self, now: u64) -> impl Iterator<Item = Candidate> {
+    fn active_columns<const P: bool>(
+        &self,
+        now: u64,
+        rules: Known<'_, P>,
+    ) -> impl Iterator<Item = Candidate> {
         let floor = self.bus_free[0].max(now);
         [READ, WRITE].into_iter().flat_map(move |direction| {
             bits(self.columns[direction]).map(move |number| {
-                let time = self.column_time(number, direction).max(floor);
+                let time = self.column_time(number, direction, rules).max(floor);
                 let bank = self.banks.at(number);
                 let (key, command) = (bank.column_key[direction], Command::Column);
                 Candidate { time, key, command, bank: number as u8, entry: bank.active }
@@ -357,22 +402,28 @@ impl Channel {
     }
 
     /// Whether the column of an activated row can go in the CK `now`, in which its bus is free.
-    fn has_column(&self, now: u64) -> bool {
+    fn has_column<const P: bool>(&self, now: u64, rules: Known<'_, P>) -> bool {
         [READ, WRITE].into_iter().any(|direction| {
-            bits(self.columns[direction]).any(|number| self.column_time(number, direction) <= now)
+            bits(self.columns[direction])
+                .any(|number| self.column_time(number, direction, rules) <= now)
         })
     }
 
     /// The column and the row command of a bank in the current direction.
-    fn commands_of(&self, number: usize, now: u64, rules: &Rules) -> [Candidate; 2] {
+    fn commands_of<const P: bool>(
+        &self,
+        number: usize,
+        now: u64,
+        rules: Known<'_, P>,
+    ) -> [Candidate; 2] {
         let mode = self.direction();
         let bank = self.banks.at(number);
         let (row, row_time) = match self.open >> number & 1 != 0 {
-            true => (Command::Precharge, self.precharge_time(number)),
-            false => (Command::Activate, self.activate_time(number)),
+            true => (Command::Precharge, self.precharge_time(number, rules)),
+            false => (Command::Activate, self.activate_time(number, rules)),
         };
-        let row_bus = usize::from(rules.column_bus);
-        let column_time = self.column_time(number, mode);
+        let row_bus = usize::from(rules.column_bus());
+        let column_time = self.column_time(number, mode, rules);
         let halved = row == Command::Activate && self.second.is_some();
         let row_key = if halved { NO_KEY } else { bank.row_key[mode] };
         let of = |bus: usize, time: u64, key: u64, command: Command| {
@@ -388,23 +439,28 @@ impl Channel {
     }
 
     /// Considers the commands of a bank in the current direction.
-    pub(super) fn consider_bank(&mut self, number: usize, now: u64, rules: &Rules) {
+    pub(super) fn consider_bank<const P: bool>(
+        &mut self,
+        number: usize,
+        now: u64,
+        rules: Known<'_, P>,
+    ) {
         let [column, row] = self.commands_of(number, now, rules);
         self.best[0] = self.best[0].or(column);
-        let best = &mut self.best[usize::from(rules.column_bus)];
+        let best = &mut self.best[usize::from(rules.column_bus())];
         *best = best.or(row);
     }
 
     /// Considers a refresh command, or one that prepares it, on the bus of row commands.
-    pub(super) fn consider_row(
+    pub(super) fn consider_row<const P: bool>(
         &mut self,
         time: u64,
         command: Command,
         bank: u8,
         now: u64,
-        rules: &Rules,
+        rules: Known<'_, P>,
     ) {
-        let bus = usize::from(rules.column_bus);
+        let bus = usize::from(rules.column_bus());
         let time = time.max(self.bus_free[bus]).max(now);
         let found = Candidate { time, key: REFRESH, command, bank, entry: NONE };
         self.best[bus] = self.best[bus].or(found);

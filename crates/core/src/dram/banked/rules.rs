@@ -3,6 +3,8 @@
 //! Every gap is from command to command, so the latencies of the data (RL, WL and BL, the CK of a
 //! burst) are part of those that JEDEC counts from the data.
 
+use std::ops::Deref;
+
 use crate::dram::device::{Device, Page, Refresh, Scheduler};
 
 /// Reads and writes where an array has one of each.
@@ -17,6 +19,8 @@ pub(super) struct Rules {
     pub keeps_rows: bool,
     /// Whether only the oldest request goes.
     pub in_order: bool,
+    /// See [`Rules::is_plain`].
+    pub plain: bool,
     pub page: Page,
     pub refresh: Refresh,
     /// Bytes of a burst.
@@ -109,7 +113,8 @@ impl Rules {
         let actions = device.energy.actions.as_ref();
         let sleep =
             actions.map(|a| [a.background.power_down_after, a.background.self_refresh_after]);
-        Self {
+        let rules = Self {
+            plain: false,
             keeps_rows: c.scheduler == Scheduler::FrFcfsRowHit,
             in_order: c.scheduler == Scheduler::Fcfs,
             page: c.page,
@@ -152,11 +157,79 @@ impl Rules {
             refresh_bank_to_activate: n(t.refresh_bank_to_activate),
             acceptances: device.front_end.acceptances,
             sleep_after: sleep.map_or([u64::MAX; 2], |s| s.map(|ns| device.ck(ns))),
-        }
+        };
+        Self { plain: rules.is_plain(), ..rules }
+    }
+
+    /// Whether a channel has one command bus and one group of banks whose rows stay open, takes the
+    /// oldest request that can go, and needs no second commands: LPDDR4. The controller is compiled
+    /// for such devices and for all others.
+    pub(super) fn is_plain(&self) -> bool {
+        let extras = self.second_within.is_some() || self.clock_runs.is_some();
+        let one_group = self.all_groups == 1 && !self.column_bus;
+        one_group && !extras && !self.in_order && self.page == Page::Open
     }
 
     /// Banks of a channel.
     pub(super) fn banks(&self) -> usize {
         self.pseudo_channels * self.groups * self.group_banks
+    }
+}
+
+/// The constraints of a device, of which the compiler knows whether it is a plain one: see
+/// [`Rules::is_plain`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a, const PLAIN: bool>(pub &'a Rules);
+
+impl<const PLAIN: bool> Deref for Known<'_, PLAIN> {
+    type Target = Rules;
+
+    #[inline]
+    fn deref(&self) -> &Rules {
+        self.0
+    }
+}
+
+impl<const PLAIN: bool> Known<'_, PLAIN> {
+    /// Whether columns have a command bus of their own.
+    #[inline]
+    pub(super) fn column_bus(self) -> bool {
+        !PLAIN && self.0.column_bus
+    }
+
+    /// Whether only the oldest request goes.
+    #[inline]
+    pub(super) fn in_order(self) -> bool {
+        !PLAIN && self.0.in_order
+    }
+
+    /// Whether rows close by themselves.
+    #[inline]
+    pub(super) fn closes_rows(self) -> bool {
+        !PLAIN && self.0.page == Page::Closed
+    }
+
+    /// Whether activates have two halves or the data clock stops.
+    #[inline]
+    pub(super) fn has_extras(self) -> bool {
+        !PLAIN && (self.0.second_within.is_some() || self.0.clock_runs.is_some())
+    }
+
+    /// Groups of a pseudo channel.
+    #[inline]
+    pub(super) fn groups(self) -> usize {
+        if PLAIN { 1 } else { self.0.groups }
+    }
+
+    /// Groups of all pseudo channels.
+    #[inline]
+    pub(super) fn all_groups(self) -> usize {
+        if PLAIN { 1 } else { self.0.all_groups }
+    }
+
+    /// The number of a group or pseudo channel.
+    #[inline]
+    pub(super) fn shared(self, number: u8) -> usize {
+        if PLAIN { 0 } else { usize::from(number) }
     }
 }

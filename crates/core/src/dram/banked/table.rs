@@ -26,10 +26,4 @@ impl<T> Table<T> {
     pub(super) fn at_mut(&mut self, number: impl Into<usize>) -> &mut T {
         &mut self.0[number.into() % MOST]
     }
-
-    /// The values below a number.
-    #[inline]
-    pub(super) fn up_to(&self, number: usize) -> &[T] {
-        &self.0[..number.min(MOST)]
-    }
 }
