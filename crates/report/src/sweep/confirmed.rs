@@ -42,7 +42,7 @@ fn done(all: &Confirmation) -> String {
         (1, _) => format!("The knee of the {} designs of the front", all.front),
         (n, front) if n == front => format!("All {n} designs of the front"),
         (n, front) => {
-            format!("The knee and its neighbours along the front, {n} of {front} designs")
+            format!("The knee and its neighbours along the front ({n} of {front} designs)")
         }
     };
     let verb = if n == 1 { "was" } else { "were" };
