@@ -3,13 +3,13 @@
 //!
 //! Timing rule: a core has one, between the memory and its feature buffer. It makes
 //! `vru.colour-operations-per-cycle` operations a cycle, so that a chunk holds its entry for
-//! `ceil(operations / colour-operations-per-cycle)` cycles: a colour takes `operations.sh-colour` of
-//! the `[ccu]` table (in proportion to the SH degree of the scene), one of a further level in
-//! foveated frames as many as a finished pixel. Chunks enter in the order in which they were issued, each
-//! when all that it reads has arrived and the chunk before has left the entry; its colours are
-//! there `vru.colour-latency` cycles after it has left. Meanwhile the next chunk is in the entry,
-//! and units render the one before: over a tile a chunk takes the longer of its rendering and its
-//! colours. A chunk that reads no colour passes by (A31).
+//! `ceil(operations / colour-operations-per-cycle)` cycles: a colour takes `operations.sh-colour`
+//! of the `[ccu]` table (in proportion to the SH degree of the scene), one of a further level in
+//! foveated frames as many as a finished pixel. Chunks enter in the order in which they were
+//! issued, each when all that it reads has arrived and the chunk before has left the entry; its
+//! colours are there `vru.colour-latency` cycles after it has left. Meanwhile the next chunk is in
+//! the entry, and units render the one before: over a tile a chunk takes the longer of its
+//! rendering and its colours. A chunk that reads no colour passes by (A31).
 //!
 //! Where colours are evaluated before sorting, by the CCUs, there is no such unit.
 
