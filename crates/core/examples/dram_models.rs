@@ -57,10 +57,8 @@ fn machine(dice: &mut Dice) -> Vec<String> {
 }
 
 fn base(model: &str) -> Result<System, RunError> {
-    let spec = SystemSpec {
-        sets: vec![format!("dram.model={model}")],
-        ..SystemSpec::named("gscore")
-    };
+    let spec =
+        SystemSpec { sets: vec![format!("dram.model={model}")], ..SystemSpec::named("gscore") };
     System::load(&spec, &EmbeddedFiles)
 }
 

@@ -20,7 +20,19 @@ fn number(value: &Value, path: &[&str]) -> f64 {
 fn morris_finds_that_prices_add_up_and_cores_do_not() {
     let keys = "dram.flat.read.energy=5 pJ/B..15 pJ/B,actions.alpha.energy,vru.cores=2..8,\
                 vru.units-per-core=8|16|32";
-    let found = json("gscore", &["--interactions", "morris", "--samples", "6", "--keys", keys]);
+    let found = json(
+        "gscore",
+        &[
+            "--set",
+            "dram.model=bandwidth",
+            "--interactions",
+            "morris",
+            "--samples",
+            "6",
+            "--keys",
+            keys,
+        ],
+    );
     let all = &found["interactions"];
     assert_eq!((text(all, "method"), all["samples"].as_u64()), ("morris", Some(6)));
     for key in ["dram.flat.read.energy", "actions.alpha.energy"] {
@@ -43,7 +55,19 @@ fn morris_finds_that_prices_add_up_and_cores_do_not() {
 #[test]
 fn sobol_shares_the_variance_of_a_sum() {
     let keys = "dram.flat.read.energy,actions.alpha.energy,leakage.ccu.power";
-    let found = json("gscore", &["--interactions", "sobol", "--samples", "2048", "--keys", keys]);
+    let found = json(
+        "gscore",
+        &[
+            "--set",
+            "dram.model=bandwidth",
+            "--interactions",
+            "sobol",
+            "--samples",
+            "2048",
+            "--keys",
+            keys,
+        ],
+    );
     let energy = |key: &str, order: &str, of: &str| {
         number(&factor(&found, key)["measures"]["energy"], &[order, of])
     };

@@ -15,6 +15,9 @@ use serde_json::Value;
 
 use super::{json, rows, sensitivity, text};
 
+/// The memory whose prices are keys of the energy table.
+const FLAT: &str = "dram.model=bandwidth";
+
 /// The first frame of the demo trace on gscore with this value.
 fn simulated(set: &str) -> FrameReport {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
@@ -22,7 +25,8 @@ fn simulated(set: &str) -> FrameReport {
     let mut reader = Reader::open(file).expect("a trace");
     let frame = reader.read_block(0).expect("a frame").decode().expect("a frame");
     let text = find(MACHINES, "gscore").expect("a machine");
-    let machine = Machine::parse_with(text, &[set.to_owned()]).expect("a machine");
+    let sets = [FLAT, set].map(str::to_owned);
+    let machine = Machine::parse_with(text, &sets).expect("a machine");
     let table = EnergyTable::parse(find(ENERGY, "gscore-28nm").expect("a table")).expect("it");
     let prices = sim::cost::prices(&table, &machine).expect("prices");
     let workload = bin(&frame, machine.geometry);
@@ -40,8 +44,8 @@ fn elasticity(found: &Value, key: &str, measure: &str) -> f64 {
 
 #[test]
 fn elasticities_are_differences_of_logarithms() {
-    let found =
-        json("gscore", &["--keys", "vru.latency,vru.cores,geometry.tile", "--step", "0.25"]);
+    let keys = "vru.latency,vru.cores,geometry.tile";
+    let found = json("gscore", &["--set", FLAT, "--keys", keys, "--step", "0.25"]);
     for (key, low, high) in [("vru.latency", 12.0, 20.0), ("vru.cores", 3.0, 5.0)] {
         let [a, b] = [low, high].map(|x| simulated(&format!("{key}={x}")));
         let over = |f: fn(&FrameReport) -> f64| (f(&b).ln() - f(&a).ln()) / f64::ln(high / low);
@@ -72,7 +76,7 @@ fn elasticities_are_differences_of_logarithms() {
 fn elasticities_of_prices_add_up() {
     let keys = "actions.*,sram.cacti.energy-factor,sram.cacti.leakage-factor,leakage.*,\
                 dram.flat.*,area.*";
-    let found = json("gscore", &["--keys", keys]);
+    let found = json("gscore", &["--set", FLAT, "--keys", keys]);
     let sum = |measure: &str, start: &dyn Fn(&str) -> bool| -> f64 {
         let all = rows(&found, "keys").iter().filter(|r| start(text(r, "key")));
         all.filter_map(|r| r["elasticity"][measure].as_f64()).sum()
@@ -104,7 +108,7 @@ const NOT_THE_LIMIT: [&str; 10] = [
 
 #[test]
 fn dead_keys_are_the_inert_ones() {
-    let found = json("gscore", &[]);
+    let found = json("gscore", &["--set", FLAT]);
     let of = |status: &str| -> BTreeSet<String> {
         let all = rows(&found, "keys").iter().filter(|r| r["status"] == status);
         all.map(|r| text(r, "key").to_owned()).collect()

@@ -27,10 +27,8 @@ const MACHINES: [(u32, u32, u32, u32, f64); 12] = [
 ];
 
 fn system(model: &str, sets: &[String]) -> System {
-    let spec = SystemSpec {
-        sets: vec![format!("dram.model={model}")],
-        ..SystemSpec::named("gscore")
-    };
+    let spec =
+        SystemSpec { sets: vec![format!("dram.model={model}")], ..SystemSpec::named("gscore") };
     let system = System::load(&spec, &EmbeddedFiles).expect("a system");
     let changes: Vec<Change> = sets.iter().map(|s| s.parse().expect("a change")).collect();
     system.with(&changes).expect("a system")

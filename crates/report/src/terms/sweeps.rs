@@ -80,6 +80,17 @@ pub(super) const SWEEPS: &[Term] = &[
          failed.",
     ),
     term(
+        &["banked"],
+        "",
+        "The DRAM model that is reported with: every command of every bank (`docs/dram.md`).",
+    ),
+    term(
+        &["calibrated"],
+        "",
+        "The DRAM model for many machines: as cheap as `bandwidth`, with rates and latencies from \
+         one `banked` run (`docs/dram.md`).",
+    ),
+    term(
         &["±", "±, %", "difference_frac"],
         "",
         "What the `calibrated` model of the DRAM says too much (+) or too little (-), as a share \

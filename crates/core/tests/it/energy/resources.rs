@@ -56,10 +56,8 @@ const BASE: [&str; 15] = [
 ];
 
 /// With each kind of price of the memory.
-const MEMORIES: [[&str; 2]; 2] = [
-    ["dram.model=bandwidth", "energy=gscore-28nm"],
-    ["dram.model=window", "energy=gscore-28nm"],
-];
+const MEMORIES: [[&str; 2]; 2] =
+    [["dram.model=bandwidth", "energy=gscore-28nm"], ["dram.model=window", "energy=gscore-28nm"]];
 
 fn base(memory: [&str; 2]) -> Table {
     let sets: Vec<String> = BASE.iter().chain(&memory).map(|s| (*s).to_owned()).collect();
