@@ -127,7 +127,7 @@ fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Cha
     let words = |j: usize| Measure::of(&objectives[j].name).words;
     let title = format!("Pareto front: {} against {}", words(y), words(x));
     let line = deadline::entry(analysis, &[(x, &plane.x.1), (y, &plane.y.1)]);
-    let entries = entries(analysis).into_iter().chain(line).collect();
+    let entries = entries(&plane).into_iter().chain(line).collect();
     let chart = Chart::new(name, title, subtitle)
         .panel(panel(&plane, &key))
         .beside(Beside::Entries { title: String::new(), entries });
@@ -192,7 +192,8 @@ fn panel(plane: &Plane, key: &Key) -> Panel {
         .fold(panel, |panel, row| panel.label(label(row), plane.at(row), Side::Free))
 }
 
-fn entries(analysis: &Analysis) -> Vec<Entry> {
+fn entries(plane: &Plane) -> Vec<Entry> {
+    let analysis = plane.analysis;
     let mut entries = vec![
         Entry::new("on the Pareto front", Symbol::Ring(Colour::INK, Colour::PALE)),
         Entry::new("knee", Symbol::Ring(Colour::VERMILION, Colour::PALE)),
@@ -207,7 +208,8 @@ fn entries(analysis: &Analysis) -> Vec<Entry> {
         (false, false) => Some(format!("condition or {} not met", display_rate(analysis))),
     };
     entries.extend(pale.map(|text| Entry::new(text, Symbol::Dot(Colour::PALE))));
-    if analysis.question.objectives.len() > 2 {
+    // One design may be the best in both: a front of a single point has no line.
+    if analysis.question.objectives.len() > 2 && plane.staircase().len() > 1 {
         entries.push(Entry::new("Pareto front of these two", Symbol::Line(Colour::NOTE)));
     }
     entries
