@@ -1,4 +1,10 @@
-//! The example of an optimisation of one's own: it runs in memory and saves power.
+//! The example of an optimisation of one's own: it runs in memory and saves power, and its charts
+//! can be read.
+
+use powergs_sim::optimize::campaign::Finished;
+use powergs_sim::optimize::claims::{self, Run};
+use powergs_sim::report::optimize::{Moment, Story, charts};
+use powergs_testkit::charts::covered;
 
 // Its `main` is not called here.
 #[allow(dead_code)]
@@ -14,5 +20,38 @@ fn an_optimisation_of_ones_own_saves_power() {
         outcome.watts.total_w()
     };
     assert!(watts(best) < watts("dense"), "{} W of {} W", watts(best), watts("dense"));
-    assert!(finished.model.is_some_and(|model| model.len() <= 600));
+    assert!(finished.model.as_ref().is_some_and(|model| model.len() <= 600));
+    labels_cover_nothing(&finished);
+}
+
+/// No label of its charts covers a mark or another label, on any page.
+fn labels_cover_nothing(finished: &Finished) {
+    let moments = finished.history.iter().filter_map(|row| {
+        let job = finished.outcomes.get(row.job)?.name.clone();
+        let check = row.iteration.check?;
+        let (iteration, lambda) = (row.iteration.iteration, row.iteration.lambda);
+        Some(Moment { job, iteration, lambda, psnr_db: check.seen.quality.psnr_db })
+    });
+    let whole = Run { label: "room".into(), results: finished.results.clone() };
+    let story = Story {
+        name: "room".into(),
+        oracle: "gscore".into(),
+        display: "oled-powergs".into(),
+        fps: 60.0,
+        done: &finished.outcomes,
+        target: None,
+        test_target: None,
+        views: (3, 3),
+        iterations: 100,
+        conclusion: &finished.conclusion,
+        course: moments.collect(),
+        ratios: finished.ratios.clone(),
+        strip: finished.pictures.clone(),
+        claims: claims::check(std::slice::from_ref(&whole)),
+    };
+    let drawn = charts(&story);
+    assert!(drawn.len() > 3, "{} charts", drawn.len());
+    for chart in &drawn {
+        assert_eq!(covered(chart), Vec::<String>::new());
+    }
 }
