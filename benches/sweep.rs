@@ -20,6 +20,7 @@ use rayon::prelude::*;
 const SWEEP: &str = r#"
 question = "How long does a design take?"
 base = "gscore"
+set = { "dram.model" = "bandwidth" }
 axes = [
   { key = "ccu.units", values = [1, 2, 4, 8] },
   { key = "vru.cores", values = [1, 2, 4] },

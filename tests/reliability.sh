@@ -49,6 +49,7 @@ cp traces/demo.bin "$work/demo.bin"
 cat > "$work/sweep.toml" <<'END'
 question = "Does this folder survive?"
 base = "gscore"
+set = { "dram.model" = "bandwidth" }
 [[axes]]
 key = "vru.cores"
 range = { from = 1, to = 12, step = 1 }
@@ -277,6 +278,7 @@ say "damaged journals: simulated again"
 cat > "$work/million.toml" <<'END'
 question = "Does a million fit?"
 base = "gscore"
+set = { "dram.model" = "bandwidth" }
 [[axes]]
 key = "vru.cores"
 range = { from = 1, to = 1000, step = 1 }

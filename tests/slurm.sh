@@ -128,6 +128,7 @@ sweep=$work/'units & sizes.toml'
 cat > "$sweep" <<'END'
 question = "Does Slurm get the same results?"
 base = "gscore"
+set = { "dram.model" = "bandwidth" }
 [[axes]]
 key = "vru.cores"
 range = { from = 1, to = 12, step = 1 }
