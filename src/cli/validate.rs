@@ -100,14 +100,19 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     drop(watch);
     let ours: Baseline =
         rows.iter().filter_map(|row| Some((row.id.clone(), value(row, &measured)?))).collect();
-    let judged = |row: &&'_ Row| wanted(row);
-    let judged: Vec<Judged> = tables
+    // The page that goes with a new baseline is of that baseline, not of the one before.
+    let blessed = match args.bless {
+        true => Some(tables.blessed(&ours, MODEL_VERSION).or_exit(Exit::Internal, "baseline")?),
+        false => None,
+    };
+    let shown = blessed.as_ref().unwrap_or(&tables);
+    let judged: Vec<Judged> = shown
         .rows
         .iter()
-        .filter(judged)
-        .map(|row| judge(row, ours.get(&row.id), tables.before(row)))
+        .filter(wanted)
+        .map(|row| judge(row, ours.get(&row.id), shown.before(row)))
         .collect();
-    let exit = finish(args, context, &tables, &ours, &judged)?;
+    let exit = finish(args, context, shown, &ours, &judged)?;
     let Some((text, path)) = page.zip(args.check.as_ref()) else { return Ok(exit) };
     let differences = pages::differences(&text, &tables, &judged, MODEL_VERSION);
     for difference in &differences {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::sim::MODEL_VERSION;
 
 fn run(args: &[&str]) -> Result<Exit, Failure> {
     let args = ["powergs-sim", "--quiet", "validate"].iter().chain(args);
@@ -49,4 +50,28 @@ fn a_page_is_compared_with_what_is_measured() {
     fs::write(&page, text.replace(row, "| `gscore-area` | another |")).unwrap();
     assert_eq!(run(&check).unwrap(), Exit::GoalMissed);
     fails(&["--quick", "--only", "neo-rank"], Exit::Usage, "no such row");
+}
+
+/// The page that is written with a new baseline is of that, not of the one before.
+#[test]
+fn a_page_goes_with_the_baseline_that_is_blessed() {
+    let folder = tempfile::tempdir().unwrap();
+    let tables = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/validation");
+    for name in ["published.csv", "workloads.csv", "baseline.csv"] {
+        let text = fs::read_to_string(format!("{tables}/{name}")).unwrap();
+        let is_area = |line: &str| line.starts_with("id,") || line.starts_with("gscore-area,");
+        let lines = text.lines().filter(|line| name != "published.csv" || is_area(line));
+        let mut text = lines.map(|line| format!("{line}\n")).collect::<String>();
+        if name == "baseline.csv" {
+            text = "# model version 1\nid,workload,ours\ngscore-area,,3.96\n".to_owned();
+        }
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let page = folder.path().join("page.md");
+    let [place, path] = [folder.path(), &page].map(|path| path.to_str().unwrap());
+    assert_eq!(run(&["--rows", place, "--bless", "--write", path]).unwrap(), Exit::Done);
+    let text = fs::read_to_string(&page).unwrap();
+    assert!(text.contains(&format!("Model version {MODEL_VERSION}.")), "{text}");
+    assert!(!text.contains("worsened"), "{text}");
+    assert_eq!(run(&["--rows", place, "--check", path]).unwrap(), Exit::Done);
 }
