@@ -130,11 +130,13 @@ fn names_in_expressions_must_be_known() {
 #[test]
 fn axes_that_change_nothing_are_told_why() {
     let mapping = axis("dram.mapping", "[\"RoBaCoCh\", \"mop\"]");
-    wrong(&mapping, &["changes nothing", "`dram.model` is `bandwidth`"]);
+    let flat = |axis: &str| format!("set = {{ dram.model = \"bandwidth\" }}\n{axis}");
+    wrong(&flat(&mapping), &["changes nothing", "`dram.model` is `bandwidth`"]);
     wrong(&axis("cache.ways", "[4, 8]"), &["changes nothing", "`cache.capacity` is 0"]);
     wrong(&axis("gating.residual", "[0.2, 0.3]"), &["changes nothing", "`gating.units` is false"]);
     wrong(&axis("description", "[\"a\", \"b\"]"), &["names move reports only"]);
-    wrong(&axis("dram:timing.activate-to-read", "[20, 29]"), &["takes only the peak rate"]);
+    let timing = axis("dram:timing.activate-to-read", "[20, 29]");
+    wrong(&flat(&timing), &["takes only the peak rate"]);
     let tables = "[[energy]]\nlabel = \"a\"\ntable = \"gscore-28nm\"\n";
     let both = format!("{tables}{}", axis("energy", "[\"gscore-28nm\", \"gscore-7nm\"]"));
     wrong(&both, &["changes nothing", "[[energy]] says which"]);

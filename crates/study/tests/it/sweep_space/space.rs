@@ -74,11 +74,14 @@ fn a_design_is_what_a_file_with_these_keys_is() {
     assert_eq!(made.prices[0].label, "gscore-28nm");
 }
 
+/// The memory that has a latency and an efficiency.
+const FLAT: &str = "set = { dram.model = \"bandwidth\" }\n";
+
 #[test]
 fn ranges_have_equal_steps_or_equal_ratios() {
     let values = |range: &str| {
-        let space = space(&format!("[[axes]]\nkey = \"dram.latency\"\nrange = {range}"));
-        column(&space, "dram.latency").join(" ")
+        let axis = format!("[[axes]]\nkey = \"dram.latency\"\nrange = {range}");
+        column(&space(&format!("{FLAT}{axis}")), "dram.latency").join(" ")
     };
     let from = "from = \"10 ns\", to = \"40 ns\"";
     assert_eq!(values(&format!("{{ {from}, step = \"15 ns\" }}")), "10 ns 25 ns 40 ns");
@@ -88,8 +91,8 @@ fn ranges_have_equal_steps_or_equal_ratios() {
     let geometric = format!("{{ {from}, count = 3, scale = \"geometric\" }}");
     assert_eq!(values(&geometric), "10 ns 20 ns 40 ns");
     // 0.1 is no binary fraction: the last value is there all the same.
-    let efficiency =
-        space("[[axes]]\nkey = \"dram.efficiency\"\nrange = { from = 0.1, to = 0.9, step = 0.1 }");
+    let axis = "[[axes]]\nkey = \"dram.efficiency\"\nrange = { from = 0.1, to = 0.9, step = 0.1 }";
+    let efficiency = space(&format!("{FLAT}{axis}"));
     assert_eq!(efficiency.proposed(), 9);
     assert_eq!(column(&efficiency, "dram.efficiency")[2], "0.3");
     // Whole numbers that a ratio makes twice are there once.
@@ -186,8 +189,8 @@ fn a_machine_that_does_not_fit_together_is_left_out_with_its_reason() {
 #[test]
 fn every_table_prices_every_point() {
     let space = space(
-        "[[energy]]\nlabel = \"cheap\"\ntable = \"gscore-28nm\"\n\
-         [[energy]]\nlabel = \"dear\"\ntable = \"gscore-28nm\"\n\
+        "[[energy]]\nlabel = \"cheap\"\ntable = \"gscore-28nm-flat\"\n\
+         [[energy]]\nlabel = \"dear\"\ntable = \"gscore-28nm-flat\"\n\
          set = { dram.flat.read.energy = \"64 pJ/B\" }\n\
          [[axes]]\nkey = \"energy:actions.alpha.energy\"\nvalues = [\"1 pJ\", \"2 pJ\"]",
     );
