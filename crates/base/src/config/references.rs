@@ -30,7 +30,7 @@ pub fn references() -> &'static BTreeMap<String, Reference> {
     })
 }
 
-/// Whether `source` is a key of `references.toml` or an assumption number (`A12`).
+/// Whether `source` is a key of `references.toml` or an assumption number (`A11`).
 pub fn is_source(source: &str) -> bool {
     is_assumption(source) || references().contains_key(source)
 }

@@ -92,10 +92,16 @@ fn roofs(roof: &Roofline, x: &Scale, y: &Scale, ridge: f64) -> Panel {
         let (height, colour) = (ceiling * 1e-9, colour(Some(stage)));
         let line = vec![(ceiling / roof.dram_bytes_s, height), (end, height)];
         let text = format!("{name}: {}", engineering(*ceiling, "op/s"));
+        // Below its roof where the next one is close above: a name between two roofs is of neither.
+        let is_close = |other: &f64| *other > *ceiling && *other < 2.0 * ceiling;
+        let side = match roof.units.iter().any(|(_, other)| is_close(other)) {
+            true => Side::BelowLeft,
+            false => Side::AboveLeft,
+        };
         panel = panel.line(Line::curve(line, colour)).label(
             Words::new(text, colour),
             (end, height),
-            Side::AboveLeft,
+            side,
         );
     }
     panel

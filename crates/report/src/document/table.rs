@@ -122,7 +122,7 @@ impl Column {
             (Cell::Words(text), _) => text.clone(),
             (Cell::Count(n), _) => n.to_string().into(),
             (Cell::Real(x), Kind::Real(shown)) => shown(*x).into(),
-            (Cell::Real(x), Kind::Fixed(digits)) => format!("{x:.digits$}").into(),
+            (Cell::Real(x), Kind::Fixed(digits)) => fixed(*x, digits).into(),
             (Cell::Real(x), Kind::Text | Kind::Count) => x.to_string().into(),
             (Cell::Flag(yes), _) => if *yes { "yes" } else { "no" }.into(),
         }
@@ -134,7 +134,7 @@ impl Column {
             (Cell::Missing | Cell::Empty, _) => String::new(),
             (Cell::Words(text), _) => text.plain(),
             (Cell::Count(n), _) => n.to_string(),
-            (Cell::Real(x), Kind::Fixed(digits)) => format!("{x:.digits$}"),
+            (Cell::Real(x), Kind::Fixed(digits)) => fixed(*x, digits),
             (Cell::Real(x), _) => x.to_string(),
             (Cell::Flag(yes), _) => yes.to_string(),
         }
@@ -282,5 +282,14 @@ impl Table {
             write(&mut cells.map(spreadsheet_safe));
         }
         writer.into_inner().expect("writing to memory cannot fail")
+    }
+}
+
+/// A number with `digits` after the point; what rounds to zero has no sign.
+fn fixed(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.chars().all(|c| matches!(c, '0' | '.')) => size.to_owned(),
+        Some(_) | None => text,
     }
 }

@@ -71,7 +71,7 @@ fn plain_colour(baseline: Option<Baseline>, is_dense: bool, is_ours: bool) -> Co
     match baseline {
         Some(baseline) => super::colour(Role::Baseline(baseline)),
         None if is_dense => super::colour(Role::Dense),
-        None if is_ours => super::colour(Role::Optimum),
+        None if is_ours => colour(Method::PowerGs),
         None => Colour::GREY,
     }
 }
