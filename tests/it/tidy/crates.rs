@@ -9,7 +9,7 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 12] = [
+const CRATES: [Row; 13] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame"]),
@@ -27,6 +27,8 @@ const CRATES: [Row; 12] = [
     ("chart", &["pixels"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
     ("report", &["base", "frame", "pixels", "core", "study", "optimize", "chart"]),
+    // What the hardware of `rtl/` computes, bit for bit: knows numbers and nothing else of ours.
+    ("datapath", &[]),
     // For tests alone.
     ("testkit", &["base", "frame", "scene", "chart"]),
 ];

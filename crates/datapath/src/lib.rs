@@ -1,0 +1,11 @@
+//! The bit-exact model of the hardware in `rtl/`.
+//!
+//! Numbers are floating point of 8 to 16 bits ([`NumberFormat`]); every operation gives the bits
+//! that the module of the same name in `rtl/` gives. Nothing here knows a clock: how many cycles
+//! things take is stated in `rtl/README.md` and measured by co-simulation.
+
+mod arithmetic;
+mod exponential;
+mod format;
+
+pub use format::{FormatError, NumberFormat};

@@ -1,0 +1,3 @@
+//! Tests of the bit-exact model, one file per topic.
+
+mod numbers;
