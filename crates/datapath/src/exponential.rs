@@ -1,7 +1,7 @@
 //! The exponential of the hardware: 2^-|x|.
 //!
-//! |x| is cut to a fixed-point number of `mantissa + 4` fraction bits and negated; its whole part is
-//! the exponent of the result. On the fraction r the power 2^r is a straight line between the
+//! |x| is cut to a fixed-point number of `mantissa + 4` fraction bits and negated; its whole part
+//! is the exponent of the result. On the fraction r the power 2^r is a straight line between the
 //! entries of a table, 2^(i/32) to 16 bits after the point; formats of few bits use fewer of its
 //! entries and bits of them. The result is rounded once, to nearest even, subnormals included. The
 //! error is below one ulp of the result in every format; `tests/it/numbers.rs` has the maxima over

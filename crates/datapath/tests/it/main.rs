@@ -1,3 +1,5 @@
 //! Tests of the bit-exact model, one file per topic.
 
 mod numbers;
+mod units;
+mod verilator;
