@@ -210,7 +210,7 @@ fn sensitivity(bench: &Bench, case: &Case, means: &BTreeMap<String, String>, i: 
         let what = format!("{}: sensitivity {ours}", case.name);
         same(&what, value(base, ours), mean(means, theirs));
     }
-    let turned = json["keys"][0]["turned"].as_array().expect("values");
+    let turned = json["keys"][0]["varied"].as_array().expect("values");
     let twice = turned.iter().find(|t| t["reach"] == "far" && t["ratio"] == 2.0);
     let twice = twice.expect("twice the units");
     let set = format!("vru.units-per-core={}", twice["value"].as_str().expect("a value"));

@@ -1,5 +1,5 @@
 //! What every assumption moves: the frame rate, the energy of a frame and the area of the chip,
-//! with its knob turned down and up. What every key moves is in [`keys`], and how keys act together
+//! with its knob varied down and up. What every key moves is in [`keys`], and how keys act together
 //! in [`interactions`].
 
 mod chart;

@@ -107,10 +107,10 @@ fn experiment(args: &Args) -> toml::Table {
     let mut table = toml::Table::new();
     table.insert("display-fps".into(), args.fps.into());
     if args.assumptions {
-        table.insert("turned".into(), "assumptions".into());
+        table.insert("varied".into(), "assumptions".into());
         return table;
     }
-    table.insert("turned".into(), "keys".into());
+    table.insert("varied".into(), "keys".into());
     table.insert("step".into(), args.step.into());
     let keys: Vec<String> = args.keys.iter().map(|(text, _)| text.clone()).collect();
     table.insert("keys".into(), keys.into());

@@ -131,7 +131,7 @@ fn dead_keys_are_the_inert_ones() {
     assert!(of("alive").len() > 60, "{:?}", of("alive"));
     assert_eq!(found["not_tried"][0]["file"], "dram");
     for row in rows(&found, "keys").iter().filter(|r| r["status"] == "fixed") {
-        let refused = rows(row, "turned").iter().all(|t| t["refused"].is_string());
+        let refused = rows(row, "varied").iter().all(|t| t["refused"].is_string());
         assert!(refused, "{row}");
     }
     let effects: Vec<f64> =

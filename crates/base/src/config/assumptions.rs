@@ -14,14 +14,14 @@ use super::embedded::ASSUMPTIONS;
 pub struct Assumption {
     /// What is assumed, in a few words; the whole text is in `docs/`.
     pub text: String,
-    /// What turns it.
+    /// What varies it.
     #[serde(default)]
     pub knobs: Vec<Knob>,
     /// Why nothing does.
     pub none: Option<String>,
 }
 
-/// Keys that are turned together.
+/// Keys that are varied together.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Knob {

@@ -10,7 +10,7 @@ const NAMES: [&str; 4] = ["tornado", "tornado_2", "tornado_3", "tornado_4"];
 const TITLE: &str = "What assumptions move";
 /// Bars that a slide has room for.
 const MOST: usize = 18;
-/// Turned down, turned up.
+/// Varied down, varied up.
 const COLOURS: [Colour; 2] = [Colour::BLUE, Colour::ORANGE];
 /// A scale ends here at the latest, percent.
 const WIDEST: f64 = 200.0;

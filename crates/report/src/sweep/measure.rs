@@ -112,21 +112,28 @@ impl Measure {
 
     /// A value with its unit: `1.23 mJ`.
     pub fn text(&self, value: f64) -> String {
+        self.in_unit_of(value, value)
+    }
+
+    /// By how much `value` changes, with a sign, in the unit that `value` is shown in: `-0.501 mW`
+    /// of 182 mW.
+    pub fn difference(&self, change: f64, value: f64) -> String {
+        let sign = if change > 0.0 { "+" } else { "" };
+        let largest = if value.is_finite() { value.abs().max(change.abs()) } else { change };
+        format!("{sign}{}", self.in_unit_of(change, largest))
+    }
+
+    fn in_unit_of(&self, value: f64, shown: f64) -> String {
         if !value.is_finite() {
             return "-".into();
         }
         if let Some(Ok(text)) = self.written.map(|measure| measure.write(value)) {
             return rounded(&text);
         }
-        let x = value * self.scale;
-        let (factor, prefix) = if self.prefixed { prefix_of(x) } else { (1.0, "") };
-        format!("{} {prefix}{}", significant(x / factor), self.unit).trim_end().to_owned()
-    }
-
-    /// A difference, with its sign.
-    pub fn difference(&self, value: f64) -> String {
-        let sign = if value > 0.0 { "+" } else { "" };
-        format!("{sign}{}", self.text(value))
+        let (factor, prefix) =
+            if self.prefixed { prefix_of(shown * self.scale) } else { (1.0, "") };
+        let x = value * self.scale / factor;
+        format!("{} {prefix}{}", significant(x), self.unit).trim_end().to_owned()
     }
 
     /// For an axis up to `largest`: the factor for values, and the name with the unit.

@@ -434,7 +434,8 @@ pub fn neighbour(analysis: &Analysis, from: u32, step: &Neighbour) -> String {
             Goal::Maximize => gain,
             Goal::Minimize => -gain,
         };
-        parts.push(format!("{} {}", measure.short(), measure.difference(change)));
+        let change = measure.difference(change, analysis.value(j, from));
+        parts.push(format!("{} {change}", measure.short()));
     }
     for (price, more) in Price::ALL.into_iter().zip(step.prices) {
         let known = analysis.question.objectives.iter().any(|o| o.name == price.column());

@@ -88,7 +88,7 @@ fn the_measured_table_has_a_row_for_every_assumption() {
     }
 }
 
-/// A knob names keys that exist: in the schema, and in the files of the machine that it is turned
+/// A knob names keys that exist: in the schema, and in the files of the machine that it is varied
 /// on.
 #[test]
 fn every_knob_has_keys() {

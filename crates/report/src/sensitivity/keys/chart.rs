@@ -59,8 +59,8 @@ fn bar(row: &KeyRow, measure: Measure) -> Option<Bar> {
         let base = Cost::mean(&row.base);
         let names = row.reached(Reach::Name);
         let changes = names.filter_map(|(t, o)| Some((t, measure.change(&o, &base)?)));
-        let (turned, change) = changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-        (format!("{}={}", row.key, turned.value), [None, percent(Some(change))])
+        let (step, change) = changes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        (format!("{}={}", row.key, step.value), [None, percent(Some(change))])
     };
     let effect = change.into_iter().flatten().map(f64::abs).fold(0.0, f64::max);
     (effect >= 0.05).then_some(Bar { label, elasticity, smooth, change, effect })

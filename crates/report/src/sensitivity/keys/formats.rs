@@ -85,7 +85,7 @@ fn sides(row: &KeyRow) -> Option<&'static str> {
 
 /// The experiment as JSON.
 pub fn json(all: &Keys) -> Value {
-    let turned = |t: &Perturbation| {
+    let varied = |t: &Perturbation| {
         let mut value = json!({ "reach": t.reach.name(), "value": t.value, "ratio": t.ratio });
         match &t.outcomes {
             Ok(outcomes) => value["outcomes"] = outcomes.iter().map(outcome_json).collect(),
@@ -109,7 +109,7 @@ pub fn json(all: &Keys) -> Value {
             "far_change": row.far_effect(),
             "largest_change": row.largest(),
             "reason": row.reason,
-            "turned": row.perturbations.iter().map(turned).collect::<Vec<_>>(),
+            "varied": row.perturbations.iter().map(varied).collect::<Vec<_>>(),
         })
     };
     let not_tried = |n: &NotTried| json!({ "file": n.file, "keys": n.keys, "why": n.why });
