@@ -1,0 +1,252 @@
+#!/usr/bin/env python3
+"""Maps one unit of rtl/ to a standard-cell library, for a stated clock.
+
+    python3 -m pip install -r rtl/synth/requirements.txt
+    python3 rtl/synth/synthesise.py bsu --library nangate45 --period 2.0 --out /tmp/bsu45 \\
+        --liberty NangateOpenCellLibrary_typical.lib
+
+Writes into the folder of --out: NAME.json (the netlist, Yosys JSON), NAME.v (the same for a timing
+analyser), NAME.sdc, and report.json: area, cells, flip-flops, how often each cell is used, and the
+critical path by OpenSTA where `sta` is found. Equal inputs give equal bytes.
+
+Cells are chosen, sized and buffered by ABC for the period, with the driving cell and the load of the
+table below at all inputs and outputs. There is no layout: areas are cell areas, wires are the
+library's wire-load model where it has one (Nangate45) and nothing elsewhere.
+"""
+
+import argparse
+import contextlib
+import fnmatch
+import gzip
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+RTL = Path(__file__).resolve().parent.parent
+
+# What a library needs to be said besides its Liberty files. Times in ns, capacitances in fF.
+# `dont_use`: scan and latch cells, clock gates, delay and clock buffers, three-state drivers.
+LIBRARIES = {
+    "nangate45": {
+        "driver": ("BUF_X2", "Z"),
+        "load_ff": 5.0,
+        "input_transition_ns": 0.02,
+        "clock_transition_ns": 0.02,
+        "dont_use": ["SDFF*", "DL?_*", "TLAT*", "TBUF*", "TINV*", "CLK*", "ANTENNA*", "FILL*"],
+        "tie_high": ("LOGIC1_X1", "Z"),
+        "tie_low": ("LOGIC0_X1", "Z"),
+    },
+    "asap7": {
+        "driver": ("BUFx2_ASAP7_75t_R", "Y"),
+        "load_ff": 2.0,
+        "input_transition_ns": 0.01,
+        "clock_transition_ns": 0.01,
+        "dont_use": ["SDF*", "DLL*", "DHL*", "ICG*", "HB*", "CKINVDC*", "DFFASR*"],
+        "tie_high": ("TIEHIx1_ASAP7_75t_R", "H"),
+        "tie_low": ("TIELOx1_ASAP7_75t_R", "L"),
+    },
+}
+
+CONDITIONS = ["clock_transition_ns", "input_transition_ns", "load_ff"]
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("unit", help="top module")
+    parser.add_argument("--library", required=True, choices=sorted(LIBRARIES))
+    parser.add_argument("--liberty", required=True, nargs="+", type=Path, help=".lib or .lib.gz")
+    parser.add_argument("--period", required=True, type=float, help="of the clock, ns")
+    parser.add_argument("--out", required=True, type=Path, help="folder, made if it is not there")
+    parser.add_argument("--name", help="of the files; the unit's by default")
+    parser.add_argument("--set", action="append", default=[], metavar="PARAMETER=VALUE")
+    parser.add_argument("--source", nargs="+", type=Path, help="all of rtl/*.sv by default")
+    return parser.parse_args()
+
+
+def unpacked(paths, folder):
+    """The Liberty files as plain text in `folder`."""
+    out = []
+    for path in paths:
+        data = path.read_bytes()
+        if data[:2] == b"\x1f\x8b":
+            data = gzip.decompress(data)
+        if b"library" not in data[:100_000]:
+            sys.exit(f"{path}: no Liberty file: no `library` in its first 100 kB")
+        name = path.name.removesuffix(".gz")
+        (folder / name).write_bytes(data)
+        out.append(folder / name)
+    return out
+
+
+def cells_of(liberty):
+    names = []
+    for path in liberty:
+        names += re.findall(r"^\s*cell\s*\(\s*\"?(\w+)\"?\s*\)", path.read_text(), re.MULTILINE)
+    return sorted(set(names))
+
+
+def sources(given):
+    """Packages first, so that modules find them."""
+    if given:
+        return given
+    found = sorted(RTL.glob("*.sv"))
+    return sorted(found, key=lambda path: (not path.stem.endswith("_pkg"), path.name))
+
+
+@contextlib.contextmanager
+def quiet(log):
+    """What Yosys and ABC print goes to `log`, and to the terminal if they fail."""
+    sys.stdout.flush()
+    terminal = os.dup(1), os.dup(2)
+    with open(log, "wb") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    try:
+        yield
+    except BaseException:
+        os.write(terminal[1], log.read_bytes()[-4000:])
+        raise
+    finally:
+        os.dup2(terminal[0], 1)
+        os.dup2(terminal[1], 2)
+
+
+def map_unit(args, settings, liberty, unused, folder):
+    """Runs Yosys; leaves NAME.json and NAME.v in the output folder."""
+    from pyosys import libyosys as ys
+
+    constraint = folder / "abc.constr"
+    cell, _ = settings["driver"]
+    constraint.write_text(f"set_driving_cell {cell}\nset_load {settings['load_ff']} [all_outputs]\n")
+    libs = " ".join(f"-liberty {path}" for path in liberty)
+    keep_out = " ".join(f"-dont_use {name}" for name in unused)
+    chparam = " ".join("-chparam {} {}".format(*item.split("=", 1)) for item in args.set)
+    high, low = settings["tie_high"], settings["tie_low"]
+    out = args.out / args.name
+    design = ys.Design()
+    steps = [
+        "read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
+        f"hierarchy -check -top {args.unit} {chparam}",
+        f"rename -top {args.name}",
+        "synth -flatten -noabc",
+        f"dfflibmap {libs} {keep_out}",
+        "opt",
+        f"abc {libs} -constr {constraint} -D {args.period * 1000:.0f} {keep_out}",
+        "opt_clean -purge",
+        f"hilomap -hicell {high[0]} {high[1]} -locell {low[0]} {low[1]}",
+        "setattr -mod -unset src -unset hdlname",
+        "setattr -unset src -unset hdlname -unset keep",
+        "rename -enumerate -pattern n% w:*.* w:*$* w:*[* %u %u",
+        "rename -enumerate -pattern u% c:*",
+        f"write_json {out}.json",
+        # OpenSTA reads no vectors in connections.
+        "splitnets -ports -format _",
+        f"write_verilog -noattr -noexpr -nohex -nodec {out}.v",
+    ]
+    with quiet(folder / "yosys.log"):
+        for step in steps:
+            ys.run_pass(step, design)
+
+
+def constraints(args, settings):
+    """The SDC: an ideal clock, transitions at clock and inputs, loads at outputs."""
+    period = args.period
+    unit = 1.0 if args.library == "nangate45" else 1000.0
+    return "\n".join(
+        [
+            f"create_clock -name clk -period {period * unit:g} [get_ports clk]",
+            f"set_clock_transition {settings['clock_transition_ns'] * unit:g} [get_clocks clk]",
+            f"set_input_transition {settings['input_transition_ns'] * unit:g} [all_inputs]",
+            f"set_load {settings['load_ff']:g} [all_outputs]",
+            "",
+        ]
+    )
+
+
+def timing(args, liberty):
+    """Critical path by OpenSTA, ns and text; None where it is not installed."""
+    sta = shutil.which("sta")
+    if sta is None:
+        return None
+    out = args.out / args.name
+    script = [f"read_liberty {path}" for path in liberty]
+    script += [
+        f"read_verilog {out}.v",
+        f"link_design {args.name}",
+        f"read_sdc {out}.sdc",
+        "report_checks -path_delay max -digits 4",
+        "exit",
+    ]
+    with tempfile.NamedTemporaryFile("w", suffix=".tcl") as file:
+        file.write("\n".join(script) + "\n")
+        file.flush()
+        done = subprocess.run([sta, "-no_init", "-no_splash", "-exit", file.name],
+                              capture_output=True, text=True, check=False)
+    slack = re.search(r"(-?[\d.]+)\s+slack", done.stdout)
+    if slack is None:
+        sys.exit("OpenSTA failed:\n" + done.stdout[-2000:] + done.stderr[-2000:])
+    unit = 1.0 if args.library == "nangate45" else 1000.0
+    return {"critical_path_ns": round(args.period - float(slack[1]) / unit, 4)}, done.stdout
+
+
+def report(args, settings, liberty):
+    """Counts and areas from the written netlist."""
+    module = json.loads((args.out / f"{args.name}.json").read_text())["modules"][args.name]
+    used = Counter(cell["type"] for cell in module["cells"].values())
+    areas, flip_flops = {}, set()
+    for path in liberty:
+        for cell in re.split(r"^\s*cell\s*\(", path.read_text(), flags=re.MULTILINE)[1:]:
+            name = re.match(r"\s*\"?(\w+)", cell)[1]
+            areas[name] = float(re.search(r"\barea\s*:\s*([-+.\deE]+)", cell)[1])
+            if re.search(r"^\s*ff\s*\(", cell, re.MULTILINE):
+                flip_flops.add(name)
+    strange = sorted(set(used) - set(areas))
+    if strange:
+        sys.exit(f"cells that no library has: {', '.join(strange)}")
+    return {
+        "unit": args.unit,
+        "parameters": dict(item.split("=", 1) for item in args.set),
+        "library": args.library,
+        "liberty": [path.name for path in liberty],
+        "period_ns": args.period,
+        **{name: settings[name] for name in CONDITIONS},
+        "area_um2": round(sum(areas[name] * n for name, n in used.items()), 3),
+        "flip_flop_area_um2": round(sum(areas[n] * used[n] for n in used if n in flip_flops), 3),
+        "cells": sum(used.values()),
+        "flip_flops": sum(used[name] for name in flip_flops),
+        "used": dict(sorted(used.items())),
+    }
+
+
+def main():
+    args = arguments()
+    args.name = args.name or args.unit
+    settings = LIBRARIES[args.library]
+    args.out.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        liberty = unpacked(args.liberty, folder)
+        unused = [name for name in cells_of(liberty)
+                  if any(fnmatch.fnmatch(name, pattern) for pattern in settings["dont_use"])]
+        map_unit(args, settings, liberty, unused, folder)
+        (args.out / f"{args.name}.sdc").write_text(constraints(args, settings))
+        summary = report(args, settings, liberty)
+        times = timing(args, liberty)
+        if times is None:
+            print("critical path: skipped, no OpenSTA (`sta`) on the path", file=sys.stderr)
+        else:
+            summary.update(times[0])
+            (args.out / "critical_path.txt").write_text(times[1])
+    (args.out / "report.json").write_text(json.dumps(summary, indent=1) + os.linesep)
+    shown = {key: value for key, value in summary.items() if key != "used"}
+    print(json.dumps(shown, indent=1))
+
+
+if __name__ == "__main__":
+    main()
