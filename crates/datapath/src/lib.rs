@@ -7,5 +7,7 @@
 mod arithmetic;
 mod exponential;
 mod format;
+mod vrc;
 
 pub use format::{FormatError, NumberFormat};
+pub use vrc::{Outcome, Pixel, Record, TILE, Vrc};

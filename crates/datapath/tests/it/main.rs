@@ -3,3 +3,4 @@
 mod numbers;
 mod units;
 mod verilator;
+mod vrc;

@@ -46,7 +46,9 @@ impl Bench {
             .arg(rtl.join("tb"))
             .args(["--top-module", name]);
         build.args(parameters.iter().map(|(key, value)| format!("-G{key}={value}")));
-        build.args(["-MAKEFLAGS", "VK_PCH_I_FAST= VK_PCH_I_SLOW=", "-CFLAGS", "-std=c++17 -O1"]);
+        build.args(["-MAKEFLAGS", "VK_PCH_I_FAST= VK_PCH_I_SLOW=", "-CFLAGS"]);
+        let defines = parameters.iter().map(|(key, value)| format!(" -D{key}={value}"));
+        build.arg(format!("-std=c++17 -O1{}", defines.collect::<String>()));
         build.arg(rtl.join("fp_pkg.sv")).arg(top).arg(rtl.join(format!("tb/{name}.cpp")));
         let built = build.output().expect("Verilator runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

@@ -1,0 +1,160 @@
+//! The volume-rendering core: what `rtl/vrc.sv` makes of splats and pixels, bit for bit.
+//!
+//! The quadratic form is a sum of two squares: with the conic as the product of a triangular matrix
+//! and its transpose, q = u² + v², u = a δx + b δy, v = c δy. That takes as many operations as the
+//! form of the conic, cannot become negative, and does not cancel where the conic of a thin splat
+//! does. α is o 2^-q; what is below 1/255 is dropped, and α is clamped to 0.99.
+//!
+//! Every operation rounds. For records of [`Record::new`] no NaN arises: differences of places and
+//! sums in u stay finite because means and the triangular matrix are bounded; a square that
+//! overflows is +∞, and so is the sum of two squares of which one is; 2^-∞ is 0. Of other records,
+//! an α that is NaN or negative is dropped, and an infinite one is clamped.
+
+use super::format::NumberFormat;
+
+/// Side of a tile, pixels.
+pub const TILE: u32 = 16;
+/// Means are held within the largest number over this, from the middle of the tile.
+const MEAN_ROOM: f64 = 8.0;
+/// The entries of the triangular matrix are at most this; with the low-pass filter of 0.3 pixels²
+/// they are below 1.56.
+const ROOT_MOST: f64 = 2.0;
+
+/// A splat as a core receives it: nine numbers, 18 bytes in FP16.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Record {
+    /// Centre, pixels from the middle of the tile (7.5, 7.5).
+    pub mean: [u16; 2],
+    /// a, b, c of u = a δx + b δy, v = c δy, 1/pixels, with log₂e/2 in them.
+    pub root: [u16; 3],
+    /// Opacity, 0 to 1.
+    pub opacity: u16,
+    /// Red, green, blue.
+    pub colour: [u16; 3],
+}
+
+/// The state of a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pixel {
+    /// What of the background is seen.
+    pub transmittance: u16,
+    /// Red, green, blue so far.
+    pub colour: [u16; 3],
+    /// Whether it takes part: it is in the image and has not stopped.
+    pub live: bool,
+}
+
+/// What a splat does to a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Nothing: the pixel has stopped before, or takes no part.
+    Idle,
+    /// Nothing: its α is below 1/255.
+    Dropped,
+    /// It blends.
+    Blended,
+    /// It would leave less than 1e-4: the pixel stops, and stays what it was.
+    Stopped,
+}
+
+/// A volume-rendering core of a number format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Vrc {
+    format: NumberFormat,
+    alpha_min: u16,
+    alpha_max: u16,
+    stop: u16,
+}
+
+impl Record {
+    /// The record of a splat: mean in pixels from the middle of the tile, covariance `[a, b, d]` of
+    /// `[[a, b], [b, d]]` in pixels², opacity and colour. Everything is computed exactly and rounded
+    /// once, as by a culling and conversion unit that is wide enough. `None` where the covariance
+    /// is no ellipse.
+    pub fn new(
+        format: NumberFormat,
+        mean: [f64; 2],
+        covariance: [f32; 3],
+        opacity: f32,
+        colour: [f32; 3],
+    ) -> Option<Record> {
+        let [a, b, d] = covariance.map(f64::from);
+        let det = a * d - b * b;
+        let regular = det > 0.0 && d > 0.0 && det.is_finite();
+        let half_log2_e = 0.5 * std::f64::consts::LOG2_E;
+        let along = (half_log2_e * d / det).sqrt();
+        let root = [along, -along * b / d, (half_log2_e / d).sqrt()];
+        let room = format.to_f64(format.largest()) / MEAN_ROOM;
+        let number = |value: f64, most: f64| format.from_f64(value.clamp(-most, most));
+        regular.then(|| Record {
+            mean: mean.map(|m| number(m, room)),
+            root: root.map(|r| number(r, ROOT_MOST)),
+            opacity: number(f64::from(opacity), 1.0),
+            colour: colour.map(|c| number(f64::from(c), room)),
+        })
+    }
+}
+
+impl Pixel {
+    /// A pixel at the beginning of a tile.
+    pub fn open(format: NumberFormat, live: bool) -> Pixel {
+        Pixel { transmittance: format.one(), colour: [0; 3], live }
+    }
+}
+
+impl Vrc {
+    /// A core of a format; `None` where its numbers do not reach over a tile (below four bits of
+    /// exponent).
+    pub fn new(format: NumberFormat) -> Option<Vrc> {
+        (format.exponent_bits() >= 4).then(|| Vrc {
+            format,
+            alpha_min: format.at_least(1.0 / 255.0),
+            alpha_max: format.at_most(0.99),
+            stop: format.at_least(1e-4),
+        })
+    }
+
+    /// Its number format.
+    pub fn format(&self) -> NumberFormat {
+        self.format
+    }
+
+    /// α of a splat at pixel (x, y) of the tile, before it is dropped or clamped.
+    pub fn alpha(&self, splat: &Record, x: u32, y: u32) -> u16 {
+        let f = self.format;
+        let place = |p: u32| f.from_f64(f64::from(p) - 0.5 * f64::from(TILE - 1));
+        let dx = f.subtract(place(x), splat.mean[0]);
+        let dy = f.subtract(place(y), splat.mean[1]);
+        let [a, b, c] = splat.root;
+        let u = f.add(f.multiply(a, dx), f.multiply(b, dy));
+        let v = f.multiply(c, dy);
+        let q = f.add(f.multiply(u, u), f.multiply(v, v));
+        f.multiply(splat.opacity, f.exp2_negative(q))
+    }
+
+    /// Blends a splat into pixel (x, y) of the tile.
+    pub fn blend(&self, pixel: &mut Pixel, splat: &Record, x: u32, y: u32) -> Outcome {
+        if !pixel.live {
+            return Outcome::Idle;
+        }
+        let f = self.format;
+        let raw = self.alpha(splat, x, y);
+        // Numbers that are not negative have the order of their bits; negative ones and NaN lie
+        // above infinity.
+        if raw < self.alpha_min || raw > f.infinity() {
+            return Outcome::Dropped;
+        }
+        let alpha = raw.min(self.alpha_max);
+        let kept = f.multiply(pixel.transmittance, f.subtract(f.one(), alpha));
+        if kept < self.stop {
+            pixel.live = false;
+            return Outcome::Stopped;
+        }
+        let weight = f.multiply(pixel.transmittance, alpha);
+        for (sum, channel) in pixel.colour.iter_mut().zip(splat.colour) {
+            *sum = f.add(*sum, f.multiply(weight, channel));
+        }
+        pixel.transmittance = kept;
+        Outcome::Blended
+    }
+}

@@ -1,0 +1,284 @@
+//! The volume-rendering core: its model against f64, and `rtl/vrc.sv` against its model, bit for bit
+//! and cycle for cycle.
+
+use powergs_datapath::{NumberFormat, Outcome, Pixel, Record, Vrc};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use super::numbers::corners;
+use super::verilator::Bench;
+
+/// A splat that may be anywhere around its tile, of any size, thinness and direction.
+fn splat(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
+    let long = 0.55 * (random.random::<f64>() * 6.0).exp2();
+    let short = 0.55 + (long - 0.55) * random.random::<f64>().powi(3);
+    let (sin, cos) = (random.random::<f64>() * 6.3).sin_cos();
+    let (l, s) = (long * long, short * short);
+    let covariance =
+        [l * cos * cos + s * sin * sin, (l - s) * sin * cos, l * sin * sin + s * cos * cos];
+    let reach = 8.0 + 2.0 * long;
+    let mean = [(); 2].map(|()| (2.0 * random.random::<f64>() - 1.0) * reach);
+    let colour = [(); 3].map(|()| 1.2 * random.random::<f32>());
+    let opacity = random.random::<f32>().sqrt();
+    Record::new(format, mean, covariance.map(|c| c as f32), opacity, colour).expect("an ellipse")
+}
+
+/// A record of any bits, many of them corners.
+fn bits(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
+    let corners = corners(format);
+    let mask = u16::MAX >> (16 - format.bits());
+    let mut number = || match random.random::<bool>() {
+        true => corners[random.random_range(0..corners.len())],
+        false => random.random::<u16>() & mask,
+    };
+    Record {
+        mean: [number(), number()],
+        root: [number(), number(), number()],
+        opacity: number(),
+        colour: [number(), number(), number()],
+    }
+}
+
+#[test]
+fn records_that_are_valid_make_no_nan() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    for name in ["e5m10", "e4m3", "e8m7", "e4m11", "e6m5", "e5m2"] {
+        let format: NumberFormat = name.parse().expect("a format");
+        let vrc = Vrc::new(format).expect("enough exponent");
+        let far = format.largest();
+        for round in 0..20_000 {
+            let mut record = splat(format, &mut random);
+            if round % 4 == 0 {
+                // Means and matrices at their limits.
+                let room = format.to_f64(far) / 8.0;
+                let mean = [room, if round % 8 == 0 { -room } else { room }].map(|m| 2.0 * m);
+                let edge = Record::new(format, mean, [0.3, 0.0, 0.3], 1.0, [1.0; 3]);
+                record = edge.expect("an ellipse");
+                record.root = [(); 3].map(|()| {
+                    let most = format.from_f64(2.0);
+                    if random.random() { most } else { most | format.sign() }
+                });
+            }
+            let (x, y) = (random.random_range(0..16), random.random_range(0..16));
+            let alpha = vrc.alpha(&record, x, y);
+            assert!(!format.is_nan(alpha), "{name}: {record:?} at {x}, {y}");
+            assert!(alpha <= format.one(), "{name}: {record:?} at {x}, {y}");
+        }
+    }
+}
+
+/// What FP16 makes of a record against the exact α of the same record.
+#[test]
+fn alpha_is_near_the_exact_one() {
+    let mut random = Pcg64Mcg::seed_from_u64(6);
+    let format = NumberFormat::FP16;
+    let vrc = Vrc::new(format).expect("enough exponent");
+    let (mut worst, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+    for _ in 0..200_000 {
+        let record = splat(format, &mut random);
+        let (x, y) = (random.random_range(0..16), random.random_range(0..16));
+        let value = |number| format.to_f64(number);
+        let (dx, dy) = (
+            f64::from(x) - 7.5 - value(record.mean[0]),
+            f64::from(y) - 7.5 - value(record.mean[1]),
+        );
+        let [a, b, c] = record.root.map(value);
+        let q = (a * dx + b * dy).powi(2) + (c * dy).powi(2);
+        let exact = value(record.opacity) * (-q).exp2();
+        let error = (value(vrc.alpha(&record, x, y)) - exact).abs();
+        worst = worst.max(error);
+        sum += error * error;
+        count += 1.0;
+    }
+    let mean = f64::sqrt(sum / count);
+    assert!(worst < 0.0035 && mean < 6e-5, "at most {worst}, in the mean {mean}");
+}
+
+#[test]
+fn alpha_is_dropped_and_clamped_and_pixels_stop() {
+    let format = NumberFormat::FP16;
+    let vrc = Vrc::new(format).expect("enough exponent");
+    let at = |opacity: f32| Record {
+        opacity: format.from_f32(opacity),
+        colour: [format.one(); 3],
+        ..Record::default()
+    };
+    let mut pixel = Pixel::open(format, true);
+    let before = pixel;
+    assert_eq!(vrc.blend(&mut pixel, &at(0.003_917), 0, 0), Outcome::Dropped);
+    assert_eq!(pixel, before);
+    assert_eq!(vrc.blend(&mut pixel, &at(0.003_925), 0, 0), Outcome::Blended);
+    assert_eq!(pixel.colour, [format.from_f32(0.003_925); 3]);
+    // Opaque splats leave 0.01, and a second one 1e-4 and a little; the third stops the pixel.
+    let mut pixel = Pixel::open(format, true);
+    assert_eq!(vrc.blend(&mut pixel, &at(1.0), 0, 0), Outcome::Blended);
+    assert_eq!(format.to_f64(pixel.transmittance), 1.0 - format.to_f64(format.at_most(0.99)));
+    assert_eq!(vrc.blend(&mut pixel, &at(1.0), 0, 0), Outcome::Blended);
+    let kept = pixel;
+    assert_eq!(vrc.blend(&mut pixel, &at(1.0), 0, 0), Outcome::Stopped);
+    assert_eq!(pixel, Pixel { live: false, ..kept });
+    assert_eq!(vrc.blend(&mut pixel, &at(0.5), 0, 0), Outcome::Idle);
+    assert!(Vrc::new("e3m4".parse().expect("a format")).is_none());
+}
+
+/// A tile for one core.
+struct Tile {
+    place: [u32; 2],
+    mask: u32,
+    splats: Vec<Record>,
+}
+
+fn tiles(format: NumberFormat, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<Tile> {
+    let tile = |index: u32| {
+        let count = if index < 3 { index } else { random.random_range(0..60) };
+        let rows = pixels / columns;
+        let all = ((1u64 << pixels) - 1) as u32;
+        // Of four tiles one has records of any bits, and one is opaque.
+        let mut one = || match index % 4 {
+            0 => bits(format, random),
+            1 => Record { opacity: format.from_f32(0.97), ..splat(format, random) },
+            _ => splat(format, random),
+        };
+        let splats = (0..count).map(|_| one()).collect();
+        let place = [
+            random.random_range(0..16 / columns) * columns,
+            random.random_range(0..16 / rows) * rows,
+        ];
+        let mask = if index % 5 == 4 { random.random::<u32>() & all } else { all };
+        Tile { place, mask, splats }
+    };
+    (0..120).map(tile).collect()
+}
+
+/// What a core tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Event {
+    Pixel([u16; 4]),
+    Accepted,
+    Stopped,
+}
+
+/// Feeds the tiles to the hardware; events with their cycles.
+fn run(bench: &Bench, tiles: &[Tile], stalls: [u16; 2]) -> Vec<(u32, Event)> {
+    let mut words = vec![7, stalls[0], stalls[1]];
+    for tile in tiles {
+        let mut open = [0; 13];
+        (open[10], open[11], open[12]) =
+            (tile.mask as u16, tile.place[0] as u16, tile.place[1] as u16);
+        words.extend(open);
+        for s in &tile.splats {
+            words.push(1);
+            words.extend(s.mean.iter().chain(&s.root).chain([&s.opacity]).chain(&s.colour));
+            words.extend([0; 3]);
+        }
+        words.push(2);
+        words.extend([0; 12]);
+    }
+    let event = |e: &[u16]| {
+        let event = match e[0] {
+            0 => Event::Pixel([e[3], e[4], e[5], e[6]]),
+            1 => Event::Accepted,
+            _ => Event::Stopped,
+        };
+        (u32::from(e[1]) | u32::from(e[2]) << 16, event)
+    };
+    bench.run(&words).chunks_exact(7).map(event).collect()
+}
+
+struct Core {
+    vrc: Vrc,
+    split: bool,
+    pixels: u32,
+    columns: u32,
+}
+
+impl Core {
+    /// What the pixels of a tile become, and which splat and pixel leaves none.
+    fn tile(&self, tile: &Tile) -> (Vec<[u16; 4]>, Option<(u32, u32)>) {
+        let open = |i| Pixel::open(self.vrc.format(), tile.mask >> i & 1 == 1);
+        let mut pixels: Vec<Pixel> = (0..self.pixels).map(open).collect();
+        let mut last = None;
+        for (k, splat) in tile.splats.iter().enumerate() {
+            for i in 0..self.pixels {
+                let x = tile.place[0] + i % self.columns;
+                let y = tile.place[1] + i / self.columns;
+                if self.vrc.blend(&mut pixels[i as usize], splat, x, y) == Outcome::Stopped {
+                    last = Some((k as u32, i));
+                }
+            }
+        }
+        let stopped = pixels.iter().all(|pixel| !pixel.live);
+        let words = pixels.iter().map(|p| {
+            let [r, g, b] = p.colour;
+            [r, g, b, p.transmittance]
+        });
+        (words.collect(), last.filter(|_| stopped))
+    }
+
+    /// Events without any stall, as `rtl/README.md` states them.
+    fn events(&self, tiles: &[Tile]) -> Vec<(u32, Event)> {
+        let depth = if self.split { 2 } else { 1 };
+        let latency = 11 * depth;
+        let mut events = Vec::new();
+        let mut open = 0;
+        for tile in tiles {
+            let count = tile.splats.len() as u32;
+            let (pixels, last) = self.tile(tile);
+            let close = open + 1 + count * self.pixels;
+            events.push((open, Event::Accepted));
+            events.extend((0..count).map(|k| (open + 1 + k * self.pixels, Event::Accepted)));
+            events.push((close, Event::Accepted));
+            let stop = match last {
+                Some((k, i)) => Some(open + 2 + k * self.pixels + i + 9 * depth + 1),
+                None if tile.mask == 0 => Some(open + 1),
+                None => None,
+            };
+            // While the tile is not closed.
+            events.extend(stop.filter(|&stop| stop <= close).map(|stop| (stop, Event::Stopped)));
+            let leave = close + if count == 0 { 2 } else { latency };
+            events.extend(pixels.iter().zip(leave..).map(|(&p, at)| (at, Event::Pixel(p))));
+            open = leave + self.pixels;
+        }
+        events.sort_by_key(|&(cycle, event)| (cycle, event == Event::Accepted));
+        events
+    }
+}
+
+#[test]
+fn the_core_in_hardware_is_the_core_of_the_model() {
+    let cores = [
+        ("e5m10", true, 4, 2),
+        ("e5m10", false, 4, 2),
+        ("e5m10", true, 16, 4),
+        ("e6m5", true, 8, 4),
+        ("e4m3", false, 4, 4),
+    ];
+    for (name, split, pixels, columns) in cores {
+        let format: NumberFormat = name.parse().expect("a format");
+        let parameters = [
+            ("EXP", format.exponent_bits()),
+            ("MAN", format.mantissa_bits()),
+            ("SPLIT", u32::from(split)),
+            ("PIXELS", pixels),
+            ("COLUMNS", columns),
+        ];
+        let Some(bench) = Bench::build("vrc", &parameters) else { return };
+        let mut random = Pcg64Mcg::seed_from_u64(u64::from(pixels));
+        let vrc = Vrc::new(format).expect("enough exponent");
+        let core = Core { vrc, split, pixels, columns };
+        let tiles = tiles(format, pixels, columns, &mut random);
+        let (found, expected) = (run(&bench, &tiles, [0, 0]), core.events(&tiles));
+        for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert_eq!(found, expected, "{name}, {pixels} pixels, split {split}: event {i}");
+        }
+        assert_eq!(found.len(), expected.len());
+        let all: Vec<[u16; 4]> = tiles.iter().flat_map(|tile| core.tile(tile).0).collect();
+        for stalls in [[4, 0], [0, 4], [5, 5], [7, 1]] {
+            let left = run(&bench, &tiles, stalls).into_iter().filter_map(|event| match event.1 {
+                Event::Pixel(words) => Some(words),
+                Event::Accepted | Event::Stopped => None,
+            });
+            assert!(left.eq(all.iter().copied()), "{name}, {pixels} pixels, stalls {stalls:?}");
+        }
+    }
+}
