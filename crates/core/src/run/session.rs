@@ -23,9 +23,11 @@ use super::system::System;
 use super::watch::Watch;
 use crate::accel::machine::{CacheSpec, DepthKey, PivotRule, TileOrder};
 use crate::accel::{Machine, Memo};
-use crate::sim::{FrameReport, Label, Lists, Measured, Timed, check, paper, priced, time_again};
+use crate::sim::{
+    FrameReport, Incompatible, Label, Lists, Measured, Timed, check, paper, priced, time_again,
+};
 use crate::workload::demand::demand;
-use crate::workload::{FrameWorkload, Geometry, bin};
+use crate::workload::{FrameWorkload, Geometry, bin, binning};
 
 /// The model that a frame is simulated with.
 #[derive(Debug, Clone, Copy)]
@@ -138,13 +140,21 @@ pub struct Binned {
     pub workload: FrameWorkload,
     /// Its preprocessing on machines that were simulated before.
     pub memo: Memo,
+    /// What lists of the frame may take beside the workload.
+    budget: Budget,
 }
 
 impl BinnedFrame {
-    /// Bins a frame for some geometries.
-    pub(crate) fn new(position: usize, frame: &Frame, geometries: &[Geometry]) -> BinnedFrame {
+    /// Bins a frame for some geometries. A geometry and what machines on it need may take
+    /// `budget`.
+    pub(crate) fn new(
+        position: usize,
+        frame: &Frame,
+        geometries: &[Geometry],
+        budget: Budget,
+    ) -> BinnedFrame {
         let binned = |&geometry: &Geometry| {
-            (geometry, Binned { workload: bin(frame, geometry), memo: Memo::default() })
+            (geometry, Binned { workload: bin(frame, geometry), memo: Memo::default(), budget })
         };
         BinnedFrame {
             position,
@@ -346,6 +356,8 @@ impl<'a> Session<'a> {
             let workload = bin(&frame, machine.geometry);
             let name = &frame.facts.camera.name;
             check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
+            lists_fit(&workload, machine, &Memo::default(), self.frames.budget())
+                .map_err(|e| RunError::in_frame(name, e.into()))?;
             let measured = Measured::of(&workload, machine, &mut lists, false);
             last = Some(FrameOn { machine, workload, measured });
         }
@@ -387,8 +399,9 @@ impl<'a> Session<'a> {
         decoded.truncate(many);
         let frames = decoded.into_iter().map(|frame| Ok(frame?.0));
         let frames: Vec<Arc<Frame>> = frames.collect::<Result<_, RunError>>()?;
-        let binned =
-            |(i, frame): (usize, Arc<Frame>)| BinnedFrame::new(start + i, &frame, geometries);
+        let binned = |(i, frame): (usize, Arc<Frame>)| {
+            BinnedFrame::new(start + i, &frame, geometries, budget)
+        };
         Ok(frames.into_par_iter().enumerate().map(binned).collect())
     }
 
@@ -471,6 +484,8 @@ pub fn time(
     measured: &Measured,
 ) -> Result<Timed, RunError> {
     let binned = &frame.bins[&machine.geometry];
+    lists_fit(&binned.workload, machine, &binned.memo, binned.budget)
+        .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
     let run = || time_again(frame.position, &binned.workload, measured, machine, &binned.memo);
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(timed) => timed.map_err(|e| RunError::in_frame(&frame.name, e)),
@@ -480,6 +495,22 @@ pub fn time(
             let text = text.unwrap_or("it says no more");
             Err(RunError::Internal(format!("frame {}: {text}", frame.name)))
         }
+    }
+}
+
+/// Whether what a machine does to make the lists of a frame fits into host memory.
+fn lists_fit(
+    workload: &FrameWorkload,
+    machine: &Machine,
+    memo: &Memo,
+    budget: Budget,
+) -> Result<(), Incompatible> {
+    let Some(shape) = machine.list_shape().filter(|shape| !memo.has_lists(shape)) else {
+        return Ok(());
+    };
+    match binning::demand(workload, &shape, budget) {
+        Ok(_) => Ok(()),
+        Err(over) => Err(Incompatible::Lists { machine: machine.name.clone(), over }),
     }
 }
 

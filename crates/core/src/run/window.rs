@@ -37,7 +37,7 @@ impl Window {
         while end < range.end && (frames.is_empty() || bytes < most_bytes) {
             let frame = source.take(end)?.get()?;
             bin_demand(source.name(), &frame, &[geometry], source.budget())?;
-            let frame = BinnedFrame::new(end, &frame, &[geometry]);
+            let frame = BinnedFrame::new(end, &frame, &[geometry], source.budget());
             bytes += frame.bytes();
             frames.push(frame);
             end += 1;

@@ -7,6 +7,7 @@ use crate::action::{Action, Stage};
 use crate::energy::Prices;
 use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry, binning};
+use powergs_base::budget::OverBudget;
 
 /// Relative tolerance of sums of energies: they are added in different orders.
 const ENERGY_TOLERANCE: f64 = 1e-9;
@@ -52,6 +53,17 @@ pub enum Incompatible {
         splats: u64,
         /// `record.id-bits`.
         bits: u32,
+    },
+    /// Making the tile lists takes too much host memory.
+    #[error(
+        "making the tile lists of machine `{machine}` move by move {over}, or set \
+         `binning.method` = \"free\""
+    )]
+    Lists {
+        /// Name of the machine.
+        machine: String,
+        /// What it takes.
+        over: OverBudget,
     },
     /// A unit rule from outside of the crate broke its contract.
     #[error(transparent)]

@@ -20,6 +20,7 @@
 //!   those of lists with entries are read for that. The second pass writes.
 
 use super::{FrameWorkload, STORAGE_BLOCK, STORAGE_RECORDS_MAX};
+use powergs_base::budget::{Budget, OverBudget};
 
 /// How lists are made, and what of it is on chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -129,6 +130,9 @@ struct Growth<'a> {
     pointers: Vec<u32>,
     lines: Vec<u32>,
     allocated: u32,
+    /// Moves so far, whether they are kept or not.
+    count: u64,
+    keeps: bool,
 }
 
 /// A place that nobody has.
@@ -136,6 +140,10 @@ const FREE: u32 = u32::MAX;
 
 impl Growth<'_> {
     fn emit(&mut self, what: Moved, tile: u32, from: u64, bytes: u64) {
+        self.count += 1;
+        if !self.keeps {
+            return;
+        }
         let own = ListMove { what, bytes: bytes as u16, tile, from };
         let [read, write] = self.lists.bytes_of(&own);
         let pass = &mut self.lists.passes[self.pass];
@@ -231,6 +239,11 @@ impl Growth<'_> {
 impl ListWrites {
     /// Makes the lists of a frame.
     pub fn new(workload: &FrameWorkload, shape: ListShape) -> ListWrites {
+        ListWrites::grown(workload, shape, true).0
+    }
+
+    /// The lists of a frame and how many moves make them; the moves themselves where they are kept.
+    fn grown(workload: &FrameWorkload, shape: ListShape, keeps: bool) -> (ListWrites, u64) {
         let entries = entries(workload);
         let tiles = entries.len();
         let mut lists = ListWrites {
@@ -253,21 +266,28 @@ impl ListWrites {
         lists.sizes[0] = end * shape.block.unwrap_or(1);
         lists.blocks = vec![0; if shape.block.is_some() { end as usize } else { 0 }];
         let pairs = Pairs::new(workload);
-        if shape.block.is_none() {
-            lists.walk(&pairs, 1, tiles);
-        }
-        lists.walk(&pairs, 0, tiles);
-        lists
+        let counted = if shape.block.is_none() { lists.walk(&pairs, 1, tiles, keeps) } else { 0 };
+        let moves = counted + lists.walk(&pairs, 0, tiles, keeps);
+        (lists, moves)
     }
 
-    fn walk(&mut self, pairs: &Pairs, pass: usize, tiles: usize) {
+    /// Moves of a pass.
+    fn walk(&mut self, pairs: &Pairs, pass: usize, tiles: usize, keeps: bool) -> u64 {
         let places = |n: u64| vec![FREE; n.min(tiles as u64) as usize];
         let (pointers, lines) = (places(self.shape.pointers), places(self.shape.lines));
         let spilled = tiles.saturating_sub(pointers.len());
         let is_counted = self.records <= STORAGE_RECORDS_MAX;
         let blocks = if is_counted { self.records.div_ceil(STORAGE_BLOCK) as usize } else { 0 };
-        let mut own =
-            Growth { lists: self, pass, tiles: vec![(0, 0); tiles], pointers, lines, allocated: 0 };
+        let mut own = Growth {
+            lists: self,
+            pass,
+            tiles: vec![(0, 0); tiles],
+            pointers,
+            lines,
+            allocated: 0,
+            count: 0,
+            keeps,
+        };
         own.lists.passes[pass].blocks.reserve(blocks);
         for splat in 0..pairs.records.len() {
             let block = (pairs.records[splat] / STORAGE_BLOCK as u32) as usize;
@@ -284,11 +304,12 @@ impl ListWrites {
         }
         own.lists.passes[pass].close(blocks);
         if pass == 0 {
-            return own.end();
+            own.end();
+            return own.count;
         }
         let bytes = own.lists.shape.pointer;
         if spilled == 0 {
-            return;
+            return own.count;
         }
         for tile in own.pointers.clone().into_iter().filter(|&tile| tile != FREE) {
             own.emit(Moved::PointerOut, tile, 0, bytes);
@@ -299,6 +320,7 @@ impl ListWrites {
             }
             own.emit(Moved::PointerOut, tile, 0, bytes);
         }
+        own.count
     }
 
     /// Whether there is a pass that counts.
@@ -404,6 +426,34 @@ impl Pass {
             self.blocks.push(self.moves.len() as u32);
         }
     }
+}
+
+/// Host memory that making the lists of a frame takes, bytes, at most about so much: what is sure to
+/// be enough where that is allowed, else as much as its moves are.
+///
+/// # Errors
+/// [`OverBudget`]: more than `budget`.
+pub fn demand(
+    workload: &FrameWorkload,
+    shape: &ListShape,
+    budget: Budget,
+) -> Result<u64, OverBudget> {
+    let pairs = workload.list.len() as u64;
+    let tiles = workload.tiles.len() as u64;
+    // A vector that grows may reserve twice its length; what it does not use is never touched.
+    let each = size_of::<ListMove>() as u64;
+    let others = (2 * size_of::<u32>() as u64) * pairs;
+    let bytes = |moves: u64| others.saturating_add(moves.saturating_mul(each));
+    // A pointer in and one out, what the tile before had in its line, and the lines of an entry; in
+    // two passes the pointers twice.
+    let lines = (shape.entry + shape.pointer).div_ceil(shape.line);
+    let most = bytes(pairs.saturating_mul(6 + lines).saturating_add(4 * tiles));
+    if budget.check(most).is_ok() {
+        return Ok(most);
+    }
+    budget.check(others)?;
+    let needed = bytes(ListWrites::grown(workload, *shape, false).1);
+    budget.check(needed).map(|()| needed)
 }
 
 /// Entries of all lists, those of tiles or of sort groups.

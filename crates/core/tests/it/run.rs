@@ -14,6 +14,7 @@ use powergs_core::run::{
 };
 use powergs_core::sim::{FrameReport, Label, Lists, Measured, simulate_measured};
 use powergs_core::workload::bin;
+use powergs_core::workload::demand::demand;
 use powergs_core::workload::paper::Padding;
 
 fn demo() -> PathBuf {
@@ -60,6 +61,36 @@ fn a_budget_changes_no_result_and_what_is_above_it_is_refused() {
         }
     }
     assert!((1..7).contains(&refusals), "{refusals} of 7 refused");
+}
+
+/// The moves of lists take more than the lists themselves.
+#[test]
+fn lists_that_take_more_than_the_budget_are_refused() {
+    let run = |method: &str| {
+        let mut frames = trace();
+        let first = frames.take(0).and_then(|pending| pending.get()).expect("a frame");
+        let geometry = system("gscore", &[]).machine().geometry;
+        let enough = demand(&first, geometry, Budget::DEFAULT).expect("a small frame");
+        frames.allow(Budget(Bytes(enough)));
+        let method = format!("binning.method={method}");
+        let nothing = ["binning.pointers.capacity=0 B", "binning.combining.capacity=0 B"];
+        let changes: Vec<&str> = match method.ends_with("free") {
+            true => vec![&method],
+            false => nothing.into_iter().chain([method.as_str()]).collect(),
+        };
+        let system = system("gscore", &changes);
+        let on = Session::new(&mut frames, &()).frame_on(&system, 0).map(drop);
+        frames.select(0, Some(1)).expect("the first frame");
+        [on, Session::new(&mut frames, &()).reports(&[system]).map(drop)]
+    };
+    assert!(run("free").iter().all(Result::is_ok));
+    for refused in run("append").into_iter().chain(run("two-pass")) {
+        let refused = refused.expect_err("lists above the budget");
+        assert!(matches!(refused, RunError::Incompatible { .. }), "{refused:?}");
+        let text = refused.to_string();
+        assert!(text.contains("tile lists of machine `gscore`"), "{text}");
+        assert!(text.contains("allow more with --memory \"1 GiB\", or set"), "{text}");
+    }
 }
 
 /// The plain loop: one machine, frame after frame.

@@ -96,6 +96,12 @@ impl Memo {
         keep(&self.lists, LISTS_MAX, shape, || ListWrites::new(workload, *shape))
     }
 
+    /// Whether lists of this shape are there already.
+    pub(crate) fn has_lists(&self, shape: &ListShape) -> bool {
+        let kept = self.lists.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.iter().any(|(own, _)| own == shape)
+    }
+
     /// What a run of the frame on `reference` says about its memory.
     pub(crate) fn calibration(
         &self,

@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
-use powergs_core::workload::binning::{ListShape, ListWrites, Moved};
+use powergs_base::budget::Budget;
+use powergs_base::quantity::Bytes;
+use powergs_core::workload::binning::{ListMove, ListShape, ListWrites, Moved, demand};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 
 use super::support::dense_frame;
@@ -81,6 +83,24 @@ fn every_byte_of_a_list_is_written_and_no_pointer_is_read_before() {
             }
             assert!(read == written && read.iter().any(|&is| is), "{shape:?}");
         }
+    }
+}
+
+/// What is quickly known is enough, and what is counted is not above it.
+#[test]
+fn what_lists_take_is_known_before_they_are_made() {
+    let workload = frame(0);
+    for shape in shapes() {
+        let lists = ListWrites::new(&workload, shape);
+        let moves: u64 =
+            [true, false].map(|counts| lists.part(counts, 0, u64::MAX).moves).iter().sum();
+        let bytes = moves * size_of::<ListMove>() as u64;
+        let quick = demand(&workload, &shape, Budget::DEFAULT).expect("a small frame");
+        assert!(bytes <= quick, "{shape:?}: {bytes} of {quick}");
+        let counted = demand(&workload, &shape, Budget(Bytes(quick - 1))).expect("it fits");
+        assert!((bytes..quick).contains(&counted), "{shape:?}: {bytes}, {counted}, {quick}");
+        let over = demand(&workload, &shape, Budget(Bytes(counted - 1))).expect_err("too little");
+        assert_eq!(over.needed, counted, "{shape:?}");
     }
 }
 
