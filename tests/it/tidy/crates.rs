@@ -9,7 +9,7 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 13] = [
+const CRATES: [Row; 14] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame"]),
@@ -29,6 +29,8 @@ const CRATES: [Row; 13] = [
     ("report", &["base", "frame", "pixels", "core", "study", "optimize", "chart"]),
     // What the hardware of `rtl/` computes, bit for bit: knows numbers and nothing else of ours.
     ("datapath", &[]),
+    // Gates of mapped units and what their toggles cost: knows no unit and no machine.
+    ("gates", &[]),
     // For tests alone.
     ("testkit", &["base", "frame", "scene", "chart"]),
 ];

@@ -1,0 +1,79 @@
+//! What counted toggles cost.
+
+use crate::netlist::{Behaviour, Netlist};
+use crate::simulator::Toggles;
+
+/// Energy of all lanes together, fJ, by where it goes; leakage apart.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Charging of nets: pins, wires, loads of outputs. Nets of input ports are in `inputs`.
+    pub nets: f64,
+    /// The same of nets that input ports drive, which is paid outside of the unit.
+    pub inputs: f64,
+    /// Internal energy of gates.
+    pub gates: f64,
+    /// Internal energy of flip-flops when their inputs or outputs toggle.
+    pub flip_flops: f64,
+    /// Internal energy of flip-flops at the edges of the clock.
+    pub clock_pins: f64,
+    /// Charging of the clock net, which is ideal: pins and wire, no buffers.
+    pub clock_net: f64,
+}
+
+impl Energy {
+    /// Everything that the unit draws while it is clocked, input nets left out, fJ.
+    pub fn total(&self) -> f64 {
+        self.nets + self.internal() + self.clock_net
+    }
+
+    /// Internal energy of all cells, fJ.
+    pub fn internal(&self) -> f64 {
+        self.gates + self.flip_flops + self.clock_pins
+    }
+
+    /// The same without what a clock that is always on costs, fJ.
+    pub fn without_clock(&self) -> f64 {
+        self.nets + self.gates + self.flip_flops
+    }
+}
+
+/// The energy of `toggles` in `netlist`. Leakage is [`Netlist::leakage`] times the time.
+///
+/// # Panics
+/// When the toggles are not those of this netlist.
+pub fn of(netlist: &Netlist, toggles: &Toggles) -> Energy {
+    assert_eq!(toggles.rises.len(), netlist.nets(), "toggles of another netlist");
+    let parts = netlist.parts();
+    let half_square = 0.5 * parts.about.voltage * parts.about.voltage;
+    let cycles = toggles.lane_cycles as f64;
+    let both = |net: usize| (toggles.rises[net] + toggles.falls[net]) as f64;
+    let charging = |net: usize| half_square * f64::from(parts.capacitance[net]) * both(net);
+    let inputs = 2 + crate::netlist::input_bits(&parts.ports);
+    let mut energy = Energy {
+        nets: (inputs..netlist.nets()).map(charging).sum(),
+        inputs: (2..inputs).filter(|net| *net != parts.clock as usize).map(charging).sum(),
+        ..Energy::default()
+    };
+    for cell in 0..parts.cells.len() {
+        let (ins, outs) = netlist.pins(cell);
+        let pins = ins.iter().chain(outs).map(|pin| {
+            let (net, rise, fall) = (pin.net as usize, pin.rise_fj, pin.fall_fj);
+            toggles.rises[net] as f64 * f64::from(rise)
+                + toggles.falls[net] as f64 * f64::from(fall)
+        });
+        let pins: f64 = pins.sum();
+        match &netlist.kind(cell).behaviour {
+            Behaviour::Gate(_) => energy.gates += pins,
+            Behaviour::FlipFlop(kind) => {
+                energy.flip_flops += pins;
+                let changes = outs.first().map_or(0.0, |pin| both(pin.net as usize));
+                energy.clock_pins += kind.idle_fj * (cycles - changes) + kind.change_fj * changes;
+            }
+        }
+    }
+    if parts.clock != 0 {
+        let capacitance = f64::from(parts.capacitance[parts.clock as usize]);
+        energy.clock_net = 2.0 * half_square * capacitance * cycles;
+    }
+    energy
+}

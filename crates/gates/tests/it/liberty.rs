@@ -1,0 +1,130 @@
+//! Liberty and Yosys JSON: what is read, and what is refused.
+
+use std::io::Write;
+
+use powergs_gates::function::Function;
+use powergs_gates::liberty::library::Library;
+use powergs_gates::liberty::unpack;
+use powergs_gates::yosys::Mapped;
+use proptest::prelude::*;
+
+use super::toy;
+
+fn refusal(text: &str) -> String {
+    Library::parse(&[("x.lib", text)]).expect_err("refused").to_string()
+}
+
+#[test]
+fn a_library_is_read() {
+    let library = toy::library();
+    let nand = &library.cells["NAND"];
+    assert_eq!((nand.area, nand.leakage), (2.0, 2.0));
+    assert_eq!(nand.inputs[1].capacitance, 2.0);
+    assert_eq!(nand.outputs[0].arcs[0].fall.as_ref().expect("a table").at(0.7, 5.0), 0.35);
+    // Beyond the last point the line goes on.
+    assert_eq!(nand.outputs[0].powers[0].rise.as_ref().expect("a table").at(3.0, 0.0), 4.0);
+    assert_eq!(library.corner, "nominal, 1 V, 25 C");
+}
+
+#[test]
+fn units_are_brought_to_ns_ff_and_fj() {
+    let text = toy::LIBRARY
+        .replace(r#"time_unit : "1ns""#, r#"time_unit : "10ps""#)
+        .replace("capacitive_load_unit (1, ff)", "capacitive_load_unit (0.5, pf)")
+        .replace(r#"leakage_power_unit : "1nW""#, r#"leakage_power_unit : "1pW""#);
+    let library = Library::parse(&[("x.lib", &text)]).expect("a library");
+    let nand = &library.cells["NAND"];
+    assert_eq!((nand.leakage, nand.inputs[0].capacitance), (0.002, 500.0));
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a}, not {b}");
+    close(nand.outputs[0].arcs[0].rise.as_ref().expect("a table").at(0.0, 5000.0), 0.002);
+    close(nand.outputs[0].powers[0].rise.as_ref().expect("a table").at(0.0, 0.0), 500.0);
+}
+
+#[test]
+fn bad_libraries_are_refused_with_a_line() {
+    assert!(refusal("").contains("empty"));
+    assert!(refusal("module x;").contains("does not begin with `library`"));
+    let half = &toy::LIBRARY[..1000];
+    assert!(refusal(half).contains("truncated"), "{}", refusal(half));
+    let deep = format!("library (x) {{ {}", "a () { ".repeat(100_000));
+    assert!(refusal(&deep).contains("deeper than 32"));
+    let numbers = toy::LIBRARY.replace(r#"values ("1, 2")"#, r#"values ("1, two")"#);
+    assert_eq!(refusal(&numbers), "x.lib:25: `two` is no number");
+    let missing = toy::LIBRARY.replace(r#"values ("1, 2")"#, r#"values ("1")"#);
+    assert_eq!(refusal(&missing), "x.lib:25: a table of 1 values, 2 are expected");
+    let axis = toy::LIBRARY.replace(r#"index_1 ("0, 1")"#, r#"index_1 ("1, 1")"#);
+    assert!(refusal(&axis).contains("do not ascend"));
+    assert!(refusal("library (x) { cell (A) { area : 1; } }").contains("no `nom_voltage`"));
+    assert!(refusal("library (x) { nom_voltage : 1e9; }").contains("outside of 0.05 to 50 V"));
+    let unit = toy::LIBRARY.replace(r#""1ns""#, r#""1 parsec""#);
+    assert!(refusal(&unit).contains("unknown unit"));
+    let twice = Library::parse(&[("a.lib", toy::LIBRARY), ("b.lib", toy::LIBRARY)]);
+    assert!(twice.expect_err("refused").to_string().contains("in an earlier file too"));
+}
+
+#[test]
+fn a_library_without_power_tables_is_refused() {
+    let text = "library (x) { nom_voltage : 1; cell (I) { pin (A) { direction : input; } \
+                pin (Y) { direction : output; function : \"!A\"; } } }";
+    assert!(refusal(text).contains("no cell has tables of internal power"));
+}
+
+#[test]
+fn packed_files_are_unpacked_and_bombs_are_not() {
+    let pack = |bytes: &[u8]| {
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        packer.write_all(bytes).expect("memory");
+        packer.finish().expect("memory")
+    };
+    assert_eq!(unpack("x", &pack(b"library")).expect("text"), "library");
+    assert_eq!(unpack("x", b"library").expect("text"), "library");
+    let mut cut = pack(toy::LIBRARY.as_bytes());
+    cut.truncate(cut.len() / 2);
+    assert!(unpack("x", &cut).expect_err("refused").to_string().contains("damaged"));
+    let mut bomb = Vec::new();
+    let part = pack(&vec![b' '; 64 << 20]);
+    (0..5).for_each(|_| bomb.extend(&part));
+    assert!(unpack("x", &bomb).expect_err("refused").to_string().contains("larger than 256 MiB"));
+    assert!(unpack("x", &[0xff]).expect_err("refused").to_string().contains("not UTF-8"));
+}
+
+#[test]
+fn functions_follow_libertys_precedence() {
+    let pins: Vec<String> = ["A", "B", "C"].map(str::to_owned).to_vec();
+    let table = |text: &str| {
+        let function = Function::parse(text, &pins).expect(text);
+        (function.evaluate(|input| [0xaa, 0xcc, 0xf0][input]) & 0xff) as u8
+    };
+    assert_eq!(table("A + B C"), 0xaa | (0xcc & 0xf0));
+    assert_eq!(table("!A B'"), !0xaa & !0xcc);
+    assert_eq!(table("A & B ^ C"), 0xaa & (0xcc ^ 0xf0));
+    assert_eq!(table("!(A|B)*(C^1)"), !(0xaa | 0xcc) & !0xf0);
+    for bad in ["", "A +", "(A", "A)", "D", "A $ B", "!"] {
+        assert!(Function::parse(bad, &pins).is_err(), "{bad}");
+    }
+    assert!(Function::parse(&"(".repeat(1 << 20), &pins).is_err());
+    assert!(Function::parse(&"!".repeat(1 << 20), &pins).is_err());
+}
+
+#[test]
+fn bad_json_is_refused() {
+    let refusal = |text: &str| Mapped::parse("x.json", text).expect_err("refused").to_string();
+    assert!(refusal("{").contains("truncated"));
+    assert!(refusal(&"[".repeat(1 << 20)).contains("no JSON"));
+    assert!(refusal("{}").contains("not written by Yosys"));
+    assert!(refusal(r#"{"modules": {"a": {}, "b": {}}}"#).contains("none is top"));
+    let vector = toy::counter().replace(r#""Y": [6]"#, r#""Y": [6, 8]"#);
+    assert!(refusal(&vector).contains("is a vector"));
+    let huge = toy::counter().replace(r#""Y": [6]"#, r#""Y": [99999999999]"#);
+    assert!(refusal(&huge).contains("no bit of a netlist"));
+}
+
+proptest! {
+    #[test]
+    fn damaged_libraries_never_panic(at in 0..toy::LIBRARY.len(), with in "[(){};:\"a0 \n]{0,3}") {
+        let mut text = toy::LIBRARY.to_owned();
+        text.replace_range(at..at + 1, &with);
+        let _ = Library::parse(&[("x.lib", &text)]);
+        let _ = Library::parse(&[("x.lib", &toy::LIBRARY[..at])]);
+    }
+}

@@ -1,0 +1,9 @@
+//! Readers, prices, files and the simulator on small circuits, and the committed netlists of the
+//! units against functional models.
+
+mod file;
+mod liberty;
+mod price;
+mod simulator;
+mod sorting;
+mod toy;
