@@ -13,7 +13,8 @@
 // LATENCY is 11 D, where D is 1 + SPLIT: SPLIT puts a register into every operation. `stopped` says
 // that no pixel is left; it rises 9 D + 1 cycles behind the one in which the last pixel that stops
 // is issued. PIXELS is at least 4, so that a pixel's transmittance is back
-// before its next turn, and a power of two; COLUMNS divides it. Reset: no tile, pipeline empty; data keep what they had.
+// before its next turn, and a power of two; COLUMNS divides it. Reset: no tile, pipeline empty;
+// data keep what they had.
 // `in_ready` and `out_valid` depend on registers only.
 module vrc #(
     parameter int EXP = 5,

@@ -8,6 +8,8 @@ mod arithmetic;
 mod exponential;
 mod format;
 mod vrc;
+mod vru;
 
 pub use format::{FormatError, NumberFormat};
 pub use vrc::{Outcome, Pixel, Record, TILE, Vrc};
+pub use vru::{Entry, SUBTILES, TileRun, Vru};

@@ -4,6 +4,7 @@ mod laws;
 mod memo;
 mod oracle;
 mod organisation;
+mod rendering_hardware;
 mod rules;
 pub mod support;
 mod timelines;

@@ -4,3 +4,4 @@ mod numbers;
 mod units;
 mod verilator;
 mod vrc;
+mod vru;

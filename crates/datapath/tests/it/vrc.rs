@@ -9,7 +9,7 @@ use super::numbers::corners;
 use super::verilator::Bench;
 
 /// A splat that may be anywhere around its tile, of any size, thinness and direction.
-fn splat(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
+pub fn splat(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
     let long = 0.55 * (random.random::<f64>() * 6.0).exp2();
     let short = 0.55 + (long - 0.55) * random.random::<f64>().powi(3);
     let (sin, cos) = (random.random::<f64>() * 6.3).sin_cos();
