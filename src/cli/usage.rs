@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::path::Path;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory, Error, FromArgMatches};
 
 use super::Cli;
@@ -62,6 +62,15 @@ fn complain(error: &Error) -> ! {
     {
         super::out::complain(format_args!(
             "error: {file}: looks like an option; for the file of this name write ./{file}"
+        ));
+        std::process::exit(error.exit_code())
+    }
+    // Of the commands with subcommands, sweep alone has an argument of its own.
+    if error.kind() == ErrorKind::ArgumentConflict
+        && let Some(ContextValue::String(second)) = error.get(ContextKind::InvalidSubcommand)
+    {
+        super::out::complain(format_args!(
+            "error: {second}: one sweep at a time; traces are given with --traces {second}"
         ));
         std::process::exit(error.exit_code())
     }

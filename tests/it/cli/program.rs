@@ -100,3 +100,11 @@ fn dates() {
         assert_eq!(invocation::format_utc(Duration::from_secs(seconds)), text);
     }
 }
+
+#[test]
+fn a_trace_behind_a_sweep_is_no_subcommand() {
+    let run = program().args(["sweep", "gscore-units", "traces/demo.bin"]).output().unwrap();
+    let text = String::from_utf8(run.stderr).unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(text.contains("traces are given with --traces traces/demo.bin"), "{text}");
+}

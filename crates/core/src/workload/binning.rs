@@ -428,8 +428,8 @@ impl Pass {
     }
 }
 
-/// Host memory that making the lists of a frame takes, bytes, at most about so much: what is sure to
-/// be enough where that is allowed, else as much as its moves are.
+/// Host memory that making the lists of a frame takes, bytes, at most about so much: what is sure
+/// to be enough where that is allowed, else as much as its moves are.
 ///
 /// # Errors
 /// [`OverBudget`]: more than `budget`.
