@@ -84,7 +84,7 @@ impl Measure {
     pub fn of(name: &str) -> Measure {
         let (first, rest) = name.split_once('.').unwrap_or((name, ""));
         let key = name.strip_suffix(".si").unwrap_or(name);
-        let written = Key::find(key).ok().and_then(Key::measure);
+        let written = Key::of(key).and_then(Key::measure);
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.:[]".contains(c);
         let unit = Unit::of_column(name).filter(|_| name.chars().all(is_plain));
         let (unit, scale, prefixed) = match (unit, written) {

@@ -119,6 +119,11 @@ impl Key {
         Err(format!("unknown key `{}`; {}", name.chars().take(80).collect::<String>(), hint(name)))
     }
 
+    /// The key of this name, if there is one.
+    pub fn of(name: &str) -> Option<&'static Key> {
+        Key::known(name).map(|(key, _)| key)
+    }
+
     /// The names of all keys.
     pub fn all() -> impl Iterator<Item = &'static str> {
         CATALOGUE.keys().map(String::as_str)
