@@ -144,7 +144,7 @@ pub struct Arc {
 /// One group of internal power; energies in fJ.
 #[derive(Debug)]
 pub struct Power {
-    /// Supply pin it is drawn from; energies of different ones add up.
+    /// Supply pin it is drawn from; energies of different ones add up, ground pins are left out.
     pub supply: String,
     /// The input that causes it, of an output's.
     pub from: Option<usize>,
@@ -168,6 +168,9 @@ struct Units {
 struct Reader<'a> {
     file: &'a str,
     units: Units,
+    /// Ground pins of the cell that is read. Where a library states what both rails see, that is
+    /// the same charge twice: a cycle's sum at the ground pin equals that at the supply pin.
+    grounds: Vec<&'a str>,
     templates: BTreeMap<&'a str, Vec<(Axis, Vec<f64>)>>,
 }
 
@@ -222,6 +225,7 @@ fn read_library<'a>(file: &'a str, root: &'a Group<'a>) -> Result<Library> {
     let mut reader = Reader {
         file,
         units: Units { time: 1.0, capacitance: 1.0, leakage: 1.0, energy: 1.0 },
+        grounds: Vec::new(),
         templates: BTreeMap::new(),
     };
     let voltage_attribute = root.attribute("nom_voltage");
@@ -242,6 +246,9 @@ fn read_library<'a>(file: &'a str, root: &'a Group<'a>) -> Result<Library> {
     let mut cells = BTreeMap::new();
     for group in root.of("cell") {
         let name = group.arguments.first().copied().unwrap_or("").to_owned();
+        let is_ground = |pin: &&Group| pin.value("pg_type").is_some_and(|t| t.contains("ground"));
+        let grounds = group.of("pg_pin").filter(is_ground);
+        reader.grounds = grounds.flat_map(|pin| pin.arguments.first().copied()).collect();
         let cell = reader.cell(group)?;
         if cells.insert(name.clone(), cell).is_some() {
             return Err(reader.refuse(group.line, &format!("cell {name} is there twice")));
@@ -507,6 +514,11 @@ impl<'a> Reader<'a> {
         Ok(arcs)
     }
 
+    /// Whether a group of power is not one of a ground pin.
+    fn is_counted(&self, group: &Group) -> bool {
+        group.value("related_pg_pin").is_none_or(|pin| !self.grounds.contains(&pin))
+    }
+
     fn powers(
         &self,
         pin: &Group<'a>,
@@ -514,7 +526,7 @@ impl<'a> Reader<'a> {
         everything: &[String],
     ) -> Result<Vec<Power>> {
         let mut powers = Vec::new();
-        for group in pin.of("internal_power") {
+        for group in pin.of("internal_power").filter(|group| self.is_counted(group)) {
             let both = self.table(group, "power", self.units.energy)?;
             let rise = self.table(group, "rise_power", self.units.energy)?.or(both.clone());
             let fall = self.table(group, "fall_power", self.units.energy)?.or(both);
@@ -541,7 +553,7 @@ impl<'a> Reader<'a> {
     fn leakage(&self, group: &Group<'a>) -> Result<f64> {
         let mut of_states: BTreeMap<&str, (f64, u32)> = BTreeMap::new();
         let mut plain = None;
-        for leakage in group.of("leakage_power") {
+        for leakage in group.of("leakage_power").filter(|group| self.is_counted(group)) {
             let value = self.attribute(leakage, "value")?.unwrap_or(0.0);
             if leakage.attribute("when").is_some() {
                 let supply = leakage.value("related_pg_pin").unwrap_or("");
