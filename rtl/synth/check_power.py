@@ -238,7 +238,7 @@ def theirs(args, text, activity):
             else:
                 energies = input_energy(groups, read["outputs"], bool(clocks))
                 internal += energies * (of_net.get(net) or 0.0) / period
-    leakage = sum(leakages[cell["type"]] for cell in netlist["cells"].values())
+    leakage = sum(leakages.get(cell["type"], 0.0) for cell in netlist["cells"].values())
     return {"switching_w": switching, "internal_w": internal, "leakage_w": leakage}
 
 

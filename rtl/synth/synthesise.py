@@ -100,6 +100,21 @@ def sources(given):
     return sorted(found, key=lambda path: (not path.stem.endswith("_pkg"), path.name))
 
 
+VECTOR = re.compile(r"^  assign \{ (.*) \} = \{ (.*) \};$", re.MULTILINE)
+
+
+def single_assignments(match):
+    """`assign { a, b } = { c, d };` as one assignment a bit; none where the bit is of no matter."""
+    left, right = (side.split(", ") for side in match.groups())
+    bits = []
+    for part in right:
+        constant = re.fullmatch(r"\d+'b([01xz]+)", part)
+        bits += [f"1'b{bit}" for bit in constant[1]] if constant else [part]
+    assert len(left) == len(bits), match[0]
+    pairs = zip(left, bits)
+    return "\n".join(f"  assign {a} = {b};" for a, b in pairs if b not in ("1'bx", "1'bz"))
+
+
 @contextlib.contextmanager
 def quiet(log):
     """What Yosys and ABC print goes to `log`, and to the terminal if they fail."""
@@ -153,10 +168,12 @@ def map_unit(args, settings, liberty, unused, folder):
     with quiet(folder / "yosys.log"):
         for step in steps:
             ys.run_pass(step, design)
+    verilog = Path(f"{out}.v")
+    verilog.write_text(VECTOR.sub(single_assignments, verilog.read_text()))
 
 
 def constraints(args, settings):
-    """The SDC: an ideal clock, transitions at clock and inputs, loads at outputs."""
+    """The SDC: an ideal clock; inputs come with its edge, outputs are wanted at the next one."""
     period = args.period
     unit = 1.0 if args.library == "nangate45" else 1000.0
     return "\n".join(
@@ -165,6 +182,8 @@ def constraints(args, settings):
             f"set_clock_transition {settings['clock_transition_ns'] * unit:g} [get_clocks clk]",
             f"set_input_transition {settings['input_transition_ns'] * unit:g} [all_inputs]",
             f"set_load {settings['load_ff']:g} [all_outputs]",
+            "set_input_delay 0 -clock clk [all_inputs]",
+            "set_output_delay 0 -clock clk [all_outputs]",
             "",
         ]
     )

@@ -63,6 +63,26 @@ fn bad_libraries_are_refused_with_a_line() {
 }
 
 #[test]
+fn what_the_ground_pin_sees_is_not_counted_again() {
+    let from = r#"cell (NAND) { area : 2;
+    leakage_power () { when : "!A"; value : 1; }"#;
+    let to = r#"cell (NAND) { area : 2;
+    pg_pin (VSS) { pg_type : primary_ground; } pg_pin (VDD) { pg_type : primary_power; }
+    leakage_power () { when : "!A"; value : 1; related_pg_pin : VDD; }
+    leakage_power () { when : "!A"; value : 9; related_pg_pin : VSS; }"#;
+    let text = toy::LIBRARY.replace(from, to).replacen(
+        r#"internal_power () { related_pin : "A";"#,
+        r#"internal_power () { related_pin : "A"; related_pg_pin : VSS;
+           rise_power (p) { values ("9, 9"); } } internal_power () { related_pin : "A";"#,
+        1,
+    );
+    let library = Library::parse(&[("x.lib", &text)]).expect("a library");
+    let nand = &library.cells["NAND"];
+    // One state has a supply pin, the other none: they are two kinds of leakage.
+    assert_eq!((nand.leakage, nand.outputs[0].powers.len()), (4.0, 2));
+}
+
+#[test]
 fn a_library_without_power_tables_is_refused() {
     let text = "library (x) { nom_voltage : 1; cell (I) { pin (A) { direction : input; } \
                 pin (Y) { direction : output; function : \"!A\"; } } }";

@@ -4,6 +4,8 @@
 mod file;
 mod liberty;
 mod price;
+mod rendering;
 mod simulator;
 mod sorting;
 mod toy;
+mod unit;
