@@ -13,6 +13,13 @@ pub fn engineering(x: f64, unit: &str) -> String {
     format!("{} {prefix}{unit}", significant(scaled))
 }
 
+/// `x` with the prefix that suits `like`, so that numbers on one screen can be compared: 0.000402 J
+/// beside 0.00305 J is `0.402 mJ`.
+pub fn engineering_like(x: f64, like: f64, unit: &str) -> String {
+    let (factor, prefix) = prefix_of(like);
+    format!("{} {prefix}{unit}", significant(x / factor))
+}
+
 /// An SI prefix that suits `x`, with its factor: `(1e-3, "m")` for 0.0012.
 pub fn prefix_of(x: f64) -> (f64, &'static str) {
     const PREFIXES: [(f64, &str); 9] = [

@@ -1,7 +1,9 @@
 //! The page of a run: what `replay` prints and `summary.md`.
 
 use super::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
-use super::format::{counted, engineering, percent, prefix_of, rate, shortened, significant};
+use super::format::{
+    counted, engineering, engineering_like, percent, prefix_of, rate, shortened, significant,
+};
 use super::{limits as words, summary_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
@@ -162,9 +164,11 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
         }
         _ => add("frame time", "not in this model, which counts work only".into()),
     }
+    // All in the units of the display rate.
+    let watt = |watts: f64| engineering_like(watts, summary.power_w, "W");
     let product = |energy_j: f64, rate: &str, watts: f64| {
-        let (energy, watts) = (engineering(energy_j, "J"), engineering(watts, "W"));
-        format!("{energy} per frame x {rate} = {watts}")
+        let energy = engineering_like(energy_j, summary.displayed_energy_j(), "J");
+        format!("{energy} per frame x {rate} = {}", watt(watts))
     };
     if let (Some(rate), Some(watts)) = (summary.throughput_fps(), summary.throughput_power_w()) {
         let rate = format!("{} FPS", significant(rate));
@@ -178,7 +182,7 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
     };
     add("at the display rate", format!("{shown}{what}"));
     if let (Some(display), Some(sum)) = (summary.display_w, summary.rendering_plus_display_w) {
-        let [own, display, sum] = [summary.power_w, display, sum].map(|w| engineering(w, "W"));
+        let [own, display, sum] = [summary.power_w, display, sum].map(watt);
         add("with the display", format!("{own} + {display} of the display = {sum}"));
     }
     facts

@@ -36,7 +36,7 @@ fn terminal_summary() {
         deadline             16.7 ms at 60 FPS: MISSED by 5 of 24 frames
         at full rate         6.98 mJ per frame x 90.9 FPS = 635 mW
         at the display rate  7.51 mJ per frame x 59.5 FPS = 447 mW; MISSES 60 FPS
-        with the display     447 mW + 940 mW of the display = 1.39 W
+        with the display     447 mW + 940 mW of the display = 1387 mW
 
         mW at 59.5 FPS  dram  sram  flop  leakage  background  refresh  total
         preprocessing   32.7  6.54  13.1        -           -        -   52.4
