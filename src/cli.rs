@@ -11,6 +11,7 @@ pub mod chart_args;
 mod claims;
 mod compare;
 pub mod completions;
+mod datapath;
 mod display;
 mod dram;
 pub mod dram_model;

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::background::Background;
 use super::camera_file::CameraArgs;
+use super::datapath::{Compared, Datapath};
 use super::gaze::{GazeArgs, note_default, note_missing};
 use super::output_file::Overwrite;
 use super::progress::Progress;
@@ -25,6 +26,7 @@ Examples:
   powergs-sim render scene.ply --cameras cameras.json --frame 3 -o frame3.png
   powergs-sim render scene.spz --orbit 8 --size 800x600 -o views/
   powergs-sim render city/lod-meta.json --lod 1 --cameras cameras.json -o views/
+  powergs-sim render scene.ply --orbit 8 --datapath gscore-fp16 -o hardware/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 \\
       --levels -o map/";
@@ -52,6 +54,10 @@ pub struct Args {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
+    /// The picture that rendering hardware draws, and how like it is to that of f32: gscore-fp16,
+    /// or the bits of its numbers, such as e5m10, e6m9 or e4m3
+    #[arg(long, value_name = "FORMAT")]
+    pub datapath: Option<Datapath>,
     /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG
     /// per view
     #[arg(long, short, value_name = "PATH")]
@@ -63,6 +69,8 @@ pub struct Args {
 
 /// Memory for a pixel while a picture is rendered and written, bytes.
 const PIXEL: u64 = 40;
+/// The same with a second picture that it is compared with.
+const COMPARED_PIXEL: u64 = 160;
 
 /// Runs `render`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
@@ -86,8 +94,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let (cameras, gazes) = chosen(args, views.cameras)?;
     let targets = targets(&args.output, &cameras)?;
     targets.iter().try_for_each(|target| args.overwrite.check(target))?;
+    let pixel = if args.datapath.is_some() { COMPARED_PIXEL } else { PIXEL };
     for camera in &cameras {
-        let bytes = u64::from(camera.width) * u64::from(camera.height) * PIXEL;
+        let bytes = u64::from(camera.width) * u64::from(camera.height) * pixel;
         context.global.memory.check(bytes).map_err(|over| {
             let Camera { name, width, height, .. } = camera;
             let what = format!("view {name}: a picture of {width}x{height} pixels {over}");
@@ -95,6 +104,12 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         })?;
     }
     let options = Options { background: args.background.0, ..Options::reference(Detail::Image) };
+    if args.datapath.is_some() && matches!(scene, Shown::Foveated(_)) {
+        let what =
+            "--datapath: the rendering hardware blends one level, and this model has several";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let mut compared = Vec::new();
     let progress = Progress::new(context, cameras.len() as u64, "views");
     if matches!(scene, Shown::Foveated(_)) {
         note_default(context, &args.gaze);
@@ -105,7 +120,17 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             return Ok(Exit::Interrupted);
         }
         let picture = match &scene {
-            Shown::Plain(scene) => render(&scene.gaussians, camera, &options).picture,
+            Shown::Plain(scene) => {
+                let picture = render(&scene.gaussians, camera, &options).picture;
+                match &args.datapath {
+                    None => picture,
+                    Some(datapath) => {
+                        let drawn = datapath.render(&scene.gaussians, camera, &options);
+                        compared.push(Compared::new(&drawn, &picture));
+                        drawn
+                    }
+                }
+            }
             Shown::Foveated(model) => {
                 let frame = render_foveated(model, camera, gaze, &options);
                 let picture = frame.or_exit(Exit::Usage, "--gaze")?.picture;
@@ -119,7 +144,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         progress.advance(1);
     }
     drop(progress);
-    report(context, &cameras, &targets)
+    report(context, &cameras, &targets, &compared)
 }
 
 /// The views, and where the viewer looks in each: the place in the sequence counts, also where only
@@ -182,19 +207,26 @@ pub fn write_png(path: &Path, picture: &Picture) -> Result<(), Failure> {
     })?)
 }
 
-fn report(context: &Context, cameras: &[Camera], files: &[PathBuf]) -> Result<Exit, Failure> {
-    let rows: Vec<_> = cameras
-        .iter()
-        .zip(files)
-        .map(|(c, file)| {
-            json!({
-                "name": c.name,
-                "width_px": c.width,
-                "height_px": c.height,
-                "file": file.display().to_string(),
-            })
-        })
-        .collect();
+/// What was written; with a datapath, how like each picture is to that of f32.
+fn report(
+    context: &Context,
+    cameras: &[Camera],
+    files: &[PathBuf],
+    compared: &[Compared],
+) -> Result<Exit, Failure> {
+    let row = |(i, (c, file)): (usize, (&Camera, &PathBuf))| {
+        let mut row = json!({
+            "name": c.name,
+            "width_px": c.width,
+            "height_px": c.height,
+            "file": file.display().to_string(),
+        });
+        if let (Some(own), Value::Object(row)) = (compared.get(i), &mut row) {
+            row.extend(own.json());
+        }
+        row
+    };
+    let rows: Vec<_> = cameras.iter().zip(files).enumerate().map(row).collect();
     if context.global.json {
         out::json(&json!({ "images": rows }))?;
         return Ok(Exit::Done);
@@ -205,6 +237,9 @@ fn report(context: &Context, cameras: &[Camera], files: &[PathBuf]) -> Result<Ex
             1 => format!("{last}\n"),
             n => format!("{n} images, the last one {last}\n"),
         })?;
+        for (camera, own) in cameras.iter().zip(compared) {
+            out::text(&format!("{}: {own} against f32\n", camera.name))?;
+        }
     }
     Ok(Exit::Done)
 }

@@ -4,6 +4,7 @@ mod background;
 mod claims;
 mod compare;
 mod completions;
+mod datapath;
 pub mod explain;
 mod memory;
 mod output_file;

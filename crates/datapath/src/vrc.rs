@@ -66,11 +66,16 @@ pub struct Vrc {
     stop: u16,
 }
 
+/// How far means reach, and the most of a colour.
+fn room(format: NumberFormat) -> f64 {
+    format.to_f64(format.largest()) / MEAN_ROOM
+}
+
 impl Record {
     /// The record of a splat: mean in pixels from the middle of the tile, covariance `[a, b, d]` of
-    /// `[[a, b], [b, d]]` in pixels², opacity and colour. Everything is computed exactly and rounded
-    /// once, as by a culling and conversion unit that is wide enough. `None` where the covariance
-    /// is no ellipse.
+    /// `[[a, b], [b, d]]` in pixels², opacity and colour. Everything is computed exactly and
+    /// rounded once, as by a culling and conversion unit that is wide enough. `None` where the
+    /// covariance is no ellipse.
     pub fn new(
         format: NumberFormat,
         mean: [f64; 2],
@@ -84,14 +89,45 @@ impl Record {
         let half_log2_e = 0.5 * std::f64::consts::LOG2_E;
         let along = (half_log2_e * d / det).sqrt();
         let root = [along, -along * b / d, (half_log2_e / d).sqrt()];
-        let room = format.to_f64(format.largest()) / MEAN_ROOM;
         let number = |value: f64, most: f64| format.from_f64(value.clamp(-most, most));
-        regular.then(|| Record {
-            mean: mean.map(|m| number(m, room)),
+        let features = Record {
+            mean: [0; 2],
             root: root.map(|r| number(r, ROOT_MOST)),
             opacity: number(f64::from(opacity), 1.0),
-            colour: colour.map(|c| number(f64::from(c), room)),
-        })
+            colour: colour.map(|c| number(f64::from(c), room(format))),
+        };
+        regular.then(|| features.moved(format, mean))
+    }
+
+    /// The same splat with its mean elsewhere: pixels from the middle of the tile.
+    pub fn moved(&self, format: NumberFormat, mean: [f64; 2]) -> Record {
+        let room = room(format);
+        Record { mean: mean.map(|m| format.from_f64(m.clamp(-room, room))), ..*self }
+    }
+}
+
+/// A bound in f32 on what a splat can reach, for models that must be fast.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    mean: [f32; 2],
+    root: [f32; 3],
+    /// What rounding can take from |u| and |v|, of the sum of the magnitudes of their products.
+    rounding: f32,
+    /// q from which on α is below 1/255 however it is rounded.
+    limit: f32,
+}
+
+impl Reach {
+    /// Whether α at pixel (x, y) of the tile is certainly dropped.
+    #[inline]
+    pub fn misses(&self, x: u32, y: u32) -> bool {
+        let half = 0.5 * (TILE - 1) as f32;
+        let (dx, dy) = (x as f32 - half - self.mean[0], y as f32 - half - self.mean[1]);
+        let [a, b, c] = self.root;
+        let (ax, by, cy) = (a * dx, b * dy, c * dy);
+        let u = ((ax + by).abs() - self.rounding * (ax.abs() + by.abs())).max(0.0);
+        let v = cy.abs() * (1.0 - self.rounding);
+        (u * u + v * v) * (1.0 - self.rounding) > self.limit
     }
 }
 
@@ -117,6 +153,24 @@ impl Vrc {
     /// Its number format.
     pub fn format(&self) -> NumberFormat {
         self.format
+    }
+
+    /// What a splat can reach at most. Half an ulp is lost in a place, a product and a sum, in a
+    /// square and the sum of squares; the exponential is off by one ulp, and an ulp of subnormals
+    /// may come to it and to its product with the opacity.
+    pub fn reach(&self, splat: &Record) -> Reach {
+        let f = self.format;
+        let value = |number| f.to_f32(number);
+        let ulp = (-(f.mantissa_bits() as f32)).exp2();
+        let least = value(1);
+        let lost = (1.0 - 255.0 * 2.0 * least).max(0.0);
+        let limit = (255.0 * value(splat.opacity)).log2() - lost.log2() + 8.0 * ulp;
+        Reach {
+            mean: splat.mean.map(value),
+            root: splat.root.map(value),
+            rounding: 2.0 * ulp,
+            limit: limit + 1e-3,
+        }
     }
 
     /// α of a splat at pixel (x, y) of the tile, before it is dropped or clamped.

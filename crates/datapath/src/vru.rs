@@ -1,9 +1,11 @@
-//! The rendering unit of a core: what `rtl/vru.sv` makes of the list of a tile, and in which cycles.
+//! The rendering unit of a core: what `rtl/vru.sv` makes of the list of a tile, and in which
+//! cycles.
 //!
 //! Four sub-tiles of 8x8 pixels have a queue and four cores of 4x4 pixels each. An entry leaves the
 //! head when the queues of all sub-tiles that its bitmap names have room, one a cycle at most, and
 //! holds a sub-tile for 16 cycles, one for each pixel of a core. A sub-tile that is known to have
-//! stopped needs no room and takes nothing. Cycles are those with entries ready and pixels accepted.
+//! stopped needs no room and takes nothing. Cycles are those with entries ready and pixels
+//! accepted.
 
 use super::vrc::{Outcome, Pixel, Record, TILE, Vrc};
 

@@ -9,11 +9,13 @@
 //! [`train`] is the differentiable form: the same picture, and the gradients of a loss.
 
 mod blend;
+mod datapath;
 mod forward;
 pub mod foveated;
 pub mod regions;
 mod row;
 pub mod train;
 
+pub use datapath::render_datapath;
 pub use forward::{Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};

@@ -16,7 +16,7 @@ const CRATES: [Row; 14] = [
     // Picture files: knows no scene and no chart.
     ("pixels", &[]),
     ("scene", &["base", "frame", "pixels"]),
-    ("raster", &["base", "frame", "scene"]),
+    ("raster", &["base", "frame", "scene", "datapath"]),
     // A display is a term of the training loss.
     ("quality", &["base", "frame"]),
     // Makes frames for published numbers, and puts machines on them.

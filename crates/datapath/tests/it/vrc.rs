@@ -1,5 +1,5 @@
-//! The volume-rendering core: its model against f64, and `rtl/vrc.sv` against its model, bit for bit
-//! and cycle for cycle.
+//! The volume-rendering core: its model against f64, and `rtl/vrc.sv` against its model, bit for
+//! bit and cycle for cycle.
 
 use powergs_datapath::{NumberFormat, Outcome, Pixel, Record, Vrc};
 use rand::{RngExt, SeedableRng};
@@ -64,6 +64,32 @@ fn records_that_are_valid_make_no_nan() {
             assert!(!format.is_nan(alpha), "{name}: {record:?} at {x}, {y}");
             assert!(alpha <= format.one(), "{name}: {record:?} at {x}, {y}");
         }
+    }
+}
+
+#[test]
+fn what_is_said_to_miss_is_dropped() {
+    let mut random = Pcg64Mcg::seed_from_u64(8);
+    for name in ["e5m10", "e4m3", "e8m7", "e6m5", "e5m2", "e4m7"] {
+        let format: NumberFormat = name.parse().expect("a format");
+        let vrc = Vrc::new(format).expect("enough exponent");
+        let (mut misses, mut dropped) = (0, 0);
+        for _ in 0..300_000 {
+            let mut record = splat(format, &mut random);
+            if random.random_range(0..4) == 0 {
+                // Far along a thin splat, where both terms of u are large.
+                let far = [(); 2].map(|()| 400.0 * random.random::<f64>() - 200.0);
+                record = record.moved(format, far);
+            }
+            let (x, y) = (random.random_range(0..16), random.random_range(0..16));
+            let outcome = vrc.blend(&mut Pixel::open(format, true), &record, x, y);
+            dropped += u32::from(outcome == Outcome::Dropped);
+            if vrc.reach(&record).misses(x, y) {
+                misses += 1;
+                assert_eq!(outcome, Outcome::Dropped, "{name}: {record:?} at {x}, {y}");
+            }
+        }
+        assert!(misses <= dropped && (name != "e5m10" || misses > dropped * 9 / 10), "{name}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Are images, counters and gradients right?
 
+mod datapath;
 mod dual;
 mod foveated;
 mod gradient_naive;

@@ -1,0 +1,117 @@
+//! The picture that the rendering units of `rtl/` draw: the lists of the rasteriser, blended bit
+//! for bit as `powergs_datapath` does.
+//!
+//! Splats are projected and coloured in f32; their features are then rounded to the number format,
+//! means relative to each tile. Lists have the order of the keys by which the hardware sorts:
+//! depths in a number format of their own, ties by index in the scene.
+
+use rayon::prelude::*;
+
+use super::forward::{Options, in_depth_order_by, project};
+use powergs_base::picture::Picture;
+use powergs_datapath::{NumberFormat, Pixel, Record, TILE, Vrc};
+use powergs_frame::splat::runs::{Reach, Runs};
+use powergs_frame::splat::{Splat, TileGrid};
+use powergs_scene::{Camera, Gaussians};
+
+/// Renders one view with the datapath of a core. Lists are sorted by depths in the format `keys`,
+/// or by those in f32. Of the options only the test, the background and the instruction set matter:
+/// tiles are those of the core.
+pub fn render_datapath(
+    scene: &Gaussians,
+    camera: &Camera,
+    options: &Options,
+    vrc: &Vrc,
+    keys: Option<NumberFormat>,
+) -> Picture {
+    let format = vrc.format();
+    let (parts, _) = project(scene, camera, options.level);
+    let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
+    let (splats, features): (Vec<Splat>, Vec<Option<Record>>) = in_depth_order_by(
+        &parts,
+        |visible| depth(visible.splat.depth),
+        |part, i| {
+            let visible = &parts[part][i];
+            let Splat { cov, opacity, .. } = visible.splat;
+            (visible.splat, Record::new(format, [0.0; 2], cov, opacity, visible.colour))
+        },
+    );
+    drop(parts);
+    let grid = TileGrid::new(camera.width, camera.height, TILE);
+    let runs = Runs::new(&splats, grid, options.test, Reach::Unknown);
+    let mut picture = Picture {
+        width: camera.width,
+        height: camera.height,
+        pixels: vec![[0.0; 3]; camera.width as usize * camera.height as usize],
+    };
+    let frame = Frame { vrc, runs: &runs, splats: &splats, features: &features };
+    let lines = (camera.width * TILE) as usize;
+    picture.pixels.par_chunks_mut(lines).enumerate().for_each(|(ty, pixels)| {
+        frame.render_row(ty as u32, options.background, pixels);
+    });
+    picture
+}
+
+/// What all rows of tiles share.
+struct Frame<'a> {
+    vrc: &'a Vrc,
+    runs: &'a Runs,
+    splats: &'a [Splat],
+    /// The features of the splats, as far as they do not depend on the tile.
+    features: &'a [Option<Record>],
+}
+
+impl Frame<'_> {
+    /// Renders row `ty` of tiles into its lines of the picture.
+    fn render_row(&self, ty: u32, background: [f32; 3], pixels: &mut [[f32; 3]]) {
+        let mut lists: Vec<Vec<u32>> = vec![Vec::new(); self.runs.grid.nx as usize];
+        for run in self.runs.row(ty) {
+            for list in &mut lists[usize::from(run.x0)..usize::from(run.x1)] {
+                list.push(run.rank);
+            }
+        }
+        for (tx, list) in lists.iter().enumerate() {
+            self.render_tile([tx as u32, ty], list, background, pixels);
+        }
+    }
+
+    fn render_tile(
+        &self,
+        [tx, ty]: [u32; 2],
+        list: &[u32],
+        background: [f32; 3],
+        out: &mut [[f32; 3]],
+    ) {
+        let format = self.vrc.format();
+        let (x0, y0, x1, y1) = self.runs.grid.pixels(tx, ty);
+        let (width, height) = (x1 - x0, y1 - y0);
+        let mut pixels = vec![Pixel::open(format, true); (width * height) as usize];
+        let mut live = pixels.len();
+        let middle = [x0, y0].map(|first| f64::from(first) + 0.5 * f64::from(TILE - 1));
+        for &rank in list {
+            let Some(features) = &self.features[rank as usize] else { continue };
+            let mean = self.splats[rank as usize].mean;
+            let mean = [0, 1].map(|i| f64::from(mean[i]) - middle[i]);
+            let splat = features.moved(format, mean);
+            let reach = self.vrc.reach(&splat);
+            for y in 0..height {
+                for x in 0..width {
+                    let pixel = &mut pixels[(y * width + x) as usize];
+                    if pixel.live && !reach.misses(x, y) {
+                        self.vrc.blend(pixel, &splat, x, y);
+                        live -= usize::from(!pixel.live);
+                    }
+                }
+            }
+            if live == 0 {
+                break;
+            }
+        }
+        for (i, pixel) in (0..).zip(&pixels) {
+            let line = (i / width) as usize * self.runs.grid.width as usize;
+            let behind = format.to_f32(pixel.transmittance);
+            let colour = [0, 1, 2].map(|c| format.to_f32(pixel.colour[c]) + behind * background[c]);
+            out[line + (x0 + i % width) as usize] = colour;
+        }
+    }
+}

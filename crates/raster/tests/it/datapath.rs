@@ -1,0 +1,70 @@
+//! The picture of the rendering hardware against its lists spelled out, and against f32.
+
+use powergs_base::picture::Picture;
+use powergs_datapath::{NumberFormat, Pixel, Record, Vrc};
+use powergs_frame::splat::project::colours;
+use powergs_raster::{Detail, Options, render, render_datapath};
+use powergs_testkit::scenes::{front_camera, random_scene};
+
+use super::naive;
+
+fn options() -> Options {
+    Options { background: [0.2, 0.4, 0.9], ..Options::reference(Detail::Image) }
+}
+
+/// Every pixel through every splat of the list of its tile, none left out.
+#[test]
+fn a_picture_is_what_the_core_makes_of_every_list() {
+    let format = NumberFormat::FP16;
+    let vrc = Vrc::new(format).expect("enough exponent");
+    let (options, camera) = (options(), front_camera(72, 51));
+    for seed in 0..3 {
+        let scene = random_scene(seed, 250, 0);
+        let drawn = render_datapath(&scene, &camera, &options, &vrc, Some(format));
+        let mut splats = render(&scene, &camera, &options).splats;
+        splats.sort_by_key(|splat| (format.from_f32(splat.depth), splat.index));
+        let colours = colours(&scene, camera.centre.as_vec3().to_array(), options.level);
+        for (i, drawn) in drawn.pixels.iter().enumerate() {
+            let (x, y) = (i as u32 % camera.width, i as u32 / camera.width);
+            let (tx, ty) = (x / 16, y / 16);
+            let mut pixel = Pixel::open(format, true);
+            for splat in &splats {
+                if !naive::accepted(splat, &camera, &options, tx, ty) {
+                    continue;
+                }
+                let middle = [tx, ty].map(|t| 16.0 * f64::from(t) + 7.5);
+                let mean = [0, 1].map(|k| f64::from(splat.mean[k]) - middle[k]);
+                let colour = colours[splat.index as usize];
+                let record = Record::new(format, mean, splat.cov, splat.opacity, colour);
+                let record = record.expect("an ellipse");
+                vrc.blend(&mut pixel, &record, x % 16, y % 16);
+            }
+            let behind = format.to_f32(pixel.transmittance);
+            let expected =
+                [0, 1, 2].map(|c| format.to_f32(pixel.colour[c]) + behind * options.background[c]);
+            assert_eq!(*drawn, expected, "seed {seed}, pixel ({x}, {y})");
+        }
+    }
+}
+
+fn psnr(a: &Picture, b: &Picture) -> f64 {
+    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    let square = |(a, b): (&f32, &f32)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2);
+    let values = 3 * a.pixels.len();
+    -10.0 * (pairs.map(square).sum::<f64>() / values as f64).log10()
+}
+
+#[test]
+fn fp16_is_above_40_db_and_fewer_bits_are_worse() {
+    let (options, camera) = (options(), front_camera(160, 120));
+    let scene = random_scene(9, 2000, 1);
+    let exact = render(&scene, &camera, &options).picture;
+    let measure = |name: &str| {
+        let format: NumberFormat = name.parse().expect("a format");
+        let vrc = Vrc::new(format).expect("enough exponent");
+        psnr(&render_datapath(&scene, &camera, &options, &vrc, Some(NumberFormat::FP16)), &exact)
+    };
+    let db = ["e5m10", "e5m8", "e5m6", "e5m4", "e5m2"].map(measure);
+    assert!(db[0] > 40.0, "{db:?}");
+    assert!(db.is_sorted_by(|more, fewer| more > fewer), "{db:?}");
+}

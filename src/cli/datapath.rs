@@ -1,0 +1,76 @@
+//! `--datapath`: what the arithmetic of rendering hardware makes of a picture.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde_json::{Map, Value, json};
+
+use powergs_base::picture::Picture;
+use powergs_datapath::{NumberFormat, Vrc};
+use powergs_quality::{Likeness, flip, likeness};
+use powergs_raster::{Options, render_datapath};
+use powergs_scene::{Camera, Gaussians};
+
+/// The name of the datapath of `rtl/` in FP16.
+const GSCORE: &str = "gscore-fp16";
+
+/// A rendering core of a number format.
+#[derive(Debug, Clone)]
+pub struct Datapath(Vrc);
+
+impl FromStr for Datapath {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Datapath, String> {
+        let format = match text {
+            GSCORE => NumberFormat::FP16,
+            _ => text.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?,
+        };
+        let few = || {
+            format!("{format}: pixels of a tile need four bits of exponent, as in {GSCORE} or e4m3")
+        };
+        Ok(Datapath(Vrc::new(format).ok_or_else(few)?))
+    }
+}
+
+impl Datapath {
+    /// The picture that it draws, sorted by depths in FP16 whatever its numbers are.
+    pub fn render(&self, scene: &Gaussians, camera: &Camera, options: &Options) -> Picture {
+        render_datapath(scene, camera, options, &self.0, Some(NumberFormat::FP16))
+    }
+}
+
+/// How like a picture is to that of f32.
+pub struct Compared {
+    likeness: Likeness,
+    flip: f64,
+}
+
+impl Compared {
+    /// Compares a picture with that of f32.
+    pub fn new(drawn: &Picture, reference: &Picture) -> Compared {
+        Compared {
+            likeness: likeness(drawn, reference),
+            flip: flip::flip(reference, drawn, flip::PIXELS_PER_DEGREE),
+        }
+    }
+
+    /// For scripts.
+    pub fn json(&self) -> Map<String, Value> {
+        let psnr = self.likeness.psnr_db;
+        let names = ["psnr_db", "ssim", "flip"];
+        let values =
+            [json!(psnr.is_finite().then_some(psnr)), json!(self.likeness.ssim), json!(self.flip)];
+        names.map(String::from).into_iter().zip(values).collect()
+    }
+}
+
+impl fmt::Display for Compared {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.likeness.psnr_db {
+            db if db.is_finite() => write!(f, "PSNR {db:.2} dB")?,
+            _ => f.write_str("equal pictures")?,
+        }
+        write!(f, ", SSIM {:.6}, FLIP {:.6}", self.likeness.ssim, self.flip)
+    }
+}

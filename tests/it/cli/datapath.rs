@@ -1,0 +1,47 @@
+//! `render --datapath`: pictures of the rendering hardware.
+
+use std::fs;
+
+use assert_cmd::Command;
+use powergs_testkit::scene_files::{ply, sample};
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+
+#[test]
+fn a_picture_of_the_hardware_is_compared_with_that_of_f32() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("a.ply"), ply(&sample(60, 1))).expect("a scene");
+    let run = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+        command.current_dir(folder.path()).args(["render", "a.ply", "--orbit", "2"]);
+        command.args(["--size", "96x64"]).args(words).assert()
+    };
+    let measured = |datapath: &str| -> Vec<f64> {
+        let done = run(&["--datapath", datapath, "-o", datapath, "--json"]).success();
+        let report: serde_json::Value =
+            serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+        let images = report["images"].as_array().expect("images");
+        images.iter().map(|image| image["psnr_db"].as_f64().expect("a number")).collect()
+    };
+    let (fp16, fp8) = (measured("gscore-fp16"), measured("e4m3"));
+    assert_eq!(fp16.len(), 2);
+    for (fp16, fp8) in fp16.iter().zip(&fp8) {
+        assert!(*fp16 > 40.0 && fp8 < fp16, "{fp16} and {fp8} dB");
+    }
+    // The same numbers by their bits, the same pictures.
+    assert_eq!(measured("e5m10"), fp16);
+    let read = |name: &str| fs::read(folder.path().join(name)).expect("a picture");
+    assert_eq!(read("e5m10/001.png"), read("gscore-fp16/001.png"));
+    let shown = contains("orbit_0000: PSNR ").and(contains(" dB, SSIM ")).and(contains(", FLIP "));
+    run(&["--datapath", "gscore-fp16", "-o", "one.png", "--frame", "0"]).success().stdout(shown);
+
+    for (name, why) in [
+        ("fp16", "`fp16` is not a number format"),
+        ("e5m12", "8 to 16 bits"),
+        ("e3m4", "four bits of exponent"),
+    ] {
+        let refused = run(&["--datapath", name, "-o", "no"]).code(2);
+        refused.stderr(contains(why).and(contains("gscore-fp16")));
+        assert!(!folder.path().join("no").exists());
+    }
+}
