@@ -10,6 +10,8 @@
 //! who has one needs neither a library nor a tool. There is no layout behind any of it: loads are
 //! pins and the library's wire-load model, and the clock is ideal.
 
+pub mod characterise;
+pub mod committed;
 pub mod energy;
 pub mod function;
 pub mod liberty;
