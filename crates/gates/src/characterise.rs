@@ -204,17 +204,15 @@ fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<f64>, CharacteriseErro
     }
     let whole = rows[0][0];
     for i in 0..n {
-        let pivot = (i..n).max_by(|a, b| rows[*a][i].abs().total_cmp(&rows[*b][i].abs()));
-        rows.swap(i, pivot.expect("a row is left"));
+        let largest = (i..n).max_by(|a, b| rows[*a][i].abs().total_cmp(&rows[*b][i].abs()));
+        rows.swap(i, largest.expect("a row is left"));
         if rows[i][i].abs() < 1e-9 * whole {
             return Err(alike(i));
         }
-        for j in (0..n).filter(|j| *j != i) {
-            let factor = rows[j][i] / rows[i][i];
-            for k in i..=n {
-                let above = rows[i][k];
-                rows[j][k] -= factor * above;
-            }
+        let pivot = rows[i].clone();
+        for (_, row) in rows.iter_mut().enumerate().filter(|(j, _)| *j != i) {
+            let factor = row[i] / pivot[i];
+            row.iter_mut().zip(&pivot).for_each(|(value, above)| *value -= factor * above);
         }
     }
     Ok((0..n).map(|i| rows[i][n] / rows[i][i] / scale[i]).collect())

@@ -193,8 +193,8 @@ fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, Character
         let out = out_valid.bit(&simulator);
         let ready: [u64; 3] = std::array::from_fn(|way| ways[way].1.bit(&simulator));
         for (number, lane) in lanes.iter_mut().enumerate() {
-            for way in 0..3 {
-                if lane.offered[way] && ready[way] >> number & 1 == 1 {
+            for (way, ready) in ready.iter().enumerate() {
+                if lane.offered[way] && ready >> number & 1 == 1 {
                     lane.offered[way] = false;
                     let (mut row, _) = lane.feeds[way].pop_front().expect("it was offered");
                     if way == SORT {
