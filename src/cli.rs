@@ -7,6 +7,7 @@ pub mod arch;
 pub mod background;
 mod camera;
 pub mod camera_file;
+pub mod characterise;
 pub mod chart_args;
 mod claims;
 mod compare;
@@ -144,6 +145,9 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::Args),
+    /// Price what a sorting unit does, from its gates and the lists of a trace
+    #[command(after_help = characterise::EXAMPLES)]
+    Characterise(characterise::Args),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
@@ -198,6 +202,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Render(args) => render::run(args, context),
         Command::Arch(args) => arch::run(args, context),
         Command::Camera(args) => camera::run(args, context),
+        Command::Characterise(args) => characterise::run(args, context),
         Command::Claims(args) => claims::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),

@@ -1,6 +1,7 @@
 //! The command line: exit codes, output, and what happens around a command.
 
 mod background;
+mod characterise;
 mod claims;
 mod compare;
 mod completions;

@@ -5,7 +5,8 @@
 //! the input that causes it and at the load. Which input that is, and in which state of the others,
 //! is not known when only toggles are counted: groups of a table are weighted by the states of
 //! equal probability in which that input changes the output. Energies of different supply pins
-//! add up; those of ground pins are the same charge a second time and are left out. Where the library has energies for toggles at an input that reach no output, they are
+//! add up; those of ground pins are the same charge a second time and are left out. Where the
+//! library has energies for toggles at an input that reach no output, they are
 //! weighted by the states they hold in.
 //!
 //! The clock pin of a flip-flop has two prices, of a cycle in which its bit stays and of one in
