@@ -6,13 +6,15 @@ use std::str::FromStr;
 use serde_json::{Map, Value, json};
 
 use powergs_base::picture::Picture;
-use powergs_datapath::{NumberFormat, Vrc};
+use powergs_datapath::{Form, NumberFormat, Vrc};
 use powergs_quality::{Likeness, flip, likeness};
 use powergs_raster::{Options, render_datapath};
 use powergs_scene::{Camera, Gaussians};
 
 /// The name of the datapath of `rtl/` in FP16.
 const GSCORE: &str = "gscore-fp16";
+/// Behind a name: the form of the records and of the sum, if not that of `rtl/`.
+const FORMS: [(&str, Form); 2] = [("-conic", Form::Conic), ("-local", Form::Local)];
 
 /// A rendering core of a number format.
 #[derive(Debug, Clone)]
@@ -22,14 +24,16 @@ impl FromStr for Datapath {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Datapath, String> {
-        let format = match text {
+        let other = |(ending, form)| Some((text.strip_suffix(ending)?, form));
+        let (name, form) = FORMS.into_iter().find_map(other).unwrap_or((text, Form::Root));
+        let format = match name {
             GSCORE => NumberFormat::FP16,
-            _ => text.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?,
+            _ => name.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?,
         };
         let few = || {
             format!("{format}: pixels of a tile need four bits of exponent, as in {GSCORE} or e4m3")
         };
-        Ok(Datapath(Vrc::new(format).ok_or_else(few)?))
+        Ok(Datapath(Vrc::new(format).ok_or_else(few)?.with_form(form)))
     }
 }
 

@@ -11,5 +11,5 @@ mod vrc;
 mod vru;
 
 pub use format::{FormatError, NumberFormat};
-pub use vrc::{Outcome, Pixel, Reach, Record, TILE, Vrc};
+pub use vrc::{Form, Outcome, Pixel, Reach, Record, TILE, Vrc};
 pub use vru::{Entry, SUBTILES, TileRun, Vru};

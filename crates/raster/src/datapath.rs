@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::forward::{Options, in_depth_order_by, project};
 use powergs_base::picture::Picture;
-use powergs_datapath::{NumberFormat, Pixel, Record, TILE, Vrc};
+use powergs_datapath::{NumberFormat, Pixel, TILE, Vrc};
 use powergs_frame::splat::runs::{Reach, Runs};
 use powergs_frame::splat::{Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
@@ -24,17 +24,12 @@ pub fn render_datapath(
     vrc: &Vrc,
     keys: Option<NumberFormat>,
 ) -> Picture {
-    let format = vrc.format();
     let (parts, _) = project(scene, camera, options.level);
     let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
-    let (splats, features): (Vec<Splat>, Vec<Option<Record>>) = in_depth_order_by(
+    let (splats, colours): (Vec<Splat>, Vec<[f32; 3]>) = in_depth_order_by(
         &parts,
         |visible| depth(visible.splat.depth),
-        |part, i| {
-            let visible = &parts[part][i];
-            let Splat { cov, opacity, .. } = visible.splat;
-            (visible.splat, Record::new(format, [0.0; 2], cov, opacity, visible.colour))
-        },
+        |part, i| (parts[part][i].splat, parts[part][i].colour),
     );
     drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, TILE);
@@ -44,7 +39,7 @@ pub fn render_datapath(
         height: camera.height,
         pixels: vec![[0.0; 3]; camera.width as usize * camera.height as usize],
     };
-    let frame = Frame { vrc, runs: &runs, splats: &splats, features: &features };
+    let frame = Frame { vrc, runs: &runs, splats: &splats, colours: &colours };
     let lines = (camera.width * TILE) as usize;
     picture.pixels.par_chunks_mut(lines).enumerate().for_each(|(ty, pixels)| {
         frame.render_row(ty as u32, options.background, pixels);
@@ -57,8 +52,7 @@ struct Frame<'a> {
     vrc: &'a Vrc,
     runs: &'a Runs,
     splats: &'a [Splat],
-    /// The features of the splats, as far as they do not depend on the tile.
-    features: &'a [Option<Record>],
+    colours: &'a [[f32; 3]],
 }
 
 impl Frame<'_> {
@@ -89,10 +83,10 @@ impl Frame<'_> {
         let mut live = pixels.len();
         let middle = [x0, y0].map(|first| f64::from(first) + 0.5 * f64::from(TILE - 1));
         for &rank in list {
-            let Some(features) = &self.features[rank as usize] else { continue };
-            let mean = self.splats[rank as usize].mean;
+            let Splat { mean, cov, opacity, .. } = self.splats[rank as usize];
             let mean = [0, 1].map(|i| f64::from(mean[i]) - middle[i]);
-            let splat = features.moved(format, mean);
+            let colour = self.colours[rank as usize];
+            let Some(splat) = self.vrc.record(mean, cov, opacity, colour) else { continue };
             let reach = self.vrc.reach(&splat);
             for y in 0..height {
                 for x in 0..width {

@@ -28,6 +28,10 @@ fn a_picture_of_the_hardware_is_compared_with_that_of_f32() {
     for (fp16, fp8) in fp16.iter().zip(&fp8) {
         assert!(*fp16 > 40.0 && fp8 < fp16, "{fp16} and {fp8} dB");
     }
+    for form in ["gscore-fp16-conic", "e5m10-local"] {
+        let other = measured(form);
+        assert!(other.iter().zip(&fp16).all(|(other, root)| *other > 40.0 && other != root));
+    }
     // The same numbers by their bits, the same pictures.
     assert_eq!(measured("e5m10"), fp16);
     let read = |name: &str| fs::read(folder.path().join(name)).expect("a picture");

@@ -1,7 +1,7 @@
 //! The volume-rendering core: its model against f64, and `rtl/vrc.sv` against its model, bit for
 //! bit and cycle for cycle.
 
-use powergs_datapath::{NumberFormat, Outcome, Pixel, Record, Vrc};
+use powergs_datapath::{Form, NumberFormat, Outcome, Pixel, Record, Vrc};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -9,7 +9,7 @@ use super::numbers::corners;
 use super::verilator::Bench;
 
 /// A splat that may be anywhere around its tile, of any size, thinness and direction.
-pub fn splat(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
+pub fn splat(vrc: &Vrc, random: &mut Pcg64Mcg) -> Record {
     let long = 0.55 * (random.random::<f64>() * 6.0).exp2();
     let short = 0.55 + (long - 0.55) * random.random::<f64>().powi(3);
     let (sin, cos) = (random.random::<f64>() * 6.3).sin_cos();
@@ -20,7 +20,7 @@ pub fn splat(format: NumberFormat, random: &mut Pcg64Mcg) -> Record {
     let mean = [(); 2].map(|()| (2.0 * random.random::<f64>() - 1.0) * reach);
     let colour = [(); 3].map(|()| 1.2 * random.random::<f32>());
     let opacity = random.random::<f32>().sqrt();
-    Record::new(format, mean, covariance.map(|c| c as f32), opacity, colour).expect("an ellipse")
+    vrc.record(mean, covariance.map(|c| c as f32), opacity, colour).expect("an ellipse")
 }
 
 /// A record of any bits, many of them corners.
@@ -47,7 +47,7 @@ fn records_that_are_valid_make_no_nan() {
         let vrc = Vrc::new(format).expect("enough exponent");
         let far = format.largest();
         for round in 0..20_000 {
-            let mut record = splat(format, &mut random);
+            let mut record = splat(&vrc, &mut random);
             if round % 4 == 0 {
                 // Means and matrices at their limits.
                 let room = format.to_f64(far) / 8.0;
@@ -72,10 +72,12 @@ fn what_is_said_to_miss_is_dropped() {
     let mut random = Pcg64Mcg::seed_from_u64(8);
     for name in ["e5m10", "e4m3", "e8m7", "e6m5", "e5m2", "e4m7"] {
         let format: NumberFormat = name.parse().expect("a format");
-        let vrc = Vrc::new(format).expect("enough exponent");
+        let root = Vrc::new(format).expect("enough exponent");
         let (mut misses, mut dropped) = (0, 0);
-        for _ in 0..300_000 {
-            let mut record = splat(format, &mut random);
+        for round in 0..300_000 {
+            let form = [Form::Root, Form::Conic, Form::Local][round % 3];
+            let vrc = root.with_form(form);
+            let mut record = splat(&vrc, &mut random);
             if random.random_range(0..4) == 0 {
                 // Far along a thin splat, where both terms of u are large.
                 let far = [(); 2].map(|()| 400.0 * random.random::<f64>() - 200.0);
@@ -101,7 +103,7 @@ fn alpha_is_near_the_exact_one() {
     let vrc = Vrc::new(format).expect("enough exponent");
     let (mut worst, mut sum, mut count) = (0.0f64, 0.0, 0.0);
     for _ in 0..200_000 {
-        let record = splat(format, &mut random);
+        let record = splat(&vrc, &mut random);
         let (x, y) = (random.random_range(0..16), random.random_range(0..16));
         let value = |number| format.to_f64(number);
         let (dx, dy) = (
@@ -154,7 +156,8 @@ struct Tile {
     splats: Vec<Record>,
 }
 
-fn tiles(format: NumberFormat, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<Tile> {
+fn tiles(vrc: &Vrc, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<Tile> {
+    let format = vrc.format();
     let tile = |index: u32| {
         let count = if index < 3 { index } else { random.random_range(0..60) };
         let rows = pixels / columns;
@@ -162,8 +165,8 @@ fn tiles(format: NumberFormat, pixels: u32, columns: u32, random: &mut Pcg64Mcg)
         // Of four tiles one has records of any bits, and one is opaque.
         let mut one = || match index % 4 {
             0 => bits(format, random),
-            1 => Record { opacity: format.from_f32(0.97), ..splat(format, random) },
-            _ => splat(format, random),
+            1 => Record { opacity: format.from_f32(0.97), ..splat(vrc, random) },
+            _ => splat(vrc, random),
         };
         let splats = (0..count).map(|_| one()).collect();
         let place = [
@@ -292,7 +295,7 @@ fn the_core_in_hardware_is_the_core_of_the_model() {
         let mut random = Pcg64Mcg::seed_from_u64(u64::from(pixels));
         let vrc = Vrc::new(format).expect("enough exponent");
         let core = Core { vrc, split, pixels, columns };
-        let tiles = tiles(format, pixels, columns, &mut random);
+        let tiles = tiles(&vrc, pixels, columns, &mut random);
         let (found, expected) = (run(&bench, &tiles, [0, 0]), core.events(&tiles));
         for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert_eq!(found, expected, "{name}, {pixels} pixels, split {split}: event {i}");

@@ -14,14 +14,15 @@ struct Tile {
 
 /// Tiles of all kinds: empty, at the edge of the image, of entries for all sub-tiles, few or none,
 /// opaque ones that stop.
-fn tiles(format: NumberFormat, random: &mut Pcg64Mcg) -> Vec<Tile> {
+fn tiles(vrc: &Vrc, random: &mut Pcg64Mcg) -> Vec<Tile> {
+    let format = vrc.format();
     let tile = |index: u32| {
         let count = if index < 3 { index } else { random.random_range(0..100) };
         let edge = [random.random_range(1..17), random.random_range(1..17)];
         let size = if index % 4 == 3 { edge } else { [16, 16] };
         let opaque = index % 3 == 1;
         let mut entry = || {
-            let any = splat(format, random);
+            let any = splat(vrc, random);
             let opacity = if opaque { format.from_f32(0.97) } else { any.opacity };
             let bitmap = match random.random_range(0..4) {
                 0 => 15,
@@ -101,7 +102,7 @@ fn the_unit_in_hardware_is_the_unit_of_the_model() {
         let Some(bench) = Bench::build("vru", &parameters) else { return };
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let unit = Vru { vrc: Vrc::new(format).expect("enough exponent"), split, queue };
-        let tiles = tiles(format, &mut random);
+        let tiles = tiles(&unit.vrc, &mut random);
         let runs: Vec<TileRun> =
             tiles.iter().map(|tile| unit.tile(&tile.entries, tile.size)).collect();
         let stopped = runs.iter().flat_map(|run| run.ends).flatten().count();

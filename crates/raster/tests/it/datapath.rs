@@ -1,7 +1,7 @@
 //! The picture of the rendering hardware against its lists spelled out, and against f32.
 
 use powergs_base::picture::Picture;
-use powergs_datapath::{NumberFormat, Pixel, Record, Vrc};
+use powergs_datapath::{Form, NumberFormat, Pixel, Record, Vrc};
 use powergs_frame::splat::project::colours;
 use powergs_raster::{Detail, Options, render, render_datapath};
 use powergs_testkit::scenes::{front_camera, random_scene};
@@ -52,6 +52,25 @@ fn psnr(a: &Picture, b: &Picture) -> f64 {
     let square = |(a, b): (&f32, &f32)| f64::from(a.clamp(0.0, 1.0) - b.clamp(0.0, 1.0)).powi(2);
     let values = 3 * a.pixels.len();
     -10.0 * (pairs.map(square).sum::<f64>() / values as f64).log10()
+}
+
+/// Thin splats that lie askew: the terms of a conic cancel, those of its root less so.
+#[test]
+fn forms_that_cancel_less_are_better() {
+    let (options, camera) = (options(), front_camera(160, 120));
+    let mut scene = random_scene(4, 2000, 0);
+    for scales in &mut scene.log_scales {
+        *scales = [scales[0] + 1.0, scales[1] - 4.0, scales[2] - 4.0];
+    }
+    let exact = render(&scene, &camera, &options).picture;
+    let vrc = Vrc::new(NumberFormat::FP16).expect("enough exponent");
+    let measure = |form| {
+        psnr(&render_datapath(&scene, &camera, &options, &vrc.with_form(form), None), &exact)
+    };
+    let (local, root) = (measure(Form::Local), measure(Form::Root));
+    let conic = measure(Form::Conic);
+    assert!(local > root + 3.0 && root > conic + 6.0, "{local}, {root} and {conic} dB");
+    assert!(root > 40.0, "{root} dB");
 }
 
 #[test]
