@@ -1,7 +1,7 @@
 // Volume-rendering core: blends splats, front to back, into PIXELS pixels that take turns.
 //
-// Per splat and pixel: d = pixel - mean, u = a dx + b dy, v = c dy, q = u^2 + v^2, alpha =
-// min(opacity 2^-q, 0.99); nothing happens below 1/255. Then keep = T (1 - alpha): below 1e-4 the
+// Per splat and pixel: u = a x + b y + u0 and v = c y + v0 for the place of the pixel from the middle
+// of the tile, q = u^2 + v^2, alpha = min(opacity 2^-q, 0.99); nothing happens below 1/255. Then keep = T (1 - alpha): below 1e-4 the
 // pixel stops and is left as it is, otherwise colour += T alpha colour of the splat and T = keep.
 //
 // Beats arrive in order: OPEN begins a tile (transmittance 1, colour 0; pixels outside `open_mask`
@@ -30,8 +30,7 @@ module vrc #(
     output logic              in_ready,
     // 0 OPEN, 1 SPLAT, 2 CLOSE.
     input  logic [1:0]        in_op,
-    // From the lowest: mean x, y from the middle of the tile of 16 x 16; a, b, c; opacity; red,
-    // green, blue.
+    // From the lowest: u0, v0; a, b, c; opacity; red, green, blue.
     input  logic [9*W-1:0]    in_record,
     // Place of the first pixel in the tile, and which pixels are in the image.
     input  logic [3:0]        open_x,
@@ -114,28 +113,33 @@ module vrc #(
 
     // --- the record of a splat, held where it is needed ----------------------------------------
 
-    logic [W-1:0] mean_x;
-    logic [W-1:0] mean_y;
-    logic [3*W-1:0] root_0;
+    logic [W-1:0] middle_u_0;
+    logic [W-1:0] middle_v_0;
+    logic [3*W-1:0] root;
     logic [W-1:0] opacity_0;
     logic [3*W-1:0] tint_0;
-    logic [3*W-1:0] root;
+    logic [W-1:0] middle_u;
+    logic [W-1:0] middle_v;
     logic [W-1:0] opacity;
     logic [3*W-1:0] tint;
     logic [3:0] x;
     logic [3:0] y;
 
     always_ff @(posedge clk) begin
-        if (take) {tint_0, opacity_0, root_0, mean_y, mean_x} <= in_record;
+        if (take) {tint_0, opacity_0, root, middle_v_0, middle_u_0} <= in_record;
         if (open) begin
             x <= open_x;
             y <= open_y;
         end
     end
     vrc_carry #(
-        .WIDTH(3 * W), .DELAY(D), .HOLD(PIXELS)
-    ) carry_root (
-        .clk(clk), .first(first[D-1:0]), .d(root_0), .q(root));
+        .WIDTH(W), .DELAY(D), .HOLD(PIXELS)
+    ) carry_v (
+        .clk(clk), .first(first[D-1:0]), .d(middle_v_0), .q(middle_v));
+    vrc_carry #(
+        .WIDTH(W), .DELAY(2 * D), .HOLD(PIXELS)
+    ) carry_u (
+        .clk(clk), .first(first[2*D-1:0]), .d(middle_u_0), .q(middle_u));
     vrc_carry #(
         .WIDTH(W), .DELAY(6 * D), .HOLD(PIXELS)
     ) carry_opacity (
@@ -156,25 +160,23 @@ module vrc #(
 
     logic [3:0] column;
     logic [3:0] row;
-    logic [W-1:0] dx, dy, ax, by, cy, u, v, uu, vv, q;
+    logic [W-1:0] ax, by, cy, sum_u, sum_v, u, v, uu, vv, q;
     assign column = x + 4'(32'(issued) % COLUMNS);
     assign row = y + 4'(32'(issued) / COLUMNS);
-    vrc_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add_dx (
-        .clk(clk), .valid(valid[D-1:0]), .a(places[column]), .b(mean_x ^ {1'b1, {(W - 1) {1'b0}}}),
-        .y(dx));
-    vrc_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add_dy (
-        .clk(clk), .valid(valid[D-1:0]), .a(places[row]), .b(mean_y ^ {1'b1, {(W - 1) {1'b0}}}),
-        .y(dy));
     vrc_mul #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) mul_ax (
-        .clk(clk), .valid(valid[2*D-1:D]), .a(root[W-1:0]), .b(dx), .y(ax));
+        .clk(clk), .valid(valid[D-1:0]), .a(root[W-1:0]), .b(places[column]), .y(ax));
     vrc_mul #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) mul_by (
-        .clk(clk), .valid(valid[2*D-1:D]), .a(root[2*W-1:W]), .b(dy), .y(by));
+        .clk(clk), .valid(valid[D-1:0]), .a(root[2*W-1:W]), .b(places[row]), .y(by));
     vrc_mul #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) mul_cy (
-        .clk(clk), .valid(valid[2*D-1:D]), .a(root[3*W-1:2*W]), .b(dy), .y(cy));
+        .clk(clk), .valid(valid[D-1:0]), .a(root[3*W-1:2*W]), .b(places[row]), .y(cy));
+    vrc_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add_ab (
+        .clk(clk), .valid(valid[2*D-1:D]), .a(ax), .b(by), .y(sum_u));
+    vrc_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add_v (
+        .clk(clk), .valid(valid[2*D-1:D]), .a(cy), .b(middle_v), .y(sum_v));
     vrc_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add_u (
-        .clk(clk), .valid(valid[3*D-1:2*D]), .a(ax), .b(by), .y(u));
+        .clk(clk), .valid(valid[3*D-1:2*D]), .a(sum_u), .b(middle_u), .y(u));
     vrc_delay #(.WIDTH(W), .CYCLES(D)) delay_v (
-        .clk(clk), .valid(valid[3*D-1:2*D]), .d(cy), .q(v));
+        .clk(clk), .valid(valid[3*D-1:2*D]), .d(sum_v), .q(v));
     vrc_mul #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) mul_uu (
         .clk(clk), .valid(valid[4*D-1:3*D]), .a(u), .b(u), .y(uu));
     vrc_mul #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) mul_vv (

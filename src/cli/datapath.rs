@@ -14,7 +14,7 @@ use powergs_scene::{Camera, Gaussians};
 /// The name of the datapath of `rtl/` in FP16.
 const GSCORE: &str = "gscore-fp16";
 /// Behind a name: the form of the records and of the sum, if not that of `rtl/`.
-const FORMS: [(&str, Form); 2] = [("-conic", Form::Conic), ("-local", Form::Local)];
+const FORMS: [(&str, Form); 2] = [("-conic", Form::Conic), ("-mean", Form::Root)];
 
 /// A rendering core of a number format.
 #[derive(Debug, Clone)]
@@ -25,7 +25,7 @@ impl FromStr for Datapath {
 
     fn from_str(text: &str) -> Result<Datapath, String> {
         let other = |(ending, form)| Some((text.strip_suffix(ending)?, form));
-        let (name, form) = FORMS.into_iter().find_map(other).unwrap_or((text, Form::Root));
+        let (name, form) = FORMS.into_iter().find_map(other).unwrap_or((text, Form::Local));
         let format = match name {
             GSCORE => NumberFormat::FP16,
             _ => name.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?,

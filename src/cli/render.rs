@@ -55,7 +55,7 @@ pub struct Args {
     #[arg(long)]
     pub levels: bool,
     /// The picture that rendering hardware draws, and how like it is to that of f32: gscore-fp16,
-    /// or the bits of its numbers, such as e5m10, e6m9 or e4m3; with -conic or -local behind it
+    /// or the bits of its numbers, such as e5m10, e6m9 or e4m3; with -conic or -mean behind it
     /// splats have another form (rtl/README.md)
     #[arg(long, value_name = "FORMAT")]
     pub datapath: Option<Datapath>,

@@ -26,10 +26,11 @@ const CONIC_MOST: f64 = 5.0;
 /// A splat as a core receives it: nine numbers, 18 bytes in FP16.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Record {
-    /// Centre, pixels from the middle of the tile (7.5, 7.5); u₀ and v₀ in [`Form::Local`].
+    /// u₀ and v₀ of [`Form::Local`]; in the other forms the centre, pixels from the middle of the
+    /// tile (7.5, 7.5).
     pub mean: [u16; 2],
-    /// a, b, c of u = a δx + b δy, v = c δy, 1/pixels, with the root of log₂e/2 in them (or those
-    /// of a conic, 1/pixels², with log₂e/2).
+    /// a, b, c of u = a x + b y, v = c y, 1/pixels, with the root of log₂e/2 in them (or those of
+    /// a conic, 1/pixels², with log₂e/2).
     pub root: [u16; 3],
     /// Opacity, 0 to 1.
     pub opacity: u16,
@@ -64,10 +65,10 @@ pub enum Outcome {
 /// How the quadratic form is written, and what the mean and a, b, c of a record are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// q = (a δx + b δy)² + (c δy)². That of `rtl/`.
+    /// q = (a δx + b δy)² + (c δy)².
     Root,
     /// q = u² + v² with u = a x + b y + u₀, v = c y + v₀ for the pixel at (x, y) from the middle of
-    /// the tile: the record has (u₀, v₀) in place of the mean.
+    /// the tile: the record has (u₀, v₀) in place of the mean. That of `rtl/`.
     Local,
     /// q = (a δx + b δy) δx + c δy δy; where it is negative the splat is dropped.
     Conic,
@@ -100,7 +101,7 @@ impl Record {
         opacity: f32,
         colour: [f32; 3],
     ) -> Option<Record> {
-        Record::of_form(format, Form::Root, mean, covariance, opacity, colour)
+        Record::of_form(format, Form::Local, mean, covariance, opacity, colour)
     }
 
     fn of_form(
@@ -201,7 +202,7 @@ impl Vrc {
     pub fn new(format: NumberFormat) -> Option<Vrc> {
         (format.exponent_bits() >= 4).then(|| Vrc {
             format,
-            form: Form::Root,
+            form: Form::Local,
             alpha_min: format.at_least(1.0 / 255.0),
             alpha_max: format.at_most(0.99),
             stop: format.at_least(1e-4),

@@ -106,12 +106,10 @@ fn alpha_is_near_the_exact_one() {
         let record = splat(&vrc, &mut random);
         let (x, y) = (random.random_range(0..16), random.random_range(0..16));
         let value = |number| format.to_f64(number);
-        let (dx, dy) = (
-            f64::from(x) - 7.5 - value(record.mean[0]),
-            f64::from(y) - 7.5 - value(record.mean[1]),
-        );
+        let (x_middle, y_middle) = (f64::from(x) - 7.5, f64::from(y) - 7.5);
         let [a, b, c] = record.root.map(value);
-        let q = (a * dx + b * dy).powi(2) + (c * dy).powi(2);
+        let [u, v] = record.mean.map(value);
+        let q = (a * x_middle + b * y_middle + u).powi(2) + (c * y_middle + v).powi(2);
         let exact = value(record.opacity) * (-q).exp2();
         let error = (value(vrc.alpha(&record, x, y)) - exact).abs();
         worst = worst.max(error);
@@ -119,7 +117,7 @@ fn alpha_is_near_the_exact_one() {
         count += 1.0;
     }
     let mean = f64::sqrt(sum / count);
-    assert!(worst < 0.0035 && mean < 6e-5, "at most {worst}, in the mean {mean}");
+    assert!(worst < 0.004 && mean < 9e-5, "at most {worst}, in the mean {mean}");
 }
 
 #[test]

@@ -31,8 +31,8 @@ fn tiles(vrc: &Vrc, random: &mut Pcg64Mcg) -> Vec<Tile> {
             };
             // Of an opaque tile half the entries cover it.
             let covers = opaque && random.random::<bool>();
-            let root = if covers { [0; 3] } else { any.root };
-            Entry { splat: Record { opacity, root, ..any }, bitmap }
+            let (mean, root) = if covers { ([0; 2], [0; 3]) } else { (any.mean, any.root) };
+            Entry { splat: Record { mean, opacity, root, ..any }, bitmap }
         };
         Tile { size, entries: (0..count).map(|_| entry()).collect() }
     };
