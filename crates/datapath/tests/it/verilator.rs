@@ -2,6 +2,7 @@
 
 use std::env;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -32,7 +33,11 @@ impl Bench {
         let rtl = rtl.canonicalize().expect("the folder rtl");
         let values: String =
             parameters.iter().map(|(key, value)| format!("-{key}{value}")).collect();
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}{values}"));
+        // What was built with another Verilator names files of that one.
+        let mut hasher = DefaultHasher::new();
+        verilator.hash(&mut hasher);
+        let folder = format!("{name}{values}-{:016x}", hasher.finish());
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
         fs::create_dir_all(&folder).expect("a folder for the test bench");
         let tops = [format!("tb/{name}.sv"), format!("{name}.sv")].map(|file| rtl.join(file));
         let top = tops.into_iter().find(|top| top.exists()).expect("the top module");
