@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 use super::camera_file::{FrameRange, frame_range};
 use super::output_file::{Overwrite, say};
 use super::{Context, Exit, Failure, inputs, out};
-use powergs_core::run::Frames;
 use powergs_core::run::store::atomic::write_atomically;
+use powergs_core::run::{Frames, Window};
 use powergs_core::workload::order::DepthKey;
-use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_core::workload::{FrameWorkload, Geometry};
 use powergs_gates::characterise::{Characterised, Price, bsu, qsu};
 use powergs_gates::committed;
 use powergs_gates::netlist::Netlist;
@@ -75,7 +75,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
         if args.unit == Unit::Qsu { "qsu" } else { "bsu" },
         if args.library == Library::Nm45 { "45nm" } else { "7nm" },
     );
-    let lists = lists(args, context)?;
+    let Some(lists) = lists(args, context)? else { return Ok(Exit::Interrupted) };
     let netlist = committed::netlist(unit, library).expect("every unit is there in every library");
     let found = match args.unit {
         Unit::Qsu => qsu::prices(&netlist, &lists),
@@ -98,27 +98,31 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     Ok(Exit::Done)
 }
 
-/// What the unit is given, FP16 keys in the order of their arrival.
-fn lists(args: &Args, context: &Context) -> Result<Vec<Vec<u16>>, Failure> {
+/// What the unit is given, FP16 keys in the order of their arrival; `None`: interrupted.
+fn lists(args: &Args, context: &Context) -> Result<Option<Vec<Vec<u16>>>, Failure> {
     let mut trace = inputs::trace(&args.trace, args.frames, context)?;
     let range = trace.range();
     let last = if args.frames.is_some() { range.end } else { range.end.min(range.start + 1) };
     let mut lists = Vec::new();
     for position in range.start..last {
-        let frame = trace.take(position)?.get()?;
-        let workload = bin(&frame, Geometry::REFERENCE);
+        if context.is_cancelled() {
+            return Ok(None);
+        }
+        // One frame: it is checked against the budget before it is binned.
+        let window = Window::bin(&mut trace, Geometry::REFERENCE, position, 1)?;
+        let workload = &window.frames[0].bins[&Geometry::REFERENCE].workload;
         for tile in &workload.tiles {
             let list = workload.list_of(tile);
             let chunk = workload.geometry.chunk as usize;
             match args.unit {
-                Unit::Qsu if list.len() > chunk => lists.push(arriving(&workload, list)),
+                Unit::Qsu if list.len() > chunk => lists.push(arriving(workload, list)),
                 Unit::Qsu => {}
                 // Pivots cut the list into stretches of the exact order.
-                Unit::Bsu => lists.extend(list.chunks(chunk).map(|part| arriving(&workload, part))),
+                Unit::Bsu => lists.extend(list.chunks(chunk).map(|part| arriving(workload, part))),
             }
         }
     }
-    Ok(lists)
+    Ok(Some(lists))
 }
 
 /// Keys of some ranks in storage order.
@@ -129,6 +133,11 @@ fn arriving(workload: &FrameWorkload, ranks: &[u32]) -> Vec<u16> {
     ranks.iter().map(key).collect()
 }
 
+/// A string as TOML writes it: names of files may have any characters.
+fn toml_text(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
 fn as_toml(unit: &str, trace: &str, netlist: &Netlist, found: &Characterised) -> String {
     let about = &netlist.parts().about;
     let mut lines = vec![
@@ -136,10 +145,10 @@ fn as_toml(unit: &str, trace: &str, netlist: &Netlist, found: &Characterised) ->
             .into(),
         "# No layout: wires are the library's wire-load model or nothing, the clock is ideal."
             .into(),
-        format!("unit = {unit:?}"),
-        format!("library = {:?}", about.library),
-        format!("corner = {:?}", about.corner),
-        format!("trace = {trace:?}"),
+        format!("unit = {}", toml_text(unit)),
+        format!("library = {}", toml_text(&about.library)),
+        format!("corner = {}", toml_text(&about.corner)),
+        format!("trace = {}", toml_text(trace)),
         format!("critical-path = \"{} ns\"", about.critical_path_ns),
         format!("area = \"{:.1} um2\"", netlist.area()),
         format!("leakage = \"{:.6} mW\"", found.leakage_mw),

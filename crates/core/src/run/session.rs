@@ -140,7 +140,7 @@ pub struct Binned {
     pub workload: FrameWorkload,
     /// Its preprocessing on machines that were simulated before.
     pub memo: Memo,
-    /// What lists of the frame may take beside the workload.
+    /// What the workload and its lists may take.
     budget: Budget,
 }
 

@@ -56,7 +56,7 @@ pub enum Incompatible {
     },
     /// Making the tile lists takes too much host memory.
     #[error(
-        "making the tile lists of machine `{machine}` move by move {over}, or set \
+        "the frame with the tile lists of machine `{machine}`, move by move, {over}, or set \
          `binning.method` = \"free\""
     )]
     Lists {

@@ -428,8 +428,8 @@ impl Pass {
     }
 }
 
-/// Host memory that making the lists of a frame takes, bytes, at most about so much: what is sure
-/// to be enough where that is allowed, else as much as its moves are.
+/// Host memory that a frame takes with its lists, bytes, at most about so much: what is sure to be
+/// enough where that is allowed, else as much as the moves of the lists are.
 ///
 /// # Errors
 /// [`OverBudget`]: more than `budget`.
@@ -442,7 +442,7 @@ pub fn demand(
     let tiles = workload.tiles.len() as u64;
     // A vector that grows may reserve twice its length; what it does not use is never touched.
     let each = size_of::<ListMove>() as u64;
-    let others = (2 * size_of::<u32>() as u64) * pairs;
+    let others = workload.bytes() as u64 + (2 * size_of::<u32>() as u64) * pairs;
     let bytes = |moves: u64| others.saturating_add(moves.saturating_mul(each));
     // A pointer in and one out, what the tile before had in its line, and the lines of an entry; in
     // two passes the pointers twice.
