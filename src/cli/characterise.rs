@@ -157,8 +157,11 @@ fn as_toml(unit: &str, trace: &str, netlist: &Netlist, found: &Characterised) ->
         "[actions]".into(),
     ];
     for price in &found.prices {
-        let (action, pj, count) = (price.action, price.pj, price.count);
-        lines.push(format!("{action} = {{ energy = \"{pj:.5} pJ\", count = {count:.0} }}"));
+        let Price { action, pj, error_pj, count } = price;
+        lines.push(format!(
+            "{action} = {{ energy = \"{pj:.5} pJ\", standard-error = \"{error_pj:.5} pJ\", \
+             count = {count:.0} }}"
+        ));
     }
     lines.extend([
         String::new(),
@@ -178,8 +181,10 @@ fn as_toml(unit: &str, trace: &str, netlist: &Netlist, found: &Characterised) ->
 fn as_json(unit: &str, netlist: &Netlist, found: &Characterised) -> Value {
     let about = &netlist.parts().about;
     let price = |price: &Price| {
-        let Price { action, pj, count } = price;
-        json!({ "action": action, "energy_pj": pj, "count": count })
+        let Price { action, pj, error_pj, count } = price;
+        json!({
+            "action": action, "energy_pj": pj, "standard_error_pj": error_pj, "count": count,
+        })
     };
     json!({
         "unit": unit,

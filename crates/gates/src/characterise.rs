@@ -66,6 +66,8 @@ pub struct Price {
     pub action: &'static str,
     /// Energy, pJ.
     pub pj: f64,
+    /// Standard error of the fit, pJ: few windows leave much of it.
+    pub error_pj: f64,
     /// How often it was done where prices were fitted.
     pub count: f64,
 }
@@ -134,11 +136,13 @@ fn characterise(
     if windows < MIN_WINDOWS || held_out.windows.len() < MIN_HELD_OUT {
         return Err(CharacteriseError::TooLittle { windows });
     }
-    let (prices, left_out) = fit_above_zero(fitted)?;
+    let (prices, inverse, left_out) = fit_above_zero(fitted)?;
     let predicted = |counts: &[f64]| counts.iter().zip(&prices).map(|(n, fj)| n * fj).sum::<f64>();
     let left = fitted.windows.iter().map(|(counts, fj)| (fj - predicted(counts)).powi(2));
-    let mean = fitted.windows.iter().map(|(_, fj)| fj).sum::<f64>() / fitted.windows.len() as f64;
-    let spread = (left.sum::<f64>() / fitted.windows.len() as f64).sqrt() / mean;
+    let left: f64 = left.sum();
+    let mean = fitted.windows.iter().map(|(_, fj)| fj).sum::<f64>() / windows as f64;
+    let spread = (left / windows as f64).sqrt() / mean;
+    let free = windows - (prices.len() - left_out.len());
     let expected: f64 = held_out.windows.iter().map(|(counts, _)| predicted(counts)).sum();
     let measured: f64 = held_out.windows.iter().map(|(_, fj)| fj).sum();
     let cycles: f64 = held_out.windows.iter().map(|(counts, _)| counts[0]).sum();
@@ -146,6 +150,7 @@ fn characterise(
     let price = |(action, fj): (usize, &f64)| Price {
         action: fitted.actions[action],
         pj: fj * 1e-3,
+        error_pj: (inverse[action] * left / free as f64).sqrt() * 1e-3,
         count: count(action),
     };
     let kept = prices.iter().enumerate().filter(|(action, _)| !left_out.contains(action));
@@ -153,36 +158,43 @@ fn characterise(
         prices: kept.map(price).collect(),
         left_out: left_out.iter().map(|action| fitted.actions[*action]).collect(),
         leakage_mw: netlist.leakage() * 1e-6,
-        windows: fitted.windows.len(),
+        windows,
         spread,
         held_out: expected / measured - 1.0,
         held_out_pj_per_cycle: measured / cycles * 1e-3,
     })
 }
 
+/// Prices, their diagonal of the inverse, and the actions that are left out.
+type Fit = (Vec<f64>, Vec<f64>, Vec<usize>);
+
 /// Least squares without negative prices, and the actions that are left out for it: one at a time,
 /// that with the most energy below zero.
-fn fit_above_zero(measured: &Measured) -> Result<(Vec<f64>, Vec<usize>), CharacteriseError> {
+fn fit_above_zero(measured: &Measured) -> Result<Fit, CharacteriseError> {
     let mut kept: Vec<usize> = (0..measured.actions.len()).collect();
     let mut left_out = Vec::new();
     loop {
         let fitted = fit(measured, &kept)?;
         let energy = |place: &usize| {
             let counts = measured.windows.iter().map(|(counts, _)| counts[kept[*place]]);
-            fitted[*place] * counts.sum::<f64>()
+            fitted[*place].0 * counts.sum::<f64>()
         };
-        let below = (0..kept.len()).filter(|place| fitted[*place] < 0.0);
+        let below = (0..kept.len()).filter(|place| fitted[*place].0 < 0.0);
         let Some(worst) = below.min_by(|a, b| energy(a).total_cmp(&energy(b))) else {
             let mut prices = vec![0.0; measured.actions.len()];
-            kept.iter().zip(fitted).for_each(|(action, fj)| prices[*action] = fj);
-            return Ok((prices, left_out));
+            let mut inverse = prices.clone();
+            for (&action, of) in kept.iter().zip(fitted) {
+                (prices[action], inverse[action]) = of;
+            }
+            return Ok((prices, inverse, left_out));
         };
         left_out.push(kept.remove(worst));
     }
 }
 
-/// Least squares by the normal equations; columns are scaled to a mean of 1 first.
-fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<f64>, CharacteriseError> {
+/// Least squares by the normal equations; columns are scaled to a mean of 1 first. Each price with
+/// its place on the diagonal of the inverse: its variance, where that of a window is 1.
+fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<(f64, f64)>, CharacteriseError> {
     let n = kept.len();
     let of = |counts: &[f64]| -> Vec<f64> { kept.iter().map(|action| counts[*action]).collect() };
     let mut scale = vec![0.0; n];
@@ -194,7 +206,9 @@ fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<f64>, CharacteriseErro
     if let Some(place) = scale.iter().position(|mean| *mean == 0.0) {
         return Err(alike(place));
     }
-    let mut rows = vec![vec![0.0; n + 1]; n];
+    // The equations, their right side, and the identity that becomes the inverse.
+    let mut rows = vec![vec![0.0; 2 * n + 1]; n];
+    (0..n).for_each(|i| rows[i][n + 1 + i] = 1.0);
     for (counts, fj) in &measured.windows {
         let x: Vec<f64> = of(counts).iter().zip(&scale).map(|(count, mean)| count / mean).collect();
         for i in 0..n {
@@ -215,7 +229,11 @@ fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<f64>, CharacteriseErro
             row.iter_mut().zip(&pivot).for_each(|(value, above)| *value -= factor * above);
         }
     }
-    Ok((0..n).map(|i| rows[i][n] / rows[i][i] / scale[i]).collect())
+    let price = |i: usize| {
+        let row = &rows[i];
+        (row[n] / row[i] / scale[i], row[n + 1 + i] / row[i] / scale[i].powi(2))
+    };
+    Ok((0..n).map(price).collect())
 }
 
 /// Every fourth list is held out.
