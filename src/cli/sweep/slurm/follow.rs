@@ -74,6 +74,7 @@ impl<'a> Follower<'a> {
             let jobs: Vec<String> = self.job.live().collect();
             self.say(&format!("following job {}", jobs.join(", ")));
             self.look()?;
+            self.say_losses(&self.where_verdict(|v| matches!(v, Verdict::Lost(_))));
         }
         let wanted = self.where_verdict(|v| match v {
             Verdict::Open | Verdict::Unclear => !again,
@@ -204,15 +205,7 @@ impl<'a> Follower<'a> {
         if lost.is_empty() || self.context.is_cancelled() {
             return Ok(());
         }
-        let mut by_loss: BTreeMap<Loss, Vec<u32>> = BTreeMap::new();
-        for part in &lost {
-            if let Verdict::Lost(loss) = self.parts[*part as usize - 1].verdict {
-                by_loss.entry(loss).or_default().push(*part);
-            }
-        }
-        for (loss, parts) in by_loss {
-            self.say(&format!("lost {}: {loss}", named(&parts)));
-        }
+        self.say_losses(&lost);
         match self.submit(&lost) {
             Ok(noted) => {
                 lost.iter().for_each(|n| self.parts[*n as usize - 1].retries += 1);
@@ -220,6 +213,19 @@ impl<'a> Follower<'a> {
             }
             // They stay lost and are tried again at the next look.
             Err(trouble) => self.away(trouble),
+        }
+    }
+
+    /// Why parts are submitted again.
+    fn say_losses(&mut self, lost: &[u32]) {
+        let mut by_loss: BTreeMap<Loss, Vec<u32>> = BTreeMap::new();
+        for part in lost {
+            if let Verdict::Lost(loss) = self.parts[*part as usize - 1].verdict {
+                by_loss.entry(loss).or_default().push(*part);
+            }
+        }
+        for (loss, parts) in by_loss {
+            self.say(&format!("lost {}: {loss}", named(&parts)));
         }
     }
 
