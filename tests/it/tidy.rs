@@ -69,7 +69,9 @@ fn sources() -> &'static [Source] {
 
 fn read_all() -> Vec<Source> {
     let mut paths = Vec::new();
-    for folder in ["src", "tests", "benches", "examples", "fuzz/fuzz_targets", "crates"] {
+    for folder in
+        ["src", "tests", "benches", "examples", "fuzz/fuzz_targets", "crates", "python/src"]
+    {
         collect(&root().join(folder), &mut paths);
     }
     paths.sort();

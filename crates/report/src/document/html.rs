@@ -17,10 +17,17 @@ impl Document {
              name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n"
         );
-        for (_, block) in self.blocks.iter().filter(|(shown, _)| shown.on_page()) {
-            page += &html(block)?;
-        }
+        page += &self.fragment()?;
         Ok(page + "</body>\n</html>\n")
+    }
+
+    /// What stands in the page, without head and style: for a page of somebody else.
+    ///
+    /// # Errors
+    /// As [`Document::html`].
+    pub fn fragment(&self) -> Result<String, DrawError> {
+        let shown = self.blocks.iter().filter(|(shown, _)| shown.on_page());
+        shown.map(|(_, block)| html(block)).collect()
     }
 }
 

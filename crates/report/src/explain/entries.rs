@@ -9,12 +9,11 @@ use powergs_core::dram::Device;
 use powergs_core::energy::EnergyTable;
 use powergs_core::sim::statistics;
 use powergs_frame::display::Display;
-use powergs_report::terms::terms;
-use powergs_scene::synth::Preset;
 use powergs_study::sweep::metric::metrics;
 use powergs_study::sweep::table::{FIRST, LAST};
 
 use super::assumption;
+use crate::terms::terms;
 
 /// Something that has a name, a unit and a definition.
 pub struct Entry {
@@ -68,8 +67,18 @@ const WORD: &str = "term";
 const SOURCE: &str = "source of numbers";
 const FILE: &str = "file that comes with the program";
 
-/// All of them.
-pub fn entries() -> Vec<Entry> {
+/// Keys of a kind of file.
+pub struct Keys {
+    /// What they are: `key of machine files`.
+    pub kind: &'static str,
+    /// The keys.
+    pub docs: Vec<KeyDoc>,
+    /// A file that has them.
+    pub example: &'static Embedded,
+}
+
+/// All of them, and the keys of `further` kinds of files.
+pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
     let mut all: Vec<Entry> = terms()
         .map(|term| Entry {
             others: term.names[1..].iter().map(|name| (*name).to_owned()).collect(),
@@ -87,7 +96,7 @@ pub fn entries() -> Vec<Entry> {
     keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
     keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
     keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
-    keys("key of synthetic scenes", key_docs::<Preset>(), &SYNTH[0], &mut all);
+    further.into_iter().for_each(|k| keys(k.kind, k.docs, k.example, &mut all));
     all
 }
 

@@ -1,0 +1,37 @@
+//! The Python package `powergs`: the library of `powergs-sim` in Python's manners.
+//!
+//! There is no logic here: arguments become values of the library, its values become objects, and
+//! long calls run without the interpreter's lock ([`watch`]).
+
+mod chart;
+mod error;
+mod explain;
+mod frames;
+mod machine;
+mod report;
+mod table;
+mod trace;
+mod value;
+mod watch;
+
+use pyo3::prelude::*;
+
+/// Everything of `powergs` that is compiled.
+#[pymodule]
+fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<chart::Chart>()?;
+    module.add_class::<explain::Explanation>()?;
+    module.add_class::<machine::Machine>()?;
+    module.add_class::<report::Bottleneck>()?;
+    module.add_class::<report::Report>()?;
+    module.add_class::<table::Table>()?;
+    module.add_class::<trace::Trace>()?;
+    module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
+    module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
+    module.add_function(wrap_pyfunction!(machine::_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machine::names, module)?)?;
+    module.add_function(wrap_pyfunction!(report::_report, module)?)?;
+    module.add_function(wrap_pyfunction!(table::_table, module)?)?;
+    Ok(())
+}
