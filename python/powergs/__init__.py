@@ -11,20 +11,28 @@ lists the machines, tables, displays, devices, sweeps and scenes that come with 
 
 from ._powergs import (
     Bottleneck,
+    Camera,
+    Cameras,
     Chart,
     Explanation,
     Machine,
     Report,
+    Scene,
     Table,
     Trace,
     __version__,
+    display_power,
     explain,
     names,
+    quality,
+    synth,
 )
 from .errors import ConfigError, GoalMissed, InputError, InternalError, PowergsError
 
 __all__ = [
     "Bottleneck",
+    "Camera",
+    "Cameras",
     "Chart",
     "ConfigError",
     "Explanation",
@@ -34,9 +42,13 @@ __all__ = [
     "Machine",
     "PowergsError",
     "Report",
+    "Scene",
     "Table",
     "Trace",
     "__version__",
+    "display_power",
     "explain",
     "names",
+    "quality",
+    "synth",
 ]

@@ -5,6 +5,8 @@ use pyo3::prelude::*;
 
 use powergs_base::config::ConfigError;
 use powergs_core::run::RunError;
+use powergs_scene::SceneError;
+use powergs_scene::files::{FileError, FileFault};
 
 /// The exceptions of `powergs.errors`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,4 +161,17 @@ pub fn closed(what: &str) -> PyErr {
 /// A worker thread that ended without an answer.
 pub fn lost() -> PyErr {
     PyRuntimeError::new_err("the worker thread ended without an answer; please report this")
+}
+
+/// A model or a camera file that cannot be read.
+pub fn in_file_error(error: FileError) -> Fault {
+    let text = error.to_string();
+    let message = text.strip_prefix(&format!("{}: ", error.place)).unwrap_or(&text);
+    let class = match &error.what {
+        FileFault::Model(SceneError::NoLevels { .. } | SceneError::NoSuchLevel { .. }) => {
+            Class::Config
+        }
+        _ => Class::Input,
+    };
+    Fault::in_file(class, &error.place, message)
 }

@@ -3,12 +3,15 @@
 //! There is no logic here: arguments become values of the library, its values become objects, and
 //! long calls run without the interpreter's lock ([`watch`]).
 
+mod cameras;
 mod chart;
 mod error;
 mod explain;
 mod frames;
 mod machine;
+mod picture;
 mod report;
+mod scene;
 mod table;
 mod trace;
 mod value;
@@ -20,18 +23,24 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<cameras::Camera>()?;
+    module.add_class::<cameras::Cameras>()?;
     module.add_class::<chart::Chart>()?;
     module.add_class::<explain::Explanation>()?;
     module.add_class::<machine::Machine>()?;
     module.add_class::<report::Bottleneck>()?;
     module.add_class::<report::Report>()?;
+    module.add_class::<scene::Scene>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<trace::Trace>()?;
     module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(machine::_machine, module)?)?;
     module.add_function(wrap_pyfunction!(machine::names, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::display_power, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::quality, module)?)?;
     module.add_function(wrap_pyfunction!(report::_report, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::synth, module)?)?;
     module.add_function(wrap_pyfunction!(table::_table, module)?)?;
     Ok(())
 }

@@ -1,0 +1,331 @@
+//! Scenes: trained models, rendered and extracted.
+
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use numpy::PyArray3;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyString, PyTuple};
+
+use crate::cameras::{Camera, Cameras, checked_size, resized};
+use crate::error::{Class, Fault, closed, defect, in_file_error};
+use crate::frames::SharedFrames;
+use crate::machine::path_text;
+use crate::picture;
+use crate::trace::{Trace, budget};
+use crate::watch::{self, Counts, Shared};
+use powergs_base::budget::Budget;
+use powergs_base::config::embedded::SYNTH;
+use powergs_core::run::files::read;
+use powergs_core::run::store::atomic::{persist, temporary, write_atomically};
+use powergs_core::run::{Frames, MemoryFrames, RunError, TraceFile, Watch};
+use powergs_frame::trace::TraceHeader;
+use powergs_raster::{Detail, Options, render};
+use powergs_scene::files::open_model;
+use powergs_scene::synth::{Preset, cameras, generate};
+use powergs_scene::{Gaussians, SceneStats, write_ply};
+use powergs_study::extract::extract;
+use powergs_study::views::RenderedViews;
+
+/// Most Gaussians of a synthetic scene: 24 GB in memory.
+const MAX_POINTS: usize = 100_000_000;
+
+/// Memory for a pixel while a picture is rendered, bytes.
+const PIXEL: u64 = 40;
+
+/// A trained model: Gaussians in memory.
+///
+/// ``Scene.open(path)`` reads every known format; ``powergs.synth`` makes one.
+#[pyclass(frozen, module = "powergs", name = "Scene")]
+pub struct Scene {
+    gaussians: Mutex<Option<Arc<Gaussians>>>,
+    name: String,
+    /// Format of the file, such as ``"ply"`` or ``"spz v4"``.
+    #[pyo3(get)]
+    format: String,
+    /// Oddities of the file that do not prevent its use, one sentence each.
+    #[pyo3(get)]
+    warnings: Vec<String>,
+}
+
+impl Scene {
+    /// A model that is in no file.
+    pub fn of(name: &str, format: &str, gaussians: Gaussians) -> Scene {
+        Scene {
+            gaussians: Mutex::new(Some(Arc::new(gaussians))),
+            name: name.to_owned(),
+            format: format.to_owned(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The model, where it is not closed.
+    pub fn gaussians(&self) -> PyResult<Arc<Gaussians>> {
+        let held = self.gaussians.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        held.clone().ok_or_else(|| closed("scene"))
+    }
+}
+
+/// A background colour, sRGB: a word or three numbers from 0 to 1.
+fn background(given: Option<&Bound<'_, PyAny>>) -> PyResult<[f32; 3]> {
+    let Some(given) = given else { return Ok([0.0; 3]) };
+    let what = "background: \"black\", \"white\" or three numbers from 0 to 1";
+    if let Ok(word) = given.cast::<PyString>() {
+        return match word.to_str()? {
+            "black" => Ok([0.0; 3]),
+            "white" => Ok([1.0; 3]),
+            _ => Err(Fault::config(what).raise()),
+        };
+    }
+    let colour: [f32; 3] = given.extract()?;
+    if colour.iter().all(|value| (0.0..=1.0).contains(value)) {
+        return Ok(colour);
+    }
+    Err(Fault::config(what).raise())
+}
+
+/// The name of a scene: its file or folder without ending.
+fn stem(path: &Path) -> String {
+    let name = path.file_stem().or(path.file_name()).unwrap_or(path.as_os_str());
+    let name = name.to_string_lossy().into_owned();
+    let folder = path.parent().and_then(Path::file_name);
+    match folder.filter(|_| matches!(name.as_str(), "meta" | "lod-meta")) {
+        Some(folder) => folder.to_string_lossy().into_owned(),
+        None => name,
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, SOG, streamed SOG (``lod``
+    /// is its level of detail), or a foveated model (level 1, or another with ``lod``).
+    ///
+    /// Raises ``InputError``.
+    #[staticmethod]
+    #[pyo3(signature = (path, /, *, lod=None))]
+    fn open(py: Python<'_>, path: &Bound<'_, PyAny>, lod: Option<u32>) -> PyResult<Scene> {
+        let path = PathBuf::from(path_text(path)?);
+        let name = stem(&path);
+        let work = move |_: &Shared| open_model(&path, lod).map_err(in_file_error);
+        let model = watch::run(py, None, (Counts::Steps, "bytes"), work)?;
+        let warnings = model.warnings.iter().map(ToString::to_string).collect();
+        let gaussians = Mutex::new(Some(Arc::new(model.gaussians)));
+        Ok(Scene { gaussians, name, format: model.format.to_owned(), warnings })
+    }
+
+    /// Name of the scene: its file without ending.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Degree of its spherical harmonics, 0 to 3.
+    #[getter]
+    fn sh_degree(&self) -> PyResult<u8> {
+        Ok(self.gaussians()?.sh_degree)
+    }
+
+    fn __len__(&self) -> PyResult<usize> {
+        Ok(self.gaussians()?.len())
+    }
+
+    /// Count, bounds, percentiles of position, opacity, scale (world units) and axis ratio, as a
+    /// dictionary with the names of ``powergs-sim scene info --json``.
+    fn stats<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let gaussians = self.gaussians()?;
+        let work = move |_: &Shared| Ok(SceneStats::of(&gaussians));
+        let (stats, oddities) = watch::run(py, None, (Counts::Steps, "points"), work)?;
+        let text = serde_json::to_value(&stats).map_err(defect)?.to_string();
+        let dict = py.import("json")?.call_method1("loads", (text,))?;
+        let oddities = oddities.iter().map(ToString::to_string);
+        let warnings: Vec<String> = self.warnings.iter().cloned().chain(oddities).collect();
+        dict.set_item("warnings", warnings)?;
+        Ok(dict)
+    }
+
+    /// The picture of a view: an array of shape (height, width, 3), float32, sRGB. Values may
+    /// exceed 1, where a display clamps them. The array owns the memory that was rendered to.
+    ///
+    /// ``size`` is (width, height) in pixels, in place of the view's; ``background`` is
+    /// ``"black"``, ``"white"`` or three numbers.
+    #[pyo3(signature = (camera, *, size=None, background=None, memory=None))]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        camera: &Camera,
+        size: Option<(u32, u32)>,
+        background: Option<&Bound<'py, PyAny>>,
+        memory: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let view = resized(vec![camera.0.clone()], size)?.remove(0);
+        let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
+        let bytes = u64::from(view.width) * u64::from(view.height) * PIXEL;
+        budget.check(bytes).map_err(|over| {
+            let what = format!("a picture of {}x{} pixels {over}", view.width, view.height);
+            Fault::config(what)
+        })?;
+        let background = self::background(background)?;
+        let options = Options { background, ..Options::reference(Detail::Image) };
+        let gaussians = self.gaussians()?;
+        let work = move |_: &Shared| Ok(render(&gaussians, &view, &options).picture);
+        picture::array(py, watch::run(py, None, (Counts::Steps, "views"), work)?)
+    }
+
+    /// Renders the views with all counters: a trace, in memory or, with ``path``, in a file.
+    ///
+    /// Parameters
+    /// ----------
+    /// cameras : Cameras
+    ///     The views.
+    /// size : (int, int), optional
+    ///     Width and height in pixels, in place of the views' own.
+    /// background : str or (float, float, float)
+    ///     ``"black"``, ``"white"``, or sRGB values from 0 to 1.
+    /// path : str or path, optional
+    ///     The trace file; it appears whole or not at all, with the bytes of ``powergs-sim
+    ///     extract``.
+    /// memory : int or str, optional
+    ///     What a frame (in memory: all frames) may take, such as ``"2 GiB"``.
+    /// progress : bool, function or bar, optional
+    ///     As for ``Trace.replay``.
+    #[pyo3(signature = (cameras, *, size=None, background=None, path=None, memory=None,
+                        progress=None))]
+    #[allow(clippy::too_many_arguments)] // keywords of Python
+    fn extract(
+        &self,
+        py: Python<'_>,
+        cameras: &Cameras,
+        size: Option<(u32, u32)>,
+        background: Option<&Bound<'_, PyAny>>,
+        path: Option<&Bound<'_, PyAny>>,
+        memory: Option<&Bound<'_, PyAny>>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Trace> {
+        let gaussians = self.gaussians()?;
+        let views = resized(cameras.views().to_vec(), checked_size(size)?)?;
+        let path = path.map(path_text).transpose()?;
+        let points = gaussians.len() as u64;
+        let background = self::background(background)?;
+        let mut frames = RenderedViews::new(&self.name, gaussians, views).on_background(background);
+        frames.allow(budget(memory)?.unwrap_or(Budget::DEFAULT));
+        let header = TraceHeader {
+            generator: concat!("powergs-sim ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene: self.name.clone(),
+            points,
+        };
+        let file = path.clone();
+        let work = move |shared: &Shared| match file {
+            Some(path) => in_file(&mut frames, &header, &path, shared),
+            None => in_memory(&mut frames, shared),
+        };
+        let frames = watch::run(py, progress, (Counts::Frames, "frames"), work)?;
+        Ok(Trace::of(frames, path))
+    }
+
+    /// Writes the model as an INRIA PLY.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        let gaussians = self.gaussians()?;
+        let work = move |_: &Shared| {
+            Ok(write_atomically(&path, |mut out| write_ply(&gaussians, &mut out))?)
+        };
+        watch::run(py, None, (Counts::Steps, "bytes"), work)
+    }
+
+    /// Frees the memory of the model. Whoever uses the scene afterwards gets a ``ValueError``.
+    fn close(&self) {
+        *self.gaussians.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = None;
+    }
+
+    fn __enter__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    #[pyo3(signature = (*_error))]
+    fn __exit__(&self, _error: &Bound<'_, PyTuple>) {
+        self.close();
+    }
+
+    fn __repr__(&self) -> String {
+        match self.gaussians() {
+            Ok(scene) => format!("<Scene {}: {} Gaussians>", self.name, scene.len()),
+            Err(_) => format!("<Scene {}, closed>", self.name),
+        }
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let what = "a scene is not pickled: save it, pickle the path, and open it again";
+        Err(PyTypeError::new_err(what))
+    }
+}
+
+fn in_memory(frames: &mut RenderedViews, shared: &Shared) -> Result<SharedFrames, Fault> {
+    shared.begins(frames.range().len() as u64, 0);
+    let (mut list, mut bytes) = (Vec::new(), 0_u64);
+    for position in frames.range() {
+        if shared.is_over() {
+            break;
+        }
+        let pending = frames.take(position)?;
+        bytes = bytes.saturating_add(pending.bytes);
+        frames.budget().check(bytes).map_err(|over| {
+            Fault::config(format!("the frames in memory: {over}; or give a path for the trace"))
+        })?;
+        list.push(pending.get()?);
+        shared.frame_done();
+    }
+    let mut kept = MemoryFrames { name: frames.name().to_owned(), frames: list.clone() };
+    Ok(SharedFrames::of_memory(&mut kept, list)?)
+}
+
+fn in_file(
+    frames: &mut RenderedViews,
+    header: &TraceHeader,
+    path: &str,
+    shared: &Shared,
+) -> Result<SharedFrames, Fault> {
+    let place = Path::new(path);
+    let refused = |e: &dyn std::fmt::Display| Fault::in_file(Class::Output, path, e);
+    let file = temporary(place).map_err(|e| refused(&e))?;
+    let trace = extract(frames, header, BufWriter::new(file), shared).map_err(|e| match e {
+        RunError::Output { message, .. } => refused(&message),
+        other => other.into(),
+    })?;
+    if shared.is_over() {
+        return Err(Fault::config("interrupted"));
+    }
+    let file = trace.out.into_inner().map_err(|e| refused(&e.error()))?;
+    persist(file, place).map_err(|e| refused(&e))?;
+    let mut file = TraceFile::open(place)?;
+    file.allow(frames.budget());
+    Ok(SharedFrames::of_file(file)?)
+}
+
+/// Makes a synthetic scene that behaves like a trained one, and the views of its preset.
+///
+/// ``preset`` is a name of ``powergs.names("synth")`` or a TOML file; ``points`` the number of
+/// Gaussians, whose sizes follow so that the look stays; the same ``seed`` gives the same bytes.
+///
+/// >>> scene, cameras = powergs.synth("demo", points=2000)
+#[pyfunction]
+#[pyo3(signature = (preset, *, points=None, seed=1))]
+pub fn synth(
+    py: Python<'_>,
+    preset: &Bound<'_, PyAny>,
+    points: Option<usize>,
+    seed: u64,
+) -> PyResult<(Scene, Cameras)> {
+    let name = path_text(preset)?;
+    let file = read("preset", &name, SYNTH, None).map_err(Fault::from)?;
+    let preset = Preset::parse(&file.text).map_err(|e| Fault::config_file(&file.origin, &e))?;
+    let points = points.unwrap_or(preset.points);
+    if !(1..=MAX_POINTS).contains(&points) {
+        return Err(Fault::config(format!("points={points}: must be 1 to {MAX_POINTS}")).raise());
+    }
+    let views = cameras(&preset);
+    let label = preset.name.clone();
+    let work = move |_: &Shared| Ok(generate(&preset, points, seed));
+    let scene = watch::run(py, None, (Counts::Steps, "points"), work)?;
+    Ok((Scene::of(&label, "synthetic", scene), Cameras::of(views)))
+}
