@@ -22,9 +22,12 @@ module vrc_channel #(
     logic [W-1:0] sum;
     fp_add #(.EXP(EXP), .MAN(MAN), .SPLIT(SPLIT)) add (
         .clk(clk), .enable(valid[0]), .a(pixels[read]), .b(share), .y(sum));
-    always_ff @(posedge clk) begin
-        if (clear) pixels <= '0;
-        else if (valid[D-1]) pixels[write] <= sum;
+    // Pixel by pixel, so that the register of each has an enable that a clock gate can take.
+    for (genvar i = 0; i < PIXELS; i++) begin : g_pixel
+        always_ff @(posedge clk) begin
+            if (clear) pixels[i] <= '0;
+            else if (valid[D-1] && write == I'(i)) pixels[i] <= sum;
+        end
     end
     assign colour = pixels[leaving];
 endmodule

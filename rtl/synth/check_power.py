@@ -18,6 +18,11 @@ states is weighted with a sum above 1 in the same way. So its tables, loads and 
 taken, with weights that are 1 in sum; where a condition names an output of a gate, which follows from
 the inputs, or the inverse of a stored bit, that is left out. Groups of ground pins are left out too:
 they are the same charge as those of the supply pins.
+
+Flip-flops behind a clock gate have their clock in the cycles in which it is open, as many as its
+output rises. A gate's own energy is that of the state it is in: closed or open, and of an edge of its
+enable what is different at the next falling edge of the clock. OpenSTA prints both edges of a table
+together; where one is needed it is half of them.
 """
 
 import argparse
@@ -31,6 +36,8 @@ import tempfile
 from collections import defaultdict
 from itertools import product
 from pathlib import Path
+
+from synthesise import LIBRARIES
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 0.05
@@ -196,16 +203,32 @@ def input_energy(groups, outputs, stores):
     return total
 
 
-def clock_energy(groups, changes):
-    """Of both edges; a bit changes where it differs from what is in front of it."""
+def clock_energy(groups, changes, clocked):
+    """Of both edges in a share of cycles; a bit changes where it differs from what is in front."""
     total = 0.0
     for group in groups:
         for data, stored in product((0, 1), repeat=2):
-            share = changes / 2 if data != stored else (1 - changes) / 2
+            share = changes / 2 if data != stored else (clocked - changes) / 2
             state = {"D": data, "Q": stored, "QN": 1 - stored}
             holds = Condition(group[1]).evaluate(lambda name: state[name]) if group[1] else 1.0
             total += 2 * energy(group) * share * holds
     return total
+
+
+def gate_energy(groups, pins, opened, turns):
+    """Of a clock gate, a cycle: open in a share of cycles, its enable rises and falls `turns` times."""
+    enable, clock, output, low = pins
+
+    def edge(of, on, high, out):
+        """Mean of both edges of the groups of a pin that hold in a state."""
+        state = {enable: on, clock: high, output: out, **{pin: 0 for pin in low}}
+        return sum(energy(group) for group in groups[of]
+                   if not group[1] or Condition(group[1]).evaluate(lambda name: state[name]))
+
+    opening = edge(enable, 0, 1, 0) + edge(clock, 1, 1, 0) - edge(clock, 0, 1, 0)
+    closing = edge(enable, 1, 1, 1) + edge(output, 0, 1, 1) - edge(output, 1, 1, 1)
+    closed, open_ = 2 * edge(clock, 0, 0, 0), 2 * edge(output, 1, 1, 1)
+    return closed * (1 - opened) + open_ * opened + turns * (opening + closing)
 
 
 def theirs(args, text, activity):
@@ -223,10 +246,23 @@ def theirs(args, text, activity):
         for pin, (net,) in cell["connections"].items():
             if (name, pin) in activity:
                 of_net[net] = activity[name, pin]
+    gates = {name for _, name in LIBRARIES[args.library]["clock_gates"]}
+    gate_pins = LIBRARIES[args.library]["clock_gate_pins"]
+    of_clock = {}
+    for name, cell in netlist["cells"].items():
+        if cell["type"] in gates:
+            of_clock[cell["connections"][gate_pins[2]][0]] = activity[name, gate_pins[2]] / 2
     switching = internal = 0.0
     for name, cell in netlist["cells"].items():
         read = parts[name]
         clocks = [pin for pin in cell["connections"] if pin in ("CK", "CLK")]
+        if cell["type"] in gates:
+            enable, _, output, _ = gate_pins
+            switching += read["outputs"][output] * activity[name, output] / period
+            turns = (of_net.get(cell["connections"][enable][0]) or 0.0) / 2
+            internal += gate_energy(read["groups"], gate_pins, activity[name, output] / 2,
+                                    turns) / period
+            continue
         for pin, (net,) in cell["connections"].items():
             groups = read["groups"][pin]
             if pin in read["outputs"]:
@@ -234,7 +270,8 @@ def theirs(args, text, activity):
                 internal += output_energy(groups) * activity[name, pin] / period if groups else 0
             elif pin in clocks:
                 first = next(out for out in read["outputs"] if (name, out) in activity)
-                internal += clock_energy(groups, activity[name, first]) / period
+                clocked = of_clock.get(net, 1.0)
+                internal += clock_energy(groups, activity[name, first], clocked) / period
             else:
                 energies = input_energy(groups, read["outputs"], bool(clocks))
                 internal += energies * (of_net.get(net) or 0.0) / period

@@ -5,9 +5,13 @@
     python3 rtl/synth/synthesise.py bsu --library nangate45 --period 2.0 --out /tmp/bsu45 \\
         --liberty NangateOpenCellLibrary_typical.lib
 
+Clock gates are inserted in front of registers of at least --gate flip-flops with the same enable
+(8 by default, 0 for none); no gate drives more than GATED flip-flops, so wide registers have several.
+--cut MODULE leaves instances of a module out: what they are connected to become ports of the unit.
+
 Writes into the folder of --out: NAME.json (the netlist, Yosys JSON), NAME.v (the same for a timing
-analyser), NAME.sdc, and report.json: area, cells, flip-flops, how often each cell is used, and the
-critical path by OpenSTA where `sta` is found. Equal inputs give equal bytes.
+analyser), NAME.sdc, and report.json: area, cells, flip-flops, clock gates, how often each cell is
+used, and the critical path by OpenSTA where `sta` is found. Equal inputs give equal bytes.
 
 Cells are chosen, sized and buffered by ABC for the period, with the driving cell and the load of the
 table below at all inputs and outputs. There is no layout: areas are cell areas, wires are the
@@ -33,12 +37,15 @@ RTL = Path(__file__).resolve().parent.parent
 # What a library needs to be said besides its Liberty files. Times in ns, capacitances in fF.
 # `dont_use`: scan and latch cells, clock gates, delay and clock buffers, three-state drivers, and the
 # flip-flops of ASAP7 of four times the drive, which are its only ones that do not invert.
+# `clock_gates`: cells for up to so many flip-flops; enable, clock and output pin, pins tied to 0.
 LIBRARIES = {
     "nangate45": {
         "driver": ("BUF_X2", "Z"),
         "load_ff": 5.0,
         "input_transition_ns": 0.02,
         "clock_transition_ns": 0.02,
+        "clock_gates": [(16, "CLKGATE_X1"), (32, "CLKGATE_X2")],
+        "clock_gate_pins": ("E", "CK", "GCK", []),
         "dont_use": ["SDFF*", "DL?_*", "TLAT*", "TBUF*", "TINV*", "CLK*", "ANTENNA*", "FILL*"],
         "tie_high": ("LOGIC1_X1", "Z"),
         "tie_low": ("LOGIC0_X1", "Z"),
@@ -48,6 +55,8 @@ LIBRARIES = {
         "load_ff": 2.0,
         "input_transition_ns": 0.01,
         "clock_transition_ns": 0.01,
+        "clock_gates": [(16, "ICGx1_ASAP7_75t_R"), (32, "ICGx2_ASAP7_75t_R")],
+        "clock_gate_pins": ("ENA", "CLK", "GCLK", ["SE"]),
         "dont_use": ["SDF*", "DLL*", "DHL*", "ICG*", "HB*", "CKINVDC*", "DFFASR*", "DFF?Qx4*"],
         "tie_high": ("TIEHIx1_ASAP7_75t_R", "H"),
         "tie_low": ("TIELOx1_ASAP7_75t_R", "L"),
@@ -65,6 +74,9 @@ def arguments():
     parser.add_argument("--period", required=True, type=float, help="of the clock, ns")
     parser.add_argument("--out", required=True, type=Path, help="folder, made if it is not there")
     parser.add_argument("--name", help="of the files; the unit's by default")
+    parser.add_argument("--gate", type=int, default=8, metavar="FLIP-FLOPS",
+                        help="registers from this size have their clock gated; 0: none (default 8)")
+    parser.add_argument("--cut", metavar="MODULE", help="whose instances are left out")
     parser.add_argument("--set", action="append", default=[], metavar="PARAMETER=VALUE")
     parser.add_argument("--source", nargs="+", type=Path, help="all of rtl/*.sv by default")
     return parser.parse_args()
@@ -133,6 +145,69 @@ def quiet(log):
         os.dup2(terminal[1], 2)
 
 
+def cut_out(design, args, folder):
+    """Turns instances of a module into ports, but for those of clocks, resets and constants."""
+    from pyosys import libyosys as ys
+
+    before = folder / "cut.json"
+    for step in [f"expose -evert t:*{args.cut}*", "opt_clean", f"write_json {before}"]:
+        ys.run_pass(step, design)
+    module = design.top_module()
+    ports = json.loads(before.read_text())["modules"][module.name.unescape()]["ports"]
+    given = {bit for port in ports.values() if port["direction"] == "input" for bit in port["bits"]}
+    # Ports of the unit have no points in their names.
+    for name, port in ((name, port) for name, port in ports.items() if "." in name):
+        wire = module.wire(ys.IdString("\\" + name))
+        passed_on = all(isinstance(bit, str) or bit in given for bit in port["bits"])
+        if port["direction"] == "output" and passed_on:
+            wire.port_output = False
+        else:
+            module.rename(wire, ys.IdString("\\" + re.sub(r"\W+", "_", name)))
+    module.fixup_ports()
+    ys.run_pass("opt_clean -purge", design)
+
+
+def gate_clocks(design, settings, smallest):
+    """Clock gates for registers with an enable, none with more flip-flops than the largest takes."""
+    from pyosys import libyosys as ys
+
+    enable, clock, output, low = settings["clock_gate_pins"]
+    sizes = settings["clock_gates"]
+    kind = sizes[0][1]
+    tied = " ".join(f"-tie_lo {pin}" for pin in low)
+    # A reset in front of the enable goes behind it, and opens the gate too.
+    ys.run_pass("dfflegalize -cell $_DFF_P_ x -cell $_DFFE_PP_ x -cell $_SDFF_PP?_ x "
+                "-cell $_SDFFCE_PP?P_ x", design)
+    for step in ["opt_merge", "opt_clean"]:
+        ys.run_pass(step, design)
+    ys.run_pass(f"clockgate -pos {kind} {enable}:{clock}:{output} {tied} -min_net_size {smallest}",
+                design)
+    module = design.top_module()
+    pin = {name: ys.IdString("\\" + name) for name in (enable, clock, output, "C", *low)}
+    cells = sorted(module.cells_.values(), key=lambda cell: cell.name.str())
+    gated = {}
+    for cell in cells:
+        if cell.is_builtin_ff():
+            wire = cell.getPort(pin["C"]).as_wire().name.str()
+            gated.setdefault(wire, []).append(cell)
+    for gate in [cell for cell in cells if cell.type.str() == "\\" + kind]:
+        flip_flops = gated[gate.getPort(pin[output]).as_wire().name.str()]
+        parts = -(-len(flip_flops) // sizes[-1][0])
+        for part in range(parts):
+            # As even as can be; bits of a word stay together.
+            first, last = (len(flip_flops) * n // parts for n in (part, part + 1))
+            size = next(name for most, name in sizes if last - first <= most)
+            name = ys.IdString(f"{gate.name.str()}_{part}")
+            own = module.addCell(name, ys.IdString("\\" + size))
+            wire = ys.SigSpec(module.addWire(ys.IdString(f"{name.str()}_clock"), 1))
+            for of in (enable, clock, *low):
+                own.setPort(pin[of], gate.getPort(pin[of]))
+            own.setPort(pin[output], wire)
+            for flip_flop in flip_flops[first:last]:
+                flip_flop.setPort(pin["C"], wire)
+        module.remove(gate)
+
+
 def map_unit(args, settings, liberty, unused, folder):
     """Runs Yosys; leaves NAME.json and NAME.v in the output folder."""
     from pyosys import libyosys as ys
@@ -150,7 +225,10 @@ def map_unit(args, settings, liberty, unused, folder):
         "read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
         f"hierarchy -check -top {args.unit} {chparam}",
         f"rename -top {args.name}",
+        *([f"blackbox *{args.cut}*"] if args.cut else []),
         "synth -flatten -noabc",
+        lambda: cut_out(design, args, folder) if args.cut else None,
+        lambda: gate_clocks(design, settings, args.gate) if args.gate else None,
         f"dfflibmap {libs} {keep_out}",
         "opt",
         f"abc {libs} -constr {constraint} -D {args.period * 1000:.0f} {keep_out}",
@@ -167,7 +245,10 @@ def map_unit(args, settings, liberty, unused, folder):
     ]
     with quiet(folder / "yosys.log"):
         for step in steps:
-            ys.run_pass(step, design)
+            if callable(step):
+                step()
+            else:
+                ys.run_pass(step, design)
     verilog = Path(f"{out}.v")
     verilog.write_text(VECTOR.sub(single_assignments, verilog.read_text()))
 

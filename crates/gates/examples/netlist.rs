@@ -8,7 +8,8 @@
 //! `price` takes what `rtl/synth/synthesise.py` wrote (with `report.json` beside it) and the
 //! library, and writes a netlist with its prices. `activity` runs the same circuit with random
 //! inputs for 2,000 cycles in 64 lanes, writes for each driving pin its cell (`-` for ports), name,
-//! toggles a cycle and share of time at 1, and prints what our prices make of them, a JSON object.
+//! toggles a cycle and share of time at 1, and prints what our prices make of them, a JSON object;
+//! in it also what the circuit draws when all its inputs stay at 0 after reset.
 
 use std::error::Error;
 use std::path::Path;
@@ -136,20 +137,46 @@ fn activity(mapped: &Mapped, priced: &Priced, out: &str) -> Result<()> {
     Ok(())
 }
 
+/// What 100 cycles of all lanes cost after reset, with all inputs at 0.
+fn idle(netlist: &Netlist) -> energy::Energy {
+    let mut simulator = Simulator::new(netlist);
+    for cycle in 0..108 {
+        if cycle == 4 {
+            let reset = netlist.port("rst_n").map_or(&[][..], |port| &port.nets);
+            reset.iter().for_each(|net| simulator.set(*net, !0));
+        }
+        if cycle == 8 {
+            simulator.count_anew();
+        }
+        simulator.settle();
+        simulator.clock();
+    }
+    energy::of(netlist, &simulator.toggles())
+}
+
 /// Power at the period, W, by parts; what only one of the two tools counts is apart.
 fn parts(priced: &Priced, energy: &energy::Energy, cycles: f64) -> Value {
     let netlist = &priced.netlist;
     let watts = |fj: f64| fj / cycles / netlist.parts().about.period_ns * 1e-6;
+    let idle = idle(netlist);
+    let idle_watts = |fj: f64| watts(fj) * cycles / 6400.0;
     json!({
         "unit": netlist.parts().about.unit,
         "cells": netlist.parts().cells.len(),
-        "switching_w": watts(energy.nets),
+        "clock_gates": netlist.clock_gates(),
+        "switching_w": watts(energy.nets + energy.gated_nets),
         "internal_w": watts(energy.internal()),
         "of_it_gates_w": watts(energy.gates),
         "of_it_flip_flops_w": watts(energy.flip_flops),
         "of_it_clock_pins_w": watts(energy.clock_pins),
+        "of_it_clock_gates_w": watts(energy.clock_gates),
         "leakage_w": netlist.leakage() * 1e-9,
         "clock_net_w": watts(energy.clock_net),
         "input_nets_w": watts(energy.inputs),
+        "total_w": watts(energy.total()),
+        "clock_w": watts(energy.clock()),
+        "clock_ungated_w": watts(energy.clock_ungated),
+        "idle_w": idle_watts(idle.total()),
+        "idle_ungated_w": idle_watts(idle.total_ungated()),
     })
 }

@@ -16,22 +16,38 @@ pub struct Energy {
     pub flip_flops: f64,
     /// Internal energy of flip-flops at the edges of the clock.
     pub clock_pins: f64,
+    /// Internal energy of clock gates: clock, enables, outputs.
+    pub clock_gates: f64,
     /// Charging of the clock net, which is ideal: pins and wire, no buffers.
     pub clock_net: f64,
+    /// Charging of the nets behind clock gates: pins and wire.
+    pub gated_nets: f64,
+    /// What [`clock`](Energy::clock) would be if all clock gates were open in every cycle.
+    pub clock_ungated: f64,
 }
 
 impl Energy {
     /// Everything that the unit draws while it is clocked, input nets left out, fJ.
     pub fn total(&self) -> f64 {
-        self.nets + self.internal() + self.clock_net
+        self.nets + self.internal() + self.clock_net + self.gated_nets
+    }
+
+    /// The same if every clock pin saw every cycle: all clock gates open, fJ.
+    pub fn total_ungated(&self) -> f64 {
+        self.without_clock() + self.clock_ungated
+    }
+
+    /// What of the total the clock costs: its nets and pins, and its gates, fJ.
+    pub fn clock(&self) -> f64 {
+        self.clock_pins + self.clock_gates + self.clock_net + self.gated_nets
     }
 
     /// Internal energy of all cells, fJ.
     pub fn internal(&self) -> f64 {
-        self.gates + self.flip_flops + self.clock_pins
+        self.gates + self.flip_flops + self.clock_pins + self.clock_gates
     }
 
-    /// The same without what a clock that is always on costs, fJ.
+    /// The total without [`clock`](Energy::clock), fJ.
     pub fn without_clock(&self) -> f64 {
         self.nets + self.gates + self.flip_flops
     }
@@ -49,6 +65,7 @@ pub fn of(netlist: &Netlist, toggles: &Toggles) -> Energy {
     let both = |net: usize| (toggles.rises[net] + toggles.falls[net]) as f64;
     let charging = |net: usize| half_square * f64::from(parts.capacitance[net]) * both(net);
     let inputs = 2 + crate::netlist::input_bits(&parts.ports);
+    let clock_energy = |net: u32| 2.0 * half_square * f64::from(parts.capacitance[net as usize]);
     let mut energy = Energy {
         nets: (inputs..netlist.nets()).map(charging).sum(),
         inputs: (2..inputs).filter(|net| *net != parts.clock as usize).map(charging).sum(),
@@ -67,13 +84,29 @@ pub fn of(netlist: &Netlist, toggles: &Toggles) -> Energy {
             Behaviour::FlipFlop(kind) => {
                 energy.flip_flops += pins;
                 let changes = outs.first().map_or(0.0, |pin| both(pin.net as usize));
-                energy.clock_pins += kind.idle_fj * (cycles - changes) + kind.change_fj * changes;
+                let clocked = match parts.clocks[cell] {
+                    clock if clock == parts.clock => cycles,
+                    gated => toggles.rises[gated as usize] as f64,
+                };
+                let more = (kind.change_fj - kind.idle_fj) * changes;
+                energy.clock_pins += kind.idle_fj * clocked + more;
+                energy.clock_ungated += kind.idle_fj * cycles + more;
+            }
+            Behaviour::ClockGate(kind) => {
+                let net = outs[0].net;
+                let open = toggles.rises[net as usize] as f64;
+                energy.clock_gates += pins + kind.closed_fj * (cycles - open);
+                energy.gated_nets += clock_energy(net) * open;
+                // It is in the sum of all nets.
+                energy.nets -= charging(net as usize);
+                let both_edges = f64::from(outs[0].rise_fj) + f64::from(outs[0].fall_fj);
+                energy.clock_ungated += (both_edges + clock_energy(net)) * cycles;
             }
         }
     }
     if parts.clock != 0 {
-        let capacitance = f64::from(parts.capacitance[parts.clock as usize]);
-        energy.clock_net = 2.0 * half_square * capacitance * cycles;
+        energy.clock_net = clock_energy(parts.clock) * cycles;
+        energy.clock_ungated += energy.clock_net;
     }
     energy
 }

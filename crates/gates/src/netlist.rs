@@ -54,6 +54,8 @@ pub enum Behaviour {
     Gate(Vec<Function>),
     /// A bit that is stored at the rising edge of the clock.
     FlipFlop(FlipFlop),
+    /// A clock that is let through where it is enabled.
+    ClockGate(ClockGate),
 }
 
 /// A stored bit, and what its clock pin costs.
@@ -71,12 +73,27 @@ pub struct FlipFlop {
     pub clock_ff: f64,
 }
 
+/// A clock gate. Its output is the clock in every cycle at whose beginning, the rising edge, its
+/// enable is 1, and 0 in the others. A rising edge of the output carries what the whole cycle costs
+/// but the falling edge; an edge of an enable what it costs itself and what the clock's next
+/// falling edge costs more for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClockGate {
+    /// Whether the clock is let through, of the inputs.
+    pub enable: Function,
+    /// Internal energy of both edges of the clock in a cycle in which it is not, fJ.
+    pub closed_fj: f64,
+    /// Capacitance of the clock pin, fF.
+    pub clock_ff: f64,
+}
+
 impl Kind {
     /// Number of outputs.
     pub fn outputs(&self) -> usize {
         match &self.behaviour {
             Behaviour::Gate(functions) => functions.len(),
             Behaviour::FlipFlop(flip_flop) => flip_flop.inverted.len(),
+            Behaviour::ClockGate(_) => 1,
         }
     }
 
@@ -113,6 +130,9 @@ pub struct Parts {
     pub clock: u32,
     /// Kind of each cell.
     pub cells: Vec<u16>,
+    /// For each cell the net of its clock pin: the clock, or the output of a clock gate for a
+    /// flip-flop behind one; 0 for gates.
+    pub clocks: Vec<u32>,
     /// Pins of all cells, inputs then outputs of each.
     pub pins: Vec<Pin>,
     /// Capacitance of each net, fF: pins, wire, and the load at output ports.
@@ -203,6 +223,17 @@ impl Netlist {
         let is_one = |cell: &usize| matches!(self.kind(*cell).behaviour, Behaviour::FlipFlop(_));
         (0..self.parts.cells.len()).filter(is_one).count()
     }
+
+    /// Number of flip-flops whose clock comes through a gate.
+    pub fn gated_flip_flops(&self) -> usize {
+        self.parts.clocks.iter().filter(|net| ![0, self.parts.clock].contains(net)).count()
+    }
+
+    /// Number of clock gates.
+    pub fn clock_gates(&self) -> usize {
+        let is_one = |cell: &usize| matches!(self.kind(*cell).behaviour, Behaviour::ClockGate(_));
+        (0..self.parts.cells.len()).filter(is_one).count()
+    }
 }
 
 fn malformed(reason: impl Into<String>) -> NetlistError {
@@ -251,7 +282,7 @@ fn check(parts: &Parts) -> Result<Vec<u32>, NetlistError> {
             next += 1;
         }
         pin += kind.pins();
-        if matches!(kind.behaviour, Behaviour::FlipFlop(_))
+        if !matches!(kind.behaviour, Behaviour::Gate(_))
             && !(2..inputs).contains(&(parts.clock as usize))
         {
             return Err(malformed("flip-flops, but no clock among the inputs"));
@@ -264,7 +295,48 @@ fn check(parts: &Parts) -> Result<Vec<u32>, NetlistError> {
     if !parts.pins.iter().all(finite) || !parts.capacitance.iter().all(|c| c.is_finite()) {
         return Err(malformed("an energy or a capacitance is no number"));
     }
+    check_clocks(parts, &first_pin)?;
     Ok(first_pin)
+}
+
+/// Every flip-flop has the clock or the output of a clock gate, every clock gate the clock, and
+/// nobody else reads what comes out of a clock gate.
+fn check_clocks(parts: &Parts, first_pin: &[u32]) -> Result<(), NetlistError> {
+    if parts.clocks.len() != parts.cells.len() {
+        return Err(malformed("not one clock for each cell"));
+    }
+    let kind = |cell: usize| &parts.kinds[usize::from(parts.cells[cell])];
+    let inputs = |cell: usize| {
+        let first = first_pin[cell] as usize;
+        &parts.pins[first..first + usize::from(kind(cell).inputs)]
+    };
+    let mut gated = vec![false; parts.capacitance.len()];
+    for (cell, &first) in first_pin.iter().enumerate() {
+        if let Behaviour::ClockGate(_) = kind(cell).behaviour {
+            let output = parts.pins[first as usize + usize::from(kind(cell).inputs)].net;
+            gated[output as usize] = true;
+        }
+    }
+    for (cell, &clock) in parts.clocks.iter().enumerate() {
+        let fits = match kind(cell).behaviour {
+            Behaviour::Gate(_) => clock == 0,
+            Behaviour::ClockGate(_) => clock == parts.clock,
+            Behaviour::FlipFlop(_) => {
+                clock == parts.clock || gated.get(clock as usize) == Some(&true)
+            }
+        };
+        if !fits {
+            return Err(malformed(format!("cell {cell} has a clock that it cannot have")));
+        }
+        if inputs(cell).iter().any(|pin| gated[pin.net as usize]) {
+            return Err(malformed(format!("cell {cell} reads the output of a clock gate")));
+        }
+    }
+    let mut leaving = parts.ports.iter().flat_map(|port| &port.nets);
+    if leaving.any(|net| gated[*net as usize]) {
+        return Err(malformed("the output of a clock gate leaves through a port"));
+    }
+    Ok(())
 }
 
 /// Gates before each gate, or a gate on a loop.

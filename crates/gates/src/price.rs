@@ -11,15 +11,25 @@
 //!
 //! The clock pin of a flip-flop has two prices, of a cycle in which its bit stays and of one in
 //! which it changes; both edges of the clock see the same difference between stored and next bit.
+//! Behind a clock gate only cycles count in which it is open. Every clock pin sees the transition
+//! time of the ideal clock, behind a gate too, as a timing analyser has it before there is a tree.
+//!
+//! A clock gate's prices know its state (`gate_prices`): enables change behind a rising edge of
+//! the clock, so that what is different at the next falling edge for it is in the price of their
+//! edge.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
+
+mod gate_prices;
 
 use crate::function::Function;
 use crate::liberty::library::{Cell, Library, Output, Power, Sense, Value};
 use crate::netlist::file::rounded;
-use crate::netlist::{About, Behaviour, FlipFlop, Kind, Netlist, NetlistError, Parts, Pin};
+use crate::netlist::{
+    About, Behaviour, ClockGate, FlipFlop, Kind, Netlist, NetlistError, Parts, Pin,
+};
 use crate::slew::{self, Slew};
 use crate::yosys::{Instance, Mapped, ONE, Port, ZERO};
 
@@ -90,23 +100,29 @@ pub enum PriceError {
 /// Prices `mapped` with the tables of `library`.
 ///
 /// # Errors
-/// Where cells are unknown or cannot be simulated, where a net has no driver or two, where the
-/// clock is gated or derived, and where gates form a loop.
+/// Where cells are unknown or cannot be simulated, where a net has no driver or two, where a clock
+/// is none of the unit's inputs and does not come from it through one clock gate, and where gates
+/// form a loop.
 pub fn price(
     mapped: &Mapped,
     library: &Library,
     conditions: &Conditions,
 ) -> Result<Priced, PriceError> {
     let cells = look_up(mapped, library)?;
-    let clock = find_clock(mapped, &cells)?;
+    let clocks = Clocks::find(mapped, &cells)?;
     let as_it_comes: Vec<usize> = (0..cells.len()).collect();
-    let draft = Draft { mapped, library, conditions, cells, clock };
+    let draft = Draft { mapped, library, conditions, cells, clocks };
     let unordered = Netlist::new(draft.parts(&as_it_comes)?)?;
     let mut order = as_it_comes;
     let levels = unordered.levels();
-    let stores = |cell: &usize| draft.cells[*cell].flip_flop.is_none();
+    // Flip-flops, clock gates, gates.
+    let class = |cell: usize| match (&draft.cells[cell].flip_flop, &draft.cells[cell].clock_gate) {
+        (Some(_), _) => 0,
+        (None, Some(_)) => 1,
+        (None, None) => 2,
+    };
     order.sort_by_key(|cell| {
-        (stores(cell), levels[*cell], mapped.cells[*cell].kind.as_str(), *cell)
+        (class(*cell), levels[*cell], mapped.cells[*cell].kind.as_str(), *cell)
     });
     let mut parts = draft.parts(&order)?;
     draft.fill_prices(&mut parts, &order);
@@ -146,23 +162,50 @@ fn net_of(instance: &Instance, pin: &str) -> Option<u32> {
     instance.pins.iter().find(|(name, _)| name == pin).map(|(_, net)| *net)
 }
 
-/// The net of the clock pins, which must be one input of the unit.
-fn find_clock(mapped: &Mapped, cells: &[&Cell]) -> Result<Option<u32>, PriceError> {
-    let mut clock = None;
-    for (instance, cell) in mapped.cells.iter().zip(cells) {
-        let Some(flip_flop) = &cell.flip_flop else { continue };
-        let pin = &cell.inputs[flip_flop.clock].name;
-        let Some(net) = net_of(instance, pin) else {
-            return Err(wiring(instance, format!("its clock pin {pin} is open")));
-        };
-        let mut bits = mapped.ports.iter().filter(|port| port.input).flat_map(|port| &port.nets);
-        if *clock.get_or_insert(net) != net || !bits.any(|bit| *bit == net) {
-            let reason = "its clock is gated, derived or a second one; all flip-flops must have \
-                          one clock that is an input of the unit";
-            return Err(wiring(instance, reason.to_owned()));
+/// Clocks, by nets of the mapped circuit.
+struct Clocks {
+    /// The clock: an input of the unit.
+    root: Option<u32>,
+    /// What comes out of clock gates.
+    gated: BTreeSet<u32>,
+    /// Net of each cell's clock pin.
+    of_cells: Vec<Option<u32>>,
+}
+
+impl Clocks {
+    fn find(mapped: &Mapped, cells: &[&Cell]) -> Result<Clocks, PriceError> {
+        let mut clocks = Clocks { root: None, gated: BTreeSet::new(), of_cells: Vec::new() };
+        for (instance, cell) in mapped.cells.iter().zip(cells) {
+            let output = cell.outputs.first().filter(|_| cell.clock_gate.is_some());
+            clocks.gated.extend(output.and_then(|output| net_of(instance, &output.name)));
         }
+        let ports = mapped.ports.iter().filter(|port| port.input);
+        let inputs: BTreeSet<u32> = ports.flat_map(|port| port.nets.iter().copied()).collect();
+        for (instance, cell) in mapped.cells.iter().zip(cells) {
+            let Some(pin) = cell.clock() else {
+                clocks.of_cells.push(None);
+                continue;
+            };
+            let pin = &cell.inputs[pin].name;
+            let Some(net) = net_of(instance, pin) else {
+                return Err(wiring(instance, format!("its clock pin {pin} is open")));
+            };
+            clocks.of_cells.push(Some(net));
+            if cell.clock_gate.is_none() && clocks.gated.contains(&net) {
+                continue;
+            }
+            if *clocks.root.get_or_insert(net) != net || !inputs.contains(&net) {
+                let reason = "its clock is derived or a second one; all flip-flops must have one \
+                              clock that is an input of the unit, through one clock gate at most";
+                return Err(wiring(instance, reason.to_owned()));
+            }
+        }
+        Ok(clocks)
     }
-    Ok(clock)
+
+    fn has(&self, net: u32) -> bool {
+        self.root == Some(net) || self.gated.contains(&net)
+    }
 }
 
 struct Draft<'a> {
@@ -170,13 +213,13 @@ struct Draft<'a> {
     library: &'a Library,
     conditions: &'a Conditions,
     cells: Vec<&'a Cell>,
-    clock: Option<u32>,
+    clocks: Clocks,
 }
 
 impl Draft<'_> {
     /// Places of the data inputs of a cell.
     fn data(cell: &Cell) -> impl Iterator<Item = usize> + '_ {
-        let clock = cell.flip_flop.as_ref().map(|flip_flop| flip_flop.clock);
+        let clock = cell.clock();
         (0..cell.inputs.len()).filter(move |input| Some(*input) != clock)
     }
 
@@ -210,7 +253,7 @@ impl Draft<'_> {
         }
         let mut outputs = outputs.into_iter();
         let (mut kinds, mut known) = (Vec::new(), BTreeMap::new());
-        let (mut cells, mut pins) = (Vec::new(), Vec::new());
+        let (mut cells, mut pins, mut clocks) = (Vec::new(), Vec::new(), Vec::new());
         for &place in order {
             let (instance, cell) = (&self.mapped.cells[place], self.cells[place]);
             let kind = *known.entry(instance.kind.as_str()).or_insert_with(|| {
@@ -227,21 +270,24 @@ impl Draft<'_> {
                     return Err(wiring(instance, format!("input {name} is open")));
                 };
                 let number = numbers[net as usize];
-                if number == u32::MAX || Some(net) == self.clock {
-                    let what = if number == u32::MAX { "nobody drives" } else { "is the clock" };
+                if number == u32::MAX || self.clocks.has(net) {
+                    let what = if number == u32::MAX { "nobody drives" } else { "is a clock" };
                     return Err(wiring(instance, format!("input {name} reads a net that {what}")));
                 }
                 push(number);
             }
             outputs.by_ref().take(cell.outputs.len()).for_each(&mut push);
+            let clock = self.clocks.of_cells[place];
+            clocks.push(clock.map_or(0, |net| numbers[net as usize]));
         }
         let ports = self.ports(&numbers)?;
         Ok(Parts {
             about: self.about(),
             kinds,
             ports,
-            clock: self.clock.map_or(0, |net| numbers[net as usize]),
+            clock: self.clocks.root.map_or(0, |net| numbers[net as usize]),
             cells,
+            clocks,
             pins,
             capacitance: vec![0.0; next as usize],
         })
@@ -279,18 +325,23 @@ impl Draft<'_> {
     }
 
     fn kind(&self, name: &str, cell: &Cell) -> Kind {
-        let behaviour = match &cell.flip_flop {
-            None => {
+        let behaviour = match (&cell.flip_flop, &cell.clock_gate) {
+            (None, Some(gate)) => Behaviour::ClockGate(ClockGate {
+                enable: without_clock(&gate.enable, gate.clock),
+                closed_fj: gate_prices::closed(cell, self.conditions.clock_transition_ns),
+                clock_ff: cell.inputs[gate.clock].capacitance,
+            }),
+            (None, None) => {
                 let functions = cell.outputs.iter().map(|output| match &output.value {
                     Value::Gate(function) => function.clone(),
                     // Other values make a cell unsupported.
-                    Value::State { .. } | Value::Unknown => {
+                    Value::State { .. } | Value::GatedClock | Value::Unknown => {
                         Function::parse("0", &[]).expect("a constant")
                     }
                 });
                 Behaviour::Gate(functions.collect())
             }
-            Some(flip_flop) => {
+            (Some(flip_flop), _) => {
                 let inverted = |value: &Value| matches!(value, Value::State { inverted: true });
                 let (idle_fj, change_fj) = self.clock_prices(cell);
                 Behaviour::FlipFlop(FlipFlop {
@@ -330,12 +381,11 @@ impl Draft<'_> {
     }
 
     fn fill_prices(&self, parts: &mut Parts, order: &[usize]) {
-        let clock_loads = self.cells.iter().filter(|cell| cell.flip_flop.is_some()).count();
         let nets = parts.capacitance.len();
         let (mut loads, mut fanout) = (vec![0.0; nets], vec![0u32; nets]);
         let mut first = 0;
         let mut firsts = Vec::with_capacity(order.len());
-        for &place in order {
+        for (&place, &clock) in order.iter().zip(&parts.clocks) {
             let cell = self.cells[place];
             firsts.push(first);
             for (input, at) in Self::data(cell).zip(first..) {
@@ -343,12 +393,12 @@ impl Draft<'_> {
                 loads[net] += cell.inputs[input].capacitance;
                 fanout[net] += 1;
             }
-            if let Some(flip_flop) = &cell.flip_flop {
-                loads[parts.clock as usize] += cell.inputs[flip_flop.clock].capacitance;
+            if let Some(pin) = cell.clock() {
+                loads[clock as usize] += cell.inputs[pin].capacitance;
+                fanout[clock as usize] += 1;
             }
             first += Self::data(cell).count() + cell.outputs.len();
         }
-        fanout[parts.clock as usize] = clock_loads as u32;
         for net in parts.ports.iter().filter(|port| !port.input).flat_map(|port| &port.nets) {
             loads[*net as usize] += self.conditions.load_ff;
             fanout[*net as usize] += 1;
@@ -373,6 +423,16 @@ impl Draft<'_> {
                 None => Slew::both(self.conditions.clock_transition_ns),
             };
             let outs = first + data.len();
+            if let Some(gate) = &cell.clock_gate {
+                let clock = self.conditions.clock_transition_ns;
+                let load = loads[parts.pins[outs].net as usize];
+                let slew_of = |input| input_slew(input);
+                let prices = gate_prices::of_pins(cell, gate, clock, load, slew_of);
+                for ((rise, fall), pin) in prices.into_iter().zip(&mut parts.pins[first..]) {
+                    (pin.rise_fj, pin.fall_fj) = (rounded(rise), rounded(fall));
+                }
+                continue;
+            }
             let mut prices = Vec::new();
             let mut of_outputs = Vec::new();
             for &input in &data {
@@ -428,7 +488,7 @@ impl State {
         match &cell.outputs[output].value {
             Value::Gate(function) => function.evaluate(|input| self.pin(input)),
             Value::State { inverted } => 0u64.wrapping_sub(u64::from(self.stored != *inverted)),
-            Value::Unknown => 0,
+            Value::GatedClock | Value::Unknown => 0,
         }
     }
 

@@ -2,14 +2,18 @@
 //!
 //! Gates are sorted by level and, within a level, by what they compute, and become flat code: runs
 //! of one operation over lists of net numbers. Delays are zero: within a cycle every net takes its
-//! final value once, so glitches are not counted.
+//! final value once, so glitches are not counted. The net behind a clock gate is shown as 0; its
+//! toggles are two for every cycle in which the gate is open.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 use fearless_simd_macros::simd;
 
-use crate::function::Function;
-use crate::netlist::{Behaviour, Netlist};
+use crate::function::{Function, Step};
+use crate::netlist::{Behaviour, Netlist, Pin};
 
 mod shapes;
 
@@ -47,17 +51,28 @@ enum Operation {
 struct FlipFlops {
     /// Functions of what is stored that are not a plain input.
     kinds: Vec<Function>,
-    /// Net of the input, or kind and inputs.
+    /// What comes next, flip-flops of a clock side by side.
     next: Vec<Next>,
+    /// Clocks of the flip-flops, in their order.
+    clocks: Vec<Clock>,
     /// Outputs: the flip-flop, the net, whether it is inverted.
     shown: Vec<(u32, u32, u64)>,
     stored: Vec<u64>,
 }
 
+/// The value of a net or its inverse, or a function and its inputs.
 #[derive(Debug)]
 enum Next {
-    Net(u32),
+    Net { net: u32, inverted: u64 },
     Function { kind: u32, inputs: Box<[u32]> },
+}
+
+/// A clock and the flip-flops that have it.
+#[derive(Debug)]
+struct Clock {
+    /// What lets it through, and the net behind; `None` is the clock itself.
+    gate: Option<(Next, u32)>,
+    flip_flops: Range<usize>,
 }
 
 /// Toggles since counting began.
@@ -112,7 +127,7 @@ impl Simulator {
     /// A rising edge of the clock: flip-flops take what is in front of them. Gates follow at the
     /// next [`settle`](Simulator::settle).
     pub fn clock(&mut self) {
-        self.flip_flops.take(&self.values);
+        self.flip_flops.take(&self.values, &mut self.toggles);
         self.show();
         self.cycles += 1;
     }
@@ -152,15 +167,38 @@ impl Simulator {
 }
 
 impl FlipFlops {
-    fn take(&mut self, values: &[u64]) {
-        for (stored, next) in self.stored.iter_mut().zip(&self.next) {
-            *stored = match next {
-                Next::Net(net) => values[*net as usize],
-                Next::Function { kind, inputs } => {
-                    self.kinds[*kind as usize].evaluate(|input| values[inputs[input] as usize])
-                }
-            };
+    fn take(&mut self, values: &[u64], toggles: &mut [u64]) {
+        let FlipFlops { kinds, next, clocks, stored, .. } = self;
+        let value = |next: &Next| match next {
+            Next::Net { net, inverted } => values[*net as usize] ^ inverted,
+            Next::Function { kind, inputs } => {
+                kinds[*kind as usize].evaluate(|input| values[inputs[input] as usize])
+            }
+        };
+        for Clock { gate, flip_flops } in clocks {
+            let mut open = !0;
+            if let Some((enable, net)) = gate {
+                open = value(enable);
+                toggles[*net as usize] += 2 * u64::from(open.count_ones());
+            }
+            let (stored, next) = (&mut stored[flip_flops.clone()], &next[flip_flops.clone()]);
+            for (stored, next) in stored.iter_mut().zip(next).filter(|_| open != 0) {
+                *stored ^= (*stored ^ value(next)) & open;
+            }
         }
+    }
+
+    fn next(&mut self, function: &Function, inputs: &[Pin]) -> Next {
+        if let [Step::Pin(pin)] | [Step::Pin(pin), Step::Not] = function.steps() {
+            let inverted = if function.steps().len() == 1 { 0 } else { !0 };
+            return Next::Net { net: inputs[usize::from(*pin)].net, inverted };
+        }
+        let known = self.kinds.iter().position(|known| known == function);
+        let place = known.unwrap_or_else(|| {
+            self.kinds.push(function.clone());
+            self.kinds.len() - 1
+        });
+        Next::Function { kind: place as u32, inputs: inputs.iter().map(|pin| pin.net).collect() }
     }
 }
 
@@ -180,27 +218,40 @@ fn settle_all<S: Simd>(_simd: S, runs: &[Run], values: &mut [u64], toggles: &mut
 }
 
 fn flip_flops(netlist: &Netlist) -> FlipFlops {
-    let mut all = FlipFlops::default();
-    for cell in 0..netlist.parts().cells.len() {
-        let Behaviour::FlipFlop(kind) = &netlist.kind(cell).behaviour else { continue };
-        let (inputs, outputs) = netlist.pins(cell);
-        let nets: Box<[u32]> = inputs.iter().map(|pin| pin.net).collect();
-        all.next.push(match kind.next.steps() {
-            [crate::function::Step::Pin(pin)] => Next::Net(nets[usize::from(*pin)]),
-            _ => {
-                let known = all.kinds.iter().position(|function| *function == kind.next);
-                let place = known.unwrap_or_else(|| {
-                    all.kinds.push(kind.next.clone());
-                    all.kinds.len() - 1
-                });
-                Next::Function { kind: place as u32, inputs: nets }
+    let parts = netlist.parts();
+    // Cells of each clock; gates that drive no flip-flop cost energy too.
+    let mut of_clock: BTreeMap<u32, (Option<usize>, Vec<usize>)> = BTreeMap::new();
+    for cell in 0..parts.cells.len() {
+        match netlist.kind(cell).behaviour {
+            Behaviour::Gate(_) => {}
+            Behaviour::FlipFlop(_) => {
+                of_clock.entry(parts.clocks[cell]).or_default().1.push(cell);
             }
-        });
-        let number = all.stored.len() as u32;
-        for (pin, inverted) in outputs.iter().zip(&kind.inverted) {
-            all.shown.push((number, pin.net, if *inverted { !0 } else { 0 }));
+            Behaviour::ClockGate(_) => {
+                of_clock.entry(netlist.pins(cell).1[0].net).or_default().0 = Some(cell);
+            }
         }
-        all.stored.push(0);
+    }
+    let mut all = FlipFlops::default();
+    for (clock, (gate, cells)) in of_clock {
+        let first = all.stored.len();
+        for cell in cells {
+            let Behaviour::FlipFlop(kind) = &netlist.kind(cell).behaviour else { continue };
+            let (inputs, outputs) = netlist.pins(cell);
+            let next = all.next(&kind.next, inputs);
+            all.next.push(next);
+            let number = all.stored.len() as u32;
+            for (pin, inverted) in outputs.iter().zip(&kind.inverted) {
+                all.shown.push((number, pin.net, if *inverted { !0 } else { 0 }));
+            }
+            all.stored.push(0);
+        }
+        let enable = gate.and_then(|cell| match &netlist.kind(cell).behaviour {
+            Behaviour::ClockGate(kind) => Some(all.next(&kind.enable, netlist.pins(cell).0)),
+            Behaviour::Gate(_) | Behaviour::FlipFlop(_) => None,
+        });
+        let gate = enable.map(|enable| (enable, clock));
+        all.clocks.push(Clock { gate, flip_flops: first..all.stored.len() });
     }
     all
 }

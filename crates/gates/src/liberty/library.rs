@@ -64,8 +64,28 @@ pub struct Cell {
     pub outputs: Vec<Output>,
     /// What it stores.
     pub flip_flop: Option<FlipFlop>,
+    /// What it lets through, if it is an integrated clock gate.
+    pub clock_gate: Option<ClockGate>,
     /// Why it cannot be simulated, if it cannot.
     pub unsupported: Option<String>,
+}
+
+impl Cell {
+    /// Which input is a clock.
+    pub fn clock(&self) -> Option<usize> {
+        let flip_flop = self.flip_flop.as_ref().map(|flip_flop| flip_flop.clock);
+        flip_flop.or(self.clock_gate.as_ref().map(|gate| gate.clock))
+    }
+}
+
+/// An integrated clock gate for rising edges: a latch that is open while the clock is low, and an
+/// AND of what it holds and the clock.
+#[derive(Debug)]
+pub struct ClockGate {
+    /// What the latch takes, of the inputs.
+    pub enable: Function,
+    /// Which input is the clock.
+    pub clock: usize,
 }
 
 /// An edge-triggered bit: rising edge, neither cleared nor set asynchronously.
@@ -111,6 +131,8 @@ pub enum Value {
         /// Inverted.
         inverted: bool,
     },
+    /// The clock where a clock gate lets it through.
+    GatedClock,
     /// Not known.
     Unknown,
 }
@@ -399,8 +421,10 @@ impl<'a> Reader<'a> {
         let (inputs, outputs): (Vec<_>, Vec<_>) =
             (named("input").collect(), named("output").collect());
         let mut unsupported = None;
-        for kind in ["latch", "latch_bank", "ff_bank", "statetable", "bus", "bundle"] {
-            if group.of(kind).next().is_some() {
+        let clock_gate = self.clock_gate(group, &inputs, &outputs, &mut unsupported);
+        let stateful = ["latch", "latch_bank", "ff_bank", "statetable", "bus", "bundle"];
+        for kind in stateful.into_iter().filter(|_| clock_gate.is_none()) {
+            if group.of(kind).next().is_some() && unsupported.is_none() {
                 unsupported = Some(format!("it has a `{kind}`"));
             }
         }
@@ -411,6 +435,7 @@ impl<'a> Reader<'a> {
             inputs: Vec::new(),
             outputs: Vec::new(),
             flip_flop,
+            clock_gate,
             unsupported,
         };
         let everything: Vec<String> = inputs.iter().chain(&outputs).cloned().collect();
@@ -431,7 +456,10 @@ impl<'a> Reader<'a> {
                         cell.unsupported = Some("it can let go of its output".to_owned());
                     }
                     let function = pin.value("function");
-                    let value = self.value(function, &inputs, &states, &mut cell.unsupported);
+                    let value = match cell.clock_gate {
+                        Some(_) => Value::GatedClock,
+                        None => self.value(function, &inputs, &states, &mut cell.unsupported),
+                    };
                     let arcs = self.arcs(pin, &inputs)?;
                     cell.outputs.push(Output { name, value, arcs, powers });
                 }
@@ -439,6 +467,41 @@ impl<'a> Reader<'a> {
             }
         }
         Ok(cell)
+    }
+
+    /// The gate that `clock_gating_integrated_cell` says; test pins open it as its enable does.
+    fn clock_gate(
+        &self,
+        group: &Group<'a>,
+        inputs: &[String],
+        outputs: &[String],
+        unsupported: &mut Option<String>,
+    ) -> Option<ClockGate> {
+        let kind = group.value("clock_gating_integrated_cell")?;
+        if !matches!(kind, "latch_posedge" | "latch_posedge_precontrol") || outputs.len() != 1 {
+            *unsupported = Some(format!("it is a clock gate `{kind}`"));
+            return None;
+        }
+        let marked = |mark: &'static str| {
+            let pins = group.of("pin").filter(move |pin| pin.value(mark) == Some("true"));
+            let place = |pin: &Group| {
+                inputs.iter().position(|name| Some(&name.as_str()) == pin.arguments.first())
+            };
+            pins.filter_map(place).collect::<Vec<usize>>()
+        };
+        let enables = [marked("clock_gate_enable_pin"), marked("clock_gate_test_pin")].concat();
+        let mut steps = Vec::new();
+        for (count, pin) in enables.into_iter().enumerate() {
+            steps.push(Step::Pin(u8::try_from(pin).unwrap_or(u8::MAX)));
+            steps.extend((count > 0).then_some(Step::Or));
+        }
+        match (Function::new(steps, inputs.len()), marked("clock_gate_clock_pin").as_slice()) {
+            (Ok(enable), &[clock]) => Some(ClockGate { enable, clock }),
+            _ => {
+                *unsupported = Some("it is a clock gate without clock and enable pin".to_owned());
+                None
+            }
+        }
     }
 
     fn flip_flop(

@@ -2,21 +2,27 @@
 //!
 //! `PGSGATES`, the version as a 32-bit number (little endian), then one Zstandard frame with a
 //! checksum. Inside: what the netlist is, kinds, ports, and for all cells the kind, then for all
-//! inputs the distance to the driving net, then energies and capacitances. These are kept as the
+//! inputs the distance to the driving net, for all flip-flops their clock gate, then energies and
+//! capacitances. These are kept as the
 //! upper 16 bits of a 32-bit float (8 bits of mantissa: 0.2 % each, without bias). Integers are
 //! variable-length, seven bits a byte; reals of the header are 64-bit.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 
 use thiserror::Error;
 
-use super::{About, Behaviour, FlipFlop, Kind, Netlist, NetlistError, Parts, Pin, input_bits};
+use super::{
+    About, Behaviour, ClockGate, FlipFlop, Kind, Netlist, NetlistError, Parts, Pin, input_bits,
+};
 use crate::function::{Function, Step};
 use crate::yosys::Port;
 
 const MAGIC: &[u8; 8] = b"PGSGATES";
-/// The version that is written and read.
-pub const VERSION: u32 = 1;
+/// The version that is written.
+pub const VERSION: u32 = 2;
+/// The version before it, which is read too: netlists without clock gates.
+const UNGATED: u32 = 1;
 /// Bytes of a file that are read at most, unpacked.
 const MAX_BYTES: u64 = 256 << 20;
 /// Nets that are read at most.
@@ -68,8 +74,9 @@ impl Netlist {
             return Err(refuse("truncated; fetch it again".to_owned()));
         };
         let version = u32::from_le_bytes(*version);
-        if version != VERSION {
-            let reason = format!("version {version}, this program reads {VERSION}; map it anew");
+        if ![VERSION, UNGATED].contains(&version) {
+            let read = format!("this program reads {UNGATED} and {VERSION}");
+            let reason = format!("version {version}, {read}; map it anew");
             return Err(refuse(reason));
         }
         let mut unpacked = Vec::new();
@@ -80,7 +87,7 @@ impl Netlist {
             return Err(refuse("larger than 256 MiB unpacked".to_owned()));
         }
         let mut reader = Reader(&unpacked);
-        let parts = reader.parts().map_err(|error| refuse(error.to_string()))?;
+        let parts = reader.parts(version).map_err(|error| refuse(error.to_string()))?;
         if !reader.0.is_empty() {
             return Err(refuse("bytes are left over: damaged; fetch it again".to_owned()));
         }
@@ -164,6 +171,17 @@ impl Writer {
             }
             own += outputs.len() as i64;
         }
+        // For each flip-flop the place of its clock gate among those, from 1; 0 without one.
+        let is_gate =
+            |cell: &usize| matches!(netlist.kind(*cell).behaviour, Behaviour::ClockGate(_));
+        let gates = (0..parts.cells.len()).filter(is_gate);
+        let place: BTreeMap<u32, u64> =
+            gates.map(|cell| netlist.pins(cell).1[0].net).zip(1..).collect();
+        for cell in 0..parts.cells.len() {
+            if let Behaviour::FlipFlop(_) = netlist.kind(cell).behaviour {
+                self.number(place.get(&parts.clocks[cell]).copied().unwrap_or(0));
+            }
+        }
         for of in [|pin: &Pin| pin.rise_fj, |pin: &Pin| pin.fall_fj] {
             self.halves(&parts.pins.iter().map(of).collect::<Vec<_>>());
         }
@@ -189,6 +207,12 @@ impl Writer {
                 self.real(flip_flop.idle_fj);
                 self.real(flip_flop.change_fj);
                 self.real(flip_flop.clock_ff);
+            }
+            Behaviour::ClockGate(gate) => {
+                self.0.push(2);
+                self.function(&gate.enable);
+                self.real(gate.closed_fj);
+                self.real(gate.clock_ff);
             }
         }
     }
@@ -292,13 +316,18 @@ impl<'a> Reader<'a> {
                     clock_ff: self.real()?,
                 })
             }
+            2 => Behaviour::ClockGate(ClockGate {
+                enable: self.function(inputs)?,
+                closed_fj: self.real()?,
+                clock_ff: self.real()?,
+            }),
             _ => return Err(damaged()),
         };
         let kind = Kind { name, area, leakage, inputs, behaviour };
         if kind.outputs() > MAX_OUTPUTS { Err(damaged()) } else { Ok(kind) }
     }
 
-    fn parts(&mut self) -> Decoded<Parts> {
+    fn parts(&mut self, version: u32) -> Decoded<Parts> {
         let mut parts = Parts { about: self.about()?, ..Parts::default() };
         for _ in 0..self.count()? {
             parts.kinds.push(self.kind()?);
@@ -342,12 +371,37 @@ impl<'a> Reader<'a> {
                 return Err(damaged());
             }
         }
+        self.clocks(&mut parts, version)?;
         let (rise, fall) = (self.halves(parts.pins.len())?, self.halves(parts.pins.len())?);
         for (pin, (rise, fall)) in parts.pins.iter_mut().zip(rise.into_iter().zip(fall)) {
             (pin.rise_fj, pin.fall_fj) = (rise, fall);
         }
         parts.capacitance = self.halves(next as usize)?;
         Ok(parts)
+    }
+
+    fn clocks(&mut self, parts: &mut Parts, version: u32) -> Decoded<()> {
+        // The clock, then the outputs of the clock gates.
+        let (mut nets, mut pin) = (vec![parts.clock], 0);
+        for kind in &parts.cells {
+            let kind = &parts.kinds[usize::from(*kind)];
+            if let Behaviour::ClockGate(_) = kind.behaviour {
+                nets.push(parts.pins[pin + usize::from(kind.inputs)].net);
+            }
+            pin += kind.pins();
+        }
+        for kind in &parts.cells {
+            parts.clocks.push(match parts.kinds[usize::from(*kind)].behaviour {
+                Behaviour::Gate(_) => 0,
+                Behaviour::ClockGate(_) => parts.clock,
+                Behaviour::FlipFlop(_) if version == UNGATED => parts.clock,
+                Behaviour::FlipFlop(_) => {
+                    let place = usize::try_from(self.number()?).map_err(|_| damaged())?;
+                    *nets.get(place).ok_or_else(damaged)?
+                }
+            });
+        }
+        Ok(())
     }
 
     fn about(&mut self) -> Decoded<About> {

@@ -6,11 +6,11 @@ use powergs_gates::netlist::Netlist;
 use powergs_gates::netlist::file::rounded;
 use proptest::prelude::*;
 
-use super::toy::{counter, priced};
+use super::toy::{counter, gated, priced};
 
 fn bytes() -> &'static [u8] {
     static BYTES: LazyLock<Vec<u8>> =
-        LazyLock::new(|| priced(&counter()).expect("a netlist").netlist.to_bytes());
+        LazyLock::new(|| priced(&gated()).expect("a netlist").netlist.to_bytes());
     &BYTES
 }
 
@@ -20,8 +20,11 @@ fn refusal(bytes: &[u8]) -> String {
 
 #[test]
 fn what_is_written_is_read() {
-    let netlist = priced(&counter()).expect("a netlist").netlist;
-    assert_eq!(Netlist::from_bytes("x.gates", &netlist.to_bytes()).expect("a netlist"), netlist);
+    for circuit in [counter(), gated()] {
+        let netlist = priced(&circuit).expect("a netlist").netlist;
+        let read = Netlist::from_bytes("x.gates", &netlist.to_bytes()).expect("a netlist");
+        assert_eq!(read, netlist);
+    }
 }
 
 #[test]
@@ -38,8 +41,8 @@ fn other_files_are_refused() {
     assert!(refusal(b"PGTRACE1").contains("no netlist of powergs-gates"));
     assert!(refusal(b"PGSGATES").contains("truncated"));
     let mut other = bytes().to_vec();
-    other[8] = 2;
-    assert_eq!(refusal(&other), "x.gates: version 2, this program reads 1; map it anew");
+    other[8] = 3;
+    assert_eq!(refusal(&other), "x.gates: version 3, this program reads 1 and 2; map it anew");
     for length in 12..bytes().len() {
         assert!(Netlist::from_bytes("x.gates", &bytes()[..length]).is_err(), "{length} bytes");
     }

@@ -60,26 +60,30 @@ const SPLAT: u64 = 1;
 const CLOSE: u64 = 2;
 
 /// A splat somewhere near the first pixel of a core.
-fn record(random: &mut Pcg64Mcg, at: [f64; 2]) -> Record {
+fn record(format: NumberFormat, random: &mut Pcg64Mcg, at: [f64; 2]) -> Record {
     loop {
         let mean = at.map(|place| place - 7.5 + random.random_range(-3.0..4.0));
         let [a, d] = [0; 2].map(|_| random.random_range(0.3f32..20.0));
         let b = random.random_range(-0.9..0.9) * (a * d).sqrt();
         let opacity = random.random_range(0.002f32..1.0);
         let colour = [0; 3].map(|_| random.random_range(0.0f32..1.0));
-        if let Some(record) = Record::new(FP16, mean, [a, b, d], opacity, colour) {
+        if let Some(record) = Record::new(format, mean, [a, b, d], opacity, colour) {
             return record;
         }
     }
 }
 
-fn words(record: &Record) -> [u32; 16] {
+/// Nine numbers of `width` bits.
+fn words(record: &Record, width: usize) -> [u32; 16] {
     let Record { mean, root, opacity, colour } = *record;
     let all =
         [mean[0], mean[1], root[0], root[1], root[2], opacity, colour[0], colour[1], colour[2]];
     let mut words = [0; 16];
     for (place, number) in all.into_iter().enumerate() {
-        words[place / 2] |= u32::from(number) << (16 * (place % 2));
+        for bit in 0..width {
+            let at = place * width + bit;
+            words[at / 32] |= u32::from(number >> bit & 1) << (at % 32);
+        }
     }
     words
 }
@@ -88,9 +92,9 @@ fn words(record: &Record) -> [u32; 16] {
 type Beat = (u64, [u32; 16]);
 
 /// Renders a tile of 20 splats on 2 x 2 pixels in every lane; acceptance is stalled at random.
-fn render(library: &str) {
-    let vrc = Vrc::new(FP16).expect("FP16 will do");
-    let mut unit = Unit::new("vrc", library);
+fn render(name: &str, library: &str, format: NumberFormat, width: usize) {
+    let vrc = Vrc::new(format).expect("a format that will do");
+    let mut unit = Unit::new(name, library);
     let mut beats: Vec<VecDeque<Beat>> = vec![VecDeque::new(); LANES];
     let mut expected: Vec<VecDeque<u64>> = vec![VecDeque::new(); LANES];
     let mut places = [[0u64; 2]; LANES];
@@ -98,19 +102,19 @@ fn render(library: &str) {
     for lane in 0..LANES {
         places[lane] = [0; 2].map(|_| 2 * unit.random.random_range(0..8));
         masks[lane] = if lane % 8 == 0 { unit.random.random_range(0..16) } else { 15 };
-        let open = |pixel: u64| Pixel::open(FP16, masks[lane] >> pixel & 1 == 1);
+        let open = |pixel: u64| Pixel::open(format, masks[lane] >> pixel & 1 == 1);
         let mut pixels = [0, 1, 2, 3].map(open);
         beats[lane].push_back((OPEN, [0; 16]));
         for _ in 0..20 {
-            let splat = record(&mut unit.random, places[lane].map(|place| place as f64));
-            beats[lane].push_back((SPLAT, words(&splat)));
+            let splat = record(format, &mut unit.random, places[lane].map(|place| place as f64));
+            beats[lane].push_back((SPLAT, words(&splat, width)));
             for (number, pixel) in (0..).zip(&mut pixels) {
                 let [x, y] = places[lane].map(|place| place as u32);
                 vrc.blend(pixel, &splat, x + number % 2, y + number / 2);
             }
         }
         beats[lane].push_back((CLOSE, [0; 16]));
-        expected[lane] = pixels.iter().map(word).collect();
+        expected[lane] = pixels.iter().map(|pixel| word(pixel, width)).collect();
     }
     for (port, part) in [("open_x", 0), ("open_y", 1)] {
         unit.set(port, &places.map(|place| place[part]));
@@ -145,12 +149,106 @@ fn render(library: &str) {
 }
 
 /// Red, green, blue, transmittance from the lowest bit.
-fn word(pixel: &Pixel) -> u64 {
+fn word(pixel: &Pixel, width: usize) -> u64 {
     let parts = pixel.colour.into_iter().chain([pixel.transmittance]);
-    (0..).zip(parts).map(|(place, part)| u64::from(part) << (16 * place)).sum()
+    (0..).zip(parts).map(|(place, part)| u64::from(part) << (width * place)).sum()
 }
 
 #[test]
 fn volume_rendering_cores_blend() {
-    LIBRARIES.iter().for_each(|library| render(library));
+    let format = |exponent, mantissa| NumberFormat::new(exponent, mantissa).expect("a format");
+    let formats =
+        [("vrc", FP16, 16), ("vrc-e5m6", format(5, 6), 12), ("vrc-e4m3", format(4, 3), 8)];
+    for (name, format, width) in formats {
+        LIBRARIES.iter().for_each(|library| render(name, library, format, width));
+    }
+}
+
+const SUBTILES: usize = 4;
+const CORES: usize = 4;
+
+/// The control of a rendering unit without its cores, which are ports here. Records are numbers
+/// that tell splats apart.
+fn deal(library: &str) {
+    let mut unit = Unit::new("vru", library);
+    let core = |s: usize, c: usize, port: &str| format!("g_subtile_{s}_g_core_{c}_core_{port}");
+    unit.set("open_width", &[16; LANES]);
+    unit.set("open_height", &[16; LANES]);
+    let mut splats: Vec<VecDeque<(u64, u64)>> = vec![VecDeque::new(); LANES];
+    let mut expected = vec![vec![VecDeque::new(); SUBTILES]; LANES];
+    for lane in 0..LANES {
+        for number in 0..40u64 {
+            let bitmap = unit.random.random_range(1..16);
+            splats[lane].push_back((bitmap, number * 64 + lane as u64));
+            for (subtile, records) in expected[lane].iter_mut().enumerate() {
+                records.extend((bitmap >> subtile & 1 == 1).then_some(number * 64 + lane as u64));
+            }
+        }
+    }
+    let mut opened = [0u32; LANES];
+    let mut beats: Vec<VecDeque<(u64, u64, u64)>> = splats
+        .iter()
+        .map(|splats| {
+            let splats = splats.iter().map(|&(bitmap, record)| (SPLAT, bitmap, record));
+            [(OPEN, 0, 0)].into_iter().chain(splats).chain([(CLOSE, 0, 0)]).collect()
+        })
+        .collect();
+    let mut closed = 0;
+    for cycle in 0.. {
+        assert!(cycle < 2000, "beats are left");
+        let comes = unit.coins();
+        let valid: [u64; LANES] =
+            std::array::from_fn(|lane| comes[lane] & u64::from(!beats[lane].is_empty()));
+        let beat = |lane: usize| beats[lane].front().copied().unwrap_or_default();
+        unit.set("in_valid", &valid);
+        unit.set("in_op", &std::array::from_fn(|lane| beat(lane).0));
+        unit.set("in_bitmap", &std::array::from_fn(|lane| beat(lane).1));
+        let records = std::array::from_fn(|lane| {
+            let mut words = [0; 16];
+            words[0] = beat(lane).2 as u32;
+            Some(words)
+        });
+        unit.set_rows("in_record", &records);
+        let mut goes = [[0; LANES]; SUBTILES];
+        for (s, goes) in goes.iter_mut().enumerate() {
+            *goes = unit.coins();
+            (0..CORES).for_each(|c| unit.set(&core(s, c, "in_ready"), goes));
+        }
+        unit.simulator.settle();
+        let ready = unit.get("in_ready");
+        for (s, goes) in goes.iter().enumerate() {
+            for c in 0..CORES {
+                let (offered, op) =
+                    (unit.get(&core(s, c, "in_valid")), unit.get(&core(s, c, "in_op")));
+                let records = unit.rows(&core(s, c, "in_record"));
+                for lane in (0..LANES).filter(|lane| offered[*lane] & goes[*lane] == 1) {
+                    match op[lane] {
+                        OPEN => opened[lane] += 1,
+                        CLOSE => closed += 1,
+                        _ => {
+                            let next = expected[lane][s].front().copied();
+                            assert_eq!(Some(u64::from(records[lane][0])), next, "sub-tile {s}");
+                            if c + 1 == CORES {
+                                expected[lane][s].pop_front();
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        for lane in (0..LANES).filter(|lane| valid[*lane] & ready[*lane] == 1) {
+            beats[lane].pop_front();
+        }
+        unit.simulator.clock();
+        if closed == LANES * SUBTILES * CORES {
+            break;
+        }
+    }
+    assert!(opened.iter().all(|cores| *cores == (SUBTILES * CORES) as u32));
+    assert!(expected.iter().flatten().all(VecDeque::is_empty), "splats are missing");
+}
+
+#[test]
+fn the_control_of_rendering_units_deals_splats_to_sub_tiles() {
+    LIBRARIES.iter().for_each(|library| deal(library));
 }

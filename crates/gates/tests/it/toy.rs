@@ -56,6 +56,30 @@ library (toy) {
         fall_power (scalar) { values ("20"); } } }
     pin (QN) { direction : output; function : "IQN"; }
   }
+  cell (GATE) { area : 6; clock_gating_integrated_cell : "latch_posedge_precontrol";
+    statetable ("C E S", "IQ") { table : "L L L : - : L, L H - : - : H,
+      L - H : - : H, H - - : - : N"; }
+    pin (IQ) { direction : internal; internal_node : "IQ"; }
+    pin (E) { direction : input; capacitance : 1; clock_gate_enable_pin : true;
+      internal_power () { when : "C & !Z"; rise_power (scalar) { values ("0.125"); }
+        fall_power (scalar) { values ("64"); } }
+      internal_power () { when : "C & Z"; rise_power (scalar) { values ("64"); }
+        fall_power (scalar) { values ("0.25"); } }
+      internal_power () { when : "!C"; rise_power (scalar) { values ("64"); }
+        fall_power (scalar) { values ("64"); } } }
+    pin (S) { direction : input; capacitance : 1; clock_gate_test_pin : true; }
+    pin (C) { direction : input; capacitance : 3; clock_gate_clock_pin : true;
+      internal_power () { when : "!E & !S & !Z"; rise_power (scalar) { values ("0.5"); }
+        fall_power (scalar) { values ("1"); } }
+      internal_power () { when : "(E | S) & !Z"; rise_power (scalar) { values ("0"); }
+        fall_power (scalar) { values ("3"); } } }
+    pin (Z) { direction : output; state_function : "C & IQ"; clock_gate_out_pin : true;
+      internal_power () { related_pin : "C"; when : "!E & !S";
+        rise_power (scalar) { values ("0"); }
+        fall_power (scalar) { values ("16"); } }
+      internal_power () { related_pin : "C"; when : "E | S"; rise_power (scalar) { values ("6"); }
+        fall_power (scalar) { values ("8"); } } }
+  }
   cell (LATCH) { area : 4; latch (IQ, IQN) { enable : "E"; data_in : "D"; }
     pin (D) { direction : input; } pin (E) { direction : input; }
     pin (Q) { direction : output; function : "IQ"; } }
@@ -101,6 +125,20 @@ pub fn priced(json: &str) -> Result<Priced, PriceError> {
         load_ff: 10.0,
     };
     price(&mapped, &library(), &conditions)
+}
+
+/// A bit that inverts itself where `on` is 1, its clock gated, and the clock's gate itself.
+pub fn gated() -> String {
+    circuit(
+        &[("clk", "input", &[2]), ("on", "input", &[3]), ("bit", "output", &[4])],
+        &[
+            ("one", "HIGH", &[("Y", 5)]),
+            ("low", "NAND", &[("A", 5), ("B", 5), ("Y", 8)]),
+            ("flip", "NAND", &[("A", 4), ("B", 5), ("Y", 6)]),
+            ("gate", "GATE", &[("E", 3), ("S", 8), ("C", 2), ("Z", 7)]),
+            ("bit", "DFF", &[("D", 6), ("C", 7), ("Q", 4)]),
+        ],
+    )
 }
 
 /// A counter of two bits: the low one inverts itself, the high one takes the exclusive or.
