@@ -15,9 +15,11 @@ from ._powergs import (
     Cameras,
     Chart,
     Explanation,
+    Front,
     Machine,
     Report,
     Scene,
+    SweepResult,
     Table,
     Trace,
     __version__,
@@ -28,14 +30,18 @@ from ._powergs import (
     synth,
 )
 from .errors import ConfigError, GoalMissed, InputError, InternalError, PowergsError
+from .sweeps import Candidate, Designs, Space, sweep
 
 __all__ = [
     "Bottleneck",
     "Camera",
     "Cameras",
+    "Candidate",
     "Chart",
     "ConfigError",
+    "Designs",
     "Explanation",
+    "Front",
     "GoalMissed",
     "InputError",
     "InternalError",
@@ -43,6 +49,8 @@ __all__ = [
     "PowergsError",
     "Report",
     "Scene",
+    "Space",
+    "SweepResult",
     "Table",
     "Trace",
     "__version__",
@@ -50,5 +58,6 @@ __all__ = [
     "explain",
     "names",
     "quality",
+    "sweep",
     "synth",
 ]

@@ -69,6 +69,17 @@ impl Fault {
         Fault::in_file(Class::Config, place, error)
     }
 
+    /// The same without lines of a text that nobody has seen.
+    pub fn without_lines(self) -> Fault {
+        let seen = self.message.lines().filter(|line| !line.contains('|'));
+        let without = |line: &str| match line.strip_prefix("line ") {
+            Some(rest) => rest.split_once(": ").map_or("", |(_, what)| what).to_owned(),
+            None => line.to_owned(),
+        };
+        let message = seen.map(without).collect::<Vec<_>>().join("\n");
+        Fault { message, ..self }
+    }
+
     /// The exception.
     pub fn raise(self) -> PyErr {
         Python::attach(|py| self.exception(py).unwrap_or_else(|failed| failed))

@@ -12,6 +12,7 @@ mod machine;
 mod picture;
 mod report;
 mod scene;
+mod sweep;
 mod table;
 mod trace;
 mod value;
@@ -31,6 +32,8 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<report::Bottleneck>()?;
     module.add_class::<report::Report>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<sweep::Front>()?;
+    module.add_class::<sweep::SweepResult>()?;
     module.add_class::<table::Table>()?;
     module.add_class::<trace::Trace>()?;
     module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
@@ -41,6 +44,9 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(picture::quality, module)?)?;
     module.add_function(wrap_pyfunction!(report::_report, module)?)?;
     module.add_function(wrap_pyfunction!(scene::synth, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::_front, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::_sweep_axes, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::_sweep_file, module)?)?;
     module.add_function(wrap_pyfunction!(table::_table, module)?)?;
     Ok(())
 }

@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray};
-use arrow_array::{StructArray, UInt64Array};
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray, StructArray,
+    UInt64Array,
+};
 use arrow_schema::{DataType, Field, Schema};
 use pyo3::exceptions::{PyIndexError, PyKeyError};
 use pyo3::prelude::*;
@@ -45,6 +47,16 @@ impl Column {
         values: impl IntoIterator<Item = Option<u64>>,
     ) -> Column {
         Column::new(name, unit, definition, Arc::new(UInt64Array::from_iter(values)))
+    }
+
+    /// Whole numbers that may be negative.
+    pub fn integer(
+        name: &str,
+        unit: &str,
+        definition: &str,
+        values: impl IntoIterator<Item = Option<i64>>,
+    ) -> Column {
+        Column::new(name, unit, definition, Arc::new(Int64Array::from_iter(values)))
     }
 
     /// Measures.
@@ -99,6 +111,16 @@ impl Table {
         Ok(Table { batch: batch.map_err(defect)? })
     }
 
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.batch.num_rows()
+    }
+
+    /// The first rows and columns as HTML.
+    pub fn html(&self) -> PyResult<String> {
+        self.page().fragment().map_err(defect)
+    }
+
     fn field(&self, name: &str) -> PyResult<usize> {
         let schema = self.batch.schema_ref();
         schema.index_of(name).map_err(|_| {
@@ -125,7 +147,7 @@ impl Table {
             let field = self.batch.schema_ref().field(i).clone();
             match field.data_type() {
                 DataType::Float64 => Head::new(field.name(), Kind::Real(significant)),
-                DataType::UInt64 => Head::count(field.name()),
+                DataType::UInt64 | DataType::Int64 => Head::count(field.name()),
                 _ => Head::text(field.name()).at_most(48),
             }
         };
@@ -151,6 +173,9 @@ fn cell(array: &ArrayRef, row: usize) -> Cell {
     if let Some(values) = any.downcast_ref::<UInt64Array>() {
         return Cell::Count(values.value(row));
     }
+    if let Some(values) = any.downcast_ref::<Int64Array>() {
+        return values.value(row).to_string().into();
+    }
     if let Some(values) = any.downcast_ref::<BooleanArray>() {
         return Cell::Flag(values.value(row));
     }
@@ -164,6 +189,9 @@ fn listed<'py>(py: Python<'py>, array: &ArrayRef) -> PyResult<Bound<'py, PyList>
         return PyList::new(py, values.iter().collect::<Vec<_>>());
     }
     if let Some(values) = any.downcast_ref::<UInt64Array>() {
+        return PyList::new(py, values.iter().collect::<Vec<_>>());
+    }
+    if let Some(values) = any.downcast_ref::<Int64Array>() {
         return PyList::new(py, values.iter().collect::<Vec<_>>());
     }
     if let Some(values) = any.downcast_ref::<BooleanArray>() {
@@ -260,7 +288,7 @@ impl Table {
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
-        self.page().fragment().map_err(defect)
+        self.html()
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts<'py>)> {
@@ -280,6 +308,7 @@ const fn kind(kind: &DataType) -> &'static str {
     match kind {
         DataType::Float64 => "real",
         DataType::UInt64 => "count",
+        DataType::Int64 => "integer",
         DataType::Boolean => "flag",
         _ => "text",
     }
@@ -304,6 +333,9 @@ pub fn _table(
         Ok(match kind.as_str() {
             "real" => Column::real(name, &unit, &definition, list.extract::<Vec<Option<f64>>>()?),
             "count" => Column::count(name, &unit, &definition, list.extract::<Vec<Option<u64>>>()?),
+            "integer" => {
+                Column::integer(name, &unit, &definition, list.extract::<Vec<Option<i64>>>()?)
+            }
             "flag" => Column::flag(name, &definition, list.extract::<Vec<Option<bool>>>()?),
             _ => Column::text(name, &definition, list.extract::<Vec<Option<String>>>()?),
         })

@@ -128,11 +128,25 @@ impl Sweep {
     /// [`RunError::Config`]: unknown keys and columns with the nearest one, values that a key does
     /// not take, a space without a design; [`RunError::Input`]: frames that cannot be read.
     pub fn open<'f>(&self, frames: &'f mut dyn Frames) -> Result<OpenedSweep<'f>, RunError> {
+        self.open_on([Box::new(frames) as Box<dyn Frames + 'f>])
+    }
+
+    /// Checks the sweep on several lists of frames, which have different names and equal weights.
+    ///
+    /// # Errors
+    /// As [`Sweep::open`].
+    pub fn open_on<'f>(
+        &self,
+        lists: impl IntoIterator<Item = Box<dyn Frames + 'f>>,
+    ) -> Result<OpenedSweep<'f>, RunError> {
         let file = self.file()?;
-        let label = TraceLabel { label: frames.name().to_owned(), weight: 1.0 };
-        let trace = SweepTrace::new(Box::new(frames), label)?;
+        let trace = |frames: Box<dyn Frames + 'f>| {
+            let label = TraceLabel { label: frames.name().to_owned(), weight: 1.0 };
+            SweepTrace::new(frames, label)
+        };
+        let traces = lists.into_iter().map(trace).collect::<Result<_, _>>()?;
         let files = Arc::new(BaseFiles { base: self.base.clone() });
-        OpenedSweep::of(&self.name, file, files, vec![trace])
+        OpenedSweep::of(&self.name, file, files, traces)
     }
 
     /// Simulates every design on every frame, as far as `store` does not know it, and returns the
@@ -149,24 +163,7 @@ impl Sweep {
         store: &dyn Store,
         watch: &dyn SweepWatch,
     ) -> Result<Results, RunError> {
-        let mut sweep = self.open(frames)?;
-        let mut folder = SweepFolder::open(store, &sweep.state, Existing::Resume, None)?;
-        let mut shared = SharedResults::default();
-        let plan = if sweep.designs.is_adaptive() {
-            search(&mut sweep, &mut folder, &mut shared, self.memory, watch)?
-        } else {
-            let plan = Plan::new(&sweep.designs, watch);
-            if let Some(plan) = &plan {
-                let sink = ResultSink { folder: &mut folder, shared: &mut shared };
-                let machines = plan.machines(Shard::WHOLE);
-                work(&mut sweep, plan, &machines, sink, self.memory, watch)?;
-            }
-            plan
-        };
-        match plan {
-            Some(plan) => Results::of(&sweep, &plan, &mut folder.records),
-            None => Ok(Results::none(&sweep)),
-        }
+        self.open(frames)?.run(store, self.memory, watch)
     }
 
     /// Simulates a part of the designs; whoever does the last part, or runs the whole on the same
@@ -212,6 +209,38 @@ impl Sweep {
         };
         let text = toml::to_string(&file).map_err(|e| RunError::Internal(e.to_string()))?;
         SweepFile::parse(&text).map_err(|e| RunError::config(&self.name, e))
+    }
+}
+
+impl OpenedSweep<'_> {
+    /// Simulates every design on every trace, as far as `store` does not know it, with at most
+    /// `memory` bytes of binned frames, and returns the table: see [`Sweep::run`].
+    ///
+    /// # Errors
+    /// As [`Sweep::run`].
+    pub fn run(
+        &mut self,
+        store: &dyn Store,
+        memory: usize,
+        watch: &dyn SweepWatch,
+    ) -> Result<Results, RunError> {
+        let mut folder = SweepFolder::open(store, &self.state, Existing::Resume, None)?;
+        let mut shared = SharedResults::default();
+        let plan = if self.designs.is_adaptive() {
+            search(self, &mut folder, &mut shared, memory, watch)?
+        } else {
+            let plan = Plan::new(&self.designs, watch);
+            if let Some(plan) = &plan {
+                let sink = ResultSink { folder: &mut folder, shared: &mut shared };
+                let machines = plan.machines(Shard::WHOLE);
+                work(self, plan, &machines, sink, memory, watch)?;
+            }
+            plan
+        };
+        match plan {
+            Some(plan) => Results::of(self, &plan, &mut folder.records),
+            None => Ok(Results::none(self)),
+        }
     }
 }
 
