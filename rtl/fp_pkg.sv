@@ -45,4 +45,19 @@ package fp_pkg;
         half_of = n == 0 ? 16'd0 : 16'(((top - 1 + (1 << (exp_bits - 1)) - 2) << man_bits) + whole);
     endfunction
 
+    // The number nearest to one of binary32 that is zero or normal in both formats, MAN below 23.
+    function automatic logic [31:0] of_single(input int exp_bits, input int man_bits,
+                                              input logic [31:0] single);
+        logic [31:0] magnitude;
+        logic [31:0] rest;
+        logic [31:0] half;
+        magnitude = {1'b0, single[30:0]} >> (23 - man_bits);
+        rest = {1'b0, single[30:0]} - (magnitude << (23 - man_bits));
+        half = 32'd1 << (22 - man_bits);
+        if (rest > half || (rest == half && magnitude[0])) magnitude = magnitude + 32'd1;
+        magnitude = magnitude - 32'(((127 - (1 << (exp_bits - 1)) + 1) << man_bits));
+        if (single[30:0] == '0) magnitude = '0;
+        of_single = magnitude | (32'(single[31]) << (exp_bits + man_bits));
+    endfunction
+
 endpackage

@@ -7,7 +7,8 @@
 //! error is below one ulp of the result in every format; `tests/it/numbers.rs` has the maxima over
 //! all inputs.
 
-use super::format::{Number, NumberFormat, Parts, Rounding};
+use super::format::NumberFormat;
+use super::wide::{Number, Parts, Rounding};
 
 /// Bits of the index into the table.
 const INDEX: u32 = 5;

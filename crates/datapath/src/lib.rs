@@ -5,11 +5,14 @@
 //! things take is stated in `rtl/README.md` and measured by co-simulation.
 
 mod arithmetic;
+pub mod ccu;
 mod exponential;
 mod format;
 mod vrc;
 mod vru;
+mod wide;
 
 pub use format::{FormatError, NumberFormat};
 pub use vrc::{Form, Outcome, Pixel, Reach, Record, TILE, Vrc};
 pub use vru::{Entry, SUBTILES, TileRun, Vru};
+pub use wide::WideFormat;

@@ -54,7 +54,11 @@ impl Bench {
         build.args(["-MAKEFLAGS", "VK_PCH_I_FAST= VK_PCH_I_SLOW=", "-CFLAGS"]);
         let defines = parameters.iter().map(|(key, value)| format!(" -D{key}={value}"));
         build.arg(format!("-std=c++17 -O1{}", defines.collect::<String>()));
-        build.arg(rtl.join("fp_pkg.sv")).arg(top).arg(rtl.join(format!("tb/{name}.cpp")));
+        build.arg(rtl.join("fp_pkg.sv"));
+        if name.starts_with("ccu") {
+            build.args(["fp_special_pkg.sv", "ccu_program_pkg.sv"].map(|file| rtl.join(file)));
+        }
+        build.arg(top).arg(rtl.join(format!("tb/{name}.cpp")));
         let built = build.output().expect("Verilator runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         assert!(built.status.success(), "{}{}", text(&built.stdout), text(&built.stderr));
