@@ -9,6 +9,7 @@ mod error;
 mod explain;
 mod frames;
 mod machine;
+mod optimize;
 mod picture;
 mod report;
 mod scene;
@@ -29,6 +30,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<chart::Chart>()?;
     module.add_class::<explain::Explanation>()?;
     module.add_class::<machine::Machine>()?;
+    module.add_class::<optimize::Optimized>()?;
     module.add_class::<report::Bottleneck>()?;
     module.add_class::<report::Report>()?;
     module.add_class::<scene::Scene>()?;
@@ -40,6 +42,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(machine::_machine, module)?)?;
     module.add_function(wrap_pyfunction!(machine::names, module)?)?;
+    module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
     module.add_function(wrap_pyfunction!(picture::display_power, module)?)?;
     module.add_function(wrap_pyfunction!(picture::quality, module)?)?;
     module.add_function(wrap_pyfunction!(report::_report, module)?)?;

@@ -91,9 +91,18 @@ impl Machine {
             let what = "a machine is a powergs.Machine, or the name or path of one";
             pyo3::exceptions::PyTypeError::new_err(what)
         })?;
+        Machine::loaded(&name, display)
+    }
+
+    /// A machine by name or path, with the usual display.
+    pub fn named(name: &str) -> PyResult<Machine> {
+        Machine::loaded(name, None)
+    }
+
+    fn loaded(name: &str, display: Option<String>) -> PyResult<Machine> {
         let display = Some(display.unwrap_or_else(|| DISPLAY.into()));
-        let spec = SystemSpec { machine: name.clone(), display, ..SystemSpec::default() };
-        Ok(Machine::new(&name, System::load(&spec, &DiskFiles).map_err(Fault::from)?))
+        let spec = SystemSpec { machine: name.to_owned(), display, ..SystemSpec::default() };
+        Ok(Machine::new(name, System::load(&spec, &DiskFiles).map_err(Fault::from)?))
     }
 
     /// A machine of a system that was opened as `name`.

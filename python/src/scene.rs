@@ -61,6 +61,11 @@ impl Scene {
         }
     }
 
+    /// Name of the scene.
+    pub fn label(&self) -> &str {
+        &self.name
+    }
+
     /// The model, where it is not closed.
     pub fn gaussians(&self) -> PyResult<Arc<Gaussians>> {
         let held = self.gaussians.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -131,7 +131,23 @@ impl<'py> Meter<'py> {
 pub fn run<T, F>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
+    counts: (Counts, &str),
+    work: F,
+) -> PyResult<T>
+where
+    T: Send + 'static,
+    F: FnOnce(&Shared) -> Result<T, Fault> + Send + 'static,
+{
+    run_and(py, progress, counts, &mut || Ok(()), work)
+}
+
+/// As [`run`], and calls `meanwhile` again and again on the thread that waits, also when the work
+/// is done; an error of it ends the work.
+pub fn run_and<T, F>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
     (counts, unit): (Counts, &str),
+    meanwhile: &mut dyn FnMut() -> PyResult<()>,
     work: F,
 ) -> PyResult<T>
 where
@@ -139,13 +155,19 @@ where
     F: FnOnce(&Shared) -> Result<T, Fault> + Send + 'static,
 {
     let mut meter = Meter::new(py, progress, unit)?;
-    let result = wait(py, counts, &mut meter, work);
+    let result = wait(py, counts, &mut meter, meanwhile, work);
     let closed = meter.close();
     let value = result?;
     closed.map(|()| value)
 }
 
-fn wait<T, F>(py: Python<'_>, counts: Counts, meter: &mut Meter<'_>, work: F) -> PyResult<T>
+fn wait<T, F>(
+    py: Python<'_>,
+    counts: Counts,
+    meter: &mut Meter<'_>,
+    meanwhile: &mut dyn FnMut() -> PyResult<()>,
+    work: F,
+) -> PyResult<T>
 where
     T: Send + 'static,
     F: FnOnce(&Shared) -> Result<T, Fault> + Send + 'static,
@@ -174,12 +196,14 @@ where
         match answer {
             Ok(Ok(result)) => {
                 meter.show(&shared)?;
+                meanwhile()?;
                 return result.map_err(Fault::raise);
             }
             Ok(Err(payload)) => return Err(panicked(&*payload)),
             Err(RecvTimeoutError::Disconnected) => return Err(lost()),
             Err(RecvTimeoutError::Timeout) => {
-                let heard = py.check_signals().and_then(|()| meter.show(&shared));
+                let heard = py.check_signals().and_then(|()| meanwhile());
+                let heard = heard.and_then(|()| meter.show(&shared));
                 if let Err(raised) = heard {
                     abandon(py, &shared, receiver);
                     return Err(raised);

@@ -13,13 +13,17 @@ mod tables;
 
 use super::format::shortened;
 use powergs_chart::{Chart, Colour};
-use powergs_optimize::claims::ClaimTable;
+use powergs_optimize::campaign::{Campaign, Finished};
+use powergs_optimize::claims::{self, ClaimTable, Run};
 use powergs_optimize::conclusion::Conclusion;
+use powergs_optimize::history::rows_of;
+use powergs_optimize::job::Place;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
 use powergs_optimize::ratio_study::RatioRow;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::target::Quality;
+use powergs_optimize::tune::Iteration;
 
 pub use course::Moment;
 pub use summary::{Facts, document};
@@ -59,12 +63,51 @@ pub struct Story<'a> {
     pub claims: ClaimTable,
 }
 
+impl<'a> Story<'a> {
+    /// What a finished campaign says; `done` are its outcomes of level 1
+    /// ([`Finished::first`]), whose report is the same with and without levels beyond it.
+    pub fn of(campaign: &Campaign, finished: &'a Finished, done: &'a [Outcome]) -> Story<'a> {
+        let whole = Run { label: campaign.name.clone(), results: finished.results.clone() };
+        Story {
+            name: campaign.name.clone(),
+            oracle: campaign.oracle.name(),
+            display: campaign.display.name.clone(),
+            fps: campaign.oracle.fps(),
+            done,
+            target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
+            test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
+            views: (campaign.gate_views(), campaign.split.test.len()),
+            iterations: campaign.settings.iterations,
+            conclusion: &finished.conclusion,
+            course: course(finished),
+            ratios: finished.ratios.clone(),
+            strip: finished.pictures.clone(),
+            claims: claims::check(std::slice::from_ref(&whole)),
+        }
+    }
+}
+
+/// The checks of the samples and of the final model.
+fn course(finished: &Finished) -> Vec<Moment> {
+    let is_shown =
+        |o: &Outcome| o.place == Place::default() && matches!(o.role, Role::Sample | Role::Optimum);
+    let moment = |(outcome, iteration): (&Outcome, &Iteration)| {
+        Some(Moment {
+            job: outcome.name.clone(),
+            iteration: iteration.iteration,
+            lambda: iteration.lambda,
+            psnr_db: iteration.check?.seen.quality.psnr_db,
+        })
+    };
+    rows_of(&finished.history, &finished.outcomes, is_shown).filter_map(moment).collect()
+}
+
 impl Story<'_> {
     fn chart(&self, name: &'static str, title: &'static str, what: &str) -> Chart {
         Chart::new(name, title, subtitle(&self.name, &self.oracle, self.fps, what))
     }
 
-    fn of(&self, role: Role) -> Option<&Outcome> {
+    fn of_role(&self, role: Role) -> Option<&Outcome> {
         self.done.iter().find(|o| o.role == role)
     }
 

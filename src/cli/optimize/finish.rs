@@ -6,17 +6,12 @@ use super::super::{Context, Exit, Failure, out};
 use super::folder::Folder;
 use super::foveated;
 use powergs_optimize::campaign::{Campaign, Finished};
-use powergs_optimize::claims::{self, Run};
-use powergs_optimize::history::rows_of;
-use powergs_optimize::job::Place;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::results::FILE;
 use powergs_optimize::role::Role;
 use powergs_optimize::setup::Seen;
 use powergs_report::document::{Block, Document};
-use powergs_report::optimize::{
-    Moment, Story, charts, document, models_csv, ratios_csv, samples_csv,
-};
+use powergs_report::optimize::{Story, charts, document, models_csv, ratios_csv, samples_csv};
 use powergs_scene::write_ply;
 
 /// Writes everything that a run found, and says it.
@@ -42,23 +37,7 @@ pub fn finish(
         folder.stream("fr.bin", |w| campaign.write_foveated_trace(model, w))?;
     }
     folder.write(FILE, finished.results.to_json())?;
-    let whole = Run { label: campaign.name.clone(), results: finished.results.clone() };
-    let story = Story {
-        name: campaign.name.clone(),
-        oracle: campaign.oracle.name(),
-        display: campaign.display.name.clone(),
-        fps: campaign.oracle.fps(),
-        done,
-        target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
-        test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
-        views: (campaign.gate_views(), campaign.split.test.len()),
-        iterations: campaign.settings.iterations,
-        conclusion: &finished.conclusion,
-        course: course(finished),
-        ratios: finished.ratios.clone(),
-        strip: finished.pictures.clone(),
-        claims: claims::check(std::slice::from_ref(&whole)),
-    };
+    let story = Story::of(campaign, finished, done);
     let drawn = charts(&story);
     folder.draw(&drawn, &context.drawing)?;
     let mut page = document(&story, &drawn);
@@ -68,21 +47,6 @@ pub fn finish(
     folder.write("summary.md", page.markdown(context.drawing.link()))?;
     tell(&story, finished, folder, context)?;
     Ok(if finished.model.is_some() { Exit::Done } else { Exit::GoalMissed })
-}
-
-/// The checks of the samples and of the final model.
-fn course(finished: &Finished) -> Vec<Moment> {
-    let is_shown =
-        |o: &Outcome| o.place == Place::default() && matches!(o.role, Role::Sample | Role::Optimum);
-    let moment = |(outcome, iteration): (&Outcome, &powergs_optimize::tune::Iteration)| {
-        Some(Moment {
-            job: outcome.name.clone(),
-            iteration: iteration.iteration,
-            lambda: iteration.lambda,
-            psnr_db: iteration.check?.seen.quality.psnr_db,
-        })
-    };
-    rows_of(&finished.history, &finished.outcomes, is_shown).filter_map(moment).collect()
 }
 
 fn tell(

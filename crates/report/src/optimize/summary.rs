@@ -34,7 +34,7 @@ pub struct Facts {
 impl Story<'_> {
     /// The result; `None` if no model reached the target.
     pub fn facts(&self) -> Option<Facts> {
-        let (dense, ours) = (self.of(Role::Dense)?, self.best()?);
+        let (dense, ours) = (self.of_role(Role::Dense)?, self.best()?);
         let (dense_w, ours_w) = (dense.watts.total_w(), ours.watts.total_w());
         Some(Facts {
             dense_w,
@@ -42,7 +42,7 @@ impl Story<'_> {
             saved: 1.0 - ours_w / dense_w,
             rho: ours.rho,
             predicted_w: self.conclusion.predicted().map(|p| p.total_w()),
-            realised_w: self.of(Role::Optimum).map(|o| o.watts.total_w()),
+            realised_w: self.of_role(Role::Optimum).map(|o| o.watts.total_w()),
         })
     }
 
@@ -69,7 +69,7 @@ impl Story<'_> {
             let by = short_of(missed.by);
             let _ = writeln!(text, "{name} ({rho:.1} % pruned) missed the target by {by}");
         }
-        if let (Some(p), Some(o)) = (self.conclusion.predicted(), self.of(Role::Optimum)) {
+        if let (Some(p), Some(o)) = (self.conclusion.predicted(), self.of_role(Role::Optimum)) {
             let (promised, measured) = (p.total_w(), o.watts.total_w());
             let off = 100.0 * (measured / promised - 1.0);
             let (a, b) = (engineering(promised, "W"), engineering(measured, "W"));
@@ -120,7 +120,7 @@ impl Story<'_> {
                 if n == 1 { "" } else { "s" }
             ));
         }
-        if let Some(dense) = self.of(Role::Dense) {
+        if let Some(dense) = self.of_role(Role::Dense) {
             let standby = best.watts.parts.stage_w(Stage::Standby);
             if standby > STANDING * best.watts.total_w() {
                 let share = 100.0 * standby / dense.watts.total_w();
@@ -174,7 +174,7 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
         page.paragraph(Text::marked(&format!(
             "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`.{}",
             best.name,
-            match (best.role, story.of(Role::Optimum)) {
+            match (best.role, story.of_role(Role::Optimum)) {
                 (Role::Sample, Some(_)) => " The realised optimum is not better than that sample.",
                 _ => "",
             }

@@ -1,0 +1,558 @@
+//! The optimiser: the fewest watts at a given quality.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use numpy::{PyArray1, PyArray3, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use crate::cameras::{Cameras, resized};
+use crate::chart::Chart;
+use crate::error::{Class, Fault};
+use crate::machine::{DISPLAY, Machine, path_text};
+use crate::picture;
+use crate::scene::Scene;
+use crate::table::{Column, Table};
+use crate::trace::budget;
+use crate::value::display_rate;
+use crate::watch::{self, Counts, Shared};
+use powergs_base::budget::Budget;
+use powergs_chart::Chart as Drawing;
+use powergs_core::run::files::{DiskFiles, FileKind, Files};
+use powergs_core::run::{FileStore, MemoryStore, RunError, Store, Watch};
+use powergs_frame::display::Display;
+use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
+use powergs_optimize::history::HistoryRow;
+use powergs_optimize::invalid::Invalid;
+use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::references::{Reference, ReferenceImages};
+use powergs_optimize::request::{Goal, Goals, Request};
+use powergs_optimize::role::Baseline;
+use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::Settings;
+use powergs_optimize::target::Level;
+use powergs_optimize::tune::Iteration;
+use powergs_optimize::watch::CampaignWatch;
+use powergs_report::optimize::{Story, charts, document};
+use powergs_scene::Gaussians;
+
+/// What a worker tells whoever waits.
+enum Event {
+    Iteration(String, Box<Iteration>),
+    Outcome(Box<Outcome>),
+}
+
+/// Hears of a campaign on the worker's side.
+struct Courier<'a> {
+    shared: &'a Shared,
+    events: Option<Sender<Event>>,
+    notes: Mutex<Vec<String>>,
+}
+
+impl Courier<'_> {
+    fn send(&self, event: impl FnOnce() -> Event) {
+        if let Some(events) = &self.events {
+            // Nobody listens any more after an interrupt.
+            let _ = events.send(event());
+        }
+    }
+
+    fn keep(&self, text: &str) {
+        let mut notes = self.notes.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        notes.push(text.to_owned());
+    }
+}
+
+impl Watch for Courier<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.shared.is_over()
+    }
+}
+
+impl CampaignWatch for Courier<'_> {
+    fn planned(&self, iterations: u64) {
+        self.shared.total(iterations);
+    }
+
+    fn advanced(&self, n: u64) {
+        self.shared.advance(n);
+    }
+
+    fn iteration(&self, job: &str, iteration: &Iteration) {
+        self.send(|| Event::Iteration(job.to_owned(), Box::new(*iteration)));
+    }
+
+    fn outcome(&self, outcome: &Outcome) {
+        self.send(|| Event::Outcome(Box::new(outcome.clone())));
+    }
+
+    fn note(&self, text: &str) {
+        self.keep(text);
+    }
+
+    fn warn(&self, text: &str) {
+        self.keep(text);
+    }
+}
+
+impl From<CampaignError> for Fault {
+    fn from(error: CampaignError) -> Fault {
+        let class = match error {
+            CampaignError::Run(error) => return error.into(),
+            CampaignError::Invalid(invalid) => return refused(&invalid),
+            CampaignError::HoldsRun | CampaignError::NoRun | CampaignError::NoDisplayPower => {
+                Class::Config
+            }
+            CampaignError::NothingSeen
+            | CampaignError::Lpips { .. }
+            | CampaignError::Tune { .. } => Class::Input,
+            CampaignError::Sim { .. } | CampaignError::Foveated(_) => Class::Internal,
+        };
+        Fault::new(class, error.to_string())
+    }
+}
+
+fn refused(invalid: &Invalid) -> Fault {
+    Fault::config(match invalid {
+        Invalid::Range { key, value, low, high } => {
+            format!("{key}={value}: must be {low} to {high}")
+        }
+        Invalid::ShareOfPerfect => "against its own renders the dense model is perfect, so a \
+                                    share of its quality says nothing; give decibels, or \"H\", \
+                                    \"M\" or \"L\""
+            .into(),
+        Invalid::Likeness => "quality: 1 to 120 decibels, or a share below 1".into(),
+        other => other.to_string(),
+    })
+}
+
+/// The wanted quality: a named step, decibels, or a share of the dense model's below 1.
+fn goal(quality: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Goal>> {
+    let Some(quality) = quality else { return Ok(None) };
+    if let Ok(name) = quality.cast::<PyString>() {
+        let name = name.to_str()?;
+        let level = Level::ALL.into_iter().find(|level| level.name() == name);
+        let unknown =
+            || Fault::config("quality: \"H\", \"M\", \"L\", decibels, or a share").raise();
+        return level.map(|level| Some(Goal::Level(level))).ok_or_else(unknown);
+    }
+    let number: f64 = quality.extract()?;
+    Ok(Some(match number < 1.0 {
+        true => Goal::Share(number),
+        false => Goal::Absolute { psnr_db: number, ssim: 0.0 },
+    }))
+}
+
+/// What an optimisation found.
+///
+/// ``model`` is the scene with the fewest watts that reached the quality; ``models`` all that were
+/// made, ``history`` every iteration. Notebooks show the page of the run.
+#[pyclass(frozen, module = "powergs", name = "Optimized")]
+pub struct Optimized {
+    name: String,
+    model: Option<Gaussians>,
+    history: Vec<HistoryRow>,
+    names: Vec<String>,
+    results: serde_json::Value,
+    charts: Vec<Drawing>,
+    pictures: Option<powergs_optimize::pictures::BeforeAfter>,
+    text: String,
+    html: String,
+    headline: String,
+    /// What people should know, one sentence each.
+    #[pyo3(get)]
+    notes: Vec<String>,
+}
+
+impl Optimized {
+    fn of(campaign: &Campaign, finished: Finished, notes: Vec<String>) -> Result<Self, Fault> {
+        let done = finished.first();
+        let story = Story::of(campaign, &finished, &done);
+        let drawn = charts(&story);
+        let page = document(&story, &drawn);
+        let failed = |e: &dyn std::fmt::Display| Fault::new(Class::Internal, e.to_string());
+        let results = serde_json::to_value(&finished.results).map_err(|e| failed(&e))?;
+        let (text, headline) = (page.terminal(100), story.headline());
+        let html = page.fragment().map_err(|e| failed(&e))?;
+        let names = finished.outcomes.iter().map(|outcome| outcome.name.clone()).collect();
+        let Finished { history, model, pictures, .. } = finished;
+        let (name, charts) = (campaign.name.clone(), drawn);
+        Ok(Optimized {
+            name,
+            model,
+            history,
+            names,
+            results,
+            charts,
+            pictures,
+            text,
+            html,
+            headline,
+            notes,
+        })
+    }
+
+    fn records(&self) -> &[serde_json::Value] {
+        self.results["models"].as_array().map_or(&[], Vec::as_slice)
+    }
+}
+
+/// An 8-bit picture as an array of shape (height, width, 3).
+fn bytes<'py>(
+    py: Python<'py>,
+    size: (u32, u32),
+    bytes: &[u8],
+) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    PyArray1::from_slice(py, bytes).reshape([size.1 as usize, size.0 as usize, 3])
+}
+
+#[pymethods]
+impl Optimized {
+    /// Whether a model reached the quality.
+    #[getter]
+    fn reached(&self) -> bool {
+        self.model.is_some()
+    }
+
+    /// The model with the fewest watts. Raises ``GoalMissed`` where none reached the quality.
+    #[getter]
+    fn model(&self) -> PyResult<Scene> {
+        match &self.model {
+            Some(model) => Ok(Scene::of(&self.name, "optimised", model.clone())),
+            None => Err(Fault::new(Class::GoalMissed, self.headline.trim_end()).raise()),
+        }
+    }
+
+    /// All models in the order in which they were made: what for, the share that was pruned,
+    /// quality over gate and test views, watts.
+    #[getter]
+    fn models(&self) -> PyResult<Table> {
+        let records = self.records();
+        let text = |name: &'static str, what: &'static str| {
+            Column::text(name, what, records.iter().map(move |r| r[name].as_str()))
+        };
+        let real = |name: &'static str, unit: &'static str, what: &'static str| {
+            Column::real(name, unit, what, records.iter().map(move |r| r[name].as_f64()))
+        };
+        let count = |name: &'static str, what: &'static str| {
+            Column::count(name, "1", what, records.iter().map(move |r| r[name].as_u64()))
+        };
+        let seen = |of: &'static str,
+                    name: &'static str,
+                    head: &'static str,
+                    unit: &'static str,
+                    what: &'static str| {
+            Column::real(head, unit, what, records.iter().map(move |r| r[of][name].as_f64()))
+        };
+        Table::new([
+            text("name", "Its job."),
+            text("role", "What it was made for."),
+            real("rho", "1", "Share of the Gaussians that were pruned."),
+            count("gaussians", "Gaussians left."),
+            count("iterations", "Iterations done."),
+            real("lambda_per_w", "1/W", "Weight of the display term of the kept model."),
+            Column::flag(
+                "passed",
+                "Whether it reached the quality over the gate views.",
+                records.iter().map(|r| r["passed"].as_bool()),
+            ),
+            seen("gate", "psnr_db", "gate_psnr_db", "dB", "PSNR over the gate views."),
+            seen("test", "psnr_db", "test_psnr_db", "dB", "PSNR over the test views."),
+            seen("test", "ssim", "test_ssim", "1", "SSIM over the test views."),
+            real("render_w", "W", "Rendering power over the power views."),
+            real("display_w", "W", "Display power over the power views."),
+        ])
+    }
+
+    /// Every iteration of every job: ``job``, ``iteration``, ``view``, ``gaussians``, ``loss``,
+    /// ``psnr_db`` of its training view, ``lambda_per_w``, ``display_w``, and ``gate_psnr_db``
+    /// where the quality was checked after it.
+    #[getter]
+    fn history(&self) -> PyResult<Table> {
+        let rows = || self.history.iter().map(|row| row.iteration);
+        let job = self.history.iter().map(|row| self.names.get(row.job));
+        Table::new([
+            Column::text("job", "The model that it makes.", job),
+            Column::count("iteration", "1", "From 0.", rows().map(|i| Some(i.iteration.into()))),
+            Column::count("view", "1", "The training view.", rows().map(|i| Some(i.view as u64))),
+            Column::count("gaussians", "1", "Gaussians.", rows().map(|i| Some(i.points as u64))),
+            Column::real("loss", "1", "The loss.", rows().map(|i| Some(i.loss.total))),
+            Column::real(
+                "psnr_db",
+                "dB",
+                "PSNR of the training view.",
+                rows().map(|i| i.loss.likeness.map(|[_, _, psnr]| psnr)),
+            ),
+            Column::real("lambda_per_w", "1/W", "λ in the loss.", rows().map(|i| Some(i.lambda))),
+            Column::real(
+                "display_w",
+                "W",
+                "Display power of the training view.",
+                rows().map(|i| Some(i.loss.display_w)),
+            ),
+            Column::real(
+                "gate_psnr_db",
+                "dB",
+                "PSNR over the gate views, where it was checked.",
+                rows().map(|i| i.check.map(|check| check.seen.quality.psnr_db)),
+            ),
+        ])
+    }
+
+    /// Everything that was found, with the names of ``results.json``.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.results.to_string(),))
+    }
+
+    /// The charts of the run by name.
+    fn charts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for chart in &self.charts {
+            dict.set_item(chart.name, Bound::new(py, Chart::new(chart.clone()))?)?;
+        }
+        Ok(dict)
+    }
+
+    /// The first test view with the dense and with the final model: two arrays of shape (height,
+    /// width, 3), uint8; ``None`` where no model reached the quality.
+    #[getter]
+    #[allow(clippy::type_complexity)] // a pair of arrays
+    fn pictures<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<(Bound<'py, PyArray3<u8>>, Bound<'py, PyArray3<u8>>)>> {
+        let Some(pair) = &self.pictures else { return Ok(None) };
+        let size = (pair.width, pair.height);
+        Ok(Some((bytes(py, size, &pair.dense)?, bytes(py, size, &pair.ours)?)))
+    }
+
+    fn __repr__(&self) -> String {
+        let made = self.records().len();
+        let end = if self.model.is_some() { "the quality was reached" } else { "goal missed" };
+        format!("<Optimized {}: {made} models, {end}>", self.name)
+    }
+
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn _repr_html_(&self) -> &str {
+        &self.html
+    }
+}
+
+/// An iteration as a callback gets it.
+fn told<'py>(py: Python<'py>, event: &Event) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    match event {
+        Event::Iteration(job, i) => {
+            dict.set_item("event", "iteration")?;
+            dict.set_item("job", job)?;
+            dict.set_item("iteration", i.iteration)?;
+            dict.set_item("view", i.view)?;
+            dict.set_item("gaussians", i.points)?;
+            dict.set_item("loss", i.loss.total)?;
+            dict.set_item("psnr_db", i.loss.likeness.map(|[_, _, psnr]| psnr))?;
+            dict.set_item("lambda_per_w", i.lambda)?;
+            dict.set_item("display_w", i.loss.display_w)?;
+            let gate = i.check.map(|check| check.seen.quality.psnr_db);
+            dict.set_item("gate_psnr_db", gate)?;
+        }
+        Event::Outcome(outcome) => {
+            dict.set_item("event", "model")?;
+            dict.set_item("job", &outcome.name)?;
+            dict.set_item("rho", outcome.rho)?;
+            dict.set_item("gaussians", outcome.points)?;
+            dict.set_item("passed", outcome.passed)?;
+            dict.set_item("gate_psnr_db", outcome.gate.quality.psnr_db)?;
+            dict.set_item("render_w", outcome.watts.render_w)?;
+            dict.set_item("display_w", outcome.watts.display_w)?;
+        }
+    }
+    Ok(dict)
+}
+
+/// Calls a function with all that came in meanwhile.
+fn tell(
+    py: Python<'_>,
+    events: &Receiver<Event>,
+    callback: Option<&Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    let Some(callback) = callback else { return Ok(()) };
+    for event in events.try_iter() {
+        callback.call1((told(py, &event)?,))?;
+        py.check_signals()?;
+    }
+    Ok(())
+}
+
+/// The fewest watts of rendering and display at a given quality: Gaussians are pruned and colours
+/// dimmed, and the model is fine-tuned until it sits just above the quality.
+///
+/// Parameters
+/// ----------
+/// scene : Scene
+///     The trained model.
+/// cameras : Cameras
+///     Its views; some train, some decide, some are only reported.
+/// photos : list, optional
+///     What the views should look like: an array of shape (height, width, 3) or a path for each.
+///     Without them the model is compared with its own renders.
+/// quality : str or float, optional
+///     ``"H"``, ``"M"`` or ``"L"``, decibels, or with photos a share below 1 of the dense model's.
+/// machine : Machine, str or path
+///     What rendering costs: a machine, or ``"paper"``, the published closed form.
+/// display : str or path, optional
+///     The panel.
+/// display_ratio : float, optional
+///     The panel is scaled so that the dense model's display power is so many times its rendering
+///     power.
+/// fps : float
+///     Frames shown per second.
+/// size : (int, int), optional
+///     Width and height of the views, pixels, in place of their own.
+/// rhos : list of float, optional
+///     Shares to prune that are tried, ascending.
+/// iterations, final_iterations : int, optional
+///     Iterations of a sample, and of the final model (twice as many).
+/// baselines : bool
+///     Whether the comparisons of the publication are trained as well.
+/// seed : int
+///     Of the order of views.
+/// store : path, optional
+///     Folder of checkpoints: a run that was interrupted goes on there, bit for bit.
+/// memory : int or str, optional
+///     What a frame may take.
+/// callback : function, optional
+///     Called with a dictionary for every iteration (``event`` is ``"iteration"``) and every model
+///     that is made (``"model"``), in their order. An exception of it ends the run.
+/// progress : bool, function or bar, optional
+///     As for ``Trace.replay``; counts iterations.
+#[pyfunction]
+#[pyo3(signature = (scene, cameras, *, photos=None, quality=None, machine=None, display=None,
+                    display_ratio=None, fps=60.0, size=None, rhos=None, iterations=None,
+                    final_iterations=None, baselines=false, seed=1, store=None, memory=None,
+                    callback=None, progress=None))]
+#[allow(clippy::too_many_arguments)] // keywords of Python
+pub fn optimize(
+    py: Python<'_>,
+    scene: &Scene,
+    cameras: &Cameras,
+    photos: Option<Vec<Bound<'_, PyAny>>>,
+    quality: Option<&Bound<'_, PyAny>>,
+    machine: Option<&Bound<'_, PyAny>>,
+    display: Option<&Bound<'_, PyAny>>,
+    display_ratio: Option<f64>,
+    fps: f64,
+    size: Option<(u32, u32)>,
+    rhos: Option<Vec<f64>>,
+    iterations: Option<u32>,
+    final_iterations: Option<u32>,
+    baselines: bool,
+    seed: u64,
+    store: Option<&Bound<'_, PyAny>>,
+    memory: Option<&Bound<'_, PyAny>>,
+    callback: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Optimized> {
+    if callback.is_some_and(|function| !function.is_callable()) {
+        return Err(PyTypeError::new_err("callback: a function of one dictionary"));
+    }
+    let fps = display_rate(fps)?;
+    let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
+    let oracle: Box<dyn PowerOracle> = match machine {
+        Some(name) if name.cast::<PyString>().is_ok_and(|name| name == "paper") => {
+            Box::new(PaperOracle::published(fps).map_err(Fault::from)?)
+        }
+        given => {
+            let system = match given {
+                Some(given) => Machine::from_argument(given, None)?.system(),
+                None => Machine::named("gscore")?.system(),
+            };
+            Box::new(CycleOracle { system: (*system).clone(), fps, memory: budget })
+        }
+    };
+    let panel = display.map(path_text).transpose()?.unwrap_or_else(|| DISPLAY.into());
+    let panel = DiskFiles.read(FileKind::Display, &panel, None).map_err(Fault::from)?;
+    let display = Display::parse(&panel.text).map_err(|e| RunError::config(&panel.origin, e));
+    let display = display.map_err(Fault::from)?;
+    let views = resized(cameras.views().to_vec(), size)?;
+    let references = match &photos {
+        None => ReferenceImages::own(),
+        Some(photos) => {
+            if photos.len() != views.len() {
+                let what = format!("{} photos for {} views", photos.len(), views.len());
+                return Err(Fault::new(Class::Input, what).raise());
+            }
+            let mut all = Vec::new();
+            for (photo, view) in photos.iter().zip(&views) {
+                let photo = picture::picture(photo)?;
+                if (photo.width, photo.height) != (view.width, view.height) {
+                    let what = format!(
+                        "view {}: a photo of {}x{} pixels for {}x{}",
+                        view.name, photo.width, photo.height, view.width, view.height
+                    );
+                    return Err(Fault::new(Class::Input, what).raise());
+                }
+                all.push(Reference::new(&photo));
+            }
+            ReferenceImages::Photos(Box::new(all))
+        }
+    };
+    let schedule = match rhos {
+        Some(rhos) => Schedule::listed(&rhos).map_err(|e| refused(&e))?,
+        None => Schedule::FIVE,
+    };
+    let iterations = iterations.unwrap_or(Settings::DEFAULT.iterations);
+    let settings = Settings {
+        iterations,
+        final_iterations: final_iterations.unwrap_or(iterations.saturating_mul(2)),
+        seed,
+        ..Settings::DEFAULT
+    };
+    let goals = Goals {
+        goal: goal(quality)?,
+        schedule,
+        baselines: if baselines { Baseline::ALL.to_vec() } else { Vec::new() },
+        ..Goals::default()
+    };
+    let request = Request {
+        name: scene.label().to_owned(),
+        dense: (*scene.gaussians()?).clone(),
+        externals: Vec::new(),
+        cameras: views,
+        references,
+        background: [0.0; 3],
+        validation_every: 0,
+        power_views: powergs_optimize::views::PowerViews::All,
+        goals,
+        oracle,
+        display,
+        display_ratio,
+        settings,
+        foveation: None,
+        lpips: None,
+    };
+    let store = store.map(path_text).transpose()?;
+    let (sender, events) = channel();
+    let sender = callback.is_some().then_some(sender);
+    let work = move |shared: &Shared| {
+        let courier = Courier { shared, events: sender, notes: Mutex::new(Vec::new()) };
+        let store: Box<dyn Store> = match store {
+            Some(path) => Box::new(FileStore::new(PathBuf::from(path))),
+            None => Box::new(MemoryStore::new()),
+        };
+        let campaign = Campaign::open(request, &courier)?;
+        let finished = campaign.run(&*store, &courier)?;
+        let notes = courier.notes.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+        // Cancelled: nobody listens any more.
+        let finished = finished.ok_or_else(|| Fault::config("interrupted"))?;
+        Optimized::of(&campaign, finished, notes)
+    };
+    let counts = (Counts::Steps, "iterations");
+    watch::run_and(py, progress, counts, &mut || tell(py, &events, callback), work)
+}
