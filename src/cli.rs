@@ -145,7 +145,7 @@ pub enum Command {
     /// List, show and check machine files, energy tables, displays and DRAM devices
     #[command(after_help = arch::EXAMPLES)]
     Arch(arch::Args),
-    /// Price what a sorting unit does, from its gates and the lists of a trace
+    /// Price what a unit does, from its gates and real work
     #[command(after_help = characterise::EXAMPLES)]
     Characterise(characterise::Args),
     /// Run a trace of addresses on a memory device alone

@@ -62,6 +62,15 @@ impl UnitKind {
             UnitKind::Vru => "vru",
         }
     }
+
+    /// The stage that it works for.
+    pub const fn stage(self) -> Stage {
+        match self {
+            UnitKind::Ccu => Stage::Preprocessing,
+            UnitKind::Qsu | UnitKind::Bsu => Stage::Sorting,
+            UnitKind::Vru => Stage::Rendering,
+        }
+    }
 }
 
 /// The on-chip buffers, named as in the published GSCore re-models (`hardware.md` §1.4).
@@ -228,14 +237,25 @@ pub enum Action {
     PivotKey,
     /// One compare-exchange of a BSU.
     CompareExchange,
-    /// One α evaluated for one pixel, executed by the hardware whether or not it contributes.
+    /// One row that a BSU sorts.
+    SortedRow,
+    /// One row that a BSU merges from two lists.
+    MergedRow,
+    /// One α evaluated for one live pixel, whether or not it contributes.
     Alpha,
+    /// One slot of a pixel that has stopped, or is outside of the image, in a pair that is worked
+    /// on.
+    StoppedPixel,
     /// One blend of a splat into one pixel.
     Blend,
     /// One pixel finished: background added and written out.
     PixelFinish,
     /// One feature record pushed into a queue in front of rendering units, and taken out.
     QueueEntry,
+    /// One cycle of a unit that has work or waits with it.
+    Clock(UnitKind),
+    /// One cycle of a unit without work.
+    IdleClock(UnitKind),
     /// One byte read from a buffer.
     SramRead(Buffer),
     /// One byte written to a buffer.
@@ -248,12 +268,12 @@ pub enum Action {
 
 impl Action {
     /// Number of actions: the length of a row of [`ActionCounts`].
-    pub const COUNT: usize = 13 + 2 * Buffer::ALL.len();
+    pub const COUNT: usize = 16 + 2 * UnitKind::ALL.len() + 2 * Buffer::ALL.len();
 
     /// All actions, in the order of [`Action::index`].
     pub fn all() -> [Action; Self::COUNT] {
         use Action::*;
-        let b = Buffer::ALL;
+        let (b, u) = (Buffer::ALL, UnitKind::ALL);
         [
             Cull,
             Project,
@@ -262,10 +282,21 @@ impl Action {
             ShColour,
             PivotKey,
             CompareExchange,
+            SortedRow,
+            MergedRow,
             Alpha,
+            StoppedPixel,
             Blend,
             PixelFinish,
             QueueEntry,
+            Clock(u[0]),
+            Clock(u[1]),
+            Clock(u[2]),
+            Clock(u[3]),
+            IdleClock(u[0]),
+            IdleClock(u[1]),
+            IdleClock(u[2]),
+            IdleClock(u[3]),
             DramRead,
             DramWrite,
             SramRead(b[0]),
@@ -297,14 +328,19 @@ impl Action {
             Action::ShColour => 4,
             Action::PivotKey => 5,
             Action::CompareExchange => 6,
-            Action::Alpha => 7,
-            Action::Blend => 8,
-            Action::PixelFinish => 9,
-            Action::QueueEntry => 10,
-            Action::DramRead => 11,
-            Action::DramWrite => 12,
-            Action::SramRead(b) => 13 + b as usize,
-            Action::SramWrite(b) => 13 + Buffer::ALL.len() + b as usize,
+            Action::SortedRow => 7,
+            Action::MergedRow => 8,
+            Action::Alpha => 9,
+            Action::StoppedPixel => 10,
+            Action::Blend => 11,
+            Action::PixelFinish => 12,
+            Action::QueueEntry => 13,
+            Action::Clock(u) => 14 + u as usize,
+            Action::IdleClock(u) => 14 + UnitKind::ALL.len() + u as usize,
+            Action::DramRead => 14 + 2 * UnitKind::ALL.len(),
+            Action::DramWrite => 15 + 2 * UnitKind::ALL.len(),
+            Action::SramRead(b) => 16 + 2 * UnitKind::ALL.len() + b as usize,
+            Action::SramWrite(b) => 16 + 2 * UnitKind::ALL.len() + Buffer::ALL.len() + b as usize,
         }
     }
 
@@ -319,10 +355,15 @@ impl Action {
             Action::ShColour => "sh-colour".into(),
             Action::PivotKey => "pivot-key".into(),
             Action::CompareExchange => "compare-exchange".into(),
+            Action::SortedRow => "sorted-row".into(),
+            Action::MergedRow => "merged-row".into(),
             Action::Alpha => "alpha".into(),
+            Action::StoppedPixel => "stopped-pixel".into(),
             Action::Blend => "blend".into(),
             Action::PixelFinish => "pixel-finish".into(),
             Action::QueueEntry => "queue-entry".into(),
+            Action::Clock(u) => format!("clock.{}", u.name()),
+            Action::IdleClock(u) => format!("idle-clock.{}", u.name()),
             Action::DramRead => "dram-read".into(),
             Action::DramWrite => "dram-write".into(),
             Action::SramRead(b) => format!("sram-read.{}", b.name().replace('_', "-")),

@@ -1,6 +1,6 @@
 //! Prices of what a unit does, from real work that is run through its netlist.
 //!
-//! 64 circuits run side by side, each on lists of its own, with pauses of random length in front of
+//! 64 circuits run side by side, each on work of its own, with pauses of random length in front of
 //! the input. After every window of cycles the energy of all toggles is noted beside what was done
 //! in it: cycles, rows, keys, exchanges. Prices are the least-squares fit of one to the other on
 //! three quarters of the lists; on the last quarter, prices times counts are compared with what was
@@ -13,6 +13,7 @@
 pub mod bsu;
 mod lanes;
 pub mod qsu;
+pub mod vrc;
 
 use thiserror::Error;
 
@@ -20,7 +21,7 @@ use crate::energy;
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
-/// Cycles of a window.
+/// Cycles of a window, for units that are done with something after a few.
 const WINDOW: u64 = 16;
 /// Windows below which prices are not fitted: four for each price.
 const MIN_WINDOWS: usize = 16;
@@ -95,13 +96,19 @@ pub struct Characterised {
 pub(crate) struct Meter<'n> {
     netlist: &'n Netlist,
     actions: &'static [&'static str],
+    window: u64,
     counts: Vec<f64>,
     windows: Vec<(Vec<f64>, f64)>,
 }
 
 impl<'n> Meter<'n> {
-    pub(crate) fn new(netlist: &'n Netlist, actions: &'static [&'static str]) -> Meter<'n> {
-        Meter { netlist, actions, counts: vec![0.0; actions.len()], windows: Vec::new() }
+    /// The first of `actions` is a cycle.
+    pub(crate) fn new(
+        netlist: &'n Netlist,
+        actions: &'static [&'static str],
+        window: u64,
+    ) -> Meter<'n> {
+        Meter { netlist, actions, window, counts: vec![0.0; actions.len()], windows: Vec::new() }
     }
 
     /// So much more of an action, by its place.
@@ -112,7 +119,7 @@ impl<'n> Meter<'n> {
     /// Behind each cycle of the simulator: closes the window when it is full.
     pub(crate) fn cycle(&mut self, simulator: &mut Simulator) {
         self.count(0, 64);
-        if simulator.cycles() < WINDOW {
+        if simulator.cycles() < self.window {
             return;
         }
         let energy = energy::of(self.netlist, &simulator.toggles()).total();
@@ -168,11 +175,12 @@ fn characterise(
 /// Prices, their diagonal of the inverse, and the actions that are left out.
 type Fit = (Vec<f64>, Vec<f64>, Vec<usize>);
 
-/// Least squares without negative prices, and the actions that are left out for it: one at a time,
-/// that with the most energy below zero.
+/// Least squares without negative prices, and the actions that are left out: those that never
+/// happen, and one at a time that with the most energy below zero.
 fn fit_above_zero(measured: &Measured) -> Result<Fit, CharacteriseError> {
-    let mut kept: Vec<usize> = (0..measured.actions.len()).collect();
-    let mut left_out = Vec::new();
+    let never = |action: &usize| measured.windows.iter().all(|(counts, _)| counts[*action] == 0.0);
+    let (mut left_out, mut kept): (Vec<usize>, Vec<usize>) =
+        (0..measured.actions.len()).partition(never);
     loop {
         let fitted = fit(measured, &kept)?;
         let energy = |place: &usize| {
@@ -203,9 +211,6 @@ fn fit(measured: &Measured, kept: &[usize]) -> Result<Vec<(f64, f64)>, Character
     }
     scale.iter_mut().for_each(|sum| *sum /= measured.windows.len() as f64);
     let alike = |place: usize| CharacteriseError::Alike { action: measured.actions[kept[place]] };
-    if let Some(place) = scale.iter().position(|mean| *mean == 0.0) {
-        return Err(alike(place));
-    }
     // The equations, their right side, and the identity that becomes the inverse.
     let mut rows = vec![vec![0.0; 2 * n + 1]; n];
     (0..n).for_each(|i| rows[i][n + 1 + i] = 1.0);

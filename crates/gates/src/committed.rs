@@ -6,11 +6,13 @@ use crate::netlist::Netlist;
 pub const LIBRARIES: [(&str, &str); 2] = [("45nm", "nangate45"), ("7nm", "asap7")];
 
 /// Unit, library, file.
-const FILES: [(&str, &str, &[u8]); 4] = [
+const FILES: [(&str, &str, &[u8]); 6] = [
     ("qsu", "nangate45", include_bytes!("../../../rtl/netlists/qsu-nangate45.gates")),
     ("qsu", "asap7", include_bytes!("../../../rtl/netlists/qsu-asap7.gates")),
     ("bsu", "nangate45", include_bytes!("../../../rtl/netlists/bsu-nangate45.gates")),
     ("bsu", "asap7", include_bytes!("../../../rtl/netlists/bsu-asap7.gates")),
+    ("vrc", "nangate45", include_bytes!("../../../rtl/netlists/vrc-nangate45.gates")),
+    ("vrc", "asap7", include_bytes!("../../../rtl/netlists/vrc-asap7.gates")),
 ];
 
 /// The netlist of a unit in a library (`45nm` or `nangate45`); `None` if there is none.

@@ -24,14 +24,7 @@ pub fn render_datapath(
     vrc: &Vrc,
     keys: Option<NumberFormat>,
 ) -> Picture {
-    let (parts, _) = project(scene, camera, options.level);
-    let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
-    let (splats, colours): (Vec<Splat>, Vec<[f32; 3]>) = in_depth_order_by(
-        &parts,
-        |visible| depth(visible.splat.depth),
-        |part, i| (parts[part][i].splat, parts[part][i].colour),
-    );
-    drop(parts);
+    let (splats, colours) = ordered(scene, camera, options, keys);
     let grid = TileGrid::new(camera.width, camera.height, TILE);
     let runs = Runs::new(&splats, grid, options.test, Reach::Unknown);
     let mut picture = Picture {
@@ -45,6 +38,22 @@ pub fn render_datapath(
         frame.render_row(ty as u32, options.background, pixels);
     });
     picture
+}
+
+/// The splats of a view and their colours, front to back by the keys of the hardware.
+pub(super) fn ordered(
+    scene: &Gaussians,
+    camera: &Camera,
+    options: &Options,
+    keys: Option<NumberFormat>,
+) -> (Vec<Splat>, Vec<[f32; 3]>) {
+    let (parts, _) = project(scene, camera, options.level);
+    let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
+    in_depth_order_by(
+        &parts,
+        |visible| depth(visible.splat.depth),
+        |part, i| (parts[part][i].splat, parts[part][i].colour),
+    )
 }
 
 /// What all rows of tiles share.

@@ -9,6 +9,7 @@
 //! [`train`] is the differentiable form: the same picture, and the gradients of a loss.
 
 mod blend;
+mod core_work;
 mod datapath;
 mod forward;
 pub mod foveated;
@@ -16,6 +17,7 @@ pub mod regions;
 mod row;
 pub mod train;
 
+pub use core_work::{CorePixels, CoreSplat, CoreWork, core_work};
 pub use datapath::render_datapath;
 pub use forward::{Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};

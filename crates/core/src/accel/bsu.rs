@@ -54,12 +54,17 @@ impl Bsu {
         u64::from(self.rows(keys).next_power_of_two().ilog2())
     }
 
-    /// Compare-exchanges of a chunk of `keys`.
-    pub fn compare_exchanges(&self, keys: u64) -> u64 {
+    /// Rows of a chunk of `keys` that are sorted, and that are merged.
+    pub fn chunk_rows(&self, keys: u64) -> [u64; 2] {
+        let rows = self.rows(keys);
+        [rows, rows * self.levels(keys)]
+    }
+
+    /// Compare-exchanges of so many rows that are sorted, and merged.
+    pub fn compare_exchanges(&self, [sorted, merged]: [u64; 2]) -> u64 {
         let w = u64::from(self.spec.bsu_width);
         let s = u64::from(self.spec.bsu_width.next_power_of_two().ilog2());
-        let (sorted, merged) = (network(self.spec.bsu_width), w + w * s / 2);
-        self.rows(keys) * (sorted + self.levels(keys) * merged)
+        sorted * network(self.spec.bsu_width) + merged * (w + w * s / 2)
     }
 
     fn chunk_cycles(&self, keys: u64) -> u64 {
@@ -104,11 +109,14 @@ impl Unit for Bsu {
     /// Every level reads and writes every key; the feature fetch reads each once more.
     fn charge(&self, sort: &Sort, actions: &mut ActionCounts) {
         let word = self.banks.word();
-        let exchanges = self.chunks(sort, |keys| self.compare_exchanges(keys));
+        let rows = [0, 1].map(|kind| self.chunks(sort, |keys| self.chunk_rows(keys)[kind]));
         let moved = self.chunks(sort, |keys| self.chunk_words(keys)) * word;
         let fetched = self.chunks(sort, |keys| self.banks.words(keys * self.key)) * word;
         let read = moved + fetched + self.filtered_words(sort) * word;
+        let exchanges = self.compare_exchanges(rows);
         actions.charge(Stage::Sorting, Action::CompareExchange, exchanges);
+        actions.charge(Stage::Sorting, Action::SortedRow, rows[0]);
+        actions.charge(Stage::Sorting, Action::MergedRow, rows[1]);
         actions.charge(Stage::Sorting, Action::SramRead(Buffer::Sorting), read);
         actions.charge(Stage::Sorting, Action::SramWrite(Buffer::Sorting), moved);
     }

@@ -2,8 +2,10 @@
 //!
 //! Timing rule: one pass moves every key of the list past the pivots and splits it into
 //! `pivots + 1` parts, so a list of n entries takes `ceil(log_{pivots+1}(n / chunk))` passes, none
-//! when it fits a chunk. A pass takes `latency + ceil(n / (units keys_per_cycle))` cycles; the
-//! units of a core share every list (A23) and are accounted as one gang.
+//! when it fits a chunk. A pass takes `latency + changes + ceil(n / (units keys_per_cycle))` cycles;
+//! the units of a core share every list (A23) and are accounted as one gang. `changes` is the time
+//! in which pivots are written, one a cycle into each unit: a set for the whole list in the first
+//! pass, and one for each part that is split again in a later one (`rtl/qsu.sv`; A112).
 //!
 //! Spill rule: the part of a list that does not fit the core's share of the sorting buffer is
 //! written to DRAM and read back in every pass; a pass ends when both its keys and its spill are
@@ -27,6 +29,8 @@ pub struct Keys {
     pub sorted: u64,
     /// Passes.
     pub passes: u32,
+    /// Passes before these.
+    pub before: u32,
 }
 
 /// The quick sorting units of one core.
@@ -56,15 +60,24 @@ impl Qsu {
         passes
     }
 
-    /// Cycles of one pass over `keys`, bank stalls excluded.
-    pub fn pass_cycles(&self, keys: &Keys) -> u64 {
+    /// Cycles of the pass over `keys` behind `pass` others, bank stalls excluded.
+    pub fn pass_cycles(&self, keys: &Keys, pass: u32) -> u64 {
         let rate = u64::from(self.spec.qsu_per_core) * u64::from(self.spec.keys_per_cycle);
-        (u64::from(self.spec.qsu_latency) + keys.sorted.div_ceil(rate)).max(1)
+        let pivots = u64::from(self.spec.pivots);
+        // Parts that fit a chunk are not split again.
+        let parts = (pivots + 1).saturating_pow(pass).min(keys.sorted / self.chunk.max(1)).max(1);
+        let changes = parts.div_ceil(u64::from(self.spec.qsu_per_core)) * pivots;
+        (u64::from(self.spec.qsu_latency) + changes + keys.sorted.div_ceil(rate)).max(1)
     }
 
     /// Further cycles of a pass, because its keys are dealt to banks at random.
-    pub fn pass_stalls(&self, keys: &Keys) -> u64 {
-        self.banks.excess_of_dealing(keys.sorted, self.key, self.pass_cycles(keys))
+    pub fn pass_stalls(&self, keys: &Keys, pass: u32) -> u64 {
+        self.banks.excess_of_dealing(keys.sorted, self.key, self.pass_cycles(keys, pass))
+    }
+
+    /// Sums `of` over the passes.
+    fn passes_of(keys: &Keys, of: impl Fn(u32) -> u64) -> u64 {
+        (keys.before..keys.before + keys.passes).map(of).sum()
     }
 
     /// Bytes that the keys occupy in the sorting buffer.
@@ -87,11 +100,11 @@ impl Unit for Qsu {
 
     /// All passes, without spill. Keys that need none pass in one cycle.
     fn cycles(&self, keys: &Keys) -> u64 {
-        (u64::from(keys.passes) * self.pass_cycles(keys)).max(1)
+        Self::passes_of(keys, |pass| self.pass_cycles(keys, pass)).max(1)
     }
 
     fn bank_stalls(&self, keys: &Keys) -> u64 {
-        u64::from(keys.passes) * self.pass_stalls(keys)
+        Self::passes_of(keys, |pass| self.pass_stalls(keys, pass))
     }
 
     /// Keys are written once when they arrive, and read and written once in every pass.

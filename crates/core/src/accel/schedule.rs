@@ -141,7 +141,7 @@ impl Planner<'_> {
             }
         } else if let Some(group) = group {
             let entries = u64::from(self.workload.groups[group as usize].entries);
-            keys = Keys { held: entries, sorted: entries, passes: qsu.passes(entries) };
+            keys = Keys { held: entries, sorted: entries, passes: qsu.passes(entries), before: 0 };
         } else {
             for tile in works() {
                 let entries = u64::from(tile.entries);

@@ -12,8 +12,8 @@
 //! queue in front of it, and `vru.switch` prices the change of sub-tiles where all units take one
 //! after the other; what a chunk then takes is measured entry by entry ([`subtiles`]).
 //!
-//! The last chunk of a tile also drains the pipeline, `latency` cycles, and finishes the pixels,
-//! one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
+//! A tile opens in a cycle (`rtl/vru.sv`; none with `vru.tile-overlap`). Its last chunk also drains the pipeline, `latency` cycles, and
+//! finishes the pixels, one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
 //! finishes its pixels.
 //!
 //! **Two levels.** In a foveated frame some tiles blend two levels. Their chunks bring colour and
@@ -68,6 +68,8 @@ pub struct Vru {
     pub discipline: Option<Discipline>,
 }
 
+/// Cycles in which a tile opens (`rtl/vru.sv`).
+const OPEN: u64 = 1;
 /// Operations of an α; that of a second level takes one more.
 const ALPHA_OPERATIONS: u64 = 13;
 /// Finished pixels that take as many operations as mixing two levels: 25 over 6 (A16).
@@ -202,7 +204,8 @@ impl Unit for Vru {
                 _ => tile.blends + tile.blends_2,
             };
             let stall = blends * u64::from(self.spec.blend_stall);
-            stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
+            let open = if self.spec.tile_overlap { 0 } else { OPEN };
+            open + stall.div_ceil(units) + u64::from(tile.pixels).div_ceil(units)
         });
         let drain = if work.drains { u64::from(self.spec.latency) } else { 0 };
         (self.blend_cycles(work) + finish + drain).max(1)
@@ -223,8 +226,10 @@ impl Unit for Vru {
 
     fn charge(&self, work: &Render, actions: &mut ActionCounts) {
         let stage = Stage::Rendering;
-        let alphas = self.alphas(work) + self.second_alphas(&work.chunk);
-        actions.charge(stage, Action::Alpha, alphas);
+        let alphas = self.alphas(work);
+        let live = u64::from(self.executed(&work.chunk).live_evaluations).min(alphas);
+        actions.charge(stage, Action::Alpha, live + self.second_alphas(&work.chunk));
+        actions.charge(stage, Action::StoppedPixel, alphas - live);
         let features = self.feature_words(&work.chunk) * self.features.word();
         actions.charge(stage, Action::SramWrite(Buffer::Feature), features);
         let features = self.feature_reads(work) * self.features.word();

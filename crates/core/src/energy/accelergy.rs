@@ -325,7 +325,10 @@ pub fn table(
         sh_colour: action(sh_colour),
         pivot_key: action(pivot_key),
         compare_exchange: action(compare_exchange),
+        sorted_row: None,
+        merged_row: None,
         alpha: action(alpha),
+        stopped_pixel: None,
         blend: action(blend),
         pixel_finish: action(pixel_finish),
         queue_entry: action(queue_entry),
@@ -345,6 +348,7 @@ pub fn table(
         scaling: None,
         flop: None,
         actions,
+        clock: None,
         sram: SramPrices {
             flat: None,
             table: None,

@@ -127,10 +127,15 @@ pub const fn component_of(action: Action) -> Component {
         | Action::ShColour
         | Action::PivotKey
         | Action::CompareExchange
+        | Action::SortedRow
+        | Action::MergedRow
         | Action::Alpha
+        | Action::StoppedPixel
         | Action::Blend
         | Action::PixelFinish
-        | Action::QueueEntry => Component::Flop,
+        | Action::QueueEntry
+        | Action::Clock(_)
+        | Action::IdleClock(_) => Component::Flop,
     }
 }
 

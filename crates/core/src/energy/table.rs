@@ -21,8 +21,9 @@ mod scale;
 mod sram;
 
 pub use keys::{
-    ActionPrice, ActionPrices, AreaPrice, BytePrice, CurveChoice, DramPrices, Factor, FlatDram,
-    Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitArea, UnitLeakage,
+    ActionPrice, ActionPrices, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor,
+    FlatDram, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitArea,
+    UnitClock, UnitLeakage,
 };
 pub use parts::{BsuParts, CacheParts, CcuParts, PartShare, Parts, QsuParts, VruParts};
 pub use sram::{SramCacti, SramMacro, SramPrices, SramSize, SramTable};
@@ -47,6 +48,8 @@ pub struct EnergyTable {
     pub flop: Option<ActionPrice>,
     /// Prices of the arithmetic actions.
     pub actions: ActionPrices,
+    /// What units take in every cycle; nothing without.
+    pub clock: Option<UnitClock>,
     /// Prices of buffer accesses, leakage and area of the buffers.
     pub sram: SramPrices,
     /// Prices of DRAM accesses, its background and refresh power.
@@ -168,6 +171,8 @@ pub struct Built<'a> {
     pub inventory: &'a Inventory,
     /// Share of its leakage that a unit without work keeps: 1 without power gating.
     pub idle_leakage: f64,
+    /// Whether a unit without work is switched off, its clock too.
+    pub gated: bool,
     /// What the DRAM device costs; `None` where its commands are not counted.
     pub device: Option<DramCosts>,
     /// Memory channels.
@@ -226,6 +231,10 @@ impl EnergyTable {
             Action::SramWrite(b) => banks[b as usize].write_pj / word(b),
             Action::DramRead => dram.per_byte()[0],
             Action::DramWrite => dram.per_byte()[1],
+            Action::IdleClock(_) if built.gated => 0.0,
+            Action::Clock(unit) | Action::IdleClock(unit) => {
+                self.cycle_pj(unit) * grown.units[unit as usize] * factors.energy
+            }
             other => {
                 let grown = unit_of(other).map_or(1.0, |unit| grown.energy[unit as usize]);
                 self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p)) * grown * factors.energy
@@ -348,14 +357,25 @@ impl EnergyTable {
             Action::ShColour => &a.sh_colour,
             Action::PivotKey => &a.pivot_key,
             Action::CompareExchange => &a.compare_exchange,
+            Action::SortedRow => a.sorted_row.as_ref()?,
+            Action::MergedRow => a.merged_row.as_ref()?,
             Action::Alpha => &a.alpha,
+            Action::StoppedPixel => a.stopped_pixel.as_ref().unwrap_or(&a.alpha),
             Action::Blend => &a.blend,
             Action::PixelFinish => &a.pixel_finish,
             Action::QueueEntry => &a.queue_entry,
-            Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => {
-                return None;
-            }
+            Action::Clock(_)
+            | Action::IdleClock(_)
+            | Action::SramRead(_)
+            | Action::SramWrite(_)
+            | Action::DramRead
+            | Action::DramWrite => return None,
         })
+    }
+
+    /// What one unit takes in a cycle.
+    fn cycle_pj(&self, unit: UnitKind) -> f64 {
+        self.clock.as_ref().map_or(0.0, |clock| clock.of(unit).energy.0)
     }
 
     fn energy_pj(&self, price: &ActionPrice) -> f64 {
@@ -364,6 +384,18 @@ impl EnergyTable {
             (Some(energy), _) => energy.0,
             (None, Some(flops)) => flop * f64::from(flops),
             (None, None) => 0.0,
+        }
+    }
+}
+
+impl UnitClock {
+    /// The price of a unit's cycle.
+    pub const fn of(&self, unit: UnitKind) -> &CyclePrice {
+        match unit {
+            UnitKind::Ccu => &self.ccu,
+            UnitKind::Qsu => &self.qsu,
+            UnitKind::Bsu => &self.bsu,
+            UnitKind::Vru => &self.vru,
         }
     }
 }

@@ -20,6 +20,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
     table.prices(&Built {
         inventory: &inventory,
         idle_leakage,
+        gated: machine.gating.units,
         device: device.map(device_costs),
         channels,
         clock: machine.clock,
@@ -57,14 +58,16 @@ pub fn peak_w(machine: &Machine, prices: &Prices) -> Vec<(&'static str, f64)> {
         (pj(&gaussian) + in_ccu) * ccu.gaussians_per_cycle()
             + pj(&[Action::ObbTest]) * f64::from(ccu.intersection_units),
         pj(&[Action::PivotKey]) * f64::from(gsu.keys_per_cycle),
-        pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64,
+        pj(&[Action::CompareExchange]) * network(gsu.bsu_width) as f64
+            + pj(&[Action::SortedRow]).max(pj(&[Action::MergedRow])),
         pj(&[Action::Alpha, Action::Blend]),
     ];
     let inventory = machine.inventory();
     let watts = machine.clock.0 * 1e-12;
     let mut blocks = Vec::new();
     for (i, name) in Area::UNITS.into_iter().enumerate() {
-        let mut dynamic = per_cycle[i] * f64::from(inventory.units[i]);
+        let clock = pj(&[Action::Clock(UnitKind::ALL[i])]);
+        let mut dynamic = (per_cycle[i] + clock) * f64::from(inventory.units[i]);
         if name == UnitKind::Vru.name() {
             let one = f64::from(ccu.operations.sh_colour.max(1));
             dynamic += colour * inventory.colour_operations / one;

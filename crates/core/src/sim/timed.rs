@@ -80,12 +80,19 @@ fn timed(
     check::traffic(frame, &replay)?;
     check::timing(frame, &replay.timing, machine)?;
     check::written(frame, workload, machine, &replay, measured.context().reuse.is_some())?;
+    let mut actions = replay.actions;
+    for unit in &replay.timing.units {
+        let stage = unit.unit.stage();
+        let awake = unit.busy + unit.stalls.iter().sum::<u64>();
+        actions.charge(stage, Action::Clock(unit.unit), awake);
+        actions.charge(stage, Action::IdleClock(unit.unit), unit.idle);
+    }
     let live = workload.chunks.iter().map(|c| u64::from(c.skipping.live_evaluations));
     Ok(Timed {
         sh_degree: workload.sh_degree,
         counters: workload.counters,
         live_evaluations: live.sum(),
-        actions: replay.actions,
+        actions,
         timing: replay.timing,
         clock: machine.clock,
         unwritten_bytes: replay.unwritten,
@@ -130,7 +137,8 @@ pub fn priced(
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timed.timing.clone(),
             clock: timed.clock,
-            executed_evaluations: timed.actions.total(Action::Alpha),
+            executed_evaluations: timed.actions.total(Action::Alpha)
+                + timed.actions.total(Action::StoppedPixel),
             live_evaluations: timed.live_evaluations,
             unwritten_bytes: timed.unwritten_bytes,
             lists: timed.lists,

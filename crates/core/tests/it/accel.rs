@@ -39,7 +39,7 @@ fn chunk(entries: u32, pairs: u32) -> ChunkWork {
 /// Keys that all are sorted, on a machine with seven pivots and chunks of 256.
 fn keys(held: u64) -> Keys {
     let passes = [256, 2048, 16384].iter().filter(|&&most| held > most).count() as u32;
-    Keys { held, sorted: held, passes }
+    Keys { held, sorted: held, passes, before: 0 }
 }
 
 fn charged<U: Unit>(unit: &U, work: &U::Work) -> ActionCounts {
@@ -170,9 +170,10 @@ fn qsu_passes_until_parts_fit_a_chunk() {
 #[test]
 fn qsu_pass_is_latency_and_keys() {
     let qsu = design(|m| (m.gsu.qsu_per_core, m.gsu.keys_per_cycle) = (2, 3)).qsu;
-    assert_eq!(qsu.pass_cycles(&keys(600)), 64 + 100);
-    assert_eq!(qsu.pass_cycles(&keys(601)), 64 + 101);
-    assert_eq!(qsu.cycles(&keys(2400)), 2 * (64 + 400));
+    assert_eq!(qsu.pass_cycles(&keys(600), 0), 64 + 7 + 100);
+    assert_eq!(qsu.pass_cycles(&keys(601), 0), 64 + 7 + 101);
+    // Eight parts in the second pass, four for each unit.
+    assert_eq!(qsu.cycles(&keys(2400)), (64 + 7 + 400) + (64 + 4 * 7 + 400));
     let actions = charged(&qsu, &keys(2400));
     assert_eq!(actions.count(Stage::Sorting, Action::PivotKey), 4800);
     // 4-byte keys: written on arrival and in both passes, read in both.
@@ -199,7 +200,7 @@ fn bsu_sorts_rows_and_merges_levels() {
     let check = |units, entries, cycles, exchanges| {
         let bsu = design(|m| m.gsu.bsu_per_core = units).bsu;
         assert_eq!(bsu.cycles(&Sort { keys: entries, filtered: 0 }), cycles, "{entries} entries");
-        assert_eq!(bsu.compare_exchanges(entries), exchanges, "{entries} entries");
+        assert_eq!(bsu.compare_exchanges(bsu.chunk_rows(entries)), exchanges, "{entries} entries");
     };
     // A 16-wide network has 10 stages of 8; a merged row costs 16 + 4 * 8.
     check(1, 1, 4 + 1, 80);
@@ -209,7 +210,7 @@ fn bsu_sorts_rows_and_merges_levels() {
     check(2, 256, 5 * (4 + 8), 16 * (80 + 4 * 48));
     let scalar = design(|m| m.gsu.bsu_width = 1).bsu;
     // Width 1 is a plain merge sort: no exchange inside a row, one per merged key.
-    assert_eq!(scalar.compare_exchanges(4), 4 * 2);
+    assert_eq!(scalar.compare_exchanges(scalar.chunk_rows(4)), 4 * 2);
 }
 
 #[test]
@@ -221,9 +222,9 @@ fn vru_pairs_entries_and_finish() {
     assert_eq!(vru.cycles(&middle(256, 10)), 256, "an entry leaves the buffer every cycle");
     let tile = TileWork { chunks: 1, pixels: 250, blends: 77, ..TileWork::default() };
     let end = Render { chunk: chunk(256, 300), run: None, last: Some(tile), drains: true };
-    assert_eq!(vru.cycles(&end), 1200 + 192 + 16);
+    assert_eq!(vru.cycles(&end), 1 + 1200 + 192 + 16);
     let empty = Render { last: Some(TileWork { chunks: 0, ..tile }), ..Render::default() };
-    assert_eq!(vru.cycles(&empty), 16, "nothing to drain");
+    assert_eq!(vru.cycles(&empty), 1 + 16, "nothing to drain");
     let unskipped = design(|m| m.vru.subtile_skipping = false).vru;
     assert_eq!(unskipped.cycles(&middle(256, 300)), 4 * 4 * 256);
     for (subtile, units, pixels, cycles) in
@@ -237,7 +238,9 @@ fn vru_pairs_entries_and_finish() {
         assert_eq!(vru.vru.pair_cycles(), cycles, "{subtile} {units} {pixels}");
     }
     let actions = charged(&vru, &end);
-    assert_eq!(actions.count(Stage::Rendering, Action::Alpha), 300 * 64);
+    // One pixel of each pair is live.
+    assert_eq!(actions.count(Stage::Rendering, Action::Alpha), 300);
+    assert_eq!(actions.count(Stage::Rendering, Action::StoppedPixel), 300 * 63);
     assert_eq!(actions.count(Stage::Rendering, Action::Blend), 77);
     assert_eq!(actions.count(Stage::Rendering, Action::PixelFinish), 250);
     assert_eq!(actions.total(Action::ShColour), 0, "colour units do that");

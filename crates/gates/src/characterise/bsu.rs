@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use super::lanes::{LANES, Lanes, dealt};
 use super::qsu::Chance;
-use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided};
+use super::{CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -160,7 +160,7 @@ fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, Character
     simulator.clock();
     reset.set(&mut simulator, &[1; LANES]);
     out_ready.set(&mut simulator, &[1; LANES]);
-    let mut meter = Meter::new(netlist, ACTIONS);
+    let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
     let mut held = [[[0u32; 16]; LANES]; 3];
     simulator.count_anew();
     // Lanes that are done would idle: the run ends with the first of them.

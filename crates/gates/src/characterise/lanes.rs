@@ -17,6 +17,11 @@ impl Lanes {
         Ok(Lanes(found.nets.clone()))
     }
 
+    /// Its bits.
+    pub fn bits(&self) -> usize {
+        self.0.len()
+    }
+
     /// The lowest bits of each lane's value.
     pub fn set(&self, simulator: &mut Simulator, values: &[u64; LANES]) {
         for (bit, net) in self.0.iter().enumerate() {

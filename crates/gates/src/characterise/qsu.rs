@@ -4,7 +4,7 @@
 //! cycle, and then offers a key a cycle, with pauses.
 
 use super::lanes::{LANES, Lanes, dealt};
-use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided};
+use super::{CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -93,7 +93,7 @@ fn measure(netlist: &Netlist, lists: &[Vec<u16>]) -> Result<Measured, Characteri
     simulator.clock();
     reset.set(&mut simulator, &[1; LANES]);
     out_ready.set(&mut simulator, &[1; LANES]);
-    let mut meter = Meter::new(netlist, ACTIONS);
+    let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
     let (mut before, mut held) = ([0u64; LANES], [[0u64; 2]; LANES]);
     // Lanes that are done would idle: the run ends with the first of them.
     let cycles = lanes.iter().map(Vec::len).min().unwrap_or(0);

@@ -1,6 +1,8 @@
-//! Prices of the sorting units on lists that are made up.
+//! Prices of units on work that is made up.
 
-use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu};
+use powergs_datapath::{NumberFormat, Outcome, Pixel, Record, Vrc};
+use powergs_gates::characterise::vrc::{Splat, Work};
+use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu, vrc};
 use powergs_gates::committed::netlist;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -64,4 +66,73 @@ fn too_little_work_and_other_units_are_refused() {
     let refused = bsu::prices(&unit, &lists(8, 20, 0));
     assert_eq!(refused, Err(CharacteriseError::Port { port: "sort_valid" }));
     assert!(netlist("qsu", "28nm").is_none());
+}
+
+/// Cores of four pixels, `count` of them, with `splats` splats each, which are over the pixels or,
+/// `far` of 100, beside them.
+fn cores(count: usize, splats: usize, far: u32) -> Vec<Work> {
+    let format = NumberFormat::FP16;
+    let core = Vrc::new(format).expect("FP16 will do");
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let mut work = |number: usize| {
+        let place = [0; 2].map(|_| 2 * random.random_range(0..8u8));
+        let mask: u64 = if number % 16 == 0 { 0b0111 } else { 0b1111 };
+        let mut pixels = [0, 1, 2, 3].map(|i| Pixel::open(format, mask >> i & 1 == 1));
+        let splats = (0..splats).map(|_| {
+            let away = if random.random_range(0..100) < far { 9.0 } else { 0.0 };
+            let mean = place.map(|p| f64::from(p) - 7.0 + away + random.random_range(-1.0..1.0));
+            let size = random.random_range(1.0f32..4.0);
+            let opacity = random.random_range(0.02f32..0.3);
+            let colour = [0; 3].map(|_| random.random_range(0.0f32..1.0));
+            let record = Record::new(format, mean, [size, 0.0, size], opacity, colour);
+            let record = record.expect("an ellipse");
+            let mut outcomes = [0; 4];
+            for (i, pixel) in (0..).zip(&mut pixels) {
+                let (x, y) = (u32::from(place[0]) + i % 2, u32::from(place[1]) + i / 2);
+                let outcome = match core.blend(pixel, &record, x, y) {
+                    Outcome::Idle => 0,
+                    Outcome::Dropped => 1,
+                    Outcome::Blended => 2,
+                    Outcome::Stopped => 3,
+                };
+                outcomes[outcome] += 1;
+            }
+            let ([u, v], [a, b, c]) = (record.mean, record.root);
+            let [red, green, blue] = record.colour;
+            let numbers = [u, v, a, b, c, record.opacity, red, green, blue];
+            Splat { numbers, outcomes }
+        });
+        let splats = splats.collect();
+        let pixel = |pixel: Pixel| {
+            let [red, green, blue] = pixel.colour;
+            [red, green, blue, pixel.transmittance]
+        };
+        Work { place, mask, splats, pixels: pixels.map(pixel).to_vec() }
+    };
+    (0..count).map(&mut work).collect()
+}
+
+#[test]
+fn rendering_prices_hold_on_other_tiles() {
+    let unit = netlist("vrc", "7nm").expect("a netlist");
+    let work = cores(2400, 40, 50);
+    let found = vrc::prices(&unit, &work).expect("prices");
+    assert!(found.held_out.abs() < 0.05, "{found:?}");
+    let (dropped, blended) = (price(&found, "dropped"), price(&found, "blended"));
+    assert!(0.0 < dropped && 1.1 * dropped < blended, "{found:?}");
+    assert_eq!(found, vrc::prices(&unit, &work).expect("prices"));
+}
+
+/// As many evaluations, of which one scene blends more: energy follows the scene.
+#[test]
+fn energy_follows_what_is_blended() {
+    let unit = netlist("vrc", "7nm").expect("a netlist");
+    let slots = |work: &[Work]| -> u64 {
+        let splats = work.iter().flat_map(|work| &work.splats);
+        splats.map(|splat| u64::from(splat.outcomes[1] + splat.outcomes[2])).sum()
+    };
+    let (near, far) = (cores(3000, 20, 5), cores(3000, 20, 95));
+    assert_eq!(slots(&near), slots(&far));
+    let pj = |work| vrc::prices(&unit, work).expect("prices").held_out_pj_per_cycle;
+    assert!(pj(&far) < 0.9 * pj(&near), "{} and {} pJ a cycle", pj(&far), pj(&near));
 }

@@ -161,9 +161,20 @@ fn unit(action: Action, stage: Stage) -> Option<usize> {
         | Action::ObbPrepare
         | Action::ObbTest
         | Action::ShColour => Some(0),
-        Action::PivotKey | Action::CompareExchange => Some(1),
-        Action::Alpha | Action::Blend | Action::PixelFinish | Action::QueueEntry => Some(2),
-        Action::DramRead | Action::DramWrite | Action::SramRead(_) | Action::SramWrite(_) => None,
+        Action::PivotKey | Action::CompareExchange | Action::SortedRow | Action::MergedRow => {
+            Some(1)
+        }
+        Action::Alpha
+        | Action::StoppedPixel
+        | Action::Blend
+        | Action::PixelFinish
+        | Action::QueueEntry => Some(2),
+        Action::Clock(_)
+        | Action::IdleClock(_)
+        | Action::DramRead
+        | Action::DramWrite
+        | Action::SramRead(_)
+        | Action::SramWrite(_) => None,
     }
 }
 

@@ -224,7 +224,7 @@ impl Pass {
     ) -> Pass {
         let units = shared.units;
         let overflow = units.qsu.overflow(&keys);
-        let one = Keys { passes: 1, ..keys };
+        let one = Keys { passes: 1, before: keys.passes - left - 1, ..keys };
         let (cycles, stalls) = units.rules.qsu.times(&units.qsu, &one, &mut shared.rule_check);
         let busy = now + cycles;
         let mut pass = Pass { left, busy, keys: busy + stalls, spill: None };

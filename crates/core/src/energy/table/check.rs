@@ -5,7 +5,7 @@ use super::{
     ActionPrice, BytePrice, EnergyTable, Parts, PowerPrice, SramCacti, SramMacro, SramPrices,
     SramTable,
 };
-use crate::action::{Action, Buffer, Part};
+use crate::action::{Action, Buffer, Part, UnitKind};
 use powergs_base::config::references::is_source;
 
 type Found = Vec<(String, String)>;
@@ -29,6 +29,8 @@ pub(super) fn problems(table: &EnergyTable) -> Found {
     for (key, price) in powers {
         power(key, price, &mut found);
     }
+    clock(table, &mut found);
+    rows(table, &mut found);
     dram(table, &mut found);
     sram(table, &mut found);
     nodes(table, &mut found);
@@ -40,9 +42,10 @@ pub(super) fn problems(table: &EnergyTable) -> Found {
 }
 
 fn actions(table: &EnergyTable) -> Vec<(String, &ActionPrice)> {
+    let is_own = |a: &Action| *a != Action::StoppedPixel || table.actions.stopped_pixel.is_some();
     let arithmetic = |a| Some((a, table.arithmetic(a)?));
     let all = Action::all();
-    let priced = all.into_iter().filter_map(arithmetic);
+    let priced = all.into_iter().filter(is_own).filter_map(arithmetic);
     priced.map(|(a, price)| (format!("actions.{}", a.key()), price)).collect()
 }
 
@@ -70,6 +73,26 @@ fn byte(key: &str, price: &BytePrice, found: &mut Found) {
 fn power(key: &str, price: &PowerPrice, found: &mut Found) {
     free(key, "power", price.power.0, price.free, found);
     source(key, &price.source, found);
+}
+
+fn clock(table: &EnergyTable, found: &mut Found) {
+    let Some(clock) = &table.clock else { return };
+    for unit in UnitKind::ALL {
+        let (key, price) = (format!("clock.{}", unit.name()), clock.of(unit));
+        free(&key, "energy", price.energy.0, false, found);
+        source(&key, &price.source, found);
+    }
+}
+
+/// A row is priced itself or by its compare-exchanges.
+fn rows(table: &EnergyTable, found: &mut Found) {
+    let actions = &table.actions;
+    let rows = [&actions.sorted_row, &actions.merged_row].map(Option::is_some);
+    let both = "`actions` prices rows of a BSU and their compare-exchanges: give both `sorted-row` and \
+         `merged-row` and set `compare-exchange.free = true`, or give neither";
+    if rows[0] != rows[1] || (rows[0] && !actions.compare_exchange.free) {
+        found.push(("actions.compare-exchange".to_owned(), both.to_owned()));
+    }
 }
 
 fn free(key: &str, what: &str, value: f64, free: bool, found: &mut Found) {

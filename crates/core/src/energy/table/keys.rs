@@ -84,14 +84,46 @@ pub struct ActionPrices {
     pub pivot_key: ActionPrice,
     /// One compare-exchange of a BSU.
     pub compare_exchange: ActionPrice,
-    /// One α evaluated for one pixel.
+    /// One row that a BSU sorts, where compare-exchanges are free; nothing without.
+    pub sorted_row: Option<ActionPrice>,
+    /// One row that a BSU merges from two lists, where compare-exchanges are free; nothing without.
+    pub merged_row: Option<ActionPrice>,
+    /// One α evaluated for one live pixel.
     pub alpha: ActionPrice,
+    /// One slot of a pixel that has stopped; the price of `alpha` without.
+    pub stopped_pixel: Option<ActionPrice>,
     /// One blend of a splat into one pixel.
     pub blend: ActionPrice,
     /// One pixel finished.
     pub pixel_finish: ActionPrice,
     /// One feature record pushed into a queue in front of rendering units, and taken out.
     pub queue_entry: ActionPrice,
+}
+
+/// The `[clock]` table: what one unit takes in every cycle, whether or not it has something to do.
+/// A unit without work takes nothing where `gating.units` switches it off. Nothing runs between
+/// frames (A111).
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitClock {
+    /// One culling and conversion unit.
+    pub ccu: CyclePrice,
+    /// One quick sorting unit.
+    pub qsu: CyclePrice,
+    /// One bitonic sorting unit.
+    pub bsu: CyclePrice,
+    /// One rendering unit.
+    pub vru: CyclePrice,
+}
+
+/// The price of a cycle.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CyclePrice {
+    /// Energy of one cycle.
+    pub energy: Picojoules,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
 }
 
 /// The `[dram]` table: `flat`, `device` or both.

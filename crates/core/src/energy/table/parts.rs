@@ -216,10 +216,13 @@ pub(super) const fn unit_of(action: Action) -> Option<UnitKind> {
         | Action::ObbTest
         | Action::ShColour => Some(UnitKind::Ccu),
         Action::PivotKey => Some(UnitKind::Qsu),
-        Action::CompareExchange => Some(UnitKind::Bsu),
-        Action::Alpha | Action::Blend | Action::PixelFinish | Action::QueueEntry => {
-            Some(UnitKind::Vru)
-        }
+        Action::CompareExchange | Action::SortedRow | Action::MergedRow => Some(UnitKind::Bsu),
+        Action::Alpha
+        | Action::StoppedPixel
+        | Action::Blend
+        | Action::PixelFinish
+        | Action::QueueEntry => Some(UnitKind::Vru),
+        Action::Clock(unit) | Action::IdleClock(unit) => Some(unit),
         Action::SramRead(_) | Action::SramWrite(_) | Action::DramRead | Action::DramWrite => None,
     }
 }

@@ -27,7 +27,14 @@ fn on_gscore(name: &str) -> Prices {
 
 fn priced(table: &EnergyTable, inventory: &Inventory) -> Result<Prices, PriceError> {
     let (channels, clock) = (8.0, Hertz(1e9));
-    table.prices(&Built { inventory, idle_leakage: 1.0, device: None, channels, clock })
+    table.prices(&Built {
+        inventory,
+        idle_leakage: 1.0,
+        gated: false,
+        device: None,
+        channels,
+        clock,
+    })
 }
 
 /// Prices per byte of DRAM read, its background and refresh.

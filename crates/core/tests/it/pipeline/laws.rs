@@ -5,6 +5,7 @@ use std::ops::Range;
 use powergs_base::quantity::{Bytes, Nanoseconds};
 use powergs_core::accel::layout::Layout;
 use powergs_core::accel::machine::{DramModel, FeatureSource, Fetch};
+use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::timeline::{Observer, Span};
 use powergs_core::accel::traffic::for_each_chunk;
@@ -66,8 +67,10 @@ fn units_are_busy_for_exactly_their_work() {
         }
         assert_eq!(units[2].busy, sorts * u64::from(machine.gsu.bsu_per_core), "seed {seed}");
         let jobs = plan.jobs.iter();
-        let passes: u64 =
-            jobs.map(|j| u64::from(j.keys.passes) * design.qsu.pass_cycles(&j.keys)).sum();
+        let all = |keys: &Keys| -> u64 {
+            (0..keys.passes).map(|pass| design.qsu.pass_cycles(keys, pass)).sum()
+        };
+        let passes: u64 = jobs.map(|j| all(&j.keys)).sum();
         assert_eq!(units[1].busy, passes * u64::from(machine.gsu.qsu_per_core), "seed {seed}");
     }
 }
@@ -176,12 +179,16 @@ fn alone_with_fast_memory(machine: &mut Machine) {
 #[test]
 fn nothing_that_helps_one_core_without_contention_makes_it_slower() {
     for (name, change) in HELP {
-        let mut shorter = 0;
+        let (mut shorter, mut longer) = (0, 0);
         for seed in 0..CASES {
             let (before, after) = effect(seed, alone_with_fast_memory, change);
-            assert!(after <= before, "{name}, seed {seed}: {before} to {after} cycles");
+            // But for a cycle: requests of one cycle are served one after the other, and who comes
+            // first depends on the others.
+            assert!(after <= before + 1, "{name}, seed {seed}: {before} to {after} cycles");
+            longer += u64::from(after > before);
             shorter += u64::from(after < before);
         }
+        assert!(longer * 50 <= CASES, "{name} took {longer} cycles");
         // Pixels leave at once when the memory is fast, so their buffer never matters here.
         assert_eq!(shorter == 0, name == "a larger pixel buffer", "{name} helped {shorter} times");
     }
@@ -236,8 +243,8 @@ fn one_tile_has_a_closed_form() {
     let features = read(list, 200 * 19 + 100 * 103);
     // 100 colours of 133 operations, 133 a cycle, and two cycles until the last one is there.
     let coloured = features + 100.0 + 2.0;
-    // 300 pairs of 4 cycles, 192 to drain, 256 pixels on 16 units.
-    let rendered = sorted.max(coloured) + 300.0 * 4.0 + 192.0 + 16.0;
+    // A cycle to open, 300 pairs of 4, 192 to drain, 256 pixels on 16 units.
+    let rendered = sorted.max(coloured) + 1.0 + 300.0 * 4.0 + 192.0 + 16.0;
     let written = rendered + (256.0 * 3.0 * 20.0 / 1024.0f64).ceil();
     let timing = replay(&frame, &machine).timing;
     assert_eq!((timing.preprocessing_end, timing.frame), (0, written as u64));
@@ -249,8 +256,8 @@ fn rendering_bounds_a_frame_with_fast_memory() {
     set_rate(&mut machine, 1e15);
     machine.dram.latency = Nanoseconds(0.0);
     let frame = workload(machine.geometry, 0, &even_tiles(400, 256, 500));
-    // 100 tiles a core, each 500 pairs of 4 cycles, 192 to drain, 16 to finish.
-    let bound = 100 * (500 * 4 + 192 + 16);
+    // 100 tiles a core, each one cycle to open, 500 pairs of 4, 192 to drain, 16 to finish.
+    let bound = 100 * (1 + 500 * 4 + 192 + 16);
     let timing = replay(&frame, &machine).timing;
     // Above the bound: the first list, its 128 colours in 130 cycles, the last write.
     assert!((bound..bound + 140).contains(&timing.frame), "{} for {bound}", timing.frame);

@@ -220,7 +220,9 @@ impl Core {
                     self.posted.push(memory.write(now, SORTING, overflow, span));
                     memory.read(now, SORTING, overflow, span)
                 });
-                let (cycles, bank) = (design.qsu.pass_cycles(&keys), design.qsu.pass_stalls(&keys));
+                let pass = keys.passes - left;
+                let cycles = design.qsu.pass_cycles(&keys, pass);
+                let bank = design.qsu.pass_stalls(&keys, pass);
                 self.held[i].step = Step::Passes { left: left - 1, cycles, bank, spill };
                 return;
             }
