@@ -19,8 +19,9 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim characterise bsu --library 45nm --trace traces/demo.bin
   powergs-sim characterise qsu --library 7nm --trace scene.bin -o qsu-7nm.toml
-  powergs-sim characterise vrc --library 45nm --scene scene.ply --cameras cameras.json
-  powergs-sim characterise vrc --library 45nm --scene scene.ply --orbit 8 --size 800x600
+  powergs-sim characterise vrc --library 45nm --scene scene.ply \\
+      --cameras cameras.json --frames 0..4
+  powergs-sim characterise vrc --library 7nm --scene scene.ply --orbit 8
 
 docs/rtl.md says where the gates and their energies come from.";
 
@@ -131,7 +132,7 @@ fn as_toml(unit: &str, source: &str, netlist: &Netlist, found: &Characterised) -
         format!("area = \"{:.1} um2\"", netlist.area()),
         format!("leakage = \"{:.6} mW\"", found.leakage_mw),
         String::new(),
-        "# A cycle has the clock in it, which is not gated; the others come on top of it.".into(),
+        "# A cycle of a unit that does nothing; the others come on top of it.".into(),
         "[actions]".into(),
     ];
     for price in &found.prices {
@@ -147,6 +148,9 @@ fn as_toml(unit: &str, source: &str, netlist: &Netlist, found: &Characterised) -
         "[check]".into(),
         format!("held-out = {:.6}", found.held_out),
         format!("energy-per-cycle = \"{:.5} pJ\"", found.held_out_pj_per_cycle),
+        format!("clock-per-cycle = \"{:.5} pJ\"", found.clock_pj_per_cycle),
+        "# The same, in any cycle, if all clock gates were open.".into(),
+        format!("clock-ungated-per-cycle = \"{:.5} pJ\"", found.clock_ungated_pj_per_cycle),
         format!("windows = {}", found.windows),
         format!("left-in-a-window = {:.6}", found.spread),
         "# Actions that this work does not tell from the others.".into(),
@@ -176,6 +180,8 @@ fn as_json((unit, source): (&str, &str), netlist: &Netlist, found: &Characterise
         "left_out": found.left_out,
         "held_out": found.held_out,
         "energy_per_cycle_pj": found.held_out_pj_per_cycle,
+        "clock_per_cycle_pj": found.clock_pj_per_cycle,
+        "clock_ungated_per_cycle_pj": found.clock_ungated_pj_per_cycle,
         "windows": found.windows,
         "left_in_a_window": found.spread,
     })

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use powergs_sim::accel::{Rule, Unit, UnitRule, UnitRules};
-use powergs_sim::action::UnitKind;
+use powergs_sim::action::{Action, UnitKind};
 use powergs_sim::run::{RunError, Session, Subject, System, TraceFile};
 use powergs_sim::sim::FrameReport;
 
@@ -25,7 +25,12 @@ fn another_vru_rule_is_replayed_beside_the_built_in_one() {
         };
         assert!(busy(own) < busy(built_in), "two pairs together");
         assert!(own.frame_time_s() <= built_in.frame_time_s());
-        assert_eq!(own.actions, built_in.actions, "it does the same work");
+        for action in Action::all() {
+            // Who is done sooner is clocked for fewer cycles.
+            let (own, built_in) = (own.actions.total(action), built_in.actions.total(action));
+            let clock = matches!(action, Action::Clock(_) | Action::IdleClock(_));
+            assert!(clock || own == built_in, "{action:?}: it does the same work");
+        }
     }
 }
 

@@ -4,14 +4,19 @@
 //! exponent field 0 holds zeros and subnormals, the largest one infinities and NaN. There is one
 //! NaN, positive with the first bit of the mantissa, whatever it was made of. `e5m10` is binary16.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
 
 use super::wide::{Number, Parts, Rounding, WideFormat};
 
 /// A floating-point format. Its numbers are `u16` of which only the lowest [`bits`](Self::bits)
-/// are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// are used. In files it is text: `e5m10`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize, Serialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct NumberFormat(WideFormat);
 
 /// Why a number format cannot be had.
@@ -48,6 +53,39 @@ impl fmt::Display for FormatError {
 }
 
 impl std::error::Error for FormatError {}
+
+impl TryFrom<String> for NumberFormat {
+    type Error = FormatError;
+
+    fn try_from(text: String) -> Result<NumberFormat, FormatError> {
+        text.parse()
+    }
+}
+
+impl From<NumberFormat> for String {
+    fn from(format: NumberFormat) -> String {
+        format.to_string()
+    }
+}
+
+impl JsonSchema for NumberFormat {
+    fn schema_name() -> Cow<'static, str> {
+        "NumberFormat".into()
+    }
+
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "type": "string",
+            "pattern": "^e[2-8]m([1-9]|1[0-3])$",
+            "examples": ["e5m10", "e4m3"],
+            "x-unit": "number format",
+        })
+    }
+}
 
 impl NumberFormat {
     /// IEEE binary16.

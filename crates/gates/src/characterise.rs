@@ -8,7 +8,9 @@
 //! it, a fit may make one cheap and the other dear; then the one below zero is left out, its energy
 //! is in the others, and it is named.
 //!
-//! The clock and the idle circuit are the price of a cycle; leakage is apart.
+//! The clock and the idle circuit are the price of a cycle; leakage is apart. Registers that a
+//! clock gate serves cost their clock where something is done, and not in that price: so it is
+//! that of an idle unit. What it would be without gates is stated beside it.
 
 pub mod bsu;
 mod lanes;
@@ -58,6 +60,8 @@ pub(crate) struct Measured {
     actions: &'static [&'static str],
     /// Counts of each action, and energy in fJ, of each window.
     windows: Vec<(Vec<f64>, f64)>,
+    /// Energy of the clock in all of them, fJ: as it is, and with all clock gates open.
+    clock: [f64; 2],
 }
 
 /// The price of an action.
@@ -90,6 +94,10 @@ pub struct Characterised {
     pub held_out: f64,
     /// Energy a lane-cycle on those lists, pJ.
     pub held_out_pj_per_cycle: f64,
+    /// What of it the clock takes: its nets, pins and gates.
+    pub clock_pj_per_cycle: f64,
+    /// What the clock would take in any cycle if all clock gates were open.
+    pub clock_ungated_pj_per_cycle: f64,
 }
 
 /// Notes what windows cost.
@@ -99,6 +107,7 @@ pub(crate) struct Meter<'n> {
     window: u64,
     counts: Vec<f64>,
     windows: Vec<(Vec<f64>, f64)>,
+    clock: [f64; 2],
 }
 
 impl<'n> Meter<'n> {
@@ -108,7 +117,14 @@ impl<'n> Meter<'n> {
         actions: &'static [&'static str],
         window: u64,
     ) -> Meter<'n> {
-        Meter { netlist, actions, window, counts: vec![0.0; actions.len()], windows: Vec::new() }
+        Meter {
+            netlist,
+            actions,
+            window,
+            counts: vec![0.0; actions.len()],
+            windows: Vec::new(),
+            clock: [0.0; 2],
+        }
     }
 
     /// So much more of an action, by its place.
@@ -122,14 +138,16 @@ impl<'n> Meter<'n> {
         if simulator.cycles() < self.window {
             return;
         }
-        let energy = energy::of(self.netlist, &simulator.toggles()).total();
+        let energy = energy::of(self.netlist, &simulator.toggles());
+        self.clock[0] += energy.clock();
+        self.clock[1] += energy.clock_ungated;
         let counts = std::mem::replace(&mut self.counts, vec![0.0; self.actions.len()]);
-        self.windows.push((counts, energy));
+        self.windows.push((counts, energy.total()));
         simulator.count_anew();
     }
 
     pub(crate) fn measured(self) -> Measured {
-        Measured { actions: self.actions, windows: self.windows }
+        Measured { actions: self.actions, windows: self.windows, clock: self.clock }
     }
 }
 
@@ -169,6 +187,8 @@ fn characterise(
         spread,
         held_out: expected / measured - 1.0,
         held_out_pj_per_cycle: measured / cycles * 1e-3,
+        clock_pj_per_cycle: held_out.clock[0] / cycles * 1e-3,
+        clock_ungated_pj_per_cycle: held_out.clock[1] / cycles * 1e-3,
     })
 }
 

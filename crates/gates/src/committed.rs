@@ -6,13 +6,31 @@ use crate::netlist::Netlist;
 pub const LIBRARIES: [(&str, &str); 2] = [("45nm", "nangate45"), ("7nm", "asap7")];
 
 /// Unit, library, file.
-const FILES: [(&str, &str, &[u8]); 6] = [
-    ("qsu", "nangate45", include_bytes!("../../../rtl/netlists/qsu-nangate45.gates")),
-    ("qsu", "asap7", include_bytes!("../../../rtl/netlists/qsu-asap7.gates")),
-    ("bsu", "nangate45", include_bytes!("../../../rtl/netlists/bsu-nangate45.gates")),
-    ("bsu", "asap7", include_bytes!("../../../rtl/netlists/bsu-asap7.gates")),
-    ("vrc", "nangate45", include_bytes!("../../../rtl/netlists/vrc-nangate45.gates")),
-    ("vrc", "asap7", include_bytes!("../../../rtl/netlists/vrc-asap7.gates")),
+type File = (&'static str, &'static str, &'static [u8]);
+
+macro_rules! file {
+    ($unit:literal, $library:literal) => {
+        (
+            $unit,
+            $library,
+            include_bytes!(concat!("../../../rtl/netlists/", $unit, "-", $library, ".gates")),
+        )
+    };
+}
+
+const FILES: [File; 12] = [
+    file!("qsu", "nangate45"),
+    file!("qsu", "asap7"),
+    file!("bsu", "nangate45"),
+    file!("bsu", "asap7"),
+    file!("vrc", "nangate45"),
+    file!("vrc", "asap7"),
+    file!("vrc-e5m6", "nangate45"),
+    file!("vrc-e5m6", "asap7"),
+    file!("vrc-e4m3", "nangate45"),
+    file!("vrc-e4m3", "asap7"),
+    file!("vru", "nangate45"),
+    file!("vru", "asap7"),
 ];
 
 /// The netlist of a unit in a library (`45nm` or `nangate45`); `None` if there is none.

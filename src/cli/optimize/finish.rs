@@ -8,7 +8,6 @@ use super::foveated;
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::results::FILE;
-use powergs_optimize::role::Role;
 use powergs_optimize::setup::Seen;
 use powergs_report::document::{Block, Document};
 use powergs_report::optimize::{Story, charts, document, models_csv, ratios_csv, samples_csv};

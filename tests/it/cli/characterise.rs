@@ -3,6 +3,7 @@
 use std::fs;
 
 use assert_cmd::Command;
+use powergs_testkit::scene_files::{ply, sample};
 use predicates::str::contains;
 
 fn run(words: &[&str]) -> assert_cmd::assert::Assert {
@@ -44,6 +45,36 @@ fn the_table_is_toml_and_is_not_written_over() {
 }
 
 #[test]
+fn a_rendering_core_is_priced_on_a_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("a.ply");
+    fs::write(&scene, ply(&sample(400, 1))).expect("a scene");
+    let scene = scene.to_str().expect("UTF-8");
+    let words = |format: &'static str| {
+        ["vrc", "--library", "7nm", "--scene", scene, "--orbit", "4", "--size", "128x96"]
+            .into_iter()
+            .chain(["--format", format, "--json"])
+            .collect::<Vec<_>>()
+    };
+    let of = |format| -> serde_json::Value {
+        let done = run(&words(format)).success();
+        serde_json::from_slice(&done.get_output().stdout).expect("JSON")
+    };
+    let [wide, narrow] = ["e5m10", "e4m3"].map(of);
+    let number = |found: &serde_json::Value, name: &str| found[name].as_f64().expect("a number");
+    assert!(number(&wide, "held_out").abs() < 0.05, "{wide}");
+    assert!(number(&narrow, "area_um2") < 0.5 * number(&wide, "area_um2"));
+    assert!(number(&narrow, "energy_per_cycle_pj") < number(&wide, "energy_per_cycle_pj"));
+    let ungated = number(&wide, "clock_ungated_per_cycle_pj");
+    assert!(ungated > 2.0 * number(&wide, "clock_per_cycle_pj"), "{wide}");
+    run(&words("e6m5")).code(2).stderr(contains("vrc-e6m5: no netlist"));
+    run(&words("e5m12")).code(2).stderr(contains("8 to 16 bits"));
+    run(&["vrc", "--library", "7nm", "--trace", "traces/demo.bin"]).code(2);
+    let trace = ["vrc", "--library", "7nm", "--scene", "traces/demo.bin", "--orbit", "2"];
+    run(&trace).code(3);
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bad.bin");
@@ -51,7 +82,9 @@ fn what_cannot_be_is_refused() {
     let bad = path.to_str().expect("UTF-8");
     run(&["qsu", "--library", "45nm", "--trace", bad]).code(3);
     let demo = "traces/demo.bin";
-    run(&["vru", "--library", "45nm", "--trace", demo]).code(2).stderr(contains("invalid value"));
+    run(&["vru", "--library", "45nm", "--trace", demo])
+        .code(2)
+        .stderr(contains("unrecognized subcommand"));
     run(&["qsu", "--library", "28nm", "--trace", demo]).code(2).stderr(contains("45nm"));
     let late = ["qsu", "--library", "45nm", "--trace", demo, "--frames", "90.."];
     run(&late).code(2);

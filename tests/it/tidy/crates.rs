@@ -12,7 +12,7 @@ type Row = (&'static str, &'static [&'static str]);
 const CRATES: [Row; 14] = [
     ("base", &[]),
     ("frame", &["base"]),
-    ("core", &["base", "frame"]),
+    ("core", &["base", "frame", "datapath"]),
     // Picture files: knows no scene and no chart.
     ("pixels", &[]),
     ("scene", &["base", "frame", "pixels"]),

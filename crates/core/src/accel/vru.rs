@@ -12,9 +12,9 @@
 //! queue in front of it, and `vru.switch` prices the change of sub-tiles where all units take one
 //! after the other; what a chunk then takes is measured entry by entry ([`subtiles`]).
 //!
-//! A tile opens in a cycle (`rtl/vru.sv`; none with `vru.tile-overlap`). Its last chunk also drains the pipeline, `latency` cycles, and
-//! finishes the pixels, one a cycle in each unit; the next tile enters after that (A27). A tile without chunks only
-//! finishes its pixels.
+//! A tile opens in a cycle (`rtl/vru.sv`; none with `vru.tile-overlap`). Its last chunk also drains
+//! the pipeline, `latency` cycles, and finishes the pixels, one a cycle in each unit; the next tile
+//! enters after that (A27). A tile without chunks opens and finishes its pixels.
 //!
 //! **Two levels.** In a foveated frame some tiles blend two levels. Their chunks bring colour and
 //! opacity of the second one along, for the entries that it has. With `fovea.accumulators` = 2 both

@@ -349,6 +349,7 @@ pub fn table(
         flop: None,
         actions,
         clock: None,
+        numbers: None,
         sram: SramPrices {
             flat: None,
             table: None,

@@ -13,6 +13,7 @@ use crate::energy::prices::{DramCosts, Phy, Prices};
 use crate::energy::supply::Supply;
 use powergs_base::config::{self, ConfigError};
 use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
+use powergs_datapath::NumberFormat;
 
 mod check;
 mod keys;
@@ -22,8 +23,8 @@ mod sram;
 
 pub use keys::{
     ActionPrice, ActionPrices, AreaPrice, BytePrice, CurveChoice, CyclePrice, DramPrices, Factor,
-    FlatDram, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices, UnitArea,
-    UnitClock, UnitLeakage,
+    FlatDram, FormatFactors, Overhead, PhyPrices, PowerPrice, RestArea, Scaling, SupplyPrices,
+    UnitArea, UnitClock, UnitLeakage, UnitNumbers,
 };
 pub use parts::{BsuParts, CacheParts, CcuParts, PartShare, Parts, QsuParts, VruParts};
 pub use sram::{SramCacti, SramMacro, SramPrices, SramSize, SramTable};
@@ -50,6 +51,8 @@ pub struct EnergyTable {
     pub actions: ActionPrices,
     /// What units take in every cycle; nothing without.
     pub clock: Option<UnitClock>,
+    /// What the number format of rendering units does to their prices.
+    pub numbers: Option<UnitNumbers>,
     /// Prices of buffer accesses, leakage and area of the buffers.
     pub sram: SramPrices,
     /// Prices of DRAM accesses, its background and refresh power.
@@ -139,6 +142,20 @@ pub enum PriceError {
         /// The highest voltage.
         most: f64,
     },
+    /// A number format without factors.
+    #[error(
+        "the energy table `{table}` has no prices for rendering units of `{numbers}`: it has \
+         {known}; set `record.numbers` to one of these, or add a row to `numbers.formats` in a \
+         copy of it"
+    )]
+    NoNumbers {
+        /// Name of the energy table.
+        table: String,
+        /// Numbers of the machine.
+        numbers: NumberFormat,
+        /// Those that the table has.
+        known: String,
+    },
     /// Prices of DRAM commands for a machine whose DRAM model counts none.
     #[error(
         "the energy table `{table}` prices the commands of a DRAM device (`dram.device = true`), \
@@ -156,6 +173,7 @@ impl PriceError {
     pub const fn key(&self) -> &'static str {
         match self {
             PriceError::ClockTooHigh { .. } => "clock",
+            PriceError::NoNumbers { .. } => "record.numbers",
             PriceError::OutsideTable { .. }
             | PriceError::OutsideCacti { .. }
             | PriceError::NoMacro { .. }
@@ -173,6 +191,8 @@ pub struct Built<'a> {
     pub idle_leakage: f64,
     /// Whether a unit without work is switched off, its clock too.
     pub gated: bool,
+    /// Numbers of the rendering units; `None`: those of the prices.
+    pub numbers: Option<NumberFormat>,
     /// What the DRAM device costs; `None` where its commands are not counted.
     pub device: Option<DramCosts>,
     /// Memory channels.
@@ -204,13 +224,15 @@ impl EnergyTable {
         let factors = self.factors().at(supply.as_ref());
         let grown = self.grown(built.inventory);
         let banks = self.banks(built.inventory, &factors, &grown)?;
+        let numbers = self.numbers_of(built.numbers)?;
         let leakage = &self.leakage;
         let per_unit = [&leakage.ccu, &leakage.qsu, &leakage.bsu, &leakage.vru];
         let colours = self.colours_as_ccus(built.inventory) * leakage.ccu.power.0;
         let unit_leakage_w = std::array::from_fn(|i| {
             let units = f64::from(built.inventory.units[i]) * grown.units[i];
-            let colours = if i == UnitKind::Vru as usize { colours } else { 0.0 };
-            (per_unit[i].power.0 * units + colours) * factors.leakage
+            let is_vru = i == UnitKind::Vru as usize;
+            let (colours, narrow) = if is_vru { (colours, numbers.leakage) } else { (0.0, 1.0) };
+            (per_unit[i].power.0 * units * narrow + colours) * factors.leakage
         });
         let memories = &built.inventory.memories;
         let sram_leakage_w =
@@ -233,15 +255,19 @@ impl EnergyTable {
             Action::DramWrite => dram.per_byte()[1],
             Action::IdleClock(_) if built.gated => 0.0,
             Action::Clock(unit) | Action::IdleClock(unit) => {
-                self.cycle_pj(unit) * grown.units[unit as usize] * factors.energy
+                let narrow = if unit == UnitKind::Vru { numbers.clock } else { 1.0 };
+                self.cycle_pj(unit) * grown.units[unit as usize] * narrow * factors.energy
             }
             other => {
                 let grown = unit_of(other).map_or(1.0, |unit| grown.energy[unit as usize]);
-                self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p)) * grown * factors.energy
+                let narrow =
+                    if unit_of(other) == Some(UnitKind::Vru) { numbers.energy } else { 1.0 };
+                let pj = self.arithmetic(other).map_or(0.0, |p| self.energy_pj(p));
+                pj * grown * narrow * factors.energy
             }
         });
         let idle_leakage = built.idle_leakage;
-        let area = self.area_of(built.inventory, &banks, &factors, &grown);
+        let area = self.area_of(built.inventory, &banks, &factors, &grown, numbers.area);
         let phy = self.phy.as_ref().map(|phy| Phy {
             area_mm2: phy.area.area.0 * built.channels,
             standby_w: phy.standby.power.0 * built.channels,
@@ -285,14 +311,16 @@ impl EnergyTable {
         banks: &[Bank],
         factors: &Factors,
         grown: &Grown,
+        narrow: f64,
     ) -> Option<Area> {
         let area = self.area.as_ref()?;
         let per_unit = [&area.ccu, &area.qsu, &area.bsu, &area.vru];
         let colours = self.colours_as_ccus(built) * area.ccu.area.0;
         let units: [f64; 4] = std::array::from_fn(|i| {
             let units = per_unit[i].area.0 * f64::from(built.units[i]) * grown.units[i];
-            let colours = if i == UnitKind::Vru as usize { colours } else { 0.0 };
-            (units + colours) * factors.area
+            let is_vru = i == UnitKind::Vru as usize;
+            let (colours, narrow) = if is_vru { (colours, narrow) } else { (0.0, 1.0) };
+            (units * narrow + colours) * factors.area
         });
         let buffers: [f64; Buffer::ALL.len()] = std::array::from_fn(|i| {
             banks[i].area_mm2 * f64::from(built.memories[i].banks) * area.sram_overhead.factor
@@ -371,6 +399,33 @@ impl EnergyTable {
             | Action::DramRead
             | Action::DramWrite => return None,
         })
+    }
+
+    /// The factors of a number format on the prices of a rendering unit.
+    fn numbers_of(&self, numbers: Option<NumberFormat>) -> Result<FormatFactors, PriceError> {
+        let plain =
+            |numbers| FormatFactors { numbers, energy: 1.0, clock: 1.0, leakage: 1.0, area: 1.0 };
+        let rows = self.numbers.as_ref().map_or(&[][..], |own| &own.formats);
+        match numbers {
+            None => Ok(plain(NumberFormat::FP16)),
+            // Prices of tables that do not say otherwise are those of FP16.
+            Some(NumberFormat::FP16) if rows.is_empty() => Ok(plain(NumberFormat::FP16)),
+            Some(numbers) => {
+                let found = rows.iter().find(|row| row.numbers == numbers);
+                let known = || match rows {
+                    [] => "those of e5m10 alone".to_owned(),
+                    rows => {
+                        rows.iter().map(|r| r.numbers.to_string()).collect::<Vec<_>>().join(", ")
+                    }
+                };
+                let table = self.name.clone();
+                found.cloned().ok_or_else(|| PriceError::NoNumbers {
+                    table,
+                    numbers,
+                    known: known(),
+                })
+            }
+        }
     }
 
     /// What one unit takes in a cycle.

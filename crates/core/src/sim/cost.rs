@@ -21,6 +21,7 @@ pub fn prices(table: &EnergyTable, machine: &Machine) -> Result<Prices, PriceErr
         inventory: &inventory,
         idle_leakage,
         gated: machine.gating.units,
+        numbers: machine.record.numbers,
         device: device.map(device_costs),
         channels,
         clock: machine.clock,

@@ -27,6 +27,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     records(machine, &mut found);
     colours(machine, &mut found);
     features(machine, &mut found);
+    numbers(machine, &mut found);
     pitches(machine, &mut found);
     sizes(machine, &mut found);
     words(machine, &mut found);
@@ -240,6 +241,32 @@ fn records(m: &Machine, found: &mut Found) {
         if size > RECORD_MAX {
             found.push((key, format!("`{key}` = {size} is above {RECORD_MAX}: a typing error?")));
         }
+    }
+}
+
+/// Numbers of a feature record: its form, three; its place, two; opacity; colour.
+const FEATURE_NUMBERS: u64 = 9;
+
+/// A feature record holds the numbers that rendering units read.
+fn numbers(m: &Machine, found: &mut Found) {
+    let Some(format) = m.record.numbers else { return };
+    let least = Bytes((FEATURE_NUMBERS * u64::from(format.bits())).div_ceil(8));
+    if m.record.feature < least {
+        let message = format!(
+            "`record.numbers` = \"{format}\" and `record.feature` = {} contradict each other: \
+             nine numbers of {} bits have {least}; set `record.feature` to that, or `numbers` to \
+             a shorter format",
+            m.record.feature,
+            format.bits()
+        );
+        found.push(("record.numbers", message));
+    }
+    if format.exponent_bits() < 4 {
+        let message = format!(
+            "`record.numbers` = \"{format}\": places in a tile need four bits of exponent, as in \
+             e4m3"
+        );
+        found.push(("record.numbers", message));
     }
 }
 

@@ -8,6 +8,7 @@ pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
+use powergs_datapath::NumberFormat;
 use powergs_frame::scene::ShDegree;
 
 /// Bytes of the records that cross the DRAM interface.
@@ -42,6 +43,11 @@ pub struct RecordSpec {
     pub feature: Bytes,
     /// Who writes what is read per list entry.
     pub feature_source: FeatureSource,
+    /// Numbers that rendering units compute with, bits of exponent and mantissa: `e5m10` is FP16.
+    /// An entry that they read has nine. Without it units are those that the energy table has
+    /// prices for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub numbers: Option<NumberFormat>,
     /// Written per pixel.
     pub pixel: Bytes,
     /// Distance of feature records in DRAM, at least `feature`.

@@ -31,6 +31,7 @@ pub(super) fn problems(table: &EnergyTable) -> Found {
     }
     clock(table, &mut found);
     rows(table, &mut found);
+    numbers(table, &mut found);
     dram(table, &mut found);
     sram(table, &mut found);
     nodes(table, &mut found);
@@ -84,12 +85,34 @@ fn clock(table: &EnergyTable, found: &mut Found) {
     }
 }
 
+fn numbers(table: &EnergyTable, found: &mut Found) {
+    let Some(numbers) = &table.numbers else { return };
+    source("numbers", &numbers.source, found);
+    for (i, row) in numbers.formats.iter().enumerate() {
+        let mut say = |what: String| found.push(("numbers.formats".to_owned(), what));
+        for (key, factor) in [
+            ("energy", row.energy),
+            ("clock", row.clock),
+            ("leakage", row.leakage),
+            ("area", row.area),
+        ] {
+            if !(0.01..=100.0).contains(&factor) {
+                say(format!("`{key}` = {factor} of {} must be from 0.01 to 100", row.numbers));
+            }
+        }
+        if numbers.formats[..i].iter().any(|other| other.numbers == row.numbers) {
+            say(format!("`numbers.formats` has {} twice", row.numbers));
+        }
+    }
+}
+
 /// A row is priced itself or by its compare-exchanges.
 fn rows(table: &EnergyTable, found: &mut Found) {
     let actions = &table.actions;
     let rows = [&actions.sorted_row, &actions.merged_row].map(Option::is_some);
-    let both = "`actions` prices rows of a BSU and their compare-exchanges: give both `sorted-row` and \
-         `merged-row` and set `compare-exchange.free = true`, or give neither";
+    let both = "`actions` prices rows of a BSU and their compare-exchanges: give both \
+                `sorted-row` and `merged-row` and set `compare-exchange.free = true`, or give \
+                neither";
     if rows[0] != rows[1] || (rows[0] && !actions.compare_exchange.free) {
         found.push(("actions.compare-exchange".to_owned(), both.to_owned()));
     }

@@ -8,6 +8,7 @@ use crate::energy::supply::Curve;
 use powergs_base::quantity::{
     Hertz, Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Volts, Watts,
 };
+use powergs_datapath::NumberFormat;
 
 /// The price of one action: exactly one of `energy`, `flops` and `free`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -124,6 +125,37 @@ pub struct CyclePrice {
     pub energy: Picojoules,
     /// Key of `references.toml` or assumption number.
     pub source: String,
+}
+
+/// The `[numbers]` table: what the numbers of a rendering unit do to its prices.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitNumbers {
+    /// Formats that there are prices for. A machine without `record.numbers` has the units of the
+    /// table as they are.
+    pub formats: Vec<FormatFactors>,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Factors of a number format on the prices of a rendering unit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FormatFactors {
+    /// The format.
+    pub numbers: NumberFormat,
+    /// On the energy of its actions.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub energy: f64,
+    /// On what it takes in every cycle.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub clock: f64,
+    /// On its leakage.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub leakage: f64,
+    /// On its area.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub area: f64,
 }
 
 /// The `[dram]` table: `flat`, `device` or both.

@@ -31,6 +31,7 @@ fn priced(table: &EnergyTable, inventory: &Inventory) -> Result<Prices, PriceErr
         inventory,
         idle_leakage: 1.0,
         gated: false,
+        numbers: None,
         device: None,
         channels,
         clock,

@@ -86,6 +86,7 @@ fn unlinked() -> Machine {
             id_check: false,
             entry_bitmap: false,
             feature: Bytes(19),
+            numbers: None,
             feature_source: FeatureSource::Nobody,
             pixel: Bytes(3),
             feature_pitch: Bytes(32),
@@ -270,6 +271,7 @@ impl Dice {
         machine.geometry = Geometry { chunk, subtile, sort_group, ..Geometry::REFERENCE };
         let bytes = |dice: &mut Self, most| Bytes(u64::from(dice.roll(0, most)));
         machine.record = RecordSpec {
+            numbers: None,
             position: bytes(self, 6),
             geometry: bytes(self, 12),
             colour: bytes(self, 20),

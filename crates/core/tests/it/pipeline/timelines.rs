@@ -16,7 +16,7 @@ fn small() -> Machine {
     m.geometry = Geometry { chunk: 4, ..Geometry::REFERENCE };
     (m.ccu.units, m.ccu.batch, m.ccu.latency) = (1, 4, 2);
     m.ccu.fetch = Fetch::LazyColour;
-    (m.gsu.qsu_per_core, m.gsu.qsu_latency) = (1, 1);
+    (m.gsu.qsu_per_core, m.gsu.qsu_latency, m.gsu.pivots) = (1, 1, 1);
     (m.gsu.bsu_width, m.gsu.bsu_latency) = (4, 1);
     (m.vru.cores, m.vru.latency, m.vru.units_per_core) = (1, 2, 64);
     (m.record.feature, m.record.colour) = (Bytes(16), Bytes(8));
