@@ -35,6 +35,18 @@ fn texts() -> std::io::Result<Vec<Seed>> {
     Ok(std::iter::once(("journal", "two", lines)).chain(files).collect())
 }
 
+/// Invented cells, a circuit of them, and the smallest netlist of a unit.
+fn netlists() -> [Seed; 3] {
+    let cells = include_bytes!("../crates/gates/tests/data/invented.lib");
+    let circuit = include_bytes!("../crates/gates/tests/data/gated.json");
+    let priced = include_bytes!("../rtl/netlists/qsu-nangate45.gates");
+    [
+        ("liberty", "invented.lib", cells.to_vec()),
+        ("mapped_json", "gated.json", circuit.to_vec()),
+        ("gates", "qsu.gates", priced.to_vec()),
+    ]
+}
+
 fn main() -> std::io::Result<()> {
     let folder = std::env::args_os().nth(1).map_or("fuzz/corpus".into(), PathBuf::from);
     // A target of another reader adds its own `seeds()` to this chain.
@@ -46,6 +58,7 @@ fn main() -> std::io::Result<()> {
     powergs_pixels::write_png(&mut png, 3, 2, &[90; 18])?;
     let seeds = files.chain(traces::seeds()).chain(pictures).chain([("picture", "small.png", png)]);
     let seeds = seeds.chain(checkpoints().map_err(std::io::Error::other)?).chain(texts()?);
+    let seeds = seeds.chain(netlists());
     for (target, name, bytes) in seeds {
         let corpus = folder.join(target);
         std::fs::create_dir_all(&corpus)?;

@@ -6,8 +6,8 @@
         --liberty NangateOpenCellLibrary_typical.lib
 
 Clock gates are inserted in front of registers of at least --gate flip-flops with the same enable
-(8 by default, 0 for none); no gate drives more than GATED flip-flops, so wide registers have several.
---cut MODULE leaves instances of a module out: what they are connected to become ports of the unit.
+(8 by default, 0 for none), several of them for wide registers. --cut MODULE leaves instances of a
+module out: what they are connected to becomes ports of the unit.
 
 Writes into the folder of --out: NAME.json (the netlist, Yosys JSON), NAME.v (the same for a timing
 analyser), NAME.sdc, and report.json: area, cells, flip-flops, clock gates, how often each cell is
@@ -34,12 +34,14 @@ from pathlib import Path
 
 RTL = Path(__file__).resolve().parent.parent
 
-# What a library needs to be said besides its Liberty files. Times in ns, capacitances in fF.
+# What a library needs to be said besides its Liberty files. Times in ns, capacitances in fF; `units`
+# are a ns and a fF in those of the library. `invented` is the fixture of the tests.
 # `dont_use`: scan and latch cells, clock gates, delay and clock buffers, three-state drivers, and the
 # flip-flops of ASAP7 of four times the drive, which are its only ones that do not invert.
 # `clock_gates`: cells for up to so many flip-flops; enable, clock and output pin, pins tied to 0.
 LIBRARIES = {
     "nangate45": {
+        "units": (1.0, 1.0),
         "driver": ("BUF_X2", "Z"),
         "load_ff": 5.0,
         "input_transition_ns": 0.02,
@@ -51,6 +53,7 @@ LIBRARIES = {
         "tie_low": ("LOGIC0_X1", "Z"),
     },
     "asap7": {
+        "units": (1000.0, 1.0),
         "driver": ("BUFx2_ASAP7_75t_R", "Y"),
         "load_ff": 2.0,
         "input_transition_ns": 0.01,
@@ -60,6 +63,45 @@ LIBRARIES = {
         "dont_use": ["SDF*", "DLL*", "DHL*", "ICG*", "HB*", "CKINVDC*", "DFFASR*", "DFF?Qx4*"],
         "tie_high": ("TIEHIx1_ASAP7_75t_R", "H"),
         "tie_low": ("TIELOx1_ASAP7_75t_R", "L"),
+    },
+    "sky130hd": {
+        "units": (1.0, 0.001),
+        "driver": ("sky130_fd_sc_hd__buf_2", "X"),
+        "load_ff": 10.0,
+        "input_transition_ns": 0.05,
+        "clock_transition_ns": 0.05,
+        "clock_gates": [(16, "sky130_fd_sc_hd__dlclkp_1"), (32, "sky130_fd_sc_hd__dlclkp_2")],
+        "clock_gate_pins": ("GATE", "CLK", "GCLK", []),
+        "dont_use": ["*__sdf*", "*__sedf*", "*__edf*", "*__dl*", "*__sdl*", "*__lpflow*",
+                     "*__clk*", "*__ebuf*", "*__einv*", "*__probe*", "*__macro*", "*__fa*",
+                     "*__ha_*", "*__dfr*", "*__dfs*", "*__dfb*"],
+        "tie_high": ("sky130_fd_sc_hd__conb_1", "HI"),
+        "tie_low": ("sky130_fd_sc_hd__conb_1", "LO"),
+    },
+    "sg13g2": {
+        "units": (1.0, 0.001),
+        "driver": ("sg13g2_buf_2", "X"),
+        "load_ff": 10.0,
+        "input_transition_ns": 0.05,
+        "clock_transition_ns": 0.05,
+        "clock_gates": [(32, "sg13g2_lgcp_1")],
+        "clock_gate_pins": ("GATE", "CLK", "GCLK", []),
+        "dont_use": ["*_sdf*", "*_dl*", "*_lgcp*", "*_slgcp*", "*_ebufn*", "*_einvn*",
+                     "*_sighold", "*_antenna*", "*_fill*", "*_decap*"],
+        "tie_high": ("sg13g2_tiehi", "L_HI"),
+        "tie_low": ("sg13g2_tielo", "L_LO"),
+    },
+    "invented": {
+        "units": (1.0, 1.0),
+        "driver": ("BUF", "Y"),
+        "load_ff": 5.0,
+        "input_transition_ns": 0.05,
+        "clock_transition_ns": 0.05,
+        "clock_gates": [(32, "GATE")],
+        "clock_gate_pins": ("E", "C", "Q", []),
+        "dont_use": [],
+        "tie_high": ("ONE", "Y"),
+        "tie_low": ("ZERO", "Y"),
     },
 }
 
@@ -256,13 +298,13 @@ def map_unit(args, settings, liberty, unused, folder):
 def constraints(args, settings):
     """The SDC: an ideal clock; inputs come with its edge, outputs are wanted at the next one."""
     period = args.period
-    unit = 1.0 if args.library == "nangate45" else 1000.0
+    unit, load_unit = settings["units"]
     return "\n".join(
         [
             f"create_clock -name clk -period {period * unit:g} [get_ports clk]",
             f"set_clock_transition {settings['clock_transition_ns'] * unit:g} [get_clocks clk]",
             f"set_input_transition {settings['input_transition_ns'] * unit:g} [all_inputs]",
-            f"set_load {settings['load_ff']:g} [all_outputs]",
+            f"set_load {settings['load_ff'] * load_unit:g} [all_outputs]",
             "set_input_delay 0 -clock clk [all_inputs]",
             "set_output_delay 0 -clock clk [all_outputs]",
             "",
@@ -292,7 +334,7 @@ def timing(args, liberty):
     slack = re.search(r"(-?[\d.]+)\s+slack", done.stdout)
     if slack is None:
         sys.exit("OpenSTA failed:\n" + done.stdout[-2000:] + done.stderr[-2000:])
-    unit = 1.0 if args.library == "nangate45" else 1000.0
+    unit, _ = LIBRARIES[args.library]["units"]
     return {"critical_path_ns": round(args.period - float(slack[1]) / unit, 4)}, done.stdout
 
 

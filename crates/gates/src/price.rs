@@ -59,6 +59,8 @@ pub struct Priced {
     pub instances: Vec<usize>,
     /// Names of the outputs of each kind of cell, in the order of the netlist.
     pub outputs: BTreeMap<String, Vec<String>>,
+    /// Transition times of each net.
+    pub slews: Vec<Slew>,
 }
 
 /// A circuit that cannot be priced.
@@ -125,11 +127,11 @@ pub fn price(
         (class(*cell), levels[*cell], mapped.cells[*cell].kind.as_str(), *cell)
     });
     let mut parts = draft.parts(&order)?;
-    draft.fill_prices(&mut parts, &order);
+    let slews = draft.fill_prices(&mut parts, &order);
     let names = |cell: &Cell| cell.outputs.iter().map(|output| output.name.clone()).collect();
     let kinds = mapped.cells.iter().zip(&draft.cells);
     let outputs = kinds.map(|(instance, cell)| (instance.kind.clone(), names(cell))).collect();
-    Ok(Priced { netlist: Netlist::new(parts)?, instances: order, outputs })
+    Ok(Priced { netlist: Netlist::new(parts)?, instances: order, outputs, slews })
 }
 
 fn look_up<'l>(mapped: &Mapped, library: &'l Library) -> Result<Vec<&'l Cell>, PriceError> {
@@ -380,7 +382,8 @@ impl Draft<'_> {
         (sums[0] / counts[0].max(1.0), sums[1] / counts[1].max(1.0))
     }
 
-    fn fill_prices(&self, parts: &mut Parts, order: &[usize]) {
+    /// Prices and loads; gives the transition times of the nets.
+    fn fill_prices(&self, parts: &mut Parts, order: &[usize]) -> Vec<Slew> {
         let nets = parts.capacitance.len();
         let (mut loads, mut fanout) = (vec![0.0; nets], vec![0u32; nets]);
         let mut first = 0;
@@ -452,6 +455,7 @@ impl Draft<'_> {
             }
         }
         parts.capacitance = loads.into_iter().map(rounded).collect();
+        slews
     }
 }
 

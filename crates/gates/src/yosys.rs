@@ -1,12 +1,14 @@
 //! Mapped netlists as Yosys writes them (`write_json`).
 
+use std::collections::HashMap;
+
 use serde_json::{Map, Value};
 use thiserror::Error;
 
 /// Bytes of a netlist that are read at most.
 const MAX_BYTES: usize = 1 << 30;
-/// Bits that are read at most: net numbers index tables.
-const MAX_NET: u64 = 1 << 26;
+/// Net numbers are below this; what is read has as many nets as are named.
+const MAX_NET: u64 = 1 << 32;
 
 /// The net that is 0.
 pub const ZERO: u32 = 0;
@@ -28,7 +30,7 @@ pub struct JsonError {
 pub struct Mapped {
     /// Name of the module.
     pub name: String,
-    /// One above the largest net number; nets 0 and 1 are constants.
+    /// Number of nets, in the order in which the file names them; 0 and 1 are constants.
     pub nets: u32,
     /// Ports in the order of the module.
     pub ports: Vec<Port>,
@@ -86,13 +88,14 @@ fn read(text: &str) -> Result<Mapped, String> {
     });
     let (name, module) = top.ok_or("several modules and none is top; run `hierarchy -top`")?;
     let mut mapped = Mapped { name: name.clone(), nets: 2, ports: Vec::new(), cells: Vec::new() };
+    let mut nets = Nets(HashMap::new());
     for (name, port) in object(module, "ports")? {
         let input = match port.get("direction").and_then(Value::as_str) {
             Some("input") => true,
             Some("output") => false,
             _ => return Err(format!("port {name} is neither input nor output")),
         };
-        let nets = bits(port.get("bits"), name, &mut mapped.nets)?.into_vec();
+        let nets = nets.bits(port.get("bits"), name)?;
         mapped.ports.push(Port { name: name.clone(), input, nets });
     }
     for (name, cell) in object(module, "cells")? {
@@ -100,7 +103,7 @@ fn read(text: &str) -> Result<Mapped, String> {
         let kind = kind.ok_or_else(|| format!("cell {name} has no type"))?.to_owned();
         let mut pins = Vec::new();
         for (pin, at) in object(cell, "connections")? {
-            match *bits(Some(at), name, &mut mapped.nets)? {
+            match *nets.bits(Some(at), name)? {
                 [] => {}
                 [net] => pins.push((pin.clone(), net)),
                 _ => {
@@ -113,6 +116,7 @@ fn read(text: &str) -> Result<Mapped, String> {
         }
         mapped.cells.push(Instance { name: name.clone(), kind, pins });
     }
+    mapped.nets += nets.0.len() as u32;
     Ok(mapped)
 }
 
@@ -121,19 +125,23 @@ fn object<'a>(of: &'a Value, name: &str) -> Result<&'a Map<String, Value>, Strin
     found.ok_or_else(|| format!("no `{name}`: not written by Yosys' write_json"))
 }
 
-fn bits(value: Option<&Value>, owner: &str, nets: &mut u32) -> Result<Box<[u32]>, String> {
-    let list = value.and_then(Value::as_array);
-    let list = list.ok_or_else(|| format!("{owner}: no list of bits"))?;
-    let bit = |bit: &Value| match (bit.as_u64(), bit.as_str()) {
-        (Some(net @ 2..MAX_NET), _) => {
-            let net = net as u32;
-            *nets = (*nets).max(net + 1);
-            Ok(net)
-        }
-        // A bit that nobody cares about is 0.
-        (_, Some("0" | "x")) => Ok(ZERO),
-        (_, Some("1")) => Ok(ONE),
-        _ => Err(format!("{owner}: `{bit}` is no bit of a netlist")),
-    };
-    list.iter().map(bit).collect()
+/// Our number of each net of the file: theirs may be large and far apart.
+struct Nets(HashMap<u64, u32>);
+
+impl Nets {
+    fn bits(&mut self, value: Option<&Value>, owner: &str) -> Result<Vec<u32>, String> {
+        let list = value.and_then(Value::as_array);
+        let list = list.ok_or_else(|| format!("{owner}: no list of bits"))?;
+        let bit = |bit: &Value| match (bit.as_u64(), bit.as_str()) {
+            (Some(net @ 2..MAX_NET), _) => {
+                let next = self.0.len() as u32 + 2;
+                Ok(*self.0.entry(net).or_insert(next))
+            }
+            // A bit that nobody cares about is 0.
+            (_, Some("0" | "x")) => Ok(ZERO),
+            (_, Some("1")) => Ok(ONE),
+            _ => Err(format!("{owner}: `{bit}` is no bit of a netlist")),
+        };
+        list.iter().map(bit).collect()
+    }
 }

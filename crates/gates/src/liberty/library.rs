@@ -150,7 +150,7 @@ pub enum Sense {
     Rising,
 }
 
-/// Transition times of an output behind one input.
+/// Transition times and delays of an output behind one input.
 #[derive(Debug)]
 pub struct Arc {
     /// Which input.
@@ -161,6 +161,10 @@ pub struct Arc {
     pub rise: Option<Table>,
     /// Of the falling output, ns.
     pub fall: Option<Table>,
+    /// Delay of the rising output, ns.
+    pub delay_rise: Option<Table>,
+    /// Delay of the falling output, ns.
+    pub delay_fall: Option<Table>,
 }
 
 /// One group of internal power; energies in fJ.
@@ -569,9 +573,12 @@ impl<'a> Reader<'a> {
             };
             let rise = self.table(timing, "rise_transition", self.units.time)?;
             let fall = self.table(timing, "fall_transition", self.units.time)?;
+            let delay_rise = self.table(timing, "cell_rise", self.units.time)?;
+            let delay_fall = self.table(timing, "cell_fall", self.units.time)?;
             for from in related(timing, inputs) {
                 let (rise, fall) = (rise.clone(), fall.clone());
-                arcs.push(Arc { from, sense, rise, fall });
+                let (delay_rise, delay_fall) = (delay_rise.clone(), delay_fall.clone());
+                arcs.push(Arc { from, sense, rise, fall, delay_rise, delay_fall });
             }
         }
         Ok(arcs)

@@ -335,10 +335,8 @@ impl<'a> Reader<'a> {
         let mut next = 2u32;
         for _ in 0..self.count()? {
             let (name, input) = (self.text()?, self.byte()? != 0);
-            let bits = self.number()?;
-            if bits > 1 << 20 {
-                return Err(damaged());
-            }
+            // An output's bit is a byte at least, a net's capacitance behind it two.
+            let bits = self.count()?;
             let mut nets = Vec::new();
             for _ in 0..bits {
                 nets.push(if input { next } else { self.net()? });

@@ -52,6 +52,25 @@ fn other_files_are_refused() {
     assert!(refusal(&bomb).contains("larger than 256 MiB"));
 }
 
+#[test]
+fn clocks_that_cannot_be_are_refused() {
+    let parts = priced(&gated()).expect("a netlist").netlist.parts().clone();
+    let refusal = |change: &dyn Fn(&mut powergs_gates::netlist::Parts)| {
+        let mut parts = parts.clone();
+        change(&mut parts);
+        Netlist::new(parts).expect_err("refused").to_string()
+    };
+    let behind = parts.clocks[0];
+    let cannot = "has a clock that it cannot have";
+    assert!(refusal(&|parts| parts.clocks[0] = 3).contains(cannot));
+    assert!(refusal(&|parts| parts.clocks[0] = u32::MAX).contains(cannot));
+    assert!(refusal(&|parts| parts.clocks[1] = behind).contains(cannot));
+    assert!(refusal(&|parts| parts.clocks[2] = parts.clock).contains(cannot));
+    assert!(refusal(&|parts| parts.clocks.truncate(1)).contains("not one clock for each cell"));
+    let read = refusal(&|parts| parts.pins[0].net = behind);
+    assert!(read.contains("cell 0 reads the output of a clock gate"), "{read}");
+}
+
 /// The unpacked contents behind the header.
 fn contents() -> Vec<u8> {
     zstd::stream::decode_all(&bytes()[12..]).expect("a frame")

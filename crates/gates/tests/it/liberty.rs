@@ -5,6 +5,7 @@ use std::io::Write;
 use powergs_gates::function::Function;
 use powergs_gates::liberty::library::Library;
 use powergs_gates::liberty::unpack;
+use powergs_gates::price::{Conditions, price};
 use powergs_gates::yosys::Mapped;
 use proptest::prelude::*;
 
@@ -90,6 +91,49 @@ fn a_library_without_power_tables_is_refused() {
 }
 
 #[test]
+fn clock_gates_of_other_kinds_are_not_supported() {
+    let reason = |from: &str, to: &str| {
+        let text = toy::LIBRARY.replace(from, to);
+        let library = Library::parse(&[("x.lib", &text)]).expect("a library");
+        library.cells["GATE"].unsupported.clone().unwrap_or_default()
+    };
+    assert_eq!(reason("", ""), "");
+    let falling = reason("latch_posedge_precontrol", "latch_negedge");
+    assert_eq!(falling, "it is a clock gate `latch_negedge`");
+    let none = "it is a clock gate without clock and enable pin";
+    assert_eq!(reason("clock_gate_clock_pin : true;", ""), none);
+    let enables = ["clock_gate_enable_pin", "clock_gate_test_pin"];
+    let text = enables.iter().fold(toy::LIBRARY.to_owned(), |text, mark| text.replace(mark, "x"));
+    let library = Library::parse(&[("x.lib", &text)]).expect("a library");
+    assert_eq!(library.cells["GATE"].unsupported.as_deref(), Some(none));
+    let silent = reason(r#"clock_gating_integrated_cell : "latch_posedge_precontrol";"#, "");
+    assert_eq!(silent, "it has a `statetable`");
+}
+
+#[test]
+fn the_invented_cells_can_all_be_simulated() {
+    let text = include_str!("../data/invented.lib");
+    let library = Library::parse(&[("invented.lib", text)]).expect("a library");
+    assert_eq!(library.cells.len(), 10);
+    assert!(library.cells.values().all(|cell| cell.unsupported.is_none()));
+    assert_eq!(library.wires.as_ref().expect("wires").capacitance(3), 1.75);
+    let circuit = include_str!("../data/gated.json");
+    let mapped = Mapped::parse("gated.json", circuit).expect("a netlist");
+    let conditions = Conditions {
+        library: "invented".to_owned(),
+        period_ns: 1.0,
+        critical_path_ns: 0.0,
+        clock_transition_ns: 0.05,
+        input_transition_ns: 0.05,
+        load_ff: 5.0,
+    };
+    let netlist = price(&mapped, &library, &conditions).expect("a priced netlist").netlist;
+    assert_eq!((netlist.flip_flops(), netlist.gated_flip_flops()), (2, 2));
+    // Two pins of 1 fF behind the gate, and a wire of length 2.
+    assert_eq!(netlist.parts().capacitance[netlist.parts().clocks[0] as usize], 3.0);
+}
+
+#[test]
 fn packed_files_are_unpacked_and_bombs_are_not() {
     let pack = |bytes: &[u8]| {
         let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
@@ -135,6 +179,8 @@ fn bad_json_is_refused() {
     assert!(refusal(r#"{"modules": {"a": {}, "b": {}}}"#).contains("none is top"));
     let vector = toy::counter().replace(r#""Y": [6]"#, r#""Y": [6, 8]"#);
     assert!(refusal(&vector).contains("is a vector"));
+    let far = toy::counter().replace(": [3]", ": [4294967295]");
+    assert_eq!(Mapped::parse("x.json", &far).expect("a netlist").nets, 8);
     let huge = toy::counter().replace(r#""Y": [6]"#, r#""Y": [99999999999]"#);
     assert!(refusal(&huge).contains("no bit of a netlist"));
 }
