@@ -6,6 +6,7 @@
 mod cameras;
 mod chart;
 mod error;
+mod experiments;
 mod explain;
 mod frames;
 mod machine;
@@ -28,6 +29,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<cameras::Camera>()?;
     module.add_class::<cameras::Cameras>()?;
     module.add_class::<chart::Chart>()?;
+    module.add_class::<experiments::Comparison>()?;
     module.add_class::<explain::Explanation>()?;
     module.add_class::<machine::Machine>()?;
     module.add_class::<optimize::Optimized>()?;
@@ -39,11 +41,15 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<table::Table>()?;
     module.add_class::<trace::Trace>()?;
     module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
+    module.add_function(wrap_pyfunction!(experiments::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(experiments::dram, module)?)?;
+    module.add_function(wrap_pyfunction!(experiments::validate, module)?)?;
     module.add_function(wrap_pyfunction!(explain::explain, module)?)?;
     module.add_function(wrap_pyfunction!(machine::_machine, module)?)?;
     module.add_function(wrap_pyfunction!(machine::names, module)?)?;
     module.add_function(wrap_pyfunction!(optimize::optimize, module)?)?;
     module.add_function(wrap_pyfunction!(picture::display_power, module)?)?;
+    module.add_function(wrap_pyfunction!(picture::png, module)?)?;
     module.add_function(wrap_pyfunction!(picture::quality, module)?)?;
     module.add_function(wrap_pyfunction!(report::_report, module)?)?;
     module.add_function(wrap_pyfunction!(scene::synth, module)?)?;

@@ -7,9 +7,9 @@ use std::path::Path;
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray3};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyBytes, PyDict, PyString};
 
-use crate::error::{Class, Fault};
+use crate::error::{Class, Fault, defect};
 use crate::machine::path_text;
 use crate::watch::{self, Counts};
 use powergs_base::budget::Budget;
@@ -17,7 +17,7 @@ use powergs_base::picture::Picture;
 use powergs_core::run::RunError;
 use powergs_core::run::files::{DiskFiles, FileKind, Files};
 use powergs_frame::display::Display;
-use powergs_pixels::{Limits, decode};
+use powergs_pixels::{Limits, decode, write_png};
 use powergs_quality::{flip, likeness};
 
 /// The longest side of a picture, pixels.
@@ -161,4 +161,16 @@ pub fn display_power<'py>(
     values.set_item("static_w", panel.static_power.0)?;
     values.set_item("mean_linear_rgb", mean)?;
     Ok(values)
+}
+
+/// A picture as PNG of 8 bits a channel, as a display gets it: values are clamped to 0..1.
+///
+/// ``image`` is an array of shape (height, width, 3), sRGB values from 0 to 1 or uint8, or a path.
+#[pyfunction]
+pub fn png<'py>(py: Python<'py>, image: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyBytes>> {
+    let picture = picture(image)?;
+    let mut bytes = Vec::new();
+    let written = write_png(&mut bytes, picture.width, picture.height, &picture.to_rgb8());
+    written.map_err(defect)?;
+    Ok(PyBytes::new(py, &bytes))
 }

@@ -9,6 +9,7 @@ pub mod compare;
 pub mod csv;
 pub mod docs;
 pub mod document;
+pub mod dram;
 pub mod explain;
 pub mod fit;
 pub mod json;

@@ -1,6 +1,8 @@
 //! What `dram` prints for people.
 
-use super::{Args, share};
+use powergs_report::dram::share;
+
+use super::Args;
 use powergs_core::dram::Device;
 use powergs_core::dram::levels::LevelRun;
 use powergs_report::document::{Cell, Column, Document, Table};

@@ -1,0 +1,82 @@
+//! A memory device alone on a list of requests, as JSON.
+
+use powergs_core::dram::levels::LevelRun;
+use powergs_core::dram::{Device, Mode};
+use serde_json::{Value, json};
+
+/// The run of a device at one level or two, with the difference of the second to the first.
+///
+/// # Panics
+/// Without results.
+pub fn json(device: &Device, mode: Mode, results: &[LevelRun]) -> Value {
+    let first = &results[0];
+    let mut value = one_json(device, first);
+    let map = value.as_object_mut().expect("an object");
+    map.insert("device".to_owned(), json!(device.name));
+    map.insert("mode".to_owned(), json!(mode.to_string()));
+    map.insert("model".to_owned(), json!(first.level.name()));
+    if let [banked, window] = results {
+        map.insert("window".to_owned(), one_json(device, window));
+        let change = |f: fn(&Device, &LevelRun) -> f64| f(device, window) / f(device, banked) - 1.0;
+        map.insert(
+            "window_error".to_owned(),
+            json!({
+                "time": change(|d, r| d.ns(r.run.cycles)),
+                "row_hit_rate": window.run.stats.row_hit_rate() - banked.run.stats.row_hit_rate(),
+                "energy": change(|_, r| r.energy.total().0),
+            }),
+        );
+    }
+    value
+}
+
+fn one_json(device: &Device, result: &LevelRun) -> Value {
+    let (stats, total) = (&result.run.stats, &result.run.stats.total);
+    let time_ns = device.ns(result.run.cycles);
+    let period = device.clock_period.0;
+    let latency = |fraction: f64| stats.latency.percentile(fraction) as f64 * period;
+    let read_latency = (stats.latency.count() > 0).then(|| {
+        json!({
+            "mean": stats.latency.mean() * period,
+            "p50": latency(0.5), "p95": latency(0.95), "p99": latency(0.99),
+            "max": stats.latency.max() as f64 * period,
+        })
+    });
+    let commands: serde_json::Map<String, Value> =
+        stats.commands().into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
+    let mut energy: serde_json::Map<String, Value> =
+        result.energy.parts().into_iter().map(|(name, e)| (name.to_owned(), json!(e.0))).collect();
+    energy.insert("total".to_owned(), json!(result.energy.total().0));
+    let per = |bytes: u64| if time_ns > 0.0 { bytes as f64 / time_ns } else { 0.0 };
+    json!({
+        "time_ns": time_ns,
+        "bandwidth_gb_s": per(total.requested_bytes()),
+        "bus_bandwidth_gb_s": per(total.bursts * device.organisation.burst.0),
+        "peak_bandwidth_gb_s": device.peak_gb_s(),
+        "pin_rate_gbit_s": device.pin_gbit_s(),
+        "row_hit_rate": stats.row_hit_rate(),
+        "read_latency_ns": read_latency,
+        "requests": total.requests,
+        "requested_bytes": total.requested_bytes(),
+        "moved_bytes": total.moved_bytes,
+        "bursts": total.bursts,
+        "absorbed_writes": total.absorbed_writes,
+        "forwarded_reads": total.forwarded_reads,
+        "first_try": {
+            "row_hits": total.row_hits,
+            "row_misses": total.row_misses,
+            "row_conflicts": total.row_conflicts,
+        },
+        "bus_busy": {
+            "max": share(stats.busy_max as f64, result),
+            "mean": share(stats.busy_mean, result),
+        },
+        "commands": commands,
+        "energy_pj": energy,
+    })
+}
+
+/// Part of the run for which a bus was busy.
+pub fn share(cycles: f64, result: &LevelRun) -> f64 {
+    if result.run.cycles == 0 { 0.0 } else { cycles / result.run.cycles as f64 }
+}

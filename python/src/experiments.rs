@@ -1,0 +1,315 @@
+//! Machines beside each other, published numbers beside ours, a memory device alone.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::Value as Json;
+
+use crate::chart::Chart;
+use crate::error::{Class, Fault, defect};
+use crate::machine::{Machine, path_text};
+use crate::table::{Column, Table};
+use crate::trace::{Trace, budget};
+use crate::value::{changes, display_rate};
+use crate::watch::{self, Counts, Shared};
+use powergs_base::config::embedded::DRAM;
+use powergs_chart::Chart as Drawing;
+use powergs_core::dram::address_trace::Requests;
+use powergs_core::dram::levels::{Level, run_levels};
+use powergs_core::dram::{Device, Mode};
+use powergs_core::run::files::read;
+use powergs_core::run::{RunError, System};
+use powergs_report as report;
+use powergs_study::findings::compare::{Comparison as Compared, Side};
+use powergs_study::replay::on_each;
+use powergs_study::validate::run::{MEMORY, steps, value};
+use powergs_study::validate::{
+    BASELINE, Built, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge, measure,
+};
+
+/// Machines beside each other on the same frames; the first is what the others are compared with.
+#[pyclass(frozen, module = "powergs", name = "Comparison")]
+pub struct Comparison {
+    labels: Vec<String>,
+    measures: Vec<(&'static str, Vec<Option<f64>>, Vec<Option<f64>>)>,
+    /// Frames per second of the slowest other machine over those of the first.
+    #[pyo3(get)]
+    least_speedup: Option<f64>,
+    json: Json,
+    charts: Vec<Drawing>,
+    text: String,
+    html: String,
+}
+
+impl Comparison {
+    fn of(comparison: &Compared) -> Result<Comparison, Fault> {
+        let charts = report::compare::charts(comparison);
+        let page = report::compare::document(comparison, &charts, None);
+        let failed = |e: &dyn std::fmt::Display| Fault::new(Class::Internal, e.to_string());
+        let sides = comparison.sides.len();
+        let measure = |row: &powergs_study::findings::compare::ComparedMeasure| {
+            let ratios = (0..sides).map(|i| row.ratio(i)).collect();
+            (row.measure.name(), row.values.clone(), ratios)
+        };
+        Ok(Comparison {
+            labels: comparison.labels().into_iter().map(str::to_owned).collect(),
+            measures: comparison.rows.iter().map(measure).collect(),
+            least_speedup: comparison.least_speedup(),
+            json: report::compare::json(comparison),
+            text: page.terminal(100),
+            html: page.fragment().map_err(|e| failed(&e))?,
+            charts,
+        })
+    }
+}
+
+#[pymethods]
+impl Comparison {
+    /// A row per measure: ``measure``, a column per machine, and ``MACHINE / FIRST`` per other.
+    #[getter]
+    fn table(&self) -> PyResult<Table> {
+        let names = self.measures.iter().map(|(name, ..)| Some(*name));
+        let mut columns = vec![Column::text("measure", "Its name, with its unit.", names)];
+        for (i, label) in self.labels.iter().enumerate() {
+            let values = self.measures.iter().map(|(_, values, _)| values[i]);
+            columns.push(Column::real(label, "", "Value on this machine.", values));
+        }
+        for (i, label) in self.labels.iter().enumerate().skip(1) {
+            let name = format!("{label} / {}", self.labels[0]);
+            let ratios = self.measures.iter().map(|(_, _, ratios)| ratios[i]);
+            columns.push(Column::real(&name, "1", "Ratio of the two.", ratios));
+        }
+        Table::new(columns)
+    }
+
+    /// Names of the machines; those of one name are numbered.
+    #[getter]
+    fn labels(&self) -> Vec<String> {
+        self.labels.clone()
+    }
+
+    /// The comparison with the names of ``powergs-sim compare --json``.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        py.import("json")?.call_method1("loads", (self.json.to_string(),))
+    }
+
+    /// The charts by name.
+    fn charts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for chart in &self.charts {
+            dict.set_item(chart.name, Bound::new(py, Chart::new(chart.clone()))?)?;
+        }
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Comparison: {}>", self.labels.join(", "))
+    }
+
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn _repr_html_(&self) -> &str {
+        &self.html
+    }
+}
+
+/// Runs the frames of a trace on several machines, and compares them with the first.
+///
+/// ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
+/// ``at_least`` the others must have that many times the frame rate of the first.
+///
+/// Raises ``GoalMissed`` where they have not.
+#[pyfunction]
+#[pyo3(signature = (machines, trace, *, fps=60.0, at_least=None, progress=None))]
+pub fn compare(
+    py: Python<'_>,
+    machines: Vec<Bound<'_, PyAny>>,
+    trace: &Trace,
+    fps: f64,
+    at_least: Option<f64>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Comparison> {
+    if machines.len() < 2 {
+        return Err(Fault::config("machines: two at least").raise());
+    }
+    if at_least.is_some_and(|ratio| !(ratio > 0.0 && ratio.is_finite())) {
+        return Err(Fault::config("at_least: a number above zero").raise());
+    }
+    let fps = display_rate(fps)?;
+    let mut systems: Vec<System> = Vec::new();
+    for machine in &machines {
+        systems.push((*Machine::from_argument(machine, None)?.system()).clone());
+    }
+    let mut frames = trace.frames()?;
+    let found = watch::run(py, progress, (Counts::Frames, "frames"), move |shared| {
+        let runs = on_each(&systems, fps, &mut frames, shared)?;
+        let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
+        let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
+        Comparison::of(&Compared::new(sides))
+    })?;
+    match (at_least, found.least_speedup) {
+        (Some(wanted), Some(least)) if least < wanted => {
+            let first = &found.labels[0];
+            let what =
+                format!("{least:.3} times the frame rate of {first}, {wanted} was asked for");
+            Err(Fault::new(Class::GoalMissed, what).raise())
+        }
+        _ => Ok(found),
+    }
+}
+
+/// Published numbers beside ours: a row per number, with ``published``, ``ours``, ``deviation``,
+/// ``tolerance``, ``status`` and ``verdict``; ``docs/validation.md`` explains them.
+///
+/// ``only`` are parts of row names; ``quick`` leaves rows out whose scenes take long (a minute is
+/// left). With ``check`` a row that must hold and does not raises ``GoalMissed``.
+#[pyfunction]
+#[pyo3(signature = (*, only=None, quick=true, check=false, memory=None, progress=None))]
+pub fn validate(
+    py: Python<'_>,
+    only: Option<Vec<String>>,
+    quick: bool,
+    check: bool,
+    memory: Option<&Bound<'_, PyAny>>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Table> {
+    let only = only.unwrap_or_default();
+    let memory = budget(memory)?.unwrap_or(MEMORY);
+    let work = move |shared: &Shared| {
+        let tables = Tables::parse(PUBLISHED, WORKLOADS, BASELINE);
+        let tables = tables.map_err(|e| Fault::new(Class::Internal, e.to_string()))?;
+        let wanted = |row: &&Row| {
+            (only.is_empty() || only.iter().any(|name| row.id.contains(name.as_str())))
+                && (!quick || tables.is_quick(row))
+        };
+        let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
+        if rows.is_empty() {
+            return Err(Fault::config("only: no row has such a name"));
+        }
+        let mut built: BTreeMap<MachineName, Built> = BTreeMap::new();
+        for name in rows.iter().flat_map(|row| [Some(&row.machine), row.against.as_ref()]) {
+            if let Some(name) = name.filter(|name| !built.contains_key(name)) {
+                let spec = powergs_core::run::SystemSpec {
+                    machine: name.arch.clone(),
+                    sets: name.sets.clone(),
+                    ..powergs_core::run::SystemSpec::default()
+                };
+                let system = System::load(&spec, &powergs_core::run::files::DiskFiles)?;
+                built.insert(name.clone(), Built::new(system));
+            }
+        }
+        shared.total(steps(&tables, &rows));
+        let measured = measure(&tables, &rows, &built, memory, &Counted(shared))?;
+        let measured = measured.ok_or_else(|| Fault::config("interrupted"))?;
+        let judged: Vec<_> = rows
+            .iter()
+            .map(|row| {
+                let ours = value(row, &measured);
+                judge(row, ours.as_ref(), tables.before(row))
+            })
+            .collect();
+        Ok(report::validate::json(&judged))
+    };
+    let json = watch::run(py, progress, (Counts::Steps, "frames on machines"), work)?;
+    if check && json["passed"] == Json::Bool(false) {
+        let what = "a row that must hold is outside of its tolerance, or has worsened";
+        return Err(Fault::new(Class::GoalMissed, what).raise());
+    }
+    let rows = json["rows"].as_array().map_or(&[][..], Vec::as_slice);
+    let text = |name: &'static str, what: &'static str| {
+        Column::text(name, what, rows.iter().map(move |row| row[name].as_str()))
+    };
+    let real = |name: &'static str, what: &'static str| {
+        Column::real(name, "", what, rows.iter().map(move |row| row[name].as_f64()))
+    };
+    Table::new([
+        text("id", "Name of the row."),
+        text("what", "What was published."),
+        text("machine", "The machine."),
+        text("against", "The machine that it is a ratio to."),
+        text("metric", "What is measured."),
+        text("unit", "Its unit."),
+        real("published", "The published number."),
+        real("ours", "What came out."),
+        real("deviation", "Ours over published, less one."),
+        text("tolerance", "What is allowed."),
+        text("status", "What the row is good for."),
+        text("verdict", "What to think of it."),
+        text("source", "Where the number is from."),
+    ])
+}
+
+/// Counts simulations whatever sessions begin: the total is known from the start.
+struct Counted<'a>(&'a Shared);
+
+impl powergs_core::run::Watch for Counted<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_over()
+    }
+
+    fn simulated(&self, n: u64) {
+        self.0.advance(n);
+    }
+}
+
+/// A memory device alone on a list of requests: time, bandwidth, row hits, latencies, commands and
+/// energies, as a dictionary with the names of ``powergs-sim dram --json``.
+///
+/// ``requests`` is the path of an address trace, or a list of ``("R" or "W", address, bytes)``;
+/// ``device`` a name of ``names("dram")`` or a TOML file, ``keys`` changes of it; ``mode`` says how
+/// requests arrive (``"sat"``, ``"idle"``, ``"mlp32"``, ``"look16"``, ``"rate20"``), ``model`` is
+/// ``"banked"``, ``"window"`` or ``"both"``.
+#[pyfunction]
+#[pyo3(signature = (requests, *, device="lpddr4-3200-x16x8", keys=None, mode="sat",
+                    model="banked"))]
+pub fn dram<'py>(
+    py: Python<'py>,
+    requests: &Bound<'py, PyAny>,
+    device: &str,
+    keys: Option<&Bound<'py, PyDict>>,
+    mode: &str,
+    model: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let file = read("DRAM device", device, DRAM, None).map_err(Fault::from)?;
+    let sets: Vec<String> = changes(keys, None)?.iter().map(ToString::to_string).collect();
+    let device = Device::parse_with(&file.text, &sets);
+    let device = device.map_err(|e| Fault::config_file(&file.origin, &e))?;
+    let wrong = |e| Fault::config(format!("mode=\"{mode}\": {e}")).raise();
+    let mode: Mode = mode.parse().map_err(wrong)?;
+    let levels: &'static [Level] = match model {
+        "banked" => &[Level::Banked],
+        "window" => &[Level::Window],
+        "both" => &[Level::Banked, Level::Window],
+        _ => return Err(Fault::config("model: one of banked, window, both").raise()),
+    };
+    let list: Option<Vec<(String, u64, u64)>> = requests.extract().ok();
+    let (place, input): (String, Box<dyn BufRead + Send>) = match list {
+        Some(list) => {
+            let line = |(kind, address, bytes): &(String, u64, u64)| {
+                format!("{kind} {address:#x} {bytes}\n")
+            };
+            let text: String = list.iter().map(line).collect();
+            ("requests".into(), Box::new(Cursor::new(text)))
+        }
+        None => {
+            let path = path_text(requests)?;
+            let failed = |e: std::io::Error| Fault::from(RunError::input(&path, e)).raise();
+            let file = File::open(&path).map_err(failed)?;
+            (path.clone(), Box::new(BufReader::with_capacity(1 << 18, file)))
+        }
+    };
+    let work = move |shared: &Shared| {
+        let found = run_levels(&device, mode, levels, Requests::new(input), || shared.is_over());
+        let found = found.map_err(|e| Fault::in_file(Class::Input, place, e))?;
+        let found = found.ok_or_else(|| Fault::config("interrupted"))?;
+        Ok(report::dram::json(&device, mode, &found))
+    };
+    let json = watch::run(py, None, (Counts::Steps, "requests"), work)?;
+    let text = serde_json::to_string(&json).map_err(defect)?;
+    py.import("json")?.call_method1("loads", (text,))
+}
