@@ -95,7 +95,7 @@ module ccu #(
     ) cull (
         .clk(clk), .rst_n(rst_n), .mode(2'd0), .settings(settings),
         .in_valid(mean_valid), .in_ready(mean_ready), .in_data(mean_data),
-        .late_valid(1'b0), .late_ready(no_late[0]), .late_data('0),
+        .late_valid(1'b0), .late_ready(no_late[0]), .late_data({W{1'b0}}),
         .out_valid(cull_valid), .out_ready(cull_ready), .out_data(cull_data));
 
     // Kept is what is less than zero: the near plane less the depth.
@@ -160,7 +160,7 @@ module ccu #(
         .clk(clk), .rst_n(rst_n), .mode(2'd0), .settings(settings),
         .in_valid(place_valid && shape_valid), .in_ready(project_ready),
         .in_data({shape_data, place_data}),
-        .late_valid(1'b0), .late_ready(no_late[1]), .late_data('0),
+        .late_valid(1'b0), .late_ready(no_late[1]), .late_data({W{1'b0}}),
         .out_valid(projected_valid), .out_ready(projected_ready), .out_data(projected_data));
 
     // --- tiles -----------------------------------------------------------------------------------
@@ -228,7 +228,7 @@ module ccu #(
             : OPS == 16 ? ccu_program_pkg::COLOUR_LAPS_16
             : ccu_program_pkg::COLOUR_LAPS_32)
     ) colours (
-        .clk(clk), .rst_n(rst_n), .mode(degree), .settings('0),
+        .clk(clk), .rst_n(rst_n), .mode(degree), .settings({N{1'b0}}),
         .in_valid(direction_valid), .in_ready(direction_ready), .in_data(direction_data),
         .late_valid(coefficients_valid), .late_ready(coefficients_ready),
         .late_data(coefficients_data),

@@ -351,6 +351,8 @@ module ccu_tiles #(
         reaches = place <= limit && -place <= limit;
     endfunction
 
+    // A quarter of a tile. (Yosys 0.70 takes the sign in -N'(x) for one of N.)
+    localparam logic signed [SB-1:0] QUARTER = SB'(4 * 256);
     logic meets;
     logic [3:0] subtiles;
     logic [1:0] columns;
@@ -365,12 +367,10 @@ module ccu_tiles #(
         meets = reaches(SB'(across), SB'(walk_reach_x) + SB'(8 * 256))
             && reaches(SB'(down), SB'(walk_reach_y) + SB'(8 * 256))
             && reaches(along_0, limit_0) && reaches(along_1, limit_1);
-        for (int i = 0; i < 2; i++) begin
-            columns[i] = reaches(SB'(across) + (i == 1 ? SB'(4 * 256) : -SB'(4 * 256)),
-                                SB'(walk_reach_x) + SB'(4 * 256));
-            rows[i] = reaches(SB'(down) + (i == 1 ? SB'(4 * 256) : -SB'(4 * 256)),
-                             SB'(walk_reach_y) + SB'(4 * 256));
-        end
+        columns[0] = reaches(SB'(across) - QUARTER, SB'(walk_reach_x) + QUARTER);
+        columns[1] = reaches(SB'(across) + QUARTER, SB'(walk_reach_x) + QUARTER);
+        rows[0] = reaches(SB'(down) - QUARTER, SB'(walk_reach_y) + QUARTER);
+        rows[1] = reaches(SB'(down) + QUARTER, SB'(walk_reach_y) + QUARTER);
         for (int i = 0; i < 4; i++) begin
             subtiles[i] = columns[i[0]] && rows[i[1]]
                 && reaches(along_0 + (i[0] ? cosine_4 : -cosine_4) + (i[1] ? sine_4 : -sine_4),

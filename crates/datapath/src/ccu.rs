@@ -8,6 +8,7 @@
 //! Geometry has a wide number format, because whole-pixel steps begin at 1,024 in FP16 and squares
 //! of covariances overflow; what leaves the unit has the narrow format of the other units.
 
+mod binding;
 pub mod emit;
 pub mod graph;
 pub mod programs;

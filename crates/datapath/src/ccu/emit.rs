@@ -136,7 +136,10 @@ impl Program {
                         | u64::from(operand.absolute) << 9
                         | u64::from(operand.negate) << 10
                 };
-                let [a, b] = node.operands.map(operand);
+                let [mut a, mut b] = node.operands.map(operand);
+                if issue.swapped {
+                    (a, b) = (b, a);
+                }
                 let stage = (issue.cycle / schedule.interval) as u64;
                 words[lane * steps + first + issue.cycle % schedule.interval] = a
                     | b << 11

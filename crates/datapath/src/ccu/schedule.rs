@@ -5,6 +5,7 @@
 //! interval of every lap. Results are in a register [`LATENCY`] cycles behind the issue; one that
 //! lives for longer than a lap moves on to another register, because the next work's is coming.
 
+use super::binding::improve;
 use super::graph::{Graph, KINDS, Value};
 
 /// Cycles from the issue of an operation to the first one in which its result can be read.
@@ -26,6 +27,8 @@ pub struct Issue {
     pub operator: usize,
     /// Cycle behind the entry of its work.
     pub cycle: usize,
+    /// Whether a and b change sides.
+    pub swapped: bool,
 }
 
 /// A number in a register.
@@ -269,7 +272,7 @@ fn finish(
         let operator = taken[cycle % interval][kind];
         assert!(operator < operators[kind], "an operator is free");
         taken[cycle % interval][kind] += 1;
-        issues.push(Issue { node, operator, cycle });
+        issues.push(Issue { node, operator, cycle, swapped: false });
     }
     let ready = |value: &Value| match *value {
         Value::Node(of) => cycles[of] + LATENCY,
@@ -302,6 +305,7 @@ fn finish(
         }
     }
     let registers = assign(&mut stays, interval);
+    improve(graph, operators, interval, registers, &mut issues, &mut stays);
     Schedule { interval, leaves, late_lap, issues, stays, registers }
 }
 
