@@ -6,8 +6,8 @@
         --liberty NangateOpenCellLibrary_typical.lib
 
 Clock gates are inserted in front of registers of at least --gate flip-flops with the same enable
-(8 by default, 0 for none), several of them for wide registers. --cut MODULE leaves instances of a
-module out: what they are connected to becomes ports of the unit.
+(8 by default, 0 for none), several of them for wide registers. --prove compares the netlist with
+the RTL. --cut MODULE leaves instances of a module out: what they are connected to becomes ports.
 
 Writes into the folder of --out: NAME.json (the netlist, Yosys JSON), NAME.v (the same for a timing
 analyser), NAME.sdc, and report.json: area, cells, flip-flops, clock gates, how often each cell is
@@ -38,6 +38,7 @@ RTL = Path(__file__).resolve().parent.parent
 # are a ns and a fF in those of the library. `invented` is the fixture of the tests.
 # `dont_use`: scan and latch cells, clock gates, delay and clock buffers, three-state drivers, and the
 # flip-flops of ASAP7 of four times the drive, which are its only ones that do not invert.
+# `flip_flop_pins`: data, clock, output, inverse.
 # `clock_gates`: cells for up to so many flip-flops; enable, clock and output pin, pins tied to 0.
 LIBRARIES = {
     "nangate45": {
@@ -47,6 +48,7 @@ LIBRARIES = {
         "input_transition_ns": 0.02,
         "clock_transition_ns": 0.02,
         "clock_gates": [(16, "CLKGATE_X1"), (32, "CLKGATE_X2")],
+        "flip_flop_pins": ("D", "CK", "Q", "QN"),
         "clock_gate_pins": ("E", "CK", "GCK", []),
         "dont_use": ["SDFF*", "DL?_*", "TLAT*", "TBUF*", "TINV*", "CLK*", "ANTENNA*", "FILL*"],
         "tie_high": ("LOGIC1_X1", "Z"),
@@ -59,6 +61,7 @@ LIBRARIES = {
         "input_transition_ns": 0.01,
         "clock_transition_ns": 0.01,
         "clock_gates": [(16, "ICGx1_ASAP7_75t_R"), (32, "ICGx2_ASAP7_75t_R")],
+        "flip_flop_pins": ("D", "CLK", None, "QN"),
         "clock_gate_pins": ("ENA", "CLK", "GCLK", ["SE"]),
         "dont_use": ["SDF*", "DLL*", "DHL*", "ICG*", "HB*", "CKINVDC*", "DFFASR*", "DFF?Qx4*"],
         "tie_high": ("TIEHIx1_ASAP7_75t_R", "H"),
@@ -71,6 +74,7 @@ LIBRARIES = {
         "input_transition_ns": 0.05,
         "clock_transition_ns": 0.05,
         "clock_gates": [(16, "sky130_fd_sc_hd__dlclkp_1"), (32, "sky130_fd_sc_hd__dlclkp_2")],
+        "flip_flop_pins": ("D", "CLK", "Q", None),
         "clock_gate_pins": ("GATE", "CLK", "GCLK", []),
         "dont_use": ["*__sdf*", "*__sedf*", "*__edf*", "*__dl*", "*__sdl*", "*__lpflow*",
                      "*__clk*", "*__ebuf*", "*__einv*", "*__probe*", "*__macro*", "*__fa*",
@@ -85,6 +89,7 @@ LIBRARIES = {
         "input_transition_ns": 0.05,
         "clock_transition_ns": 0.05,
         "clock_gates": [(32, "sg13g2_lgcp_1")],
+        "flip_flop_pins": ("D", "CLK", "Q", "Q_N"),
         "clock_gate_pins": ("GATE", "CLK", "GCLK", []),
         "dont_use": ["*_sdf*", "*_dl*", "*_lgcp*", "*_slgcp*", "*_ebufn*", "*_einvn*",
                      "*_sighold", "*_antenna*", "*_fill*", "*_decap*"],
@@ -98,6 +103,7 @@ LIBRARIES = {
         "input_transition_ns": 0.05,
         "clock_transition_ns": 0.05,
         "clock_gates": [(32, "GATE")],
+        "flip_flop_pins": ("D", "C", "Q", None),
         "clock_gate_pins": ("E", "C", "Q", []),
         "dont_use": [],
         "tie_high": ("ONE", "Y"),
@@ -118,6 +124,8 @@ def arguments():
     parser.add_argument("--name", help="of the files; the unit's by default")
     parser.add_argument("--gate", type=int, default=8, metavar="FLIP-FLOPS",
                         help="registers from this size have their clock gated; 0: none (default 8)")
+    parser.add_argument("--prove", action="store_true",
+                        help="that the netlist is the RTL; minutes for more than small units")
     parser.add_argument("--cut", metavar="MODULE", help="whose instances are left out")
     parser.add_argument("--set", action="append", default=[], metavar="PARAMETER=VALUE")
     parser.add_argument("--source", nargs="+", type=Path, help="all of rtl/*.sv by default")
@@ -295,6 +303,68 @@ def map_unit(args, settings, liberty, unused, folder):
     verilog.write_text(VECTOR.sub(single_assignments, verilog.read_text()))
 
 
+def prove(args, settings, liberty, folder):
+    """Proves the written netlist equal to the RTL; returns the number of points that were compared.
+
+    All signals that have kept their name, the outputs and registers among them, are equal in a cycle
+    if they were in the one before (induction by SAT). A flip-flop behind a clock gate is taken for
+    one with an enable: that gates do what they should between edges is not part of it. Both sides
+    come from the same reading of the RTL, up to Yosys' generic gates.
+    """
+    from pyosys import libyosys as ys
+
+    def run(*steps):
+        for step in steps:
+            ys.run_pass(step, design)
+
+    def name(text):
+        return ys.IdString("\\" + text)
+
+    def pin(cell, of):
+        return cell.getPort(name(of)) if of and cell.hasPort(name(of)) else None
+
+    chparam = " ".join("-chparam {} {}".format(*item.split("=", 1)) for item in args.set)
+    enable, clock, output, _ = settings["clock_gate_pins"]
+    gates = {name(kind).str() for _, kind in settings["clock_gates"]}
+    data, own_clock, plain, inverse = settings["flip_flop_pins"]
+    design = ys.Design()
+    with quiet(folder / "prove.log"):
+        run("read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
+            f"hierarchy -check -top {args.unit} {chparam}", "synth -flatten -noabc",
+            "rename -top gold", "design -stash gold")
+        run(*[f"read_liberty -ignore_miss_func -ignore_miss_data_latch {path}" for path in liberty],
+            f"read_json {args.out / args.name}.json", f"rename {args.name} gate")
+        module = design.module(name("gate"))
+        enables = {}
+        for cell in [cell for cell in module.cells_.values() if cell.type.str() in gates]:
+            enables[pin(cell, output).as_wire().name.str()] = pin(cell, enable), pin(cell, clock)
+            module.remove(cell)
+        stores = [cell for cell in module.cells_.values() if pin(cell, own_clock)]
+        for number, cell in enumerate(stores):
+            gated = enables.get(pin(cell, own_clock).as_wire().name.str())
+            of = module.addCell(name(f"stores_{number}"),
+                                ys.IdString("$_DFFE_PP_" if gated else "$_DFF_P_"))
+            stored = ys.SigSpec(module.addWire(name(f"stored_{number}"), 1))
+            of.setPort(name("C"), gated[1] if gated else pin(cell, own_clock))
+            of.setPort(name("D"), pin(cell, data))
+            of.setPort(name("Q"), stored)
+            if gated:
+                of.setPort(name("E"), gated[0])
+            if pin(cell, plain):
+                module.connect(pin(cell, plain), stored)
+            if pin(cell, inverse):
+                module.addNotGate(name(f"inverse_{number}"), stored.as_bit(),
+                                  pin(cell, inverse).as_bit())
+            module.remove(cell)
+        run("hierarchy -top gate", "flatten", "proc", "opt_clean", "simplemap",
+            "design -stash gate", "design -copy-from gold -as gold gold",
+            "design -copy-from gate -as gate gate", "equiv_make gold gate equiv",
+            "hierarchy -top equiv", "opt_clean -purge", "equiv_simple -short", "equiv_induct",
+            "equiv_status -assert")
+    log = (folder / "prove.log").read_text()
+    return int(re.findall(r"Of those cells (\d+) are proven and 0 are unproven", log)[-1])
+
+
 def constraints(args, settings):
     """The SDC: an ideal clock; inputs come with its edge, outputs are wanted at the next one."""
     period = args.period
@@ -370,6 +440,8 @@ def report(args, settings, liberty):
 def main():
     args = arguments()
     args.name = args.name or args.unit
+    if args.prove and args.cut:
+        sys.exit("--prove compares whole units: leave --cut out")
     settings = LIBRARIES[args.library]
     args.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -380,6 +452,8 @@ def main():
         map_unit(args, settings, liberty, unused, folder)
         (args.out / f"{args.name}.sdc").write_text(constraints(args, settings))
         summary = report(args, settings, liberty)
+        if args.prove:
+            summary["points_proven_equal"] = prove(args, settings, liberty, folder)
         times = timing(args, liberty)
         if times is None:
             print("critical path: skipped, no OpenSTA (`sta`) on the path", file=sys.stderr)
