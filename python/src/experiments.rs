@@ -30,11 +30,19 @@ use powergs_study::validate::{
     BASELINE, Built, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge, measure,
 };
 
+/// A measure of all machines.
+struct Measured {
+    name: &'static str,
+    values: Vec<Option<f64>>,
+    /// To the first machine.
+    ratios: Vec<Option<f64>>,
+}
+
 /// Machines beside each other on the same frames; the first is what the others are compared with.
 #[pyclass(frozen, module = "powergs", name = "Comparison")]
 pub struct Comparison {
     labels: Vec<String>,
-    measures: Vec<(&'static str, Vec<Option<f64>>, Vec<Option<f64>>)>,
+    measures: Vec<Measured>,
     /// Frames per second of the slowest other machine over those of the first.
     #[pyo3(get)]
     least_speedup: Option<f64>,
@@ -52,7 +60,7 @@ impl Comparison {
         let sides = comparison.sides.len();
         let measure = |row: &powergs_study::findings::compare::ComparedMeasure| {
             let ratios = (0..sides).map(|i| row.ratio(i)).collect();
-            (row.measure.name(), row.values.clone(), ratios)
+            Measured { name: row.measure.name(), values: row.values.clone(), ratios }
         };
         Ok(Comparison {
             labels: comparison.labels().into_iter().map(str::to_owned).collect(),
@@ -71,15 +79,15 @@ impl Comparison {
     /// A row per measure: ``measure``, a column per machine, and ``MACHINE / FIRST`` per other.
     #[getter]
     fn table(&self) -> PyResult<Table> {
-        let names = self.measures.iter().map(|(name, ..)| Some(*name));
+        let names = self.measures.iter().map(|measure| Some(measure.name));
         let mut columns = vec![Column::text("measure", "Its name, with its unit.", names)];
         for (i, label) in self.labels.iter().enumerate() {
-            let values = self.measures.iter().map(|(_, values, _)| values[i]);
+            let values = self.measures.iter().map(|measure| measure.values[i]);
             columns.push(Column::real(label, "", "Value on this machine.", values));
         }
         for (i, label) in self.labels.iter().enumerate().skip(1) {
             let name = format!("{label} / {}", self.labels[0]);
-            let ratios = self.measures.iter().map(|(_, _, ratios)| ratios[i]);
+            let ratios = self.measures.iter().map(|measure| measure.ratios[i]);
             columns.push(Column::real(&name, "1", "Ratio of the two.", ratios));
         }
         Table::new(columns)
