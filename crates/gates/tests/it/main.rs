@@ -1,6 +1,7 @@
 //! Readers, prices, files and the simulator on small circuits, and the committed netlists of the
 //! units against functional models.
 
+mod ccu;
 mod characterise;
 mod file;
 mod liberty;

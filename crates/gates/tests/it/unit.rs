@@ -73,6 +73,18 @@ impl Unit {
         }
     }
 
+    /// Words of any number of bits, the lowest first; what is missing is 0.
+    pub fn set_words(&mut self, port: &str, words: &[Vec<u32>]) {
+        for (bit, net) in self.nets(port).into_iter().enumerate() {
+            let lane = |(lane, words): (usize, &Vec<u32>)| {
+                let word = words.get(bit / 32).copied().unwrap_or(0);
+                u64::from(word >> (bit % 32) & 1) << lane
+            };
+            let word = words.iter().enumerate().map(lane).sum();
+            self.simulator.set(net, word);
+        }
+    }
+
     pub fn rows(&self, port: &str) -> [[u32; 16]; LANES] {
         let mut rows = [[0; 16]; LANES];
         for (bit, net) in self.nets(port).into_iter().enumerate() {
