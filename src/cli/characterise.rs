@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::output_file::{Overwrite, say};
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_gates::characterise::{CharacteriseError, Characterised, Price, bsu, qsu, vrc};
+use powergs_gates::characterise::{CharacteriseError, Characterised, Price, bsu, qsu};
 use powergs_gates::committed;
 use powergs_gates::netlist::Netlist;
 
@@ -40,7 +40,9 @@ enum Unit {
     /// Bitonic sorting unit: chunks of 256 of the lists of a trace
     Bsu(lists::Args),
     /// Volume-rendering core: splats of a scene in the tiles of some views
-    Vrc(views::Args),
+    Vrc(views::Core),
+    /// Culling and conversion unit: Gaussians of a scene in a view
+    Ccu(views::Front),
 }
 
 /// The library, and where the table goes.
@@ -108,7 +110,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.unit {
         Unit::Qsu(args) => args.run("qsu", lists::whole, qsu::prices, context),
         Unit::Bsu(args) => args.run("bsu", lists::chunks, bsu::prices, context),
-        Unit::Vrc(args) => args.vrc(vrc::prices, context),
+        Unit::Vrc(args) => args.run(context),
+        Unit::Ccu(args) => args.run(context),
     }
 }
 

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Takes what `rtl/synth/synthesise.py` wrote. A gate's delay is that of the library's table for
-//! the input that changes, the edge of the output, the transition time there (as timing analysis has
-//! it) and the load. It is inertial: what an input does while the output is on its way decides
+//! the input that changes, the edge of the output, the transition time there (as timing analysis
+//! has it) and the load. It is inertial: what an input does while the output is on its way decides
 //! anew, so that pulses shorter than the delay vanish. Inputs change with the clock edge, outputs
 //! of flip-flops after their delay; each cycle ends when nothing moves. Inputs are random bits in
 //! each cycle; a volume-rendering core gets tiles of 20 splats one after the other.

@@ -13,6 +13,7 @@
 //! that of an idle unit. What it would be without gates is stated beside it.
 
 pub mod bsu;
+pub mod ccu;
 mod lanes;
 pub mod qsu;
 pub mod vrc;

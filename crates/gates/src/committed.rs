@@ -18,7 +18,9 @@ macro_rules! file {
     };
 }
 
-const FILES: [File; 12] = [
+const FILES: [File; 14] = [
+    file!("ccu", "nangate45"),
+    file!("ccu", "asap7"),
     file!("qsu", "nangate45"),
     file!("qsu", "asap7"),
     file!("bsu", "nangate45"),

@@ -71,8 +71,8 @@ pub fn core_work(
     let stride = all.div_ceil(slots.max(1)).max(1);
     // By the golden ratio, so that no stride follows the columns of the image.
     let picked = |place: &u32| {
-        let share = (u64::from(*place).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) * stride >> 32;
-        share == 0
+        let spread = u64::from(*place).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        (spread * stride) >> 32 == 0
     };
     let view = View { vrc, splats: &splats, colours: &colours };
     let picked: Vec<u32> = (0..grid.nx * grid.ny).filter(picked).collect();

@@ -43,6 +43,9 @@ pub const ENERGY: &[Embedded] = embedded!("energy":
     "gscore-28nm-nerarch",
     "gscore-7nm",
     "gscore-7nm-neo",
+    "gscore-rtl-28nm",
+    "gscore-rtl-45nm",
+    "gscore-rtl-7nm",
     "neo-7nm",
     "paper"
 );

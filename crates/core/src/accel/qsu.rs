@@ -3,9 +3,9 @@
 //! Timing rule: one pass moves every key of the list past the pivots and splits it into
 //! `pivots + 1` parts, so a list of n entries takes `ceil(log_{pivots+1}(n / chunk))` passes, none
 //! when it fits a chunk. A pass takes `latency + changes + ceil(n / (units keys_per_cycle))`
-//! cycles; the units of a core share every list (A23) and are accounted as one gang. `changes` is the time
-//! in which pivots are written, one a cycle into each unit: a set for the whole list in the first
-//! pass, and one for each part that is split again in a later one (`rtl/qsu.sv`; A112).
+//! cycles; the units of a core share every list (A23) and are accounted as one gang. `changes` is
+//! the time in which pivots are written, one a cycle into each unit: a set for the whole list in
+//! the first pass, and one for each part that is split again in a later one (`rtl/qsu.sv`; A112).
 //!
 //! Spill rule: the part of a list that does not fit the core's share of the sorting buffer is
 //! written to DRAM and read back in every pass; a pass ends when both its keys and its spill are

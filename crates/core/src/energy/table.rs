@@ -255,7 +255,7 @@ impl EnergyTable {
             Action::DramWrite => dram.per_byte()[1],
             Action::IdleClock(_) if built.gated => 0.0,
             Action::Clock(unit) | Action::IdleClock(unit) => {
-                let narrow = if unit == UnitKind::Vru { numbers.clock } else { 1.0 };
+                let narrow = if unit == UnitKind::Vru { numbers.clock.unwrap_or(1.0) } else { 1.0 };
                 self.cycle_pj(unit) * grown.units[unit as usize] * narrow * factors.energy
             }
             other => {
@@ -404,7 +404,7 @@ impl EnergyTable {
     /// The factors of a number format on the prices of a rendering unit.
     fn numbers_of(&self, numbers: Option<NumberFormat>) -> Result<FormatFactors, PriceError> {
         let plain =
-            |numbers| FormatFactors { numbers, energy: 1.0, clock: 1.0, leakage: 1.0, area: 1.0 };
+            |numbers| FormatFactors { numbers, energy: 1.0, clock: None, leakage: 1.0, area: 1.0 };
         let rows = self.numbers.as_ref().map_or(&[][..], |own| &own.formats);
         match numbers {
             None => Ok(plain(NumberFormat::FP16)),

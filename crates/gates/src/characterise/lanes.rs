@@ -38,6 +38,20 @@ impl Lanes {
         }
     }
 
+    /// Each lane's words, the lowest first.
+    pub fn set_words(&self, simulator: &mut Simulator, words: &[Vec<u32>]) {
+        for (bit, net) in self.0.iter().enumerate() {
+            let of_lane = |lane: usize| u64::from(words[lane][bit / 32] >> (bit % 32) & 1) << lane;
+            simulator.set(*net, (0..LANES).map(of_lane).sum());
+        }
+    }
+
+    /// `bits` bits of one lane's value, from bit `first` on.
+    pub fn part(&self, simulator: &Simulator, lane: usize, first: usize, bits: usize) -> u64 {
+        let nets = self.0[first..][..bits].iter().enumerate();
+        nets.map(|(bit, net)| (simulator.get(*net) >> lane & 1) << bit).sum()
+    }
+
     /// One bit, in all lanes.
     pub fn bit(&self, simulator: &Simulator) -> u64 {
         self.0.first().map_or(0, |net| simulator.get(*net))

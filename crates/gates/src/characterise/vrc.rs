@@ -148,7 +148,7 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
             }
             let Some((beat, splat)) = lane.beat() else { continue };
             // A core takes a splat in several cycles: so pauses are as long as some splats.
-            lane.offered |= cycle % 4 == 0 && lane.chance.below(8) >= mostly;
+            lane.offered |= cycle.is_multiple_of(4) && lane.chance.below(8) >= mostly;
             if !lane.offered {
                 continue;
             }

@@ -8,7 +8,7 @@ use powergs_datapath::{NumberFormat, WideFormat};
 use rand::{Rng, RngExt};
 use rand_pcg::Pcg64Mcg;
 
-use super::unit::{LANES, Unit};
+use super::unit::{LANES, LIBRARIES, Unit};
 
 /// Gaussians of a lane.
 const GAUSSIANS: usize = 20;

@@ -76,7 +76,7 @@ fn cores(count: usize, splats: usize, far: u32) -> Vec<Work> {
     let mut random = Pcg64Mcg::seed_from_u64(11);
     let mut work = |number: usize| {
         let place = [0; 2].map(|_| 2 * random.random_range(0..8u8));
-        let mask: u64 = if number % 16 == 0 { 0b0111 } else { 0b1111 };
+        let mask: u64 = if number.is_multiple_of(16) { 0b0111 } else { 0b1111 };
         let mut pixels = [0, 1, 2, 3].map(|i| Pixel::open(format, mask >> i & 1 == 1));
         let splats = (0..splats).map(|_| {
             let away = if random.random_range(0..100) < far { 9.0 } else { 0.0 };

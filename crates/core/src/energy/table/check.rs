@@ -92,13 +92,16 @@ fn numbers(table: &EnergyTable, found: &mut Found) {
         let mut say = |what: String| found.push(("numbers.formats".to_owned(), what));
         for (key, factor) in [
             ("energy", row.energy),
-            ("clock", row.clock),
+            ("clock", row.clock.unwrap_or(1.0)),
             ("leakage", row.leakage),
             ("area", row.area),
         ] {
             if !(0.01..=100.0).contains(&factor) {
                 say(format!("`{key}` = {factor} of {} must be from 0.01 to 100", row.numbers));
             }
+        }
+        if row.clock.is_some() != table.clock.is_some() {
+            say(format!("`clock` of {} is given where the table has [clock]", row.numbers));
         }
         if numbers.formats[..i].iter().any(|other| other.numbers == row.numbers) {
             say(format!("`numbers.formats` has {} twice", row.numbers));

@@ -147,9 +147,9 @@ pub struct FormatFactors {
     /// On the energy of its actions.
     #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
     pub energy: f64,
-    /// On what it takes in every cycle.
+    /// On what it takes in every cycle: in a table with `[clock]`.
     #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
-    pub clock: f64,
+    pub clock: Option<f64>,
     /// On its leakage.
     #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
     pub leakage: f64,

@@ -2,6 +2,7 @@
 //! the area, or the PHY.
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
+use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
 use powergs_core::action::{Action, ActionCounts, Stage};
@@ -18,6 +19,10 @@ fn outputs(text: &str) -> Vec<(f64, f64, Option<Phy>)> {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
     let sets = UNLIKE.map(str::to_owned);
     let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
+    if table.name.contains("rtl") {
+        // Its netlists reach that above the lowest voltage.
+        machine.clock = Hertz(120e6);
+    }
     let mut actions = ActionCounts::default();
     for action in Action::all() {
         actions.charge(Stage::Rendering, action, 1_000_000);
@@ -45,7 +50,9 @@ fn larger(value: &Value, path: &str, all: &mut Vec<(String, Value)>) {
         Value::String(text) => {
             let end = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(0);
             if let Ok(number) = text[..end].parse::<f64>() {
-                all.push((path.to_owned(), format!("{}{}", number * 1.5, &text[end..]).into()));
+                // A threshold stays below the lowest voltage.
+                let factor = if path.ends_with(".threshold") { 1.2 } else { 1.5 };
+                all.push((path.to_owned(), format!("{}{}", number * factor, &text[end..]).into()));
             }
         }
         Value::Integer(n) => all.push((path.to_owned(), (n * 2).into())),

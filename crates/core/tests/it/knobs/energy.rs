@@ -67,7 +67,7 @@ fn dead_keys(file: &Embedded) -> Vec<String> {
         let mut sets = crate::energy::UNLIKE.map(str::to_owned).to_vec();
         sets.push(format!("dram.model={model}"));
         if file.name.contains("rtl") {
-            sets.push("clock=390 MHz".to_owned());
+            sets.push("clock=300 MHz".to_owned());
         }
         sets.extend_from_slice(lift);
         Machine::parse_with(MACHINES[0].text, &sets).expect("a machine")
