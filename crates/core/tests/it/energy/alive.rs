@@ -21,7 +21,7 @@ fn outputs(text: &str) -> Vec<(f64, f64, Option<Phy>)> {
     let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
     if table.name.contains("rtl") {
         // Its netlists reach that above the lowest voltage.
-        machine.clock = Hertz(120e6);
+        machine.clock = Hertz(if table.name.contains("45") { 120e6 } else { 300e6 });
     }
     let mut actions = ActionCounts::default();
     for action in Action::all() {
@@ -84,7 +84,7 @@ fn every_price_moves_an_output() {
             let zero = new.as_str().is_some_and(|text| text.starts_with("0 "));
             let free = file.name == "paper" && zero;
             // Rows of another node and temperature are refused, and the name of a node is a name.
-            // A higher nominal voltage is outside of the curve, whose upper end limits the clock alone.
+            // A higher nominal voltage is outside of the curve; its upper end limits clocks alone.
             let node = [
                 ".node",
                 ".scaling.from",
