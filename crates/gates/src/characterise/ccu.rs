@@ -223,8 +223,8 @@ fn measure(
         let kept = kept.bit(&simulator);
         let mut taken = [0u64; 3];
         for (i, lane) in lanes.iter_mut().enumerate() {
-            for side in 0..3 {
-                if !lane.offered[side] || ready[side] >> i & 1 == 0 {
+            for (side, ready) in ready.iter().enumerate() {
+                if !lane.offered[side] || ready >> i & 1 == 0 {
                     continue;
                 }
                 lane.offered[side] = false;

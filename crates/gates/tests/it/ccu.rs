@@ -192,5 +192,5 @@ fn convert(library: &str) {
 
 #[test]
 fn culling_and_conversion_units_convert() {
-    convert("nangate45");
+    LIBRARIES.iter().for_each(|library| convert(library));
 }
