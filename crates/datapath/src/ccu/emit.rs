@@ -1,7 +1,7 @@
 //! Schedules and tables as SystemVerilog.
 //!
-//! `rtl/ccu_program_pkg.sv` and `rtl/fp_special_pkg.sv` are what [`programs`] and [`tables`] give;
-//! a test compares them.
+//! `rtl/ccu_program_pkg.sv` and `rtl/fp_special_pkg.sv` are what [`programs()`] and [`tables()`]
+//! give; a test compares them.
 
 use std::fmt::Write;
 
