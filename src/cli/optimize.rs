@@ -258,8 +258,8 @@ pub struct PowerArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Search")]
 pub struct SearchArgs {
-    /// Ratios of pruned Gaussians to sample, ascending: 0,0.2,0.4 [default: five, up to 0.8, moved
-    /// below the first that misses the target]
+    /// Ratios of pruned Gaussians to sample, ascending: 0,0.2,0.4 [default: five, both ends of the
+    /// curve and then around its minimum]
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "schedule")]
     pub rhos: Vec<f64>,
     /// How samples are chosen
@@ -280,8 +280,8 @@ pub struct SearchArgs {
     /// The share of a fine-tune in which lambda is adjusted; then it rests
     #[arg(long, value_name = "SHARE", default_value_t = Settings::DEFAULT.adjust_share)]
     pub adjust_share: f64,
-    /// First lambda times the display power of the dense model: what the display term of the loss
-    /// begins with
+    /// First lambda times the display power of the dense model, at 3 dB to spare: what the display
+    /// term of the loss begins with
     #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.display_weight)]
     pub lambda: f64,
     /// How lambda follows the quality
@@ -307,16 +307,16 @@ pub struct SearchArgs {
 /// How lambda follows the quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum RuleArg {
-    /// Smaller steps near the target, with an eye on the trend
+    /// By the slack that there is, with an eye on the trend
     Damped,
-    /// Full steps, as the published code
+    /// Full steps, as the published code; begin with --lambda 0.01
     Published,
 }
 
 /// How samples are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ScheduleArg {
-    /// Five, moved below the first that misses the target
+    /// Five: both ends of the curve and then around its minimum
     Five,
     /// Seven coarse and five fine ones, as the published code; --iterations is what it gives 1500
     Published,

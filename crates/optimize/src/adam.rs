@@ -116,6 +116,26 @@ impl Rates {
         }
     }
 
+    /// Rates that move the moments and no parameter.
+    pub(crate) fn still() -> Rates {
+        // Not 0, at which moments would rest too; no parameter is so small that this moves it.
+        let rate = 1e-36;
+        Rates {
+            means: rate,
+            scales: rate,
+            rotations: rate,
+            opacities: rate,
+            sh_dc: rate,
+            sh_rest: rate,
+        }
+    }
+
+    /// All rates times `factor`, those of the centres by its square: they rest at the end of the
+    /// published schedule, and must move again where neighbours are gone.
+    pub(crate) fn heated(self, factor: f64) -> Rates {
+        Rates { means: self.means * factor * factor, ..self.scaled(factor) }
+    }
+
     /// All rates times `factor`.
     pub fn scaled(self, factor: f64) -> Rates {
         Rates {

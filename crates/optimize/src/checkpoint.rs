@@ -16,12 +16,12 @@ use super::adam::Adam;
 use super::history::HistoryRow;
 use super::lambda::ControllerState;
 use super::outcome::Outcome;
-use super::tune::{Check, Model, State};
+use super::tune::{Check, Gauge, Heat, Model, State};
 use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -100,7 +100,8 @@ impl<'a> Checkpoints<'a> {
         let head = (outcomes, history, current.map(|(name, s)| (name, StateHead::of(s))));
         let best = current.and_then(|(_, s)| s.best.as_ref().map(|best| &best.0));
         let models = current.iter().map(|(_, s)| &s.model).chain(best);
-        self.write(PROGRESS, Kind::Progress, &head, models)
+        let mean = current.and_then(|(_, s)| s.average.as_ref().map(|mean| &mean.0));
+        self.write(PROGRESS, Kind::Progress, &head, models.flat_map(parts).chain(mean))
     }
 
     /// Where the run is; `None` if there is none.
@@ -124,7 +125,8 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), RunError> {
-        self.write(&model_file(job), Kind::Model, &ModelHead::of(model), std::iter::once(model))
+        let parts = parts(model).into_iter();
+        self.write(&model_file(job), Kind::Model, &ModelHead::of(model), parts)
     }
 
     /// The model of a finished job.
@@ -147,7 +149,7 @@ impl<'a> Checkpoints<'a> {
         name: &str,
         kind: Kind,
         head: &impl Serialize,
-        models: impl Iterator<Item = &'m Model>,
+        parts: impl Iterator<Item = &'m Gaussians>,
     ) -> Result<(), RunError> {
         let head = postcard::to_stdvec(head).map_err(|e| RunError::Internal(e.to_string()))?;
         let mut file = self.store.create(name)?;
@@ -159,8 +161,8 @@ impl<'a> Checkpoints<'a> {
             out.write_all(&self.fingerprint.to_le_bytes())?;
             out.write_all(&(head.len() as u64).to_le_bytes())?;
             out.write_all(&head)?;
-            for model in models {
-                write_floats(&mut out, model)?;
+            for part in parts {
+                write_floats(&mut out, part)?;
             }
             let sum = out.hash.digest();
             out.to.write_all(&sum.to_le_bytes())?;
@@ -279,21 +281,23 @@ impl<W: Write> Write for Summed<W> {
 }
 
 /// All parameters of a model, then both moments.
-fn write_floats(out: &mut dyn Write, model: &Model) -> io::Result<()> {
+fn parts(model: &Model) -> [&Gaussians; 3] {
+    [&model.scene, &model.adam.first, &model.adam.second]
+}
+
+fn write_floats(out: &mut dyn Write, part: &Gaussians) -> io::Result<()> {
     let mut bytes = Vec::with_capacity(4 * BLOCK);
-    for part in [&model.scene, &model.adam.first, &model.adam.second] {
-        let lists: [&[f32]; 5] = [
-            part.means.as_flattened(),
-            part.log_scales.as_flattened(),
-            part.rotations.as_flattened(),
-            &part.logit_opacities,
-            &part.sh,
-        ];
-        for block in lists.into_iter().flat_map(|list| list.chunks(BLOCK)) {
-            bytes.clear();
-            block.iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
-            out.write_all(&bytes)?;
-        }
+    let lists: [&[f32]; 5] = [
+        part.means.as_flattened(),
+        part.log_scales.as_flattened(),
+        part.rotations.as_flattened(),
+        &part.logit_opacities,
+        &part.sh,
+    ];
+    for block in lists.into_iter().flat_map(|list| list.chunks(BLOCK)) {
+        bytes.clear();
+        block.iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+        out.write_all(&bytes)?;
     }
     Ok(())
 }
@@ -359,6 +363,10 @@ struct StateHead {
     iteration: u32,
     pruned: u32,
     control: Option<ControllerState>,
+    averaged: Option<u32>,
+    gauge: Gauge,
+    unconfirmed: u32,
+    heat: Option<Heat>,
     best: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
@@ -366,12 +374,28 @@ struct StateHead {
 
 impl StateHead {
     fn of(state: &State) -> StateHead {
-        let State { model, iteration, pruned, control, best, last, settled } = state;
+        let State {
+            model,
+            iteration,
+            pruned,
+            control,
+            average,
+            gauge,
+            unconfirmed,
+            heat,
+            best,
+            last,
+            settled,
+        } = state;
         StateHead {
             model: ModelHead::of(model),
             iteration: *iteration,
             pruned: *pruned,
             control: *control,
+            averaged: average.as_ref().map(|(_, count)| *count),
+            gauge: gauge.clone(),
+            unconfirmed: *unconfirmed,
+            heat: *heat,
             best: best.as_ref().map(|(model, check)| (ModelHead::of(model), *check)),
             last: *last,
             settled: *settled,
@@ -379,12 +403,40 @@ impl StateHead {
     }
 
     fn state(self, floats: &mut Floats<'_>) -> io::Result<State> {
-        let StateHead { model, iteration, pruned, control, best, last, settled } = self;
-        let model = model.model(floats)?;
+        let StateHead {
+            model: head,
+            iteration,
+            pruned,
+            control,
+            averaged,
+            gauge,
+            unconfirmed,
+            heat,
+            best,
+            last,
+            settled,
+        } = self;
+        let model = head.model(floats)?;
         let best = match best {
             Some((head, check)) => Some((head.model(floats)?, check)),
             None => None,
         };
-        Ok(State { model, iteration, pruned, control, best, last, settled })
+        let average = match averaged {
+            Some(count) => Some((floats.part(head)?, count)),
+            None => None,
+        };
+        Ok(State {
+            model,
+            iteration,
+            pruned,
+            control,
+            average,
+            gauge,
+            unconfirmed,
+            heat,
+            best,
+            last,
+            settled,
+        })
     }
 }

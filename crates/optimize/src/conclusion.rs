@@ -68,14 +68,12 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
     let best_sample = passing().min_by(least).map(|o| o.rho);
     // A fit that used near misses may end beyond the highest ratio that passed. Its minimum is
-    // tried there only if it lies between samples, and at most half-way to the one that missed.
+    // tried there only if it lies between samples.
     let reach = passing().map(|o| o.rho).reduce(f64::max);
     let rho = best_sample.map(|best| {
         let chosen = optimum.map_or(best, |o| o.chosen_rho());
         let is_inside = optimum.is_some_and(|o| o.place == OptimumPlace::Interior);
-        let reach = reach.unwrap_or(chosen);
-        let end = fit.as_ref().map_or(reach, Fit::rho_max).max(reach);
-        chosen.min(if is_inside { (reach + end) / 2.0 } else { reach })
+        if is_inside { chosen } else { chosen.min(reach.unwrap_or(chosen)) }
     });
     let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Optimum) && o.passed;
     let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());

@@ -31,6 +31,9 @@ pub struct Job {
     pub from: Option<String>,
     /// How it is trained; `None`: it is measured only.
     pub config: Option<TuneConfig>,
+    /// Keeps the order of views of different fine-tunes apart. It is that of the same job of
+    /// another variant, so that a variant is what it is alone.
+    pub stream: u64,
 }
 
 impl Job {

@@ -9,8 +9,14 @@
 //! one begins at λ0 again; and it stops when the quality has settled just above the target, as the
 //! paper says. [`Rule::Damped`] is ours: the published factor is S or 1/S whatever the distance,
 //! and the quality follows λ with a delay of tens of iterations, so λ overshoots by a decade in a
-//! short fine-tune. The damped rule looks ahead along the trend of the quality and takes a power
-//! of S that shrinks with the distance from the target.
+//! short fine-tune.
+//!
+//! The damped rule is a secant in log λ on a model of the slack. A colour shift in proportion to λ
+//! adds to the error by its square, so a model at rest has `10 log10(1 + c λ²)` dB less than
+//! without the term: whatever slack there is, 0.3 dB or 10, the quality at two λ gives the slope
+//! there. The first check of a fine-tune has no λ behind it and gives the slack itself, from which
+//! the first λ is estimated. Every step looks ahead along the trend, takes half of the
+//! distance, and is never longer than a factor that falls from 2.5 to a few per cent.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,20 +30,31 @@ const CEILING: f64 = 1e6;
 const STEP: f64 = 2.0;
 /// Checks in a row that must be settled.
 const SETTLED_CHECKS: u32 = 3;
-/// The damped rule takes a full step from this distance on, decibels.
-const FULL_STEP_DB: f64 = 4.0;
 /// The damped rule aims so far above the target, as a share of epsilon: a λ that came to the target
 /// itself from below would never have passed.
 const AIM: f64 = 0.5;
 /// How many checks the damped rule looks ahead.
 const AHEAD: f64 = 2.0;
+/// The share of the distance in log λ that a step of the damped rule covers.
+const GAIN: f64 = 0.5;
+/// The longest step of the damped rule: the factor at the beginning, and what is left of its
+/// logarithm at the end.
+const LONGEST: (f64, f64) = (2.5, 0.05);
+/// Slack that the damped rule counts with at least and at most, decibels: less is noise, and more
+/// is that of a model that is compared with itself.
+const SLACK_DB: (f64, f64) = (0.1, 12.0);
+/// Weight of a new value in the mean of the trend.
+const TREND: f64 = 0.5;
+
+/// λ is at rest if its logarithm moves by less than this while the quality is settled.
+const STILL: f64 = 0.05;
 
 /// How large a step is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Rule {
     /// S or 1/S.
     Published,
-    /// Less near the target, with an eye on the trend.
+    /// By the slack that there is, with an eye on the trend.
     Damped,
 }
 
@@ -48,6 +65,9 @@ pub struct Control {
     pub rule: Rule,
     /// λ at the first check, 1/W.
     pub start: f64,
+    /// Whether `start` is only a scale, λ at a slack of 3 dB, from which the damped rule estimates
+    /// the first λ; no if a fine-tune before it ended there.
+    pub is_estimated: bool,
     /// Iterations between checks.
     pub interval: u32,
     /// Iterations in which λ is adjusted; then it stays.
@@ -74,8 +94,14 @@ pub struct ControllerState {
     pub passing: Option<f64>,
     /// Distance from the target at the last check, decibels.
     pub margin_db: Option<f64>,
+    /// How the distance changes from check to check, decibels.
+    pub trend_db: f64,
+    /// The largest distance so far: the slack that there was, decibels.
+    pub slack_db: f64,
     /// Settled checks in a row.
     pub settled_checks: u32,
+    /// λ and the distance when the settled checks began.
+    pub settled_at: (f64, f64),
 }
 
 /// The controller of one fine-tune.
@@ -95,7 +121,15 @@ impl Controller {
     /// A controller at its first λ.
     pub fn new(control: Control) -> Controller {
         let lambda = control.start.clamp(FLOOR, CEILING);
-        let state = ControllerState { lambda, passing: None, margin_db: None, settled_checks: 0 };
+        let state = ControllerState {
+            lambda,
+            passing: None,
+            margin_db: None,
+            trend_db: 0.0,
+            slack_db: f64::NEG_INFINITY,
+            settled_checks: 0,
+            settled_at: (0.0, 0.0),
+        };
         Controller { control, state }
     }
 
@@ -133,25 +167,75 @@ impl Controller {
             return Verdict::Continue;
         }
         let margin = target.margin_db(quality);
-        let full = factor(iteration, self.control.adjust);
         let passes = target.passes(quality);
         if passes {
             state.passing = Some(state.lambda);
         }
-        let power = match self.control.rule {
-            Rule::Published if passes => 1.0,
-            Rule::Published => -1.0,
+        let full = factor(iteration, self.control.adjust);
+        let by = match self.control.rule {
+            Rule::Published if passes => full,
+            Rule::Published => full.recip(),
+            Rule::Damped => self.damped(margin, (full - 1.0) / (STEP - 1.0)),
+        };
+        let state = &mut self.state;
+        state.lambda = (state.lambda * by).clamp(FLOOR, CEILING);
+        state.margin_db = Some(margin);
+        if self.is_settled(quality, margin, target) { Verdict::Settled } else { Verdict::Continue }
+    }
+
+    /// The factor on λ; `left` falls from 1 to 0 while the controller works.
+    fn damped(&mut self, margin: f64, left: f64) -> f64 {
+        let state = &mut self.state;
+        let (least, most) = SLACK_DB;
+        // The square of the shift that a slack pays for, in units of the error.
+        let shift = |slack: f64| 10f64.powf(slack.clamp(least, most) / 10.0) - 1.0;
+        if margin.is_nan() {
+            return 1.0;
+        }
+        let Some(last) = state.margin_db else {
+            state.slack_db = margin;
+            return if self.control.is_estimated { shift(margin).sqrt() } else { 1.0 };
+        };
+        state.trend_db += TREND * (margin - last - state.trend_db);
+        state.slack_db = state.slack_db.max(margin);
+        let aim = AIM * self.control.epsilon_db;
+        let off = margin + AHEAD * state.trend_db - aim;
+        // Decibels that a factor of e on λ costs: at the target, or where too much is spent, there.
+        let slack = state.slack_db.max(0.0);
+        let used = shift(slack.max(slack - margin));
+        let slope = 20.0 * std::f64::consts::LOG10_E * used / (1.0 + used);
+        let (longest, end) = LONGEST;
+        let longest = longest.ln() * (end + (1.0 - end) * left);
+        (GAIN * off / slope).clamp(-longest, longest).exp()
+    }
+
+    /// Whether the quality has been just above the target for some checks, and neither it nor λ
+    /// went anywhere meanwhile.
+    fn is_settled(&mut self, quality: Quality, margin: f64, target: &Target) -> bool {
+        let (state, epsilon) = (&mut self.state, self.control.epsilon_db);
+        if !target.is_settled(quality, epsilon) {
+            state.settled_checks = 0;
+            return false;
+        }
+        if state.settled_checks == 0 {
+            state.settled_at = (state.lambda, margin);
+        }
+        state.settled_checks += 1;
+        if state.settled_checks < SETTLED_CHECKS {
+            return false;
+        }
+        let (lambda, first) = state.settled_at;
+        let is_moving = match self.control.rule {
+            // As published: three checks.
+            Rule::Published => false,
             Rule::Damped => {
-                let trend = state.margin_db.map_or(0.0, |last| margin - last);
-                let aim = AIM * self.control.epsilon_db;
-                let ahead = margin - aim + AHEAD * trend;
-                if ahead.is_nan() { 1.0 } else { (ahead / FULL_STEP_DB).clamp(-1.0, 1.0) }
+                (state.lambda / lambda).ln().abs() > STILL || (margin - first).abs() > epsilon / 2.0
             }
         };
-        state.lambda = (state.lambda * full.powf(power)).clamp(FLOOR, CEILING);
-        state.margin_db = Some(margin);
-        let settled = target.is_settled(quality, self.control.epsilon_db);
-        state.settled_checks = if settled { state.settled_checks + 1 } else { 0 };
-        if state.settled_checks >= SETTLED_CHECKS { Verdict::Settled } else { Verdict::Continue }
+        if is_moving {
+            state.settled_checks = 1;
+            state.settled_at = (state.lambda, margin);
+        }
+        !is_moving
     }
 }

@@ -1,12 +1,13 @@
 //! Which pruning ratios are sampled, and for how many iterations.
 //!
-//! [`Schedule::Adaptive`] is ours: a few ratios, and where a sample misses its target the rest of
-//! the budget goes to ratios below it. [`Schedule::Listed`] takes what the user says.
+//! [`Schedule::Adaptive`] is ours: both ends of the curve, one ratio between, then wherever the
+//! curve has its minimum. [`Schedule::Listed`] takes what the user says.
 //! [`Schedule::Published`] is the coarse-to-fine search of the published code, 7 + 5 samples
 //! (`powergs`, section 4.5).
 
 use serde::Serialize;
 
+use super::fit::{self, OptimumPlace, Sample};
 use super::invalid::Invalid;
 
 /// Coarse samples of the published schedule.
@@ -21,6 +22,14 @@ const BUDGETS: [u32; 2] = [10_000, 5_000];
 const UNIT: f64 = 1500.0;
 /// Most ratios of a list.
 const MOST_RHOS: usize = 1000;
+/// Iterations of the end of the curve, relative to those of a sample.
+const END_EFFORT: f64 = 2.0;
+/// How often a ratio is tried.
+const TRIES: usize = 2;
+/// Ratios that differ by less are the same.
+const SAME: f64 = 1e-3;
+/// Samples are at least so far apart.
+const APART: f64 = 0.02;
 /// The range that fine samples cover.
 const FINE_RANGE: f64 = 0.30;
 
@@ -29,10 +38,21 @@ const FINE_RANGE: f64 = 0.30;
 pub struct TakenSample {
     /// The ratio of pruned Gaussians.
     pub rho: f64,
-    /// Display and rendering power, watts.
-    pub total_w: f64,
+    /// Display power, watts.
+    pub display_w: f64,
+    /// Rendering power, watts.
+    pub render_w: f64,
     /// Whether it ended on the target.
     pub passed: bool,
+    /// Whether it is the end of the curve where nothing is spent on the display.
+    pub is_end: bool,
+}
+
+impl TakenSample {
+    /// Display and rendering power, watts.
+    fn total_w(&self) -> f64 {
+        self.display_w + self.render_w
+    }
 }
 
 /// A sample to take.
@@ -44,17 +64,21 @@ pub struct NextSample {
     pub from: Option<usize>,
     /// Iterations, relative to the budget of a sample.
     pub effort: f64,
+    /// Pruned without a display term for as long as the target is reached, whatever ratio that
+    /// comes to.
+    pub is_end: bool,
 }
 
 /// A way to choose samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Schedule {
-    /// This many samples from 0 to `highest`, moved below the first that fails.
+    /// This many samples: nothing pruned, a first ratio, as much as can be pruned without a display
+    /// term, then around the minimum of the curve through them.
     Adaptive {
         /// Number of samples.
         count: usize,
-        /// The highest ratio.
-        highest: f64,
+        /// The first ratio beyond 0.
+        first: f64,
     },
     /// These ratios, ascending.
     Listed(Vec<f64>),
@@ -67,8 +91,8 @@ pub enum Schedule {
 }
 
 impl Schedule {
-    /// Five samples, up to 0.8: what the program takes where it is not told otherwise.
-    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, highest: 0.8 };
+    /// Five samples: what the program takes where it is not told otherwise.
+    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, first: 0.3 };
 
     /// These ratios.
     ///
@@ -107,9 +131,11 @@ impl Schedule {
     /// the effort of the very first.
     pub(crate) fn most_effort(&self, first: f64) -> f64 {
         match self {
-            Schedule::Adaptive { .. } | Schedule::Listed(_) => {
-                self.count().saturating_sub(1) as f64 + first
+            Schedule::Adaptive { count, .. } => {
+                let end = if *count > 2 { END_EFFORT - 1.0 } else { 0.0 };
+                self.count().saturating_sub(1) as f64 + first + end
             }
+            Schedule::Listed(_) => self.count().saturating_sub(1) as f64 + first,
             Schedule::Published { budget } => {
                 let coarse = (0..COARSE).map(|i| coarse_iterations(i, *budget)).sum::<u32>();
                 // The longest fine-tune of a fine sample prunes 0.15 after 0.9 are pruned.
@@ -126,33 +152,84 @@ impl Schedule {
             return None;
         }
         match self {
-            Schedule::Adaptive { count, highest } => adaptive(done, *count, *highest, first),
+            Schedule::Adaptive { first: rho, .. } => adaptive(done, *rho, first),
             Schedule::Listed(rhos) => {
                 let effort = if next == 0 { first } else { 1.0 };
-                Some(NextSample { rho: rhos[next], from: next.checked_sub(1), effort })
+                let from = next.checked_sub(1);
+                Some(NextSample { rho: rhos[next], from, effort, is_end: false })
             }
             Schedule::Published { budget } => Some(published(done, next, *budget)),
         }
     }
 }
 
-/// Ratios rise evenly until one fails. Then what is left of the budget divides the gap between the
-/// last that passed and the first that failed. Where not even the unpruned model reaches the
-/// target there is no gap, and no further sample.
-fn adaptive(done: &[TakenSample], count: usize, highest: f64, first: f64) -> Option<NextSample> {
-    let next = done.len();
-    let Some(failed) = done.iter().filter(|d| !d.passed).map(|d| d.rho).reduce(f64::min) else {
-        let rho = highest * next as f64 / (count - 1).max(1) as f64;
-        let effort = if next == 0 { first } else { 1.0 };
-        return Some(NextSample { rho, from: next.checked_sub(1), effort });
+/// The ends first, then refinement. A sample that misses is retried once, with as many iterations
+/// more, before anything else; what misses twice is given up. Where not even the unpruned model
+/// reaches the target there is no further sample.
+fn adaptive(done: &[TakenSample], rho: f64, first: f64) -> Option<NextSample> {
+    let tuned = |rho, from| Some(NextSample { rho, from, effort: 1.0, is_end: false });
+    let Some(last) = done.last() else {
+        return Some(NextSample { rho: 0.0, from: None, effort: first, is_end: false });
     };
-    let below = |d: &&(usize, &TakenSample)| d.1.passed && d.1.rho < failed;
-    let sorted: Vec<(usize, &TakenSample)> = done.iter().enumerate().collect();
-    let base = sorted.iter().filter(below).max_by(|a, b| a.1.rho.total_cmp(&b.1.rho));
-    let (from, rho) = base.map_or((None, 0.0), |(i, d)| (Some(*i), d.rho));
-    let left = (count - next) as f64;
-    let sample = NextSample { rho: rho + (failed - rho) / (left + 1.0), from, effort: 1.0 };
-    (sample.rho > rho).then_some(sample)
+    let is_at = |d: &TakenSample, rho: f64| !d.is_end && (d.rho - rho).abs() < SAME;
+    let tries = done.iter().filter(|d| is_at(d, last.rho)).count();
+    if !last.passed && !last.is_end && tries < TRIES {
+        return tuned(last.rho, Some(done.len() - 1));
+    }
+    let by_rho = |a: &&(usize, &TakenSample), b: &&(usize, &TakenSample)| {
+        a.1.rho.total_cmp(&b.1.rho).then(b.0.cmp(&a.0))
+    };
+    let mut passed: Vec<(usize, &TakenSample)> =
+        done.iter().enumerate().filter(|(_, d)| d.passed).collect();
+    passed.sort_by(|a, b| by_rho(&a, &b));
+    let below = |rho: f64| passed.iter().rev().find(|(_, d)| d.rho <= rho + SAME).map(|p| p.0);
+    let &(top, highest) = passed.last()?;
+    let end = |effort| Some(NextSample { rho: highest.rho, from: Some(top), effort, is_end: true });
+    if done.iter().all(|d| is_at(d, 0.0)) {
+        return tuned(rho, below(rho));
+    }
+    if done.iter().all(|d| !d.is_end) {
+        return end(END_EFFORT);
+    }
+    match refined(done, &passed)? {
+        Refined::At(rho) => tuned(rho, below(rho)),
+        Refined::Beyond => end(1.0),
+    }
+}
+
+/// Where a further sample says most.
+enum Refined {
+    /// At this ratio.
+    At(f64),
+    /// Beyond the end: the cheapest is what is pruned most, and more of it goes.
+    Beyond,
+}
+
+/// At the minimum of the fitted curve, or if that is known already, between the best sample and its
+/// cheaper neighbour. `passed` ascends in ρ.
+fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Refined> {
+    let is_new = |rho: f64| done.iter().all(|d| (d.rho - rho).abs() >= APART);
+    let sample = |(_, d): &(usize, &TakenSample)| Sample {
+        rho: d.rho,
+        display_w: d.display_w,
+        render_w: d.render_w,
+    };
+    let samples: Vec<Sample> = passed.iter().map(sample).collect();
+    let minimum = fit::fit(&samples).ok().map(|f| fit::optimum(&f));
+    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) {
+        return Some(Refined::Beyond);
+    }
+    let total = |i: usize| passed[i].1.total_w();
+    let best = (0..passed.len()).min_by(|&a, &b| total(a).total_cmp(&total(b)))?;
+    let mut neighbours: Vec<usize> = [best.checked_sub(1), Some(best + 1)]
+        .into_iter()
+        .flatten()
+        .filter(|&i| i < passed.len())
+        .collect();
+    neighbours.sort_by(|&a, &b| total(a).total_cmp(&total(b)));
+    let between = neighbours.into_iter().map(|i| (passed[best].1.rho + passed[i].1.rho) / 2.0);
+    let minimum = minimum.map(|m| m.rho);
+    minimum.into_iter().chain(between).find(|&rho| is_new(rho)).map(Refined::At)
 }
 
 /// The budgets of the published schedule: iterations of coarse sample `i` where a sample has
@@ -176,7 +253,8 @@ fn published(done: &[TakenSample], next: usize, budget: u32) -> NextSample {
     if next < COARSE {
         let rho = COARSE_STEP * next as f64;
         let iterations = coarse_iterations(next, budget);
-        return NextSample { rho, from: next.checked_sub(1), effort: effort(iterations) };
+        let from = next.checked_sub(1);
+        return NextSample { rho, from, effort: effort(iterations), is_end: false };
     }
     let coarse = &done[..COARSE];
     let fine = Fine::around(best_of(coarse), COARSE_STEP);
@@ -187,7 +265,7 @@ fn published(done: &[TakenSample], next: usize, budget: u32) -> NextSample {
     let rho = fine.ratios[k];
     let base = COARSE_STEP * from as f64;
     let iterations = fine_tune(budget, rho - base, base);
-    NextSample { rho, from: Some(from), effort: effort(iterations) }
+    NextSample { rho, from: Some(from), effort: effort(iterations), is_end: false }
 }
 
 /// The fine samples of the published schedule.
@@ -213,7 +291,7 @@ impl Fine {
 
 /// Position of the smallest smoothed total of the samples that passed; the first if none did.
 pub fn best_of(samples: &[TakenSample]) -> usize {
-    let totals: Vec<f64> = samples.iter().map(|d| d.total_w).collect();
+    let totals: Vec<f64> = samples.iter().map(TakenSample::total_w).collect();
     let passed: Vec<bool> = samples.iter().map(|d| d.passed).collect();
     let smooth = smoothed(&totals, &passed);
     let candidates = (0..samples.len()).filter(|&i| passed[i]);

@@ -10,6 +10,9 @@ use super::schedule::Schedule;
 const WEIGHT_MOST: f64 = 1e6;
 /// Least weight of the display term.
 const WEIGHT_LEAST: f64 = 1e-6;
+/// Iterations of the model that is trained further without the gate views, relative to those of
+/// the first sample.
+const HELD_OUT_EFFORT: f64 = 2.0;
 /// Most iterations of one fine-tune.
 const MOST_ITERATIONS: u32 = 10_000_000;
 
@@ -27,8 +30,8 @@ pub enum Gate {
 pub struct Settings {
     /// Iterations of a sample, at least 1.
     pub iterations: u32,
-    /// Iterations of the first sample, relative to the others: its λ starts far from the value that
-    /// it needs.
+    /// Iterations of the first sample, relative to the others, and half of those of the model that
+    /// is trained further without the gate views.
     pub first_effort: f64,
     /// Iterations of the final model and of each baseline.
     pub final_iterations: u32,
@@ -39,7 +42,9 @@ pub struct Settings {
     /// The share of a fine-tune in which λ is adjusted; after it λ is fixed.
     pub adjust_share: f64,
     /// Weight of the display term at the start, without unit: the term of an image that needs the
-    /// display power of the dense model. λ, in 1/W, is this over that power.
+    /// display power of the dense model. λ, in 1/W, is this over that power. The damped rule begins
+    /// there with 3 dB to spare, and with less or more in proportion to the shift of colours that
+    /// these pay for.
     pub display_weight: f64,
     /// The same for the levels of the periphery; HVSQ is a smaller number than L1.
     pub level_display_weight: f64,
@@ -65,13 +70,13 @@ impl Settings {
     /// What the program takes where it is not told otherwise.
     pub const DEFAULT: Settings = Settings {
         iterations: 1000,
-        first_effort: 2.0,
+        first_effort: 1.0,
         final_iterations: 2000,
         level_effort: 0.5,
         interval: 10,
-        adjust_share: 0.75,
-        display_weight: 0.01,
-        level_display_weight: 0.001,
+        adjust_share: 0.9,
+        display_weight: 0.1,
+        level_display_weight: 0.01,
         rule: Rule::Damped,
         epsilon_db: 0.05,
         opacity_cap: 1.0,
@@ -118,7 +123,7 @@ impl Settings {
 
     /// Iterations of the dense model that is trained further without the gate views.
     pub(crate) fn first_budget(&self) -> u32 {
-        share_of(self.iterations, self.first_effort)
+        share_of(self.iterations, HELD_OUT_EFFORT * self.first_effort)
     }
 
     /// Iterations of the final model of a level, and of each baseline there.

@@ -54,6 +54,23 @@ pub struct Seen {
     pub display_w: f64,
 }
 
+impl Seen {
+    /// The mean over views, in their order; HVSQ where all have it.
+    pub(crate) fn mean(seen: &[Seen]) -> Seen {
+        let mean = |value: &dyn Fn(&Seen) -> f64| {
+            seen.iter().map(value).sum::<f64>() / seen.len().max(1) as f64
+        };
+        let has_hvsq = seen.iter().all(|s| s.quality.hvsq.is_some());
+        let hvsq = mean(&|s| s.quality.hvsq.unwrap_or(f64::NAN));
+        let quality = Quality {
+            psnr_db: mean(&|s| s.quality.psnr_db),
+            ssim: mean(&|s| s.quality.ssim),
+            hvsq: has_hvsq.then_some(hvsq),
+        };
+        Seen { quality, display_w: mean(&|s| s.display_w) }
+    }
+}
+
 impl Setup<'_> {
     /// The views that gate.
     pub fn gate_views(&self) -> &[usize] {
@@ -71,40 +88,49 @@ impl Setup<'_> {
     /// Quality and display power of `scene` over `views`, means in the order of views; with a
     /// pooling, HVSQ too.
     pub fn see(&self, scene: &Gaussians, views: &[usize], pooling: Option<f64>) -> Seen {
+        Seen::mean(&self.see_each(scene, views, pooling))
+    }
+
+    /// The same of each view, in their order.
+    pub(crate) fn see_each(
+        &self,
+        scene: &Gaussians,
+        views: &[usize],
+        pooling: Option<f64>,
+    ) -> Vec<Seen> {
         let options = Options { background: self.background, ..Options::reference(Detail::Image) };
-        let seen: Vec<(f64, f64, f64)> = views
+        let mut seen: Vec<Seen> = views
             .par_iter()
             .map(|&view| {
                 let picture = render(scene, &self.cameras[view], &options).picture;
-                let watts = self.display.power(picture.mean_linear_rgb()).0;
+                let display_w = self.display.power(picture.mean_linear_rgb()).0;
                 let mut reference = Picture::default();
                 self.references.write_to(view, &mut reference);
                 let like = likeness(&picture, &reference);
-                (like.psnr_db, like.ssim, watts)
+                Seen { quality: Quality::likeness(like.psnr_db, like.ssim), display_w }
             })
             .collect();
-        let mean = |value: fn(&(f64, f64, f64)) -> f64| {
-            seen.iter().map(value).sum::<f64>() / seen.len().max(1) as f64
-        };
-        let hvsq = pooling.map(|p| self.hvsq(scene, views, p));
-        let quality = Quality { psnr_db: mean(|s| s.0), ssim: mean(|s| s.1), hvsq };
-        Seen { quality, display_w: mean(|s| s.2) }
+        if let Some(pooling) = pooling {
+            let hvsq = self.hvsq(scene, views, pooling);
+            seen.iter_mut().zip(hvsq).for_each(|(seen, value)| seen.quality.hvsq = Some(value));
+        }
+        seen
     }
 
-    /// HVSQ of `scene` at a pooling, mean over `views`; not a number for views that it is not
+    /// HVSQ of `scene` at a pooling, of each of `views`; not a number for views that it is not
     /// defined for. One view at a time: pyramids take much memory, and use all threads.
-    fn hvsq(&self, scene: &Gaussians, views: &[usize], pooling: f64) -> f64 {
+    fn hvsq(&self, scene: &Gaussians, views: &[usize], pooling: f64) -> Vec<f64> {
         let mut measures = Measures::default();
         let options = Options { background: self.background, ..Options::reference(Detail::Image) };
-        let (mut sum, mut reference) = (0.0, Picture::default());
-        for &view in views {
+        let mut reference = Picture::default();
+        let mut of_view = |&view: &usize| {
             let picture = render(scene, &self.cameras[view], &options).picture;
             self.references.write_to(view, &mut reference);
             let Ok(measure) = measures.of(&picture, &[pooling]) else { return f64::NAN };
             let reference = measure.reference(&reference);
-            sum += measure.values(&picture, &reference)[0];
-        }
-        sum / views.len().max(1) as f64
+            measure.values(&picture, &reference)[0]
+        };
+        views.iter().map(&mut of_view).collect()
     }
 
     /// FLIP of `scene`, mean over the test views.

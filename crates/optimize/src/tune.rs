@@ -2,24 +2,37 @@
 //!
 //! The [`State`] after any iteration is enough to go on bit for bit.
 
+mod average;
 mod config;
+mod gauge;
+mod heat;
 mod objective;
 
 use serde::{Deserialize, Serialize};
 
-use super::adam::{Adam, BadGradient, bad_gradient};
+use super::adam::{Adam, BadGradient, Rates, bad_gradient};
 use super::lambda::{Controller, ControllerState, Verdict};
-use super::prune::{Score, keep, survivors};
+use super::prune::{Score, keep, select, survivors};
 use super::setup::{Seen, Setup};
-use super::target::Target;
+use super::target::{Quality, Target};
 use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
 use powergs_raster::train::{Gradients, Options, Tape, Which};
 use powergs_scene::Gaussians;
 
-pub use config::{DisplayTerm, Keep, Objective, Pruning, Trains, TuneConfig};
+pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
+pub use gauge::Gauge;
+pub use heat::Heat;
 pub use objective::Term;
+
+/// Iterations without a step before the first, so that second moments know the size of gradients.
+const WARM_UP: usize = 16;
+/// While it prunes whenever it passes, a model that passes by less than this is confirmed over all
+/// gate views before more of it goes, decibels.
+const NEAR_DB: f64 = 0.2;
+/// Checks between two models that are confirmed to be kept.
+const CONFIRM_EVERY: u32 = 5;
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -42,10 +55,12 @@ impl Model {
 pub struct Check {
     /// After this iteration, counted from 0.
     pub iteration: u32,
-    /// What was seen.
+    /// What was seen: estimated, unless it is confirmed.
     pub seen: Seen,
     /// Whether it reached the target.
     pub passed: bool,
+    /// Whether all gate views were looked at.
+    pub confirmed: bool,
     /// λ of the iterations before.
     pub lambda: f64,
 }
@@ -61,6 +76,14 @@ pub struct State {
     pub pruned: u32,
     /// The controller's state.
     pub control: Option<ControllerState>,
+    /// The mean over the last iterations, and over how many so far.
+    pub average: Option<(Gaussians, u32)>,
+    /// What is known of the gate views.
+    pub gauge: Gauge,
+    /// Checks since one that was confirmed.
+    pub unconfirmed: u32,
+    /// The heat; none before the first check.
+    pub heat: Option<Heat>,
     /// The model to keep so far, with its check.
     pub best: Option<(Model, Check)>,
     /// The last check.
@@ -77,10 +100,19 @@ impl State {
             iteration: 0,
             pruned: 0,
             control: None,
+            average: None,
+            gauge: Gauge::default(),
+            unconfirmed: 0,
+            heat: None,
             best: None,
             last: None,
             settled: false,
         }
+    }
+
+    /// The model that is checked and kept.
+    fn shown(&self) -> &Gaussians {
+        self.average.as_ref().map_or(&self.model.scene, |(mean, _)| mean)
     }
 }
 
@@ -196,8 +228,11 @@ impl<'a> Tuner<'a> {
     }
 
     /// The model to keep and its check, and the controller's last passing λ.
-    pub fn finish(self) -> (Model, Option<Check>, Option<f64>) {
+    pub fn finish(mut self) -> (Model, Option<Check>, Option<f64>) {
         let passing = self.controller.as_ref().and_then(Controller::passing);
+        if let Some((mean, _)) = self.state.average.take() {
+            self.state.model.scene = mean;
+        }
         match (self.config.keep, self.state.best) {
             (Keep::Dimmest | Keep::LastPassing, Some((model, check))) => {
                 (model, Some(check), passing)
@@ -214,9 +249,21 @@ impl<'a> Tuner<'a> {
     /// A loss or gradient that is not finite; the model is that before the iteration.
     pub fn step(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
+        if iteration == 0 && self.state.heat.is_none() {
+            let seen = self.state.gauge.all(self.setup, &self.state.model.scene, self.pooling());
+            self.state.heat = Some(Heat::none(self.target.margin_db(seen.quality)));
+        }
         self.prune_if_due(iteration);
         let lambda = self.lambda(iteration);
-        let (view, loss) = self.descend(iteration, lambda)?;
+        if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.steps == 0 {
+            for i in 0..WARM_UP.min(self.setup.split.train.len()) {
+                self.descend(i as u32, lambda, Rates::still())?;
+            }
+        }
+        let rates = self.setup.rates().scaled(self.decay(iteration));
+        let heat = self.state.heat.map_or(1.0, |heat| heat.factor);
+        let (view, loss) = self.descend(iteration, lambda, rates.heated(heat))?;
+        self.average();
         let points = self.state.model.scene.len();
         let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
         self.state.iteration += 1;
@@ -231,8 +278,32 @@ impl<'a> Tuner<'a> {
         }
     }
 
+    /// Takes the parameters into their mean.
+    fn average(&mut self) {
+        let State { model, average, .. } = &mut self.state;
+        let most = self.config.pace.averaged;
+        if most < 2 {
+            return;
+        }
+        let (mean, count) = average.get_or_insert_with(|| (model.scene.clone(), 0));
+        *count = (*count + 1).min(most);
+        average::mix(mean, &model.scene, 1.0 / *count as f32);
+    }
+
+    fn pooling(&self) -> Option<f64> {
+        match self.config.objective {
+            Objective::Likeness => None,
+            Objective::Hvsq { pooling } => Some(pooling),
+        }
+    }
+
     /// Forward, loss, backward, Adam.
-    fn descend(&mut self, iteration: u32, lambda: f64) -> Result<(usize, Term), TuneError> {
+    fn descend(
+        &mut self,
+        iteration: u32,
+        lambda: f64,
+        rates: Rates,
+    ) -> Result<(usize, Term), TuneError> {
         let setup = self.setup;
         let view = setup.split.train[self.order.at(u64::from(iteration))];
         let camera = &setup.cameras[view];
@@ -256,7 +327,6 @@ impl<'a> Tuner<'a> {
         if let Some(bad) = bad_gradient(scene, self.gradients.flat()) {
             return Err(TuneError::Gradient { bad, iteration, view: camera.name.clone() });
         }
-        let rates = setup.rates().scaled(self.decay(iteration));
         let rates = match self.config.trains {
             Trains::All => rates,
             Trains::Colours => rates.colours_only(),
@@ -267,7 +337,7 @@ impl<'a> Tuner<'a> {
         Ok((view, loss))
     }
 
-    /// Factor on the learning rates.
+    /// What the fall of the learning rates along a fine-tune leaves of them.
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
         let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
@@ -276,9 +346,11 @@ impl<'a> Tuner<'a> {
 
     fn prune_if_due(&mut self, iteration: u32) {
         let Pruning::Steps { score, goal, steps, every } = self.config.pruning else { return };
-        let due = self.state.pruned < steps.get()
-            && u64::from(iteration) == u64::from(self.state.pruned) * u64::from(every);
-        if due {
+        let due = |pruned: u32| {
+            pruned < steps.get() && u64::from(iteration) >= u64::from(pruned) * u64::from(every)
+        };
+        // Budgets with fewer iterations than steps have several at once.
+        while due(self.state.pruned) {
             let left = (steps.get() - self.state.pruned) as usize;
             let surplus = self.state.model.scene.len().saturating_sub(goal);
             self.prune(score, surplus.div_ceil(left));
@@ -294,6 +366,14 @@ impl<'a> Tuner<'a> {
         let scores = score.of(&model.scene, &self.setup.train_cameras());
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
+        // What is left of the mean has half of its weight: others must take the place of what went.
+        if let Some((mean, averaged)) = &mut self.state.average {
+            select(mean, &kept);
+            *averaged /= 2;
+        }
+        if let Some(heat) = &mut self.state.heat {
+            heat.pruned();
+        }
     }
 
     fn is_check_due(&self, iteration: u32) -> bool {
@@ -302,39 +382,73 @@ impl<'a> Tuner<'a> {
         }
         let interval = self.setup.settings.interval.max(1);
         match (self.config.display, self.config.pruning, &self.controller) {
-            (DisplayTerm::Controlled { from, .. }, _, Some(controller)) => {
-                iteration >= from && controller.is_due(iteration - from)
+            (DisplayTerm::Controlled { from, .. }, _, Some(controller)) if iteration >= from => {
+                controller.is_due(iteration - from)
             }
+            (DisplayTerm::Controlled { .. }, ..) if self.config.pace.heat <= 1.0 => false,
             (_, Pruning::WhilePassing { .. }, _) => (iteration + 1).is_multiple_of(interval),
             (_, Pruning::Never | Pruning::Steps { .. }, _) => iteration.is_multiple_of(interval),
         }
     }
 
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
-        let pooling = match self.config.objective {
-            Objective::Likeness => None,
-            Objective::Hvsq { pooling } => Some(pooling),
+        let (setup, pooling) = (self.setup, self.pooling());
+        let is_last = iteration + 1 >= self.config.iterations;
+        let look = |state: &mut State, all: bool| {
+            let mut gauge = std::mem::take(&mut state.gauge);
+            let shown = state.shown();
+            let seen = match all {
+                true => gauge.all(setup, shown, pooling),
+                false => gauge.some(setup, shown, pooling),
+            };
+            state.gauge = gauge;
+            seen
         };
-        let seen = self.setup.see(&self.state.model.scene, self.setup.gate_views(), pooling);
+        let mut seen = look(&mut self.state, is_last);
+        let mut confirmed = is_last;
+        if !is_last && self.wants_confirmation(seen.quality) {
+            seen = look(&mut self.state, true);
+            confirmed = true;
+        }
         let passed = self.target.passes(seen.quality);
-        let check = Check { iteration, seen, passed, lambda };
+        let check = Check { iteration, seen, passed, confirmed, lambda };
         self.state.last = Some(check);
-        if passed && self.is_pruned() {
+        self.state.unconfirmed = if confirmed { 0 } else { self.state.unconfirmed + 1 };
+        if passed && confirmed && self.is_pruned() {
             self.remember(check);
         }
+        let mut is_dimming = matches!(self.config.display, DisplayTerm::Fixed(_));
         if let DisplayTerm::Controlled { from, .. } = self.config.display
             && let Some(controller) = &mut self.controller
             && iteration >= from
         {
+            is_dimming = true;
             let verdict = controller.observe(iteration - from, seen.quality, &self.target);
             self.state.settled = verdict == Verdict::Settled && self.is_pruned();
         }
-        if let (true, Pruning::WhilePassing { count }) = (passed, self.config.pruning)
-            && iteration + 1 < self.config.iterations
+        if let Some(heat) = &mut self.state.heat {
+            let margin_db = self.target.margin_db(seen.quality);
+            heat.observe(margin_db, self.config.pace.heat, is_dimming);
+        }
+        if let (true, Pruning::WhilePassing { most, share }) = (passed, self.config.pruning)
+            && !is_last
         {
-            self.prune(Score::Dominance, count);
+            let count = (share * self.state.model.scene.len() as f64) as usize;
+            self.prune(Score::Dominance, count.clamp(1, most.max(1)));
         }
         check
+    }
+
+    /// Whether all gate views are to be looked at: the model of an estimated quality may be kept.
+    fn wants_confirmation(&self, quality: Quality) -> bool {
+        let may_pass = self.target.passes(quality) && self.is_pruned();
+        let is_due = self.state.best.is_none() || self.state.unconfirmed >= CONFIRM_EVERY;
+        may_pass
+            && match self.config.keep {
+                Keep::Last => false,
+                Keep::LastPassing => is_due || self.target.margin_db(quality) < NEAR_DB,
+                Keep::Dimmest => is_due,
+            }
     }
 
     /// Whether all pruning that was ordered is done.
@@ -354,7 +468,8 @@ impl<'a> Tuner<'a> {
         if better {
             // The old model is dropped first, so that two are never in memory.
             self.state.best = None;
-            self.state.best = Some((self.state.model.clone(), check));
+            let scene = self.state.shown().clone();
+            self.state.best = Some((Model { scene, adam: self.state.model.adam.clone() }, check));
         }
     }
 }

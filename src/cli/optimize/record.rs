@@ -121,8 +121,8 @@ fn foveation(foveation: &Foveation, campaign: &Campaign) -> Value {
 fn search(campaign: &Campaign) -> Value {
     let (plan, settings) = (&campaign.plan, &campaign.settings);
     let schedule: Value = match &plan.schedule {
-        Schedule::Adaptive { count, highest } => {
-            format!("{count} samples up to {highest}, moved below the first that misses").into()
+        Schedule::Adaptive { count, first } => {
+            format!("{count} samples: both ends, {first}, then around the minimum").into()
         }
         Schedule::Listed(rhos) => rhos.clone().into(),
         Schedule::Published { .. } => "published: 7 coarse and 5 fine samples".into(),

@@ -121,7 +121,7 @@ impl Run<'_> {
         watch.advanced(u64::from(state.iteration));
         let position = self.progress.outcomes.len();
         let target = target.unwrap_or(UNREACHED);
-        let mut tuner = Tuner::new(&setup, config, target, position as u64, state);
+        let mut tuner = Tuner::new(&setup, config, target, job.stream, state);
         while !tuner.is_done() {
             let iteration = tuner
                 .step()
@@ -157,7 +157,7 @@ impl Run<'_> {
         };
         let model = self.checkpoints.load_model(from)?;
         let mut outcomes = self.progress.outcomes.iter();
-        let is_own = outcomes.any(|o| o.name == *from && o.place == job.place);
+        let is_own = outcomes.any(|o| o.name == *from && o.place.level == job.place.level);
         // Moments of another loss would hold the first hundreds of steps back.
         Ok(State::begin(if is_own { model } else { Model::fresh(&model.scene) }))
     }

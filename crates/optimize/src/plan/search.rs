@@ -3,23 +3,32 @@
 
 use std::num::NonZeroU32;
 
+use xxhash_rust::xxh3::xxh3_64;
+
 use super::{Line, Plan};
 use crate::job::{Job, Place};
 use crate::lambda::Control;
 use crate::outcome::{Outcome, at};
 use crate::prune::Score;
 use crate::role::{Baseline, Role};
-use crate::schedule::TakenSample;
+use crate::schedule::{Schedule, TakenSample};
 use crate::settings::{Settings, share_of};
-use crate::tune::{DisplayTerm, Keep, Objective, Pruning, Trains, TuneConfig};
+use crate::tune::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
 use powergs_frame::fovea::POOLINGS;
 
-/// Pruning steps of the final model.
-const FINAL_STEPS: u32 = 5;
-/// The share of the final fine-tune that prunes, with the display term off.
-const FINAL_PRUNING: f64 = 0.4;
+/// The share of all Gaussians that goes in one step.
+const STEP: f64 = 0.05;
+/// The share of a fine-tune in which it prunes, and then the share in which it recovers, both with
+/// the display term off.
+const PRUNING: f64 = 0.25;
+/// See [`PRUNING`].
+const RECOVERY: f64 = 0.25;
+/// Two ratios that differ by less are the same.
+const SAME: f64 = 0.01;
 /// The share of all Gaussians that `render-only` prunes at a time.
 const RENDER_ONLY_SHARE: f64 = 0.05;
+/// The share of what is left that the end of our curve prunes at a time.
+const END_SHARE: f64 = 0.05;
 
 /// A search at one place.
 #[derive(Clone, Copy)]
@@ -40,7 +49,8 @@ pub(super) struct Search<'a> {
 /// A job that trains nothing.
 pub(super) fn measured(name: &str, role: Role) -> Job {
     let place = Place::default();
-    Job { name: name.into(), role, place, rho: 0.0, base: None, from: None, config: None }
+    let stream = xxh3_64(name.as_bytes());
+    Job { name: name.into(), role, place, rho: 0.0, base: None, from: None, config: None, stream }
 }
 
 impl<'a> Search<'a> {
@@ -73,21 +83,19 @@ impl<'a> Search<'a> {
         Some(Search { place, start: Some(start), points: start.points, ..*self })
     }
 
-    fn name(&self, what: &str) -> String {
+    /// A job of this search. `what` is its name among those of its variant and level.
+    fn job(&self, what: &str, role: Role, rho: f64, config: TuneConfig) -> Job {
         let variant = match self.place.variant {
             0 => String::new(),
             v => format!("{}-", self.plan.variants[usize::from(v)].name),
         };
-        match self.place.level {
-            0 => format!("{variant}{what}"),
-            level => format!("{variant}L{}-{what}", level + 1),
-        }
-    }
-
-    /// A job of this search, named after its role.
-    fn job(&self, role: Role, rho: f64, config: TuneConfig) -> Job {
+        let name = match self.place.level {
+            0 => what.to_owned(),
+            level => format!("L{}-{what}", level + 1),
+        };
         Job {
-            name: self.name(&role.name()),
+            stream: xxh3_64(name.as_bytes()),
+            name: variant + &name,
             role,
             place: self.place,
             rho,
@@ -109,44 +117,64 @@ impl<'a> Search<'a> {
         let settings = self.settings;
         let here = at(self.done, self.place);
         let samples: Vec<&Outcome> = here.iter().filter(|o| o.role == Role::Sample).collect();
-        let facts: Vec<TakenSample> = samples
-            .iter()
-            .map(|o| TakenSample { rho: o.rho, total_w: o.watts.total_w(), passed: o.passed })
-            .collect();
+        let facts: Vec<TakenSample> = samples.iter().map(|o| taken(o)).collect();
         let (schedule, budget) = settings.budget(&self.plan.schedule, self.place.level);
         let sample = schedule.next(&facts, settings.first_effort)?;
         let from = sample.from.map(|i| samples[i]);
-        let lambda = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
         let iterations = share_of(budget, sample.effort);
-        let display = self.controlled(0, lambda, iterations);
-        let pruning = self.steps(sample.rho, 1, 0);
-        let config = TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) };
-        let name = self.name(&format!("{}-{:02}", Role::Sample.name(), samples.len() + 1));
-        let job = Job { name, ..self.job(Role::Sample, sample.rho, config) };
-        Some(match from {
-            Some(from) => Job { from: Some(from.name.clone()), ..job },
-            None => job,
-        })
+        let config = match sample.is_end {
+            true => self.while_passing(END_SHARE, self.plain(iterations)),
+            false => self.iso_quality(from, sample.rho, iterations),
+        };
+        let what = format!("{}-{:02}", Role::Sample.name(), samples.len() + 1);
+        Some(self.from(from, self.job(&what, Role::Sample, sample.rho, config)))
     }
 
-    /// The starting model, pruned in steps to `rho`, then tuned with the display term.
+    /// The optimum made real: from the sample with the highest ratio below it.
     fn realised(&self, rho: f64) -> Job {
         let iterations = self.settings.final_budget(self.place.level);
-        let pruned_by = share_of(iterations, FINAL_PRUNING).min(iterations - 1);
         let here = at(self.done, self.place);
-        let near = |o: &&Outcome| o.role == Role::Sample && o.passed;
+        let is_below = |o: &&Outcome| {
+            let is_adaptive = matches!(self.plan.schedule, Schedule::Adaptive { .. });
+            is_adaptive && o.role == Role::Sample && o.passed && o.rho <= rho + SAME
+        };
+        let from = here.iter().filter(is_below).max_by(|a, b| a.rho.total_cmp(&b.rho));
+        let near = |o: &&Outcome| o.role == Role::Sample && o.passing_lambda.is_some();
         let distance = |o: &Outcome| (o.rho - rho).abs();
         let nearest = here.iter().filter(near).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let pruned_by = if rho > 0.0 { pruned_by } else { 0 };
-        let lambda = nearest.and_then(|o| o.passing_lambda);
-        let steps = FINAL_STEPS.min(pruned_by.max(1));
-        let config = TuneConfig {
-            pruning: self.steps(rho, steps, pruned_by / FINAL_STEPS),
-            display: self.controlled(pruned_by, lambda, iterations - pruned_by),
-            keep: Keep::Dimmest,
-            ..self.plain(iterations)
+        let mut config = self.iso_quality(from, rho, iterations);
+        if let (DisplayTerm::Controlled { control, .. }, Some(lambda)) =
+            (&mut config.display, nearest.and_then(|o| o.passing_lambda))
+        {
+            (control.start, control.is_estimated) = (lambda, false);
+        }
+        self.from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
+    }
+
+    /// `job` from another model than that of the search.
+    fn from(&self, from: Option<&Outcome>, job: Job) -> Job {
+        Job { from: from.map(|o| o.name.clone()).or(job.from), ..job }
+    }
+
+    /// From the model of `from`, or that of the search: pruned step by step to `rho` and recovered
+    /// without the display term, then with it until all the slack is spent.
+    fn iso_quality(&self, from: Option<&Outcome>, rho: f64, iterations: u32) -> TuneConfig {
+        let pruned = from.map_or(0.0, |o| o.rho);
+        let is_published = matches!(self.plan.schedule, Schedule::Published { .. });
+        let lambda = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
+        let (pruning, display) = if rho - pruned < 0.5 / self.points.max(1) as f64 {
+            (Pruning::Never, self.controlled(0, lambda, iterations))
+        } else if is_published {
+            (self.steps(rho, 1, 0), self.controlled(0, lambda, iterations))
+        } else {
+            let steps = ((rho - pruned) / STEP).ceil().max(1.0) as u32;
+            let every = share_of(iterations, PRUNING) / steps;
+            let every = every.min(2 * self.settings.interval);
+            let from =
+                (every * steps + (f64::from(iterations) * RECOVERY) as u32).min(iterations - 1);
+            (self.steps(rho, steps, every), self.controlled(from, lambda, iterations - from))
         };
-        self.job(Role::Optimum, rho, config)
+        TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) }
     }
 
     /// A model to compare level 1 with.
@@ -155,7 +183,7 @@ impl<'a> Search<'a> {
         let controlled = self.controlled(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
-            Baseline::RenderOnly => (0.0, self.while_passing(plain)),
+            Baseline::RenderOnly => (0.0, self.while_passing(1.0, plain)),
             Baseline::DisplayOnly => {
                 (0.0, TuneConfig { display: controlled, keep: Keep::Dimmest, ..plain })
             }
@@ -175,7 +203,7 @@ impl<'a> Search<'a> {
                 (0.0, TuneConfig { display: controlled, trains, keep, ..plain })
             }
         };
-        let job = self.job(Role::Baseline(baseline), rho, config);
+        let job = self.job(&baseline.name(), Role::Baseline(baseline), rho, config);
         match baseline {
             Baseline::TwoStage => Job { from: Some(Baseline::RenderOnly.name()), ..job },
             Baseline::RenderOnly | Baseline::DisplayOnly | Baseline::LightGaussian(_) => job,
@@ -197,17 +225,18 @@ impl<'a> Search<'a> {
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
-                self.while_passing(plain)
+                self.while_passing(1.0, plain)
             }
         };
-        self.job(Role::Baseline(baseline), 0.0, config)
+        self.job(&baseline.name(), Role::Baseline(baseline), 0.0, config)
     }
 
     /// A fixed λ without pruning; `weight` is that of the display term, without unit.
     pub fn sweep(&self, weight: f64) -> Job {
         let display = DisplayTerm::Fixed(weight * self.unit);
         let config = TuneConfig { display, ..self.plain(self.settings.final_budget(0)) };
-        self.job(Role::Sweep(weight), 0.0, config)
+        let role = Role::Sweep(weight);
+        self.job(&role.name(), role, 0.0, config)
     }
 
     /// TuneConfig that neither prune nor dim.
@@ -226,29 +255,34 @@ impl<'a> Search<'a> {
             objective,
             trains,
             keep: Keep::Last,
+            pace: match self.plan.schedule {
+                Schedule::Published { .. } => Pace::PUBLISHED,
+                Schedule::Adaptive { .. } | Schedule::Listed(_) => Pace::RECOVERING,
+            },
         }
     }
 
-    fn while_passing(&self, config: TuneConfig) -> TuneConfig {
-        let count = ((self.points as f64 * RENDER_ONLY_SHARE) as usize).max(1);
-        TuneConfig { pruning: Pruning::WhilePassing { count }, keep: Keep::LastPassing, ..config }
+    /// Pruned whenever it passes, by as much as `render-only`, but at most a share of what is left.
+    fn while_passing(&self, share: f64, config: TuneConfig) -> TuneConfig {
+        let most = (self.points as f64 * RENDER_ONLY_SHARE) as usize;
+        let pruning = Pruning::WhilePassing { most, share };
+        TuneConfig { pruning, keep: Keep::LastPassing, ..config }
     }
 
     /// A display term from an iteration on, with `start` or the first λ of the place.
     fn controlled(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
         let settings = self.settings;
-        let first = || match self.place.level {
-            0 => settings.display_weight * self.unit,
-            // What the level before ended with is near.
-            level if level > 1 => self
-                .start
-                .and_then(|o| o.passing_lambda)
-                .unwrap_or(settings.level_display_weight * self.unit),
-            _ => settings.level_display_weight * self.unit,
+        let weight = match self.place.level {
+            0 => settings.display_weight,
+            _ => settings.level_display_weight,
         };
+        // What the level before ended with is near, if it was a λ of the same loss.
+        let before = || self.start.filter(|o| self.place.level > 1 && o.place.level > 0);
+        let known = start.or_else(|| before()?.passing_lambda);
         let control = Control {
             rule: settings.rule,
-            start: start.unwrap_or_else(first),
+            start: known.unwrap_or(weight * self.unit),
+            is_estimated: known.is_none(),
             interval: settings.interval,
             adjust: share_of(iterations, settings.adjust_share),
             epsilon_db: settings.epsilon_db,
@@ -263,6 +297,16 @@ impl<'a> Search<'a> {
         let steps = NonZeroU32::new(steps).unwrap_or(NonZeroU32::MIN);
         let goal = goal(self.points, rho);
         Pruning::Steps { score: Score::Dominance, goal, steps, every }
+    }
+}
+
+fn taken(o: &Outcome) -> TakenSample {
+    TakenSample {
+        rho: o.rho,
+        display_w: o.watts.display_w,
+        render_w: o.watts.render_w,
+        passed: o.passed,
+        is_end: o.lambda.is_none(),
     }
 }
 

@@ -21,10 +21,12 @@ pub enum Pruning {
         /// Iterations between steps.
         every: u32,
     },
-    /// `count` Gaussians whenever a check passes.
+    /// Whenever a check passes.
     WhilePassing {
-        /// How many.
-        count: usize,
+        /// So many Gaussians, but at least one.
+        most: usize,
+        /// At most this share of what is left.
+        share: f64,
     },
 }
 
@@ -68,6 +70,22 @@ pub enum Objective {
     },
 }
 
+/// How fast parameters move, and how quiet what is kept of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// The largest factor on the learning rates after Gaussians were pruned; 1 for none.
+    pub heat: f64,
+    /// The model that is checked and kept is the mean over so many of the last iterations.
+    pub averaged: u32,
+}
+
+impl Pace {
+    /// As the published code: damaged models get no longer steps.
+    pub const PUBLISHED: Pace = Pace { heat: 1.0, averaged: 1 };
+    /// Long steps after pruning; the mean over iterations takes their noise away.
+    pub const RECOVERING: Pace = Pace { heat: 6.0, averaged: 20 };
+}
+
 /// Which parameters train.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trains {
@@ -95,4 +113,6 @@ pub struct TuneConfig {
     pub trains: Trains,
     /// Which model it ends with.
     pub keep: Keep,
+    /// How fast it goes.
+    pub pace: Pace,
 }

@@ -8,12 +8,16 @@ use powergs_core::run::{RunError, System};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
 use powergs_optimize::invalid::Invalid;
+use powergs_optimize::job::Place;
 use powergs_optimize::lambda::Rule;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle};
+use powergs_optimize::outcome::Outcome;
+use powergs_optimize::references::ReferenceImages;
 use powergs_optimize::request::{Foveation, Goal, Goals, Request};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{Gate, Settings};
+use powergs_optimize::target::Level;
 use powergs_optimize::tune::Iteration;
 use powergs_optimize::watch::CampaignWatch;
 
@@ -129,6 +133,26 @@ fn so_does_a_foveated_one() {
     let (pieces, count) = in_pieces(&open(foveated()), &MemoryStore::new(), 19);
     assert!(count > 2, "{count} pieces");
     same(&once, &pieces);
+}
+
+#[test]
+fn a_variant_is_what_it_is_alone() {
+    let run = |level: Level, variants: Vec<Level>| {
+        let tiny = tiny(200, 3, (48, 36));
+        let asked = request();
+        let goals = Goals { goal: Some(Goal::Level(level)), variants, ..asked.goals };
+        let references = ReferenceImages::Photos(Box::new(tiny.references));
+        let request = Request { goals, references, ..asked };
+        open(request).run(&MemoryStore::new(), &()).unwrap().unwrap().outcomes
+    };
+    let (alone, beside) = (run(Level::High, Vec::new()), run(Level::Low, vec![Level::High]));
+    for name in ["sample-01", "sample-02", "sample-03"] {
+        let of = |done: &[Outcome], name: &str| {
+            let found = done.iter().find(|o| o.name == name).unwrap().clone();
+            format!("{:?}", Outcome { name: String::new(), place: Place::default(), ..found })
+        };
+        assert_eq!(of(&alone, name), of(&beside, &format!("H-{name}")));
+    }
 }
 
 /// Counts what it hears.

@@ -8,7 +8,7 @@ use powergs_optimize::outcome::Outcome;
 use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::target::{Quality, TargetRule};
-use powergs_optimize::tune::{Check, Iteration, Model, State, Term};
+use powergs_optimize::tune::{Check, Heat, Iteration, Model, State, Term};
 
 use super::scenes::tiny;
 
@@ -40,16 +40,24 @@ fn progress() -> Progress {
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();
     let dense =
         Outcome::measured(&setup, &job, &model, None, |q| campaign.judge(&[], &job, q)).unwrap();
-    let check = Check { iteration: 3, seen: dense.gate, passed: true, lambda: 0.25 };
+    let check =
+        Check { iteration: 3, seen: dense.gate, passed: true, confirmed: true, lambda: 0.25 };
     let memory = ControllerState {
         lambda: 0.5,
         passing: Some(0.25),
         margin_db: Some(1.5),
+        trend_db: -0.25,
+        slack_db: 2.5,
         settled_checks: 2,
+        settled_at: (0.5, 0.125),
     };
     let mut state = State::begin(model.clone());
     (state.iteration, state.pruned) = (7, 1);
     state.control = Some(memory);
+    state.average = Some((model.scene.clone(), 5));
+    state.gauge.all(&setup, &model.scene, None);
+    state.unconfirmed = 3;
+    state.heat = Some(Heat::none(0.75));
     state.best = Some((model, check));
     state.last = Some(check);
     let loss = Term { total: 0.5, display_w: 0.25, likeness: None, hvsq: Some(1e-5) };
@@ -115,7 +123,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;
-    fails(&newer, PRINT, "checkpoint version 9, this program reads 4");
+    fails(&newer, PRINT, "checkpoint version 9, this program reads 5");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

@@ -14,10 +14,11 @@ use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::prune::Score;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::Settings;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, Tuner,
+    DisplayTerm, Keep, Model, Objective, Pace, Pruning, State, Trains, TuneConfig, Tuner,
 };
 use powergs_quality::Loss;
 use powergs_quality::loss::display_term;
@@ -157,6 +158,12 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
         assert_eq!(line.state, [Passed, Passed, Fallback, Passed], "{line:?}");
         assert_eq!(line.jobs[2], line.jobs[1]);
     }
+    // The λ of level 1 belongs to another loss.
+    let (jobs, _) = play(&campaign, |job| job.place.level != 1);
+    let config = jobs.iter().find(|j| j.name == "L3-sample-01").unwrap().config.unwrap();
+    let DisplayTerm::Controlled { control, .. } = config.display else { panic!("no display term") };
+    assert!(control.is_estimated, "{control:?}");
+    assert_eq!(control.start, Settings::DEFAULT.level_display_weight / 0.5, "level 1 ended at 0.2");
     // A baseline that misses at level 1 is shown all the same.
     let (_, done) = play(&campaign, |job| job.name != "render-only");
     let all = lines(&campaign, &done);
@@ -175,10 +182,18 @@ fn levels_that_no_view_shows_are_not_made() {
     assert_eq!(at(&done, Place { variant: 1, level: 0 }).len(), 5);
 }
 
+const CONTROL: Control = Control {
+    rule: Rule::Damped,
+    start: 0.01,
+    is_estimated: false,
+    interval: 2,
+    adjust: 8,
+    epsilon_db: 0.05,
+};
+
 /// TuneConfig for a level: prune, then colours and opacities at a pooling.
 fn config(points: usize, pooling: f64) -> TuneConfig {
-    let control =
-        Control { rule: Rule::Damped, start: 0.01, interval: 2, adjust: 8, epsilon_db: 0.05 };
+    let control = Control { is_estimated: true, ..CONTROL };
     TuneConfig {
         iterations: 12,
         pruning: Pruning::Steps {
@@ -191,6 +206,7 @@ fn config(points: usize, pooling: f64) -> TuneConfig {
         objective: Objective::Hvsq { pooling },
         trains: Trains::ColoursAndOpacities,
         keep: Keep::Last,
+        pace: Pace::RECOVERING,
     }
 }
 

@@ -33,8 +33,10 @@ fn smoothing_and_fine_samples_are_the_published_ones() {
             .enumerate()
             .map(|(i, (&total_w, &passed))| TakenSample {
                 rho: COARSE_STEP * i as f64,
-                total_w,
+                display_w: 0.0,
+                render_w: total_w,
                 passed,
+                is_end: false,
             })
             .collect();
         let best = best_of(&samples);
@@ -57,13 +59,18 @@ fn coarse_budgets_are_the_published_ones() {
     }
 }
 
-/// Runs a plan; a ratio passes up to `highest`, and the total is least at `best`.
+/// Runs a plan; a ratio passes up to `highest`, as far as its end comes, and the total is least at
+/// `best`.
 fn run(plan: &Schedule, highest: f64, best: f64) -> Vec<(f64, Option<usize>)> {
     let (mut done, mut taken) = (Vec::new(), Vec::new());
     while let Some(sample) = plan.next(&done, 2.0) {
-        let total_w = 1.0 + (sample.rho - best).powi(2);
-        done.push(TakenSample { rho: sample.rho, total_w, passed: sample.rho <= highest });
+        let rho = if sample.is_end { highest } else { sample.rho };
+        // Display power rises and rendering power falls, both convex.
+        let (display_w, render_w) = (1.0 + (rho - best).powi(2) + rho, 2.0 - rho);
+        let is_end = sample.is_end;
+        done.push(TakenSample { rho, display_w, render_w, passed: rho <= highest, is_end });
         taken.push((sample.rho, sample.from));
+        assert!(taken.len() < 100, "no end");
     }
     taken
 }
@@ -77,22 +84,24 @@ fn check(got: &[(f64, Option<usize>)], want: &[(f64, Option<usize>)]) {
 }
 
 #[test]
-fn five_samples_go_up_to_the_highest_ratio() {
-    let plan = Schedule::Adaptive { count: 5, highest: 0.8 };
-    let all = [(0.0, None), (0.2, Some(0)), (0.4, Some(1)), (0.6, Some(2)), (0.8, Some(3))];
-    check(&run(&plan, 1.0, 0.5), &all);
+fn five_samples_are_both_ends_and_then_around_the_minimum() {
+    let got = run(&Schedule::FIVE, 0.7, 0.45);
+    check(&got[..3], &[(0.0, None), (0.3, Some(0)), (0.3, Some(1))]);
+    assert_eq!(got.len(), 5);
+    for (rho, from) in &got[3..] {
+        assert!((0.3..0.7).contains(rho) && *from >= Some(1), "{got:?}");
+    }
+    // From the nearest one below.
+    assert_eq!(got[3].1, Some(1));
 }
 
 #[test]
-fn after_a_miss_the_budget_goes_below_it() {
-    let plan = Schedule::Adaptive { count: 5, highest: 0.8 };
-    // 0.4 misses; two samples are left for the gap from 0.2: a third, then half of what is left.
-    let want = [(0.0, None), (0.2, Some(0)), (0.4, Some(1)), (0.8 / 3.0, Some(1))];
-    let got = run(&plan, 0.3, 0.1);
-    check(&got[..4], &want);
-    assert!(got[4].0 > 0.8 / 3.0 && got[4].0 < 0.4, "{got:?}");
-    // Not even the unpruned model passes: there is nothing to sample.
-    check(&run(&plan, -1.0, 0.1), &[(0.0, None)]);
+fn a_miss_is_tried_again_before_its_ratio_is_given_up() {
+    // 0.3 misses twice; the end starts from what passed.
+    let want = [(0.0, None), (0.3, Some(0)), (0.3, Some(1)), (0.0, Some(0))];
+    check(&run(&Schedule::FIVE, 0.2, 0.1)[..4], &want);
+    // Not even the unpruned model passes, with twice the iterations: there is nothing to sample.
+    check(&run(&Schedule::FIVE, -1.0, 0.1), &[(0.0, None), (0.0, Some(0))]);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
+use powergs_optimize::tune::{DisplayTerm, Pruning};
 
 use super::scenes::tiny;
 
@@ -63,6 +64,21 @@ fn the_fit_finds_the_minimum_and_promises_what_the_curves_say() {
     let promised = conclusion.predicted().unwrap().total_w();
     assert!((promised - least).abs() < 1e-4, "{promised} W promised, {least} W there");
     assert!((total(rho / 0.8) - least).abs() < 1e-4);
+}
+
+#[test]
+fn the_result_is_never_worse_than_an_end_of_the_search() {
+    // Whatever the curve is like: the display end, the rendering end, or something between.
+    for (display, render) in [(0.1, 0.9), (0.9, 0.1), (0.5, 0.5)] {
+        let mut done = samples();
+        done[1].watts = Watts { display_w: display, render_w: 0.4, ..Watts::default() };
+        let last = done.last_mut().unwrap();
+        (last.lambda, last.watts) =
+            (None, Watts { display_w: 0.4, render_w: render, ..Watts::default() });
+        let best = conclude(&done, Some(TARGET)).best.unwrap();
+        let watts = |name: &str| done.iter().find(|o| o.name == name).unwrap().watts.total_w();
+        assert!(watts(&best) <= watts("sample-0") && watts(&best) <= watts("sample-4"));
+    }
 }
 
 #[test]
@@ -122,7 +138,12 @@ fn jobs(campaign: &Plan) -> Vec<Job> {
     let (mut done, mut jobs) = (Vec::new(), Vec::new());
     while let Some(job) = campaign.next(&settings, 1000, &done) {
         let watts = (0.4 + 0.1 * job.rho, 1.0 - 0.5 * job.rho);
-        done.push(outcome(&job.name, job.role, job.rho, watts));
+        let mut made = outcome(&job.name, job.role, job.rho, watts);
+        if job.config.is_some_and(|c| c.display == DisplayTerm::Off) {
+            // Pruned while it passes.
+            (made.lambda, made.rho) = (None, 0.7);
+        }
+        done.push(made);
         jobs.push(job);
         assert!(jobs.len() < 100, "no end");
     }
@@ -132,7 +153,7 @@ fn jobs(campaign: &Plan) -> Vec<Job> {
 #[test]
 fn a_campaign_measures_samples_realises_and_compares() {
     let campaign = Plan {
-        schedule: Schedule::Adaptive { count: 5, highest: 0.8 },
+        schedule: Schedule::FIVE,
         baselines: Baseline::ALL.to_vec(),
         externals: vec!["mini".into()],
         sweep_weights: vec![0.1],
@@ -161,6 +182,16 @@ fn a_campaign_measures_samples_realises_and_compares() {
     ];
     assert_eq!(names, expected);
     assert_eq!(jobs[2].from.as_deref(), Some("sample-01"));
+    // The search holds its own two ends: what pruning alone and what the display alone can save.
+    let config = |i: usize| jobs[i].config.unwrap();
+    assert_eq!((jobs[1].rho, config(1).pruning), (0.0, Pruning::Never));
+    assert!(matches!(config(1).display, DisplayTerm::Controlled { from: 0, .. }));
+    assert_eq!(config(3).display, DisplayTerm::Off);
+    assert!(matches!(config(3).pruning, Pruning::WhilePassing { .. }));
+    // Pruned samples recover before the display term begins.
+    let DisplayTerm::Controlled { from, .. } = config(4).display else { panic!("no display term") };
+    let Pruning::Steps { steps, every, .. } = config(4).pruning else { panic!("not pruned") };
+    assert!(from > every * (steps.get() - 1), "{from}, {steps} steps, one in {every}");
     assert_eq!(jobs[9].from.as_deref(), Some("render-only"));
     let settings = tiny(10, 24, (16, 12)).settings;
     let iterations: u64 =

@@ -5,10 +5,11 @@ use std::num::NonZeroU32;
 
 use powergs_optimize::lambda::{Control, Rule};
 use powergs_optimize::prune::Score;
+use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
-    DisplayTerm, Iteration, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, TuneError,
-    Tuner,
+    DisplayTerm, Gauge, Heat, Iteration, Keep, Model, Objective, Pace, Pruning, State, Trains,
+    TuneConfig, TuneError, Tuner,
 };
 
 use super::scenes::{Tiny, tiny};
@@ -29,6 +30,7 @@ fn config(points: usize) -> TuneConfig {
             control: Control {
                 rule: Rule::Damped,
                 start: 0.05,
+                is_estimated: true,
                 interval: 3,
                 adjust: 9,
                 epsilon_db: 0.0,
@@ -37,6 +39,7 @@ fn config(points: usize) -> TuneConfig {
         objective: Objective::Likeness,
         trains: Trains::All,
         keep: Keep::Dimmest,
+        pace: Pace::RECOVERING,
     }
 }
 
@@ -69,6 +72,68 @@ fn a_fine_tune_goes_on_bit_for_bit_from_any_iteration() {
 }
 
 #[test]
+fn everything_is_pruned_however_few_iterations_there_are() {
+    let tiny = tiny(300, 4, (48, 36));
+    for iterations in 1..7 {
+        let pruning = Pruning::Steps {
+            score: Score::Dominance,
+            goal: 120,
+            steps: NonZeroU32::new(5).unwrap(),
+            every: iterations / 5,
+        };
+        let config = TuneConfig { iterations, pruning, ..config(300) };
+        let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
+        assert_eq!(state.model.scene.len(), 120, "{iterations} iterations");
+        assert!(state.last.unwrap().confirmed, "the last check looks at all views");
+    }
+}
+
+#[test]
+fn a_gauge_that_looks_at_few_views_comes_to_the_mean_of_all() {
+    let mut tiny = tiny(300, 2, (48, 36));
+    tiny.split.validation = (0..tiny.cameras.len()).collect();
+    assert!(tiny.cameras.len() > 8, "{} views", tiny.cameras.len());
+    let setup = tiny.setup();
+    let mut dim = tiny.dense.clone();
+    dim.sh.iter_mut().for_each(|c| *c *= 0.8);
+    let exact = setup.see(&dim, setup.gate_views(), None);
+    let mut gauge = Gauge::default();
+    let first = gauge.some(&setup, &tiny.dense, None);
+    assert_eq!(first, setup.see(&tiny.dense, setup.gate_views(), None), "the first look is exact");
+    let off = |seen: Seen| (seen.quality.psnr_db - exact.quality.psnr_db).abs();
+    let at_once = off(gauge.some(&setup, &dim, None));
+    let mut later = at_once;
+    for _ in 0..40 {
+        later = off(gauge.some(&setup, &dim, None));
+    }
+    assert!(later < 1e-3 && later < at_once, "{at_once} dB at once, {later} dB later");
+    assert_eq!(gauge.all(&setup, &dim, None), exact);
+}
+
+#[test]
+fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
+    let mut heat = Heat::none(0.5);
+    heat.pruned();
+    heat.observe(-1.5, 6.0, false);
+    assert!(heat.factor > 5.0, "2 dB are gone: {}", heat.factor);
+    heat.observe(0.1, 6.0, false);
+    let damaged = heat.factor;
+    heat.observe(0.2, 6.0, false);
+    let better = heat.factor;
+    assert!(1.0 < better && better < damaged, "{damaged}, then {better}");
+    for _ in 0..50 {
+        heat.observe(0.2, 6.0, false);
+    }
+    assert!(heat.factor < 1.01, "flat, but still {}", heat.factor);
+    // What the display takes is no damage.
+    let mut dimming = Heat::none(1.0);
+    for _ in 0..50 {
+        dimming.observe(0.0, 6.0, true);
+    }
+    assert!(dimming.factor < 1.01, "{}", dimming.factor);
+}
+
+#[test]
 fn threads_do_not_matter() {
     let tiny = tiny(300, 4, (48, 36));
     let on = |n: usize| {
@@ -90,6 +155,7 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
             objective: Objective::Likeness,
             trains: Trains::All,
             keep: Keep::Last,
+            pace: Pace::RECOVERING,
         };
         let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
         state.last.unwrap().seen.display_w
@@ -115,11 +181,12 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     tiny.settings.interval = 2;
     let config = TuneConfig {
         iterations: 30,
-        pruning: Pruning::WhilePassing { count: 15 },
+        pruning: Pruning::WhilePassing { most: 15, share: 1.0 },
         display: DisplayTerm::Off,
         objective: Objective::Likeness,
         trains: Trains::All,
         keep: Keep::LastPassing,
+        pace: Pace::RECOVERING,
     };
     let setup = tiny.setup();
     let state = State::begin(Model::fresh(&tiny.dense));
