@@ -16,7 +16,7 @@ use powergs_sim::optimize::settings::Settings;
 use powergs_sim::optimize::setup::Setup;
 use powergs_sim::optimize::target::{Quality, Target};
 use powergs_sim::optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Pruning, State, Trains, TuneConfig, Tuner,
+    DisplayTerm, Keep, Model, Objective, Pace, Pruning, State, Trains, TuneConfig, Tuner,
 };
 use powergs_sim::optimize::views::split;
 use powergs_sim::raster::train::{self, Gradients, Tape, Which};
@@ -79,6 +79,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         objective: Objective::Likeness,
         trains: Trains::All,
         keep: Keep::Last,
+        pace: Pace::RECOVERING,
     };
     let target = Target::Likeness(Quality::likeness(40.0, 0.9));
     let state = State::begin(Model::fresh(&case.scene));

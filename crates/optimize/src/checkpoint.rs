@@ -16,7 +16,7 @@ use super::adam::Adam;
 use super::history::HistoryRow;
 use super::lambda::ControllerState;
 use super::outcome::Outcome;
-use super::tune::{Check, Gauge, Heat, Model, State};
+use super::tune::{Check, Gauge, Heat, Model, State, Stride};
 use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
@@ -367,6 +367,7 @@ struct StateHead {
     gauge: Gauge,
     unconfirmed: u32,
     heat: Option<Heat>,
+    stride: Stride,
     best: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
@@ -383,6 +384,7 @@ impl StateHead {
             gauge,
             unconfirmed,
             heat,
+            stride,
             best,
             last,
             settled,
@@ -396,6 +398,7 @@ impl StateHead {
             gauge: gauge.clone(),
             unconfirmed: *unconfirmed,
             heat: *heat,
+            stride: *stride,
             best: best.as_ref().map(|(model, check)| (ModelHead::of(model), *check)),
             last: *last,
             settled: *settled,
@@ -412,6 +415,7 @@ impl StateHead {
             gauge,
             unconfirmed,
             heat,
+            stride,
             best,
             last,
             settled,
@@ -434,6 +438,7 @@ impl StateHead {
             gauge,
             unconfirmed,
             heat,
+            stride,
             best,
             last,
             settled,

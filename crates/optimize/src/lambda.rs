@@ -16,7 +16,8 @@
 //! without the term: whatever slack there is, 0.3 dB or 10, the quality at two λ gives the slope
 //! there. The first check of a fine-tune has no λ behind it and gives the slack itself, from which
 //! the first λ is estimated. Every step looks ahead along the trend, takes half of the
-//! distance, and is never longer than a factor that falls from 2.5 to a few per cent.
+//! distance, and is never longer than a factor that falls from 1.6 up or 2.5 down to a few
+//! per cent.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,9 +38,11 @@ const AIM: f64 = 0.5;
 const AHEAD: f64 = 2.0;
 /// The share of the distance in log λ that a step of the damped rule covers.
 const GAIN: f64 = 0.5;
-/// The longest step of the damped rule: the factor at the beginning, and what is left of its
-/// logarithm at the end.
-const LONGEST: (f64, f64) = (2.5, 0.05);
+/// The longest steps of the damped rule, up and down, at the beginning: what is spent too much is
+/// slow to come back.
+const LONGEST: (f64, f64) = (1.6, 2.5);
+/// What is left of their logarithms at the end.
+const SHORTEST: f64 = 0.05;
 /// Slack that the damped rule counts with at least and at most, decibels: less is noise, and more
 /// is that of a model that is compared with itself.
 const SLACK_DB: (f64, f64) = (0.1, 12.0);
@@ -194,7 +197,8 @@ impl Controller {
         }
         let Some(last) = state.margin_db else {
             state.slack_db = margin;
-            return if self.control.is_estimated { shift(margin).sqrt() } else { 1.0 };
+            // With more to spare than 3 dB the model is too good for the square law to hold.
+            return if self.control.is_estimated { shift(margin).sqrt().min(1.0) } else { 1.0 };
         };
         state.trend_db += TREND * (margin - last - state.trend_db);
         state.slack_db = state.slack_db.max(margin);
@@ -204,9 +208,9 @@ impl Controller {
         let slack = state.slack_db.max(0.0);
         let used = shift(slack.max(slack - margin));
         let slope = 20.0 * std::f64::consts::LOG10_E * used / (1.0 + used);
-        let (longest, end) = LONGEST;
-        let longest = longest.ln() * (end + (1.0 - end) * left);
-        (GAIN * off / slope).clamp(-longest, longest).exp()
+        let left = SHORTEST + (1.0 - SHORTEST) * left;
+        let (up, down) = (LONGEST.0.ln() * left, LONGEST.1.ln() * left);
+        (GAIN * off / slope).clamp(-down, up).exp()
     }
 
     /// Whether the quality has been just above the target for some checks, and neither it nor λ

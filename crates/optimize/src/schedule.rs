@@ -216,7 +216,9 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     };
     let samples: Vec<Sample> = passed.iter().map(sample).collect();
     let minimum = fit::fit(&samples).ok().map(|f| fit::optimum(&f));
-    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) {
+    let ends: Vec<f64> = done.iter().filter(|d| d.is_end).map(|d| d.rho).collect();
+    let is_stuck = ends.windows(2).any(|w| w[1] - w[0] < APART / 2.0);
+    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) && !is_stuck {
         return Some(Refined::Beyond);
     }
     let total = |i: usize| passed[i].1.total_w();

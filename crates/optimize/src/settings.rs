@@ -43,8 +43,8 @@ pub struct Settings {
     pub adjust_share: f64,
     /// Weight of the display term at the start, without unit: the term of an image that needs the
     /// display power of the dense model. λ, in 1/W, is this over that power. The damped rule begins
-    /// there with 3 dB to spare, and with less or more in proportion to the shift of colours that
-    /// these pay for.
+    /// there with 3 dB to spare or more, and with less in proportion to the shift of colours that
+    /// it pays for.
     pub display_weight: f64,
     /// The same for the levels of the periphery; HVSQ is a smaller number than L1.
     pub level_display_weight: f64,
@@ -75,8 +75,8 @@ impl Settings {
         level_effort: 0.5,
         interval: 10,
         adjust_share: 0.9,
-        display_weight: 0.1,
-        level_display_weight: 0.01,
+        display_weight: 0.05,
+        level_display_weight: 0.005,
         rule: Rule::Damped,
         epsilon_db: 0.05,
         opacity_cap: 1.0,

@@ -7,6 +7,7 @@ mod config;
 mod gauge;
 mod heat;
 mod objective;
+mod stride;
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,7 @@ pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig
 pub use gauge::Gauge;
 pub use heat::Heat;
 pub use objective::Term;
+pub use stride::Stride;
 
 /// Iterations without a step before the first, so that second moments know the size of gradients.
 const WARM_UP: usize = 16;
@@ -84,6 +86,8 @@ pub struct State {
     pub unconfirmed: u32,
     /// The heat; none before the first check.
     pub heat: Option<Heat>,
+    /// How much goes at the next prune while the target is reached.
+    pub stride: Stride,
     /// The model to keep so far, with its check.
     pub best: Option<(Model, Check)>,
     /// The last check.
@@ -104,6 +108,7 @@ impl State {
             gauge: Gauge::default(),
             unconfirmed: 0,
             heat: None,
+            stride: Stride::FIRST,
             best: None,
             last: None,
             settled: false,
@@ -430,11 +435,14 @@ impl<'a> Tuner<'a> {
             let margin_db = self.target.margin_db(seen.quality);
             heat.observe(margin_db, self.config.pace.heat, is_dimming);
         }
-        if let (true, Pruning::WhilePassing { most, share }) = (passed, self.config.pruning)
-            && !is_last
-        {
-            let count = (share * self.state.model.scene.len() as f64) as usize;
-            self.prune(Score::Dominance, count.clamp(1, most.max(1)));
+        match self.config.pruning {
+            Pruning::WhilePassing { most, share } if passed && !is_last => {
+                let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
+                let count = (share * self.state.model.scene.len() as f64) as usize;
+                self.prune(Score::Dominance, count.clamp(1, most.max(1)));
+            }
+            Pruning::WhilePassing { .. } => self.state.stride.missed(),
+            Pruning::Never | Pruning::Steps { .. } => {}
         }
         check
     }

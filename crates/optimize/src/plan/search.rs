@@ -139,15 +139,7 @@ impl<'a> Search<'a> {
             is_adaptive && o.role == Role::Sample && o.passed && o.rho <= rho + SAME
         };
         let from = here.iter().filter(is_below).max_by(|a, b| a.rho.total_cmp(&b.rho));
-        let near = |o: &&Outcome| o.role == Role::Sample && o.passing_lambda.is_some();
-        let distance = |o: &Outcome| (o.rho - rho).abs();
-        let nearest = here.iter().filter(near).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let mut config = self.iso_quality(from, rho, iterations);
-        if let (DisplayTerm::Controlled { control, .. }, Some(lambda)) =
-            (&mut config.display, nearest.and_then(|o| o.passing_lambda))
-        {
-            (control.start, control.is_estimated) = (lambda, false);
-        }
+        let config = self.iso_quality(from, rho, iterations);
         self.from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
     }
 
@@ -161,7 +153,8 @@ impl<'a> Search<'a> {
     fn iso_quality(&self, from: Option<&Outcome>, rho: f64, iterations: u32) -> TuneConfig {
         let pruned = from.map_or(0.0, |o| o.rho);
         let is_published = matches!(self.plan.schedule, Schedule::Published { .. });
-        let lambda = from.filter(|o| o.passed).and_then(|o| o.passing_lambda);
+        // After pruning there is another slack, and another λ.
+        let lambda = from.and_then(|o| o.passing_lambda);
         let (pruning, display) = if rho - pruned < 0.5 / self.points.max(1) as f64 {
             (Pruning::Never, self.controlled(0, lambda, iterations))
         } else if is_published {
@@ -172,7 +165,7 @@ impl<'a> Search<'a> {
             let every = every.min(2 * self.settings.interval);
             let from =
                 (every * steps + (f64::from(iterations) * RECOVERY) as u32).min(iterations - 1);
-            (self.steps(rho, steps, every), self.controlled(from, lambda, iterations - from))
+            (self.steps(rho, steps, every), self.controlled(from, None, iterations - from))
         };
         TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) }
     }

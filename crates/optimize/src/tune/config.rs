@@ -25,7 +25,7 @@ pub enum Pruning {
     WhilePassing {
         /// So many Gaussians, but at least one.
         most: usize,
-        /// At most this share of what is left.
+        /// At most this share of what is left; below 1 it shrinks where recovering takes long.
         share: f64,
     },
 }

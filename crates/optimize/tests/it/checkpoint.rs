@@ -58,6 +58,7 @@ fn progress() -> Progress {
     state.gauge.all(&setup, &model.scene, None);
     state.unconfirmed = 3;
     state.heat = Some(Heat::none(0.75));
+    state.stride.missed();
     state.best = Some((model, check));
     state.last = Some(check);
     let loss = Term { total: 0.5, display_w: 0.25, likeness: None, hvsq: Some(1e-5) };

@@ -8,8 +8,8 @@ use powergs_optimize::prune::Score;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
-    DisplayTerm, Gauge, Heat, Iteration, Keep, Model, Objective, Pace, Pruning, State, Trains,
-    TuneConfig, TuneError, Tuner,
+    DisplayTerm, Gauge, Heat, Iteration, Keep, Model, Objective, Pace, Pruning, State, Stride,
+    Trains, TuneConfig, TuneError, Tuner,
 };
 
 use super::scenes::{Tiny, tiny};
@@ -131,6 +131,19 @@ fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
         dimming.observe(0.0, 6.0, true);
     }
     assert!(dimming.factor < 1.01, "{}", dimming.factor);
+}
+
+#[test]
+fn strides_shrink_where_recovering_takes_long_and_grow_again() {
+    let mut stride = Stride::FIRST;
+    assert_eq!(stride.passed(), 1.0);
+    for expected in [0.5, 0.25, 0.125, 0.125] {
+        (0..3).for_each(|_| stride.missed());
+        assert_eq!(stride.passed(), expected);
+    }
+    stride.missed();
+    assert_eq!(stride.passed(), 0.125, "it took a moment");
+    assert_eq!([stride.passed(), stride.passed()], [0.25, 0.5]);
 }
 
 #[test]
