@@ -5,14 +5,14 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::camera_file::{self, CameraArgs, Views};
+use super::camera_file::{self, CameraArgs};
 use super::output_file::{self, Overwrite};
 use super::{Context, Exit, Failure, out};
 use powergs_base::format::counted;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::Document;
-use powergs_scene::camera::inria;
 use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::camera::{CameraFile, inria};
 use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera, Split};
 
@@ -57,9 +57,7 @@ enum CameraCommand {
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
         CameraCommand::Info { file, size } => {
-            let read = open_cameras(file, *size)?;
-            let (cameras, warnings) = (read.cameras, read.warnings);
-            let facts = facts(&Views { cameras, format: read.format, warnings });
+            let facts = facts(&open_cameras(file, *size)?);
             if context.global.json { out::json(&facts)? } else { out::document(&document(&facts))? }
         }
         CameraCommand::Convert { cameras, output, overwrite } => {
@@ -82,7 +80,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
 }
 
 /// The facts, with the names of the JSON output.
-fn facts(views: &Views) -> Value {
+fn facts(views: &CameraFile) -> Value {
     let cameras = &views.cameras;
     let range = |value: &dyn Fn(&Camera) -> f64| {
         let values = cameras.iter().map(value);

@@ -3,6 +3,7 @@
 //! The order of operations is fixed: read (or orbit), `--split`, `--every`, `--path-frames`,
 //! `--frames`, `--size`, `--stereo`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use glam::DVec3;
@@ -11,6 +12,7 @@ use super::{Context, Exit, Failure, out};
 use powergs_scene::camera::check::MAX_SIZE;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
+use powergs_scene::camera::{CameraFile, Lens};
 use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera, Split};
 
@@ -127,30 +129,42 @@ pub struct Views {
     pub cameras: Vec<Camera>,
     /// The layout that they came from.
     pub format: &'static str,
-    /// What the user should know, one sentence each.
+    /// By the name of the view, the lenses that photos were taken through.
+    pub lenses: BTreeMap<String, Lens>,
+    /// What rendering the views leaves out: lenses, one sentence each.
     pub warnings: Vec<String>,
+    /// What is to know about the selection, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Views {
-    /// Prints the warnings on standard error, unless `--quiet`.
+    /// Prints what is to know of views that are rendered on standard error, unless `--quiet`.
     pub fn warn(&self, context: &Context) {
-        for warning in self.warnings.iter().filter(|_| !context.global.quiet) {
-            out::complain(format!("warning: {warning}"));
-        }
+        warn(self.warnings.iter().chain(&self.notes), context);
+    }
+
+    /// The same where photos are freed of their lenses.
+    pub fn warn_of_selection(&self, context: &Context) {
+        warn(self.notes.iter(), context);
+    }
+}
+
+fn warn<'a>(warnings: impl Iterator<Item = &'a String>, context: &Context) {
+    for warning in warnings.filter(|_| !context.global.quiet) {
+        out::complain(format!("warning: {warning}"));
     }
 }
 
 impl CameraArgs {
     /// The views that the flags ask for. `bounds` is asked only for an orbit.
     pub fn cameras(&self, bounds: impl FnOnce() -> SceneBounds) -> Result<Views, Failure> {
-        let (cameras, format, mut warnings) = match (&self.cameras, self.orbit) {
-            (Some(path), _) => {
-                let file = open_cameras(path, self.size)?;
-                (file.cameras, file.format, file.warnings)
-            }
+        let (file, orbit) = (&self.cameras, self.orbit);
+        let CameraFile { cameras, format, lenses, warnings } = match (file, orbit) {
+            (Some(path), _) => open_cameras(path, self.size)?,
             (None, Some(n)) => {
-                let orbit = self.orbit_request(n).cameras(bounds).map_err(usage)?;
-                (orbit, "orbit", Vec::new())
+                let cameras = self.orbit_request(n).cameras(bounds).map_err(usage)?;
+                let (lenses, warnings) = Default::default();
+                CameraFile { cameras, format: "orbit", lenses, warnings }
             }
             (None, None) => {
                 let what = "no views: give --cameras FILE or --orbit N";
@@ -158,8 +172,7 @@ impl CameraArgs {
             }
         };
         let (cameras, notes) = self.selection().of(cameras).map_err(usage)?;
-        warnings.extend(notes);
-        Ok(Views { cameras, format, warnings })
+        Ok(Views { cameras, format, lenses, warnings, notes })
     }
 
     fn selection(&self) -> ViewSelection {

@@ -2,8 +2,10 @@
 //!
 //! Readers take text or bytes: [`json::read`] (INRIA `cameras.json` and NeRF `transforms.json`,
 //! told apart by their shape), [`colmap::read_binary`] and [`colmap::read_text`]. Generators:
-//! [`orbit`] and [`path`]. [`edit`] changes single views, [`views`] says which of a list are taken.
-//! Every camera that leaves this module is checked.
+//! [`orbit`] and [`path`]. [`edit`] changes single views, [`views`] says which of a list are taken,
+//! [`lens`] what photos show that lenses have bent. Every camera that leaves this module is checked.
+
+use std::collections::BTreeMap;
 
 pub mod check;
 pub mod colmap;
@@ -11,12 +13,14 @@ pub mod edit;
 mod error;
 pub mod inria;
 pub mod json;
+pub mod lens;
 mod nerf;
 pub mod orbit;
 pub mod path;
 pub mod views;
 
 pub use error::CameraError;
+pub use lens::Lens;
 pub use powergs_frame::scene::{Camera, Split};
 
 /// The content of a camera file.
@@ -27,6 +31,9 @@ pub struct CameraFile {
     pub format: &'static str,
     /// The views, at least one.
     pub cameras: Vec<Camera>,
-    /// What was left out or taken on trust, one sentence each.
+    /// By the name of its view, the lens of each photo that was bent by one. Views are rendered
+    /// without it.
+    pub lenses: BTreeMap<String, Lens>,
+    /// What rendering the views leaves out: lenses, one sentence each.
     pub warnings: Vec<String>,
 }

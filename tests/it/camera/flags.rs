@@ -29,7 +29,7 @@ fn views(flags: &str) -> Result<(Vec<Camera>, Vec<String>), Failure> {
     let flags =
         Flags::try_parse_from(args).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
     let views = flags.cameras.cameras(|| panic!("no orbit"))?;
-    Ok((views.cameras, views.warnings))
+    Ok((views.cameras, views.notes))
 }
 
 fn names(flags: &str) -> Vec<String> {

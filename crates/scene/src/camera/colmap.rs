@@ -2,8 +2,7 @@
 //!
 //! Poses are world-to-camera (quaternion w, x, y, z and translation) in OpenCV axes; the principal
 //! point counts from the left and top edges, as ours. Views come out sorted by name, as INRIA's
-//! loader sorts them. Of a distorted camera the focal length and the principal point are kept, the
-//! distortion is ignored with a warning.
+//! loader sorts them. A camera that bends rays leaves a pinhole view, its lens, and a warning.
 
 mod binary;
 mod models;
@@ -46,18 +45,20 @@ fn views(
     images.sort_by(|a, b| a.name.cmp(&b.name).then(a.id.cmp(&b.id)));
     let mut warnings = Vec::new();
     for (id, camera) in intrinsics {
-        if camera.distorted {
+        if camera.lens.is_some() {
             let model = camera.model;
             let what = "its distortion is ignored: views are rendered pinhole";
             warnings.push(format!("camera {id} ({model}): {what}"));
         }
     }
+    let lens = |image: &Image| Some((image.name.clone(), intrinsics.get(&image.camera)?.lens?));
+    let lenses = images.iter().filter_map(lens).collect();
     let cameras: Vec<Camera> =
         images.into_iter().map(|image| view(intrinsics, image)).collect::<Result<_, _>>()?;
     if cameras.is_empty() {
         return Err(CameraError::Empty);
     }
-    Ok(CameraFile { format, cameras, warnings })
+    Ok(CameraFile { format, cameras, lenses, warnings })
 }
 
 fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: Image) -> Result<Camera, CameraError> {

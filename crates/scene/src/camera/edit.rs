@@ -24,6 +24,22 @@ pub fn resized(camera: &Camera, width: u32, height: u32) -> Camera {
     }
 }
 
+/// The view in another image size, stretched: the same field of view, whatever the aspect. Photos
+/// that were made smaller have sizes in whole pixels, and so another aspect than their cameras.
+pub fn stretched(camera: &Camera, width: u32, height: u32) -> Camera {
+    let x = f64::from(width) / f64::from(camera.width);
+    let y = f64::from(height) / f64::from(camera.height);
+    Camera {
+        width,
+        height,
+        fx: camera.fx * x,
+        fy: camera.fy * y,
+        cx: camera.cx * x,
+        cy: camera.cy * y,
+        ..camera.clone()
+    }
+}
+
 /// Two parallel views, `eye_distance` world units apart along the camera's x axis: first
 /// `NAME_left`, then `NAME_right`.
 pub fn stereo(camera: &Camera, eye_distance: f64) -> [Camera; 2] {

@@ -22,7 +22,8 @@ const KEYS: Keys = Keys {
 pub(super) fn views(list: &[Value]) -> Result<CameraFile, CameraError> {
     let cameras =
         list.iter().enumerate().map(|(idx, value)| view(idx, value)).collect::<Result<_, _>>()?;
-    Ok(CameraFile { format: "INRIA cameras.json", cameras, warnings: Vec::new() })
+    let (lenses, warnings) = Default::default();
+    Ok(CameraFile { format: "INRIA cameras.json", cameras, lenses, warnings })
 }
 
 fn view(idx: usize, value: &Value) -> Result<Camera, CameraError> {

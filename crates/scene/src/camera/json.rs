@@ -79,6 +79,12 @@ impl<'a> View<'a> {
         self.get(key).map(number).transpose()
     }
 
+    /// Whether `key` is there and true.
+    pub(crate) fn flag(&self, key: &'static str) -> Result<bool, CameraError> {
+        let flag = |v: &Value| v.as_bool().ok_or_else(|| self.fault(key, "must be true or false"));
+        Ok(self.get(key).map(flag).transpose()?.unwrap_or(false))
+    }
+
     /// The number at `key`, which must be there.
     pub(crate) fn required(&self, key: &'static str) -> Result<f64, CameraError> {
         self.number(key)?.ok_or_else(|| self.fault(key, "is missing"))

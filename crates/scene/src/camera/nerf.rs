@@ -1,16 +1,18 @@
 //! NeRF `transforms.json`: camera-to-world matrices in OpenGL axes (x right, y up, z backwards).
 //!
 //! Intrinsics stand at the top of the file or in a frame (the frame wins): `fl_x`, `fl_y` in
-//! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Lens distortion
-//! is not applied: photos are expected undistorted, and a warning says so where it is not zero.
+//! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Coefficients of a
+//! lens are OpenCV's; `is_fisheye` or a `camera_model` with FISHEYE in its name makes k1 to k4 those
+//! of a fisheye. Views are pinhole, and a warning says so where the lens bends anything.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
 
 use super::check::{Keys, checked};
 use super::json::View;
+use super::lens::Lens;
 use super::{Camera, CameraError, CameraFile};
 
 const KEYS: Keys = Keys {
@@ -30,23 +32,42 @@ pub(super) fn views(
     size: Option<(u32, u32)>,
 ) -> Result<CameraFile, CameraError> {
     let Some(Value::Array(frames)) = file.get("frames") else { return Err(CameraError::Layout) };
-    let mut distorted = BTreeSet::new();
+    let (mut distorted, mut lenses) = (BTreeSet::new(), BTreeMap::new());
     let mut cameras = Vec::with_capacity(frames.len());
     for (idx, value) in frames.iter().enumerate() {
         let view = View::new(idx, value, "file_path", Some(file))?;
-        for key in DISTORTION {
-            if view.number(key)?.is_some_and(|k| k != 0.0) {
-                distorted.insert(key);
-            }
+        let camera = camera(idx, &view, size)?;
+        if let Some((lens, keys)) = lens(&view)? {
+            distorted.extend(keys);
+            lenses.insert(camera.name.clone(), lens);
         }
-        cameras.push(camera(idx, &view, size)?);
+        cameras.push(camera);
     }
     let mut warnings = Vec::new();
     if !distorted.is_empty() {
         let keys = distorted.into_iter().collect::<Vec<_>>().join(", ");
         warnings.push(format!("lens distortion ({keys}) is ignored: views are rendered pinhole"));
     }
-    Ok(CameraFile { format: "NeRF transforms.json", cameras, warnings })
+    Ok(CameraFile { format: "NeRF transforms.json", cameras, lenses, warnings })
+}
+
+/// The lens of a view that bends rays, and the keys that say so.
+fn lens(view: &View<'_>) -> Result<Option<(Lens, Vec<&'static str>)>, CameraError> {
+    let mut values = [0.0; DISTORTION.len()];
+    for (value, key) in values.iter_mut().zip(DISTORTION) {
+        *value = view.number(key)?.unwrap_or(0.0);
+    }
+    let [k1, k2, k3, k4, k5, k6, p1, p2] = values;
+    let model = view.text("camera_model")?;
+    let is_fisheye = model.is_some_and(|m| m.contains("FISHEYE")) || view.flag("is_fisheye")?;
+    let lens = match is_fisheye {
+        true => Lens::Fisheye([k1, k2, k3, k4]),
+        false => Lens::Rational { radial: [k1, k2, k3, k4, k5, k6], tangential: [p1, p2] },
+    };
+    let used = DISTORTION.iter().zip(values).filter(|(_, v)| *v != 0.0).map(|(key, _)| *key);
+    let mut keys: Vec<&str> = used.collect();
+    keys.extend(is_fisheye.then_some("fisheye"));
+    Ok((!lens.is_straight()).then_some((lens, keys)))
 }
 
 fn camera(idx: usize, view: &View<'_>, size: Option<(u32, u32)>) -> Result<Camera, CameraError> {

@@ -2,6 +2,7 @@
 
 mod edit;
 mod hostile;
+mod lens;
 mod readers;
 
 use powergs_scene::Camera;

@@ -1,37 +1,38 @@
-//! COLMAP's camera models: how many parameters each has, and which are focal and principal.
+//! COLMAP's camera models: how many parameters each has, which are focal and principal, and how
+//! the others bend rays.
 
 use super::super::check::MAX_SIZE;
+use super::super::lens::Lens;
 
 /// A camera model: COLMAP's id and name, number of parameters, whether one focal length serves
-/// both axes, and whether it is a fisheye projection (distorted even where its coefficients are
-/// zero).
+/// both axes, and the lens that follows from the parameters after the principal point.
 struct Model {
     id: i32,
     name: &'static str,
     parameters: usize,
     one_focal: bool,
-    fisheye: bool,
+    lens: fn(&[f64]) -> Lens,
 }
 
 #[rustfmt::skip]
 const MODELS: [Model; 11] = [
-    Model { id: 0, name: "SIMPLE_PINHOLE", parameters: 3, one_focal: true, fisheye: false },
-    Model { id: 1, name: "PINHOLE", parameters: 4, one_focal: false, fisheye: false },
-    Model { id: 2, name: "SIMPLE_RADIAL", parameters: 4, one_focal: true, fisheye: false },
-    Model { id: 3, name: "RADIAL", parameters: 5, one_focal: true, fisheye: false },
-    Model { id: 4, name: "OPENCV", parameters: 8, one_focal: false, fisheye: false },
-    Model { id: 5, name: "OPENCV_FISHEYE", parameters: 8, one_focal: false, fisheye: true },
-    Model { id: 6, name: "FULL_OPENCV", parameters: 12, one_focal: false, fisheye: false },
-    Model { id: 7, name: "FOV", parameters: 5, one_focal: false, fisheye: false },
-    Model { id: 8, name: "SIMPLE_RADIAL_FISHEYE", parameters: 4, one_focal: true, fisheye: true },
-    Model { id: 9, name: "RADIAL_FISHEYE", parameters: 5, one_focal: true, fisheye: true },
-    Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, fisheye: true },
+    Model { id: 0, name: "SIMPLE_PINHOLE", parameters: 3, one_focal: true, lens: radial },
+    Model { id: 1, name: "PINHOLE", parameters: 4, one_focal: false, lens: radial },
+    Model { id: 2, name: "SIMPLE_RADIAL", parameters: 4, one_focal: true, lens: radial },
+    Model { id: 3, name: "RADIAL", parameters: 5, one_focal: true, lens: radial },
+    Model { id: 4, name: "OPENCV", parameters: 8, one_focal: false, lens: opencv },
+    Model { id: 5, name: "OPENCV_FISHEYE", parameters: 8, one_focal: false, lens: fisheye },
+    Model { id: 6, name: "FULL_OPENCV", parameters: 12, one_focal: false, lens: opencv },
+    Model { id: 7, name: "FOV", parameters: 5, one_focal: false, lens: field_of_view },
+    Model { id: 8, name: "SIMPLE_RADIAL_FISHEYE", parameters: 4, one_focal: true, lens: fisheye },
+    Model { id: 9, name: "RADIAL_FISHEYE", parameters: 5, one_focal: true, lens: fisheye },
+    Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, lens: thin_prism },
 ];
 
 /// Most parameters of any model.
 pub(super) const MAX_PARAMETERS: usize = 12;
 
-/// One entry of `cameras`: the pinhole part of it.
+/// One entry of `cameras`.
 pub(super) struct Intrinsics {
     /// Name of the model.
     pub model: &'static str,
@@ -43,8 +44,44 @@ pub(super) struct Intrinsics {
     pub focal: [f64; 2],
     /// Principal point, pixels from the left and top edges.
     pub principal: [f64; 2],
-    /// Whether the model bends rays and that is ignored.
-    pub distorted: bool,
+    /// The lens, if it bends rays.
+    pub lens: Option<Lens>,
+}
+
+/// Coefficient `i` of those that a model has; 0 where it has none.
+fn at(rest: &[f64], i: usize) -> f64 {
+    rest.get(i).copied().unwrap_or(0.0)
+}
+
+/// k1, k2.
+fn radial(rest: &[f64]) -> Lens {
+    let radial = [at(rest, 0), at(rest, 1), 0.0, 0.0, 0.0, 0.0];
+    Lens::Rational { radial, tangential: [0.0; 2] }
+}
+
+/// k1, k2, p1, p2, k3 to k6.
+fn opencv(rest: &[f64]) -> Lens {
+    let radial = [0, 1, 4, 5, 6, 7].map(|i| at(rest, i));
+    Lens::Rational { radial, tangential: [at(rest, 2), at(rest, 3)] }
+}
+
+/// k1 to k4.
+fn fisheye(rest: &[f64]) -> Lens {
+    Lens::Fisheye(std::array::from_fn(|i| at(rest, i)))
+}
+
+/// ω.
+fn field_of_view(rest: &[f64]) -> Lens {
+    Lens::FieldOfView(at(rest, 0))
+}
+
+/// k1, k2, p1, p2, k3, k4, sx1, sy1.
+fn thin_prism(rest: &[f64]) -> Lens {
+    Lens::ThinPrism {
+        radial: [0, 1, 4, 5].map(|i| at(rest, i)),
+        tangential: [at(rest, 2), at(rest, 3)],
+        prism: [at(rest, 6), at(rest, 7)],
+    }
 }
 
 /// The number of parameters of the model with this id.
@@ -60,7 +97,7 @@ pub(super) fn id_of_name(name: &str) -> Result<i32, String> {
     model.map(|m| m.id).ok_or_else(|| format!("`{name}` is not a camera model; use {}", known()))
 }
 
-/// Takes the pinhole part out of a camera's parameters.
+/// The pinhole part and the lens of a camera's parameters.
 pub(super) fn intrinsics(
     id: i32,
     width: u64,
@@ -82,12 +119,13 @@ pub(super) fn intrinsics(
         [fx, fy, cx, cy, rest @ ..] => ([*fx, *fy], [*cx, *cy], rest),
         _ => return Err("too few parameters".to_string()),
     };
+    let lens = Some((model.lens)(rest)).filter(|lens| !lens.is_straight());
     Ok(Intrinsics {
         model: model.name,
         width: size(width)?,
         height: size(height)?,
         focal,
         principal,
-        distorted: model.fisheye || rest.iter().any(|k| *k != 0.0),
+        lens,
     })
 }
