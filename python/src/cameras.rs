@@ -1,5 +1,6 @@
 //! Cameras: views of files, circles around scenes, paths.
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,9 +15,9 @@ use crate::machine::path_text;
 use crate::scene::Scene;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::check::MAX_SIZE;
-use powergs_scene::camera::inria;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
+use powergs_scene::camera::{Lens, inria};
 use powergs_scene::files::open_cameras;
 use powergs_scene::{Camera as View, Split};
 
@@ -74,6 +75,8 @@ impl Camera {
 #[pyclass(frozen, module = "powergs", name = "Cameras", sequence)]
 pub struct Cameras {
     views: Arc<Vec<View>>,
+    /// By the name of its view, the lens of each photo that was bent by one.
+    lenses: Arc<BTreeMap<String, Lens>>,
     /// What was left out or taken on trust, one sentence each.
     #[pyo3(get)]
     warnings: Vec<String>,
@@ -82,7 +85,12 @@ pub struct Cameras {
 impl Cameras {
     /// Some views.
     pub fn of(views: Vec<View>) -> Cameras {
-        Cameras { views: Arc::new(views), warnings: Vec::new() }
+        Cameras { views: Arc::new(views), lenses: Arc::default(), warnings: Vec::new() }
+    }
+
+    /// The lens that the photo of a view was taken through.
+    pub fn lens(&self, view: &View) -> Option<&Lens> {
+        self.lenses.get(&view.name)
     }
 
     /// The views.
@@ -141,7 +149,8 @@ impl Cameras {
         let path = PathBuf::from(path_text(path)?);
         let size = checked_size(size)?;
         let file = py.detach(|| open_cameras(&path, size)).map_err(in_file_error)?;
-        Ok(Cameras { views: Arc::new(file.cameras), warnings: file.warnings })
+        let (views, lenses) = (Arc::new(file.cameras), Arc::new(file.lenses));
+        Ok(Cameras { views, lenses, warnings: file.warnings })
     }
 
     /// Views on a circle around a scene, evenly spaced.
@@ -198,7 +207,7 @@ impl Cameras {
         let size = checked_size(size)?;
         let selection = ViewSelection { split, every, size, stereo, ..ViewSelection::default() };
         let (views, warnings) = selection.of(self.views.to_vec()).map_err(named)?;
-        Ok(Cameras { views: Arc::new(views), warnings })
+        Ok(Cameras { views: Arc::new(views), lenses: self.lenses.clone(), warnings })
     }
 
     /// Writes the views as an INRIA ``cameras.json``.
@@ -230,7 +239,8 @@ impl Cameras {
             if views.is_empty() {
                 return Err(Fault::config("no view is in that range").raise());
             }
-            return Ok(Bound::new(py, Cameras::of(views))?.into_any());
+            let some = Cameras { lenses: self.lenses.clone(), ..Cameras::of(views) };
+            return Ok(Bound::new(py, some)?.into_any());
         }
         let at: isize = which.extract()?;
         let from_start = if at < 0 { at + count } else { at };

@@ -109,7 +109,7 @@ const FLAGS: [(&str, &str); 5] = [
     ("in --set ", "in "),
     ("--set ", ""),
     ("--frames ", "frames "),
-    ("--lod ", "lod="),
+    ("--detail ", "detail="),
 ];
 
 /// A message of the library in the words of Python.
@@ -179,7 +179,7 @@ pub fn in_file_error(error: FileError) -> Fault {
     let text = error.to_string();
     let message = text.strip_prefix(&format!("{}: ", error.place)).unwrap_or(&text);
     let class = match &error.what {
-        FileFault::Model(SceneError::NoLevels { .. } | SceneError::NoSuchLevel { .. }) => {
+        FileFault::Model(SceneError::NoDetails { .. } | SceneError::NoSuchDetail { .. }) => {
             Class::Config
         }
         _ => Class::Input,

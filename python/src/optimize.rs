@@ -9,7 +9,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
-use crate::cameras::{Cameras, resized};
+use crate::cameras::{Cameras, checked_size, resized};
 use crate::chart::Chart;
 use crate::error::{Class, Fault};
 use crate::machine::{DISPLAY, Machine, path_text};
@@ -29,7 +29,8 @@ use powergs_optimize::history::HistoryRow;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::outcome::Outcome;
-use powergs_optimize::references::{Reference, ReferenceImages};
+use powergs_optimize::photos::Photo;
+use powergs_optimize::references::ReferenceImages;
 use powergs_optimize::request::{Goal, Goals, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
@@ -38,7 +39,7 @@ use powergs_optimize::target::Level;
 use powergs_optimize::tune::Iteration;
 use powergs_optimize::watch::CampaignWatch;
 use powergs_report::optimize::{Story, charts, document};
-use powergs_scene::Gaussians;
+use powergs_scene::{Camera, Gaussians};
 
 /// What a worker tells whoever waits.
 enum Event {
@@ -390,6 +391,29 @@ fn tell(
     Ok(())
 }
 
+/// The views as their photos show them, and the photos in their size.
+fn photographed(
+    cameras: &Cameras,
+    photos: &[Bound<'_, PyAny>],
+    size: Option<(u32, u32)>,
+) -> PyResult<(Vec<Camera>, ReferenceImages)> {
+    let all = cameras.views();
+    let wrong = |what: String| Fault::new(Class::Input, what).raise();
+    if photos.len() != all.len() {
+        return Err(wrong(format!("{} photos for {} views", photos.len(), all.len())));
+    }
+    let (mut views, mut references) = (Vec::new(), Vec::new());
+    for (photo, camera) in photos.iter().zip(all) {
+        let picture = picture::picture(photo)?;
+        let shown = (picture.width, picture.height);
+        let photo = Photo::new(shown, camera, cameras.lens(camera), size);
+        let photo = photo.map_err(|e| wrong(format!("the photo of view {}: {e}", camera.name)))?;
+        references.push(photo.reference(&picture));
+        views.push(photo.view);
+    }
+    Ok((views, ReferenceImages::Photos(Box::new(references))))
+}
+
 /// The fewest watts of rendering and display at a given quality: Gaussians are pruned and colours
 /// dimmed, and the model is fine-tuned until it sits just above the quality.
 ///
@@ -401,9 +425,12 @@ fn tell(
 ///     Its views; some train, some decide, some are only reported.
 /// photos : list, optional
 ///     What the views should look like: an array of shape (height, width, 3) or a path for each.
-///     Without them the model is compared with its own renders.
+///     Another size than that of the camera is averaged down to it, or the camera is scaled to a
+///     smaller photo; lenses that the camera file names are taken out of them. Without photos the
+///     model is compared with its own renders.
 /// quality : str or float, optional
-///     ``"H"``, ``"M"`` or ``"L"``, decibels, or with photos a share below 1 of the dense model's.
+///     ``"H"``, ``"M"`` (the default) or ``"L"``, decibels, or with photos a share below 1 of the
+///     dense model's.
 /// machine : Machine, str or path
 ///     What rendering costs: a machine, or ``"paper"``, the published closed form.
 /// display : str or path, optional
@@ -480,28 +507,9 @@ pub fn optimize(
     let panel = DiskFiles.read(FileKind::Display, &panel, None).map_err(Fault::from)?;
     let display = Display::parse(&panel.text).map_err(|e| RunError::config(&panel.origin, e));
     let display = display.map_err(Fault::from)?;
-    let views = resized(cameras.views().to_vec(), size)?;
-    let references = match &photos {
-        None => ReferenceImages::own(),
-        Some(photos) => {
-            if photos.len() != views.len() {
-                let what = format!("{} photos for {} views", photos.len(), views.len());
-                return Err(Fault::new(Class::Input, what).raise());
-            }
-            let mut all = Vec::new();
-            for (photo, view) in photos.iter().zip(&views) {
-                let photo = picture::picture(photo)?;
-                if (photo.width, photo.height) != (view.width, view.height) {
-                    let what = format!(
-                        "view {}: a photo of {}x{} pixels for {}x{}",
-                        view.name, photo.width, photo.height, view.width, view.height
-                    );
-                    return Err(Fault::new(Class::Input, what).raise());
-                }
-                all.push(Reference::new(&photo));
-            }
-            ReferenceImages::Photos(Box::new(all))
-        }
+    let (views, references) = match photos {
+        None => (resized(cameras.views().to_vec(), size)?, ReferenceImages::own()),
+        Some(photos) => photographed(cameras, &photos, checked_size(size)?)?,
     };
     let schedule = match rhos {
         Some(rhos) => Schedule::listed(&rhos).map_err(|e| refused(&e))?,
@@ -536,6 +544,7 @@ pub fn optimize(
         settings,
         foveation: None,
         lpips: None,
+        keep_all: false,
     };
     let store = store.map(path_text).transpose()?;
     let (sender, events) = channel();

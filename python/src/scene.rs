@@ -23,9 +23,9 @@ use powergs_core::run::store::atomic::{persist, temporary, write_atomically};
 use powergs_core::run::{Frames, MemoryFrames, RunError, TraceFile, Watch};
 use powergs_frame::trace::TraceHeader;
 use powergs_raster::{Detail, Options, render};
-use powergs_scene::files::open_model;
+use powergs_scene::files::{open_foveated, open_model};
 use powergs_scene::synth::{Preset, cameras, generate};
-use powergs_scene::{Gaussians, SceneStats, write_ply};
+use powergs_scene::{Foveated, Gaussians, SceneStats, write_ply};
 use powergs_study::extract::extract;
 use powergs_study::views::RenderedViews;
 
@@ -102,18 +102,44 @@ fn stem(path: &Path) -> String {
     }
 }
 
+/// A level of a foveated model.
+fn open_level(
+    py: Python<'_>,
+    path: PathBuf,
+    name: String,
+    detail: Option<u32>,
+    level: u8,
+) -> PyResult<Scene> {
+    if detail.is_some() || !(1..=Foveated::LEVELS as u8).contains(&level) {
+        let what = "level: 1 to 4 of a foveated model, without a detail of streamed scenes";
+        return Err(Fault::config(what).raise());
+    }
+    let work = move |_: &Shared| open_foveated(&path).map_err(in_file_error);
+    let model = watch::run(py, None, (Counts::Steps, "bytes"), work)?;
+    let gaussians = model.level(usize::from(level - 1));
+    Ok(Scene::of(&name, "foveated model", gaussians))
+}
+
 #[pymethods]
 impl Scene {
-    /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, SOG, streamed SOG (``lod``
-    /// is its level of detail), or a foveated model (level 1, or another with ``lod``).
+    /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, SOG, streamed SOG (with
+    /// its ``detail``, 0 is the finest), or a foveated model (its ``level``, 1 to 4; 1 by default).
     ///
     /// Raises ``InputError``.
     #[staticmethod]
-    #[pyo3(signature = (path, /, *, lod=None))]
-    fn open(py: Python<'_>, path: &Bound<'_, PyAny>, lod: Option<u32>) -> PyResult<Scene> {
+    #[pyo3(signature = (path, /, *, detail=None, level=None))]
+    fn open(
+        py: Python<'_>,
+        path: &Bound<'_, PyAny>,
+        detail: Option<u32>,
+        level: Option<u8>,
+    ) -> PyResult<Scene> {
         let path = PathBuf::from(path_text(path)?);
         let name = stem(&path);
-        let work = move |_: &Shared| open_model(&path, lod).map_err(in_file_error);
+        if let Some(level) = level {
+            return open_level(py, path, name, detail, level);
+        }
+        let work = move |_: &Shared| open_model(&path, detail).map_err(in_file_error);
         let model = watch::run(py, None, (Counts::Steps, "bytes"), work)?;
         let warnings = model.warnings.iter().map(ToString::to_string).collect();
         let gaussians = Mutex::new(Some(Arc::new(model.gaussians)));

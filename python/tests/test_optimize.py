@@ -94,6 +94,14 @@ def test_photos_and_a_machine(scene, views) -> None:
     assert found.to_dict()["reference"] == "photos" and found.to_dict()["oracle"] == "gscore"
 
 
+def test_photos_of_another_size_scale_the_cameras(scene, views) -> None:
+    few = {**SMALL, "iterations": 2, "final_iterations": 2, "rhos": [0.1], "quality": 0.5}
+    for size, width in [((24, 20), 24), ((96, 80), 48)]:
+        photos = [scene.render(view.resized(*size)) for view in views]
+        found = powergs.optimize(scene, views, **few, photos=photos)
+        assert found.to_dict()["width_px"] == width
+
+
 def test_arguments_that_are_wrong(scene, views) -> None:
     for wrong in [
         {"quality": "X"},
@@ -118,4 +126,4 @@ def test_arguments_that_are_wrong(scene, views) -> None:
     with pytest.raises(powergs.InputError, match="photos"):
         powergs.optimize(scene, views, photos=[np.zeros((4, 4, 3))])
     with pytest.raises(powergs.InputError, match="pixels"):
-        powergs.optimize(scene, views, photos=[np.zeros((4, 4, 3))] * len(views))
+        powergs.optimize(scene, views, photos=[np.zeros((9, 4, 3))] * len(views))

@@ -8,13 +8,13 @@ use powergs_report::Drawing;
 #[command(next_help_heading = "Charts")]
 pub struct ChartArgs {
     /// Size of charts in print; the size of text stays that of a paper
-    #[arg(long, value_enum, value_name = "SIZE", default_value = "slide")]
+    #[arg(long, value_enum, value_name = "SIZE", default_value = "slide", hide_short_help = true)]
     pub chart_size: SheetArg,
     /// Charts without a title and the line under it: a caption says that
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub no_title: bool,
     /// Files of every chart: svg, png, pdf
-    #[arg(long, value_enum, value_name = "FORMATS", value_delimiter = ',')]
+    #[arg(long, value_enum, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     #[arg(default_value = "png,svg")]
     pub chart_format: Vec<FormatArg>,
 }

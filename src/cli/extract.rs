@@ -40,9 +40,9 @@ Then: powergs-sim replay scene.bin";
 pub struct Args {
     /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
     pub scene: PathBuf,
-    /// Level of detail of a streamed scene (lod-meta.json)
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(long, value_name = "N")]
-    pub lod: Option<u32>,
+    pub detail: Option<u32>,
     /// The views.
     #[command(flatten)]
     pub cameras: CameraArgs,
@@ -63,7 +63,7 @@ pub struct Args {
 /// Runs `extract`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     args.overwrite.check(&args.output)?;
-    let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
+    let scene = Shown::open(&args.scene, args.detail, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
     let gazes = args.gaze.of_views(&views.cameras)?;

@@ -79,16 +79,16 @@ impl From<RunError> for Failure {
     }
 }
 
-/// A level of detail that a model does not have was asked for with `--lod`.
+/// A detail that a model does not have was asked for with `--detail`.
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Failure {
-        let level = match &error.what {
+        let fault = match &error.what {
             FileFault::Model(
-                level @ (SceneError::NoLevels { .. } | SceneError::NoSuchLevel { .. }),
-            ) => level,
+                fault @ (SceneError::NoDetails { .. } | SceneError::NoSuchDetail { .. }),
+            ) => fault,
             _ => return Failure { exit: Exit::BadInput, error: error.into() },
         };
-        Failure::new(Exit::Usage, format!("{}: --lod: {level}", error.place))
+        Failure::new(Exit::Usage, format!("{}: --detail: {fault}", error.place))
     }
 }
 

@@ -1,6 +1,7 @@
 //! `optimize`: the fewest watts at a given quality.
 
 mod demo;
+mod dry_run;
 mod finish;
 mod folder;
 mod foveated;
@@ -8,10 +9,13 @@ mod inputs;
 mod photos;
 mod record;
 mod references;
+mod reprice;
 mod request;
 mod watch;
 
 use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
 
 use super::background::Background;
 use super::chart_args::ChartArgs;
@@ -35,6 +39,7 @@ Examples:
   powergs-sim optimize model.ply --images photos/ --baselines --out runs/all
   powergs-sim optimize model.ply --images photos/ --foveated --out runs/fr
   powergs-sim optimize ...the same arguments... --resume
+  powergs-sim optimize --reprice runs/snow --display oled-d22 --fps 72
 
 The result is runs/snow/final.ply, and its trace for the simulator:
   powergs-sim replay runs/snow/final.bin
@@ -46,11 +51,11 @@ pub struct Args {
     /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
     pub model: Option<PathBuf>,
     /// A generated scene, end to end in a minute or so
-    #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "lod"])]
+    #[arg(long, conflicts_with_all = ["model", "images", "cameras", "orbit", "detail"])]
     pub demo: bool,
-    /// Level of detail of a streamed scene (lod-meta.json)
-    #[arg(long, value_name = "N")]
-    pub lod: Option<u32>,
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
+    #[arg(hide_short_help = true, long, value_name = "N")]
+    pub detail: Option<u32>,
     /// The run folder [default: runs/NAME]
     #[arg(long, short, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -60,6 +65,22 @@ pub struct Args {
     /// Throw away the run in the folder
     #[arg(long)]
     pub force: bool,
+    /// Price the models of a finished run anew, for the machine, panel or display rate that is
+    /// given beside it: nothing is trained
+    #[arg(long, value_name = "RUN", conflicts_with_all = [
+        "model", "demo", "detail", "dry_run", "lpips_weights",
+        "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs",
+    ])]
+    pub reprice: Option<PathBuf>,
+    /// Also make the model of the new optimum
+    #[arg(hide_short_help = true, long, requires = "reprice")]
+    pub realise: bool,
+    /// Only estimate time, memory and disk, from a few iterations; nothing is written
+    #[arg(long, conflicts_with_all = ["resume", "force"])]
+    pub dry_run: bool,
+    /// Models that stay in the folder: those that --reprice takes, or all with their moments
+    #[arg(hide_short_help = true, long, value_enum, default_value = "needed")]
+    pub keep: KeepArg,
     /// Which views there are, and what they should look like.
     #[command(flatten)]
     pub views: ViewArgs,
@@ -74,7 +95,7 @@ pub struct Args {
     pub search: SearchArgs,
     /// Also LPIPS of every model, mean over the test views, with the weights in this safetensors
     /// file; docs/metrics.md says how to make it
-    #[arg(long, value_name = "FILE")]
+    #[arg(hide_short_help = true, long, value_name = "FILE")]
     pub lpips_weights: Option<PathBuf>,
     /// What is made for comparison.
     #[command(flatten)]
@@ -87,6 +108,15 @@ pub struct Args {
     pub charts: ChartArgs,
 }
 
+/// Models that stay in the run folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum KeepArg {
+    /// Samples, the optimum and what reports show, without moments
+    Needed,
+    /// All, with their moments: three times the room
+    All,
+}
+
 /// What is made for the periphery of sight.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Foveation")]
@@ -97,24 +127,38 @@ pub struct FoveaArgs {
     pub foveated: bool,
     /// The virtual screen: its width in degrees, or powergs (90), wide-100, wide-110 [default:
     /// powergs]
-    #[arg(long, value_name = "DEGREES|NAME", requires = "foveated", allow_hyphen_values = true)]
+    #[arg(
+        hide_short_help = true,
+        long,
+        value_name = "DEGREES|NAME",
+        requires = "foveated",
+        allow_hyphen_values = true
+    )]
     #[arg(value_parser = Screen::parse)]
     pub screen: Option<Screen>,
     /// Pooling angle per squared eccentricity, 1/rad: larger, and small images have all levels
     /// [default: 0.05, with --demo what gives its small images all four]
-    #[arg(long, value_name = "RATE", requires = "foveated", allow_hyphen_values = true)]
+    #[arg(
+        hide_short_help = true,
+        long,
+        value_name = "RATE",
+        requires = "foveated",
+        allow_hyphen_values = true
+    )]
     pub pooling_rate: Option<f64>,
-    /// Further qualities beside that of the run, each with its own search and baselines: H,M,L
-    #[arg(long, value_enum, value_delimiter = ',', ignore_case = true, value_name = "LEVELS")]
-    pub variants: Vec<LevelArg>,
+    /// Further qualities beside that of the run, each with its own search and baselines
+    #[arg(long, value_enum, value_delimiter = ',', ignore_case = true, value_name = "H,M,L")]
+    pub variants: Vec<VariantArg>,
     /// Iterations of the fine-tunes of levels 2 to 4, relative to those of level 1
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.level_effort)]
     pub level_effort: f64,
     /// As --lambda, at the beginning of level 2
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.level_display_weight)]
     pub level_lambda: f64,
     /// Operations of the D22 colour filter for a pixel outside of the fovea (A99)
-    #[arg(long, value_name = "N", default_value_t = 215.0)]
+    #[arg(hide_short_help = true, long, value_name = "N", default_value_t = 215.0)]
     pub filter_flops: f64,
 }
 
@@ -122,7 +166,8 @@ pub struct FoveaArgs {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Views")]
 pub struct ViewArgs {
-    /// Photos; their poses are in --cameras, or in a cameras.json or transforms.json beside them
+    /// Photos; their poses are in --cameras, or in a cameras.json, transforms.json or COLMAP's
+    /// sparse/0 beside them
     #[arg(long, value_name = "DIR", conflicts_with = "reference")]
     pub images: Option<PathBuf>,
     /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
@@ -130,38 +175,40 @@ pub struct ViewArgs {
     pub cameras: Option<PathBuf>,
     /// PSNR that the model must have on the photos before anything is done, decibels: with less
     /// they show something else; 0 goes on all the same
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "DB", default_value_t = 15.0, value_parser = decibels)]
     pub least_likeness: f64,
     /// Instead of a file: N views on a circle around the scene
     #[arg(long, value_name = "N", conflicts_with = "cameras")]
     pub orbit: Option<usize>,
     /// What the model is compared with [default: self without --images]
-    #[arg(long, value_enum)]
+    #[arg(hide_short_help = true, long, value_enum)]
     pub reference: Option<ReferenceArg>,
     /// Only every K-th view, starting with the first
-    #[arg(long, value_name = "K")]
+    #[arg(hide_short_help = true, long, value_name = "K")]
     pub every: Option<std::num::NonZeroUsize>,
-    /// Image size, pixels; photos are averaged down to it, and must have its aspect
+    /// Image size, pixels [default: that of the cameras, or of smaller photos]; photos are averaged
+    /// down to it, and must have its aspect
     #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
     pub size: Option<(u32, u32)>,
     /// Background: black, white, or r,g,b from 0 to 1
-    #[arg(long, default_value = "black")]
+    #[arg(hide_short_help = true, long, default_value = "black")]
     pub background: Background,
     /// Of the training views, every K-th validates [default: as many as there are test views]
-    #[arg(long, value_name = "K")]
+    #[arg(hide_short_help = true, long, value_name = "K")]
     pub validation: Option<std::num::NonZeroUsize>,
     /// With photos: validation views train too. The gate then sees what it trains on, and test
     /// views may fall far below the target
-    #[arg(long, requires = "images")]
+    #[arg(hide_short_help = true, long, requires = "images")]
     pub train_on_validation: bool,
     /// Views that decide whether a model passes; `test` as the published code does
-    #[arg(long, value_enum, default_value = "validation")]
+    #[arg(hide_short_help = true, long, value_enum, default_value = "validation")]
     pub gate: GateArg,
     /// Views that power is a mean over
-    #[arg(long, value_enum, default_value = "all")]
+    #[arg(hide_short_help = true, long, value_enum, default_value = "all")]
     pub power_views: PowerViewsArg,
     /// Mean power over a smooth path of N frames through the views instead
-    #[arg(long, value_name = "N", conflicts_with = "power_views")]
+    #[arg(hide_short_help = true, long, value_name = "N", conflicts_with = "power_views")]
     pub path_frames: Option<usize>,
 }
 
@@ -195,27 +242,41 @@ pub enum PowerViewsArg {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Quality")]
 pub struct QualityArgs {
-    /// H, M or L: 99, 98 or 97 % of the dense model with photos; 40, 37 or 34 dB (and an SSIM of
-    /// 0.98, 0.965 or 0.945) against its own renders [default: H, with --reference self M]
-    #[arg(long, value_enum, ignore_case = true, group = "goal")]
-    pub level: Option<LevelArg>,
-    /// Share of the PSNR and SSIM of the dense model, 0 to 1
-    #[arg(long, value_name = "SHARE", group = "goal")]
-    pub quality: Option<f64>,
+    /// H, M or L: 99, 98 or 97 % of the PSNR and SSIM of the dense model with photos; 40, 37 or
+    /// 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against its own renders. With photos also a
+    /// share, 0 to 1 [default: M]
+    #[arg(long, value_name = "H|M|L|SHARE", group = "goal", value_parser = quality)]
+    pub quality: Option<Quality>,
     /// PSNR, decibels
     #[arg(long, value_name = "DB", group = "goal")]
     pub quality_db: Option<f64>,
     /// SSIM beside --quality-db [default: none]
-    #[arg(long, value_name = "SSIM", requires = "quality_db")]
+    #[arg(hide_short_help = true, long, value_name = "SSIM", requires = "quality_db")]
     pub quality_ssim: Option<f64>,
     /// The quality has settled when it is less than this above the target, decibels
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "DB", default_value_t = Settings::DEFAULT.epsilon_db)]
     pub epsilon_db: f64,
 }
 
+/// How good the result must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Quality {
+    /// A named step.
+    Named(VariantArg),
+    /// A share of what the dense model has.
+    Share(f64),
+}
+
+fn quality(text: &str) -> Result<Quality, String> {
+    let named = VariantArg::from_str(text, true).map(Quality::Named);
+    let share = || text.parse().map(Quality::Share);
+    named.or_else(|_| share()).map_err(|_| "H, M, L, or a share such as 0.985".to_owned())
+}
+
 /// A named step of quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum LevelArg {
+pub enum VariantArg {
     /// High
     H,
     /// Medium
@@ -225,33 +286,33 @@ pub enum LevelArg {
 }
 
 /// What power is.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Power")]
 pub struct PowerArgs {
-    /// Machine: a name or a TOML file
-    #[arg(long, value_name = "MACHINE", default_value = "gscore")]
-    pub arch: String,
+    /// Machine: a name or a TOML file [default: gscore]
+    #[arg(long, value_name = "MACHINE")]
+    pub arch: Option<String>,
     /// Change a key of the machine: vru.cores=8
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(hide_short_help = true, long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
     /// Energy table in place of the machine's
-    #[arg(long, value_name = "TABLE")]
+    #[arg(hide_short_help = true, long, value_name = "TABLE")]
     pub energy: Option<String>,
     /// What counts: the simulated machine, or the published closed form [default: cycle, with
     /// --demo paper]
-    #[arg(long, value_enum)]
+    #[arg(hide_short_help = true, long, value_enum)]
     pub oracle: Option<super::replay::ModelArg>,
-    /// Display preset: a name or a TOML file
-    #[arg(long, value_name = "PRESET", default_value = "oled-powergs")]
-    pub display: String,
+    /// Display preset: a name or a TOML file [default: oled-powergs]
+    #[arg(long, value_name = "PRESET")]
+    pub display: Option<String>,
     /// Scale the panel so that the dense model's display power is R times its rendering power
     /// [default: the panel as it is, with --demo 2]
     #[arg(long, value_name = "R")]
     pub display_ratio: Option<f64>,
     /// Frames shown per second: power is that at this rate, never at the rate that is possible
-    #[arg(long, value_name = "RATE", default_value = "60",
-        value_parser = super::replay::display_rate)]
-    pub fps: f64,
+    /// [default: 60]
+    #[arg(long, value_name = "RATE", value_parser = super::replay::display_rate)]
+    pub fps: Option<f64>,
 }
 
 /// How it is searched.
@@ -260,46 +321,55 @@ pub struct PowerArgs {
 pub struct SearchArgs {
     /// Ratios of pruned Gaussians to sample, ascending: 0,0.2,0.4 [default: five, both ends of the
     /// curve and then around its minimum]
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "LIST", value_delimiter = ',', conflicts_with = "schedule")]
     pub rhos: Vec<f64>,
     /// How samples are chosen
-    #[arg(long, value_enum, default_value = "five")]
+    #[arg(hide_short_help = true, long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
     /// Iterations of a sample
     #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.iterations)]
     pub iterations: u32,
     /// Iterations of the first sample, relative to the others
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.first_effort)]
     pub first_effort: f64,
     /// Iterations of the final model and of each baseline [default: twice those of a sample]
-    #[arg(long, value_name = "N")]
+    #[arg(hide_short_help = true, long, value_name = "N")]
     pub final_iterations: Option<u32>,
     /// Iterations between checks of the quality
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.interval)]
     pub interval: u32,
     /// The share of a fine-tune in which lambda is adjusted; then it rests
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "SHARE", default_value_t = Settings::DEFAULT.adjust_share)]
     pub adjust_share: f64,
     /// First lambda times the display power of the dense model, at 3 dB to spare: what the display
     /// term of the loss begins with
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.display_weight)]
     pub lambda: f64,
     /// How lambda follows the quality
-    #[arg(long, value_enum, default_value = "damped")]
+    #[arg(hide_short_help = true, long, value_enum, default_value = "damped")]
     pub rule: RuleArg,
     /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "ALPHA", default_value_t = Settings::DEFAULT.opacity_cap)]
     pub opacity_cap: f32,
     /// Factor on all learning rates
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_scale)]
     pub rate_scale: f64,
     /// Learning rates at the end of a fine-tune, relative to its beginning; 1 as the published code
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.rate_end)]
     pub rate_end: f64,
     /// Seed of the order of training views
-    #[arg(long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
+    #[arg(hide_short_help = true, long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
     pub seed: u64,
     /// Iterations between checkpoints
+    #[arg(hide_short_help = true)]
     #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.checkpoint_every)]
     pub checkpoint_every: u32,
 }
@@ -330,10 +400,11 @@ pub struct CompareArgs {
     #[arg(long)]
     pub baselines: bool,
     /// A further trained model of the same scene: NAME=FILE
+    #[arg(hide_short_help = true)]
     #[arg(long = "baseline", value_name = "NAME=FILE", value_parser = named_file)]
     pub others: Vec<(String, PathBuf)>,
     /// Studies: ratio (display against rendering power), lambda (a sweep without pruning)
-    #[arg(long, value_enum, value_delimiter = ',')]
+    #[arg(hide_short_help = true, long, value_enum, value_delimiter = ',')]
     pub study: Vec<StudyArg>,
 }
 
@@ -364,53 +435,81 @@ fn named_file(text: &str) -> Result<(String, PathBuf), String> {
 /// Runs `optimize`.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
+    if let Some(from) = &args.reprice {
+        return reprice::run(from, args, started, context);
+    }
     // What is wrong with the arguments is said before anything is loaded.
     if args.model.is_none() && !args.demo {
         let what = "optimize: no model; name a trained one, or try --demo, which generates a scene";
         return Err(Failure::new(Exit::Usage, what));
     }
-    let settings = request::settings(args)?;
-    let goals = request::goals(args, &settings)?;
     if args.demo && !context.global.quiet {
         out::complain(wrapped(demo::NOTE, 80));
     }
     // Without photos a model is compared with itself.
     let least_db = if args.views.images.is_some() { args.views.least_likeness } else { 0.0 };
     let watched = Watched::new(context, least_db);
-    let campaign = Campaign::open(inputs::request(args, context, settings, goals)?, &watched)?;
-    note_missing(&campaign, context);
+    let campaign = opened(args, context, &watched)?;
+    if args.dry_run {
+        return dry_run::run(&campaign, &watched, context);
+    }
     let record = record::run_toml(&campaign)?;
     let path = args.out.clone().unwrap_or_else(|| place(args, &campaign.name));
     let folder = Folder::new(&path);
-    let existing = match (args.resume, args.force) {
-        (true, _) => Existing::Resume,
-        (_, true) => Existing::Replace,
-        _ => Existing::Refuse,
+    let _lock = folder.open(existing(args))?;
+    let run = match args.resume {
+        true => campaign.resume(folder.store())?,
+        false => campaign.begin(folder.store())?,
     };
-    let (run, _lock) = folder.open(&campaign, existing)?;
     folder.write("run.toml", record)?;
     say_target(&campaign, context);
     watched.record(&path, &campaign.cameras)?;
     let finished = run.work(&watched)?;
     watched.finish()?;
     folder.write("invocation.toml", started.invocation_toml())?;
-    let Some(finished) = finished else {
-        if !context.global.quiet {
-            let again = "the same command with --resume goes on";
-            out::complain(format!("interrupted, {}: {again}", path.display()));
-        }
-        return Ok(Exit::Interrupted);
-    };
+    let Some(finished) = finished else { return Ok(interrupted(&path, context)) };
     finish::finish(&campaign, &finished, &folder, context)
+}
+
+/// What `args` ask for, checked and opened.
+fn opened(args: &Args, context: &Context, watched: &Watched<'_>) -> Result<Campaign, Failure> {
+    let settings = request::settings(args)?;
+    let goals = request::goals(args, &settings)?;
+    let request = inputs::request(args, context, settings, goals)?;
+    let campaign = Campaign::open(request, watched)?;
+    note_missing(&campaign, context);
+    Ok(campaign)
+}
+
+/// What to do with a run that is in the folder already.
+fn existing(args: &Args) -> Existing {
+    match (args.resume, args.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    }
+}
+
+fn interrupted(path: &Path, context: &Context) -> Exit {
+    if !context.global.quiet {
+        let again = "the same command with --resume goes on";
+        out::complain(format!("interrupted, {}: {again}", path.display()));
+    }
+    Exit::Interrupted
 }
 
 /// Where a run is without --out. The demonstration starts anew beside its last run.
 fn place(args: &Args, name: &str) -> PathBuf {
     let first = Path::new("runs").join(name);
-    let again = |n: u32| Path::new("runs").join(format!("{name}-{n}"));
-    match args.demo && !args.resume && first.exists() {
-        true => (2..1000).map(again).find(|path| !path.exists()).unwrap_or(first),
-        false => first,
+    if args.demo && !args.resume { free(first) } else { first }
+}
+
+/// The path, or if something is there, with a number behind it.
+fn free(path: PathBuf) -> PathBuf {
+    let again = |n: u32| PathBuf::from(format!("{}-{n}", path.display()));
+    match path.exists() {
+        true => (2..1000).map(again).find(|path| !path.exists()).unwrap_or(path),
+        false => path,
     }
 }
 

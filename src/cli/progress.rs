@@ -24,7 +24,7 @@ impl Progress {
     /// A bar for `total` items of `what` (plural: `frames`).
     pub fn new(context: &Context, total: u64, what: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
-        let template = format!("{{bar:24}} {{pos}}/{{len}} {what}, {{eta}} left");
+        let template = format!("{{bar:24}} {{pos}}/{{len}} {what}, {{eta}} left{{msg}}");
         // The template is ours and fixed: if it did not parse, the default style is good enough.
         bar.set_style(
             ProgressStyle::with_template(&template)
@@ -37,6 +37,11 @@ impl Progress {
     pub fn restart(&self, total: u64) {
         self.bar.reset();
         self.bar.set_length(total);
+    }
+
+    /// Says how things are, behind the time that is left.
+    pub fn say(&self, how: String) {
+        self.bar.set_message(how);
     }
 
     /// `n` more items are done. May be called from any thread.

@@ -25,7 +25,7 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim render scene.ply --cameras cameras.json --frame 3 -o frame3.png
   powergs-sim render scene.spz --orbit 8 --size 800x600 -o views/
-  powergs-sim render city/lod-meta.json --lod 1 --cameras cameras.json -o views/
+  powergs-sim render city/lod-meta.json --detail 1 --cameras cams.json -o views/
   powergs-sim render scene.ply --orbit 8 --datapath gscore-fp16 -o hardware/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.5,0.5 -o fr/
   powergs-sim render model.fov --cameras cameras.json --gaze 0.3,0.6 \\
@@ -36,9 +36,9 @@ Examples:
 pub struct Args {
     /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
     pub scene: PathBuf,
-    /// Level of detail of a streamed scene (lod-meta.json)
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(long, value_name = "N")]
-    pub lod: Option<u32>,
+    pub detail: Option<u32>,
     /// The views.
     #[command(flatten)]
     pub cameras: CameraArgs,
@@ -83,7 +83,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     if is_png(&args.output) {
         args.overwrite.check(&args.output)?;
     }
-    let scene = Shown::open(&args.scene, args.lod, &args.gaze, context)?;
+    let scene = Shown::open(&args.scene, args.detail, &args.gaze, context)?;
     let views = args.cameras.cameras(|| SceneBounds::of(scene.base()))?;
     views.warn(context);
     let count = views.cameras.len();

@@ -18,14 +18,14 @@ pub const EXAMPLES: &str = "\
 Examples:
   powergs-sim scene info point_cloud.ply
   powergs-sim scene info scene.spz --json
-  powergs-sim scene info playbot/lod-meta.json --lod 2
+  powergs-sim scene info playbot/lod-meta.json --detail 2
   powergs-sim scene convert scene.sog scene.ply
   powergs-sim scene compose L1.ply L2.ply L3.ply L4.ply -o model.fov
   powergs-sim scene level model.fov --level 2 -o L2.ply
 
 Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
 .spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated
-.fov (level 1, or with --lod 1 to 3 the others).";
+.fov (its level 1; `scene level` writes the others).";
 
 /// Inspect trained models and convert them
 #[derive(Debug, clap::Args)]
@@ -40,9 +40,9 @@ enum SceneCommand {
     Info {
         /// File, or folder with meta.json or lod-meta.json
         file: PathBuf,
-        /// Level of detail of a streamed scene, 0 is the finest [default: 0]
+        /// Detail of a streamed scene, 0 is the finest [default: 0]
         #[arg(long, value_name = "N")]
-        lod: Option<u32>,
+        detail: Option<u32>,
     },
     /// Write any format as INRIA PLY (raw parameters, 62 properties at degree 3)
     Convert {
@@ -52,9 +52,9 @@ enum SceneCommand {
         output: PathBuf,
         #[command(flatten)]
         overwrite: Overwrite,
-        /// Level of detail of a streamed scene, 0 is the finest [default: 0]
+        /// Detail of a streamed scene, 0 is the finest [default: 0]
         #[arg(long, value_name = "N")]
-        lod: Option<u32>,
+        detail: Option<u32>,
     },
     /// Combine four levels into one foveated model
     Compose {
@@ -86,8 +86,8 @@ enum SceneCommand {
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.command {
-        SceneCommand::Info { file, lod } => {
-            let scene = open_model(file, *lod)?;
+        SceneCommand::Info { file, detail } => {
+            let scene = open_model(file, *detail)?;
             let (stats, oddities) = SceneStats::of(&scene.gaussians);
             let warnings: Vec<Warning> = scene.warnings.iter().cloned().chain(oddities).collect();
             if context.global.json {
@@ -96,9 +96,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 out::document(&document(&scene, &stats, &warnings))?;
             }
         }
-        SceneCommand::Convert { file, output, lod, overwrite } => {
+        SceneCommand::Convert { file, output, detail, overwrite } => {
             overwrite.check(output)?;
-            let scene = open_model(file, *lod)?;
+            let scene = open_model(file, *detail)?;
             warn(&scene, context);
             write_atomically(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
             written(&scene.gaussians, output, context)?;

@@ -26,28 +26,29 @@ pub enum Shown {
 
 impl Shown {
     /// Opens what a command with gaze flags shows: with a gaze a foveated model is needed, without
-    /// one such a model gives its level 1, or another with `lod`.
+    /// one such a model gives its level 1. `detail` is that of a streamed scene.
     ///
     /// # Errors
-    /// Exit code 3 for a model that cannot be read; 2 for a gaze with a plain model, or with `lod`.
+    /// Exit code 3 for a model that cannot be read; 2 for a gaze with a plain model, or with a
+    /// detail of a streamed one.
     pub fn open(
         path: &Path,
-        lod: Option<u32>,
+        detail: Option<u32>,
         gaze: &GazeArgs,
         context: &Context,
     ) -> Result<Shown, Failure> {
         if !gaze.is_given() {
-            let scene = open_model(path, lod)?;
+            let scene = open_model(path, detail)?;
             warn(&scene, context);
             return Ok(Shown::Plain(scene));
         }
         if !is_foveated(path) {
             // A file that is not there is said to be that.
-            open_model(path, lod)?;
+            open_model(path, detail)?;
             refuse_plain(path.display())?;
         }
-        if lod.is_some() {
-            let what = "--lod chooses one level and a gaze shows all: leave one of them out";
+        if detail.is_some() {
+            let what = "--detail is of streamed scenes, a gaze of foveated models: leave one out";
             return Err(Failure::new(Exit::Usage, what));
         }
         Ok(Shown::Foveated(Box::new(open_foveated(path)?)))

@@ -156,8 +156,8 @@ fn what_cannot_be_is_refused_with_a_remedy() {
     assert!(said.contains("scene compose"), "{said}");
     let said = error(&mut render(&["model.fov", "--levels"]), 2);
     assert!(said.contains("--gaze"), "{said}");
-    let said = error(&mut render(&["model.fov", "--gaze", "0.5,0.5", "--lod", "1"]), 2);
-    assert!(said.contains("--lod"), "{said}");
+    let said = error(&mut render(&["model.fov", "--gaze", "0.5,0.5", "--detail", "1"]), 2);
+    assert!(said.contains("--detail"), "{said}");
     std::fs::write(at.join("eye.csv"), "time_s,x,y\n0,0.5,0.5\n0.02,0.6,0.5\n").expect("it");
     let stream = ["model.fov", "--gaze-stream", "eye.csv", "--gaze-rate", "100"];
     render(&stream).assert().success();

@@ -3,6 +3,8 @@
 mod command;
 mod foveated_command;
 mod own_campaign;
+mod photos_command;
+mod reprice_command;
 // Tests of the crate use more of it.
 #[allow(dead_code)]
 #[path = "../../crates/optimize/tests/it/scenes.rs"]

@@ -78,6 +78,15 @@ pub fn rate(fps: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// A span of time for people: seconds, minutes or hours.
+pub fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 90.0 => format!("{} s", significant(s)),
+        s if s < 5400.0 => format!("{} min", significant(s / 60.0)),
+        s => format!("{} h", significant(s / 3600.0)),
+    }
+}
+
 /// A share as a whole percentage; a positive share below half a percent is `<1`.
 pub fn percent(share: f64) -> String {
     let p = share * 100.0;

@@ -11,6 +11,7 @@ mod finished;
 mod identity;
 mod jobs;
 mod open;
+mod reprice;
 mod traces;
 
 pub use error::CampaignError;
@@ -66,6 +67,8 @@ pub struct Campaign {
     pub foveation: Option<Foveation>,
     /// What LPIPS is measured with, and the hash of its file.
     pub lpips: Option<(Lpips, u128)>,
+    /// Whether every model is kept with its moments.
+    pub keep_all: bool,
 }
 
 impl Campaign {
@@ -121,6 +124,7 @@ impl Campaign {
         }
         // Killed before its next checkpoint, a run can be resumed all the same.
         checkpoints.save(&[], &[], None)?;
+        self.mark(store)?;
         Ok(Run { campaign: self, checkpoints, progress: Progress::default() })
     }
 
@@ -143,6 +147,14 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// What is known so far, without any further work.
+    ///
+    /// # Errors
+    /// As [`Campaign::run`].
+    pub fn priced(self) -> Result<Finished, CampaignError> {
+        self.finished(None)
+    }
+
     /// Does what is left. `None`: it was cancelled.
     ///
     /// # Errors
@@ -151,7 +163,7 @@ impl Run<'_> {
         match self.jobs(watch)? {
             jobs::Stop::Cancelled => Ok(None),
             jobs::Stop::Done => self.finished(None).map(Some),
-            jobs::Stop::OutOfReach => self.finished(Some(jobs::OUT_OF_REACH)).map(Some),
+            jobs::Stop::OutOfReach(why) => self.finished(Some(&why)).map(Some),
         }
     }
 }

@@ -21,7 +21,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -120,28 +120,69 @@ impl<'a> Checkpoints<'a> {
         })
     }
 
-    /// Keeps the model of a finished job.
+    /// Keeps the model of a finished job, with its moments for the job that follows.
     ///
     /// # Errors
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), RunError> {
-        let parts = parts(model).into_iter();
-        self.write(&model_file(job), Kind::Model, &ModelHead::of(model), parts)
+        let head = (ModelHead::of(model), true);
+        self.write(&model_file(job), Kind::Model, &head, parts(model))
     }
 
-    /// The model of a finished job.
+    /// Keeps the parameters of a model alone: a third of the room.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: it cannot be written.
+    pub fn save_scene(&self, job: &str, scene: &Gaussians) -> Result<(), RunError> {
+        let (points, sh_degree) = (scene.len(), scene.sh_degree);
+        let head = (ModelHead { points, sh_degree, steps: 0 }, false);
+        self.write(&model_file(job), Kind::Model, &head, [scene])
+    }
+
+    /// Forgets the moments of the model of a finished job, if it has any.
+    ///
+    /// # Errors
+    /// [`RunError::Input`], [`RunError::Output`]: it is damaged, or cannot be written.
+    pub fn forget_moments(&self, job: &str) -> Result<(), RunError> {
+        match self.read_model(job)? {
+            Some((model, true)) => self.save_scene(job, &model.scene),
+            Some((_, false)) | None => Ok(()),
+        }
+    }
+
+    /// Whether the model of a job is kept.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: the store cannot be read.
+    pub fn has_model(&self, job: &str) -> Result<bool, RunError> {
+        Ok(self.store.open(&model_file(job))?.is_some())
+    }
+
+    /// The model of a finished job; with moments of zero if they were not kept.
     ///
     /// # Errors
     /// [`RunError::Input`]: it is missing or damaged.
     pub fn load_model(&self, job: &str) -> Result<Model, RunError> {
-        let name = model_file(job);
-        let model =
-            self.read(&name, Kind::Model, |head: ModelHead, floats| Ok(head.model(floats)?))?;
         let missing = || RunError::Input {
-            place: self.store.place(&name),
+            place: self.store.place(&model_file(job)),
             message: "is missing; begin the run anew".into(),
         };
-        model.ok_or_else(missing)
+        Ok(self.read_model(job)?.ok_or_else(missing)?.0)
+    }
+
+    /// A model, and whether its moments are there; `None` if it was not kept.
+    fn read_model(&self, job: &str) -> Result<Option<(Model, bool)>, RunError> {
+        type Head = (ModelHead, bool);
+        self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, floats| {
+            let model = match has_moments {
+                true => head.model(floats)?,
+                false => {
+                    let scene = floats.part(head)?;
+                    Model { adam: Adam::new(&scene), scene }
+                }
+            };
+            Ok((model, has_moments))
+        })
     }
 
     fn write<'m>(
@@ -149,9 +190,13 @@ impl<'a> Checkpoints<'a> {
         name: &str,
         kind: Kind,
         head: &impl Serialize,
-        parts: impl Iterator<Item = &'m Gaussians>,
+        parts: impl IntoIterator<Item = &'m Gaussians>,
     ) -> Result<(), RunError> {
         let head = postcard::to_stdvec(head).map_err(|e| RunError::Internal(e.to_string()))?;
+        let parts: Vec<&Gaussians> = parts.into_iter().collect();
+        let size = |part: &&Gaussians| model_bytes(part.len(), part.sh_degree);
+        let bytes = (HEADER + head.len()) as u64 + parts.iter().map(size).sum::<u64>() + 8;
+        let failed = |e: &io::Error| cannot_write(self.store.place(name), bytes, e);
         let mut file = self.store.create(name)?;
         let written = || {
             let mut out = Summed { hash: Xxh3::new(), to: BufWriter::new(&mut file) };
@@ -169,10 +214,7 @@ impl<'a> Checkpoints<'a> {
             out.to.flush()
         };
         let written = written().and_then(|()| file.commit());
-        written.map_err(|e| RunError::Output {
-            place: self.store.place(name),
-            message: format!("cannot be written: {e}"),
-        })
+        written.map_err(|e| failed(&e))
     }
 
     /// Reads a file twice: nothing in it is believed before its checksum is.
@@ -216,6 +258,12 @@ impl<'a> Checkpoints<'a> {
         let value = body(head, &mut floats)?;
         if floats.left == 0 { Ok(value) } else { Err(damaged("bytes are left over")) }
     }
+}
+
+/// The parameters of a model in a file, bytes.
+pub fn model_bytes(points: usize, sh_degree: u8) -> u64 {
+    let values = 3 + 3 + 4 + 1 + 3 * (u64::from(sh_degree) + 1).pow(2);
+    4 * values * points as u64
 }
 
 fn model_file(job: &str) -> String {
@@ -280,11 +328,25 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// All parameters of a model, then both moments.
+/// What is written of a model: parameters and both moments.
 fn parts(model: &Model) -> [&Gaussians; 3] {
     [&model.scene, &model.adam.first, &model.adam.second]
 }
 
+/// A file of so many bytes that cannot be written. The file of before is still there.
+fn cannot_write(place: String, bytes: u64, error: &io::Error) -> RunError {
+    let message = match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => format!(
+            "the disk is full: this file needs {} MiB beside what is there; the checkpoint before \
+             it is whole, so make room and go on with --resume",
+            bytes.div_ceil(1 << 20)
+        ),
+        _ => format!("cannot be written: {error}; the checkpoint before it is whole"),
+    };
+    RunError::Output { place, message }
+}
+
+/// All parameters.
 fn write_floats(out: &mut dyn Write, part: &Gaussians) -> io::Result<()> {
     let mut bytes = Vec::with_capacity(4 * BLOCK);
     let lists: [&[f32]; 5] = [

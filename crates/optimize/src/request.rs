@@ -58,6 +58,8 @@ pub struct Request {
     /// What LPIPS of the test views is measured with, and the hash of its file; `None`: it is not
     /// measured.
     pub lpips: Option<(Lpips, u128)>,
+    /// Every model is kept with its moments, for those who look into a run. It changes no number.
+    pub keep_all: bool,
 }
 
 impl Request {
@@ -86,6 +88,7 @@ impl Request {
             settings: Settings::DEFAULT,
             foveation: None,
             lpips: None,
+            keep_all: false,
         }
     }
 }
@@ -109,7 +112,7 @@ pub enum Goal {
 /// What is to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goals {
-    /// How good the result must be; `None`: high against photos, medium against own renders.
+    /// How good the result must be; `None`: medium.
     pub goal: Option<Goal>,
     /// Further qualities, each with its own search and baselines.
     pub variants: Vec<Level>,
@@ -202,7 +205,7 @@ impl Goals {
 
     fn rule(&self, is_own: bool) -> Result<TargetRule, Invalid> {
         match self.goal {
-            None => Ok(if is_own { Level::Medium } else { Level::High }.rule(is_own)),
+            None => Ok(Level::Medium.rule(is_own)),
             Some(Goal::Level(level)) => Ok(level.rule(is_own)),
             Some(Goal::Share(_)) if is_own => Err(Invalid::ShareOfPerfect),
             Some(Goal::Share(share)) if (0.01..=1.5).contains(&share) => {

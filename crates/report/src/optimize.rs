@@ -1,5 +1,6 @@
 //! What an optimisation leaves: tables, charts and a summary, as functions from its outcomes.
 
+mod balance;
 mod breakdown;
 mod course;
 pub mod foveated;
@@ -18,14 +19,17 @@ use powergs_optimize::claims::{self, ClaimTable, Run};
 use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::history::rows_of;
 use powergs_optimize::job::Place;
+use powergs_optimize::next_quality::{NextQuality, next_quality};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::pictures::BeforeAfter;
+use powergs_optimize::plan::Variant;
 use powergs_optimize::ratio_study::RatioRow;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::target::Quality;
 use powergs_optimize::tune::Iteration;
 
 pub use course::Moment;
+use summary::short_of;
 pub use summary::{Facts, document};
 pub use tables::{models_csv, ratios_csv, samples_csv};
 
@@ -40,8 +44,14 @@ pub struct Story<'a> {
     pub display: String,
     /// Frames shown per second.
     pub fps: f64,
-    /// All outcomes, in order.
+    /// The outcomes of the quality of the run at level 1, in order.
     pub done: &'a [Outcome],
+    /// The outcomes of all qualities and levels, in order.
+    pub all: &'a [Outcome],
+    /// The qualities, first that of the run.
+    pub grades: Vec<Grade>,
+    /// What the next lower quality would buy.
+    pub next: Option<NextQuality>,
     /// What was to be reached over the gate views, if the dense model was measured.
     pub target: Option<Quality>,
     /// What that is over the test views: the same share of what the reference has there, or the
@@ -63,6 +73,34 @@ pub struct Story<'a> {
     pub claims: ClaimTable,
 }
 
+/// A quality that models were made for: H, M, L, or one of the user's own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Grade {
+    /// Its name.
+    pub name: String,
+    /// Position among the qualities of the run.
+    pub variant: u8,
+    /// The job that made its model; `None` if none reached it.
+    pub best: Option<String>,
+}
+
+impl Grade {
+    /// The file of its model in the run folder.
+    pub fn file(&self) -> String {
+        if self.variant == 0 { "final.ply".into() } else { format!("final-{}.ply", self.name) }
+    }
+
+    /// Those of a campaign.
+    fn all(campaign: &Campaign, outcomes: &[Outcome]) -> Vec<Grade> {
+        let of = |(variant, quality): (u8, &Variant)| {
+            let place = Place { variant, level: 0 };
+            let best = campaign.plan.conclusion(outcomes, place).best;
+            Grade { name: quality.name.clone(), variant, best }
+        };
+        (0..).zip(&campaign.plan.variants).map(of).collect()
+    }
+}
+
 impl<'a> Story<'a> {
     /// What a finished campaign says; `done` are its outcomes of level 1
     /// ([`Finished::first`]), whose report is the same with and without levels beyond it.
@@ -74,6 +112,9 @@ impl<'a> Story<'a> {
             display: campaign.display.name.clone(),
             fps: campaign.oracle.fps(),
             done,
+            all: &finished.outcomes,
+            grades: Grade::all(campaign, &finished.outcomes),
+            next: next_quality(&campaign.plan, &finished.outcomes, campaign.references.is_own()),
             target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
             test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
             views: (campaign.gate_views(), campaign.split.test.len()),
@@ -113,6 +154,11 @@ impl Story<'_> {
 
     fn samples(&self) -> impl Iterator<Item = &Outcome> {
         self.done.iter().filter(|o| o.role == Role::Sample)
+    }
+
+    /// The model of a quality.
+    fn best_of(&self, grade: &Grade) -> Option<&Outcome> {
+        self.all.iter().find(|o| Some(&o.name) == grade.best.as_ref())
     }
 
     /// The model that the run ends with.

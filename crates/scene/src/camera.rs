@@ -3,7 +3,8 @@
 //! Readers take text or bytes: [`json::read`] (INRIA `cameras.json` and NeRF `transforms.json`,
 //! told apart by their shape), [`colmap::read_binary`] and [`colmap::read_text`]. Generators:
 //! [`orbit`] and [`path`]. [`edit`] changes single views, [`views`] says which of a list are taken,
-//! [`lens`] what photos show that lenses have bent. Every camera that leaves this module is checked.
+//! [`lens`] what photos show that lenses have bent. Every camera that leaves this module is
+//! checked.
 
 use std::collections::BTreeMap;
 

@@ -44,17 +44,17 @@ pub enum SceneError {
         /// Gaussians in the file.
         count: u64,
     },
-    /// The streamed scene has no such level of detail.
-    #[error("there is no level of detail {lod}; choose one of 0 to {last}")]
-    NoSuchLevel {
-        /// The level that was asked for.
+    /// The streamed scene has no such detail.
+    #[error("there is no detail {lod}; choose one of 0 (the finest) to {last}")]
+    NoSuchDetail {
+        /// What was asked for.
         lod: u32,
-        /// The coarsest level.
+        /// The coarsest.
         last: u32,
     },
-    /// A level was asked for in a file that has none.
-    #[error("{format} has no levels of detail; leave the level out")]
-    NoLevels {
+    /// A detail was asked for in a file that has one only.
+    #[error("{format} has a single detail; leave it out")]
+    NoDetails {
         /// The format of the file.
         format: &'static str,
     },

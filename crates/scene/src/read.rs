@@ -59,12 +59,12 @@ pub struct Model {
 const HEAD: u64 = 4096;
 
 /// Reads the scene whose file, or for several files whose index (`meta.json`, `lod-meta.json`), is
-/// `name` in `folder`. `lod` chooses the level of a streamed scene (0, the finest, if not given)
-/// and is an error for other formats. Gaussians with unusable parameters are dropped with a
-/// warning.
+/// `name` in `folder`. `lod` chooses the detail of a streamed scene (0, the finest, if not given)
+/// and is an error for other formats. A foveated model gives its level 1. Gaussians with unusable
+/// parameters are dropped with a warning.
 ///
 /// # Errors
-/// [`SceneError`]: an unknown format, a damaged or unsupported file, a level of detail that is not
+/// [`SceneError`]: an unknown format, a damaged or unsupported file, a detail that is not
 /// there, or a model without usable Gaussians.
 pub fn read(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<Model, SceneError> {
     let mut model = read_unchecked(folder, name, lod)?;
@@ -89,11 +89,11 @@ fn read_unchecked(folder: &dyn Folder, name: &str, lod: Option<u32>) -> Result<M
         Kind::Zip => sog::read_bundle(input)?,
         Kind::Json => return sog::read_index(folder, name, input, lod),
         Kind::Splat => splat_rows::read(input)?,
-        Kind::Foveated => return read_level(input, lod),
+        Kind::Foveated => read_level(input)?,
     };
     match lod {
         None => Ok(model),
-        Some(_) => Err(SceneError::NoLevels { format: model.format.name() }),
+        Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
     }
 }
 
@@ -106,14 +106,9 @@ enum Kind {
     Foveated,
 }
 
-/// A level of a foveated model, 0 for level 1.
-fn read_level(input: Input<'_>, lod: Option<u32>) -> Result<Model, SceneError> {
-    let model = Foveated::read(input)?;
-    let (lod, last) = (lod.unwrap_or(0), Foveated::LEVELS as u32 - 1);
-    if lod > last {
-        return Err(SceneError::NoSuchLevel { lod, last });
-    }
-    let gaussians = model.level(lod as usize);
+/// Level 1 of a foveated model.
+fn read_level(input: Input<'_>) -> Result<Model, SceneError> {
+    let gaussians = Foveated::read(input)?.level(0);
     if gaussians.is_empty() {
         return Err(SceneError::NothingLeft { count: 0 });
     }

@@ -61,7 +61,7 @@ pub(super) fn read_index(
     let model = read_model(folder, prefix, keys)?;
     match lod {
         None => Ok(model),
-        Some(_) => Err(SceneError::NoLevels { format: model.format.name() }),
+        Some(_) => Err(SceneError::NoDetails { format: model.format.name() }),
     }
 }
 

@@ -31,6 +31,9 @@ pub fn finish(
         folder.stream("final.ply", |mut w| write_ply(model, &mut w))?;
         folder.stream("final.bin", |w| campaign.write_trace(model, w))?;
     }
+    for (name, model) in &finished.others {
+        folder.stream(&format!("final-{name}.ply"), |mut w| write_ply(model, &mut w))?;
+    }
     if let Some(model) = finished.foveated.as_ref().and_then(|f| f.model.as_ref()) {
         folder.stream("model.fov", |mut w| model.write(&mut w))?;
         folder.stream("fr.bin", |w| campaign.write_foveated_trace(model, w))?;
@@ -72,6 +75,9 @@ fn tell(
         page.add(Block::Verbatim(format!("{line}\nwithout foveation:\n")));
     }
     page.add(Block::Verbatim(story.headline()));
+    if let Some(table) = story.balance() {
+        page.table(table);
+    }
     page.table(powergs_report::optimize::foveated::headline(results));
     let at = |name: &str| folder.path().join(name).display().to_string().into();
     let mut files = Vec::new();

@@ -11,7 +11,6 @@ use powergs_core::run::FileStore;
 use powergs_core::run::Store;
 use powergs_core::run::store::atomic::{is_temporary, write_atomically};
 use powergs_core::run::store::{Lock, Sharing};
-use powergs_optimize::campaign::{Campaign, Run};
 use powergs_report::Drawing;
 
 /// The folder of the checkpoints.
@@ -22,7 +21,7 @@ const PROGRESS: &str = "checkpoints/progress.ckpt";
 const LOCK: &str = "lock";
 
 /// What a run leaves beside checkpoints and charts.
-const FILES: [&str; 15] = [
+const FILES: [&str; 18] = [
     "run.toml",
     "invocation.toml",
     "history.csv",
@@ -35,6 +34,9 @@ const FILES: [&str; 15] = [
     "results.json",
     "summary.md",
     "final.ply",
+    "final-H.ply",
+    "final-M.ply",
+    "final-L.ply",
     "final.bin",
     "model.fov",
     "fr.bin",
@@ -66,18 +68,14 @@ impl Folder {
         Folder { path: path.to_owned(), store: FileStore::new(path) }
     }
 
-    /// Begins a run in a new folder, or goes on with the one that is there. No other process works
-    /// in the folder while the lock is held.
+    /// Makes the folder ready for a run that begins, or goes on. No other process works in it while
+    /// the lock is held.
     ///
     /// # Errors
     /// Exit code 2: a folder that holds something else or that another process works in, a run
     /// that is neither to be resumed nor replaced, no run to resume; 3: a damaged checkpoint, or
     /// one of another run.
-    pub fn open<'a>(
-        &'a self,
-        campaign: &'a Campaign,
-        existing: Existing,
-    ) -> Result<(Run<'a>, Lock), Failure> {
+    pub fn open(&self, existing: Existing) -> Result<Lock, Failure> {
         let refuse =
             |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
         let has_run = self.path.join(PROGRESS).is_file();
@@ -100,11 +98,12 @@ impl Folder {
         if existing == Existing::Replace && has_run {
             self.clear()?;
         }
-        let run = match existing {
-            Existing::Resume => campaign.resume(&self.store),
-            Existing::Refuse | Existing::Replace => campaign.begin(&self.store),
-        };
-        Ok((run?, lock))
+        Ok(lock)
+    }
+
+    /// Where the checkpoints are.
+    pub fn store(&self) -> &FileStore {
+        &self.store
     }
 
     /// Whether the folder is not there, or empty but for what a run leaves that was killed before

@@ -1,24 +1,32 @@
 //! Everything that a run reads, opened.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::super::camera_file::{CameraArgs, Views};
 use super::super::inputs;
 use super::super::progress::Progress;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, lpips_file, scene_file};
+use super::super::{Context, Exit, Failure, lpips_file, out, scene_file};
+use super::photos::PhotoFolder;
 use super::references::FileReferences;
-use super::{Args, PowerArgs, PowerViewsArg, demo, photos};
+use super::{Args, KeepArg, PowerArgs, PowerViewsArg, demo, photos};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
+use powergs_optimize::photos::Photo;
 use powergs_optimize::references::{ReferenceImages, ReferenceSink};
 use powergs_optimize::request::{Foveation, Goals, Request};
 use powergs_optimize::settings::Settings;
 use powergs_optimize::views::PowerViews;
-use powergs_scene::camera::edit;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::files::open_model;
 use powergs_scene::{Camera, Gaussians};
+
+/// The machine, the panel and the display rate where none is given.
+const MACHINE: &str = "gscore";
+/// See [`MACHINE`].
+const DISPLAY: &str = "oled-powergs";
+/// See [`MACHINE`]; frames a second.
+const FPS: f64 = 60.0;
 
 /// What `args` ask for, with everything that they name.
 pub fn request(
@@ -30,22 +38,21 @@ pub fn request(
     let foveation = foveation(args, context)?;
     let lpips = args.lpips_weights.as_deref().map(lpips_file::read).transpose()?;
     let (name, dense) = dense(args, context)?;
-    let display = inputs::display(&args.power.display)?;
+    let display = inputs::display(args.power.display.as_deref().unwrap_or(DISPLAY))?;
     let oracle = oracle(&args.power, demo::oracle(args), foveation.is_some(), context)?;
     let externals = externals(args, context)?;
-    let (full, cameras) = views(args, context, &dense)?;
+    let (cameras, photos) = views(args, context, &dense)?;
     let background = args.views.background.0;
     let mut images = FileReferences::new()?;
-    let references = match &args.views.images {
-        Some(folder) => {
-            let progress = Progress::new(context, cameras.len() as u64, "reference images");
-            photos::load(folder, &full, &cameras, background, |reference| {
-                progress.advance(1);
-                Ok(images.push(reference)?)
-            })?;
-            ReferenceImages::Photos(Box::new(images))
+    let references = if photos.is_empty() {
+        ReferenceImages::OwnRenders(Box::new(images))
+    } else {
+        let progress = Progress::new(context, cameras.len() as u64, "reference images");
+        for (file, photo) in &photos {
+            images.push(photos::reference(file, photo, background)?)?;
+            progress.advance(1);
         }
-        None => ReferenceImages::OwnRenders(Box::new(images)),
+        ReferenceImages::Photos(Box::new(images))
     };
     Ok(Request {
         name,
@@ -67,6 +74,7 @@ pub fn request(
         settings,
         foveation,
         lpips,
+        keep_all: args.keep == KeepArg::All,
     })
 }
 
@@ -85,7 +93,7 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
     let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
         return Ok(("demo".into(), demo::model()?));
     };
-    let scene = open_model(path, args.lod)?;
+    let scene = open_model(path, args.detail)?;
     scene_file::warn(&scene, context);
     if scene.gaussians.is_empty() {
         let what = format!("{}: the model has no Gaussians", path.display());
@@ -119,22 +127,25 @@ fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>,
 /// Memory for a pixel of a view in training, bytes, about.
 const PIXEL: u64 = 64;
 
-/// The views as their file has them, and as they are used.
+/// A photo and its file.
+type PhotoFile = (PathBuf, Photo);
+
+/// The views, and their photos with `--images`.
 fn views(
     args: &Args,
     context: &Context,
     dense: &Gaussians,
-) -> Result<(Vec<Camera>, Vec<Camera>), Failure> {
+) -> Result<(Vec<Camera>, Vec<PhotoFile>), Failure> {
     if args.demo {
-        let views = demo::views(args.views.size)?;
-        return Ok((views.clone(), views));
+        return Ok((demo::views(args.views.size)?, Vec::new()));
     }
     let images = args.views.images.as_deref();
     let file = args.views.cameras.clone().or_else(|| images.and_then(photos::camera_file));
     if file.is_none() && args.views.orbit.is_none() {
         let what = match images {
             Some(folder) => format!(
-                "{}: no cameras.json or transforms.json there or beside it; give --cameras",
+                "{}: no cameras.json, transforms.json or sparse/0 there or beside it; give \
+                 --cameras",
                 folder.display()
             ),
             None => "no views: give --cameras FILE, --orbit N, or --images DIR".into(),
@@ -160,11 +171,12 @@ fn views(
         stereo: None,
     };
     let views: Views = source.cameras(|| SceneBounds::of(dense))?;
-    views.warn(context);
-    let full = views.cameras;
-    let used = match args.views.size.filter(|_| images.is_some()) {
-        Some(size) => full.iter().map(|c| smaller(c, size)).collect::<Result<Vec<_>, _>>()?,
-        None => full.clone(),
+    let (used, photos) = match images {
+        Some(folder) => photographed(args, context, folder, &views)?,
+        None => {
+            views.warn(context);
+            (views.cameras, Vec::new())
+        }
     };
     for Camera { name, width, height, .. } in &used {
         let bytes = u64::from(*width) * u64::from(*height) * PIXEL;
@@ -173,27 +185,64 @@ fn views(
             Failure::new(Exit::Usage, what)
         })?;
     }
-    Ok((full, used))
+    Ok((used, photos))
 }
 
-/// A view of a photo that is averaged down.
-fn smaller(camera: &Camera, (width, height): (u32, u32)) -> Result<Camera, Failure> {
-    let fitting = f64::from(camera.width) * f64::from(height) / f64::from(camera.height);
-    let enlarges = width > camera.width || height > camera.height;
-    if enlarges || (fitting - f64::from(width)).abs() > 1.0 {
-        let what = format!(
-            "--size {width}x{height}: the photo of {} is {}x{}; give a smaller size of its aspect, \
-             for this height {fitting:.0}x{height}",
-            camera.name, camera.width, camera.height
-        );
-        return Err(Failure::new(Exit::Usage, what));
+/// The views as their photos show them.
+fn photographed(
+    args: &Args,
+    context: &Context,
+    folder: &Path,
+    views: &Views,
+) -> Result<(Vec<Camera>, Vec<PhotoFile>), Failure> {
+    views.warn_of_selection(context);
+    let photos = PhotoFolder::open(folder)?;
+    let files = photos.of_views(&views.cameras)?;
+    if args.views.every.is_none() {
+        photos.note_unused(&files, context);
     }
-    Ok(edit::resized(camera, width, height))
+    let shown = photos::measured(&files, &views.cameras, &views.lenses, args.views.size)?;
+    let used: Vec<Camera> = shown.iter().map(|photo| photo.view.clone()).collect();
+    if !context.global.quiet {
+        say_changes(views, &shown);
+    }
+    Ok((used, files.into_iter().zip(shown).collect()))
+}
+
+/// Says what photos and cameras go through before they are compared.
+fn say_changes(views: &Views, shown: &[Photo]) {
+    let bent = views.cameras.iter().filter(|c| views.lenses.contains_key(&c.name)).count();
+    if bent > 0 {
+        out::complain(format!(
+            "note: {bent} of {} photos are freed of the bends of their lenses; views are pinhole, \
+             up to {}x{}",
+            shown.len(),
+            shown.iter().map(|p| p.view.width).max().unwrap_or(0),
+            shown.iter().map(|p| p.view.height).max().unwrap_or(0),
+        ));
+    }
+    let is_other =
+        |(camera, photo): &(&Camera, &Photo)| photo.size != (camera.width, camera.height);
+    let mut others = views.cameras.iter().zip(shown).filter(is_other);
+    if let Some((camera, photo)) = others.next() {
+        out::complain(format!(
+            "note: {} of {} photos have another size than their cameras ({}: {}x{} and {}x{}); the \
+             smaller one is taken",
+            1 + others.count(),
+            shown.len(),
+            camera.name,
+            photo.size.0,
+            photo.size.1,
+            camera.width,
+            camera.height
+        ));
+    }
 }
 
 fn clock(args: &PowerArgs, context: &Context) -> Result<CycleOracle, Failure> {
-    let system = inputs::system(&args.arch, &args.sets, args.energy.as_deref())?;
-    Ok(CycleOracle { system, fps: args.fps, memory: context.global.memory })
+    let machine = args.arch.as_deref().unwrap_or(MACHINE);
+    let system = inputs::system(machine, &args.sets, args.energy.as_deref())?;
+    Ok(CycleOracle { system, fps: args.fps.unwrap_or(FPS), memory: context.global.memory })
 }
 
 /// `is_timed`: a machine gives the frame time even if the paper model gives the power.
@@ -210,5 +259,5 @@ fn oracle(
         let what = "--set, --energy: the paper model has no machine; use --oracle cycle";
         return Err(Failure::new(Exit::Usage, what));
     }
-    Ok(Box::new(PaperOracle::published(args.fps)?))
+    Ok(Box::new(PaperOracle::published(args.fps.unwrap_or(FPS))?))
 }

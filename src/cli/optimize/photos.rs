@@ -1,108 +1,205 @@
-//! Photos as references: found by the names of views, checked, composited, averaged down.
+//! Photo files: found by the names of views, checked, composited.
 
-use std::path::{Path, PathBuf};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
 
-use super::super::{Exit, Failure, OrExit, picture_file};
+use super::super::{Context, Exit, Failure, OrExit, out, picture_file};
 use powergs_base::picture::Picture;
+use powergs_optimize::photos::{Photo, PhotoError};
 use powergs_optimize::references::Reference;
 use powergs_pixels::{Decoded, Limits};
 use powergs_scene::Camera;
+use powergs_scene::camera::Lens;
 
-/// Endings that are tried where the name of a view has none.
-const ENDINGS: [&str; 5] = ["", ".png", ".jpg", ".jpeg", ".webp"];
+/// Endings of photo files, lower-case.
+const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 /// The largest photo that is read.
 const LIMITS: Limits = Limits { side: u32::MAX, bytes: 1 << 30 };
-/// How many missing photos an error names.
+/// How many photos or views an error names.
 const NAMED: usize = 5;
 
 /// The camera file that belongs to a folder of photos.
 pub fn camera_file(folder: &Path) -> Option<PathBuf> {
     let names = ["cameras.json", "transforms.json"];
-    let folders = [Some(folder), folder.parent()];
-    folders
-        .into_iter()
-        .flatten()
-        .flat_map(|f| names.map(|name| f.join(name)))
-        .find(|path| path.is_file())
+    let folders = || [Some(folder), folder.parent()].into_iter().flatten();
+    let files = folders().flat_map(|f| names.map(|name| f.join(name)));
+    let colmap = ["sparse/0/cameras.bin", "sparse/0/cameras.txt"];
+    let is_colmap = |f: &&Path| colmap.iter().any(|name| f.join(name).is_file());
+    let mut models = folders().filter(is_colmap).map(Path::to_path_buf);
+    files.into_iter().find(|path| path.is_file()).or_else(|| models.next())
 }
 
-/// Gives `each` the photo of every view in turn, in the size of `cameras`. `full` are the same
-/// views as the camera file has them: photos must have that size.
+/// The photos of a folder, by name.
+pub struct PhotoFolder {
+    folder: PathBuf,
+    /// Files with the ending of a photo in the folder or its `images`.
+    files: BTreeMap<String, PathBuf>,
+}
+
+impl PhotoFolder {
+    /// Lists a folder.
+    ///
+    /// # Errors
+    /// Exit code 3: it cannot be read.
+    pub fn open(folder: &Path) -> Result<PhotoFolder, Failure> {
+        let mut files = BTreeMap::new();
+        for place in [folder.to_path_buf(), folder.join("images")] {
+            if place != folder && !place.is_dir() {
+                continue;
+            }
+            let entries = fs::read_dir(&place).or_exit(Exit::BadInput, place.display())?;
+            for entry in entries {
+                let path = entry.or_exit(Exit::BadInput, place.display())?.path();
+                let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
+                if let Some(name) = name.filter(|name| ends_as_photo(name)) {
+                    files.entry(name).or_insert(path);
+                }
+            }
+        }
+        Ok(PhotoFolder { folder: folder.to_owned(), files })
+    }
+
+    /// The file of each view, in order.
+    ///
+    /// # Errors
+    /// Exit code 3: views without a photo, or two with one.
+    pub fn of_views(&self, cameras: &[Camera]) -> Result<Vec<PathBuf>, Failure> {
+        let found: Vec<Option<PathBuf>> = cameras.iter().map(|c| self.of_view(&c.name)).collect();
+        let missing = cameras.iter().zip(&found).filter(|(_, file)| file.is_none());
+        let missing: Vec<&str> = missing.map(|(camera, _)| camera.name.as_str()).collect();
+        if !missing.is_empty() {
+            return Err(self.missing(&missing, cameras.len()));
+        }
+        let files: Vec<PathBuf> = found.into_iter().flatten().collect();
+        let mut taken: BTreeMap<&Path, &str> = BTreeMap::new();
+        for (file, camera) in files.iter().zip(cameras) {
+            if let Some(other) = taken.insert(file, &camera.name) {
+                let what = format!(
+                    "{}: two cameras have this photo, {other} and {}; take one of them out of the \
+                     camera file, or give each view a photo of its name",
+                    file.display(),
+                    camera.name
+                );
+                return Err(Failure::new(Exit::BadInput, what));
+            }
+        }
+        Ok(files)
+    }
+
+    fn missing(&self, missing: &[&str], all: usize) -> Failure {
+        let have: Vec<&str> = self.files.keys().map(String::as_str).collect();
+        let there = match have.as_slice() {
+            [] => "there is none".to_owned(),
+            have => format!("there are {}: {}", have.len(), listed(have)),
+        };
+        let what = format!(
+            "{}: {} of {all} photos are missing: {}; {there}; views and photos go by their names",
+            self.folder.display(),
+            missing.len(),
+            listed(missing),
+        );
+        Failure::new(Exit::BadInput, what)
+    }
+
+    /// The photo of a view: the file that it names, else one of its name in another format.
+    fn of_view(&self, name: &str) -> Option<PathBuf> {
+        let path = Path::new(name);
+        // COLMAP names photos of several cameras by folders.
+        let is_inside = path.components().all(|part| matches!(part, Component::Normal(_)));
+        let places = [self.folder.join(name), self.folder.join("images").join(name)];
+        let exact = || places.into_iter().find(|path| path.is_file());
+        if let Some(path) = is_inside.then(exact).flatten() {
+            return Some(path);
+        }
+        let name = path.file_name()?.to_string_lossy();
+        let stem = stem(&name);
+        let listed = self.files.get(&*name);
+        listed
+            .or_else(|| self.files.iter().find(|(n, _)| self::stem(n) == stem).map(|f| f.1))
+            .cloned()
+    }
+
+    /// Says which photos have no camera.
+    pub fn note_unused(&self, used: &[PathBuf], context: &Context) {
+        let is_unused = |(_, path): &(&String, &PathBuf)| !used.contains(path);
+        let unused = self.files.iter().filter(is_unused);
+        let unused: Vec<&str> = unused.map(|(name, _)| name.as_str()).collect();
+        if !unused.is_empty() && !context.global.quiet {
+            let (n, all) = (unused.len(), self.files.len());
+            let what = format!("warning: {n} of {all} photos have no camera and are not used");
+            out::complain(format!("{what}: {}", listed(&unused)));
+        }
+    }
+}
+
+fn ends_as_photo(name: &str) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, end)| ENDINGS.contains(&&*end.to_lowercase()))
+}
+
+/// A name without the ending of a photo.
+fn stem(name: &str) -> &str {
+    if ends_as_photo(name) { name.rsplit_once('.').map_or(name, |(stem, _)| stem) } else { name }
+}
+
+fn listed(names: &[&str]) -> String {
+    let more = if names.len() > NAMED { ", …" } else { "" };
+    format!("{}{more}", names[..names.len().min(NAMED)].join(", "))
+}
+
+/// The photos of views: `files` were taken with `cameras`, through `lenses` by the names of the
+/// views; `wanted` is the size of the views, where it is asked for.
 ///
 /// # Errors
-/// Exit code 3: photos that are missing, unreadable, or of another size than the camera says.
-pub fn load(
-    folder: &Path,
-    full: &[Camera],
+/// Exit code 2: a size that the photos do not have; 3: a file that is no photo, or not that of its
+/// camera.
+pub fn measured(
+    files: &[PathBuf],
     cameras: &[Camera],
-    background: [f32; 3],
-    mut each: impl FnMut(Reference) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let files: Vec<Option<PathBuf>> = full.iter().map(|c| file_of(folder, &c.name)).collect();
-    let missing: Vec<&str> = full
-        .iter()
-        .zip(&files)
-        .filter(|(_, f)| f.is_none())
-        .map(|(c, _)| c.name.as_str())
-        .collect();
-    if !missing.is_empty() {
-        let names = missing[..missing.len().min(NAMED)].join(", ");
-        let more = if missing.len() > NAMED { ", …" } else { "" };
-        let what = format!(
-            "{}: {} of {} photos are missing: {names}{more}; views and photos go by their names",
-            folder.display(),
-            missing.len(),
-            full.len()
-        );
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    for ((file, camera), wanted) in files.iter().flatten().zip(full).zip(cameras) {
-        each(Reference::new(&photo(file, camera, wanted, background)?))?;
-    }
-    Ok(())
+    lenses: &BTreeMap<String, Lens>,
+    wanted: Option<(u32, u32)>,
+) -> Result<Vec<Photo>, Failure> {
+    let of = |(file, camera): (&PathBuf, &Camera)| {
+        // The size is looked at first: cameras are of a believable size, pictures need not be.
+        let bytes = bytes(file)?;
+        let size = powergs_pixels::size(&bytes).or_exit(Exit::BadInput, file.display())?;
+        let photo = Photo::new(size, camera, lenses.get(&camera.name), wanted);
+        photo.map_err(|error| {
+            let place = file.display();
+            match error {
+                PhotoError::Size { wanted: (width, height), .. } => {
+                    Failure::new(Exit::Usage, format!("--size {width}x{height}: {place}: {error}"))
+                }
+                PhotoError::Aspect { .. } | PhotoError::Lens => {
+                    Failure::new(Exit::BadInput, format!("{place}: {error}"))
+                }
+            }
+        })
+    };
+    files.iter().zip(cameras).map(of).collect()
 }
 
-fn file_of(folder: &Path, name: &str) -> Option<PathBuf> {
-    let name = Path::new(name).file_name()?.to_string_lossy().into_owned();
-    let folders = [folder.to_path_buf(), folder.join("images")];
-    folders
-        .iter()
-        .flat_map(|folder| ENDINGS.iter().map(move |end| (folder, end)))
-        .map(|(folder, end)| folder.join(format!("{name}{end}")))
-        .find(|path| path.is_file())
-}
-
-fn photo(
-    file: &Path,
-    camera: &Camera,
-    wanted: &Camera,
-    background: [f32; 3],
-) -> Result<Picture, Failure> {
+fn bytes(file: &Path) -> Result<Vec<u8>, Failure> {
     let bytes = picture_file::bytes(file).or_exit(Exit::BadInput, file.display())?;
     if is_cut_jpeg(&bytes) {
         let what = format!("{}: the JPEG ends too early; copy it anew", file.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    // The size is looked at first: cameras are of a believable size, pictures need not be.
-    let size = powergs_pixels::size(&bytes).or_exit(Exit::BadInput, file.display())?;
-    if size != (camera.width, camera.height) {
-        let what = format!(
-            "{}: is {}x{}, the camera says {}x{}; give the photos that the poses were made for",
-            file.display(),
-            size.0,
-            size.1,
-            camera.width,
-            camera.height
-        );
+    Ok(bytes)
+}
+
+/// The reference image that a photo is.
+///
+/// # Errors
+/// Exit code 3: a file that cannot be read.
+pub fn reference(file: &Path, photo: &Photo, background: [f32; 3]) -> Result<Reference, Failure> {
+    let image = powergs_pixels::decode(&bytes(file)?, LIMITS);
+    let image = image.or_exit(Exit::BadInput, file.display())?;
+    if (image.width, image.height) != photo.size {
+        let what = format!("{}: was changed while it was read; start again", file.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    let image = powergs_pixels::decode(&bytes, LIMITS).or_exit(Exit::BadInput, file.display())?;
-    let picture = composited(&image, background);
-    Ok(if size == (wanted.width, wanted.height) {
-        picture
-    } else {
-        averaged(&picture, wanted.width, wanted.height)
-    })
+    Ok(photo.reference(&composited(&image, background)))
 }
 
 /// Whether a JPEG is cut off: the decoder would accept it and make the rest grey. Some cameras
@@ -124,48 +221,4 @@ fn composited(image: &Decoded, background: [f32; 3]) -> Picture {
     };
     let pixels = image.rgba().map(over).collect();
     Picture { width, height, pixels }
-}
-
-/// A smaller picture: every pixel is the mean over the area that it covers.
-pub fn averaged(picture: &Picture, width: u32, height: u32) -> Picture {
-    let columns = weights(picture.width, width);
-    let rows = weights(picture.height, height);
-    let stride = picture.width as usize;
-    let mut narrow = Vec::with_capacity(width as usize * picture.height as usize);
-    for line in picture.pixels.chunks_exact(stride.max(1)) {
-        narrow.extend(columns.iter().map(|(first, w)| mean(w, |i| line[first + i])));
-    }
-    let mut pixels = Vec::with_capacity(width as usize * height as usize);
-    for (first, w) in &rows {
-        for x in 0..width as usize {
-            pixels.push(mean(w, |i| narrow[(first + i) * width as usize + x]));
-        }
-    }
-    Picture { width, height, pixels }
-}
-
-fn mean(weights: &[f32], at: impl Fn(usize) -> [f32; 3]) -> [f32; 3] {
-    let mut sum = [0.0; 3];
-    for (i, weight) in weights.iter().enumerate() {
-        for (s, v) in sum.iter_mut().zip(at(i)) {
-            *s += weight * v;
-        }
-    }
-    sum
-}
-
-/// For each new pixel along a side: the first old one that it covers, and the share of each.
-fn weights(old: u32, new: u32) -> Vec<(usize, Vec<f32>)> {
-    let step = f64::from(old) / f64::from(new);
-    (0..new)
-        .map(|i| {
-            let (from, to) = (f64::from(i) * step, f64::from(i + 1) * step);
-            let first = from.floor() as u32;
-            let last = (to.ceil() as u32).min(old).max(first + 1);
-            let covered = |k: u32| (to.min(f64::from(k + 1)) - from.max(f64::from(k))).max(0.0);
-            let shares: Vec<f64> = (first..last).map(covered).collect();
-            let total: f64 = shares.iter().sum();
-            (first as usize, shares.iter().map(|s| (s / total) as f32).collect())
-        })
-        .collect()
 }

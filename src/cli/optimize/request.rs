@@ -1,7 +1,7 @@
 //! From flags to what is asked of the library, and from its refusals back to flags.
 
 use super::super::{Exit, Failure};
-use super::{Args, GateArg, LevelArg, RuleArg, ScheduleArg, StudyArg};
+use super::{Args, GateArg, Quality, RuleArg, ScheduleArg, StudyArg, VariantArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::lambda::Rule;
@@ -55,9 +55,11 @@ pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
     let goals = Goals {
         goal: q
             .quality
-            .map(Goal::Share)
-            .or(q.quality_db.map(absolute))
-            .or(q.level.map(|l| Goal::Level(level(l)))),
+            .map(|quality| match quality {
+                Quality::Named(variant) => Goal::Level(level(variant)),
+                Quality::Share(share) => Goal::Share(share),
+            })
+            .or(q.quality_db.map(absolute)),
         variants: args.fovea.variants.iter().map(|l| level(*l)).collect(),
         schedule,
         baselines: if args.compare.baselines { Baseline::ALL.to_vec() } else { Vec::new() },
@@ -71,11 +73,11 @@ pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
     Ok(goals)
 }
 
-fn level(arg: LevelArg) -> Level {
+fn level(arg: VariantArg) -> Level {
     match arg {
-        LevelArg::H => Level::High,
-        LevelArg::M => Level::Medium,
-        LevelArg::L => Level::Low,
+        VariantArg::H => Level::High,
+        VariantArg::M => Level::Medium,
+        VariantArg::L => Level::Low,
     }
 }
 
@@ -88,7 +90,7 @@ fn refused(invalid: Invalid) -> Failure {
         Invalid::Rhos { .. } | Invalid::Share(_) => format!("--{invalid}"),
         Invalid::ShareOfPerfect => {
             "--quality: against its own renders the dense model is perfect, so a share of its PSNR \
-             says nothing; give --quality-db, or --level H, M or L"
+             says nothing; give --quality-db, or --quality H, M or L"
                 .into()
         }
         Invalid::Likeness => "--quality-db must be 1 to 120 dB, --quality-ssim 0 to 1".into(),

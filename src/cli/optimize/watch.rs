@@ -8,9 +8,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::super::progress::Progress;
 use super::super::{Context, Exit, Failure, OrExit, out};
 use powergs_core::run::Watch;
+use powergs_optimize::job::Place;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
-use powergs_optimize::tune::Iteration;
+use powergs_optimize::tune::{Check, Iteration};
 use powergs_optimize::watch::CampaignWatch;
 use powergs_report::format::{engineering, shortened};
 use powergs_scene::Camera;
@@ -33,6 +34,8 @@ pub struct Watched<'a> {
     /// PSNR of a dense model that has less.
     unlike: Mutex<Option<f64>>,
     bar: Mutex<Option<Progress>>,
+    /// Power of the dense model and the least that passed, watts.
+    watts: Mutex<Option<(f64, Option<f64>)>>,
     history: Mutex<Option<History>>,
 }
 
@@ -49,8 +52,8 @@ struct History {
 impl<'a> Watched<'a> {
     /// Without a history, which the folder may not be there for.
     pub fn new(context: &'a Context, least_db: f64) -> Watched<'a> {
-        let (unlike, bar) = (Mutex::new(None), Mutex::new(None));
-        Watched { context, least_db, unlike, bar, history: Mutex::new(None) }
+        let (unlike, bar, watts) = Default::default();
+        Watched { context, least_db, unlike, bar, watts, history: Mutex::new(None) }
     }
 
     /// Begins `history.csv` in a run folder.
@@ -99,6 +102,24 @@ impl<'a> Watched<'a> {
         }
     }
 
+    /// Puts the last check and the best model so far behind the bar.
+    fn show(&self, job: &str, check: &Check) {
+        let quality = match check.seen.quality.hvsq {
+            Some(hvsq) => format!("HVSQ {hvsq:.3e}"),
+            None => format!("{:.2} dB", check.seen.quality.psnr_db),
+        };
+        let best = match *held(&self.watts) {
+            Some((dense, Some(best))) => {
+                format!("; best {} of {}", engineering(best, "W"), engineering(dense, "W"))
+            }
+            Some((_, None)) | None => String::new(),
+        };
+        if let Some(bar) = &*held(&self.bar) {
+            let display = engineering(check.seen.display_w, "W");
+            bar.say(format!("; {job}: {quality}, display {display}{best}"));
+        }
+    }
+
     fn say(&self, text: impl std::fmt::Display) {
         if !self.context.global.quiet {
             out::complain(text);
@@ -137,6 +158,9 @@ impl CampaignWatch for Watched<'_> {
     }
 
     fn iteration(&self, job: &str, iteration: &Iteration) {
+        if let Some(check) = &iteration.check {
+            self.show(job, check);
+        }
         let mut history = held(&self.history);
         if let Some(history) = history.as_mut().filter(|h| h.failure.is_none()) {
             let line = line(job, &history.views[iteration.view], iteration);
@@ -159,6 +183,13 @@ impl CampaignWatch for Watched<'_> {
         }
         let q = &outcome.gate.quality;
         let w = &outcome.watts;
+        if outcome.place == Place::default() {
+            let mut watts = held(&self.watts);
+            let (dense, best) = watts.unwrap_or((w.total_w(), None));
+            let ours = matches!(outcome.role, Role::Sample | Role::Optimum) && outcome.passed;
+            let least = best.into_iter().chain(ours.then(|| w.total_w())).reduce(f64::min);
+            *watts = Some((dense, least));
+        }
         let quality = match q.hvsq.filter(|_| outcome.place.level > 0) {
             Some(hvsq) => format!("HVSQ {hvsq:>10.3e}"),
             // Of its own renders a model differs by rounding only.

@@ -6,7 +6,7 @@ use super::meter::Meter;
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::format::counted;
 use powergs_report::document::Document;
-use powergs_report::format::{engineering, significant};
+use powergs_report::format::{engineering, significant, time};
 use powergs_report::sweep as report;
 use powergs_study::sweep::run::estimate::Estimate;
 use powergs_study::sweep::run::{Cause, OpenedSweep};
@@ -116,13 +116,4 @@ fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
 /// A key that follows an axis by default.
 pub fn carried(key: &str, expression: &str) -> String {
     format!("{key} = {expression}; an axis, `set` or `[derived]` of yours comes first")
-}
-
-/// A time for people.
-fn time(seconds: f64) -> String {
-    match seconds {
-        s if s < 90.0 => format!("{} s", significant(s)),
-        s if s < 5400.0 => format!("{} min", significant(s / 60.0)),
-        s => format!("{} h", significant(s / 3600.0)),
-    }
 }

@@ -293,7 +293,7 @@ fn photos_are_checked_and_used() {
     fails(folder.path(), &sized("96x72"), Exit::Usage, "smaller size");
     let first = photos.join(format!("{}.png", tiny.cameras[0].name));
     fs::write(&first, RgbImage::from_fn(20, 20, |_, _| [0; 3]).png().unwrap()).unwrap();
-    fails(folder.path(), &short, Exit::BadInput, "is 20x20, the camera says 48x36");
+    fails(folder.path(), &short, Exit::BadInput, "is 20x20, its camera is 48x36: another aspect");
     fs::write(&first, b"\x89PNG\r\n\x1a\nbroken").unwrap();
     fails(folder.path(), &short, Exit::BadInput, &tiny.cameras[0].name);
     fs::remove_file(&first).unwrap();

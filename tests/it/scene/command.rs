@@ -79,7 +79,7 @@ fn failures_name_the_file_and_leave_nothing_behind() {
         assert!(text.contains(message), "{text}");
     }
     std::fs::write(&path, &whole).unwrap();
-    program().args(["scene", "info", "--lod", "1"]).arg(&path).assert().code(2);
+    program().args(["scene", "info", "--detail", "1"]).arg(&path).assert().code(2);
 }
 
 #[cfg(unix)]

@@ -25,6 +25,8 @@ pub struct Finished {
     pub conclusion: Conclusion,
     /// The model with the fewest watts that reached the target; `None` if none did.
     pub model: Option<Gaussians>,
+    /// The models of further qualities that were reached, under their names.
+    pub others: Vec<(String, Gaussians)>,
     /// The first test view, before and after.
     pub pictures: Option<BeforeAfter>,
     /// Savings over display-to-render ratios; empty if they were not asked for.
@@ -57,7 +59,7 @@ pub struct FoveatedModels {
 
 impl Run<'_> {
     /// Composes and measures what was made. `stopped`: why the run ended before its jobs were done.
-    pub(super) fn finished(self, stopped: Option<&'static str>) -> Result<Finished, CampaignError> {
+    pub(super) fn finished(self, stopped: Option<&str>) -> Result<Finished, CampaignError> {
         let campaign = self.campaign;
         let setup = campaign.setup();
         let outcomes = &self.progress.outcomes;
@@ -66,6 +68,7 @@ impl Run<'_> {
             Some(best) => Some(self.checkpoints.load_model(best)?.scene),
             None => None,
         };
+        let others = self.others()?;
         let best = model.as_ref().zip(conclusion.best.as_deref());
         let pictures = best.map(|(scene, best)| BeforeAfter::of(&setup, scene, best));
         let foveated = if model.is_some() { self.foveated(&setup)? } else { None };
@@ -79,7 +82,30 @@ impl Run<'_> {
         let first = at(outcomes, Place::default());
         let ratios = if campaign.ratio_study { ratios(&first) } else { Vec::new() };
         let (outcomes, history) = (self.progress.outcomes, self.progress.history);
-        Ok(Finished { outcomes, history, conclusion, model, pictures, ratios, foveated, results })
+        Ok(Finished {
+            outcomes,
+            history,
+            conclusion,
+            model,
+            others,
+            pictures,
+            ratios,
+            foveated,
+            results,
+        })
+    }
+
+    /// The models of the qualities after the first.
+    fn others(&self) -> Result<Vec<(String, Gaussians)>, CampaignError> {
+        let plan = &self.campaign.plan;
+        let mut others = Vec::new();
+        for (variant, quality) in (0..).zip(&plan.variants).skip(1) {
+            let place = Place { variant, level: 0 };
+            if let Some(best) = plan.conclusion(&self.progress.outcomes, place).best {
+                others.push((quality.name.clone(), self.checkpoints.load_model(&best)?.scene));
+            }
+        }
+        Ok(others)
     }
 
     fn foveated(&self, setup: &Setup<'_>) -> Result<Option<FoveatedModels>, CampaignError> {

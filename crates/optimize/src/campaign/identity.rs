@@ -45,6 +45,21 @@ impl Campaign {
     /// A hash of everything that numbers depend on: runs that agree in it have the same jobs,
     /// outcomes and models, and one goes on where the other stopped.
     pub fn fingerprint(&self) -> u128 {
+        let mut hash = Hash(Xxh3::new());
+        hash.add(&self.inputs());
+        hash.add(&(&self.plan, self.oracle.id()));
+        let display = &self.display;
+        hash.add(&(&display.name, content_id(display).expect("numbers and text")));
+        if let Some(Foveation { clock, filter, .. }) = &self.foveation {
+            hash.add(&crate::oracle::PowerOracle::id(clock));
+            hash.add(&(filter.flops, filter.flop_pj, filter.flops_per_cycle));
+        }
+        hash.0.digest128()
+    }
+
+    /// A hash of everything that the models of a run and their quality depend on, but for what
+    /// power is and what they are compared with: where it agrees, models can be priced anew.
+    pub fn inputs(&self) -> u128 {
         let Campaign {
             name,
             dense,
@@ -54,24 +69,23 @@ impl Campaign {
             background,
             split,
             power_views,
-            oracle,
-            display,
+            oracle: _,
+            display: _,
             settings,
             plan,
             ratio_study: _,
             foveation,
             lpips,
+            keep_all: _,
         } = self;
         let mut hash = Hash(Xxh3::new());
         hash.add(&(TOOL_VERSION, MODEL_VERSION, name));
         // When checkpoints are written changes no number.
         hash.add(&Settings { checkpoint_every: 0, ..settings.clone() });
-        hash.add(&(plan, background, split, oracle.id(), references.is_own()));
-        hash.add(&(&display.name, content_id(display).expect("numbers and text")));
-        if let Some(Foveation { screen, clock, filter }) = foveation {
-            let id = crate::oracle::PowerOracle::id(clock);
-            hash.add(&(screen.fov_deg, screen.pooling_rate, id));
-            hash.add(&(filter.flops, filter.flop_pj, filter.flops_per_cycle));
+        hash.add(&(&plan.variants, plan.holds_out, plan.levels));
+        hash.add(&(background, split, references.is_own()));
+        if let Some(Foveation { screen, .. }) = foveation {
+            hash.add(&(screen.fov_deg, screen.pooling_rate));
         }
         hash.add(&lpips.as_ref().map(|(_, file)| file));
         hash.add_cameras(cameras);

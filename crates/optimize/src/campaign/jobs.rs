@@ -13,21 +13,18 @@ use crate::watch::CampaignWatch;
 const OUT_OF_REACH_DB: f64 = 1.0;
 /// The same in SSIM.
 const OUT_OF_REACH_SSIM: f64 = 0.02;
-/// What is said then.
-pub(super) const OUT_OF_REACH: &str =
-    "the target is out of reach: the dense model itself is far below it; lower the target";
 /// No job trains before the dense model is measured; this target is reached by nothing.
 const UNREACHED: Target = Target::Likeness(Quality::likeness(f64::INFINITY, f64::INFINITY));
 
 /// How the jobs ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Stop {
     /// All are done.
     Done,
     /// Cancelled; a checkpoint is written.
     Cancelled,
-    /// The dense model itself is far below the target.
-    OutOfReach,
+    /// The dense model itself is far below the target: by how much.
+    OutOfReach(String),
 }
 
 impl Run<'_> {
@@ -41,8 +38,8 @@ impl Run<'_> {
         while let Some(job) =
             campaign.plan.next(&campaign.settings, points, &self.progress.outcomes)
         {
-            if self.is_out_of_reach() {
-                return Ok(Stop::OutOfReach);
+            if let Some(why) = self.out_of_reach() {
+                return Ok(Stop::OutOfReach(why));
             }
             if watch.is_cancelled() {
                 let current = self.progress.current.as_ref();
@@ -59,14 +56,30 @@ impl Run<'_> {
             let what = || format!("job {}", job.name);
             let outcome = outcome.map_err(|error| CampaignError::Sim { what: what(), error })?;
             campaign.references.images().check()?;
-            if job.is_kept() {
+            if job.is_kept() || campaign.keep_all {
                 self.checkpoints.save_model(&job.name, &model)?;
             }
             watch.outcome(&outcome);
+            if outcome.role == Role::Dense && !outcome.passed {
+                watch.note("the dense model itself misses the target; training may reach it");
+            }
             self.progress.outcomes.push(outcome);
             self.save(None)?;
+            self.forget(2)?;
         }
+        self.forget(1)?;
         Ok(Stop::Done)
+    }
+
+    /// Moments are for the job that follows: those of the job so many before the end are not
+    /// needed any more.
+    fn forget(&self, back: usize) -> Result<(), CampaignError> {
+        let outcomes = &self.progress.outcomes;
+        let done = outcomes.len().checked_sub(back).map(|i| &outcomes[i]);
+        if let Some(outcome) = done.filter(|_| !self.campaign.keep_all) {
+            self.checkpoints.forget_moments(&outcome.name)?;
+        }
+        Ok(())
     }
 
     fn save(&self, current: Option<(&str, &State)>) -> Result<(), CampaignError> {
@@ -85,13 +98,22 @@ impl Run<'_> {
         }
     }
 
-    /// Whether the target is far above what the dense model itself reaches.
-    fn is_out_of_reach(&self) -> bool {
+    /// Why there is no use in going on: the target is far above what the dense model reaches.
+    fn out_of_reach(&self) -> Option<String> {
         let outcomes = &self.progress.outcomes;
-        let Some(target) = self.campaign.plan.target(outcomes, 0) else { return false };
-        let Some(dense) = outcomes.first() else { return false };
+        let target = self.campaign.plan.target(outcomes, 0)?;
+        let dense = outcomes.first()?;
         let short = target.shortfall(dense.gate.quality);
-        short.psnr_db > OUT_OF_REACH_DB || short.ssim > OUT_OF_REACH_SSIM
+        let is_far = short.psnr_db > OUT_OF_REACH_DB || short.ssim > OUT_OF_REACH_SSIM;
+        is_far.then(|| {
+            let Quality { psnr_db, ssim, .. } = dense.gate.quality;
+            format!(
+                "the target is out of reach: over the gate views the dense model itself has \
+                 {psnr_db:.2} dB and an SSIM of {ssim:.4}, {:.2} dB and {:.4} too little; lower \
+                 the target",
+                short.psnr_db, short.ssim
+            )
+        })
     }
 
     fn untuned(&self, job: &Job) -> Model {
@@ -156,9 +178,12 @@ impl Run<'_> {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));
         };
         let model = self.checkpoints.load_model(from)?;
-        let mut outcomes = self.progress.outcomes.iter();
-        let is_own = outcomes.any(|o| o.name == *from && o.place.level == job.place.level);
-        // Moments of another loss would hold the first hundreds of steps back.
-        Ok(State::begin(if is_own { model } else { Model::fresh(&model.scene) }))
+        // Moments of another loss would hold the first hundreds of steps back, and those of models
+        // before the last are gone. The held-out model begins all qualities alike.
+        let is_next =
+            self.progress.outcomes.last().is_some_and(|o| {
+                o.name == *from && o.place == job.place && o.role != Role::HeldOut
+            });
+        Ok(State::begin(if is_next { model } else { Model::fresh(&model.scene) }))
     }
 }

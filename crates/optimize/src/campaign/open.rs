@@ -85,6 +85,7 @@ impl Campaign {
             ratio_study: goals.ratio_study,
             foveation: request.foveation,
             lpips: request.lpips,
+            keep_all: request.keep_all,
         };
         if let Some(ratio) = request.display_ratio {
             campaign.display = campaign.scaled(ratio)?;

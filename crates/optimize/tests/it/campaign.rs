@@ -24,7 +24,7 @@ use powergs_optimize::watch::CampaignWatch;
 use super::scenes::tiny;
 
 /// A short campaign.
-fn request() -> Request {
+pub fn request() -> Request {
     let tiny = tiny(200, 3, (48, 36));
     let settings = Settings {
         iterations: 5,
@@ -61,7 +61,7 @@ fn foveated() -> Request {
     Request { goals, foveation: Some(foveation), ..request }
 }
 
-fn open(request: Request) -> Campaign {
+pub fn open(request: Request) -> Campaign {
     Campaign::open(request, &()).unwrap()
 }
 

@@ -124,7 +124,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;
-    fails(&newer, PRINT, "checkpoint version 9, this program reads 5");
+    fails(&newer, PRINT, "checkpoint version 9, this program reads 6");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

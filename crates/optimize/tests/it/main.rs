@@ -3,10 +3,12 @@
 mod adam;
 mod campaign;
 mod checkpoint;
+mod disk;
 mod fit;
 mod lambda;
 mod levels;
 mod oracle;
+mod photos;
 mod prune;
 mod role;
 mod scenes;

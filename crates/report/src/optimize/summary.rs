@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{ITSELF, Story};
+use super::{ITSELF, Story, balance};
 use crate::claims::table;
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit, wrapped};
@@ -44,6 +44,11 @@ impl Story<'_> {
             predicted_w: self.conclusion.predicted().map(|p| p.total_w()),
             realised_w: self.of_role(Role::Optimum).map(|o| o.watts.total_w()),
         })
+    }
+
+    /// The table that stands under the headline: what it takes, before and after.
+    pub fn balance(&self) -> Option<Table> {
+        balance::table(self)
     }
 
     /// What a user should read first: a few lines of at most 80 columns.
@@ -125,7 +130,7 @@ impl Story<'_> {
             if standby > STANDING * best.watts.total_w() {
                 let share = 100.0 * standby / dense.watts.total_w();
                 notes.push(format!(
-                    "{} of the result, {share:.0} % of what the dense model takes, is standing \
+                    "{} of the result, {share:.0} % of what the dense model takes, is standby \
                      power of the accelerator (leakage, DRAM background and refresh), which \
                      pruning cannot save",
                     engineering(standby, "W")
@@ -144,7 +149,7 @@ impl Story<'_> {
     }
 }
 
-/// Standing power above this share of the total is told.
+/// Standby power above this share of the total is told.
 const STANDING: f64 = 0.25;
 
 /// `35.00 dB and SSIM 0.9500`; no SSIM where none was asked for.
@@ -154,7 +159,7 @@ pub(super) fn quality(target: Quality) -> String {
 }
 
 /// `0.28 dB`: what is missing, without what is not.
-fn short_of(by: Quality) -> String {
+pub(super) fn short_of(by: Quality) -> String {
     let db = (by.psnr_db > 0.0).then(|| format!("{:.2} dB", by.psnr_db));
     let ssim = (by.ssim > 0.0).then(|| format!("SSIM {:.4}", by.ssim));
     db.into_iter().chain(ssim).collect::<Vec<_>>().join(", ")
@@ -165,6 +170,7 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     let mut page = Document::new();
     page.title(format!("{}: the fewest watts at a given quality", story.name));
     page.add(Block::Verbatim(story.headline()));
+    balance::section(&mut page, story);
     let (oracle, display, fps) = (&story.oracle, &story.display, story.fps);
     page.paragraph(format!("Power: {oracle} at {fps} FPS, display {display}."));
     if let Some(target) = story.target {

@@ -14,6 +14,11 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "Weight of the display power in the loss of a fine-tune; a controller raises it until the \
          quality is just above the target.",
     ),
+    term(
+        &["saved, %"],
+        "%",
+        "Share of the power of the dense model, display and rendering, that a model does not need.",
+    ),
     term(&["dense"], "", "The model as it was given."),
     term(
         &["held-out"],

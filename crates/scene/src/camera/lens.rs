@@ -19,8 +19,8 @@ const HALVINGS: u32 = 24;
 /// How a lens bends rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lens {
-    /// A rational function of the squared radius: k1 to k3 over k4 to k6, and p1, p2 for a lens that
-    /// is not parallel to the sensor. SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV.
+    /// A rational function of the squared radius: k1 to k3 over k4 to k6, and p1, p2 for a lens
+    /// that is not parallel to the sensor. SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV.
     Rational {
         /// k1 to k6.
         radial: [f64; 6],

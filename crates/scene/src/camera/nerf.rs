@@ -1,9 +1,9 @@
 //! NeRF `transforms.json`: camera-to-world matrices in OpenGL axes (x right, y up, z backwards).
 //!
 //! Intrinsics stand at the top of the file or in a frame (the frame wins): `fl_x`, `fl_y` in
-//! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Coefficients of a
-//! lens are OpenCV's; `is_fisheye` or a `camera_model` with FISHEYE in its name makes k1 to k4 those
-//! of a fisheye. Views are pinhole, and a warning says so where the lens bends anything.
+//! pixels, or `camera_angle_x`, `camera_angle_y` in radians; `w`, `h`; `cx`, `cy`. Coefficients of
+//! a lens are OpenCV's; `is_fisheye` or a `camera_model` with FISHEYE in its name makes k1 to k4
+//! those of a fisheye. Views are pinhole, and a warning says so where the lens bends anything.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -24,10 +24,10 @@ pub struct OpenedModel {
     pub path: PathBuf,
 }
 
-/// Reads the model at `path`, any format; `lod` is the level of a streamed scene.
+/// Reads the model at `path`, any format; `lod` is the detail of a streamed scene.
 ///
 /// # Errors
-/// [`FileError`]: it cannot be read, is no model or is damaged, or has no such level.
+/// [`FileError`]: it cannot be read, is no model or is damaged, or has no such detail.
 pub fn open_model(path: &Path, lod: Option<u32>) -> Result<OpenedModel, FileError> {
     let path = if path.is_dir() { index_of(path)? } else { path.to_path_buf() };
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty());

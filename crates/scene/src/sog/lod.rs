@@ -40,7 +40,7 @@ pub(super) fn read(
         .map_err(|e| SceneError::malformed("lod-meta.json", e.to_string(), DAMAGED))?;
     if lod >= index.levels {
         let last = index.levels.saturating_sub(1);
-        return Err(SceneError::NoSuchLevel { lod, last });
+        return Err(SceneError::NoSuchDetail { lod, last });
     }
     let mut files = BTreeSet::new();
     collect(&index.tree, &lod.to_string(), &mut files)?;

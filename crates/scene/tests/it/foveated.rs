@@ -31,10 +31,14 @@ fn composed_written_read_and_taken_apart() {
         assert_eq!(file(&again), file(&model));
         for (k, part) in parts.iter().enumerate() {
             assert_eq!(model.level(k), *part, "level {k}");
-            let lod = read(&OneFile(&file(&model)), "m.fov", Some(k as u32)).expect("a scene");
-            assert_eq!(lod.gaussians, *part);
-            assert_eq!(lod.format.name(), "foveated model");
         }
+        // A reader of scenes takes level 1, and knows no other detail of it.
+        let bytes = file(&model);
+        let first = read(&OneFile(&bytes), "m.fov", None).expect("a scene");
+        assert_eq!(first.gaussians, parts[0]);
+        assert_eq!(first.format.name(), "foveated model");
+        let other = read(&OneFile(&bytes), "m.fov", Some(1)).expect_err("a single detail");
+        assert!(other.to_string().contains("leave it out"), "{other}");
         assert_eq!(model.counts(), [0, 1, 2, 3].map(|k: usize| parts[k].len()));
     }
 }

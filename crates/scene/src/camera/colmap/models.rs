@@ -26,7 +26,7 @@ const MODELS: [Model; 11] = [
     Model { id: 7, name: "FOV", parameters: 5, one_focal: false, lens: field_of_view },
     Model { id: 8, name: "SIMPLE_RADIAL_FISHEYE", parameters: 4, one_focal: true, lens: fisheye },
     Model { id: 9, name: "RADIAL_FISHEYE", parameters: 5, one_focal: true, lens: fisheye },
-    Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, lens: thin_prism },
+    Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, lens: prism },
 ];
 
 /// Most parameters of any model.
@@ -76,7 +76,7 @@ fn field_of_view(rest: &[f64]) -> Lens {
 }
 
 /// k1, k2, p1, p2, k3, k4, sx1, sy1.
-fn thin_prism(rest: &[f64]) -> Lens {
+fn prism(rest: &[f64]) -> Lens {
     Lens::ThinPrism {
         radial: [0, 1, 4, 5].map(|i| at(rest, i)),
         tangential: [at(rest, 2), at(rest, 3)],

@@ -228,5 +228,5 @@ fn streamed_sog_has_levels() {
     assert_eq!(level(Some(0)).unwrap().gaussians, fine.gaussians);
     assert_eq!(level(Some(1)).unwrap().gaussians.len(), 20);
     let error = level(Some(2)).unwrap_err().to_string();
-    assert!(error.contains("choose one of 0 to 1"), "{error}");
+    assert!(error.contains("choose one of 0 (the finest) to 1"), "{error}");
 }

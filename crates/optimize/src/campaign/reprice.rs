@@ -1,0 +1,191 @@
+//! The models of a finished run on another machine, panel or display rate. Samples have one
+//! quality, whatever power is, so nothing is trained: they are measured anew, and the search goes
+//! on from there.
+
+use serde::{Deserialize, Serialize};
+
+use powergs_base::TOOL_VERSION;
+use powergs_core::run::{RunError, Store};
+use powergs_core::sim::MODEL_VERSION;
+use powergs_scene::Gaussians;
+
+use super::{Campaign, CampaignError, Run};
+use crate::checkpoint::{Checkpoints, Progress};
+use crate::outcome::Outcome;
+use crate::role::Role;
+use crate::setup::Setup;
+use crate::watch::CampaignWatch;
+
+/// What a run says of itself, for those who use its models.
+const MARK: &str = "checkpoints/run.json";
+/// The file.
+const FORMAT: &str = "powergs-sim-run";
+/// Models that are named in a note.
+const NAMED: usize = 5;
+
+/// What a run says of itself.
+#[derive(Debug, Serialize, Deserialize)]
+struct Mark {
+    format: String,
+    tool_version: String,
+    model_version: u32,
+    /// A hash of everything that the models depend on, but for what power is.
+    inputs: String,
+    /// A hash of everything that the numbers depend on.
+    fingerprint: String,
+}
+
+impl Campaign {
+    /// What stands in the store of a run beside its checkpoints.
+    pub(super) fn mark(&self, store: &dyn Store) -> Result<(), RunError> {
+        let mark = Mark {
+            format: FORMAT.into(),
+            tool_version: TOOL_VERSION.into(),
+            model_version: MODEL_VERSION,
+            inputs: format!("{:032x}", self.inputs()),
+            fingerprint: format!("{:032x}", self.fingerprint()),
+        };
+        let text = serde_json::to_string_pretty(&mark).expect("text and a number");
+        store.write(MARK, (text + "\n").as_bytes())
+    }
+
+    /// Begins a run in `to` with the models of a finished one in `from`, which differs in what
+    /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
+    /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
+    /// already, it goes on. [`Run::priced`] reports them, [`Run::work`] also makes what the search
+    /// wants next, such as the new optimum. `None`: cancelled.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: no run in `from`, one of another version or of other inputs, a damaged
+    /// one; another run in `to`; everything that measuring models fails with.
+    pub fn reprice<'a>(
+        &'a mut self,
+        from: &dyn Store,
+        to: &'a dyn Store,
+        watch: &dyn CampaignWatch,
+    ) -> Result<Option<Run<'a>>, CampaignError> {
+        let other = Checkpoints::new(from, self.fingerprint_in(from)?);
+        let finished = other.load()?.ok_or_else(|| no_run(from))?.outcomes;
+        let mut kept = Vec::new();
+        for outcome in &finished {
+            kept.push(outcome.role == Role::Dense || other.has_model(&outcome.name)?);
+        }
+        let lost: Vec<&str> = finished
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| !**kept)
+            .map(|(o, _)| o.name.as_str())
+            .collect();
+        if !lost.is_empty() {
+            let more = if lost.len() > NAMED { ", …" } else { "" };
+            let names = lost[..lost.len().min(NAMED)].join(", ");
+            watch.note(&format!("without a kept model, and left out: {names}{more}"));
+        }
+        self.plan.baselines.retain(|b| {
+            finished.iter().zip(&kept).any(|(o, kept)| *kept && o.role == Role::Baseline(*b))
+        });
+        self.plan.externals.clear();
+        self.plan.sweep_weights.clear();
+        if Checkpoints::new(to, self.fingerprint()).has_run()? {
+            return Ok(Some(self.resume(to)?));
+        }
+        let run = self.begin(to)?;
+        let setup = self.setup();
+        let mut progress = Progress::default();
+        watch.planned(0);
+        for (outcome, _) in finished.iter().zip(kept).filter(|(_, kept)| *kept) {
+            if watch.is_cancelled() {
+                return Ok(None);
+            }
+            let stored = match outcome.role {
+                Role::Dense => None,
+                _ => Some(other.load_model(&outcome.name)?.scene),
+            };
+            let scene = stored.as_ref().unwrap_or(&self.dense);
+            let dense = progress.outcomes.first();
+            let priced = priced(&setup, outcome, finished.first().zip(dense), scene)?;
+            let priced = renamed(priced, &progress.outcomes);
+            if let Some(scene) = stored {
+                run.checkpoints.save_scene(&priced.name, &scene)?;
+            }
+            watch.outcome(&priced);
+            progress.outcomes.push(priced);
+        }
+        run.checkpoints.save(&progress.outcomes, &progress.history, None)?;
+        Ok(Some(Run { progress, ..run }))
+    }
+
+    /// The fingerprint of the run in a store, which has the inputs of this campaign.
+    fn fingerprint_in(&self, from: &dyn Store) -> Result<u128, RunError> {
+        let text = from.read_text(MARK)?.ok_or_else(|| no_run(from))?;
+        let wrong = |message: String| RunError::Input { place: from.place(""), message };
+        let damaged = || {
+            let what = format!("{MARK} is no record of a run; is it damaged?");
+            wrong(what)
+        };
+        let mark: Mark = serde_json::from_str(&text).map_err(|_| damaged())?;
+        if mark.format != FORMAT {
+            return Err(damaged());
+        }
+        if (mark.tool_version.as_str(), mark.model_version) != (TOOL_VERSION, MODEL_VERSION) {
+            return Err(wrong(format!(
+                "the run was made by version {} (model version {}), this is {TOOL_VERSION} \
+                 ({MODEL_VERSION}): its numbers follow other rules; run it anew with this program, \
+                 or price it with that one",
+                mark.tool_version, mark.model_version
+            )));
+        }
+        if mark.inputs != format!("{:032x}", self.inputs()) {
+            return Err(wrong(
+                "the run had other inputs: its model, views, photos, target or settings have \
+                 changed since; give the same, and change what power is only"
+                    .into(),
+            ));
+        }
+        u128::from_str_radix(&mark.fingerprint, 16).map_err(|_| damaged())
+    }
+}
+
+fn no_run(from: &dyn Store) -> RunError {
+    RunError::Input {
+        place: from.place(""),
+        message: "holds no finished run of this version; give the folder of one".into(),
+    }
+}
+
+/// The outcome of a model as it is measured now. `dense`: the dense model before and now. λ belongs
+/// to the power that it weighs.
+fn priced(
+    setup: &Setup<'_>,
+    before: &Outcome,
+    dense: Option<(&Outcome, &Outcome)>,
+    scene: &Gaussians,
+) -> Result<Outcome, CampaignError> {
+    let what = || format!("model {}", before.name);
+    let sim = |error| CampaignError::Sim { what: what(), error };
+    let shown = |views: &[usize]| setup.see(scene, views, None).display_w;
+    let mut priced = before.clone();
+    priced.gate.display_w = shown(setup.gate_views());
+    priced.test.display_w = shown(&setup.split.test);
+    priced.watts = setup.watts(scene).map_err(sim)?;
+    if let Some((old, new)) = dense
+        && new.gate.display_w > 0.0
+    {
+        let factor = old.gate.display_w / new.gate.display_w;
+        priced.lambda = before.lambda.map(|lambda| lambda * factor);
+        priced.passing_lambda = before.passing_lambda.map(|lambda| lambda * factor);
+    }
+    Ok(priced)
+}
+
+/// The optimum of before is a sample now: the minimum is elsewhere.
+fn renamed(outcome: Outcome, done: &[Outcome]) -> Outcome {
+    if outcome.role != Role::Optimum {
+        return outcome;
+    }
+    let here = |o: &&Outcome| o.role == Role::Sample && o.place == outcome.place;
+    let number = 1 + done.iter().filter(here).count();
+    let optimum = Role::Optimum.name();
+    let sample = format!("{}-{number:02}", Role::Sample.name());
+    Outcome { name: outcome.name.replace(&optimum, &sample), role: Role::Sample, ..outcome }
+}

@@ -1,0 +1,136 @@
+//! `optimize --reprice RUN`: the models of a finished run on another machine, panel or display
+//! rate. What the run was made from is what was typed then.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use serde::Deserialize;
+
+use super::super::invocation::Started;
+use super::super::{Cli, Command, Context, Exit, Failure, OrExit, out};
+use super::folder::Folder;
+use super::watch::Watched;
+use super::{Args, PowerArgs, existing, finish, free, interrupted, opened, record};
+use powergs_core::run::FileStore;
+
+/// The part of `invocation.toml` that is needed.
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+struct Invocation {
+    command: Vec<String>,
+    working_folder: PathBuf,
+}
+
+/// Prices the models of the run in `from` as `args` say, and reports them in a folder of their own.
+///
+/// # Errors
+/// Exit code 2: no run, or one that has to be run anew; 3: a damaged one, or inputs that changed.
+pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Result<Exit, Failure> {
+    let typed = typed(from)?;
+    let power = merged(&typed.power, &args.power);
+    let typed = Args { power, ..typed };
+    let watched = Watched::new(context, 0.0);
+    let mut campaign = opened(&typed, context, &watched)?;
+    let path = args.out.clone().unwrap_or_else(|| {
+        let path = PathBuf::from(format!("{}-repriced", from.display()));
+        if args.resume { path } else { free(path) }
+    });
+    let folder = Folder::new(&path);
+    let _lock = folder.open(existing(args))?;
+    let cameras = campaign.cameras.clone();
+    let record = record::run_toml(&campaign)?;
+    let run = campaign.reprice(&FileStore::new(from), folder.store(), &watched)?;
+    watched.record(&path, &cameras)?;
+    let finished = match run {
+        Some(run) if args.realise => run.work(&watched)?,
+        Some(run) => Some(run.priced()?),
+        None => None,
+    };
+    watched.finish()?;
+    folder.write("run.toml", record)?;
+    folder.write("invocation.toml", started.invocation_toml())?;
+    let Some(finished) = finished else { return Ok(interrupted(&path, context)) };
+    if !args.realise && !context.global.quiet {
+        out::complain(
+            "note: no model was trained; --realise makes the one of the new optimum as well",
+        );
+    }
+    finish::finish(&campaign, &finished, &folder, context)
+}
+
+/// The arguments that a run was started with; files are where they were then.
+fn typed(from: &Path) -> Result<Args, Failure> {
+    let place = from.join("invocation.toml");
+    let name = place.display();
+    let text = fs::read_to_string(&place).map_err(|e| {
+        let what = format!("{name}: {e}; --reprice takes the folder of a finished run");
+        Failure::new(Exit::Usage, what)
+    })?;
+    let invocation: Invocation = toml::from_str(&text).or_exit(Exit::BadInput, &name)?;
+    let unknown = |why: &dyn std::fmt::Display| {
+        let what = format!(
+            "{name}: its command is none of this version: {why}; run it anew with this program"
+        );
+        Failure::new(Exit::BadInput, what)
+    };
+    let cli = Cli::try_parse_from(&invocation.command).map_err(|e| unknown(&first_line(&e)))?;
+    let Command::Optimize(args) = cli.command else {
+        return Err(unknown(&"it is not `optimize`"));
+    };
+    let mut args = *args;
+    if let Some(first) = &args.reprice {
+        let what = format!(
+            "{}: was priced anew itself; give {}, where its models are from",
+            from.display(),
+            first.display()
+        );
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    root(&mut args, &invocation.working_folder);
+    Ok(args)
+}
+
+fn first_line(error: &clap::Error) -> String {
+    error.to_string().lines().next().unwrap_or_default().trim_start_matches("error: ").to_owned()
+}
+
+/// Relative paths begin in the folder where they were typed.
+fn root(args: &mut Args, folder: &Path) {
+    let paths = [&mut args.model, &mut args.views.images, &mut args.views.cameras];
+    let files = args.compare.others.iter_mut().map(|(_, file)| file);
+    for path in paths.into_iter().flatten().chain(&mut args.lpips_weights).chain(files) {
+        *path = folder.join(&*path);
+    }
+    // Names of machines, tables and panels are no files.
+    let power = &mut args.power;
+    let names = [&mut power.arch, &mut power.energy, &mut power.display];
+    for name in names.into_iter().flatten() {
+        let path = folder.join(&*name);
+        if path.is_file() {
+            *name = path.to_string_lossy().into_owned();
+        }
+    }
+}
+
+/// What power is: as it is typed now, else as it was then. Another machine has none of the changes
+/// of that one.
+fn merged(then: &PowerArgs, now: &PowerArgs) -> PowerArgs {
+    let is_other = now.arch.is_some();
+    let kept = |sets: &[String]| if is_other { Vec::new() } else { sets.to_vec() };
+    let mut sets = kept(&then.sets);
+    sets.extend(now.sets.iter().cloned());
+    PowerArgs {
+        arch: now.arch.clone().or_else(|| then.arch.clone()),
+        sets,
+        energy: now.energy.clone().or_else(|| then.energy.clone().filter(|_| !is_other)),
+        // Who names a machine wants it to count.
+        oracle: now.oracle.or(if is_other { Some(CYCLE) } else { then.oracle }),
+        display: now.display.clone().or_else(|| then.display.clone()),
+        display_ratio: now.display_ratio.or(then.display_ratio),
+        fps: now.fps.or(then.fps),
+    }
+}
+
+/// What counts power on a machine that was named.
+const CYCLE: super::super::replay::ModelArg = super::super::replay::ModelArg::Cycle;
