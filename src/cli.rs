@@ -43,8 +43,10 @@ mod sweep;
 pub mod synth;
 pub mod timeline;
 mod trace;
+mod unit_work;
 pub mod usage;
 mod validate;
+mod vectors;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -148,6 +150,9 @@ pub enum Command {
     /// Price what a unit does, from its gates and real work
     #[command(after_help = characterise::EXAMPLES)]
     Characterise(characterise::Args),
+    /// Write real work of a unit, and what becomes of it, for a test bench of its RTL
+    #[command(after_help = vectors::EXAMPLES)]
+    Vectors(vectors::Args),
     /// Run a trace of addresses on a memory device alone
     #[command(after_help = dram::EXAMPLES)]
     Dram(dram::Args),
@@ -220,5 +225,6 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Synth(args) => synth::run(args, context),
         Command::Trace(args) => trace::run(args, context),
         Command::Validate(args) => validate::run(args, context),
+        Command::Vectors(args) => vectors::run(args, context),
     }
 }

@@ -1,18 +1,23 @@
 //! `characterise`: prices of a unit's actions, from real work that runs through its gates.
 
-mod lists;
-mod views;
-
 use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
 use super::output_file::{Overwrite, say};
+use super::unit_work::lists::{self, Lists};
+use super::unit_work::views::Scene;
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_gates::characterise::{CharacteriseError, Characterised, Price, bsu, qsu};
+use powergs_datapath::vectors::CcuWork;
+use powergs_datapath::{NumberFormat, Vrc, Vru};
+use powergs_gates::characterise::{
+    CharacteriseError, Characterised, Price, bsu, ccu, qsu, vrc, vru,
+};
 use powergs_gates::committed;
 use powergs_gates::netlist::Netlist;
+use powergs_raster::{CorePixels, CoreWork, FrontEnd, TileWork};
+use rayon::prelude::*;
 
 /// Shown under `characterise --help`.
 pub const EXAMPLES: &str = "\
@@ -22,6 +27,7 @@ Examples:
   powergs-sim characterise vrc --library 45nm --scene scene.ply \\
       --cameras cameras.json --frames 0..4
   powergs-sim characterise vrc --library 7nm --scene scene.ply --orbit 8
+  powergs-sim characterise ccu --library 7nm --scene scene.ply --orbit 8
 
 docs/rtl.md says where the gates and their energies come from.";
 
@@ -36,13 +42,68 @@ pub struct Args {
 #[derive(Debug, clap::Subcommand)]
 enum Unit {
     /// Quick sorting unit: lists of a trace that are longer than a chunk
-    Qsu(lists::Args),
+    Qsu(Sorting),
     /// Bitonic sorting unit: chunks of 256 of the lists of a trace
-    Bsu(lists::Args),
+    Bsu(Sorting),
     /// Volume-rendering core: splats of a scene in the tiles of some views
-    Vrc(views::Core),
+    Vrc(Core),
+    /// Control of a rendering unit, without its cores: lists of tiles of some views
+    Vru(Control),
     /// Culling and conversion unit: Gaussians of a scene in a view
-    Ccu(views::Front),
+    Ccu(Front),
+}
+
+/// Arguments of `characterise qsu` and `bsu`.
+#[derive(Debug, clap::Args)]
+struct Sorting {
+    #[command(flatten)]
+    lists: Lists,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// Arguments of `characterise vrc`.
+#[derive(Debug, clap::Args)]
+struct Core {
+    #[command(flatten)]
+    scene: Scene,
+    #[command(flatten)]
+    target: Target,
+    /// Slots that are simulated in all views together, a splat at a pixel each: sub-tiles are
+    /// picked all over the images
+    #[arg(long, value_name = "N", default_value_t = 2_000_000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(10_000..=1_000_000_000))]
+    slots: u64,
+    /// Numbers of the core: e5m10 (FP16), e5m6 or e4m3
+    #[arg(long, value_name = "FORMAT", default_value = "e5m10")]
+    format: NumberFormat,
+}
+
+/// Arguments of `characterise vru`.
+#[derive(Debug, clap::Args)]
+struct Control {
+    #[command(flatten)]
+    scene: Scene,
+    #[command(flatten)]
+    target: Target,
+    /// Slots of the cores in all views together, a splat at a pixel each: tiles are picked all over
+    /// the images
+    #[arg(long, value_name = "N", default_value_t = 200_000_000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(100_000..=100_000_000_000))]
+    slots: u64,
+}
+
+/// Arguments of `characterise ccu`.
+#[derive(Debug, clap::Args)]
+struct Front {
+    #[command(flatten)]
+    scene: Scene,
+    #[command(flatten)]
+    target: Target,
+    /// Gaussians that are simulated in the first view, picked all over the scene
+    #[arg(long, value_name = "N", default_value_t = 30_000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1_000..=10_000_000))]
+    gaussians: u64,
 }
 
 /// The library, and where the table goes.
@@ -108,10 +169,125 @@ impl Target {
 /// Runs the command.
 pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     match &args.unit {
-        Unit::Qsu(args) => args.run("qsu", lists::whole, qsu::prices, context),
-        Unit::Bsu(args) => args.run("bsu", lists::chunks, bsu::prices, context),
+        Unit::Qsu(Sorting { lists, target }) => {
+            let netlist = target.netlist("qsu")?;
+            let Some(keys) = lists.keys(lists::whole, context)? else {
+                return Ok(Exit::Interrupted);
+            };
+            let found = qsu::prices(&netlist, &keys);
+            target.write(("qsu", &lists.source()), &netlist, found, context)
+        }
+        Unit::Bsu(Sorting { lists, target }) => {
+            let netlist = target.netlist("bsu")?;
+            let Some(keys) = lists.keys(lists::chunks, context)? else {
+                return Ok(Exit::Interrupted);
+            };
+            let found = bsu::prices(&netlist, &keys);
+            target.write(("bsu", &lists.source()), &netlist, found, context)
+        }
         Unit::Vrc(args) => args.run(context),
+        Unit::Vru(args) => args.run(context),
         Unit::Ccu(args) => args.run(context),
+    }
+}
+
+impl Core {
+    fn run(&self, context: &Context) -> Result<Exit, Failure> {
+        let unit = match self.format {
+            NumberFormat::FP16 => "vrc".to_owned(),
+            format => format!("vrc-{format}"),
+        };
+        let netlist = self.target.netlist(&unit)?;
+        let core = Vrc::new(self.format).expect("there is a netlist");
+        let pixels = match netlist.port("open_mask").map_or(4, |port| port.nets.len()) {
+            16 => CorePixels { columns: 4, rows: 4 },
+            _ => CorePixels { columns: 2, rows: 2 },
+        };
+        let Some(work) = self.scene.cores((&core, pixels), self.slots, context)? else {
+            return Ok(Exit::Interrupted);
+        };
+        let work: Vec<vrc::Work> = work.iter().map(core_told).collect();
+        let found = vrc::prices(&netlist, &work);
+        self.target.write((&unit, &self.scene.source()), &netlist, found, context)
+    }
+}
+
+impl Control {
+    fn run(&self, context: &Context) -> Result<Exit, Failure> {
+        let netlist = self.target.netlist("vru")?;
+        let core = Vrc::new(NumberFormat::FP16).expect("FP16 has enough exponent");
+        let Some(work) = self.scene.tiles(&core, self.slots, context)? else {
+            return Ok(Exit::Interrupted);
+        };
+        let unit = Vru { vrc: core, split: true, queue: 2 };
+        let work: Vec<vru::Work> = work.par_iter().map(|tile| tile_told(&unit, tile)).collect();
+        let found = vru::prices(&netlist, &work);
+        self.target.write(("vru", &self.scene.source()), &netlist, found, context)
+    }
+}
+
+impl Front {
+    fn run(&self, context: &Context) -> Result<Exit, Failure> {
+        let netlist = self.target.netlist("ccu")?;
+        let told = |front: &FrontEnd, picked: &[usize]| {
+            let settings = &front.settings;
+            let view = ccu::View {
+                numbers: settings.numbers.to_vec(),
+                tiles: settings.tiles,
+                degree: front.degree,
+            };
+            let gaussians: Vec<_> = picked.par_iter().map(|&i| gaussian_told(front, i)).collect();
+            (view, gaussians)
+        };
+        let (view, gaussians) = self.scene.front_end(self.gaussians, told, context)?;
+        let found = ccu::prices(&netlist, &view, &gaussians);
+        self.target.write(("ccu", &self.scene.source()), &netlist, found, context)
+    }
+}
+
+/// A Gaussian and what becomes of it, as the gates are told.
+fn gaussian_told(front: &FrontEnd, i: usize) -> ccu::Gaussian {
+    let (unit, settings) = (&front.unit, &front.settings);
+    let CcuWork { gaussian, coefficients } = front.work(i);
+    let is_kept = unit.cull(settings, &gaussian.mean).kept;
+    let seen = unit.splat(settings, &gaussian).map(|(splat, walk)| {
+        let [a, b, c] = splat.root;
+        ccu::Seen {
+            splat: [splat.depth, a, b, c, splat.opacity],
+            candidates: walk.candidates() as u32,
+            pairs: walk.pairs(unit.narrow()).len() as u32,
+            colour: unit.colour(front.degree, &splat.direction, &coefficients),
+            coefficients: coefficients.to_vec(),
+        }
+    });
+    ccu::Gaussian { mean: gaussian.mean, shape: is_kept.then_some(gaussian.shape), seen }
+}
+
+/// The work of a core, as the gates are told.
+fn core_told(work: &CoreWork) -> vrc::Work {
+    let splat = |splat: &powergs_raster::CoreSplat| vrc::Splat {
+        numbers: splat.record.numbers(),
+        outcomes: splat.outcomes,
+    };
+    let pixel = |pixel: &powergs_datapath::Pixel| {
+        let [red, green, blue] = pixel.colour;
+        [red, green, blue, pixel.transmittance]
+    };
+    vrc::Work {
+        place: work.place,
+        mask: work.mask,
+        splats: work.splats.iter().map(splat).collect(),
+        pixels: work.pixels.iter().map(pixel).collect(),
+    }
+}
+
+/// A tile, as the gates are told.
+fn tile_told(unit: &Vru, tile: &TileWork) -> vru::Work {
+    let entry = |entry: &powergs_datapath::Entry| (entry.splat.numbers(), entry.bitmap);
+    vru::Work {
+        size: tile.size.map(|side| side as u8),
+        entries: tile.entries.iter().map(entry).collect(),
+        ends: unit.tile(&tile.entries, tile.size).ends,
     }
 }
 
@@ -154,6 +330,9 @@ fn as_toml(unit: &str, source: &str, netlist: &Netlist, found: &Characterised) -
         format!("clock-per-cycle = \"{:.5} pJ\"", found.clock_pj_per_cycle),
         "# The same, in any cycle, if all clock gates were open.".into(),
         format!("clock-ungated-per-cycle = \"{:.5} pJ\"", found.clock_ungated_pj_per_cycle),
+        "# What a report without vectors says: 0.1 toggles a cycle at every net, clocks half open."
+            .into(),
+        format!("vectorless-per-cycle = \"{:.5} pJ\"", found.vectorless_pj_per_cycle),
         format!("windows = {}", found.windows),
         format!("left-in-a-window = {:.6}", found.spread),
         "# Actions that this work does not tell from the others.".into(),
@@ -185,6 +364,7 @@ fn as_json((unit, source): (&str, &str), netlist: &Netlist, found: &Characterise
         "energy_per_cycle_pj": found.held_out_pj_per_cycle,
         "clock_per_cycle_pj": found.clock_pj_per_cycle,
         "clock_ungated_per_cycle_pj": found.clock_ungated_pj_per_cycle,
+        "vectorless_per_cycle_pj": found.vectorless_pj_per_cycle,
         "windows": found.windows,
         "left_in_a_window": found.spread,
     })

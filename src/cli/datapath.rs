@@ -8,39 +8,52 @@ use serde_json::{Map, Value, json};
 use powergs_base::picture::Picture;
 use powergs_datapath::{Form, NumberFormat, Vrc};
 use powergs_quality::{Likeness, flip, likeness};
-use powergs_raster::{Options, render_datapath};
+use powergs_raster::{Options, render_datapath, render_hardware};
 use powergs_scene::{Camera, Gaussians};
 
-/// The name of the datapath of `rtl/` in FP16.
+/// The name of the hardware of `rtl/` in FP16, from the Gaussian to the pixel.
 const GSCORE: &str = "gscore-fp16";
 /// Behind a name: the form of the records and of the sum, if not that of `rtl/`.
 const FORMS: [(&str, Form); 2] = [("-conic", Form::Conic), ("-mean", Form::Root)];
 
-/// A rendering core of a number format.
+/// What draws a picture.
 #[derive(Debug, Clone)]
-pub struct Datapath(Vrc);
+pub enum Datapath {
+    /// All units, the culling and conversion unit among them.
+    Hardware(Vrc),
+    /// Rendering cores of a number format behind an exact projection.
+    Cores(Vrc),
+}
 
 impl FromStr for Datapath {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Datapath, String> {
+        if text == GSCORE {
+            let core = Vrc::new(NumberFormat::FP16).expect("FP16 has enough exponent");
+            return Ok(Datapath::Hardware(core));
+        }
         let other = |(ending, form)| Some((text.strip_suffix(ending)?, form));
         let (name, form) = FORMS.into_iter().find_map(other).unwrap_or((text, Form::Local));
-        let format = match name {
-            GSCORE => NumberFormat::FP16,
-            _ => name.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?,
-        };
+        let format: NumberFormat =
+            name.parse().map_err(|error| format!("{error}; or write {GSCORE}"))?;
         let few = || {
-            format!("{format}: pixels of a tile need four bits of exponent, as in {GSCORE} or e4m3")
+            format!("{format}: pixels of a tile need four bits of exponent, as in e5m10 or e4m3")
         };
-        Ok(Datapath(Vrc::new(format).ok_or_else(few)?.with_form(form)))
+        Ok(Datapath::Cores(Vrc::new(format).ok_or_else(few)?.with_form(form)))
     }
 }
 
 impl Datapath {
     /// The picture that it draws, sorted by depths in FP16 whatever its numbers are.
     pub fn render(&self, scene: &Gaussians, camera: &Camera, options: &Options) -> Picture {
-        render_datapath(scene, camera, options, &self.0, Some(NumberFormat::FP16))
+        match self {
+            Datapath::Hardware(core) => render_hardware(scene, camera, options, core)
+                .expect("a core has enough exponent for the unit before it"),
+            Datapath::Cores(core) => {
+                render_datapath(scene, camera, options, core, Some(NumberFormat::FP16))
+            }
+        }
     }
 }
 

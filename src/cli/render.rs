@@ -54,9 +54,9 @@ pub struct Args {
     /// Draw the regions R1 to R4 over the image, and a cross at the gaze
     #[arg(long)]
     pub levels: bool,
-    /// The picture that rendering hardware draws, and how like it is to that of f32: gscore-fp16,
-    /// or the bits of its numbers, such as e5m10, e6m9 or e4m3; with -conic or -mean behind it
-    /// splats have another form (rtl/README.md)
+    /// The picture that hardware draws, and how like it is to that of f32: gscore-fp16 for all
+    /// units of rtl/; or the numbers of its rendering cores alone, such as e5m10, e6m9 or e4m3,
+    /// with -conic or -mean behind it for another form of splats (rtl/README.md)
     #[arg(long, value_name = "FORMAT")]
     pub datapath: Option<Datapath>,
     /// A PNG file for one view, the first unless --frame says which; or a folder that gets one PNG

@@ -13,3 +13,4 @@ mod program;
 mod replay;
 mod run_folder;
 mod validate;
+mod vectors;

@@ -8,6 +8,7 @@ mod arithmetic;
 pub mod ccu;
 mod exponential;
 mod format;
+pub mod vectors;
 mod vrc;
 mod vru;
 mod wide;

@@ -90,6 +90,12 @@ fn room(format: NumberFormat) -> f64 {
 }
 
 impl Record {
+    /// Its nine numbers in the order of the hardware: mean, root, opacity, colour.
+    pub fn numbers(&self) -> [u16; 9] {
+        let Record { mean: [u, v], root: [a, b, c], opacity, colour: [red, green, blue] } = *self;
+        [u, v, a, b, c, opacity, red, green, blue]
+    }
+
     /// The record of a splat: mean in pixels from the middle of the tile, covariance `[a, b, d]` of
     /// `[[a, b], [b, d]]` in pixels², opacity and colour. Everything is computed exactly and
     /// rounded once, as by a culling and conversion unit that is wide enough. `None` where the

@@ -17,6 +17,7 @@ pub mod ccu;
 mod lanes;
 pub mod qsu;
 pub mod vrc;
+pub mod vru;
 
 use thiserror::Error;
 
@@ -99,6 +100,8 @@ pub struct Characterised {
     pub clock_pj_per_cycle: f64,
     /// What the clock would take in any cycle if all clock gates were open.
     pub clock_ungated_pj_per_cycle: f64,
+    /// What a report without vectors would say of a cycle ([`energy::vectorless`]).
+    pub vectorless_pj_per_cycle: f64,
 }
 
 /// Notes what windows cost.
@@ -180,6 +183,7 @@ fn characterise(
         count: count(action),
     };
     let kept = prices.iter().enumerate().filter(|(action, _)| !left_out.contains(action));
+    let (vectorless, of_cycles) = energy::vectorless(netlist);
     Ok(Characterised {
         prices: kept.map(price).collect(),
         left_out: left_out.iter().map(|action| fitted.actions[*action]).collect(),
@@ -190,6 +194,7 @@ fn characterise(
         held_out_pj_per_cycle: measured / cycles * 1e-3,
         clock_pj_per_cycle: held_out.clock[0] / cycles * 1e-3,
         clock_ungated_pj_per_cycle: held_out.clock[1] / cycles * 1e-3,
+        vectorless_pj_per_cycle: vectorless.total() / of_cycles * 1e-3,
     })
 }
 

@@ -53,6 +53,31 @@ impl Energy {
     }
 }
 
+/// Toggles of every net a cycle in a power that is reported without vectors.
+pub const VECTORLESS_TOGGLES: f64 = 0.1;
+/// Share of the cycles in which clock gates are open there.
+pub const VECTORLESS_OPEN: f64 = 0.5;
+
+/// The energy of a million cycles of one lane without any vectors, as synthesis reports state it by
+/// default: [`VECTORLESS_TOGGLES`] at every net, [`VECTORLESS_OPEN`] of the clock.
+pub fn vectorless(netlist: &Netlist) -> (Energy, f64) {
+    const CYCLES: u64 = 1_000_000;
+    let each = |share: f64| (CYCLES as f64 * share).round() as u64;
+    let mut toggles = Toggles {
+        lane_cycles: CYCLES,
+        rises: vec![each(0.5 * VECTORLESS_TOGGLES); netlist.nets()],
+        falls: vec![each(0.5 * VECTORLESS_TOGGLES); netlist.nets()],
+    };
+    for cell in 0..netlist.parts().cells.len() {
+        if let Behaviour::ClockGate(_) = netlist.kind(cell).behaviour {
+            let net = netlist.pins(cell).1[0].net as usize;
+            toggles.rises[net] = each(VECTORLESS_OPEN);
+            toggles.falls[net] = each(VECTORLESS_OPEN);
+        }
+    }
+    (of(netlist, &toggles), CYCLES as f64)
+}
+
 /// The energy of `toggles` in `netlist`. Leakage is [`Netlist::leakage`] times the time.
 ///
 /// # Panics

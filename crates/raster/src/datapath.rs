@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::forward::{Options, in_depth_order_by, project};
 use powergs_base::picture::Picture;
-use powergs_datapath::{NumberFormat, Pixel, TILE, Vrc};
+use powergs_datapath::{NumberFormat, Pixel, Record, TILE, Vrc};
 use powergs_frame::splat::runs::{Reach, Runs};
 use powergs_frame::splat::{Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
@@ -85,36 +85,64 @@ impl Frame<'_> {
         background: [f32; 3],
         out: &mut [[f32; 3]],
     ) {
-        let format = self.vrc.format();
-        let (x0, y0, x1, y1) = self.runs.grid.pixels(tx, ty);
-        let (width, height) = (x1 - x0, y1 - y0);
-        let mut pixels = vec![Pixel::open(format, true); (width * height) as usize];
-        let mut live = pixels.len();
-        let middle = [x0, y0].map(|first| f64::from(first) + 0.5 * f64::from(TILE - 1));
-        for &rank in list {
+        let place = self.runs.grid.pixels(tx, ty);
+        let middle = [place.0, place.1].map(|first| f64::from(first) + 0.5 * f64::from(TILE - 1));
+        let entries = list.iter().filter_map(|&rank| {
             let Splat { mean, cov, opacity, .. } = self.splats[rank as usize];
             let mean = [0, 1].map(|i| f64::from(mean[i]) - middle[i]);
-            let colour = self.colours[rank as usize];
-            let Some(splat) = self.vrc.record(mean, cov, opacity, colour) else { continue };
-            let reach = self.vrc.reach(&splat);
-            for y in 0..height {
-                for x in 0..width {
-                    let pixel = &mut pixels[(y * width + x) as usize];
-                    if pixel.live && !reach.misses(x, y) {
-                        self.vrc.blend(pixel, &splat, x, y);
-                        live -= usize::from(!pixel.live);
-                    }
+            let splat = self.vrc.record(mean, cov, opacity, self.colours[rank as usize])?;
+            Some(TileEntry { splat, subtiles: ALL })
+        });
+        let lines = self.runs.grid.width as usize;
+        draw_tile(self.vrc, (place, lines), entries, background, out);
+    }
+}
+
+/// An entry of a tile's list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TileEntry {
+    /// The splat relative to the tile.
+    pub splat: Record,
+    /// Sub-tiles that it is for, a bit each, row by row.
+    pub subtiles: u32,
+}
+
+/// All four sub-tiles.
+const ALL: u32 = 0xf;
+
+/// Blends the entries of a tile, front to back, into `out`: the lines of the picture that its row of
+/// tiles has, of `length` pixels each. The tile is first and end pixel of columns and rows.
+pub(super) fn draw_tile(
+    vrc: &Vrc,
+    ((x0, y0, x1, y1), length): ((u32, u32, u32, u32), usize),
+    entries: impl Iterator<Item = TileEntry>,
+    background: [f32; 3],
+    out: &mut [[f32; 3]],
+) {
+    let format = vrc.format();
+    let (width, height) = (x1 - x0, y1 - y0);
+    let mut pixels = vec![Pixel::open(format, true); (width * height) as usize];
+    let mut live = pixels.len();
+    for TileEntry { splat, subtiles } in entries {
+        let reach = vrc.reach(&splat);
+        for y in 0..height {
+            for x in 0..width {
+                let subtile = 2 * (2 * y / TILE) + 2 * x / TILE;
+                let pixel = &mut pixels[(y * width + x) as usize];
+                if pixel.live && subtiles >> subtile & 1 == 1 && !reach.misses(x, y) {
+                    vrc.blend(pixel, &splat, x, y);
+                    live -= usize::from(!pixel.live);
                 }
             }
-            if live == 0 {
-                break;
-            }
         }
-        for (i, pixel) in (0..).zip(&pixels) {
-            let line = (i / width) as usize * self.runs.grid.width as usize;
-            let behind = format.to_f32(pixel.transmittance);
-            let colour = [0, 1, 2].map(|c| format.to_f32(pixel.colour[c]) + behind * background[c]);
-            out[line + (x0 + i % width) as usize] = colour;
+        if live == 0 {
+            break;
         }
+    }
+    for (i, pixel) in (0..).zip(&pixels) {
+        let line = (i / width) as usize * length;
+        let behind = format.to_f32(pixel.transmittance);
+        let colour = [0, 1, 2].map(|c| format.to_f32(pixel.colour[c]) + behind * background[c]);
+        out[line + (x0 + i % width) as usize] = colour;
     }
 }

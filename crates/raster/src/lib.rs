@@ -13,11 +13,13 @@ mod core_work;
 mod datapath;
 mod forward;
 pub mod foveated;
+mod front_end;
 pub mod regions;
 mod row;
 pub mod train;
 
-pub use core_work::{CorePixels, CoreSplat, CoreWork, core_work};
+pub use core_work::{CorePixels, CoreSplat, CoreWork, TileWork, core_work, tile_work};
 pub use datapath::render_datapath;
 pub use forward::{Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};
+pub use front_end::{FrontEnd, render_hardware};

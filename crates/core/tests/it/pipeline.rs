@@ -6,6 +6,7 @@ mod oracle;
 mod organisation;
 mod rendering_hardware;
 mod rules;
+mod sorting_hardware;
 pub mod support;
 mod timelines;
 

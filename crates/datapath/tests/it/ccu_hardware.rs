@@ -2,14 +2,14 @@
 
 use powergs_datapath::ccu::emit::{Program, WIDTHS};
 use powergs_datapath::ccu::schedule::Schedule;
-use powergs_datapath::ccu::tiles::Pair;
-use powergs_datapath::ccu::{Ccu, Converted, Gaussian, Settings};
+use powergs_datapath::ccu::{Ccu, Gaussian, Settings};
+use powergs_datapath::vectors::{self, CcuWork, Vectors};
 use powergs_datapath::{NumberFormat, WideFormat};
+use powergs_testkit::verilator::Bench;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::ccu::{any_gaussian, gaussian, place_in_view, view};
-use super::verilator::Bench;
 
 const TAKES_MEAN: u16 = 0;
 const VERDICT: u16 = 1;
@@ -21,99 +21,30 @@ const COLOUR: u16 = 6;
 /// Cycles from the end of the projection until a splat is set up for its tiles.
 const SETUP: u32 = 9;
 
-/// What happens: kind, cycle, words.
-type Event = (u16, u32, [u16; 6]);
+/// What happens: kind and cycle.
+type Happens = (u16, u32);
 
-/// What is seen of a Gaussian.
-type Seen = (Converted, Vec<Pair>, [u16; 3]);
-
-/// Work of one Gaussian and what it becomes.
-struct Work {
-    gaussian: Gaussian,
-    coefficients: [u16; 48],
-    kept: bool,
-    seen: Option<Seen>,
+/// A Gaussian with coefficients: now and then they are any bits.
+fn work(ccu: &Ccu, gaussian: Gaussian, random: &mut Pcg64Mcg) -> CcuWork {
+    let f = ccu.narrow();
+    let mask = u16::MAX >> (16 - f.bits());
+    let wild = random.random_range(0..8) == 0;
+    let coefficients = std::array::from_fn(|_| match wild {
+        true => random.random::<u16>() & mask,
+        false => f.from_f32(2.0 * random.random::<f32>() - 1.0),
+    });
+    CcuWork { gaussian, coefficients }
 }
 
-impl Work {
-    fn new(
-        ccu: &Ccu,
-        settings: &Settings,
-        degree: u32,
-        gaussian: Gaussian,
-        random: &mut Pcg64Mcg,
-    ) -> Work {
-        let f = ccu.narrow();
-        let mask = u16::MAX >> (16 - f.bits());
-        // Now and then coefficients of any bits.
-        let wild = random.random_range(0..8) == 0;
-        let coefficients = std::array::from_fn(|_| match wild {
-            true => random.random::<u16>() & mask,
-            false => f.from_f32(2.0 * random.random::<f32>() - 1.0),
-        });
-        let kept = ccu.cull(settings, &gaussian.mean).kept;
-        let seen = ccu.splat(settings, &gaussian).map(|(converted, walk)| {
-            let colour = ccu.colour(degree, &converted.direction, &coefficients);
-            (converted, walk.pairs(f), colour)
-        });
-        Work { gaussian, coefficients, kept, seen }
-    }
+/// Runs the work; everything that leaves is what the model says.
+fn run(bench: &Bench, vectors: &Vectors, [come, go]: [u16; 2], what: &str) -> Vec<Happens> {
+    let found = vectors.events(&bench.run(&vectors.stalled([11, come, go])));
+    assert_eq!(vectors.difference(&found, false), None, "{what}, stalls {come}, {go}");
+    found.into_iter().map(|event| (event.kind, event.cycle)).collect()
 }
 
-fn run(
-    bench: &Bench,
-    work: &[Work],
-    settings: &Settings,
-    degree: u32,
-    [come, go, pause]: [u16; 3],
-) -> Vec<Event> {
-    let [columns, rows] = settings.tiles.map(|n| n as u16);
-    let mut words = vec![11, come, go, pause, degree as u16, columns, rows];
-    let pair = |number: u32| [number as u16, (number >> 16) as u16];
-    words.extend(settings.numbers.iter().flat_map(|&number| pair(number)));
-    for w in work {
-        let numbers = w.gaussian.mean.iter().chain(&w.gaussian.shape);
-        words.extend(numbers.flat_map(|&number| pair(number)));
-        words.push(u16::from(w.seen.is_some()));
-        words.extend(w.coefficients);
-    }
-    let event = |e: &[u16]| {
-        (e[0], u32::from(e[1]) | u32::from(e[2]) << 16, [e[3], e[4], e[5], e[6], e[7], e[8]])
-    };
-    bench.run(&words).chunks_exact(9).map(event).collect()
-}
-
-/// Words of a kind, in their order.
-fn words_of(events: &[Event], kind: u16) -> Vec<[u16; 6]> {
-    events.iter().filter(|event| event.0 == kind).map(|event| event.2).collect()
-}
-
-fn cycles_of(events: &[Event], kind: u16) -> Vec<u32> {
+fn cycles_of(events: &[Happens], kind: u16) -> Vec<u32> {
     events.iter().filter(|event| event.0 == kind).map(|event| event.1).collect()
-}
-
-/// Everything that leaves is what the model says.
-fn check(events: &[Event], work: &[Work], what: &str) {
-    let verdicts: Vec<[u16; 6]> = work.iter().map(|w| [u16::from(w.kept), 0, 0, 0, 0, 0]).collect();
-    assert_eq!(words_of(events, VERDICT), verdicts, "{what}: verdicts");
-    let seen = || work.iter().filter_map(|w| w.seen.as_ref());
-    let splat = |(c, ..): &Seen| [c.depth, c.root[0], c.root[1], c.root[2], c.opacity, 0];
-    assert_eq!(words_of(events, SPLAT), seen().map(splat).collect::<Vec<_>>(), "{what}: splats");
-    let mut pairs = Vec::new();
-    for (i, (_, of, _)) in seen().enumerate() {
-        pairs.extend(of.iter().map(|p| {
-            let [x, y] = p.tile.map(|at| at as u16);
-            [i as u16 & 0xff, x, y, p.subtiles as u16, p.local[0], p.local[1]]
-        }));
-    }
-    let found = words_of(events, PAIR);
-    for (found, expected) in found.iter().zip(&pairs) {
-        assert_eq!(found, expected, "{what}: pairs");
-    }
-    assert_eq!(found.len(), pairs.len(), "{what}: pairs");
-    let colours = |(_, _, [r, g, b]): &Seen| [*r, *g, *b, 0, 0, 0];
-    let colours: Vec<[u16; 6]> = seen().map(colours).collect();
-    assert_eq!(words_of(events, COLOUR), colours, "{what}: colours");
 }
 
 /// Schedules of culling, projection and a degree's colours.
@@ -180,7 +111,7 @@ fn bench(ops: u32, (wide, narrow): (WideFormat, NumberFormat)) -> Option<Bench> 
         ("TO_MAN", narrow.mantissa_bits()),
         ("OPS", ops),
     ];
-    Bench::build("ccu", &parameters)
+    super::bench("ccu", &parameters)
 }
 
 #[test]
@@ -201,9 +132,9 @@ fn the_unit_in_hardware_is_the_unit_of_the_model() {
 fn values(bench: &Bench, ops: u32, ccu: &Ccu, settings: &Settings) {
     let mut random = Pcg64Mcg::seed_from_u64(u64::from(ops));
     // The unit that is synthesised gets 2,100 Gaussians, the others 500.
-    let (counts, stalls): ([u32; 4], &[[u16; 3]]) = match ops {
-        16 => ([300, 300, 300, 1200], &[[0, 0, 0], [4, 0, 0], [0, 4, 0], [6, 3, 0]]),
-        _ => ([60, 60, 80, 300], &[[0, 0, 0], [4, 4, 0]]),
+    let (counts, stalls): ([u32; 4], &[[u16; 2]]) = match ops {
+        16 => ([300, 300, 300, 1200], &[[0, 0], [4, 0], [0, 4], [6, 3]]),
+        _ => ([60, 60, 80, 300], &[[0, 0], [4, 4]]),
     };
     for (degree, count) in (0..).zip(counts) {
         let mut one = |i: u32| {
@@ -211,14 +142,14 @@ fn values(bench: &Bench, ops: u32, ccu: &Ccu, settings: &Settings) {
                 0 => any_gaussian(ccu, &mut random),
                 _ => gaussian(ccu, &mut random),
             };
-            Work::new(ccu, settings, degree, any, &mut random)
+            work(ccu, any, &mut random)
         };
-        let work: Vec<Work> = (0..count).map(&mut one).collect();
-        let seen = work.iter().filter(|w| w.seen.is_some()).count();
+        let work: Vec<CcuWork> = (0..count).map(&mut one).collect();
+        let vectors = vectors::ccu(ccu, settings, degree, 0, &work);
+        let seen = vectors.expected.iter().filter(|event| event.kind == COLOUR).count();
         assert!(seen > count as usize / 8, "{seen} of {count} are seen");
         for &stalls in stalls {
-            let events = run(bench, &work, settings, degree, stalls);
-            check(&events, &work, &format!("{ops} operators, degree {degree}, {stalls:?}"));
+            run(bench, &vectors, stalls, &format!("{ops} operators, degree {degree}"));
         }
     }
 }
@@ -228,18 +159,17 @@ fn cycles(bench: &Bench, ops: u32, ccu: &Ccu, settings: &Settings) {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     for degree in 0..4 {
         let laps = Laps::new(ops, degree);
-        let mut work = Vec::new();
-        while work.len() < 12 {
+        let mut single = Vec::new();
+        while single.len() < 12 {
             let any = gaussian(ccu, &mut random);
             if ccu.splat(settings, &any).is_some_and(|(_, walk)| walk.candidates() == 1) {
-                work.push(Work::new(ccu, settings, degree, any, &mut random));
+                single.push(work(ccu, any, &mut random));
             }
         }
-        let events = run(bench, &work, settings, degree, [0, 0, 2000]);
-        check(&events, &work, "one at a time");
-        let mut found = events.iter().map(|event| (event.0, event.1));
+        let vectors = vectors::ccu(ccu, settings, degree, 2000, &single);
+        let mut found = run(bench, &vectors, [0; 2], "one at a time").into_iter();
         let mut offered = 0;
-        for _ in &work {
+        for _ in &single {
             let expected = laps.alone(offered);
             let mut found: Vec<_> = found.by_ref().take(expected.len()).collect();
             found.sort_by_key(|&(kind, cycle)| (cycle, kind));
@@ -248,11 +178,10 @@ fn cycles(bench: &Bench, ops: u32, ccu: &Ccu, settings: &Settings) {
         }
         // What is culled, what is seen nowhere, what is seen.
         let [cull, project, colour] = laps.0.each_ref().map(|s| s.interval as u32);
-        let mut at = |place: [f64; 3]| -> Vec<Event> {
+        let mut at = |place: [f64; 3]| {
             let gaussian = place_in_view(ccu, place);
-            let one = |_| Work::new(ccu, settings, degree, gaussian, &mut random);
-            let work: Vec<Work> = (0..60).map(one).collect();
-            run(bench, &work, settings, degree, [0; 3])
+            let same: Vec<CcuWork> = (0..60).map(|_| work(ccu, gaussian, &mut random)).collect();
+            run(bench, &vectors::ccu(ccu, settings, degree, 0, &same), [0; 2], "one after another")
         };
         let behind = at([0.0, 0.0, -1.0]);
         assert_eq!(interval(&cycles_of(&behind, VERDICT)), cull);

@@ -4,8 +4,8 @@ use powergs_datapath::NumberFormat;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::bench;
 use super::numbers::{corners, formats};
-use super::verilator::Bench;
 
 /// Pairs of a format: all of those with 8 bits; otherwise every number once, all pairs of corners
 /// and random ones, a million for FP16.
@@ -31,7 +31,7 @@ fn pairs(format: NumberFormat, random: &mut Pcg64Mcg) -> Vec<(u16, u16)> {
 
 #[test]
 fn operations_in_hardware_are_those_of_the_model() {
-    let Some(bench) = Bench::build("fp_bench", &[]) else { return };
+    let Some(bench) = bench("fp_bench", &[]) else { return };
     let mut random = Pcg64Mcg::seed_from_u64(3);
     for (index, format) in formats().into_iter().enumerate() {
         let pairs = pairs(format, &mut random);

@@ -1,12 +1,13 @@
 //! The volume-rendering core: its model against f64, and `rtl/vrc.sv` against its model, bit for
 //! bit and cycle for cycle.
 
+use powergs_datapath::vectors::{self, Core, CoreTile};
 use powergs_datapath::{Form, NumberFormat, Outcome, Pixel, Record, Vrc};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use super::bench;
 use super::numbers::corners;
-use super::verilator::Bench;
 
 /// A splat that may be anywhere around its tile, of any size, thinness and direction.
 pub fn splat(vrc: &Vrc, random: &mut Pcg64Mcg) -> Record {
@@ -147,14 +148,7 @@ fn alpha_is_dropped_and_clamped_and_pixels_stop() {
     assert!(Vrc::new("e3m4".parse().expect("a format")).is_none());
 }
 
-/// A tile for one core.
-struct Tile {
-    place: [u32; 2],
-    mask: u32,
-    splats: Vec<Record>,
-}
-
-fn tiles(vrc: &Vrc, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<Tile> {
+fn tiles(vrc: &Vrc, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<CoreTile> {
     let format = vrc.format();
     let tile = |index: u32| {
         let count = if index < 3 { index } else { random.random_range(0..60) };
@@ -172,103 +166,9 @@ fn tiles(vrc: &Vrc, pixels: u32, columns: u32, random: &mut Pcg64Mcg) -> Vec<Til
             random.random_range(0..16 / rows) * rows,
         ];
         let mask = if index % 5 == 4 { random.random::<u32>() & all } else { all };
-        Tile { place, mask, splats }
+        CoreTile { place, mask, splats }
     };
     (0..120).map(tile).collect()
-}
-
-/// What a core tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Event {
-    Pixel([u16; 4]),
-    Accepted,
-    Stopped,
-}
-
-/// Feeds the tiles to the hardware; events with their cycles.
-fn run(bench: &Bench, tiles: &[Tile], stalls: [u16; 2]) -> Vec<(u32, Event)> {
-    let mut words = vec![7, stalls[0], stalls[1]];
-    for tile in tiles {
-        let mut open = [0; 13];
-        (open[10], open[11], open[12]) =
-            (tile.mask as u16, tile.place[0] as u16, tile.place[1] as u16);
-        words.extend(open);
-        for s in &tile.splats {
-            words.push(1);
-            words.extend(s.mean.iter().chain(&s.root).chain([&s.opacity]).chain(&s.colour));
-            words.extend([0; 3]);
-        }
-        words.push(2);
-        words.extend([0; 12]);
-    }
-    let event = |e: &[u16]| {
-        let event = match e[0] {
-            0 => Event::Pixel([e[3], e[4], e[5], e[6]]),
-            1 => Event::Accepted,
-            _ => Event::Stopped,
-        };
-        (u32::from(e[1]) | u32::from(e[2]) << 16, event)
-    };
-    bench.run(&words).chunks_exact(7).map(event).collect()
-}
-
-struct Core {
-    vrc: Vrc,
-    split: bool,
-    pixels: u32,
-    columns: u32,
-}
-
-impl Core {
-    /// What the pixels of a tile become, and which splat and pixel leaves none.
-    fn tile(&self, tile: &Tile) -> (Vec<[u16; 4]>, Option<(u32, u32)>) {
-        let open = |i| Pixel::open(self.vrc.format(), tile.mask >> i & 1 == 1);
-        let mut pixels: Vec<Pixel> = (0..self.pixels).map(open).collect();
-        let mut last = None;
-        for (k, splat) in tile.splats.iter().enumerate() {
-            for i in 0..self.pixels {
-                let x = tile.place[0] + i % self.columns;
-                let y = tile.place[1] + i / self.columns;
-                if self.vrc.blend(&mut pixels[i as usize], splat, x, y) == Outcome::Stopped {
-                    last = Some((k as u32, i));
-                }
-            }
-        }
-        let stopped = pixels.iter().all(|pixel| !pixel.live);
-        let words = pixels.iter().map(|p| {
-            let [r, g, b] = p.colour;
-            [r, g, b, p.transmittance]
-        });
-        (words.collect(), last.filter(|_| stopped))
-    }
-
-    /// Events without any stall, as `rtl/README.md` states them.
-    fn events(&self, tiles: &[Tile]) -> Vec<(u32, Event)> {
-        let depth = if self.split { 2 } else { 1 };
-        let latency = 11 * depth;
-        let mut events = Vec::new();
-        let mut open = 0;
-        for tile in tiles {
-            let count = tile.splats.len() as u32;
-            let (pixels, last) = self.tile(tile);
-            let close = open + 1 + count * self.pixels;
-            events.push((open, Event::Accepted));
-            events.extend((0..count).map(|k| (open + 1 + k * self.pixels, Event::Accepted)));
-            events.push((close, Event::Accepted));
-            let stop = match last {
-                Some((k, i)) => Some(open + 2 + k * self.pixels + i + 9 * depth + 1),
-                None if tile.mask == 0 => Some(open + 1),
-                None => None,
-            };
-            // While the tile is not closed.
-            events.extend(stop.filter(|&stop| stop <= close).map(|stop| (stop, Event::Stopped)));
-            let leave = close + if count == 0 { 2 } else { latency };
-            events.extend(pixels.iter().zip(leave..).map(|(&p, at)| (at, Event::Pixel(p))));
-            open = leave + self.pixels;
-        }
-        events.sort_by_key(|&(cycle, event)| (cycle, event == Event::Accepted));
-        events
-    }
 }
 
 #[test]
@@ -289,23 +189,25 @@ fn the_core_in_hardware_is_the_core_of_the_model() {
             ("PIXELS", pixels),
             ("COLUMNS", columns),
         ];
-        let Some(bench) = Bench::build("vrc", &parameters) else { return };
+        let Some(bench) = bench("vrc", &parameters) else { return };
         let mut random = Pcg64Mcg::seed_from_u64(u64::from(pixels));
         let vrc = Vrc::new(format).expect("enough exponent");
         let core = Core { vrc, split, pixels, columns };
         let tiles = tiles(&vrc, pixels, columns, &mut random);
-        let (found, expected) = (run(&bench, &tiles, [0, 0]), core.events(&tiles));
-        for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
-            assert_eq!(found, expected, "{name}, {pixels} pixels, split {split}: event {i}");
-        }
-        assert_eq!(found.len(), expected.len());
-        let all: Vec<[u16; 4]> = tiles.iter().flat_map(|tile| core.tile(tile).0).collect();
-        for stalls in [[4, 0], [0, 4], [5, 5], [7, 1]] {
-            let left = run(&bench, &tiles, stalls).into_iter().filter_map(|event| match event.1 {
-                Event::Pixel(words) => Some(words),
-                Event::Accepted | Event::Stopped => None,
-            });
-            assert!(left.eq(all.iter().copied()), "{name}, {pixels} pixels, stalls {stalls:?}");
+        let vectors = vectors::vrc(&core, &tiles);
+        for head in [[7, 0, 0], [7, 4, 0], [7, 0, 4], [7, 5, 5], [7, 7, 1]] {
+            let found = vectors.events(&bench.run(&vectors.stalled(head)));
+            let what = format!("{name}, {pixels} pixels, split {split}, stalls {head:?}");
+            if head == [7, 0, 0] {
+                assert_eq!(vectors.difference(&found, true), None, "{what}");
+                continue;
+            }
+            // A tile may be closed before its stop is seen.
+            let pixels = |event: &vectors::Event| event.kind == 0;
+            let found: Vec<_> = found.into_iter().filter(pixels).collect();
+            let mut expected = vectors.clone();
+            expected.expected.retain(pixels);
+            assert_eq!(expected.difference(&found, false), None, "{what}");
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes};
+use super::lanes::{LANES, Lanes, side_by_side};
 use super::qsu::Chance;
 use super::{CharacteriseError, Characterised, Measured, Meter, characterise};
 use crate::netlist::Netlist;
@@ -122,17 +122,6 @@ struct Lane<'a> {
     pairs: u64,
     offered: [bool; 3],
     chance: Chance,
-}
-
-/// Numbers of `width` bits side by side.
-fn side_by_side(numbers: impl Iterator<Item = u32>, width: usize, words: &mut [u32]) {
-    words.fill(0);
-    for (i, number) in numbers.enumerate() {
-        for bit in (0..width).filter(|bit| number >> bit & 1 == 1) {
-            let at = i * width + bit;
-            words[at / 32] |= 1 << (at % 32);
-        }
-    }
 }
 
 fn measure(

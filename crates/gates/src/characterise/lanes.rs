@@ -17,6 +17,11 @@ impl Lanes {
         Ok(Lanes(found.nets.clone()))
     }
 
+    /// The port called `port`, which may be missing.
+    pub fn named(netlist: &Netlist, port: &str) -> Option<Lanes> {
+        Some(Lanes(netlist.port(port)?.nets.clone()))
+    }
+
     /// Its bits.
     pub fn bits(&self) -> usize {
         self.0.len()
@@ -84,4 +89,15 @@ pub fn dealt<T>(work: &[T], size: impl Fn(&T) -> usize) -> Vec<Vec<&T>> {
         least.1.push(piece);
     }
     lanes.into_iter().map(|(_, pieces)| pieces).collect()
+}
+
+/// Numbers of `width` bits side by side, the first in the lowest bits.
+pub fn side_by_side(numbers: impl Iterator<Item = u32>, width: usize, words: &mut [u32]) {
+    words.fill(0);
+    for (i, number) in numbers.enumerate() {
+        for bit in (0..width).filter(|bit| number >> bit & 1 == 1) {
+            let at = i * width + bit;
+            words[at / 32] |= 1 << (at % 32);
+        }
+    }
 }

@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes, dealt};
+use super::lanes::{LANES, Lanes, dealt, side_by_side};
 use super::qsu::Chance;
 use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided};
 use crate::netlist::Netlist;
@@ -103,18 +103,6 @@ impl<'a> Lane<'a> {
     }
 }
 
-/// Numbers of `width` bits, the first in the lowest bits.
-fn packed(numbers: &[u16], width: usize) -> [u32; 16] {
-    let mut words = [0; 16];
-    for (place, number) in numbers.iter().enumerate() {
-        for bit in (0..width).filter(|bit| number >> bit & 1 == 1) {
-            let at = place * width + bit;
-            words[at / 32] |= 1 << (at % 32);
-        }
-    }
-    words
-}
-
 fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseError> {
     let port = |name| Lanes::of(netlist, name);
     let (reset, valid, ready) = (port("rst_n")?, port("in_valid")?, port("in_ready")?);
@@ -154,7 +142,8 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
             }
             (valids[number], ops[number]) = (1, beat);
             if let Some(splat) = splat {
-                records[number] = packed(&splat.numbers, width);
+                let numbers = splat.numbers.iter().map(|&number| u32::from(number));
+                side_by_side(numbers, width, &mut records[number]);
             }
             if let Some((work, 0)) = lane.at {
                 places[number] = work.place.map(u64::from);

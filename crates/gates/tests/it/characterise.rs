@@ -2,8 +2,9 @@
 
 use powergs_datapath::{NumberFormat, Outcome, Pixel, Record, Vrc};
 use powergs_gates::characterise::vrc::{Splat, Work};
-use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu, vrc};
+use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu, vrc, vru};
 use powergs_gates::committed::netlist;
+use powergs_gates::energy;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -135,4 +136,48 @@ fn energy_follows_what_is_blended() {
     assert_eq!(slots(&near), slots(&far));
     let pj = |work| vrc::prices(&unit, work).expect("prices").held_out_pj_per_cycle;
     assert!(pj(&far) < 0.9 * pj(&near), "{} and {} pJ a cycle", pj(&far), pj(&near));
+}
+
+/// Lists of tiles with splats for one to four sub-tiles; sub-tiles of every third tile stop.
+fn tiles(count: usize) -> Vec<vru::Work> {
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let tile = |i: usize| {
+        let entries: Vec<([u16; 9], u8)> = (0..random.random_range(1..80))
+            .map(|_| (std::array::from_fn(|_| random.random()), random.random_range(1..16)))
+            .collect();
+        let stop = |_| match i % 3 {
+            0 => Some(random.random_range(1..=entries.len())),
+            _ => None,
+        };
+        vru::Work { size: [16, 16], ends: [0, 1, 2, 3].map(stop), entries }
+    };
+    (0..count).map(tile).collect()
+}
+
+#[test]
+fn prices_of_the_control_hold_on_other_tiles() {
+    for library in ["45nm", "7nm"] {
+        let unit = netlist("vru", library).expect("a netlist");
+        let found = vru::prices(&unit, &tiles(1200)).expect("prices");
+        assert!(found.held_out.abs() < 0.05, "{library}: {found:?}");
+        assert!(price(&found, "pair") > 0.0 && price(&found, "entry") > 0.0, "{found:?}");
+        // A cycle without anything to do is most of what an idle unit draws.
+        assert!(price(&found, "cycle") < found.held_out_pj_per_cycle, "{found:?}");
+    }
+}
+
+/// A report without vectors knows nothing of the work: the same for any, and proportional to
+/// toggles beside the clock.
+#[test]
+fn without_vectors_a_unit_costs_the_same_whatever_it_does() {
+    let unit = netlist("qsu", "45nm").expect("a netlist");
+    let [random, near] = [0, 95].map(|near| qsu::prices(&unit, &lists(800, 300, near)));
+    let (random, near) = (random.expect("prices"), near.expect("prices"));
+    assert_eq!(random.vectorless_pj_per_cycle, near.vectorless_pj_per_cycle);
+    assert!(random.held_out_pj_per_cycle > 1.02 * near.held_out_pj_per_cycle);
+    let (all, cycles) = energy::vectorless(&unit);
+    assert!(all.clock() > 0.3 * all.clock_ungated && all.clock() < all.clock_ungated);
+    let per_cycle = all.total() / cycles * 1e-3;
+    assert_eq!(per_cycle, random.vectorless_pj_per_cycle);
+    assert!((0.2..2.0).contains(&(per_cycle / random.held_out_pj_per_cycle)), "{per_cycle}");
 }

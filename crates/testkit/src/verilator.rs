@@ -22,9 +22,13 @@ fn verilator() -> Option<PathBuf> {
 }
 
 impl Bench {
-    /// Lints and compiles `rtl/tb/NAME.sv` or `rtl/NAME.sv` with `rtl/tb/NAME.cpp`; `None`, with a
-    /// line that says so, without Verilator.
-    pub fn build(name: &str, parameters: &[(&str, u32)]) -> Option<Bench> {
+    /// Lints and compiles `rtl/tb/NAME.sv` or `rtl/NAME.sv` with `rtl/tb/NAME.cpp` in a folder of its
+    /// own in `place`, where it finds what it built before; `None`, with a line that says so,
+    /// without Verilator.
+    ///
+    /// # Panics
+    /// When it does not compile.
+    pub fn build(place: &str, name: &str, parameters: &[(&str, u32)]) -> Option<Bench> {
         let Some(verilator) = verilator() else {
             eprintln!("{name}: skipped, no Verilator (set POWERGS_VERILATOR or install it)");
             return None;
@@ -37,7 +41,7 @@ impl Bench {
         let mut hasher = DefaultHasher::new();
         verilator.hash(&mut hasher);
         let folder = format!("{name}{values}-{:016x}", hasher.finish());
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+        let folder = Path::new(place).join(folder);
         fs::create_dir_all(&folder).expect("a folder for the test bench");
         let tops = [format!("tb/{name}.sv"), format!("{name}.sv")].map(|file| rtl.join(file));
         let top = tops.into_iter().find(|top| top.exists()).expect("the top module");
@@ -66,6 +70,9 @@ impl Bench {
     }
 
     /// What it writes when it reads these words.
+    ///
+    /// # Panics
+    /// When it fails: it found no end.
     pub fn run(&self, words: &[u16]) -> Vec<u16> {
         let input: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let mut command = Command::new(&self.0);

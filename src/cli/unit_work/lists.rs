@@ -1,52 +1,38 @@
-//! Sorting units: lists of keys from a trace.
+//! Units that need a trace only: its lists.
 
 use std::path::PathBuf;
 
 use super::super::camera_file::{FrameRange, frame_range};
-use super::super::{Context, Exit, Failure, inputs};
-use super::Target;
+use super::super::{Context, Failure, inputs};
 use powergs_core::run::{Frames, Window};
 use powergs_core::workload::order::DepthKey;
 use powergs_core::workload::{FrameWorkload, Geometry};
-use powergs_gates::characterise::{CharacteriseError, Characterised};
-use powergs_gates::netlist::Netlist;
 
-/// Arguments of `characterise qsu` and `bsu`.
+/// A trace.
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub struct Lists {
     /// Trace whose lists are sorted
     #[arg(long, value_name = "FILE")]
     trace: PathBuf,
     /// Frames of the trace [default: the first]
     #[arg(long, value_name = "RANGE", value_parser = frame_range)]
     frames: Option<FrameRange>,
-    #[command(flatten)]
-    target: Target,
 }
 
-type Lists = Vec<Vec<u16>>;
+/// FP16 keys in storage order.
+pub type Keys = Vec<Vec<u16>>;
 
-impl Args {
-    /// Prices by `prices` of what `given` takes from each list.
-    pub(super) fn run(
-        &self,
-        unit: &str,
-        given: fn(&FrameWorkload, &[u32], &mut Lists),
-        prices: fn(&Netlist, &[Vec<u16>]) -> Result<Characterised, CharacteriseError>,
-        context: &Context,
-    ) -> Result<Exit, Failure> {
-        let netlist = self.target.netlist(unit)?;
-        let Some(lists) = self.lists(given, context)? else { return Ok(Exit::Interrupted) };
-        let trace = self.trace.display().to_string();
-        self.target.write((unit, &trace), &netlist, prices(&netlist, &lists), context)
+/// What is taken from a list.
+pub type Given = fn(&FrameWorkload, &[u32], &mut Keys);
+
+impl Lists {
+    /// The trace, for messages.
+    pub fn source(&self) -> String {
+        self.trace.display().to_string()
     }
 
-    /// `None`: interrupted.
-    fn lists(
-        &self,
-        given: fn(&FrameWorkload, &[u32], &mut Lists),
-        context: &Context,
-    ) -> Result<Option<Lists>, Failure> {
+    /// What `given` takes from each list; `None`: interrupted.
+    pub fn keys(&self, given: Given, context: &Context) -> Result<Option<Keys>, Failure> {
         let mut trace = inputs::trace(&self.trace, self.frames, context)?;
         let range = trace.range();
         let last = if self.frames.is_some() { range.end } else { range.end.min(range.start + 1) };
@@ -67,14 +53,14 @@ impl Args {
 }
 
 /// Lists that are longer than a chunk, as a QSU gets them.
-pub(super) fn whole(workload: &FrameWorkload, list: &[u32], lists: &mut Lists) {
+pub fn whole(workload: &FrameWorkload, list: &[u32], lists: &mut Keys) {
     if list.len() > workload.geometry.chunk as usize {
         lists.push(arriving(workload, list));
     }
 }
 
 /// Chunks, as a BSU gets them: pivots have cut the list into stretches of the exact order.
-pub(super) fn chunks(workload: &FrameWorkload, list: &[u32], lists: &mut Lists) {
+pub fn chunks(workload: &FrameWorkload, list: &[u32], lists: &mut Keys) {
     let chunk = workload.geometry.chunk as usize;
     lists.extend(list.chunks(chunk).map(|part| arriving(workload, part)));
 }
