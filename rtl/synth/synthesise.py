@@ -19,7 +19,6 @@ library's wire-load model where it has one (Nangate45) and nothing elsewhere.
 """
 
 import argparse
-import contextlib
 import fnmatch
 import gzip
 import json
@@ -29,6 +28,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 from collections import Counter
 from pathlib import Path
 
@@ -177,22 +177,30 @@ def single_assignments(match):
     return "\n".join(f"  assign {a} = {b};" for a, b in pairs if b not in ("1'bx", "1'bz"))
 
 
-@contextlib.contextmanager
-def quiet(log):
-    """What Yosys and ABC print goes to `log`, and to the terminal if they fail."""
+def apart(log, work, *arguments):
+    """Runs `work` in a process of its own, with what Yosys and ABC print in `log`.
+
+    Yosys ends its process where something is wrong, so nothing could be said in this one.
+    """
     sys.stdout.flush()
-    terminal = os.dup(1), os.dup(2)
-    with open(log, "wb") as file:
-        os.dup2(file.fileno(), 1)
-        os.dup2(file.fileno(), 2)
-    try:
-        yield
-    except BaseException:
-        os.write(terminal[1], log.read_bytes()[-4000:])
-        raise
-    finally:
-        os.dup2(terminal[0], 1)
-        os.dup2(terminal[1], 2)
+    child = os.fork()
+    if child == 0:
+        with open(log, "wb") as file:
+            os.dup2(file.fileno(), 1)
+            os.dup2(file.fileno(), 2)
+        failed = 1
+        try:
+            work(*arguments)
+            failed = 0
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(failed)
+    _, status = os.waitpid(child, 0)
+    if status:
+        sys.exit(log.read_text(errors="replace")[-4000:] + "\nYosys failed; the end of its log is above")
 
 
 def cut_out(design, args, folder):
@@ -293,18 +301,17 @@ def map_unit(args, settings, liberty, unused, folder):
         "splitnets -ports -format _",
         f"write_verilog -noattr -noexpr -nohex -nodec {out}.v",
     ]
-    with quiet(folder / "yosys.log"):
-        for step in steps:
-            if callable(step):
-                step()
-            else:
-                ys.run_pass(step, design)
+    for step in steps:
+        if callable(step):
+            step()
+        else:
+            ys.run_pass(step, design)
     verilog = Path(f"{out}.v")
     verilog.write_text(VECTOR.sub(single_assignments, verilog.read_text()))
 
 
-def prove(args, settings, liberty, folder):
-    """Proves the written netlist equal to the RTL; returns the number of points that were compared.
+def prove(args, settings, liberty):
+    """Proves the written netlist equal to the RTL.
 
     All signals that have kept their name, the outputs and registers among them, are equal in a cycle
     if they were in the one before (induction by SAT). A flip-flop behind a clock gate is taken for
@@ -328,41 +335,38 @@ def prove(args, settings, liberty, folder):
     gates = {name(kind).str() for _, kind in settings["clock_gates"]}
     data, own_clock, plain, inverse = settings["flip_flop_pins"]
     design = ys.Design()
-    with quiet(folder / "prove.log"):
-        run("read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
-            f"hierarchy -check -top {args.unit} {chparam}", "synth -flatten -noabc",
-            "rename -top gold", "design -stash gold")
-        run(*[f"read_liberty -ignore_miss_func -ignore_miss_data_latch {path}" for path in liberty],
-            f"read_json {args.out / args.name}.json", f"rename {args.name} gate")
-        module = design.module(name("gate"))
-        enables = {}
-        for cell in [cell for cell in module.cells_.values() if cell.type.str() in gates]:
-            enables[pin(cell, output).as_wire().name.str()] = pin(cell, enable), pin(cell, clock)
-            module.remove(cell)
-        stores = [cell for cell in module.cells_.values() if pin(cell, own_clock)]
-        for number, cell in enumerate(stores):
-            gated = enables.get(pin(cell, own_clock).as_wire().name.str())
-            of = module.addCell(name(f"stores_{number}"),
-                                ys.IdString("$_DFFE_PP_" if gated else "$_DFF_P_"))
-            stored = ys.SigSpec(module.addWire(name(f"stored_{number}"), 1))
-            of.setPort(name("C"), gated[1] if gated else pin(cell, own_clock))
-            of.setPort(name("D"), pin(cell, data))
-            of.setPort(name("Q"), stored)
-            if gated:
-                of.setPort(name("E"), gated[0])
-            if pin(cell, plain):
-                module.connect(pin(cell, plain), stored)
-            if pin(cell, inverse):
-                module.addNotGate(name(f"inverse_{number}"), stored.as_bit(),
-                                  pin(cell, inverse).as_bit())
-            module.remove(cell)
-        run("hierarchy -top gate", "flatten", "proc", "opt_clean", "simplemap",
-            "design -stash gate", "design -copy-from gold -as gold gold",
-            "design -copy-from gate -as gate gate", "equiv_make gold gate equiv",
-            "hierarchy -top equiv", "opt_clean -purge", "equiv_simple -short", "equiv_induct",
-            "equiv_status -assert")
-    log = (folder / "prove.log").read_text()
-    return int(re.findall(r"Of those cells (\d+) are proven and 0 are unproven", log)[-1])
+    run("read_verilog -sv -defer " + " ".join(str(path) for path in sources(args.source)),
+        f"hierarchy -check -top {args.unit} {chparam}", "synth -flatten -noabc",
+        "rename -top gold", "design -stash gold")
+    run(*[f"read_liberty -ignore_miss_func -ignore_miss_data_latch {path}" for path in liberty],
+        f"read_json {args.out / args.name}.json", f"rename {args.name} gate")
+    module = design.module(name("gate"))
+    enables = {}
+    for cell in [cell for cell in module.cells_.values() if cell.type.str() in gates]:
+        enables[pin(cell, output).as_wire().name.str()] = pin(cell, enable), pin(cell, clock)
+        module.remove(cell)
+    stores = [cell for cell in module.cells_.values() if pin(cell, own_clock)]
+    for number, cell in enumerate(stores):
+        gated = enables.get(pin(cell, own_clock).as_wire().name.str())
+        of = module.addCell(name(f"stores_{number}"),
+                            ys.IdString("$_DFFE_PP_" if gated else "$_DFF_P_"))
+        stored = ys.SigSpec(module.addWire(name(f"stored_{number}"), 1))
+        of.setPort(name("C"), gated[1] if gated else pin(cell, own_clock))
+        of.setPort(name("D"), pin(cell, data))
+        of.setPort(name("Q"), stored)
+        if gated:
+            of.setPort(name("E"), gated[0])
+        if pin(cell, plain):
+            module.connect(pin(cell, plain), stored)
+        if pin(cell, inverse):
+            module.addNotGate(name(f"inverse_{number}"), stored.as_bit(),
+                              pin(cell, inverse).as_bit())
+        module.remove(cell)
+    run("hierarchy -top gate", "flatten", "proc", "opt_clean", "simplemap",
+        "design -stash gate", "design -copy-from gold -as gold gold",
+        "design -copy-from gate -as gate gate", "equiv_make gold gate equiv",
+        "hierarchy -top equiv", "opt_clean -purge", "equiv_simple -short", "equiv_induct",
+        "equiv_status -assert")
 
 
 def constraints(args, settings):
@@ -449,11 +453,14 @@ def main():
         liberty = unpacked(args.liberty, folder)
         unused = [name for name in cells_of(liberty)
                   if any(fnmatch.fnmatch(name, pattern) for pattern in settings["dont_use"])]
-        map_unit(args, settings, liberty, unused, folder)
+        apart(folder / "yosys.log", map_unit, args, settings, liberty, unused, folder)
         (args.out / f"{args.name}.sdc").write_text(constraints(args, settings))
         summary = report(args, settings, liberty)
         if args.prove:
-            summary["points_proven_equal"] = prove(args, settings, liberty, folder)
+            log = folder / "prove.log"
+            apart(log, prove, args, settings, liberty)
+            proven = re.findall(r"Of those cells (\d+) are proven and 0 are unproven", log.read_text())
+            summary["points_proven_equal"] = int(proven[-1])
         times = timing(args, liberty)
         if times is None:
             print("critical path: skipped, no OpenSTA (`sta`) on the path", file=sys.stderr)

@@ -1,5 +1,7 @@
 //! Everything that has a definition.
 
+use std::collections::BTreeMap;
+
 use powergs_base::config::Embedded;
 use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, SYNTH};
 use powergs_base::config::references::{cited, references};
@@ -93,11 +95,40 @@ pub fn entries(further: impl IntoIterator<Item = Keys>) -> Vec<Entry> {
     all.extend(statistics::catalogue().iter().map(statistic));
     all.extend(columns(&all));
     keys("key of machine files", key_docs::<Machine>(), &MACHINES[0], &mut all);
+    let first = all.len();
     keys("key of energy tables", key_docs::<EnergyTable>(), &ENERGY[0], &mut all);
+    for entry in &mut all[first..] {
+        entry.facts.extend(prices(&entry.name).into_iter().map(|text| ("price", text)));
+    }
     keys("key of DRAM devices", key_docs::<Device>(), &DRAM[0], &mut all);
     keys("key of display presets", key_docs::<Display>(), &DISPLAYS[0], &mut all);
     further.into_iter().for_each(|k| keys(k.kind, k.docs, k.example, &mut all));
     all
+}
+
+/// What the tables that come with the program have for a price, with the source that each names.
+fn prices(path: &str) -> Vec<String> {
+    let mut tables: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for file in ENERGY {
+        let table: toml::Table = file.text.parse().unwrap_or_default();
+        let table = toml::Value::Table(table);
+        let price = path.split('.').try_fold(&table, |at, key| at.get(key));
+        let price = price.and_then(toml::Value::as_table);
+        let Some(source) = price.and_then(|price| price.get("source")?.as_str()) else { continue };
+        let parts = price
+            .into_iter()
+            .flatten()
+            .filter(|(key, value)| *key != "source" && !(value.is_table() || value.is_array()));
+        let parts = parts.map(|(key, value)| match value.as_str() {
+            Some(text) if key == "energy" => text.to_owned(),
+            Some(text) => format!("{key} {text}"),
+            None => format!("{key} = {value}"),
+        });
+        let parts: Vec<String> = parts.collect();
+        let text = format!("{} (source: {source})", parts.join(", "));
+        tables.entry(text).or_default().push(file.name);
+    }
+    tables.into_iter().map(|(text, names)| format!("{text} in {}", names.join(", "))).collect()
 }
 
 /// Columns of the results of sweeps that are not statistics themselves.

@@ -9,10 +9,11 @@ use powergs_datapath::vectors::{bsu, qsu};
 
 use super::support::gscore;
 
-/// Units of `gscore`, one a core.
+/// Units one a core, with the latencies of `rtl/`, which `arch-configs/machines/gscore.toml` has.
 fn units() -> ResolvedUnits {
     let mut machine = gscore();
     (machine.gsu.qsu_per_core, machine.gsu.bsu_per_core) = (1, 1);
+    (machine.gsu.qsu_latency, machine.gsu.bsu_latency) = (2, 4);
     ResolvedUnits::new(&machine)
 }
 
