@@ -4,13 +4,14 @@
 //! of them can reach α = 1/255 at all; only those are evaluated. α is computed as an exponential of
 //! base 2 with the opacity folded in: α = 2^p, p = A δx² + B δx δy + C δy² + log₂ o.
 //!
-//! While a block is blended, a stopped pixel has transmittance 0; its true one is kept apart.
+//! A stopped pixel has its transmittance with a minus sign: it takes no part, and the loop over rows
+//! need not branch where pixels stop.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
 use fearless_simd_macros::simd;
 
-use powergs_frame::splat::simd::exp2;
+use powergs_frame::splat::simd::{ROUND, exp2};
 use powergs_frame::splat::{ALPHA_MAX, Splat, TRANSMITTANCE_MIN};
 
 /// Side of a block, pixels.
@@ -126,18 +127,39 @@ pub struct Hit {
 /// One value per pixel of a block.
 pub(super) type Rows = [[f32; BLOCK]; BLOCK];
 
+/// One value per row of a block, where vectors of them are stored and loaded one by one: a store
+/// across two cache lines cannot be forwarded.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Line([f32; BLOCK]);
+
+impl Line {
+    #[inline(always)]
+    pub(super) fn of<S: Simd>(values: f32x16<S>) -> Line {
+        Line(values.into())
+    }
+
+    /// The value of row `y`, in all lanes.
+    #[inline(always)]
+    pub(super) fn at<S: Simd>(&self, simd: S, y: usize) -> f32x16<S> {
+        f32x16::splat(simd, self.0[y])
+    }
+}
+
 /// The state of one block.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Block {
+    /// Negative where the pixel stopped, 0 where it takes no part.
     transmittance: Rows,
     colour: [Rows; 3],
+    /// α of the splat at hand, before it is clamped.
+    pub(super) alphas: Rows,
     /// Entries with α ≥ 1/255 so far, the terminating one included.
     blended: [[u32; BLOCK]; BLOCK],
     heaviest: Rows,
     heaviest_rank: [[u32; BLOCK]; BLOCK],
-    /// Transmittance of pixels that stopped.
-    stopped_at: Rows,
+    /// Entries at which pixels stopped (only if counted).
     stop: [[u32; BLOCK]; BLOCK],
     /// Rows with a pixel that has not stopped.
     pub(super) alive: u32,
@@ -160,10 +182,10 @@ impl Block {
         Block {
             transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
+            alphas: [[0.0; BLOCK]; BLOCK],
             blended: [[0; BLOCK]; BLOCK],
             heaviest: [[0.0; BLOCK]; BLOCK],
             heaviest_rank: [[OPEN; BLOCK]; BLOCK],
-            stopped_at: [[0.0; BLOCK]; BLOCK],
             stop: [[OPEN; BLOCK]; BLOCK],
             alive: 0,
             stopped: 0,
@@ -179,13 +201,12 @@ impl Block {
             row[..width].fill(1.0);
         }
         self.colour = [[[0.0; BLOCK]; BLOCK]; 3];
-        self.stop = [[OPEN; BLOCK]; BLOCK];
-        self.stopped_at = [[0.0; BLOCK]; BLOCK];
         self.alive = (1 << height) - 1;
         self.stopped = 0;
         self.origin = [x as f32, y as f32];
         if R::COUNT {
             self.blended = [[0; BLOCK]; BLOCK];
+            self.stop = [[OPEN; BLOCK]; BLOCK];
         }
         if R::DOMINANCE {
             self.heaviest = [[0.0; BLOCK]; BLOCK];
@@ -211,8 +232,7 @@ impl Block {
     pub(super) fn row(&self, y: usize, c: usize, background: f32) -> [f32; BLOCK] {
         let mut row = [0.0; BLOCK];
         for (x, value) in row.iter_mut().enumerate() {
-            // One of the two is zero.
-            let t = self.transmittance[y][x] + self.stopped_at[y][x];
+            let t = self.transmittance[y][x].abs();
             *value = self.colour[c][y][x] + t * background;
         }
         row
@@ -244,19 +264,23 @@ impl Block {
         &self.heaviest_rank[y]
     }
 
-    /// Stops the pixels of `lanes` in `row` at list entry `at`.
-    #[cold]
-    pub(super) fn stop_lanes(&mut self, row: usize, mut lanes: u64, at: u32) {
-        self.stopped |= 1 << row;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize & (BLOCK - 1);
-            lanes &= lanes - 1;
-            self.stop[row][lane] = at;
-            self.stopped_at[row][lane] = self.transmittance[row][lane];
-            self.transmittance[row][lane] = 0.0;
-        }
-        if self.transmittance[row].iter().all(|&t| t == 0.0) {
-            self.alive &= !(1 << row);
+    /// Takes note of the pixels in `rows`, one bit each, that list entry `at` has stopped.
+    #[inline(always)]
+    pub(super) fn note_stops<S: Simd, R: Record>(&mut self, simd: S, mut rows: u32, at: u32) {
+        let zero = f32x16::splat(simd, 0.0);
+        self.stopped |= rows;
+        while rows != 0 {
+            let y = rows.trailing_zeros() as usize & (BLOCK - 1);
+            rows &= rows - 1;
+            let t = f32x16::from_slice(simd, &self.transmittance[y]);
+            if R::COUNT {
+                let old = u32x16::from_slice(simd, &self.stop[y]);
+                let new = t.simd_lt(zero) & old.simd_eq(u32x16::splat(simd, OPEN));
+                new.select(u32x16::splat(simd, at), old).store_slice(&mut self.stop[y]);
+            }
+            if !t.simd_gt(zero).any_true() {
+                self.alive &= !(1 << y);
+            }
         }
     }
 }
@@ -350,23 +374,28 @@ fn blend_batch<S: Simd, R: Record>(
             continue;
         }
         let dx = columns - paint.mean[0];
-        let mut hit_rows = 0;
+        // Exponentials first: they wait for nothing, so that many are in flight.
+        let mut left = touched;
+        while left != 0 {
+            let y = left.trailing_zeros() as usize & (BLOCK - 1);
+            left &= left - 1;
+            let power = f32x16::splat(simd, paint.quadratic[0])
+                .mul_add(dx, lines.linear.at(simd, y))
+                .mul_add(dx, lines.base.at(simd, y));
+            alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.alphas[y]);
+        }
+        let (mut hit_rows, mut stop_rows) = (0, 0);
         while touched != 0 {
             let y = touched.trailing_zeros() as usize & (BLOCK - 1);
             touched &= touched - 1;
-            let power = f32x16::splat(simd, paint.quadratic[0])
-                .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
-                .mul_add(dx, f32x16::splat(simd, lines.base[y]));
-            let row = blend_row(simd, record, block, y, power, &brush);
+            let row = blend_row(simd, record, block, y, &brush);
+            stop_rows |= u32::from(row.stops) << y;
             if R::HITS {
                 hit_rows |= u32::from(row.hit) << y;
             }
-            if row.stops != 0 {
-                block.stop_lanes(y, row.stops, (first + at) as u32);
-                if block.alive == 0 {
-                    break;
-                }
-            }
+        }
+        if stop_rows != 0 {
+            block.note_stops::<S, R>(simd, stop_rows, (first + at) as u32);
         }
         if R::HITS && hit_rows != 0 {
             block.hits.push(Hit { entry: *entry, rows: hit_rows });
@@ -384,7 +413,8 @@ pub(super) struct Form<S: Simd> {
     square: f32x16<S>,
     /// B δy.
     pub(super) linear: f32x16<S>,
-    /// δx in the block at which a row is largest, and what it adds to the base there.
+    /// δx of the pixel of the block at which a row is largest, and what it adds to the base
+    /// there.
     peak: f32x16<S>,
     along: f32x16<S>,
 }
@@ -395,10 +425,13 @@ impl<S: Simd> Form<S> {
         let [a, b, c] = paint.quadratic;
         let dy = rows - paint.mean[1];
         let linear = dy * b;
-        let left = left - paint.mean[0];
-        let peak = (dy * paint.slope)
+        // The pixel nearest to the peak of the row: there the exponent has the bits that blending
+        // gives it, so that rows between whose pixels the splat falls are not touched.
+        let column = dy
+            .mul_add(f32x16::splat(simd, paint.slope), f32x16::splat(simd, paint.mean[0]))
             .max(f32x16::splat(simd, left))
             .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
+        let peak = ((column + ROUND) - ROUND) - paint.mean[0];
         let along = f32x16::splat(simd, a).mul_add(peak, linear);
         Form { dy, square: dy * c, linear, peak, along }
     }
@@ -409,7 +442,7 @@ impl<S: Simd> Form<S> {
         self.square.mul_add(self.dy, f32x16::splat(simd, log_opacity))
     }
 
-    /// Rows that can reach α = 1/255 with this base.
+    /// Rows in which α reaches 1/255 with this base, and few others.
     #[inline(always)]
     pub(super) fn touched(&self, simd: S, paint: &Paint, base: f32x16<S>) -> u32 {
         let largest = self.along.mul_add(self.peak, base);
@@ -419,8 +452,8 @@ impl<S: Simd> Form<S> {
 
 /// The exponent of one splat on the 16 rows of a block: `(a δx + linear) δx + base`.
 pub(super) struct Lines {
-    pub(super) base: [f32; BLOCK],
-    pub(super) linear: [f32; BLOCK],
+    pub(super) base: Line,
+    pub(super) linear: Line,
     /// Rows that can reach α = 1/255.
     touched: u32,
 }
@@ -431,7 +464,7 @@ impl Lines {
         let form = Form::of(simd, paint, rows, left);
         let base = form.base(simd, paint.log_opacity);
         let touched = form.touched(simd, paint, base);
-        Lines { base: base.into(), linear: form.linear.into(), touched }
+        Lines { base: Line::of(base), linear: Line::of(form.linear), touched }
     }
 }
 
@@ -446,39 +479,40 @@ pub(super) struct Brush {
 pub(super) struct RowOutcome {
     /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
     hit: bool,
-    /// The lanes that stop here, one bit each.
-    pub(super) stops: u64,
+    /// Whether any pixel stops here.
+    pub(super) stops: bool,
 }
 
-/// Blends one splat of exponent `power` into row `y`.
+/// α of exponents, 0 where they blend nothing; not yet clamped.
+#[inline(always)]
+pub(super) fn alpha_of<S: Simd>(simd: S, power: f32x16<S>, log_opacity: f32) -> f32x16<S> {
+    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
+    let hit = power.simd_ge(threshold) & power.simd_le(f32x16::splat(simd, log_opacity));
+    hit.select(exp2(simd, power.max(threshold)), f32x16::splat(simd, 0.0))
+}
+
+/// Blends one splat into row `y`, with the alphas of the block.
 #[inline(always)]
 pub(super) fn blend_row<S: Simd, R: Record>(
     simd: S,
     _record: R,
     block: &mut Block,
     y: usize,
-    power: f32x16<S>,
     brush: &Brush,
 ) -> RowOutcome {
     let zero = f32x16::splat(simd, 0.0);
-    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
+    let alpha = f32x16::from_slice(simd, &block.alphas[y]).min(f32x16::splat(simd, ALPHA_MAX));
     let t = f32x16::from_slice(simd, &block.transmittance[y]);
-    let hit = power.simd_ge(threshold)
-        & power.simd_le(f32x16::splat(simd, brush.tint.log_opacity))
-        & t.simd_gt(zero);
-    let alpha = exp2(simd, power.max(threshold)).min(f32x16::splat(simd, ALPHA_MAX));
+    let hit = alpha.simd_gt(zero) & t.simd_gt(zero);
     let mut weight = hit.select(alpha * t, zero);
     if R::COUNT {
         let n = u32x16::from_slice(simd, &block.blended[y]);
         hit.select(n + 1, n).store_slice(&mut block.blended[y]);
     }
-    let mut left = t - weight;
+    let left = t - weight;
     let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
-    let stopping = stops.any_true();
-    if stopping {
-        weight = stops.select(zero, weight);
-        left = stops.select(t, left);
-    }
+    weight = stops.select(zero, weight);
+    let left = stops.select(-t, left);
     left.store_slice(&mut block.transmittance[y]);
     for channel in 0..3 {
         let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
@@ -493,8 +527,5 @@ pub(super) fn blend_row<S: Simd, R: Record>(
             .select(u32x16::splat(simd, brush.rank), owner)
             .store_slice(&mut block.heaviest_rank[y]);
     }
-    RowOutcome {
-        hit: R::HITS && hit.any_true(),
-        stops: if stopping { stops.to_bitmask() } else { 0 },
-    }
+    RowOutcome { hit: R::HITS && hit.any_true(), stops: stops.any_true() }
 }

@@ -52,7 +52,8 @@ pub(super) fn ordered(
     in_depth_order_by(
         &parts,
         |visible| depth(visible.splat.depth),
-        |part, i| (parts[part][i].splat, parts[part][i].colour),
+        Default::default(),
+        |_, visible| (visible.splat, visible.colour),
     )
 }
 

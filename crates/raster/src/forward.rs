@@ -8,12 +8,14 @@ use rayon::prelude::*;
 use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record};
 use super::row::{RowTarget, Shared, TileCount, render_row};
 use powergs_base::picture::Picture;
-use powergs_frame::splat::project::{LANES, View, Visible, project_block};
+use powergs_frame::splat::project::{LANES, View, Visible, colour_block, project_block};
 use powergs_frame::splat::runs::{Reach, Runs, Touch};
 use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
 use powergs_scene::{Camera, Gaussians, ShDegree};
 
+/// Items that are brought together before something is made of them.
+const NEAR: usize = 64;
 /// Gaussians projected by one task; a power of two.
 const PART: usize = 256 * LANES;
 
@@ -103,7 +105,7 @@ fn render_as<R: Record>(
     record: R,
 ) -> Rendered {
     let (parts, survivor_bits) = project(scene, camera, options.level);
-    let (splats, paints) = in_depth_order(&parts);
+    let (splats, paints) = in_depth_order(&parts, Default::default());
     drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
     let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
@@ -169,27 +171,38 @@ pub(super) fn project_then<T: Send>(
                 bits.extend_from_slice(&mask.to_le_bytes());
             }
             bits.truncate((end - first).div_ceil(8));
+            for some in visible.chunks_mut(LANES) {
+                dispatch!(level, simd => colour_block(simd, scene, view, some));
+            }
             (then(visible), bits)
         })
         .unzip();
     (parts, bits.concat())
 }
 
-/// Splats, and their form for blending, in ascending depth, ties by index in the scene.
-pub(super) fn in_depth_order(parts: &[Vec<Visible>]) -> (Vec<Splat>, Vec<Paint>) {
+/// Splats, and their form for blending, in ascending depth, ties by index in the scene; in the room
+/// of those of another frame.
+pub(super) fn in_depth_order(
+    parts: &[Vec<Visible>],
+    room: (Vec<Splat>, Vec<Paint>),
+) -> (Vec<Splat>, Vec<Paint>) {
     let depth = |v: &Visible| v.splat.depth;
-    in_depth_order_by(parts, depth, |part, i| {
-        let Visible { splat, colour } = parts[part][i];
+    in_depth_order_by(parts, depth, room, |_, Visible { splat, colour }| {
         (splat, Paint::new(&splat, colour))
     })
 }
 
-/// Two things that `make` makes of every item of `parts`, which it is told by part and place, in
-/// ascending depth, ties by place. No part has more than [`PART`].
-pub(super) fn in_depth_order_by<V: Sync, A: Send, B: Send>(
+/// Two things that `make` makes of every item of `parts`, of which it is told the part, in ascending
+/// depth, ties by place. No part has more than [`PART`].
+pub(super) fn in_depth_order_by<
+    V: Copy + Sync,
+    A: Send + Default + Clone,
+    B: Send + Default + Clone,
+>(
     parts: &[Vec<V>],
     depth: impl Fn(&V) -> f32 + Sync,
-    make: impl Fn(usize, usize) -> (A, B) + Sync,
+    (mut a, mut b): (Vec<A>, Vec<B>),
+    make: impl Fn(usize, V) -> (A, B) + Sync,
 ) -> (Vec<A>, Vec<B>) {
     // Depth, part, position in the part: positive floats order like their bits.
     let depth = &depth;
@@ -203,13 +216,20 @@ pub(super) fn in_depth_order_by<V: Sync, A: Send, B: Send>(
         })
         .collect();
     keys.par_sort_unstable();
-    let (mut a, mut b) = (Vec::new(), Vec::new());
-    keys.par_iter()
-        .map(|&key| {
-            let place = key as u32 as usize;
-            make(place / PART, place % PART)
-        })
-        .unzip_into_vecs(&mut a, &mut b);
+    a.resize(keys.len(), A::default());
+    b.resize(keys.len(), B::default());
+    let outputs = a.par_chunks_mut(NEAR).zip(b.par_chunks_mut(NEAR));
+    keys.par_chunks(NEAR).zip(outputs).with_min_len(16).for_each(|(keys, (a, b))| {
+        // Brought together first, so that cache misses overlap.
+        let place = |key: &u64| (*key as u32 as usize / PART, *key as u32 as usize % PART);
+        let mut near = [None; NEAR];
+        for (near, (part, i)) in near.iter_mut().zip(keys.iter().map(place)) {
+            *near = Some((part, parts[part][i]));
+        }
+        for ((a, b), (part, item)) in a.iter_mut().zip(b).zip(near.into_iter().flatten()) {
+            (*a, *b) = make(part, item);
+        }
+    });
     (a, b)
 }
 

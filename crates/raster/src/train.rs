@@ -10,26 +10,25 @@
 
 mod gradients;
 mod row;
+mod slopes;
 mod unblend;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use rayon::prelude::*;
 
 pub use gradients::Gradients;
+pub use slopes::Slopes;
 
 use self::row::Row;
 use self::unblend::{ColourOpacity, Everything};
 use super::blend::{BLOCK, Paint};
 use super::forward::{in_depth_order, project};
 use powergs_base::picture::Picture;
-use powergs_frame::splat::gradient::{COLOUR, GradientPart, HIDDEN, PixelSums, unproject_block};
-use powergs_frame::splat::project::{LANES, View};
+use powergs_frame::splat::gradient::{COLOUR, HIDDEN, PixelSums};
+use powergs_frame::splat::project::View;
 use powergs_frame::splat::runs::{Reach, Run, Runs};
 use powergs_frame::splat::{Intersection, Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
-
-/// Gaussians whose gradients one task finds; a multiple of [`LANES`].
-const PART: usize = 128 * LANES;
 
 /// How to render and differentiate.
 #[derive(Debug, Clone, Copy)]
@@ -106,10 +105,17 @@ impl Tape {
     /// Renders `scene` from `camera`. The picture is over the background and not clamped.
     pub fn forward(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> &Picture {
         let (parts, _) = project(scene, camera, options.level);
-        let (splats, paints) = in_depth_order(&parts);
+        let (room, runs) = match self.frame.take() {
+            Some(Frame { splats, paints, runs, .. }) => ((splats, paints), Some(runs)),
+            None => Default::default(),
+        };
+        let (splats, paints) = in_depth_order(&parts, room);
         drop(parts);
         let grid = TileGrid::new(camera.width, camera.height, BLOCK as u32);
-        let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
+        let runs = match runs {
+            Some(runs) => runs.renewed(&splats, grid, options.test, Reach::Alpha),
+            None => Runs::new(&splats, grid, options.test, Reach::Alpha),
+        };
         (self.picture.width, self.picture.height) = (camera.width, camera.height);
         self.picture.pixels.resize(camera.width as usize * camera.height as usize, [0.0; 3]);
         self.rows.resize_with(grid.ny as usize, Row::default);
@@ -152,11 +158,9 @@ impl Tape {
         (rows + frame + pixels + sums) as u64
     }
 
-    /// Writes to `out` the gradient of a loss by the parameters of `scene`, given `by_pixel`, its
-    /// gradient by the channels of the picture, row-major. Gaussians that are not seen get zero.
-    ///
-    /// `scene` must be the one of the last [`Tape::forward`]. Gradients are finite if `by_pixel`
-    /// is and nothing overflows single precision.
+    /// Writes to `out` the gradient of a loss by the parameters of `scene`; arguments as in
+    /// [`Tape::slopes`]. `scene` must be the one of the last [`Tape::forward`]. Gaussians that are
+    /// not seen get zero.
     pub fn backward(
         &mut self,
         scene: &Gaussians,
@@ -164,8 +168,14 @@ impl Tape {
         which: Which,
         out: &mut Gradients,
     ) {
+        out.write(scene, &self.slopes(by_pixel, which));
+    }
+
+    /// The slopes of a loss, given `by_pixel`, its gradient by the channels of the picture of the
+    /// last [`Tape::forward`], row-major. Gradients are finite if `by_pixel` is and nothing
+    /// overflows single precision.
+    pub fn slopes(&mut self, by_pixel: &[[f32; 3]], which: Which) -> Slopes<'_> {
         let frame = self.frame.as_ref().expect("forward comes before backward");
-        assert_eq!(frame.points, scene.len(), "backward needs the scene of the forward pass");
         assert_eq!(by_pixel.len(), self.picture.pixels.len(), "a gradient for every pixel");
         let lines = (self.picture.width as usize * BLOCK).max(1);
         self.rows
@@ -186,11 +196,11 @@ impl Tape {
             });
         add_rows(&mut self.sums, &self.rows, frame);
         self.ranks.clear();
-        self.ranks.resize(scene.len(), HIDDEN);
+        self.ranks.resize(frame.points, HIDDEN);
         for (rank, splat) in frame.splats.iter().enumerate() {
             self.ranks[splat.index as usize] = rank as u32;
         }
-        unproject(scene, frame, &self.ranks, &self.sums, which, out);
+        Slopes { frame, which, ranks: &self.ranks, sums: &self.sums }
     }
 }
 
@@ -229,38 +239,6 @@ fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], frame: &Frame) {
                     if colour <= 0.0 {
                         *sum = 0.0;
                     }
-                }
-            }
-        });
-}
-
-fn unproject(
-    scene: &Gaussians,
-    frame: &Frame,
-    ranks: &[u32],
-    sums: &[PixelSums],
-    which: Which,
-    out: &mut Gradients,
-) {
-    out.resize_like(scene);
-    let n = 3 * scene.sh_coefficients();
-    out.means
-        .par_chunks_mut(PART)
-        .zip(out.log_scales.par_chunks_mut(PART))
-        .zip(out.rotations.par_chunks_mut(PART))
-        .zip(out.logit_opacities.par_chunks_mut(PART))
-        .zip(out.sh.par_chunks_mut(PART * n))
-        .enumerate()
-        .for_each(|(i, ((((means, log_scales), rotations), logit_opacities), sh))| {
-            let mut part = GradientPart { means, log_scales, rotations, logit_opacities, sh };
-            let (first, len) = (i * PART, part.means.len());
-            for at in (0..len).step_by(LANES) {
-                let mut block = part.range(at, (at + LANES).min(len), n);
-                let start = first + at;
-                match which {
-                    Which::All => dispatch!(frame.options.level, simd => unproject_block(
-                        simd, scene, &frame.view, start, ranks, sums, &mut block)),
-                    Which::ColourAndOpacity => block.colour_and_opacity(scene, start, ranks, sums),
                 }
             }
         });

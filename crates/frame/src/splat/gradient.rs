@@ -5,7 +5,7 @@
 //! The gradient by the centre is K Σ s δ, by the covariance ½ K (Σ s δ δᵀ) K, by the logit
 //! opacity (1 − o) Σ s. From there the chain rule runs back through Σ2D = A Aᵀ with A = J W R S.
 //! The clamp of x/z and y/z inside J has its true derivative: none where it holds. Sixteen
-//! Gaussians at a time; a Gaussian that is not seen gets zero.
+//! Gaussians at a time, of those that are seen.
 
 mod harmonics;
 
@@ -16,7 +16,7 @@ use fearless_simd_macros::simd;
 use super::project::{
     Footprint, LANES, SH_C0, View, direction, dot3, lanes_of, sh_basis, to_camera,
 };
-use super::simd::exp;
+use super::simd::{exp, transpose};
 use crate::scene::Gaussians;
 
 /// Sums over the pixels that a splat blends in, with s the gradient of the loss by ln α and
@@ -30,96 +30,114 @@ pub const COLOUR: usize = 6;
 /// The rank of a Gaussian that is not seen.
 pub const HIDDEN: u32 = u32::MAX;
 
-/// Gradients of consecutive Gaussians, to be written: one entry per Gaussian and list.
-#[derive(Debug)]
-pub struct GradientPart<'a> {
-    /// By the centre.
-    pub means: &'a mut [[f32; 3]],
-    /// By the logarithm of the standard deviations.
-    pub log_scales: &'a mut [[f32; 3]],
-    /// By the raw quaternion (w, x, y, z).
-    pub rotations: &'a mut [[f32; 4]],
-    /// By the logit opacity.
-    pub logit_opacities: &'a mut [f32],
-    /// By the SH coefficients, `[channel][coefficient]` per Gaussian.
-    pub sh: &'a mut [f32],
+/// Parameters of consecutive Gaussians: one entry per Gaussian and list, as in [`Gaussians`].
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch<'a> {
+    /// Centres.
+    pub means: &'a [[f32; 3]],
+    /// Logarithms of the standard deviations.
+    pub log_scales: &'a [[f32; 3]],
+    /// Raw quaternions (w, x, y, z).
+    pub rotations: &'a [[f32; 4]],
+    /// Logit opacities.
+    pub logit_opacities: &'a [f32],
+    /// SH coefficients, `[channel][coefficient]` per Gaussian.
+    pub sh: &'a [f32],
+    /// Degree of the spherical harmonics, 0 to 3.
+    pub sh_degree: u8,
 }
 
-impl GradientPart<'_> {
-    /// Entries `first..end`; a Gaussian has `n` SH coefficients in all channels together.
-    pub fn range(&mut self, first: usize, end: usize, n: usize) -> GradientPart<'_> {
-        GradientPart {
-            means: &mut self.means[first..end],
-            log_scales: &mut self.log_scales[first..end],
-            rotations: &mut self.rotations[first..end],
-            logit_opacities: &mut self.logit_opacities[first..end],
-            sh: &mut self.sh[first * n..end * n],
+impl<'a> Stretch<'a> {
+    /// All Gaussians of a scene.
+    pub fn all(scene: &'a Gaussians) -> Stretch<'a> {
+        Stretch {
+            means: &scene.means,
+            log_scales: &scene.log_scales,
+            rotations: &scene.rotations,
+            logit_opacities: &scene.logit_opacities,
+            sh: &scene.sh,
+            sh_degree: scene.sh_degree,
         }
     }
 
-    fn clear(&mut self) {
-        self.means.fill([0.0; 3]);
-        self.log_scales.fill([0.0; 3]);
-        self.rotations.fill([0.0; 4]);
-        self.logit_opacities.fill(0.0);
-        self.sh.fill(0.0);
+    /// SH coefficients of a channel.
+    fn sh_coefficients(&self) -> usize {
+        (usize::from(self.sh_degree) + 1).pow(2)
     }
 
-    /// The gradients of Gaussian `first` and those that follow, by the constant coefficients and
-    /// the opacity; the others get zero. Arguments as in [`unproject_block`].
+    fn sh_of(&self, place: usize) -> &'a [f32] {
+        let n = 3 * self.sh_coefficients();
+        &self.sh[place * n..(place + 1) * n]
+    }
+}
+
+/// Floats of a Gaussian that are no SH coefficients.
+pub const SHAPE: usize = 11;
+/// SH coefficients of a Gaussian at degree 3, all channels.
+pub const SH_MOST: usize = 48;
+
+/// Gradients of up to [`LANES`] Gaussians, one entry each.
+#[derive(Debug, Clone)]
+#[repr(C, align(64))]
+pub struct GradientBlock {
+    /// By centre (3), logarithms of the standard deviations (3), raw quaternion (4) and logit
+    /// opacity (1), then zeros.
+    pub shape: [[f32; LANES]; LANES],
+    /// By the SH coefficients, `[channel][coefficient]`, as many as the model has.
+    pub sh: [[f32; SH_MOST]; LANES],
+}
+
+impl Default for GradientBlock {
+    fn default() -> Self {
+        GradientBlock { shape: [[0.0; LANES]; LANES], sh: [[0.0; SH_MOST]; LANES] }
+    }
+}
+
+impl GradientBlock {
+    /// The gradients of the Gaussians at the places `seen` of `part` by the constant coefficients
+    /// and the opacity; the others are zero. Arguments as in [`unproject_block`].
     pub fn colour_and_opacity(
         &mut self,
-        scene: &Gaussians,
-        first: usize,
+        part: &Stretch<'_>,
+        seen: &[u32],
         ranks: &[u32],
         sums: &[PixelSums],
     ) {
-        self.clear();
-        let n = scene.sh_coefficients();
-        for lane in 0..self.means.len() {
-            let rank = ranks[first + lane];
-            if rank == HIDDEN {
-                continue;
-            }
-            let sums = &sums[rank as usize];
-            let transparency = 1.0 / (1.0 + scene.logit_opacities[first + lane].exp());
-            self.logit_opacities[lane] = sums[0] * transparency;
+        let n = part.sh_coefficients();
+        let rows = self.shape.iter_mut().zip(&mut self.sh);
+        for ((shape, sh), &place) in rows.zip(seen) {
+            let sums = &sums[ranks[place as usize] as usize];
+            let transparency = 1.0 / (1.0 + part.logit_opacities[place as usize].exp());
+            *shape = [0.0; LANES];
+            shape[SHAPE - 1] = sums[0] * transparency;
+            sh[..3 * n].fill(0.0);
             for (channel, sum) in sums[COLOUR..].iter().enumerate() {
-                self.sh[(3 * lane + channel) * n] = SH_C0 * sum;
+                sh[channel * n] = SH_C0 * sum;
             }
         }
     }
 }
 
-/// Writes to `out` the gradients of Gaussian `first` and those that follow (at most [`LANES`]).
-/// `ranks` holds the depth rank of every Gaussian of the scene or [`HIDDEN`], `sums` has an entry
-/// per rank.
+/// Writes to `out` the gradients of the Gaussians at the places `seen` of `part`, at most
+/// [`LANES`]. `ranks` holds the depth rank of every Gaussian of `part`, `sums` has an entry per
+/// rank.
 #[simd]
 pub fn unproject_block<S: Simd>(
     simd: S,
-    scene: &Gaussians,
     view: &View,
-    first: usize,
+    part: &Stretch<'_>,
+    seen: &[u32],
     ranks: &[u32],
     sums: &[PixelSums],
-    out: &mut GradientPart<'_>,
+    out: &mut GradientBlock,
 ) {
-    out.clear();
-    let range = first..first + out.means.len();
-    let mut seen = 0u32;
     let mut gathered = [[0.0f32; LANES]; 9];
-    for (lane, rank) in ranks[range.clone()].iter().enumerate() {
-        if *rank != HIDDEN {
-            seen |= 1 << lane;
-            for (k, sum) in sums[*rank as usize].iter().enumerate() {
-                gathered[k][lane] = *sum;
-            }
+    for (lane, place) in seen.iter().enumerate() {
+        for (k, sum) in sums[ranks[*place as usize] as usize].iter().enumerate() {
+            gathered[k][lane] = *sum;
         }
     }
-    if seen == 0 {
-        return;
-    }
-    let lanes = Lanes::load(simd, scene, range);
+    let lanes = Lanes::load(simd, part, seen);
     let camera = to_camera(simd, view, &lanes.world);
     let footprint = Footprint::new(simd, view, &camera, &lanes.scale, &lanes.quaternion);
     let zero = f32x16::splat(simd, 0.0);
@@ -139,37 +157,22 @@ pub fn unproject_block<S: Simd>(
         }
     }
     let toward = direction(simd, view.centre, &lanes.world);
-    let basis = sh_basis(simd, scene.sh_degree, &toward);
+    let basis = sh_basis(simd, part.sh_degree, &toward);
     let by_colour = [gathered[6], gathered[7], gathered[8]];
     let by_direction =
-        harmonics::backward(simd, scene, first, seen, &toward, &basis, &by_colour, out.sh);
+        harmonics::backward(simd, part, seen, &toward, &basis, &by_colour, &mut out.sh);
     let by_eye = harmonics::through_direction(view, &lanes.world, &toward, &by_direction);
     let by_quaternion = by_quaternion(simd, &lanes.quaternion, &shape.rotation);
-    let transparency = lanes.transparency(simd);
-    let mut written = [[0.0f32; LANES]; 11];
+    let mut rows = [zero; LANES];
     for k in 0..3 {
-        written[k] = (by_world[k] + by_eye[k]).into();
-        written[3 + k] = shape.log_scale[k].into();
+        rows[k] = by_world[k] + by_eye[k];
+        rows[3 + k] = shape.log_scale[k];
     }
-    for k in 0..4 {
-        written[6 + k] = by_quaternion[k].into();
-    }
-    written[10] = (sum[0] * transparency).into();
-    store(&written, seen, out);
-}
-
-fn store(written: &[[f32; LANES]; 11], mut seen: u32, out: &mut GradientPart<'_>) {
-    while seen != 0 {
-        let lane = seen.trailing_zeros() as usize;
-        seen &= seen - 1;
-        for k in 0..3 {
-            out.means[lane][k] = written[k][lane];
-            out.log_scales[lane][k] = written[3 + k][lane];
-        }
-        for k in 0..4 {
-            out.rotations[lane][k] = written[6 + k][lane];
-        }
-        out.logit_opacities[lane] = written[10][lane];
+    rows[6..10].copy_from_slice(&by_quaternion);
+    rows[10] = sum[0] * lanes.transparency(simd);
+    transpose(&mut rows);
+    for (out, row) in out.shape.iter_mut().zip(rows) {
+        row.store_slice(out);
     }
 }
 
@@ -183,27 +186,26 @@ struct Lanes<S: Simd> {
 
 impl<S: Simd> Lanes<S> {
     #[inline(always)]
-    fn load(simd: S, scene: &Gaussians, range: std::ops::Range<usize>) -> Self {
-        let (means, scales) = (&scene.means[range.clone()], &scene.log_scales[range.clone()]);
-        let rotations = &scene.rotations[range.clone()];
+    fn load(simd: S, part: &Stretch<'_>, seen: &[u32]) -> Self {
+        let (means, scales) = (part.means, part.log_scales);
         Lanes {
             world: [
-                lanes_of(simd, means, |v| v[0]),
-                lanes_of(simd, means, |v| v[1]),
-                lanes_of(simd, means, |v| v[2]),
+                lanes_of(simd, seen, |i| means[*i as usize][0]),
+                lanes_of(simd, seen, |i| means[*i as usize][1]),
+                lanes_of(simd, seen, |i| means[*i as usize][2]),
             ],
             scale: [
-                exp(simd, lanes_of(simd, scales, |v| v[0])),
-                exp(simd, lanes_of(simd, scales, |v| v[1])),
-                exp(simd, lanes_of(simd, scales, |v| v[2])),
+                exp(simd, lanes_of(simd, seen, |i| scales[*i as usize][0])),
+                exp(simd, lanes_of(simd, seen, |i| scales[*i as usize][1])),
+                exp(simd, lanes_of(simd, seen, |i| scales[*i as usize][2])),
             ],
             quaternion: [
-                lanes_of(simd, rotations, |v| v[0]),
-                lanes_of(simd, rotations, |v| v[1]),
-                lanes_of(simd, rotations, |v| v[2]),
-                lanes_of(simd, rotations, |v| v[3]),
+                lanes_of(simd, seen, |i| part.rotations[*i as usize][0]),
+                lanes_of(simd, seen, |i| part.rotations[*i as usize][1]),
+                lanes_of(simd, seen, |i| part.rotations[*i as usize][2]),
+                lanes_of(simd, seen, |i| part.rotations[*i as usize][3]),
             ],
-            logit: lanes_of(simd, &scene.logit_opacities[range], |v| *v),
+            logit: lanes_of(simd, seen, |i| part.logit_opacities[*i as usize]),
         }
     }
 

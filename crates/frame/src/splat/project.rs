@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
-use super::simd::exp;
+use super::simd::{exp, transpose};
 use super::{NEAR, Splat, TILE_MAX, TileGrid};
 use crate::scene::{Camera, Gaussians};
 
@@ -81,8 +81,8 @@ pub struct Visible {
     pub colour: [f32; 3],
 }
 
-/// Projects Gaussians `first..end` (at most [`LANES`]); appends the visible ones in index order and
-/// returns one bit per Gaussian that passed the cull.
+/// Projects Gaussians `first..end` (at most [`LANES`]); appends the visible ones in index order,
+/// still black, and returns one bit per Gaussian that passed the cull.
 #[simd]
 pub fn project_block<S: Simd>(
     simd: S,
@@ -129,23 +129,62 @@ pub fn project_block<S: Simd>(
         cov: [cov[0].into(), cov[1].into(), cov[2].into()],
         opacity: opacity.into(),
     };
-    let start = out.len();
     let mut visible = seen;
     while visible != 0 {
         let lane = visible.trailing_zeros() as usize;
         visible &= visible - 1;
         out.push(Visible { splat: lanes.splat(lane, (first + lane) as u32), colour: [0.0; 3] });
     }
-    if seen != 0 {
-        let basis = sh_basis(simd, scene.sh_degree, &direction(simd, view.centre, &world));
-        touch(scene, first, u32::from(seen));
-        for item in &mut out[start..] {
-            let i = item.splat.index as usize;
-            let sh = scene.sh_of(i);
-            item.colour = colour(sh, scene.sh_coefficients(), &basis, i - first, view.floor);
-        }
-    }
     survivors
+}
+
+/// Colours of up to [`LANES`] visible splats.
+#[simd]
+pub fn colour_block<S: Simd>(simd: S, scene: &Gaussians, view: &View, visible: &mut [Visible]) {
+    let mean = |v: &Visible| scene.means[v.splat.index as usize];
+    let world = [
+        lanes_of(simd, visible, |v| mean(v)[0]),
+        lanes_of(simd, visible, |v| mean(v)[1]),
+        lanes_of(simd, visible, |v| mean(v)[2]),
+    ];
+    let basis = basis_by_gaussian(simd, scene.sh_degree, &direction(simd, view.centre, &world));
+    touch(visible.iter().map(|v| scene.sh_of(v.splat.index as usize)));
+    for (item, basis) in visible.iter_mut().zip(&basis) {
+        let sh = scene.sh_of(item.splat.index as usize);
+        item.colour = colour(sh, basis, view.floor);
+    }
+}
+
+/// One bit for each of up to [`LANES`] Gaussians: whether `view` may see it. None is missed that
+/// [`project_block`] finds; centres and scales are enough to tell.
+#[simd]
+pub fn may_see<S: Simd>(simd: S, view: &View, means: &[[f32; 3]], log_scales: &[[f32; 3]]) -> u16 {
+    let world = [
+        lanes_of(simd, means, |v| v[0]),
+        lanes_of(simd, means, |v| v[1]),
+        lanes_of(simd, means, |v| v[2]),
+    ];
+    let camera = to_camera(simd, view, &world);
+    let largest = exp(simd, lanes_of(simd, log_scales, |v| v[0].max(v[1]).max(v[2])));
+    // The trace of the covariance of a ball of that size bounds its larger root.
+    let mut squares = f32x16::splat(simd, 0.0);
+    let iz = f32x16::splat(simd, 1.0) / camera[2];
+    for axis in 0..2 {
+        let low = f32x16::splat(simd, view.limits[2 * axis]);
+        let high = f32x16::splat(simd, view.limits[2 * axis + 1]);
+        let slope = (camera[axis] * iz).max(low).min(high);
+        let focal = iz * view.focal[axis];
+        squares = (focal * focal).mul_add(slope.mul_add(slope, f32x16::splat(simd, 1.0)), squares);
+    }
+    let reach = ((squares * largest * largest + 1.0).sqrt() * 3.03) + 1.0;
+    let mean = project_mean(simd, view, &camera);
+    let mut seen = camera[2].simd_gt(f32x16::splat(simd, NEAR));
+    for (m, n) in mean.iter().zip([view.grid.nx, view.grid.ny]) {
+        let end = f32x16::splat(simd, (n * view.grid.tile) as f32);
+        let zero = f32x16::splat(simd, 0.0);
+        seen = seen & (*m + reach).simd_ge(zero) & (*m - reach).simd_lt(end);
+    }
+    seen.to_bitmask() as u16 & ((1u32 << means.len()) - 1) as u16
 }
 
 /// One component of up to 16 records; missing lanes are zero.
@@ -316,12 +355,9 @@ pub fn colours(scene: &Gaussians, eye: [f32; 3], level: Level) -> Vec<[f32; 3]> 
                 lanes_of(simd, means, |v| v[1]),
                 lanes_of(simd, means, |v| v[2]),
             ];
-            sh_basis(simd, scene.sh_degree, &direction(simd, eye, &world))
+            basis_by_gaussian(simd, scene.sh_degree, &direction(simd, eye, &world))
         });
-        out.extend(
-            (first..end)
-                .map(|i| colour(scene.sh_of(i), scene.sh_coefficients(), &basis, i - first, 0.0)),
-        );
+        out.extend((first..end).zip(&basis).map(|(i, basis)| colour(scene.sh_of(i), basis, 0.0)));
     }
     out
 }
@@ -334,52 +370,57 @@ pub(super) fn direction<S: Simd>(simd: S, eye: [f32; 3], world: &[f32x16<S>; 3])
 }
 
 /// The real spherical harmonics of 16 directions in the 3DGS sign convention,
-/// `[coefficient][lane]`.
+/// `[coefficient]`.
 #[inline(always)]
-pub(super) fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; LANES]; 16] {
+pub(super) fn sh_basis<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [f32x16<S>; 16] {
     let [x, y, z] = *d;
-    let mut basis = [[0.0; LANES]; 16];
-    basis[0] = (f32x16::splat(simd, SH_C0)).into();
+    let mut basis = [f32x16::splat(simd, 0.0); 16];
+    basis[0] = f32x16::splat(simd, SH_C0);
     if degree >= 1 {
         const C1: f32 = 0.488_602_5;
-        basis[1] = (y * -C1).into();
-        basis[2] = (z * C1).into();
-        basis[3] = (x * -C1).into();
+        basis[1] = y * -C1;
+        basis[2] = z * C1;
+        basis[3] = x * -C1;
     }
     let (xx, yy, zz) = (x * x, y * y, z * z);
     if degree >= 2 {
-        basis[4] = (x * y * 1.092_548_4).into();
-        basis[5] = (y * z * -1.092_548_4).into();
-        basis[6] = ((zz + zz - xx - yy) * 0.315_391_57).into();
-        basis[7] = (x * z * -1.092_548_4).into();
-        basis[8] = ((xx - yy) * 0.546_274_2).into();
+        basis[4] = x * y * 1.092_548_4;
+        basis[5] = y * z * -1.092_548_4;
+        basis[6] = (zz + zz - xx - yy) * 0.315_391_57;
+        basis[7] = x * z * -1.092_548_4;
+        basis[8] = (xx - yy) * 0.546_274_2;
     }
     if degree >= 3 {
-        basis[9] = (y * (xx * 3.0 - yy) * -0.590_043_6).into();
-        basis[10] = (x * y * z * 2.890_611_4).into();
-        basis[11] = (y * (zz * 4.0 - xx - yy) * -0.457_045_8).into();
-        basis[12] = (z * (zz * 2.0 - xx * 3.0 - yy * 3.0) * 0.373_176_34).into();
-        basis[13] = (x * (zz * 4.0 - xx - yy) * -0.457_045_8).into();
-        basis[14] = (z * (xx - yy) * 1.445_305_7).into();
-        basis[15] = (x * (xx - yy * 3.0) * -0.590_043_6).into();
+        basis[9] = y * (xx * 3.0 - yy) * -0.590_043_6;
+        basis[10] = x * y * z * 2.890_611_4;
+        basis[11] = y * (zz * 4.0 - xx - yy) * -0.457_045_8;
+        basis[12] = z * (zz * 2.0 - xx * 3.0 - yy * 3.0) * 0.373_176_34;
+        basis[13] = x * (zz * 4.0 - xx - yy) * -0.457_045_8;
+        basis[14] = z * (xx - yy) * 1.445_305_7;
+        basis[15] = x * (xx - yy * 3.0) * -0.590_043_6;
     }
     basis
+}
+
+/// The values of the spherical harmonics in each of 16 directions.
+#[inline(always)]
+fn basis_by_gaussian<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32; 16]; LANES] {
+    let mut rows = sh_basis(simd, degree, d);
+    transpose(&mut rows);
+    rows.map(Into::into)
 }
 
 /// The constant basis function.
 pub const SH_C0: f32 = 0.282_094_8;
 
-/// Reads a word of every cache line of the coefficients that come next: those of the Gaussians
-/// `lanes` (one bit each) from `first`. Without arithmetic between the reads their cache misses
-/// overlap, which the evaluation itself is too long for.
+/// Reads a word of every cache line of the coefficients that come next. Without arithmetic between
+/// the reads their cache misses overlap, which the evaluation itself is too long for.
 #[inline(always)]
-pub(super) fn touch(scene: &Gaussians, first: usize, mut lanes: u32) {
+pub(super) fn touch<'a>(coefficients: impl Iterator<Item = &'a [f32]>) {
     const LINE: usize = 16;
     let mut sum = 0.0;
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize;
-        lanes &= lanes - 1;
-        for line in scene.sh_of(first + lane).chunks(LINE) {
+    for coefficients in coefficients {
+        for line in coefficients.chunks(LINE) {
             sum += line[0];
         }
     }
@@ -388,29 +429,24 @@ pub(super) fn touch(scene: &Gaussians, first: usize, mut lanes: u32) {
 
 /// max(floor, SH + ½) per channel, floor 0 but for [`View::unclamped`]; no clamp from above.
 #[inline(always)]
-fn colour(sh: &[f32], n: usize, basis: &[[f32; LANES]; 16], lane: usize, floor: f32) -> [f32; 3] {
-    match n {
-        1 => colour_of::<1>(sh, basis, lane, floor),
-        4 => colour_of::<4>(sh, basis, lane, floor),
-        9 => colour_of::<9>(sh, basis, lane, floor),
-        _ => colour_of::<16>(sh, basis, lane, floor),
+fn colour(sh: &[f32], basis: &[f32; 16], floor: f32) -> [f32; 3] {
+    match sh.len() {
+        3 => colour_of::<1>(sh, basis, floor),
+        12 => colour_of::<4>(sh, basis, floor),
+        27 => colour_of::<9>(sh, basis, floor),
+        _ => colour_of::<16>(sh, basis, floor),
     }
 }
 
 /// [`colour`] for `N` coefficients a channel: unrolled, in registers.
 #[inline(always)]
-fn colour_of<const N: usize>(
-    sh: &[f32],
-    basis: &[[f32; LANES]; 16],
-    lane: usize,
-    floor: f32,
-) -> [f32; 3] {
+fn colour_of<const N: usize>(sh: &[f32], basis: &[f32; 16], floor: f32) -> [f32; 3] {
     let mut out = [0.0f32; 3];
     let (channels, _) = sh.as_chunks::<N>();
     for (value, sh) in out.iter_mut().zip(channels) {
         let mut partial = [0.0f32; 4];
         for k in 0..N {
-            partial[k & 3] += sh[k] * basis[k][lane];
+            partial[k & 3] += sh[k] * basis[k];
         }
         let sum = (partial[0] + partial[1]) + (partial[2] + partial[3]);
         *value = (sum + 0.5).max(floor);

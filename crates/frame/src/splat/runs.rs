@@ -98,19 +98,47 @@ impl Runs {
         reach: Reach,
         levels: Option<Levels<'_>>,
     ) -> Runs {
-        let part = splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096);
-        let done: Vec<(Vec<Touch>, Vec<Vec<Run>>)> = splats
-            .par_chunks(part)
-            .enumerate()
-            .map(|(i, splats)| runs_of(splats, (i * part) as u32, grid, test, reach, levels))
-            .collect();
-        let mut touches = Vec::with_capacity(splats.len());
-        let mut parts = Vec::with_capacity(done.len());
-        for (mut some, rows) in done {
-            touches.append(&mut some);
-            parts.push(rows);
-        }
-        Runs { grid, touches, part, parts }
+        let mut runs = Runs { grid, touches: Vec::new(), part: 1, parts: Vec::new() };
+        runs.fill(splats, test, reach, levels);
+        runs
+    }
+
+    /// As [`Runs::new`], in the room that the runs of another frame took.
+    pub fn renewed(
+        mut self,
+        splats: &[Splat],
+        grid: TileGrid,
+        test: Intersection,
+        reach: Reach,
+    ) -> Runs {
+        self.grid = grid;
+        self.fill(splats, test, reach, None);
+        self
+    }
+
+    fn fill(
+        &mut self,
+        splats: &[Splat],
+        test: Intersection,
+        reach: Reach,
+        levels: Option<Levels<'_>>,
+    ) {
+        let (grid, part) =
+            (self.grid, splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096));
+        self.part = part;
+        self.touches.resize(splats.len(), Touch::default());
+        self.parts.resize_with(splats.len().div_ceil(part), Vec::new);
+        let parts = self.parts.par_iter_mut().zip(self.touches.par_chunks_mut(part));
+        parts.zip(splats.par_chunks(part)).enumerate().for_each(
+            |(i, ((rows, touches), splats))| {
+                rows.resize_with(grid.ny as usize, Vec::new);
+                rows.iter_mut().for_each(Vec::clear);
+                let ranks = (i * part) as u32..;
+                for ((rank, splat), touch) in ranks.zip(splats).zip(touches) {
+                    *touch = add_runs(rows, rank, splat, grid, test, reach, levels);
+                }
+            },
+        );
     }
 
     /// The runs of row `ty`, in depth order.
@@ -130,48 +158,45 @@ impl Runs {
     }
 }
 
-fn runs_of(
-    splats: &[Splat],
-    first_rank: u32,
+/// Adds the runs of one splat to those of its rows of tiles.
+fn add_runs(
+    rows: &mut [Vec<Run>],
+    rank: u32,
+    splat: &Splat,
     grid: TileGrid,
     test: Intersection,
     reach: Reach,
     levels: Option<Levels<'_>>,
-) -> (Vec<Touch>, Vec<Vec<Run>>) {
-    let mut touches = Vec::with_capacity(splats.len());
-    let mut rows = vec![Vec::new(); grid.ny as usize];
-    for (rank, splat) in (first_rank..).zip(splats) {
-        let conic = splat.conic();
-        let cover = Cover::with_conic(splat, conic, grid, test);
-        let wide = cover.rect.area() > SMALL;
-        let ellipse = match reach {
-            Reach::Alpha if wide => conic.and_then(|conic| Ellipse::new(splat, conic)),
-            Reach::Alpha | Reach::Unknown => None,
-        };
-        let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
-        let mut needed = Needed::new(levels, rank, &cover, &mut touch);
-        for row in cover.rows() {
-            match &mut needed {
-                None => touch.tiles += row.x1 - row.x0,
-                Some(needed) => needed.row(&row, &mut touch),
-            }
-            let (t0, t1) = match reach {
-                Reach::Alpha if !wide => (row.x0, row.x1),
-                Reach::Alpha => tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1),
-                Reach::Unknown => (row.x0, row.x0),
-            };
-            let run = Run {
-                rank,
-                x0: row.x0 as u16,
-                x1: row.x1 as u16,
-                tight0: t0 as u16,
-                tight1: t1 as u16,
-            };
-            rows[row.y as usize].push(run);
+) -> Touch {
+    let conic = splat.conic();
+    let cover = Cover::with_conic(splat, conic, grid, test);
+    let wide = cover.rect.area() > SMALL;
+    let ellipse = match reach {
+        Reach::Alpha if wide => conic.and_then(|conic| Ellipse::new(splat, conic)),
+        Reach::Alpha | Reach::Unknown => None,
+    };
+    let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
+    let mut needed = Needed::new(levels, rank, &cover, &mut touch);
+    for row in cover.rows() {
+        match &mut needed {
+            None => touch.tiles += row.x1 - row.x0,
+            Some(needed) => needed.row(&row, &mut touch),
         }
-        touches.push(touch);
+        let (t0, t1) = match reach {
+            Reach::Alpha if !wide => (row.x0, row.x1),
+            Reach::Alpha => tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1),
+            Reach::Unknown => (row.x0, row.x0),
+        };
+        let run = Run {
+            rank,
+            x0: row.x0 as u16,
+            x1: row.x1 as u16,
+            tight0: t0 as u16,
+            tight1: t1 as u16,
+        };
+        rows[row.y as usize].push(run);
     }
-    (touches, rows)
+    touch
 }
 
 /// The level test of one splat.

@@ -8,7 +8,7 @@ const EXP2: [f32; 6] =
     [1.000_000_1, 0.693_146_97, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
 
 /// Adding this rounds a float of up to 22 bits to a whole number, which stands in the low bits.
-const ROUND: f32 = 12_582_912.0;
+pub const ROUND: f32 = 12_582_912.0;
 
 /// 2^x for x in [−126, 127]; relative error below 2e-7.
 #[inline(always)]
@@ -31,19 +31,14 @@ pub(crate) fn exp<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
     exp2(simd, y.max(f32x16::splat(simd, -126.0)).min(f32x16::splat(simd, 127.0)))
 }
 
-/// 1/x for x in [2⁻¹⁰⁰, 2¹⁰⁰], within an ulp or two. A guess from the bits and two cubic steps:
-/// half the time of a division where the divider is what everything waits for, and the same bits on
-/// every processor with fused multiply-add.
+/// Transposes 16 vectors.
 #[inline(always)]
-pub fn reciprocal<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
-    /// Makes the largest relative error of the guess 12 %.
-    const GUESS: i32 = 0x7EF3_11C7;
-    let one = f32x16::splat(simd, 1.0);
-    let bits = i32x16::splat(simd, GUESS) - x.bitcast::<i32x16<S>>();
-    let mut r = bits.bitcast::<f32x16<S>>();
-    for _ in 0..2 {
-        let e = (-x).mul_add(r, one);
-        r = r.mul_add(e.mul_add(e, e), r);
+pub fn transpose<S: Simd>(rows: &mut [f32x16<S>; 16]) {
+    for _ in 0..4 {
+        let old = *rows;
+        for i in 0..8 {
+            rows[2 * i] = old[i].zip_low(old[i + 8]);
+            rows[2 * i + 1] = old[i].zip_high(old[i + 8]);
+        }
     }
-    r
 }

@@ -66,14 +66,16 @@ impl LevelPaints {
             .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))
             .collect();
         let further = parts.iter().flat_map(|part| &part.further).copied().collect();
-        let (by_part, parts): (Vec<Vec<Splat>>, Vec<Vec<Paint>>) =
-            parts.into_iter().map(|part| (part.splats, part.paints)).unzip();
-        let depth = |splat: &Splat| splat.depth;
-        let (splats, paints) = in_depth_order_by(&by_part, depth, |part, i| {
-            let mut paint = parts[part][i];
-            paint.levels += starts[part] << FURTHER;
-            (by_part[part][i], paint)
-        });
+        let shown: Vec<Vec<(Splat, Paint)>> = parts
+            .into_iter()
+            .map(|part| part.splats.into_iter().zip(part.paints).collect())
+            .collect();
+        let depth = |shown: &(Splat, Paint)| shown.0.depth;
+        let (splats, paints) =
+            in_depth_order_by(&shown, depth, Default::default(), |part, (splat, mut paint)| {
+                paint.levels += starts[part] << FURTHER;
+                (splat, paint)
+            });
         let highest = paints.par_iter().map(|paint| highest(paint) as u8).collect();
         LevelPaints { splats, highest, survivor_bits, paints, further }
     }

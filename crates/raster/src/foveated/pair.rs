@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
 use super::super::blend::{
-    BATCH, BLOCK, Block, Brush, Entry, Form, Paint, Record, Tint, blend_row,
+    BATCH, BLOCK, Block, Brush, Entry, Form, Line, Paint, Record, Tint, alpha_of, blend_row,
 };
 use super::paints::OfLevel;
 
@@ -63,7 +63,7 @@ fn blend_batch<'a, S: Simd, R: Record>(
     for (at, (entry, (paint, second))) in entries.enumerate() {
         let form = Form::of(simd, paint, rows, left);
         let base = [form.base(simd, paint.log_opacity), form.base(simd, second.log_opacity)];
-        let mut touched = [
+        let touched = [
             form.touched(simd, paint, base[0]) & pair.blocks[0].alive,
             form.touched(simd, paint, base[1]) & pair.blocks[1].alive,
         ];
@@ -71,26 +71,33 @@ fn blend_batch<'a, S: Simd, R: Record>(
         if either == 0 {
             continue;
         }
-        let linear: [f32; BLOCK] = form.linear.into();
-        let bases: [[f32; BLOCK]; 2] = [base[0].into(), base[1].into()];
+        let (linear, bases) = (Line::of(form.linear), base.map(Line::of));
         let dx = columns - paint.mean[0];
         let rank = entry.rank;
         let brushes = [Brush { tint: paint.tint(), rank }, Brush { tint: *second, rank }];
+        // Exponentials first: they wait for nothing, so that many are in flight.
         while either != 0 {
             let y = either.trailing_zeros() as usize & (BLOCK - 1);
             either &= either - 1;
-            let slope =
-                f32x16::splat(simd, paint.quadratic[0]).mul_add(dx, f32x16::splat(simd, linear[y]));
+            let slope = f32x16::splat(simd, paint.quadratic[0]).mul_add(dx, linear.at(simd, y));
             for k in 0..2 {
-                if touched[k] >> y & 1 == 0 {
-                    continue;
+                if touched[k] >> y & 1 == 1 {
+                    let power = slope.mul_add(dx, bases[k].at(simd, y));
+                    let alpha = alpha_of(simd, power, brushes[k].tint.log_opacity);
+                    alpha.store_slice(&mut pair.blocks[k].alphas[y]);
                 }
-                let power = slope.mul_add(dx, f32x16::splat(simd, bases[k][y]));
-                let row = blend_row(simd, record, pair.blocks[k], y, power, &brushes[k]);
-                if row.stops != 0 {
-                    pair.blocks[k].stop_lanes(y, row.stops, (from + at) as u32);
-                    touched[k] &= pair.blocks[k].alive;
-                }
+            }
+        }
+        for ((block, mut rows), brush) in pair.blocks.iter_mut().zip(touched).zip(&brushes) {
+            let mut stop_rows = 0;
+            while rows != 0 {
+                let y = rows.trailing_zeros() as usize & (BLOCK - 1);
+                rows &= rows - 1;
+                let row = blend_row(simd, record, block, y, brush);
+                stop_rows |= u32::from(row.stops) << y;
+            }
+            if stop_rows != 0 {
+                block.note_stops::<S, R>(simd, stop_rows, (from + at) as u32);
             }
         }
         if !pair.is_open() {

@@ -13,9 +13,8 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use crate::blend::{BLOCK, Hit, LOG2_ALPHA_MIN, Lines, Paint, Rows};
+use crate::blend::{BLOCK, Hit, Line, Lines, Paint, Rows, alpha_of};
 use powergs_frame::splat::gradient::PixelSums;
-use powergs_frame::splat::simd::{exp2, reciprocal};
 use powergs_frame::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
 
 /// Hits whose paints are brought together first, so that cache misses overlap.
@@ -51,6 +50,8 @@ pub(crate) struct UnblendBlock {
     behind: Rows,
     /// g per channel.
     gradient: [Rows; 3],
+    /// α of the splat at hand, before it is clamped.
+    alphas: Rows,
     origin: [f32; 2],
     /// α above this has no gradient.
     alpha_limit: f32,
@@ -63,6 +64,7 @@ impl UnblendBlock {
             transmittance: [[0.0; BLOCK]; BLOCK],
             behind: [[0.0; BLOCK]; BLOCK],
             gradient: [[[0.0; BLOCK]; BLOCK]; 3],
+            alphas: [[0.0; BLOCK]; BLOCK],
             origin: [0.0; 2],
             alpha_limit,
         }
@@ -135,18 +137,30 @@ fn unblend_splat<S: Simd, K: Kind>(
     dx: f32x16<S>,
 ) -> Columns<S> {
     let lines = Lines::of(simd, paint, rows, block.origin[0]);
+    let dys = Line::of(rows - paint.mean[1]);
     let zero = f32x16::splat(simd, 0.0);
     let mut sums = Columns { alpha: [zero; 3], colour: [zero; 3] };
+    // Exponentials first: they wait for nothing, so that many are in flight.
+    let mut left = hit_rows;
+    while left != 0 {
+        let y = left.trailing_zeros() as usize & (BLOCK - 1);
+        left &= left - 1;
+        let power = f32x16::splat(simd, paint.quadratic[0])
+            .mul_add(dx, lines.linear.at(simd, y))
+            .mul_add(dx, lines.base.at(simd, y));
+        alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.alphas[y]);
+    }
     while hit_rows != 0 {
         let y = hit_rows.trailing_zeros() as usize & (BLOCK - 1);
         hit_rows &= hit_rows - 1;
-        let UnblendRow { weight, s, gradient } = unblend_row(simd, block, y, paint, &lines, dx);
+        let exact = f32x16::from_slice(simd, &block.alphas[y]);
+        let UnblendRow { weight, s, gradient } = unblend_row(simd, block, y, paint, exact);
         for (sum, g) in sums.colour.iter_mut().zip(gradient) {
             *sum = weight.mul_add(g, *sum);
         }
         sums.alpha[0] += s;
         if K::GEOMETRY {
-            let dy = block.origin[1] + y as f32 - paint.mean[1];
+            let dy = dys.at(simd, y);
             let sy = s * dy;
             sums.alpha[1] += sy;
             sums.alpha[2] = sy.mul_add(dy, sums.alpha[2]);
@@ -172,28 +186,18 @@ fn unblend_row<S: Simd>(
     block: &mut UnblendBlock,
     y: usize,
     paint: &Paint,
-    lines: &Lines,
-    dx: f32x16<S>,
+    exact: f32x16<S>,
 ) -> UnblendRow<S> {
     let zero = f32x16::splat(simd, 0.0);
-    let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
-    let power = f32x16::splat(simd, paint.quadratic[0])
-        .mul_add(dx, f32x16::splat(simd, lines.linear[y]))
-        .mul_add(dx, f32x16::splat(simd, lines.base[y]));
     let t = f32x16::from_slice(simd, &block.transmittance[y]);
-    let hit = power.simd_ge(threshold)
-        & power.simd_le(f32x16::splat(simd, paint.log_opacity))
-        & t.simd_gt(zero);
-    let exact = exp2(simd, power.max(threshold));
+    let hit = t.simd_gt(zero);
     let mut alpha = hit.select(exact.min(f32x16::splat(simd, ALPHA_MAX)), zero);
     let mut weight = alpha * t;
     let mut left = t - weight;
     let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
-    if stops.any_true() {
-        weight = stops.select(zero, weight);
-        alpha = stops.select(zero, alpha);
-        left = stops.select(zero, left);
-    }
+    weight = stops.select(zero, weight);
+    alpha = stops.select(zero, alpha);
+    left = stops.select(zero, left);
     left.store_slice(&mut block.transmittance[y]);
     let r = f32x16::from_slice(simd, &block.gradient[0][y]);
     let g = f32x16::from_slice(simd, &block.gradient[1][y]);
@@ -202,7 +206,7 @@ fn unblend_row<S: Simd>(
     let gc = b.mul_add(cb, g.mul_add(cg, r * cr)) * weight;
     let behind = f32x16::from_slice(simd, &block.behind[y]) - gc;
     behind.store_slice(&mut block.behind[y]);
-    let s = gc - behind * (alpha * reciprocal(simd, -alpha + 1.0));
+    let s = gc - behind * (alpha / (-alpha + 1.0));
     let flows = exact.simd_le(f32x16::splat(simd, block.alpha_limit));
     UnblendRow { weight, s: flows.select(s, zero), gradient: [r, g, b] }
 }

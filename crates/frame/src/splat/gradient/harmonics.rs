@@ -3,58 +3,42 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
-use crate::scene::Gaussians;
+use super::{SH_MOST, Stretch};
 use crate::splat::project::{LANES, View, dot3, touch};
+use crate::splat::simd::transpose;
 
-/// Writes the gradients by the SH coefficients of the Gaussians `seen` (one bit each) of a block
-/// that begins with `first`; returns the gradient by the unit viewing direction.
+/// Writes the gradients by the SH coefficients of the Gaussians at the places `seen` of `part`;
+/// returns the gradient by the unit viewing direction.
 #[inline(always)]
 pub(super) fn backward<S: Simd>(
     simd: S,
-    scene: &Gaussians,
-    first: usize,
-    seen: u32,
+    part: &Stretch<'_>,
+    seen: &[u32],
     toward: &[f32x16<S>; 3],
-    basis: &[[f32; LANES]; 16],
+    basis: &[f32x16<S>; 16],
     by_colour: &[[f32; LANES]; 3],
-    out: &mut [f32],
+    out: &mut [[f32; SH_MOST]; LANES],
 ) -> [f32x16<S>; 3] {
     let zero = f32x16::splat(simd, 0.0);
-    let mut by_gaussian = [zero; 16];
-    for (row, lanes) in by_gaussian.iter_mut().zip(basis) {
-        *row = f32x16::simd_from(simd, *lanes);
-    }
+    let mut by_gaussian = *basis;
     transpose(&mut by_gaussian);
-    let block = Block { scene, first, seen, by_colour, by_gaussian };
-    let mut by_basis = match scene.sh_coefficients() {
-        1 => block.spread::<1>(simd, out),
-        4 => block.spread::<4>(simd, out),
-        9 => block.spread::<9>(simd, out),
+    let block = Block { part, seen, by_colour, by_gaussian };
+    let mut by_basis = match part.sh_degree {
+        0 => block.spread::<1>(simd, out),
+        1 => block.spread::<4>(simd, out),
+        2 => block.spread::<9>(simd, out),
         _ => block.spread::<16>(simd, out),
     };
-    if scene.sh_degree == 0 {
+    if part.sh_degree == 0 {
         return [zero; 3];
     }
     transpose(&mut by_basis);
-    slopes(scene.sh_degree, toward, &by_basis)
-}
-
-/// Transposes 16 vectors.
-#[inline(always)]
-fn transpose<S: Simd>(rows: &mut [f32x16<S>; 16]) {
-    for _ in 0..4 {
-        let old = *rows;
-        for i in 0..8 {
-            rows[2 * i] = old[i].zip_low(old[i + 8]);
-            rows[2 * i + 1] = old[i].zip_high(old[i + 8]);
-        }
-    }
+    slopes(part.sh_degree, toward, &by_basis)
 }
 
 struct Block<'a, S: Simd> {
-    scene: &'a Gaussians,
-    first: usize,
-    seen: u32,
+    part: &'a Stretch<'a>,
+    seen: &'a [u32],
     by_colour: &'a [[f32; LANES]; 3],
     /// The basis functions of each Gaussian.
     by_gaussian: [f32x16<S>; 16],
@@ -64,16 +48,16 @@ impl<S: Simd> Block<'_, S> {
     /// Writes the gradients by `N` coefficients a channel; returns those by the basis functions of
     /// each Gaussian.
     #[inline(always)]
-    fn spread<const N: usize>(&self, simd: S, out: &mut [f32]) -> [f32x16<S>; 16] {
+    fn spread<const N: usize>(
+        &self,
+        simd: S,
+        out: &mut [[f32; SH_MOST]; LANES],
+    ) -> [f32x16<S>; 16] {
         let zero = f32x16::splat(simd, 0.0);
         let mut by_basis = [zero; 16];
-        touch(self.scene, self.first, self.seen);
-        let mut seen = self.seen;
-        while seen != 0 {
-            let lane = seen.trailing_zeros() as usize & (LANES - 1);
-            seen &= seen - 1;
-            let sh = self.scene.sh_of(self.first + lane);
-            let out = &mut out[lane * 3 * N..(lane + 1) * 3 * N];
+        touch(self.seen.iter().map(|place| self.part.sh_of(*place as usize)));
+        for (lane, place) in self.seen.iter().take(LANES).enumerate() {
+            let sh = self.part.sh_of(*place as usize);
             let basis = self.by_gaussian[lane];
             let mut sum = zero;
             for channel in 0..3 {
@@ -82,7 +66,7 @@ impl<S: Simd> Block<'_, S> {
                 let coefficients = load::<S, N>(simd, &sh[range.clone()]);
                 sum = coefficients.mul_add(by_colour, sum);
                 let gradient: [f32; 16] = (basis * by_colour).into();
-                out[range].copy_from_slice(&gradient[..N]);
+                out[lane][range].copy_from_slice(&gradient[..N]);
             }
             by_basis[lane] = sum;
         }

@@ -1,0 +1,43 @@
+//! Gradients by the parameters of Gaussians, found where they are asked for.
+
+use fearless_simd::dispatch;
+
+use super::{Frame, Which};
+use powergs_frame::splat::gradient::{GradientBlock, HIDDEN, PixelSums, Stretch, unproject_block};
+
+/// The slopes of a loss: whoever goes through the parameters finds the gradient of sixteen
+/// Gaussians at a time, and need not keep it.
+#[derive(Debug, Clone, Copy)]
+pub struct Slopes<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) which: Which,
+    /// By Gaussian.
+    pub(super) ranks: &'a [u32],
+    /// By rank.
+    pub(super) sums: &'a [PixelSums],
+}
+
+impl Slopes<'_> {
+    /// Gaussians of the scene.
+    pub fn points(&self) -> usize {
+        self.ranks.len()
+    }
+
+    /// Whether the view sees a Gaussian; if not, its gradient is zero.
+    #[inline]
+    pub fn is_seen(&self, gaussian: usize) -> bool {
+        self.ranks[gaussian] != HIDDEN
+    }
+
+    /// Writes to `out` the gradients of up to sixteen Gaussians that are seen: those at the places
+    /// `seen` of `part`, which begins with Gaussian `first` and has the parameters of the forward
+    /// pass.
+    pub fn find(&self, part: &Stretch<'_>, first: usize, seen: &[u32], out: &mut GradientBlock) {
+        let ranks = &self.ranks[first..];
+        match self.which {
+            Which::All => dispatch!(self.frame.options.level, simd =>
+                unproject_block(simd, &self.frame.view, part, seen, ranks, self.sums, out)),
+            Which::ColourAndOpacity => out.colour_and_opacity(part, seen, ranks, self.sums),
+        }
+    }
+}
