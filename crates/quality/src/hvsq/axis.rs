@@ -1,5 +1,12 @@
 //! Pooling and resizing along one axis of a map.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+
+use super::plane::LANES;
+use powergs_frame::splat::simd::transpose;
+
 /// Interpolation between two neighbours: full place i lies between `first[i]` and the one after,
 /// the share `weight[i]` of the way.
 #[derive(Debug, Clone)]
@@ -31,36 +38,35 @@ impl Taps {
         taps
     }
 
-    /// Two coarse rows interpolated to all full places.
-    pub(crate) fn widen(&self, coarse: [&[f32]; 2], full: &mut [Vec<f32>; 2]) {
-        // Side by side, values and what comes next: one place to look for each full place.
-        let next = |row: &[f32], j: usize| row.get(j + 1).map_or(0.0, |next| next - row[j]);
-        let [a, b] = coarse;
-        let both: Vec<[f32; 4]> =
-            (0..a.len()).map(|j| [a[j], next(a, j), b[j], next(b, j)]).collect();
-        let [a, b] = full;
+    /// Coarse columns interpolated to all full places; what lies beyond is zero.
+    #[inline(always)]
+    fn widen<S: Simd>(&self, simd: S, coarse: &[Column], full: &mut [Column]) {
+        let count = self.start.len() - 1;
         let places = self.first.iter().zip(&self.weight);
-        for ((a, b), (&first, weight)) in a.iter_mut().zip(b).zip(places) {
-            let [value, step, other, other_step] = both[first as usize];
-            *a = value + weight * step;
-            *b = other + weight * other_step;
+        for (full, (&first, &weight)) in full.iter_mut().zip(places) {
+            let value = f32x16::from_slice(simd, &coarse[first as usize]);
+            let next = (first as usize + 1).min(count - 1);
+            let step = f32x16::from_slice(simd, &coarse[next]) - value;
+            (value + step * weight).store_slice(full);
         }
+        full[self.first.len()..].fill([0.0; LANES]);
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
-    pub(crate) fn narrow(&self, full: &[f32], scale: f32, coarse: &mut [f32]) {
+    #[inline(always)]
+    fn narrow<S: Simd>(&self, simd: S, full: &[Column], scale: f32, coarse: &mut [Column]) {
+        let zero = f32x16::splat(simd, 0.0);
         // What the places after the lower neighbour before give.
-        let mut before = 0.0;
-        for (j, out) in coarse.iter_mut().enumerate() {
-            let range = self.start[j] as usize..self.start[j + 1] as usize;
-            let (mut lower, mut upper) = (0.0, 0.0);
-            let (full, weights) = (&full[range.clone()], &self.weight[range]);
-            for i in 0..weights.len() {
-                let share = weights[i] * full[i];
-                lower += full[i] - share;
+        let mut before = zero;
+        for (out, range) in coarse.iter_mut().zip(self.start.windows(2)) {
+            let (mut lower, mut upper) = (zero, zero);
+            for i in range[0] as usize..range[1] as usize {
+                let value = f32x16::from_slice(simd, &full[i]);
+                let share = value * self.weight[i];
+                lower += value - share;
                 upper += share;
             }
-            *out = (lower + before) * scale;
+            ((lower + before) * scale).store_slice(out);
             before = upper;
         }
     }
@@ -90,24 +96,161 @@ impl Axis {
         Axis { cells, taps: Taps::new(count, n), is_identity: count.is_multiple_of(n) }
     }
 
-    /// Sums over cells, times `scale`.
-    pub(crate) fn sums(&self, full: &[f32], scale: f32, out: &mut [f32]) {
-        for (out, &(first, end)) in out.iter_mut().zip(&self.cells) {
-            let mut sum = 0.0;
-            for value in &full[first as usize..end as usize] {
-                sum += value;
+    /// Sums over cells, times `scale`, a number for each lane.
+    #[inline(always)]
+    fn sums<S: Simd>(&self, simd: S, full: &[Column], scale: &Column, coarse: &mut [Column]) {
+        let scale = f32x16::from_slice(simd, scale);
+        for (out, &(first, end)) in coarse.iter_mut().zip(&self.cells) {
+            let mut sum = f32x16::splat(simd, 0.0);
+            for column in &full[first as usize..end as usize] {
+                sum += f32x16::from_slice(simd, column);
             }
-            *out = sum * scale / (end - first) as f32;
+            (sum * scale / (end - first) as f32).store_slice(out);
         }
     }
 
     /// The adjoint of [`Axis::sums`].
-    pub(crate) fn spread(&self, coarse: &[f32], scale: f32, full: &mut [f32]) {
-        full.fill(0.0);
-        for (value, &(first, end)) in coarse.iter().zip(&self.cells) {
-            let share = value * scale / (end - first) as f32;
-            for v in &mut full[first as usize..end as usize] {
-                *v += share;
+    #[inline(always)]
+    fn spread<S: Simd>(&self, simd: S, coarse: &[Column], scale: &Column, full: &mut [Column]) {
+        let scale = f32x16::from_slice(simd, scale);
+        full.fill([0.0; LANES]);
+        for (column, &(first, end)) in coarse.iter().zip(&self.cells) {
+            let share = f32x16::from_slice(simd, column) * scale / (end - first) as f32;
+            for out in &mut full[first as usize..end as usize] {
+                (f32x16::from_slice(simd, out) + share).store_slice(out);
+            }
+        }
+    }
+}
+
+/// A place of sixteen rows.
+type Column = [f32; LANES];
+
+/// Sixteen rows at a time along their axis: they are turned into columns, so that a vector holds
+/// the same place of all of them, and back.
+#[derive(Debug, Default)]
+pub(crate) struct Columns {
+    full: Vec<Column>,
+    coarse: Vec<Column>,
+}
+
+impl Columns {
+    fn sized(&mut self, axis: &Axis, full: usize) {
+        self.full.resize(full, [0.0; LANES]);
+        self.coarse.resize(axis.cells.len().next_multiple_of(LANES), [0.0; LANES]);
+    }
+
+    /// Sums of up to sixteen full rows over cells, times `scale` of each row.
+    #[simd]
+    pub(crate) fn sums<S: Simd>(
+        &mut self,
+        simd: S,
+        axis: &Axis,
+        full: Rows<&[f32]>,
+        scale: &[f32; LANES],
+        coarse: Rows<&mut [f32]>,
+    ) {
+        self.sized(axis, full.len);
+        turn(simd, full, &mut self.full);
+        axis.sums(simd, &self.full, scale, &mut self.coarse);
+        turn_back(simd, &self.coarse, coarse);
+    }
+
+    /// The adjoint of [`Columns::sums`].
+    #[simd]
+    pub(crate) fn spread<S: Simd>(
+        &mut self,
+        simd: S,
+        axis: &Axis,
+        coarse: Rows<&[f32]>,
+        scale: &[f32; LANES],
+        full: Rows<&mut [f32]>,
+    ) {
+        self.sized(axis, full.len);
+        turn(simd, coarse, &mut self.coarse);
+        axis.spread(simd, &self.coarse, scale, &mut self.full);
+        turn_back(simd, &self.full, full);
+    }
+
+    /// Up to sixteen coarse rows, interpolated to all full places.
+    #[simd]
+    pub(crate) fn widen<S: Simd>(
+        &mut self,
+        simd: S,
+        axis: &Axis,
+        coarse: Rows<&[f32]>,
+        full: Rows<&mut [f32]>,
+    ) {
+        self.sized(axis, full.len);
+        turn(simd, coarse, &mut self.coarse);
+        axis.taps.widen(simd, &self.coarse, &mut self.full);
+        turn_back(simd, &self.full, full);
+    }
+
+    /// The adjoint of [`Columns::widen`], times `scale`.
+    #[simd]
+    pub(crate) fn narrow<S: Simd>(
+        &mut self,
+        simd: S,
+        axis: &Axis,
+        full: Rows<&[f32]>,
+        scale: f32,
+        coarse: Rows<&mut [f32]>,
+    ) {
+        self.sized(axis, full.len);
+        turn(simd, full, &mut self.full);
+        axis.taps.narrow(simd, &self.full, scale, &mut self.coarse);
+        turn_back(simd, &self.coarse, coarse);
+    }
+}
+
+/// Up to sixteen rows of `len` values each, one after the other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rows<T> {
+    /// Their values.
+    pub values: T,
+    /// Values of a row.
+    pub len: usize,
+}
+
+#[inline(always)]
+fn turn<S: Simd>(simd: S, rows: Rows<&[f32]>, columns: &mut [Column]) {
+    let zero = f32x16::splat(simd, 0.0);
+    for (at, columns) in (0..rows.len).step_by(LANES).zip(columns.chunks_exact_mut(LANES)) {
+        let mut block = [zero; LANES];
+        for (vector, row) in block.iter_mut().zip(rows.values.chunks_exact(rows.len)) {
+            *vector = match row.get(at..at + LANES) {
+                Some(values) => f32x16::from_slice(simd, values),
+                None => {
+                    let mut values = [0.0; LANES];
+                    values[..row.len() - at].copy_from_slice(&row[at..]);
+                    f32x16::simd_from(simd, values)
+                }
+            };
+        }
+        transpose(&mut block);
+        for (column, vector) in columns.iter_mut().zip(block) {
+            vector.store_slice(column);
+        }
+    }
+}
+
+#[inline(always)]
+fn turn_back<S: Simd>(simd: S, columns: &[Column], rows: Rows<&mut [f32]>) {
+    for (at, columns) in (0..rows.len).step_by(LANES).zip(columns.chunks_exact(LANES)) {
+        let mut block = [f32x16::splat(simd, 0.0); LANES];
+        for (vector, column) in block.iter_mut().zip(columns) {
+            *vector = f32x16::from_slice(simd, column);
+        }
+        transpose(&mut block);
+        for (vector, row) in block.into_iter().zip(rows.values.chunks_exact_mut(rows.len)) {
+            match row.get_mut(at..at + LANES) {
+                Some(values) => vector.store_slice(values),
+                None => {
+                    let values: [f32; LANES] = vector.into();
+                    let left = row.len() - at;
+                    row[at..].copy_from_slice(&values[..left]);
+                }
             }
         }
     }

@@ -3,11 +3,13 @@
 //! With B the pooling, the mean is μ = B(m) and the deviation σ = √max(B(m²) − μ², 1e-7). B goes
 //! to a coarse grid and interpolates back; per pixel only the second half is done.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f32x16, i32x16};
 use fearless_simd_macros::simd;
 
-use super::axis::Axis;
+use super::axis::{Axis, Columns, Rows};
 use super::plane::{LANES, Plane, lanes};
 use super::reference::MapReference;
 use super::{LEVELS, STATISTICS};
@@ -47,66 +49,87 @@ impl Grid {
         }
     }
 
-    fn rows(&self, j: usize) -> [&[f32]; 2] {
-        let range = j * self.columns..(j + 1) * self.columns;
-        [&self.mean[range.clone()], &self.square[range]]
+    /// Rows of cells: of means and squares.
+    fn rows(&self, range: Range<usize>) -> [Rows<&[f32]>; 2] {
+        let (range, len) = (range.start * self.columns..range.end * self.columns, self.columns);
+        [&self.mean, &self.square].map(|values| Rows { values: &values[range.clone()], len })
     }
 
-    fn rows_mut(&mut self, j: usize) -> [&mut [f32]; 2] {
-        let range = j * self.columns..(j + 1) * self.columns;
-        [&mut self.mean[range.clone()], &mut self.square[range]]
+    fn rows_mut(&mut self, range: Range<usize>) -> [Rows<&mut [f32]>; 2] {
+        let (range, len) = (range.start * self.columns..range.end * self.columns, self.columns);
+        [&mut self.mean, &mut self.square]
+            .map(|values| Rows { values: &mut values[range.clone()], len })
     }
 }
 
-/// A pair of full rows: of means and squares, or derivatives by them.
+/// Full rows: of means and squares, or derivatives by them.
 type Pair = [Vec<f32>; 2];
+
+/// Full rows in flight: one carried over from the rows before, sixteen, and one after the last.
+const IN_FLIGHT: usize = LANES + 2;
 
 /// Rows in flight.
 #[derive(Debug, Default)]
 pub struct Scratch {
     grid: Grid,
     slopes: Grid,
+    columns: Columns,
+    /// Values of a full row.
+    len: usize,
     sums: Pair,
-    /// Interpolated rows above and below, of the map and of the reference.
-    own: [Pair; 2],
-    expected: [Pair; 2],
-    /// Derivatives by the rows above and below.
-    back: [Pair; 2],
+    /// Interpolated rows of the map and of the reference.
+    own: Pair,
+    expected: Pair,
+    /// Derivatives by the rows.
+    back: Pair,
 }
 
 impl Scratch {
-    /// All full rows zero and `n` long.
-    fn sized(&mut self, n: usize) {
-        let pairs = [&mut self.own, &mut self.expected, &mut self.back];
-        for row in pairs.into_iter().flatten().flatten().chain(&mut self.sums) {
-            row.clear();
-            row.resize(n, 0.0);
+    fn sized(&mut self, len: usize) {
+        self.len = len;
+        let pairs = [&mut self.own, &mut self.expected, &mut self.back, &mut self.sums];
+        for rows in pairs.into_iter().flatten() {
+            rows.resize(IN_FLIGHT * len, 0.0);
         }
+    }
+
+    /// Row `j` of both lists of a grid, interpolated to all columns.
+    pub(crate) fn widen(&mut self, x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
+        let out = &mut out.each_mut().map(|row| &mut row[..]);
+        dispatch!(Level::new(), simd => widen(simd, x, grid, j..j + 1, out, &mut self.columns));
     }
 }
 
 /// Pools a map and its square.
 pub(crate) fn pooled(map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) -> Grid {
     scratch.sized(lanes(map.width));
-    let mut grid = Grid::default();
-    dispatch!(Level::new(), simd => pool(simd, map, axes, &mut scratch.sums, &mut grid));
-    grid
+    dispatch!(Level::new(), simd => pool(simd, map, axes, scratch));
+    std::mem::take(&mut scratch.grid)
 }
 
-fn pool<S: Simd>(simd: S, map: &Plane, axes: &[Axis; 2], sums: &mut Pair, grid: &mut Grid) {
+fn pool<S: Simd>(simd: S, map: &Plane, axes: &[Axis; 2], scratch: &mut Scratch) {
+    let Scratch { grid, columns, len, sums, .. } = scratch;
+    let len = *len;
     grid.sized(axes);
     let [x, y] = axes;
-    for (j, &(first, end)) in y.cells.iter().enumerate() {
+    for (first, cells) in (0..).step_by(LANES).zip(y.cells.chunks(LANES)) {
+        let mut scale = [0.0; LANES];
         let [mean, square] = sums;
-        mean.fill(0.0);
-        square.fill(0.0);
-        for row in first..end {
-            add_row(simd, map.row(row as usize), mean, square);
+        for (k, &(first, end)) in cells.iter().enumerate() {
+            let range = k * len..(k + 1) * len;
+            let (mean, square) = (&mut mean[range.clone()], &mut square[range]);
+            mean.fill(0.0);
+            square.fill(0.0);
+            for row in first..end {
+                add_row(simd, map.row(row as usize), mean, square);
+            }
+            scale[k] = 1.0 / (end - first) as f32;
         }
-        let [to_mean, to_square] = grid.rows_mut(j);
-        let scale = 1.0 / (end - first) as f32;
-        x.sums(mean, scale, to_mean);
-        x.sums(square, scale, to_square);
+        let to = grid.rows_mut(first..first + cells.len());
+        for (sums, to) in [mean, square].into_iter().zip(to) {
+            let rows = Rows { values: &sums[..cells.len() * len], len };
+            columns.sums(simd, x, rows, &scale, to);
+        }
     }
 }
 
@@ -191,44 +214,99 @@ fn pooling<S: Simd>(
     gradient: Option<&mut Plane>,
     scratch: &mut Scratch,
 ) -> Sums {
-    pool(simd, map, axes, &mut scratch.sums, &mut scratch.grid);
-    scratch.slopes.sized(axes);
+    pool(simd, map, axes, scratch);
+    let Scratch { grid, slopes, columns, len, own, expected: wanted, back, sums: spare } = scratch;
+    let len = *len;
+    slopes.sized(axes);
     let [x, y] = axes;
     let count = y.cells.len();
     let mut sums = Sums::default();
-    widen(x, &scratch.grid, 0, &mut scratch.own[0]);
-    widen(x, expected, 0, &mut scratch.expected[0]);
-    scratch.back.iter_mut().flatten().for_each(|row| row.fill(0.0));
-    for j in 0..count {
-        let next = (j + 1).min(count - 1);
-        widen(x, &scratch.grid, next, &mut scratch.own[1]);
-        widen(x, expected, next, &mut scratch.expected[1]);
-        let rows = y.taps.start[j] as usize..y.taps.start[j + 1] as usize;
-        if !rows.is_empty() {
-            let weights = &y.taps.weight[rows];
-            let part = between(simd, &scratch.own, &scratch.expected, weights, &mut scratch.back);
-            sums.mean += part.mean;
-            sums.deviation += part.deviation;
+    for first in (0..count).step_by(LANES) {
+        // Row 0 is the one before `first`.
+        let some = LANES.min(count - first);
+        let is_last = first + some == count;
+        widen(
+            simd,
+            x,
+            grid,
+            first..first + some,
+            &mut own.each_mut().map(|r| &mut r[len..]),
+            columns,
+        );
+        let to = &mut wanted.each_mut().map(|rows| &mut rows[len..]);
+        widen(simd, x, expected, first..first + some, to, columns);
+        back.iter_mut().for_each(|rows| rows[len..].fill(0.0));
+        if is_last {
+            for rows in own.iter_mut().chain(wanted.iter_mut()) {
+                rows.copy_within(some * len..(some + 1) * len, (some + 1) * len);
+            }
+        }
+        // Rows that have the next one beside them.
+        let ready = usize::from(first == 0)..some + usize::from(is_last);
+        for k in ready.clone() {
+            let j = first + k - 1;
+            let rows = y.taps.start[j] as usize..y.taps.start[j + 1] as usize;
+            if !rows.is_empty() {
+                let at = k * len..(k + 2) * len;
+                let weights = &y.taps.weight[rows];
+                let [own, wanted] =
+                    [&*own, &*wanted].map(|pair| pair.each_ref().map(|rows| &rows[at.clone()]));
+                let back = back.each_mut().map(|rows| &mut rows[at.clone()]);
+                let part = between(simd, len, own, wanted, weights, back);
+                sums.mean += part.mean;
+                sums.deviation += part.deviation;
+            }
         }
         if gradient.is_some() {
-            let [mean, square] = scratch.slopes.rows_mut(j);
-            x.taps.narrow(&scratch.back[0][0], scale, mean);
-            x.taps.narrow(&scratch.back[0][1], scale, square);
+            let range = ready.start * len..ready.end * len;
+            let rows = back.each_ref().map(|rows| Rows { values: &rows[range.clone()], len });
+            narrow(simd, x, rows, scale, first + ready.start - 1, slopes, columns);
         }
-        scratch.own.swap(0, 1);
-        scratch.expected.swap(0, 1);
-        scratch.back.swap(0, 1);
-        scratch.back[1].iter_mut().for_each(|row| row.fill(0.0));
+        for rows in own.iter_mut().chain(wanted.iter_mut()).chain(back.iter_mut()) {
+            rows.copy_within(some * len..(some + 1) * len, 0);
+        }
     }
     if let Some(gradient) = gradient {
-        spread(simd, map, axes, &scratch.slopes, &mut scratch.sums, gradient);
+        spread(simd, map, axes, slopes, spare, columns, gradient);
     }
     sums
 }
 
-/// Row `j` of both grids, interpolated to all columns.
-pub(crate) fn widen(x: &Axis, grid: &Grid, j: usize, out: &mut Pair) {
-    x.taps.widen(grid.rows(j), out);
+/// Rows `range` of both lists of a grid, interpolated to all columns.
+fn widen<S: Simd>(
+    simd: S,
+    x: &Axis,
+    grid: &Grid,
+    range: Range<usize>,
+    out: &mut [&mut [f32]; 2],
+    columns: &mut Columns,
+) {
+    let len = lanes(x.taps.first.len());
+    let n = range.len() * len;
+    for (from, to) in grid.rows(range).into_iter().zip(out) {
+        columns.widen(simd, x, from, Rows { values: &mut to[..n], len });
+    }
+}
+
+/// Derivatives by full rows, carried to the slopes from row `first` on.
+fn narrow<S: Simd>(
+    simd: S,
+    x: &Axis,
+    back: [Rows<&[f32]>; 2],
+    scale: f32,
+    first: usize,
+    slopes: &mut Grid,
+    columns: &mut Columns,
+) {
+    let len = back[0].len;
+    for at in (0..back[0].values.len() / len).step_by(LANES) {
+        let end = (at + LANES).min(back[0].values.len() / len);
+        let to = slopes.rows_mut(first + at..first + end);
+        for (from, to) in back.into_iter().zip(to) {
+            let from = Rows { values: &from.values[at * len..end * len], len };
+            columns.narrow(simd, x, from, scale, to);
+        }
+    }
 }
 
 /// Derivatives by the coarse grids, carried to the map.
@@ -237,23 +315,33 @@ fn spread<S: Simd>(
     map: &Plane,
     [x, y]: &[Axis; 2],
     slopes: &Grid,
-    sums: &mut Pair,
+    full: &mut Pair,
+    columns: &mut Columns,
     gradient: &mut Plane,
 ) {
-    for (j, &(first, end)) in y.cells.iter().enumerate() {
-        let share = 1.0 / (end - first) as f32;
-        for (coarse, full) in slopes.rows(j).into_iter().zip(sums.iter_mut()) {
-            x.spread(coarse, share, full);
+    let len = lanes(map.width);
+    for (first, cells) in (0..).step_by(LANES).zip(y.cells.chunks(LANES)) {
+        let mut share = [0.0; LANES];
+        for (share, &(first, end)) in share.iter_mut().zip(cells) {
+            *share = 1.0 / (end - first) as f32;
         }
-        for row in first as usize..end as usize {
-            add_slopes(simd, map.row(row), sums, gradient.row_mut(row));
+        let from = slopes.rows(first..first + cells.len());
+        for (from, to) in from.into_iter().zip(&mut *full) {
+            let to = Rows { values: &mut to[..cells.len() * len], len };
+            columns.spread(simd, x, from, &share, to);
+        }
+        for (k, &(first, end)) in cells.iter().enumerate() {
+            let slopes = full.each_ref().map(|rows| &rows[k * len..(k + 1) * len]);
+            for row in first as usize..end as usize {
+                add_slopes(simd, map.row(row), slopes, gradient.row_mut(row));
+            }
         }
     }
 }
 
 /// Adds the derivative by the mean, and by the square times twice the map.
 #[simd]
-fn add_slopes<S: Simd>(simd: S, map: &[f32], slopes: &Pair, out: &mut [f32]) {
+fn add_slopes<S: Simd>(simd: S, map: &[f32], slopes: [&[f32]; 2], out: &mut [f32]) {
     for i in (0..map.len()).step_by(LANES) {
         let m = f32x16::from_slice(simd, &map[i..i + LANES]);
         let by_mean = f32x16::from_slice(simd, &slopes[0][i..i + LANES]);
@@ -276,29 +364,32 @@ fn inverse_root<S: Simd>(simd: S, v: f32x16<S>) -> f32x16<S> {
     r
 }
 
-/// The rows between two coarse rows: sums of squared differences, and their derivatives by the
-/// interpolated rows above and below, added to `back`.
+/// The rows between two coarse rows, which lie one after the other: sums of squared differences,
+/// and their derivatives by both, added to `back`.
 #[simd]
 fn between<S: Simd>(
     simd: S,
-    own: &[Pair; 2],
-    expected: &[Pair; 2],
+    len: usize,
+    own: [&[f32]; 2],
+    expected: [&[f32]; 2],
     weights: &[f32],
-    back: &mut [Pair; 2],
+    back: [&mut [f32]; 2],
 ) -> Sums {
     let floor = f32x16::splat(simd, FLOOR);
     let zero = f32x16::splat(simd, 0.0);
     let (mut mean_sum, mut deviation_sum) = (zero, zero);
-    let [[mean_above, square_above], [mean_below, square_below]] = back;
-    for i in (0..mean_above.len()).step_by(LANES) {
-        let own_mean = f32x16::from_slice(simd, &own[0][0][i..i + LANES]);
-        let own_square = f32x16::from_slice(simd, &own[0][1][i..i + LANES]);
-        let mean = f32x16::from_slice(simd, &expected[0][0][i..i + LANES]);
-        let square = f32x16::from_slice(simd, &expected[0][1][i..i + LANES]);
-        let own_mean_step = f32x16::from_slice(simd, &own[1][0][i..i + LANES]) - own_mean;
-        let own_square_step = f32x16::from_slice(simd, &own[1][1][i..i + LANES]) - own_square;
-        let mean_step = f32x16::from_slice(simd, &expected[1][0][i..i + LANES]) - mean;
-        let square_step = f32x16::from_slice(simd, &expected[1][1][i..i + LANES]) - square;
+    let [(mean_above, mean_below), (square_above, square_below)] =
+        back.map(|rows| rows.split_at_mut(len));
+    for i in (0..len).step_by(LANES) {
+        let (at, below) = (i..i + LANES, len + i..len + i + LANES);
+        let own_mean = f32x16::from_slice(simd, &own[0][at.clone()]);
+        let own_square = f32x16::from_slice(simd, &own[1][at.clone()]);
+        let mean = f32x16::from_slice(simd, &expected[0][at.clone()]);
+        let square = f32x16::from_slice(simd, &expected[1][at]);
+        let own_mean_step = f32x16::from_slice(simd, &own[0][below.clone()]) - own_mean;
+        let own_square_step = f32x16::from_slice(simd, &own[1][below.clone()]) - own_square;
+        let mean_step = f32x16::from_slice(simd, &expected[0][below.clone()]) - mean;
+        let square_step = f32x16::from_slice(simd, &expected[1][below]) - square;
         let (mut by_mean, mut by_mean_below) = (zero, zero);
         let (mut by_square, mut by_square_below) = (zero, zero);
         for &weight in weights {

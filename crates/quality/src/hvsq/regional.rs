@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use super::axis::Axis;
-use super::plane::Plane;
-use super::pool::{Grid, Scratch, pooled, widen};
+use super::plane::{Plane, lanes};
+use super::pool::{Grid, Scratch, pooled};
 use super::reference::MapReference;
 use super::{Hvsq, LEVELS, MAPS, Reference, STATISTICS};
 use powergs_base::picture::Picture;
@@ -113,7 +113,7 @@ fn differences(
 ) -> Sums {
     let own = pooled(map, axes, scratch);
     let [x_axis, y_axis] = axes;
-    let rows = || [vec![0.0f32; map.width], vec![0.0f32; map.width]];
+    let rows = || [vec![0.0f32; lanes(map.width)], vec![0.0f32; lanes(map.width)]];
     let (mut above, mut below) = ([rows(), rows()], [rows(), rows()]);
     let mut sums = [0.0; 2];
     let last = y_axis.cells.len() - 1;
@@ -121,8 +121,8 @@ fn differences(
         let first = y_axis.taps.first[y] as usize;
         let weight = y_axis.taps.weight[y];
         for (grid, k) in [(&own, 0), (expected, 1)] {
-            widen(x_axis, grid, first, &mut above[k]);
-            widen(x_axis, grid, (first + 1).min(last), &mut below[k]);
+            scratch.widen(x_axis, grid, first, &mut above[k]);
+            scratch.widen(x_axis, grid, (first + 1).min(last), &mut below[k]);
         }
         for x in (0..map.width).filter(|&x| inside(x, y)) {
             let between = |k: usize, what: usize| {
