@@ -4,8 +4,8 @@
 //! of them can reach α = 1/255 at all; only those are evaluated. α is computed as an exponential of
 //! base 2 with the opacity folded in: α = 2^p, p = A δx² + B δx δy + C δy² + log₂ o.
 //!
-//! A stopped pixel has its transmittance with a minus sign: it takes no part, and the loop over rows
-//! need not branch where pixels stop.
+//! A stopped pixel has its transmittance with a minus sign: it takes no part, and the loop over
+//! rows need not branch where pixels stop.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};

@@ -17,7 +17,7 @@ use powergs_scene::{Camera, Gaussians, ShDegree};
 /// Items that are brought together before something is made of them.
 const NEAR: usize = 64;
 /// Gaussians projected by one task; a power of two.
-const PART: usize = 256 * LANES;
+const PART: usize = 128 * LANES;
 
 /// How to render.
 #[derive(Debug, Clone, Copy)]
@@ -192,8 +192,8 @@ pub(super) fn in_depth_order(
     })
 }
 
-/// Two things that `make` makes of every item of `parts`, of which it is told the part, in ascending
-/// depth, ties by place. No part has more than [`PART`].
+/// Two things that `make` makes of every item of `parts`, of which it is told the part, in
+/// ascending depth, ties by place. No part has more than [`PART`].
 pub(super) fn in_depth_order_by<
     V: Copy + Sync,
     A: Send + Default + Clone,

@@ -169,10 +169,10 @@ pub fn may_see<S: Simd>(simd: S, view: &View, means: &[[f32; 3]], log_scales: &[
     // The trace of the covariance of a ball of that size bounds its larger root.
     let mut squares = f32x16::splat(simd, 0.0);
     let iz = f32x16::splat(simd, 1.0) / camera[2];
-    for axis in 0..2 {
+    for (axis, position) in camera.iter().take(2).enumerate() {
         let low = f32x16::splat(simd, view.limits[2 * axis]);
         let high = f32x16::splat(simd, view.limits[2 * axis + 1]);
-        let slope = (camera[axis] * iz).max(low).min(high);
+        let slope = (*position * iz).max(low).min(high);
         let focal = iz * view.focal[axis];
         squares = (focal * focal).mul_add(slope.mul_add(slope, f32x16::splat(simd, 1.0)), squares);
     }

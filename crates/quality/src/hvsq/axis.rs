@@ -60,9 +60,10 @@ impl Taps {
         let mut before = zero;
         for (out, range) in coarse.iter_mut().zip(self.start.windows(2)) {
             let (mut lower, mut upper) = (zero, zero);
-            for i in range[0] as usize..range[1] as usize {
-                let value = f32x16::from_slice(simd, &full[i]);
-                let share = value * self.weight[i];
+            let range = range[0] as usize..range[1] as usize;
+            for (column, weight) in full[range.clone()].iter().zip(&self.weight[range]) {
+                let value = f32x16::from_slice(simd, column);
+                let share = value * *weight;
                 lower += value - share;
                 upper += share;
             }
