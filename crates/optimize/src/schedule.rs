@@ -223,11 +223,10 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     }
     let total = |i: usize| passed[i].1.total_w();
     let best = (0..passed.len()).min_by(|&a, &b| total(a).total_cmp(&total(b)))?;
-    let mut neighbours: Vec<usize> = [best.checked_sub(1), Some(best + 1)]
-        .into_iter()
-        .flatten()
-        .filter(|&i| i < passed.len())
-        .collect();
+    // An end that was pushed on in vain leaves two samples that say the same.
+    let is_apart = |&i: &usize| (passed[i].1.rho - passed[best].1.rho).abs() >= APART;
+    let sides = [(0..best).rev().find(is_apart), (best + 1..passed.len()).find(is_apart)];
+    let mut neighbours: Vec<usize> = sides.into_iter().flatten().collect();
     neighbours.sort_by(|&a, &b| total(a).total_cmp(&total(b)));
     let between = neighbours.into_iter().map(|i| (passed[best].1.rho + passed[i].1.rho) / 2.0);
     let minimum = minimum.map(|m| m.rho);
