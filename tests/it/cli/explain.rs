@@ -171,3 +171,12 @@ fn terms_of_reports_and_columns_of_sweeps_are_explained() {
         ["nosuch", "fps.p12", "vru.cors"]
     );
 }
+
+/// Whoever asks where a picojoule comes from gets it table by table.
+#[test]
+fn a_price_is_told_with_its_source() {
+    let done = program(&["explain", "actions.alpha", "--json"]).assert().success();
+    let text = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
+    assert!(text.contains("10.32 pJ (source: rtl) in gscore-rtl-28nm"), "{text}");
+    program(&["explain", "clock.ccu"]).assert().success().stdout(contains("source: rtl"));
+}

@@ -27,6 +27,9 @@ fn folder_with_scene() -> (TempDir, String) {
     (folder, scene)
 }
 
+/// A unit, where its work comes from, and the parameters of its RTL.
+type Unit<'a> = (&'a str, &'a [&'a str], &'a [(&'a str, u32)]);
+
 /// What the RTL writes is the file of what is expected, byte for byte where cycles are stated.
 #[test]
 fn the_rtl_answers_real_work_as_the_files_say() {
@@ -37,7 +40,7 @@ fn the_rtl_answers_real_work_as_the_files_say() {
     let core = [&fp16[..], &[("PIXELS", 4), ("COLUMNS", 2)]].concat();
     let unit = [&fp16[..], &[("QUEUE", 2)]].concat();
     let front = [("EXP", 8), ("MAN", 15), ("TO_EXP", 5), ("TO_MAN", 10), ("OPS", 8)];
-    let units: [(&str, &[&str], &[(&str, u32)]); 5] = [
+    let units: [Unit; 5] = [
         ("qsu", &trace, &[]),
         ("bsu", &trace, &[]),
         ("vrc", &view, &core),
