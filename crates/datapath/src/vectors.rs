@@ -24,8 +24,8 @@ pub struct Vectors {
     pub expected: Vec<Event>,
     /// Words of an event in the file, with its kind and its cycle.
     pub event_words: usize,
-    /// Whether the cycles of the events are known; otherwise they are 0, and events are in the order
-    /// of their kinds.
+    /// Whether the cycles of the events are known; otherwise they are 0, and events are in the
+    /// order of their kinds.
     pub timed: bool,
 }
 

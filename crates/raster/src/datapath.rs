@@ -111,8 +111,8 @@ pub(super) struct TileEntry {
 /// All four sub-tiles.
 const ALL: u32 = 0xf;
 
-/// Blends the entries of a tile, front to back, into `out`: the lines of the picture that its row of
-/// tiles has, of `length` pixels each. The tile is first and end pixel of columns and rows.
+/// Blends the entries of a tile, front to back, into `out`: the lines of the picture that its row
+/// of tiles has, of `length` pixels each. The tile is first and end pixel of columns and rows.
 pub(super) fn draw_tile(
     vrc: &Vrc,
     ((x0, y0, x1, y1), length): ((u32, u32, u32, u32), usize),

@@ -27,8 +27,8 @@ pub struct FrontEnd<'a> {
 }
 
 impl<'a> FrontEnd<'a> {
-    /// The unit of `rtl/` that hands over numbers of `narrow`, with its view; `None` where the format
-    /// has less than four bits of exponent.
+    /// The unit of `rtl/` that hands over numbers of `narrow`, with its view; `None` where the
+    /// format has less than four bits of exponent.
     pub fn new(scene: &'a Gaussians, camera: &Camera, narrow: NumberFormat) -> Option<Self> {
         let wide = WideFormat::new(8, 15).expect("24 bits");
         let rows = [0, 1, 2].map(|row| camera.world_to_camera.row(row).to_array());
@@ -57,8 +57,8 @@ impl<'a> FrontEnd<'a> {
         Gaussian { mean: self.scene.means[i].map(|m| number(f64::from(m))), shape }
     }
 
-    /// Coefficients of the colour of Gaussian `i`, with the factors of their functions; those beyond
-    /// the scene's degree are 0.
+    /// Coefficients of the colour of Gaussian `i`, with the factors of their functions; those
+    /// beyond the scene's degree are 0.
     pub fn coefficients(&self, i: usize) -> [u16; 48] {
         let kept = (self.scene.sh_degree as usize + 1).pow(2);
         let narrow = self.unit.narrow();
@@ -105,7 +105,8 @@ struct Placed {
 /// Renders one view as the hardware of `rtl/` does, from the Gaussian to the pixel: culling,
 /// projection, box tests of tiles and sub-tiles, colours, depths as sort keys and blending, all in
 /// the number formats of the units. Ties of depths are decided by the index in the scene. `None`
-/// where the format has less than four bits of exponent. Of the options only the background matters.
+/// where the format has less than four bits of exponent. Of the options only the background
+/// matters.
 pub fn render_hardware(
     scene: &Gaussians,
     camera: &Camera,

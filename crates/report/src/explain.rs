@@ -96,11 +96,16 @@ fn plain(name: &str) -> String {
 impl Entry {
     /// The entry as JSON.
     pub fn json(&self) -> Value {
-        let facts: Map<String, Value> = self
-            .facts
-            .iter()
-            .map(|(name, text)| ((*name).to_owned(), text.as_str().into()))
-            .collect();
+        // What is told several times is a list.
+        let mut facts = Map::new();
+        for (name, text) in &self.facts {
+            let text = Value::from(text.as_str());
+            match facts.get_mut(*name) {
+                None => drop(facts.insert((*name).to_owned(), text)),
+                Some(Value::Array(all)) => all.push(text),
+                Some(one) => *one = Value::Array(vec![one.take(), text]),
+            }
+        }
         let mut value = json!({
             "kind": self.kind,
             "name": self.name,

@@ -22,8 +22,8 @@ fn verilator() -> Option<PathBuf> {
 }
 
 impl Bench {
-    /// Lints and compiles `rtl/tb/NAME.sv` or `rtl/NAME.sv` with `rtl/tb/NAME.cpp` in a folder of its
-    /// own in `place`, where it finds what it built before; `None`, with a line that says so,
+    /// Lints and compiles `rtl/tb/NAME.sv` or `rtl/NAME.sv` with `rtl/tb/NAME.cpp` in a folder of
+    /// its own in `place`, where it finds what it built before; `None`, with a line that says so,
     /// without Verilator.
     ///
     /// # Panics

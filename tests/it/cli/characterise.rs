@@ -82,7 +82,7 @@ fn what_cannot_be_is_refused() {
     let bad = path.to_str().expect("UTF-8");
     run(&["qsu", "--library", "45nm", "--trace", bad]).code(3);
     let demo = "traces/demo.bin";
-    run(&["vru", "--library", "45nm", "--trace", demo])
+    run(&["tpu", "--library", "45nm", "--trace", demo])
         .code(2)
         .stderr(contains("unrecognized subcommand"));
     run(&["qsu", "--library", "28nm", "--trace", demo]).code(2).stderr(contains("45nm"));

@@ -1,4 +1,5 @@
-//! `vectors`: real work of units for their test benches, and with Verilator what the RTL makes of it.
+//! `vectors`: real work of units for their test benches, and with Verilator what the RTL makes of
+//! it.
 
 use std::fs;
 use std::path::Path;

@@ -20,8 +20,8 @@ pub struct CcuWork {
     pub coefficients: [u16; 48],
 }
 
-/// Gaussians for `rtl/tb/ccu.cpp` in the view of `settings`, with `pause` cycles behind each. Cycles
-/// are not stated: laps of three engines begin at multiples of their own lengths.
+/// Gaussians for `rtl/tb/ccu.cpp` in the view of `settings`, with `pause` cycles behind each.
+/// Cycles are not stated: laps of three engines begin at multiples of their own lengths.
 pub fn ccu(unit: &Ccu, settings: &Settings, degree: u32, pause: u16, work: &[CcuWork]) -> Vectors {
     let mut stimulus = vec![0; super::HEAD];
     let [columns, rows] = settings.tiles.map(|n| n as u16);

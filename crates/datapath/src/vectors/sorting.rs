@@ -13,8 +13,8 @@ const BSU_LATENCY: u32 = 4;
 /// Keys of a row.
 const ROW: usize = 16;
 
-/// Lists for `rtl/tb/qsu.cpp`: quantiles of each list are written as its pivots, then its keys pass.
-/// Key `i` of a list has payload `i`.
+/// Lists for `rtl/tb/qsu.cpp`: quantiles of each list are written as its pivots, then its keys
+/// pass. Key `i` of a list has payload `i`.
 pub fn qsu(lists: &[Vec<u16>]) -> Vectors {
     let mut stimulus = vec![0; super::HEAD];
     let mut expected = Vec::new();
@@ -54,8 +54,8 @@ fn merged(rows: usize) -> Vec<usize> {
     levels
 }
 
-/// Chunks for `rtl/tb/bsu.cpp`, which sorts rows of 16 and merges them level by level. An entry is a
-/// key with its place in the chunk below it; unused places of the last row are ones.
+/// Chunks for `rtl/tb/bsu.cpp`, which sorts rows of 16 and merges them level by level. An entry is
+/// a key with its place in the chunk below it; unused places of the last row are ones.
 ///
 /// # Panics
 /// When a chunk is empty or has more than 65,535 keys.

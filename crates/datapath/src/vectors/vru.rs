@@ -9,8 +9,8 @@ const ACCEPTED: u16 = 1;
 /// A tile: its pixels in the image, columns and rows, and its list.
 pub type Tile = ([u32; 2], Vec<Entry>);
 
-/// Tiles for `rtl/tb/vru.cpp`, one after the other. A beat is accepted in the cycle in which the one
-/// before leaves the head.
+/// Tiles for `rtl/tb/vru.cpp`, one after the other. A beat is accepted in the cycle in which the
+/// one before leaves the head.
 pub fn vru(unit: &Vru, tiles: &[Tile]) -> Vectors {
     let mut stimulus = vec![0; super::HEAD];
     let accepted = |cycle: u64| Event { kind: ACCEPTED, cycle: cycle as u32, words: Vec::new() };

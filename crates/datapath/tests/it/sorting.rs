@@ -7,8 +7,8 @@ use rand_pcg::Pcg64Mcg;
 
 use super::bench;
 
-/// Lists of all lengths up to `longest`; of every four one has few keys, so that many are equal, and
-/// one is sorted.
+/// Lists of all lengths up to `longest`; of every four one has few keys, so that many are equal,
+/// and one is sorted.
 fn lists(count: usize, longest: usize) -> Vec<Vec<u16>> {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let one = |i: usize| {

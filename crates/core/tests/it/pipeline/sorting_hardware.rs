@@ -32,8 +32,8 @@ fn a_pass_takes_the_cycles_of_the_hardware() {
     }
 }
 
-/// The hardware leaves a list without a partner where it is; the model counts it as merged, which is
-/// 3 % over chunks of all lengths.
+/// The hardware leaves a list without a partner where it is; the model counts it as merged, which
+/// is 3 % over chunks of all lengths.
 #[test]
 fn a_chunk_takes_the_cycles_of_the_hardware_or_a_few_more() {
     let units = units();
