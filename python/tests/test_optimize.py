@@ -125,5 +125,5 @@ def test_arguments_that_are_wrong(scene, views) -> None:
         powergs.optimize(scene, views, callback=3)
     with pytest.raises(powergs.InputError, match="photos"):
         powergs.optimize(scene, views, photos=[np.zeros((4, 4, 3))])
-    with pytest.raises(powergs.InputError, match="pixels"):
+    with pytest.raises(powergs.InputError, match="aspect"):
         powergs.optimize(scene, views, photos=[np.zeros((9, 4, 3))] * len(views))
