@@ -5,7 +5,7 @@
 //! are stalled. An event is a kind, a cycle (low, high) and the words of that kind. The cycles of
 //! the expected events are those of a bench without stalls. `rtl/README.md` has the formats.
 
-mod ccu;
+pub mod ccu;
 mod sorting;
 mod vrc;
 mod vru;

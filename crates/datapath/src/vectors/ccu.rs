@@ -3,13 +3,20 @@
 use super::{Event, Vectors, halves};
 use crate::ccu::{Ccu, Gaussian, Settings};
 
-const TAKES_MEAN: u16 = 0;
-const VERDICT: u16 = 1;
-const TAKES_SHAPE: u16 = 2;
-const SPLAT: u16 = 3;
-const PAIR: u16 = 4;
-const TAKES_COEFFICIENTS: u16 = 5;
-const COLOUR: u16 = 6;
+/// A mean is taken.
+pub const TAKES_MEAN: u16 = 0;
+/// Whether it is kept.
+pub const VERDICT: u16 = 1;
+/// A shape is taken.
+pub const TAKES_SHAPE: u16 = 2;
+/// A splat leaves: five numbers.
+pub const SPLAT: u16 = 3;
+/// A pair leaves: splat, column, row, sub-tiles, u, v.
+pub const PAIR: u16 = 4;
+/// Coefficients are taken.
+pub const TAKES_COEFFICIENTS: u16 = 5;
+/// A colour leaves: three numbers.
+pub const COLOUR: u16 = 6;
 
 /// A Gaussian and its coefficients, three of a channel each, those beyond the degree 0.
 #[derive(Debug, Clone, PartialEq, Eq)]

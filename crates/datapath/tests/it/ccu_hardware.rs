@@ -3,6 +3,9 @@
 use powergs_datapath::ccu::emit::{Program, WIDTHS};
 use powergs_datapath::ccu::schedule::Schedule;
 use powergs_datapath::ccu::{Ccu, Gaussian, Settings};
+use powergs_datapath::vectors::ccu::{
+    COLOUR, PAIR, SPLAT, TAKES_COEFFICIENTS, TAKES_MEAN, TAKES_SHAPE, VERDICT,
+};
 use powergs_datapath::vectors::{self, CcuWork, Vectors};
 use powergs_datapath::{NumberFormat, WideFormat};
 use powergs_testkit::verilator::Bench;
@@ -11,13 +14,6 @@ use rand_pcg::Pcg64Mcg;
 
 use super::ccu::{any_gaussian, gaussian, place_in_view, view};
 
-const TAKES_MEAN: u16 = 0;
-const VERDICT: u16 = 1;
-const TAKES_SHAPE: u16 = 2;
-const SPLAT: u16 = 3;
-const PAIR: u16 = 4;
-const TAKES_COEFFICIENTS: u16 = 5;
-const COLOUR: u16 = 6;
 /// Cycles from the end of the projection until a splat is set up for its tiles.
 const SETUP: u32 = 9;
 

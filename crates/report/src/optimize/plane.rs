@@ -1,5 +1,5 @@
-//! The display-render plane: models of equal quality, the curve through them, lines of equal total
-//! power.
+//! The display-render plane: models that reach the target, the curve through them, lines of equal
+//! total power.
 
 use super::{MISSED, RESULT, Story, colour};
 use crate::format::{significant, watt_unit};
@@ -33,7 +33,7 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
         Entry::new("missed the target", Symbol::Dot(MISSED)),
         Entry::new("optimum, realised", Symbol::Dot(colour(Role::Optimum))),
         Entry::new("result", Symbol::Dot(RESULT)),
-        Entry::new("iso-quality curve (fit)", Symbol::Line(Colour::BLUE)),
+        Entry::new("fit through the samples", Symbol::Line(Colour::BLUE)),
         Entry::new("equal total power", Symbol::Dashed(SUM)),
     ];
     Some(story.chart(NAME, TITLE, &target).legend(entries).panel(panel(story, &shown)))
