@@ -38,6 +38,7 @@ pub mod pictures;
 pub mod plan;
 pub mod prune;
 pub mod ratio_study;
+pub mod record;
 pub mod references;
 pub mod request;
 pub mod results;

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::{Adam, BadGradient, Rates, bad_gradient};
 use super::lambda::{Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, select, survivors};
+use super::record::{Reader, RecordFormats};
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
 use super::views::ViewOrder;
@@ -188,6 +189,7 @@ pub struct Tuner<'a> {
     gradients: Gradients,
     by_pixel: Vec<[f32; 3]>,
     losses: Losses,
+    reader: Reader,
 }
 
 impl<'a> Tuner<'a> {
@@ -218,7 +220,15 @@ impl<'a> Tuner<'a> {
             gradients: Gradients::new(),
             by_pixel: Vec::new(),
             losses: Losses::default(),
+            reader: Reader::default(),
         }
+    }
+
+    /// The same for a machine that reads the model in these numbers: it is rendered, looked at and
+    /// scored as it is read, and gradients by the numbers that are read go to the parameters as
+    /// they are (straight through). The model that it ends with is not rounded.
+    pub fn reading(self, formats: RecordFormats) -> Tuner<'a> {
+        Tuner { reader: Reader::new(formats), ..self }
     }
 
     /// Whether nothing is left to do.
@@ -255,7 +265,9 @@ impl<'a> Tuner<'a> {
     pub fn step(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
         if iteration == 0 && self.state.heat.is_none() {
-            let seen = self.state.gauge.all(self.setup, &self.state.model.scene, self.pooling());
+            let (setup, pooling) = (self.setup, self.pooling());
+            let read = self.reader.of(&self.state.model.scene);
+            let seen = self.state.gauge.all(setup, read, pooling);
             self.state.heat = Some(Heat::none(self.target.margin_db(seen.quality)));
         }
         self.prune_if_due(iteration);
@@ -312,7 +324,7 @@ impl<'a> Tuner<'a> {
         let setup = self.setup;
         let view = setup.split.train[self.order.at(u64::from(iteration))];
         let camera = &setup.cameras[view];
-        let scene = &self.state.model.scene;
+        let scene = self.reader.of(&self.state.model.scene);
         let options = Options { background: setup.background, ..Options::reference() };
         let picture = self.tape.forward(scene, camera, &options);
         self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
@@ -368,7 +380,7 @@ impl<'a> Tuner<'a> {
             return;
         }
         let model = &mut self.state.model;
-        let scores = score.of(&model.scene, &self.setup.train_cameras());
+        let scores = score.of(self.reader.of(&model.scene), &self.setup.train_cameras());
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
         // What is left of the mean has half of its weight: others must take the place of what went.
@@ -399,9 +411,9 @@ impl<'a> Tuner<'a> {
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
         let (setup, pooling) = (self.setup, self.pooling());
         let is_last = iteration + 1 >= self.config.iterations;
-        let look = |state: &mut State, all: bool| {
+        let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
-            let shown = state.shown();
+            let shown = reader.of(state.shown());
             let seen = match all {
                 true => gauge.all(setup, shown, pooling),
                 false => gauge.some(setup, shown, pooling),
@@ -409,10 +421,10 @@ impl<'a> Tuner<'a> {
             state.gauge = gauge;
             seen
         };
-        let mut seen = look(&mut self.state, is_last);
+        let mut seen = look(&mut self.reader, &mut self.state, is_last);
         let mut confirmed = is_last;
         if !is_last && self.wants_confirmation(seen.quality) {
-            seen = look(&mut self.state, true);
+            seen = look(&mut self.reader, &mut self.state, true);
             confirmed = true;
         }
         let passed = self.target.passes(seen.quality);

@@ -10,6 +10,7 @@ mod levels;
 mod oracle;
 mod photos;
 mod prune;
+mod record;
 mod role;
 mod scenes;
 mod schedule;
