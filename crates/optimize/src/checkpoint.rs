@@ -2,17 +2,18 @@
 //! models that later jobs start from.
 //!
 //! A file is `PGSOPT`, a version, a kind, a fingerprint of everything that the numbers of the run
-//! depend on, the length of its head, the head (postcard), the parameters of models as
-//! little-endian floats, and the XXH3 of everything before. All numbers are exact, so a run goes on
-//! bit for bit. A reader refuses what is damaged, of another version, of another run, or promises
-//! more than it holds. Models are streamed: none is in memory twice.
+//! depend on, the length of its head, the head (postcard), parameters and moments of models as
+//! little-endian floats, steps as little-endian words, and the XXH3 of everything before. All
+//! numbers are exact, so a run goes on bit for bit. A reader refuses what is damaged, of another
+//! version, of another run, or promises more than it holds. Models are streamed: none is in memory
+//! twice.
 
 use std::io::{self, BufReader, BufWriter, Read, Write};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use xxhash_rust::xxh3::Xxh3;
 
-use super::adam::Adam;
+use super::adam::{Adam, Group};
 use super::history::HistoryRow;
 use super::lambda::ControllerState;
 use super::outcome::Outcome;
@@ -21,7 +22,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -101,7 +102,8 @@ impl<'a> Checkpoints<'a> {
         let best = current.and_then(|(_, s)| s.best.as_ref().map(|best| &best.0));
         let models = current.iter().map(|(_, s)| &s.model).chain(best);
         let mean = current.and_then(|(_, s)| s.average.as_ref().map(|mean| &mean.0));
-        self.write(PROGRESS, Kind::Progress, &head, models.flat_map(parts).chain(mean))
+        let parts = models.flat_map(parts).chain(mean.map(Part::Values));
+        self.write(PROGRESS, Kind::Progress, &head, parts)
     }
 
     /// Where the run is; `None` if there is none.
@@ -135,8 +137,8 @@ impl<'a> Checkpoints<'a> {
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_scene(&self, job: &str, scene: &Gaussians) -> Result<(), RunError> {
         let (points, sh_degree) = (scene.len(), scene.sh_degree);
-        let head = (ModelHead { points, sh_degree, steps: 0 }, false);
-        self.write(&model_file(job), Kind::Model, &head, [scene])
+        let head = (ModelHead { points, sh_degree }, false);
+        self.write(&model_file(job), Kind::Model, &head, [Part::Values(scene)])
     }
 
     /// Forgets the moments of the model of a finished job, if it has any.
@@ -190,12 +192,11 @@ impl<'a> Checkpoints<'a> {
         name: &str,
         kind: Kind,
         head: &impl Serialize,
-        parts: impl IntoIterator<Item = &'m Gaussians>,
+        parts: impl IntoIterator<Item = Part<'m>>,
     ) -> Result<(), RunError> {
         let head = postcard::to_stdvec(head).map_err(|e| RunError::Internal(e.to_string()))?;
-        let parts: Vec<&Gaussians> = parts.into_iter().collect();
-        let size = |part: &&Gaussians| model_bytes(part.len(), part.sh_degree);
-        let bytes = (HEADER + head.len()) as u64 + parts.iter().map(size).sum::<u64>() + 8;
+        let parts: Vec<Part<'_>> = parts.into_iter().collect();
+        let bytes = (HEADER + head.len()) as u64 + parts.iter().map(Part::bytes).sum::<u64>() + 8;
         let failed = |e: &io::Error| cannot_write(self.store.place(name), bytes, e);
         let mut file = self.store.create(name)?;
         let written = || {
@@ -207,7 +208,7 @@ impl<'a> Checkpoints<'a> {
             out.write_all(&(head.len() as u64).to_le_bytes())?;
             out.write_all(&head)?;
             for part in parts {
-                write_floats(&mut out, part)?;
+                part.write(&mut out)?;
             }
             let sum = out.hash.digest();
             out.to.write_all(&sum.to_le_bytes())?;
@@ -328,9 +329,36 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// What is written of a model: parameters and both moments.
-fn parts(model: &Model) -> [&Gaussians; 3] {
-    [&model.scene, &model.adam.first, &model.adam.second]
+/// A list of numbers in a file.
+enum Part<'a> {
+    /// Of the shape of a model.
+    Values(&'a Gaussians),
+    /// Steps of its Gaussians.
+    Steps(&'a [u32]),
+}
+
+/// What is written of a model: parameters, both moments, and steps.
+fn parts(model: &Model) -> [Part<'_>; 4] {
+    let Model { scene, adam: Adam { first, second, steps } } = model;
+    [Part::Values(scene), Part::Values(first), Part::Values(second), Part::Steps(steps)]
+}
+
+impl Part<'_> {
+    fn bytes(&self) -> u64 {
+        match self {
+            Part::Values(of) => model_bytes(of.len(), of.sh_degree),
+            Part::Steps(steps) => 4 * steps.len() as u64,
+        }
+    }
+
+    fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Part::Values(of) => {
+                Group::ALL.iter().try_for_each(|g| write_words(out, g.of(of), f32::to_le_bytes))
+            }
+            Part::Steps(steps) => write_words(out, steps, u32::to_le_bytes),
+        }
+    }
 }
 
 /// A file of so many bytes that cannot be written. The file of before is still there.
@@ -346,53 +374,53 @@ fn cannot_write(place: String, bytes: u64, error: &io::Error) -> RunError {
     RunError::Output { place, message }
 }
 
-/// All parameters.
-fn write_floats(out: &mut dyn Write, part: &Gaussians) -> io::Result<()> {
+fn write_words<T: Copy>(
+    out: &mut dyn Write,
+    list: &[T],
+    word: impl Fn(T) -> [u8; 4],
+) -> io::Result<()> {
     let mut bytes = Vec::with_capacity(4 * BLOCK);
-    let lists: [&[f32]; 5] = [
-        part.means.as_flattened(),
-        part.log_scales.as_flattened(),
-        part.rotations.as_flattened(),
-        &part.logit_opacities,
-        &part.sh,
-    ];
-    for block in lists.into_iter().flat_map(|list| list.chunks(BLOCK)) {
+    for block in list.chunks(BLOCK) {
         bytes.clear();
-        block.iter().for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+        block.iter().for_each(|v| bytes.extend_from_slice(&word(*v)));
         out.write_all(&bytes)?;
     }
     Ok(())
 }
 
-/// The floats of a file, of which `left` bytes are still to come.
+/// The numbers of a file, of which `left` bytes are still to come.
 struct Floats<'a> {
     from: &'a mut dyn Read,
     left: u64,
 }
 
 impl Floats<'_> {
-    fn list(&mut self, count: usize) -> io::Result<Vec<f32>> {
+    fn list<T>(&mut self, count: usize, of: impl Fn([u8; 4]) -> T) -> io::Result<Vec<T>> {
         let bytes = (count as u64).checked_mul(4).and_then(|n| self.left.checked_sub(n));
         self.left = bytes.ok_or(io::ErrorKind::UnexpectedEof)?;
         let (mut values, mut bytes) = (Vec::with_capacity(count), [0; 4 * BLOCK]);
         while values.len() < count {
             let block = &mut bytes[..4 * BLOCK.min(count - values.len())];
             self.from.read_exact(block)?;
-            values.extend(block.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)));
+            values.extend(block.as_chunks().0.iter().map(|b| of(*b)));
         }
         Ok(values)
+    }
+
+    fn floats(&mut self, count: usize) -> io::Result<Vec<f32>> {
+        self.list(count, f32::from_le_bytes)
     }
 
     fn part(&mut self, head: ModelHead) -> io::Result<Gaussians> {
         let n = head.points;
         let of = |each: usize| n.checked_mul(each).ok_or(io::ErrorKind::UnexpectedEof);
         Ok(Gaussians {
-            means: self.list(of(3)?)?.as_chunks().0.to_vec(),
-            log_scales: self.list(of(3)?)?.as_chunks().0.to_vec(),
-            rotations: self.list(of(4)?)?.as_chunks().0.to_vec(),
-            logit_opacities: self.list(n)?,
+            means: self.floats(of(3)?)?.as_chunks().0.to_vec(),
+            log_scales: self.floats(of(3)?)?.as_chunks().0.to_vec(),
+            rotations: self.floats(of(4)?)?.as_chunks().0.to_vec(),
+            logit_opacities: self.floats(n)?,
             sh_degree: head.sh_degree,
-            sh: self.list(of(3 * (usize::from(head.sh_degree) + 1).pow(2))?)?,
+            sh: self.floats(of(3 * (usize::from(head.sh_degree) + 1).pow(2))?)?,
         })
     }
 }
@@ -402,19 +430,18 @@ impl Floats<'_> {
 struct ModelHead {
     points: usize,
     sh_degree: u8,
-    steps: u64,
 }
 
 impl ModelHead {
     fn of(model: &Model) -> ModelHead {
-        let Model { scene, adam } = model;
-        ModelHead { points: scene.len(), sh_degree: scene.sh_degree, steps: adam.steps }
+        ModelHead { points: model.scene.len(), sh_degree: model.scene.sh_degree }
     }
 
     fn model(self, floats: &mut Floats<'_>) -> io::Result<Model> {
         let scene = floats.part(self)?;
         let (first, second) = (floats.part(self)?, floats.part(self)?);
-        Ok(Model { scene, adam: Adam { first, second, steps: self.steps } })
+        let steps = floats.list(self.points, u32::from_le_bytes)?;
+        Ok(Model { scene, adam: Adam { first, second, steps } })
     }
 }
 

@@ -179,4 +179,9 @@ impl Reader {
         self.formats.read_into(scene, &mut self.read);
         &self.read
     }
+
+    /// The model that was read last, as it is read; `None` where nothing is rounded.
+    pub fn rounded(&self) -> Option<&Gaussians> {
+        Some(&self.read).filter(|_| !self.formats.is_exact())
+    }
 }

@@ -11,7 +11,7 @@ mod stride;
 
 use serde::{Deserialize, Serialize};
 
-use super::adam::{Adam, BadGradient, Rates, bad_gradient};
+use super::adam::{Adam, BadGradient, Rates};
 use super::lambda::{Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, select, survivors};
 use super::record::{Reader, RecordFormats};
@@ -20,7 +20,7 @@ use super::target::{Quality, Target};
 use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
-use powergs_raster::train::{Gradients, Options, Tape, Which};
+use powergs_raster::train::{Options, Tape, Which};
 use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
@@ -31,6 +31,9 @@ pub use stride::Stride;
 
 /// Iterations without a step before the first, so that second moments know the size of gradients.
 const WARM_UP: usize = 16;
+/// Iterations between two models of a mean. Steps resemble those of ten iterations before, so that
+/// more of them say little more, and each is a pass over all parameters.
+const AVERAGE_EVERY: u32 = 5;
 /// While it prunes whenever it passes, a model that passes by less than this is confirmed over all
 /// gate views before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
@@ -186,7 +189,6 @@ pub struct Tuner<'a> {
     controller: Option<Controller>,
     order: ViewOrder,
     tape: Tape,
-    gradients: Gradients,
     by_pixel: Vec<[f32; 3]>,
     losses: Losses,
     reader: Reader,
@@ -217,7 +219,6 @@ impl<'a> Tuner<'a> {
             controller,
             order: ViewOrder::new(seed, setup.split.train.len()),
             tape: Tape::new(),
-            gradients: Gradients::new(),
             by_pixel: Vec::new(),
             losses: Losses::default(),
             reader: Reader::default(),
@@ -261,7 +262,8 @@ impl<'a> Tuner<'a> {
     /// One iteration.
     ///
     /// # Errors
-    /// A loss or gradient that is not finite; the model is that before the iteration.
+    /// A loss or gradient that is not finite. The model is of no use then: some Gaussians may
+    /// have done their step.
     pub fn step(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
         if iteration == 0 && self.state.heat.is_none() {
@@ -272,7 +274,7 @@ impl<'a> Tuner<'a> {
         }
         self.prune_if_due(iteration);
         let lambda = self.lambda(iteration);
-        if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.steps == 0 {
+        if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.is_cold() {
             for i in 0..WARM_UP.min(self.setup.split.train.len()) {
                 self.descend(i as u32, lambda, Rates::still())?;
             }
@@ -280,7 +282,7 @@ impl<'a> Tuner<'a> {
         let rates = self.setup.rates().scaled(self.decay(iteration));
         let heat = self.state.heat.map_or(1.0, |heat| heat.factor);
         let (view, loss) = self.descend(iteration, lambda, rates.heated(heat))?;
-        self.average();
+        self.average(iteration);
         let points = self.state.model.scene.len();
         let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
         self.state.iteration += 1;
@@ -295,16 +297,16 @@ impl<'a> Tuner<'a> {
         }
     }
 
-    /// Takes the parameters into their mean.
-    fn average(&mut self) {
+    /// Takes the parameters into their mean where it is time.
+    fn average(&mut self, iteration: u32) {
         let State { model, average, .. } = &mut self.state;
         let most = self.config.pace.averaged;
-        if most < 2 {
+        if most < 2 || !(iteration + 1).is_multiple_of(AVERAGE_EVERY) {
             return;
         }
         let (mean, count) = average.get_or_insert_with(|| (model.scene.clone(), 0));
-        *count = (*count + 1).min(most);
-        average::mix(mean, &model.scene, 1.0 / *count as f32);
+        *count = (*count + AVERAGE_EVERY).min(most.max(AVERAGE_EVERY));
+        average::mix(mean, &model.scene, AVERAGE_EVERY as f32 / *count as f32);
     }
 
     fn pooling(&self) -> Option<f64> {
@@ -340,17 +342,16 @@ impl<'a> Tuner<'a> {
             Trains::ColoursAndOpacities => Which::ColourAndOpacity,
             Trains::All | Trains::Colours => Which::All,
         };
-        self.tape.backward(scene, &self.by_pixel, which, &mut self.gradients);
-        if let Some(bad) = bad_gradient(scene, self.gradients.flat()) {
-            return Err(TuneError::Gradient { bad, iteration, view: camera.name.clone() });
-        }
         let rates = match self.config.trains {
             Trains::All => rates,
             Trains::Colours => rates.colours_only(),
             Trains::ColoursAndOpacities => rates.colours_and_opacities(),
         };
-        let model = &mut self.state.model;
-        model.adam.step(&mut model.scene, self.gradients.flat(), &rates);
+        let Model { scene, adam } = &mut self.state.model;
+        let slopes = self.tape.slopes(&self.by_pixel, which);
+        let stepped = adam.step(scene, self.reader.rounded(), &slopes, &rates);
+        let failed = |bad| TuneError::Gradient { bad, iteration, view: camera.name.clone() };
+        stepped.map_err(failed)?;
         Ok((view, loss))
     }
 

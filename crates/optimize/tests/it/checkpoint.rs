@@ -52,6 +52,7 @@ fn progress() -> Progress {
         settled_at: (0.5, 0.125),
     };
     let mut state = State::begin(model.clone());
+    state.model.adam.steps = (0..20).map(|i| 1000 * i + 7).collect();
     (state.iteration, state.pruned) = (7, 1);
     state.control = Some(memory);
     state.average = Some((model.scene.clone(), 5));
@@ -124,7 +125,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;
-    fails(&newer, PRINT, "checkpoint version 9, this program reads 6");
+    fails(&newer, PRINT, "checkpoint version 9, this program reads 7");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();
