@@ -14,6 +14,7 @@ use powergs_sim::cli::inputs::display as load_display;
 use powergs_sim::optimize::adam::{Adam, Group, Rates};
 use powergs_sim::optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_sim::optimize::references::Reference;
+use powergs_sim::optimize::renderer::Processor;
 use powergs_sim::optimize::settings::Settings;
 use powergs_sim::optimize::setup::Setup;
 use powergs_sim::optimize::target::{Quality, Target};
@@ -70,6 +71,7 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         power_views: &views,
         background: [0.0; 3],
         display: &display,
+        renderer: &Processor,
         oracle: &oracle,
         screen: None,
         lpips: None,

@@ -26,6 +26,7 @@ use super::checkpoint::{Checkpoints, Progress};
 use super::oracle::PowerOracle;
 use super::plan::Plan;
 use super::references::ReferenceImages;
+use super::renderer::Renderer;
 use super::request::Foveation;
 use super::settings::{Gate, Settings};
 use super::setup::Setup;
@@ -53,6 +54,8 @@ pub struct Campaign {
     pub split: ViewSplit,
     /// The views that power is a mean over.
     pub power_views: Vec<Camera>,
+    /// What trains and looks.
+    pub renderer: Box<dyn Renderer>,
     /// What rendering costs.
     pub oracle: Box<dyn PowerOracle>,
     /// The panel, scaled.
@@ -90,6 +93,7 @@ impl Campaign {
             power_views: &self.power_views,
             background: self.background,
             display: &self.display,
+            renderer: &*self.renderer,
             oracle: &*self.oracle,
             screen: self.foveation.as_ref().map(|f| f.screen),
             lpips: self.lpips.as_ref().map(|(lpips, _)| lpips),

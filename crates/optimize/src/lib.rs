@@ -40,6 +40,7 @@ pub mod prune;
 pub mod ratio_study;
 pub mod record;
 pub mod references;
+pub mod renderer;
 pub mod request;
 pub mod results;
 pub mod role;

@@ -12,6 +12,7 @@ use super::invalid::{Invalid, in_range};
 use super::oracle::{CycleOracle, PowerOracle};
 use super::plan::{Plan, Variant};
 use super::references::ReferenceImages;
+use super::renderer::{Processor, Renderer};
 use super::role::{Baseline, Role};
 use super::schedule::Schedule;
 use super::settings::{Gate, Settings};
@@ -44,6 +45,8 @@ pub struct Request {
     pub power_views: PowerViews,
     /// What is to be made.
     pub goals: Goals,
+    /// What trains and looks.
+    pub renderer: Box<dyn Renderer>,
     /// What rendering costs.
     pub oracle: Box<dyn PowerOracle>,
     /// The panel.
@@ -82,6 +85,7 @@ impl Request {
             validation_every: 0,
             power_views: PowerViews::All,
             goals: Goals::default(),
+            renderer: Box::new(Processor),
             oracle: Box::new(oracle),
             display,
             display_ratio: None,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::adam::Rates;
 use super::oracle::{PowerOracle, Watts};
 use super::references::References;
+use super::renderer::Renderer;
 use super::settings::{Gate, Settings};
 use super::target::Quality;
 use super::views::ViewSplit;
@@ -16,7 +17,6 @@ use powergs_frame::fovea::Screen;
 use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
 use powergs_quality::hvsq::Measures;
 use powergs_quality::{Lpips, likeness};
-use powergs_raster::{Detail, Options, render};
 use powergs_scene::{Camera, Gaussians};
 
 /// A run's inputs.
@@ -35,6 +35,8 @@ pub struct Setup<'a> {
     pub background: [f32; 3],
     /// The panel.
     pub display: &'a Display,
+    /// What trains and looks.
+    pub renderer: &'a dyn Renderer,
     /// What rendering costs.
     pub oracle: &'a dyn PowerOracle,
     /// The virtual screen of a foveated run: models are also measured by HVSQ.
@@ -85,6 +87,11 @@ impl Setup<'_> {
         self.split.train.iter().map(|&v| self.cameras[v].clone()).collect()
     }
 
+    /// The picture of a view, not clamped.
+    fn look(&self, scene: &Gaussians, view: usize) -> Picture {
+        self.renderer.look(scene, &self.cameras[view], self.background)
+    }
+
     /// Quality and display power of `scene` over `views`, means in the order of views; with a
     /// pooling, HVSQ too.
     pub fn see(&self, scene: &Gaussians, views: &[usize], pooling: Option<f64>) -> Seen {
@@ -98,11 +105,10 @@ impl Setup<'_> {
         views: &[usize],
         pooling: Option<f64>,
     ) -> Vec<Seen> {
-        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let mut seen: Vec<Seen> = views
             .par_iter()
             .map(|&view| {
-                let picture = render(scene, &self.cameras[view], &options).picture;
+                let picture = self.look(scene, view);
                 let display_w = self.display.power(picture.mean_linear_rgb()).0;
                 let mut reference = Picture::default();
                 self.references.write_to(view, &mut reference);
@@ -121,10 +127,9 @@ impl Setup<'_> {
     /// defined for. One view at a time: pyramids take much memory, and use all threads.
     fn hvsq(&self, scene: &Gaussians, views: &[usize], pooling: f64) -> Vec<f64> {
         let mut measures = Measures::default();
-        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let mut reference = Picture::default();
         let mut of_view = |&view: &usize| {
-            let picture = render(scene, &self.cameras[view], &options).picture;
+            let picture = self.look(scene, view);
             self.references.write_to(view, &mut reference);
             let Ok(measure) = measures.of(&picture, &[pooling]) else { return f64::NAN };
             let reference = measure.reference(&reference);
@@ -153,10 +158,9 @@ impl Setup<'_> {
         scene: &Gaussians,
         measure: impl Fn(&Picture, &Picture) -> Option<f64>,
     ) -> Option<f64> {
-        let options = Options { background: self.background, ..Options::reference(Detail::Image) };
         let (mut sum, mut reference) = (0.0, Picture::default());
         for &view in &self.split.test {
-            let picture = render(scene, &self.cameras[view], &options).picture;
+            let picture = self.look(scene, view);
             self.references.write_to(view, &mut reference);
             sum += measure(&picture, &reference)?;
         }

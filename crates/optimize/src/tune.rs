@@ -15,12 +15,13 @@ use super::adam::{Adam, BadGradient, Rates};
 use super::lambda::{Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, select, survivors};
 use super::record::{Reader, RecordFormats};
+use super::renderer::{Step, Stepper};
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
 use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
-use powergs_raster::train::{Options, Tape, Which};
+use powergs_raster::train::Which;
 use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
@@ -188,8 +189,7 @@ pub struct Tuner<'a> {
     state: State,
     controller: Option<Controller>,
     order: ViewOrder,
-    tape: Tape,
-    by_pixel: Vec<[f32; 3]>,
+    stepper: Box<dyn Stepper + 'a>,
     losses: Losses,
     reader: Reader,
 }
@@ -218,8 +218,7 @@ impl<'a> Tuner<'a> {
             state,
             controller,
             order: ViewOrder::new(seed, setup.split.train.len()),
-            tape: Tape::new(),
-            by_pixel: Vec::new(),
+            stepper: setup.renderer.stepper(),
             losses: Losses::default(),
             reader: Reader::default(),
         }
@@ -326,18 +325,6 @@ impl<'a> Tuner<'a> {
         let setup = self.setup;
         let view = setup.split.train[self.order.at(u64::from(iteration))];
         let camera = &setup.cameras[view];
-        let scene = self.reader.of(&self.state.model.scene);
-        let options = Options { background: setup.background, ..Options::reference() };
-        let picture = self.tape.forward(scene, camera, &options);
-        self.by_pixel.resize(picture.pixels.len(), [0.0; 3]);
-        let by_pixel = &mut self.by_pixel;
-        let objective = self.config.objective;
-        let loss = self.losses.evaluate(setup, objective, view, picture, lambda, by_pixel);
-        let place = |what| TuneError::Size { what, view: camera.name.clone() };
-        let loss = loss.map_err(place)?;
-        if !loss.total.is_finite() {
-            return Err(TuneError::Loss { iteration, view: camera.name.clone() });
-        }
         let which = match self.config.trains {
             Trains::ColoursAndOpacities => Which::ColourAndOpacity,
             Trains::All | Trains::Colours => Which::All,
@@ -347,10 +334,24 @@ impl<'a> Tuner<'a> {
             Trains::Colours => rates.colours_only(),
             Trains::ColoursAndOpacities => rates.colours_and_opacities(),
         };
-        let Model { scene, adam } = &mut self.state.model;
-        let slopes = self.tape.slopes(&self.by_pixel, which);
-        let stepped = adam.step(scene, self.reader.rounded(), &slopes, &rates);
-        let failed = |bad| TuneError::Gradient { bad, iteration, view: camera.name.clone() };
+        self.reader.of(&self.state.model.scene);
+        let (background, read) = (setup.background, self.reader.rounded());
+        let step = Step { camera, background, which, rates, read };
+        let (losses, objective) = (&mut self.losses, self.config.objective);
+        let mut loss = None;
+        let stepped = self.stepper.step(&mut self.state.model, &step, &mut |picture, by_pixel| {
+            let found = losses.evaluate(setup, objective, view, picture, lambda, by_pixel);
+            let is_finite = found.as_ref().is_ok_and(|term| term.total.is_finite());
+            loss = Some(found);
+            is_finite
+        });
+        let view_name = || camera.name.clone();
+        let loss = loss.expect("a step asks for its loss");
+        let loss = loss.map_err(|what| TuneError::Size { what, view: view_name() })?;
+        if !loss.total.is_finite() {
+            return Err(TuneError::Loss { iteration, view: view_name() });
+        }
+        let failed = |bad| TuneError::Gradient { bad, iteration, view: view_name() };
         stepped.map_err(failed)?;
         Ok((view, loss))
     }
@@ -381,7 +382,8 @@ impl<'a> Tuner<'a> {
             return;
         }
         let model = &mut self.state.model;
-        let scores = score.of(self.reader.of(&model.scene), &self.setup.train_cameras());
+        let (read, views) = (self.reader.of(&model.scene), self.setup.train_cameras());
+        let scores = self.setup.renderer.score(score, read, &views);
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
         // What is left of the mean has half of its weight: others must take the place of what went.

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
 use super::invalid::Invalid;
-use powergs_raster::{Detail, Options, render};
+use super::renderer::Renderer;
 use powergs_scene::camera::path::Path;
 use powergs_scene::{Camera, Gaussians, Split};
 
@@ -121,13 +121,13 @@ impl PowerViews {
 
 /// Names of the views that see nothing of `dense`, and so cannot train.
 pub(crate) fn blind<'a>(
+    renderer: &dyn Renderer,
     dense: &Gaussians,
     cameras: &'a [Camera],
     background: [f32; 3],
 ) -> Vec<&'a str> {
-    let options = Options { background, ..Options::reference(Detail::Image) };
     let is_blind = |camera: &&Camera| {
-        render(dense, camera, &options).picture.pixels.iter().all(|p| *p == background)
+        renderer.look(dense, camera, background).pixels.iter().all(|p| *p == background)
     };
     cameras.iter().filter(is_blind).map(|camera| camera.name.as_str()).collect()
 }

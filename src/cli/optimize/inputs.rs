@@ -14,6 +14,7 @@ use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::photos::Photo;
 use powergs_optimize::references::{ReferenceImages, ReferenceSink};
+use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Foveation, Goals, Request};
 use powergs_optimize::settings::Settings;
 use powergs_optimize::views::PowerViews;
@@ -68,6 +69,7 @@ pub fn request(
             (None, PowerViewsArg::Test) => PowerViews::Test,
         },
         goals,
+        renderer: Box::new(Processor),
         oracle,
         display,
         display_ratio: demo::display_ratio(args),

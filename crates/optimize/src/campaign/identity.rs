@@ -69,6 +69,7 @@ impl Campaign {
             background,
             split,
             power_views,
+            renderer,
             oracle: _,
             display: _,
             settings,
@@ -79,7 +80,7 @@ impl Campaign {
             keep_all: _,
         } = self;
         let mut hash = Hash(Xxh3::new());
-        hash.add(&(TOOL_VERSION, MODEL_VERSION, name));
+        hash.add(&(TOOL_VERSION, MODEL_VERSION, name, renderer.id()));
         // When checkpoints are written changes no number.
         hash.add(&Settings { checkpoint_every: 0, ..settings.clone() });
         hash.add(&(&plan.variants, plan.holds_out, plan.levels));

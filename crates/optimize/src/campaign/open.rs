@@ -2,7 +2,6 @@
 
 use powergs_base::quantity::Watts;
 use powergs_frame::display::Display;
-use powergs_raster::{Detail, Options, render};
 use powergs_scene::Camera;
 
 use super::{Campaign, CampaignError};
@@ -37,7 +36,7 @@ impl Campaign {
         if let Some(ratio) = request.display_ratio {
             in_range("display_ratio", ratio, 0.001, 1000.0)?;
         }
-        let unseen = blind(&request.dense, &cameras, background);
+        let unseen = blind(&*request.renderer, &request.dense, &cameras, background);
         if unseen.len() == cameras.len() {
             return Err(CampaignError::NothingSeen);
         }
@@ -49,9 +48,9 @@ impl Campaign {
         }
         if let ReferenceImages::OwnRenders(sink) = &mut references {
             watch.rendering(cameras.len() as u64);
-            let options = Options { background, ..Options::reference(Detail::Image) };
             for camera in &cameras {
-                sink.push(Reference::new(&render(&request.dense, camera, &options).picture))?;
+                let picture = request.renderer.look(&request.dense, camera, background);
+                sink.push(Reference::new(&picture))?;
                 watch.rendered();
             }
         }
@@ -78,6 +77,7 @@ impl Campaign {
             background,
             split,
             power_views,
+            renderer: request.renderer,
             oracle: request.oracle,
             display: request.display,
             settings,

@@ -11,6 +11,7 @@ mod oracle;
 mod photos;
 mod prune;
 mod record;
+mod renderer;
 mod role;
 mod scenes;
 mod schedule;

@@ -5,6 +5,7 @@ use powergs_core::sim::paper::UnitPrices;
 use powergs_frame::display::Display;
 use powergs_optimize::oracle::PaperOracle;
 use powergs_optimize::references::Reference;
+use powergs_optimize::renderer::Processor;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::setup::Setup;
 use powergs_optimize::views::{ViewSplit, split};
@@ -60,6 +61,7 @@ impl Tiny {
             power_views: &self.cameras,
             background: [0.0; 3],
             display: &self.display,
+            renderer: &Processor,
             oracle: &self.oracle,
             screen: None,
             lpips: None,
