@@ -219,7 +219,8 @@ fn report(name: &str, case: &Case) {
     println!(
         "{name}: forward + backward {both:.1} ms, iteration {step:.1} ms = {ratio:.2}x\n  \
          sums over pixels {sums:.1} ms, step of what is seen {seen:.1} ms, of everything \
-         {all:.1} ms = {:.1}x\n  frame {plain:.2} ms; oracle: paper {paper:.2} ms = {:.2}x, gscore {cycle:.2} ms = {:.2}x",
+         {all:.1} ms = {:.1}x\n  frame {plain:.2} ms; oracle: paper {paper:.2} ms = {:.2}x, \
+         gscore {cycle:.2} ms = {:.2}x",
         all / seen,
         paper / plain,
         cycle / plain

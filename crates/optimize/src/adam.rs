@@ -123,7 +123,7 @@ impl Adam {
     }
 
     /// One step of the Gaussians that the view of `slopes` sees; the others are not touched.
-    /// `read`: the model that was rendered, unless it was `scene` itself; gradients are those there.
+    /// `read`: the model that was rendered, unless it was `scene` itself; gradients are its own.
     /// A parameter whose rate is 0 keeps its value, and where all kinds but the spherical harmonics
     /// have a rate of 0, these keep their moments too.
     ///

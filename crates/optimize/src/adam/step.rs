@@ -208,7 +208,7 @@ impl Part<'_> {
 fn bad(block: &GradientBlock, lane: usize, n: usize) -> Option<(Group, usize)> {
     let (shape, sh) = (&block.shape[lane], &block.sh[lane][..n]);
     // Without a branch for each: almost always all are good.
-    let is_bad = |v: &f32| !(v.abs() <= LARGEST);
+    let is_bad = |v: &f32| v.is_nan() || v.abs() > LARGEST;
     let count = |values: &[f32]| values.iter().map(|v| u32::from(is_bad(v))).sum::<u32>();
     if count(shape) + count(sh) == 0 {
         return None;
