@@ -22,7 +22,7 @@ use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -100,9 +100,9 @@ impl<'a> Checkpoints<'a> {
     ) -> Result<(), RunError> {
         let head = (outcomes, history, current.map(|(name, s)| (name, StateHead::of(s))));
         let best = current.and_then(|(_, s)| s.best.as_ref().map(|best| &best.0));
-        let models = current.iter().map(|(_, s)| &s.model).chain(best);
         let mean = current.and_then(|(_, s)| s.average.as_ref().map(|mean| &mean.0));
-        let parts = models.flat_map(parts).chain(mean.map(Part::Values));
+        let model = current.into_iter().flat_map(|(_, s)| parts(&s.model));
+        let parts = model.chain(best.into_iter().chain(mean).map(Part::Values));
         self.write(PROGRESS, Kind::Progress, &head, parts)
     }
 
@@ -127,7 +127,7 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_model(&self, job: &str, model: &Model) -> Result<(), RunError> {
-        let head = (ModelHead::of(model), true);
+        let head = (ModelHead::of(&model.scene), true);
         self.write(&model_file(job), Kind::Model, &head, parts(model))
     }
 
@@ -136,8 +136,7 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// [`RunError::Output`]: it cannot be written.
     pub fn save_scene(&self, job: &str, scene: &Gaussians) -> Result<(), RunError> {
-        let (points, sh_degree) = (scene.len(), scene.sh_degree);
-        let head = (ModelHead { points, sh_degree }, false);
+        let head = (ModelHead::of(scene), false);
         self.write(&model_file(job), Kind::Model, &head, [Part::Values(scene)])
     }
 
@@ -433,8 +432,8 @@ struct ModelHead {
 }
 
 impl ModelHead {
-    fn of(model: &Model) -> ModelHead {
-        ModelHead { points: model.scene.len(), sh_degree: model.scene.sh_degree }
+    fn of(scene: &Gaussians) -> ModelHead {
+        ModelHead { points: scene.len(), sh_degree: scene.sh_degree }
     }
 
     fn model(self, floats: &mut Floats<'_>) -> io::Result<Model> {
@@ -479,7 +478,7 @@ impl StateHead {
             settled,
         } = state;
         StateHead {
-            model: ModelHead::of(model),
+            model: ModelHead::of(&model.scene),
             iteration: *iteration,
             pruned: *pruned,
             control: *control,
@@ -488,7 +487,7 @@ impl StateHead {
             unconfirmed: *unconfirmed,
             heat: *heat,
             stride: *stride,
-            best: best.as_ref().map(|(model, check)| (ModelHead::of(model), *check)),
+            best: best.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
             last: *last,
             settled: *settled,
         }
@@ -511,7 +510,7 @@ impl StateHead {
         } = self;
         let model = head.model(floats)?;
         let best = match best {
-            Some((head, check)) => Some((head.model(floats)?, check)),
+            Some((head, check)) => Some((floats.part(head)?, check)),
             None => None,
         };
         let average = match averaged {

@@ -6,26 +6,30 @@ use super::checkpoint::model_bytes;
 use super::job::Job;
 use super::oracle::Watts;
 use super::outcome::Outcome;
+use super::prune::Score;
 use super::settings::Settings;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
-use super::tune::{DisplayTerm, Keep, Model, Objective, Pruning, State, TuneConfig, Tuner};
+use super::tune::{DisplayTerm, Gauge, Keep, Model, Objective, Pruning, State, TuneConfig, Tuner};
 use super::watch::CampaignWatch;
 
 /// Iterations are timed for at least so long, seconds, but for the first, which takes memory.
 const TIMED: f64 = 2.0;
 /// No more are timed than this.
 const MOST_TIMED: u32 = 20;
-/// Memory that a run takes at most, times the parameters of the dense model: the model, its
-/// gradient and moments, the best so far with its own, and what a view needs of every Gaussian.
-const COPIES: u64 = 10;
-/// Models that the checkpoint of a fine-tune holds: the model, both moments, the same of the best
-/// so far, and a mean; and while it is replaced, all of this twice.
-const CHECKPOINT_COPIES: u64 = 14;
+/// Memory of a fine-tune at most, times the parameters of the dense model: that model, the one in
+/// training with its moments, its mean, the best so far, and what a view needs of every Gaussian.
+const TRAINING_COPIES: u64 = 7;
+/// The same while a model is measured: the dense one, and the model with its moments; and once more
+/// for every thread, which simulates a frame.
+const MEASURING_COPIES: u64 = 4;
+/// Models that the checkpoint of a fine-tune holds: the model, both moments, the best so far, and a
+/// mean; and while it is replaced, all of this twice.
+const CHECKPOINT_COPIES: u64 = 10;
 /// Memory of a run of any size, bytes.
 const BASE_B: u64 = 64 << 20;
-/// Memory of a picture in training, with its loss and gradient, bytes a pixel.
-const PIXEL_B: u64 = 64;
+/// Memory of a picture, with its share of loss and gradient, bytes a pixel.
+const PIXEL_B: u64 = 32;
 
 /// What a campaign will take.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,19 +40,41 @@ pub struct Estimate {
     pub iterations: u64,
     /// An iteration of the dense model at level 1, without a check of the quality, seconds.
     pub iteration_s: f64,
-    /// A check of the quality over all gate views, seconds.
+    /// A look at all gate views, seconds.
     pub check_s: f64,
+    /// The scores of the dense model over all training views: what a prune takes, seconds.
+    pub score_s: f64,
     /// Everything that is measured of a finished model, seconds.
     pub model_s: f64,
-    /// All of the run, seconds, if no fine-tune ends early. Pruned models take less time than the
-    /// dense one.
-    pub time_s: f64,
+    /// All of the run, if no fine-tune ends early. Pruned models take less time than the dense one,
+    /// which only prunes count with.
+    pub time: Times,
     /// Memory, bytes, at most.
     pub memory_b: u64,
     /// Files of the run folder, bytes, at most: models and a checkpoint.
     pub disk_b: u64,
     /// The temporary file of reference images, bytes.
     pub references_b: u64,
+}
+
+/// Where the time of a campaign goes, seconds.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Times {
+    /// Iterations.
+    pub iterations_s: f64,
+    /// Checks of the quality.
+    pub checks_s: f64,
+    /// Scores for pruning.
+    pub scores_s: f64,
+    /// What is measured of finished models.
+    pub models_s: f64,
+}
+
+impl Times {
+    /// All of it.
+    pub fn total_s(&self) -> f64 {
+        self.iterations_s + self.checks_s + self.scores_s + self.models_s
+    }
 }
 
 impl Campaign {
@@ -68,12 +94,13 @@ impl Campaign {
         let began = clock();
         setup.see(&self.dense, setup.gate_views(), setup.screen.map(|_| 1.0));
         let check = clock() - began;
+        let score = self.scored(&setup, clock);
         let jobs = self.rehearsed(dense);
         // One level trains on what is looked at, the others on what the eye pools.
         let mut timed: Vec<(Objective, f64)> = Vec::new();
-        let (mut iterations, mut time) = (0, 0.0);
+        let (mut iterations, mut time) = (0, Times::default());
         for (job, _) in &jobs {
-            time += model;
+            time.models_s += model;
             let Some(config) = job.config else { continue };
             let known = timed.iter().find(|(objective, _)| *objective == config.objective);
             let one = match known.map(|(_, one)| *one) {
@@ -88,7 +115,9 @@ impl Campaign {
             }
             let checks = config.iterations / self.settings.interval.max(1);
             iterations += u64::from(config.iterations);
-            time += one * f64::from(config.iterations) + check * f64::from(checks);
+            time.iterations_s += one * f64::from(config.iterations);
+            time.checks_s += check * Gauge::looks(setup.gate_views().len()) * f64::from(checks);
+            time.scores_s += score * prunes(config.pruning, checks, self.dense.len());
         }
         let likeness = timed.iter().find(|(objective, _)| *objective == Objective::Likeness);
         let degree = self.dense.sh_degree;
@@ -105,8 +134,9 @@ impl Campaign {
             iterations,
             iteration_s: likeness.map_or(0.0, |(_, one)| *one),
             check_s: check,
+            score_s: score,
             model_s: model,
-            time_s: time,
+            time,
             memory_b: self.memory_b(),
             disk_b: kept + CHECKPOINT_COPIES * model_bytes(self.dense.len(), degree),
             references_b: self.pixels().map(|n| 6 * n).sum(),
@@ -210,11 +240,21 @@ impl Campaign {
         Ok(Some((clock() - began) / f64::from(n)))
     }
 
+    /// The time of the scores of the dense model over all training views, from a few of them.
+    fn scored(&self, setup: &Setup<'_>, clock: &dyn Fn() -> f64) -> f64 {
+        let views = setup.train_cameras();
+        let few = &views[..views.len().min(2 * rayon::current_num_threads())];
+        let began = clock();
+        setup.renderer.score(Score::Dominance, &self.dense, few);
+        (clock() - began) * views.len() as f64 / few.len() as f64
+    }
+
     /// Memory of the run, bytes, at most: for every thread a view and its reference.
     fn memory_b(&self) -> u64 {
         let threads = rayon::current_num_threads() as u64;
         let largest = self.pixels().max().unwrap_or(0);
-        COPIES * model_bytes(self.dense.len(), self.dense.sh_degree)
+        let copies = TRAINING_COPIES.max(MEASURING_COPIES + threads);
+        copies * model_bytes(self.dense.len(), self.dense.sh_degree)
             + BASE_B
             + 2 * threads * largest * PIXEL_B
     }
@@ -222,5 +262,23 @@ impl Campaign {
     /// Pixels of each view.
     fn pixels(&self) -> impl Iterator<Item = u64> {
         self.cameras.iter().map(|c| u64::from(c.width) * u64::from(c.height))
+    }
+}
+
+/// How often the dense model of so many Gaussians could be scored in the time of the scores of a
+/// fine-tune: all prunes that it may have, each of what is left.
+fn prunes(pruning: Pruning, checks: u32, points: usize) -> f64 {
+    match pruning {
+        Pruning::Never => 0.0,
+        Pruning::Steps { steps, .. } => f64::from(steps.get()),
+        Pruning::WhilePassing { most, share } => {
+            let most = most as f64 / points.max(1) as f64;
+            let (mut left, mut sum) = (1.0, 0.0);
+            for _ in 0..checks {
+                sum += left;
+                left = f64::max(left - f64::min(share * left, most), 0.0);
+            }
+            sum
+        }
     }
 }

@@ -25,6 +25,7 @@ use powergs_raster::train::Which;
 use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
+use gauge::CONFIRM_EVERY;
 pub use gauge::Gauge;
 pub use heat::Heat;
 pub use objective::Term;
@@ -38,8 +39,6 @@ const AVERAGE_EVERY: u32 = 5;
 /// While it prunes whenever it passes, a model that passes by less than this is confirmed over all
 /// gate views before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
-/// Checks between two models that are confirmed to be kept.
-const CONFIRM_EVERY: u32 = 5;
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -93,8 +92,8 @@ pub struct State {
     pub heat: Option<Heat>,
     /// How much goes at the next prune while the target is reached.
     pub stride: Stride,
-    /// The model to keep so far, with its check.
-    pub best: Option<(Model, Check)>,
+    /// The parameters to keep so far, with their check.
+    pub best: Option<(Gaussians, Check)>,
     /// The last check.
     pub last: Option<Check>,
     /// The controller says that the quality has settled.
@@ -249,8 +248,12 @@ impl<'a> Tuner<'a> {
             self.state.model.scene = mean;
         }
         match (self.config.keep, self.state.best) {
-            (Keep::Dimmest | Keep::LastPassing, Some((model, check))) => {
-                (model, Some(check), passing)
+            (Keep::Dimmest | Keep::LastPassing, Some((scene, check))) => {
+                // Moments are those of the last iteration, if nothing was pruned since.
+                let adam = self.state.model.adam;
+                let is_same = adam.steps.len() == scene.len();
+                let adam = if is_same { adam } else { Adam::new(&scene) };
+                (Model { scene, adam }, Some(check), passing)
             }
             (Keep::Last | Keep::Dimmest | Keep::LastPassing, _) => {
                 (self.state.model, self.state.last, passing)
@@ -491,8 +494,7 @@ impl<'a> Tuner<'a> {
         if better {
             // The old model is dropped first, so that two are never in memory.
             self.state.best = None;
-            let scene = self.state.shown().clone();
-            self.state.best = Some((Model { scene, adam: self.state.model.adam.clone() }, check));
+            self.state.best = Some((self.state.shown().clone(), check));
         }
     }
 }

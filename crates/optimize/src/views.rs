@@ -6,9 +6,8 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
 use super::invalid::Invalid;
-use super::renderer::Renderer;
 use powergs_scene::camera::path::Path;
-use powergs_scene::{Camera, Gaussians, Split};
+use powergs_scene::{Camera, Split};
 
 /// Where a camera file names no split, one view in so many, by name, is a test view: the published
 /// rule (`llffhold`).
@@ -117,19 +116,6 @@ impl PowerViews {
                 .ok_or(Invalid::Path),
         }
     }
-}
-
-/// Names of the views that see nothing of `dense`, and so cannot train.
-pub(crate) fn blind<'a>(
-    renderer: &dyn Renderer,
-    dense: &Gaussians,
-    cameras: &'a [Camera],
-    background: [f32; 3],
-) -> Vec<&'a str> {
-    let is_blind = |camera: &&Camera| {
-        renderer.look(dense, camera, background).pixels.iter().all(|p| *p == background)
-    };
-    cameras.iter().filter(is_blind).map(|camera| camera.name.as_str()).collect()
 }
 
 /// The training view of an iteration: every epoch is another permutation of all views. The result

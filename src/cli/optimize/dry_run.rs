@@ -13,6 +13,8 @@ use powergs_report::format::{counted, engineering, significant, time, wrapped};
 
 /// Jobs that are named.
 const NAMED: usize = 12;
+/// A share of the time that is worth a word.
+const MUCH: f64 = 0.25;
 
 /// Times and says.
 ///
@@ -38,9 +40,14 @@ fn json_of(seen: &Estimate) -> serde_json::Value {
         "iterations": seen.iterations,
         "iteration_s": seen.iteration_s,
         "check_s": seen.check_s,
+        "score_s": seen.score_s,
         "model_s": seen.model_s,
         "threads": rayon::current_num_threads(),
-        "estimated_time_s": seen.time_s,
+        "estimated_time_s": seen.time.total_s(),
+        "estimated_iterations_s": seen.time.iterations_s,
+        "estimated_checks_s": seen.time.checks_s,
+        "estimated_scores_s": seen.time.scores_s,
+        "estimated_models_s": seen.time.models_s,
         "estimated_memory_bytes": seen.memory_b,
         "estimated_disk_bytes": seen.disk_b,
         "references_bytes": seen.references_b,
@@ -70,14 +77,33 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
         ("Iterations", iterations.to_string()),
         (
             "Measured",
-            format!(
-                "{} an iteration, {} a check of the quality, {} a finished model",
-                seconds(seen.iteration_s),
-                seconds(seen.check_s),
-                seconds(seen.model_s)
+            wrapped(
+                &format!(
+                    "{} an iteration, {} a look at all views that decide, {} the scores of a \
+                     prune, {} a finished model",
+                    seconds(seen.iteration_s),
+                    seconds(seen.check_s),
+                    seconds(seen.score_s),
+                    seconds(seen.model_s)
+                ),
+                66,
             ),
         ),
-        ("Time", format!("about {} on {threads}", time(seen.time_s))),
+        (
+            "Time",
+            wrapped(
+                &format!(
+                    "about {} on {threads}: iterations {}, checks {}, scores {}, finished \
+                     models {}",
+                    time(seen.time.total_s()),
+                    time(seen.time.iterations_s),
+                    time(seen.time.checks_s),
+                    time(seen.time.scores_s),
+                    time(seen.time.models_s)
+                ),
+                66,
+            ),
+        ),
         ("Memory", format!("at most {}", mib(seen.memory_b))),
         ("Disk", format!("at most {} in the run folder", mib(seen.disk_b))),
         ("TMPDIR", format!("{} of reference images", mib(seen.references_b))),
@@ -89,5 +115,13 @@ fn document(campaign: &Campaign, seen: &Estimate) -> Document {
          take less, and a fine-tune ends early when its quality has settled; a sample that misses \
          its target may be followed by another.",
     );
+    if seen.time.models_s > MUCH * seen.time.total_s() {
+        let views = campaign.power_views.len();
+        page.paragraph(format!(
+            "What is measured of finished models is much of it: their power is simulated over \
+             {views} views. --power-views test or --path-frames N asks for fewer; \
+             --set dram.model=bandwidth --energy gscore-28nm-flat is a cheaper memory.",
+        ));
+    }
     page
 }

@@ -1,16 +1,18 @@
 //! From a request to a campaign: checks, reference images, the split of the views, the panel.
 
 use powergs_base::quantity::Watts;
+use powergs_core::run::RunError;
 use powergs_frame::display::Display;
-use powergs_scene::Camera;
+use powergs_scene::{Camera, Gaussians};
 
 use super::{Campaign, CampaignError};
 use crate::foveated::levels_shown;
 use crate::invalid::in_range;
 use crate::references::{Reference, ReferenceImages};
+use crate::renderer::Renderer;
 use crate::request::Request;
 use crate::settings::Gate;
-use crate::views::{blind, split};
+use crate::views::split;
 use crate::watch::CampaignWatch;
 
 /// As many views are named in a warning.
@@ -36,7 +38,10 @@ impl Campaign {
         if let Some(ratio) = request.display_ratio {
             in_range("display_ratio", ratio, 0.001, 1000.0)?;
         }
-        let unseen = blind(&*request.renderer, &request.dense, &cameras, background);
+        let model = (&*request.renderer, &request.dense, background);
+        let seen = look(model, &cameras, &mut references, watch)?;
+        let unseen = cameras.iter().zip(seen).filter(|(_, sees)| !sees);
+        let unseen: Vec<&str> = unseen.map(|(camera, _)| camera.name.as_str()).collect();
         if unseen.len() == cameras.len() {
             return Err(CampaignError::NothingSeen);
         }
@@ -45,14 +50,6 @@ impl Campaign {
             let more = if n > NAMED { ", …" } else { "" };
             let all = cameras.len();
             watch.warn(&format!("{n} of {all} views see nothing of the model: {names}{more}"));
-        }
-        if let ReferenceImages::OwnRenders(sink) = &mut references {
-            watch.rendering(cameras.len() as u64);
-            for camera in &cameras {
-                let picture = request.renderer.look(&request.dense, camera, background);
-                sink.push(Reference::new(&picture))?;
-                watch.rendered();
-            }
         }
         let split = split(&cameras, request.validation_every);
         // Views that do not gate have no reason not to train.
@@ -106,4 +103,26 @@ impl Campaign {
         let static_power = Watts(display.static_power.0 * factor);
         Ok(Display { scale: display.scale * factor, static_power, ..display })
     }
+}
+
+/// Looks at the dense model from every camera: whether it shows anything there. Where references
+/// are its own renders, this is where they are made.
+fn look(
+    (renderer, dense, background): (&dyn Renderer, &Gaussians, [f32; 3]),
+    cameras: &[Camera],
+    references: &mut ReferenceImages,
+    watch: &dyn CampaignWatch,
+) -> Result<Vec<bool>, RunError> {
+    if references.is_own() {
+        watch.rendering(cameras.len() as u64);
+    }
+    let mut look = |camera: &Camera| {
+        let picture = renderer.look(dense, camera, background);
+        if let ReferenceImages::OwnRenders(sink) = references {
+            sink.push(Reference::new(&picture))?;
+            watch.rendered();
+        }
+        Ok(picture.pixels.iter().any(|pixel| *pixel != background))
+    };
+    cameras.iter().map(&mut look).collect()
 }

@@ -10,6 +10,8 @@ use powergs_scene::Gaussians;
 const FEWEST: usize = 2;
 /// One gate view in so many is looked at by a check.
 const SHARE: usize = 5;
+/// Checks between two models that are confirmed to be kept.
+pub(super) const CONFIRM_EVERY: u32 = 5;
 /// A picture that equals its reference counts with this PSNR, so that sums stay finite, decibels.
 const PSNR_MOST: f64 = 120.0;
 
@@ -25,6 +27,13 @@ pub struct Gauge {
 }
 
 impl Gauge {
+    /// How often all of so many gate views could be looked at in the time of a check: a turn, and a
+    /// confirmation every [`CONFIRM_EVERY`] checks.
+    pub(crate) fn looks(gate: usize) -> f64 {
+        let turn = turn(gate).min(gate) as f64 / gate.max(1) as f64;
+        (turn + 1.0 / f64::from(CONFIRM_EVERY)).min(1.0)
+    }
+
     /// Looks at all gate views: an exact mean.
     pub fn all(&mut self, setup: &Setup<'_>, scene: &Gaussians, pooling: Option<f64>) -> Seen {
         let seen = setup.see_each(scene, setup.gate_views(), pooling);
@@ -36,7 +45,7 @@ impl Gauge {
     /// exact.
     pub fn some(&mut self, setup: &Setup<'_>, scene: &Gaussians, pooling: Option<f64>) -> Seen {
         let gate = setup.gate_views();
-        let count = FEWEST.max(gate.len().div_ceil(SHARE));
+        let count = turn(gate.len());
         if self.views.len() != gate.len() || count >= gate.len() {
             return self.all(setup, scene, pooling);
         }
@@ -64,6 +73,11 @@ impl Gauge {
         let quality = Quality { psnr_db: mean(0), ssim: mean(1), hvsq: pooling.map(|_| mean(2)) };
         Seen { quality, display_w: mean(3) }
     }
+}
+
+/// The views of a check, of so many.
+fn turn(gate: usize) -> usize {
+    FEWEST.max(gate.div_ceil(SHARE))
 }
 
 fn values(seen: &Seen) -> [f64; 4] {

@@ -60,7 +60,7 @@ fn progress() -> Progress {
     state.unconfirmed = 3;
     state.heat = Some(Heat::none(0.75));
     state.stride.missed();
-    state.best = Some((model, check));
+    state.best = Some((model.scene, check));
     state.last = Some(check);
     let loss = Term { total: 0.5, display_w: 0.25, likeness: None, hvsq: Some(1e-5) };
     let iteration =
@@ -125,7 +125,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 9;
-    fails(&newer, PRINT, "checkpoint version 9, this program reads 7");
+    fails(&newer, PRINT, "checkpoint version 9, this program reads 8");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();
