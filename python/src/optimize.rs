@@ -31,6 +31,7 @@ use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::photos::Photo;
 use powergs_optimize::references::ReferenceImages;
+use powergs_optimize::renderer::Processor;
 use powergs_optimize::request::{Goal, Goals, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
@@ -538,6 +539,7 @@ pub fn optimize(
         validation_every: 0,
         power_views: powergs_optimize::views::PowerViews::All,
         goals,
+        renderer: Box::new(Processor),
         oracle,
         display,
         display_ratio,
