@@ -4,6 +4,7 @@ mod adam;
 mod campaign;
 mod checkpoint;
 mod disk;
+mod estimate;
 mod fit;
 mod lambda;
 mod levels;
