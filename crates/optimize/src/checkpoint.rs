@@ -145,10 +145,15 @@ impl<'a> Checkpoints<'a> {
     /// # Errors
     /// [`RunError::Input`], [`RunError::Output`]: it is damaged, or cannot be written.
     pub fn forget_moments(&self, job: &str) -> Result<(), RunError> {
-        match self.read_model(job)? {
-            Some((model, true)) => self.save_scene(job, &model.scene),
-            Some((_, false)) | None => Ok(()),
-        }
+        type Head = (ModelHead, bool);
+        // The moments are passed over: another model with its own may be in memory.
+        let scene =
+            self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, file| {
+                let scene = if has_moments { Some(file.part(head)?) } else { None };
+                file.pass()?;
+                Ok(scene)
+            })?;
+        scene.flatten().map_or(Ok(()), |scene| self.save_scene(job, &scene))
     }
 
     /// Whether the model of a job is kept.
@@ -168,22 +173,16 @@ impl<'a> Checkpoints<'a> {
             place: self.store.place(&model_file(job)),
             message: "is missing; begin the run anew".into(),
         };
-        Ok(self.read_model(job)?.ok_or_else(missing)?.0)
-    }
-
-    /// A model, and whether its moments are there; `None` if it was not kept.
-    fn read_model(&self, job: &str) -> Result<Option<(Model, bool)>, RunError> {
         type Head = (ModelHead, bool);
-        self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, floats| {
-            let model = match has_moments {
-                true => head.model(floats)?,
-                false => {
-                    let scene = floats.part(head)?;
-                    Model { adam: Adam::new(&scene), scene }
+        let model =
+            self.read(&model_file(job), Kind::Model, |(head, has_moments): Head, floats| {
+                if has_moments {
+                    return Ok(head.model(floats)?);
                 }
-            };
-            Ok((model, has_moments))
-        })
+                let scene = floats.part(head)?;
+                Ok(Model { adam: Adam::new(&scene), scene })
+            })?;
+        model.ok_or_else(missing)
     }
 
     fn write<'m>(
@@ -404,6 +403,12 @@ impl Floats<'_> {
             values.extend(block.as_chunks().0.iter().map(|b| of(*b)));
         }
         Ok(values)
+    }
+
+    /// Passes over what is left.
+    fn pass(&mut self) -> io::Result<()> {
+        self.left -= io::copy(&mut (&mut *self.from).take(self.left), &mut io::sink())?;
+        Ok(())
     }
 
     fn floats(&mut self, count: usize) -> io::Result<Vec<f32>> {

@@ -29,7 +29,7 @@ const CHECKPOINT_COPIES: u64 = 10;
 /// Memory of a run of any size, bytes.
 const BASE_B: u64 = 64 << 20;
 /// Memory of a picture, with its share of loss and gradient, bytes a pixel.
-const PIXEL_B: u64 = 32;
+const PIXEL_B: u64 = 48;
 
 /// What a campaign will take.
 #[derive(Debug, Clone, PartialEq)]
