@@ -10,6 +10,7 @@ pub mod camera_file;
 pub mod characterise;
 pub mod chart_args;
 mod claims;
+mod codesign;
 mod compare;
 pub mod completions;
 mod datapath;
@@ -32,6 +33,7 @@ mod pareto;
 mod picture_file;
 mod progress;
 mod quality;
+mod references;
 mod render;
 pub mod replay;
 pub mod run_folder;
@@ -39,6 +41,7 @@ mod scene;
 mod scene_file;
 mod sensitivity;
 pub mod startup;
+mod store_folder;
 mod sweep;
 pub mod synth;
 pub mod timeline;
@@ -129,6 +132,9 @@ pub enum Command {
     /// Minimise power at a given quality: prune and fine-tune a trained model
     #[command(after_help = optimize::EXAMPLES)]
     Optimize(Box<optimize::Args>),
+    /// Search a model and a machine together: the fewest watts at a given quality
+    #[command(after_help = codesign::EXAMPLES)]
+    Codesign(Box<codesign::Args>),
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::EXAMPLES)]
     Claims(claims::Args),
@@ -172,6 +178,7 @@ impl Command {
             Command::Compare(args) => Some(&args.charts),
             Command::Fit(args) => Some(&args.charts),
             Command::Optimize(args) => Some(&args.charts),
+            Command::Codesign(args) => Some(&args.charts),
             Command::Sensitivity(args) => Some(&args.charts),
             Command::Sweep(args) => Some(args.charts()),
             Command::Pareto(args) => Some(&args.charts),
@@ -209,6 +216,7 @@ pub fn run(cli: &Cli, context: &Context) -> Result<Exit, Failure> {
         Command::Camera(args) => camera::run(args, context),
         Command::Characterise(args) => characterise::run(args, context),
         Command::Claims(args) => claims::run(args, context),
+        Command::Codesign(args) => codesign::run(args, context),
         Command::Compare(args) => compare::run(args, context),
         Command::Completions(args) => completions::run(args, context),
         Command::Display(args) => display::run(args, context),

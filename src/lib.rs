@@ -29,6 +29,7 @@
 //! | try thousands of machines | [`sweep::run::Sweep`], [`analysis`] |
 //! | change how a unit counts cycles | [`accel`] |
 //! | find the fewest watts at a given quality | [`optimize::campaign::Campaign`] |
+//! | find a model and a machine together | [`codesign::Codesign`] |
 //! | write tables, pages and charts | [`report`] |
 //!
 //! Every part is a crate of its own under `crates/`; this one hands them on and adds the command
@@ -53,6 +54,6 @@ pub use powergs_study::{
     validate, views,
 };
 pub use {
-    powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,
-    powergs_scene as scene,
+    powergs_codesign as codesign, powergs_optimize as optimize, powergs_quality as quality,
+    powergs_raster as raster, powergs_scene as scene,
 };

@@ -8,7 +8,6 @@ mod foveated;
 mod inputs;
 mod photos;
 mod record;
-mod references;
 mod reprice;
 mod request;
 mod watch;
@@ -21,7 +20,7 @@ use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::{Context, Exit, Failure, gaze, out};
-use folder::{Existing, Folder};
+use folder::{Existing, Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::settings::Settings;
@@ -455,7 +454,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     }
     let record = record::run_toml(&campaign)?;
     let path = args.out.clone().unwrap_or_else(|| place(args, &campaign.name));
-    let folder = Folder::new(&path);
+    let folder = Folder::new(&path, &LAYOUT);
     let _lock = folder.open(existing(args))?;
     let run = match args.resume {
         true => campaign.resume(folder.store())?,

@@ -15,6 +15,18 @@ pub fn warn(model: &OpenedModel, context: &Context) {
     }
 }
 
+/// A name for people: that of the file, or that of its folder if the file has one of the names that
+/// every trainer or exporter uses.
+pub fn name_of(path: &Path) -> String {
+    let is_common = |name: &String| {
+        ["meta", "lod-meta", "point_cloud"].contains(&name.as_str())
+            || name.starts_with("iteration_")
+    };
+    let stems = path.ancestors().filter_map(|p| p.file_stem());
+    let mut names = stems.map(|s| s.to_string_lossy().into_owned());
+    names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
+}
+
 /// What a command shows: a plain model, or all levels of a foveated one.
 #[derive(Debug)]
 pub enum Shown {

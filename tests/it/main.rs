@@ -2,6 +2,7 @@
 
 mod camera;
 mod cli;
+mod codesign;
 mod config;
 mod contract;
 mod docs;

@@ -33,8 +33,8 @@ pub struct BeforeAfter {
 }
 
 impl BeforeAfter {
-    /// The first test view; `best` is the job that made the final model.
-    pub(crate) fn of(setup: &Setup<'_>, scene: &Gaussians, best: &str) -> BeforeAfter {
+    /// The first test view; `name` is what the model is called.
+    pub fn of(setup: &Setup<'_>, scene: &Gaussians, name: String) -> BeforeAfter {
         let camera = &setup.cameras[setup.split.test[0]];
         let options = Options { background: setup.background, ..Options::reference(Detail::Image) };
         let shown = |scene| {
@@ -49,7 +49,7 @@ impl BeforeAfter {
             height: dense.height,
             dense: dense.to_rgb8(),
             ours: ours.to_rgb8(),
-            name: format!("result ({best})"),
+            name,
         }
     }
 

@@ -5,6 +5,7 @@
 pub mod bottleneck;
 pub mod charts;
 pub mod claims;
+pub mod codesign;
 pub mod compare;
 pub mod csv;
 pub mod docs;

@@ -2,6 +2,7 @@
 //! key of a file has its definition there; everything else that a page or a table prints is here,
 //! and `explain` knows it.
 
+mod codesign;
 mod compared;
 mod cycles;
 mod optimizer;
@@ -13,6 +14,7 @@ mod sweeps;
 mod tables;
 mod units;
 
+use codesign::CODESIGN;
 use compared::COMPARED;
 use cycles::CYCLES;
 use optimizer::OPTIMIZER;
@@ -41,7 +43,20 @@ const fn term(names: &'static [&'static str], unit: &'static str, meaning: &'sta
 
 /// All words.
 pub fn terms() -> impl Iterator<Item = &'static Term> {
-    [UNITS, CYCLES, POWER, TABLES, COMPARED, SWEEPS, SENSITIVITY, MORE, OPTIMIZER, PICTURES, INPUTS]
-        .into_iter()
-        .flatten()
+    [
+        UNITS,
+        CYCLES,
+        POWER,
+        TABLES,
+        COMPARED,
+        SWEEPS,
+        SENSITIVITY,
+        MORE,
+        OPTIMIZER,
+        CODESIGN,
+        PICTURES,
+        INPUTS,
+    ]
+    .into_iter()
+    .flatten()
 }

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::super::camera_file::{CameraArgs, Views};
 use super::super::inputs;
 use super::super::progress::Progress;
+use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
 use super::super::{Context, Exit, Failure, lpips_file, out, scene_file};
 use super::photos::PhotoFolder;
-use super::references::FileReferences;
 use super::{Args, KeepArg, PowerArgs, PowerViewsArg, demo, photos};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
@@ -101,19 +101,7 @@ fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure>
         let what = format!("{}: the model has no Gaussians", path.display());
         return Err(Failure::new(Exit::BadInput, what));
     }
-    Ok((name_of(&scene.path), scene.gaussians))
-}
-
-/// A name for people: that of the file, or that of its folder if the file has one of the names that
-/// every trainer or exporter uses.
-fn name_of(path: &Path) -> String {
-    let is_common = |name: &String| {
-        ["meta", "lod-meta", "point_cloud"].contains(&name.as_str())
-            || name.starts_with("iteration_")
-    };
-    let stems = path.ancestors().filter_map(|p| p.file_stem());
-    let mut names = stems.map(|s| s.to_string_lossy().into_owned());
-    names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
+    Ok((scene_file::name_of(&scene.path), scene.gaussians))
 }
 
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {

@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::super::invocation::Started;
 use super::super::{Cli, Command, Context, Exit, Failure, OrExit, out};
-use super::folder::Folder;
+use super::folder::{Folder, LAYOUT};
 use super::watch::Watched;
 use super::{Args, PowerArgs, existing, finish, free, interrupted, opened, record};
 use powergs_core::run::FileStore;
@@ -36,7 +36,7 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
         let path = PathBuf::from(format!("{}-repriced", from.display()));
         if args.resume { path } else { free(path) }
     });
-    let folder = Folder::new(&path);
+    let folder = Folder::new(&path, &LAYOUT);
     let _lock = folder.open(existing(args))?;
     let cameras = campaign.cameras.clone();
     let record = record::run_toml(&campaign)?;

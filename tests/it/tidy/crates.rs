@@ -9,7 +9,7 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 14] = [
+const CRATES: [Row; 15] = [
     ("base", &[]),
     ("frame", &["base"]),
     ("core", &["base", "frame", "datapath"]),
@@ -21,12 +21,15 @@ const CRATES: [Row; 14] = [
     ("quality", &["base", "frame"]),
     // Makes frames for published numbers, and puts machines on them.
     ("study", &["base", "frame", "core", "scene", "raster"]),
-    // A trainer that renders, measures quality and asks the simulator for watts.
-    ("optimize", &["base", "frame", "core", "scene", "raster", "quality"]),
+    // A trainer that renders, measures quality, asks the simulator for watts, and rounds to the
+    // numbers of a machine.
+    ("optimize", &["base", "frame", "core", "scene", "raster", "quality", "datapath"]),
+    // Trains with the one and sweeps with the other.
+    ("codesign", &["base", "core", "datapath", "scene", "study", "optimize"]),
     // Charts as values: knows nothing of what they show.
     ("chart", &["pixels"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
-    ("report", &["base", "frame", "pixels", "core", "study", "optimize", "chart"]),
+    ("report", &["base", "frame", "pixels", "core", "study", "optimize", "codesign", "chart"]),
     // What the hardware of `rtl/` computes, bit for bit: knows numbers and nothing else of ours.
     ("datapath", &[]),
     // Gates of mapped units and what their toggles cost: knows no unit and no machine.

@@ -70,7 +70,8 @@ impl Run<'_> {
         };
         let others = self.others()?;
         let best = model.as_ref().zip(conclusion.best.as_deref());
-        let pictures = best.map(|(scene, best)| BeforeAfter::of(&setup, scene, best));
+        let pictures =
+            best.map(|(scene, best)| BeforeAfter::of(&setup, scene, format!("result ({best})")));
         let foveated = if model.is_some() { self.foveated(&setup)? } else { None };
         let mean_change = pictures.as_ref().map(|pictures| ChangeRecord {
             view: pictures.view.clone(),

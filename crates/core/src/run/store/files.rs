@@ -101,9 +101,9 @@ impl Store for FileStore {
     }
 
     fn lock(&self, name: &str, sharing: Sharing) -> Result<Lock, RunError> {
-        let folder = &self.path;
-        fs::create_dir_all(folder).map_err(|e| unusable(folder.display(), &e))?;
         let path = self.at(name);
+        let folder = path.parent().unwrap_or(&self.path);
+        fs::create_dir_all(folder).map_err(|e| unusable(folder.display(), &e))?;
         let mut options = OpenOptions::new();
         options.create(true).truncate(false).read(true).write(true);
         let file = options.open(&path).map_err(|e| unusable(path.display(), &e))?;

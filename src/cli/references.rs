@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use xxhash_rust::xxh3::Xxh3;
 
-use super::super::{Exit, Failure, OrExit};
+use super::{Exit, Failure, OrExit};
 use powergs_base::picture::Picture;
 use powergs_core::run::RunError;
 use powergs_optimize::references::{Reference, ReferenceSink, References};

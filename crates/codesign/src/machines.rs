@@ -1,0 +1,192 @@
+//! The machines of a space: a sweep file for every model, with the record that the model has.
+
+use toml::{Table, Value};
+use xxhash_rust::xxh3::xxh3_128;
+
+use powergs_base::config::embedded::{MACHINES, find};
+use powergs_core::accel::machine::DramModel;
+use powergs_core::run::files::DiskFiles;
+use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
+use powergs_study::sweep::SweepFile;
+use powergs_study::sweep::file::{EnergySpec, Settings};
+
+use super::error::CodesignError;
+use super::model::{ModelPoint, RecordBytes, unreadable};
+use super::space::{MachineSpec, axis_keys};
+
+/// The question of the sweeps; only people read it.
+const QUESTION: &str = "Which machine needs the fewest watts for this model?";
+/// The table that further ones stand beside by default.
+const USUAL: &str = "gscore-28nm";
+/// Energies of the units of `rtl/`; the first that reaches the clock of the base machine.
+const RTL: [&str; 2] = ["gscore-rtl-28nm", "gscore-rtl-7nm"];
+/// Another price of DRAM.
+const FLAT: &str = "gscore-28nm-flat";
+/// The key of the clock.
+const CLOCK: &str = "clock";
+/// The key of the DRAM model.
+const MODEL: &str = "dram.model";
+
+/// The machines of a space.
+#[derive(Debug, Clone)]
+pub struct Machines {
+    /// The base machine with the keys that all machines have, and its display.
+    pub base: System,
+    /// The sweep of the machine's own record.
+    file: SweepFile,
+}
+
+impl Machines {
+    /// The machines of a space file with this text, which `origin` names in messages.
+    ///
+    /// # Errors
+    /// [`RunError::Config`]: a machine or a display that is not there, a key that it does not have.
+    pub fn open(spec: &MachineSpec, text: &str, origin: &str) -> Result<Machines, RunError> {
+        let system = SystemSpec {
+            machine: spec.base.clone(),
+            display: Some(spec.display.clone()),
+            ..SystemSpec::default()
+        };
+        let system = System::load(&system, &DiskFiles)?;
+        let base = system.with(&changes(&spec.set, origin)?)?;
+        let mut file = sweep_file(spec, text).map_err(|e| RunError::config(origin, e))?;
+        if file.energy.is_empty() && find(MACHINES, &spec.base).is_some() {
+            file.energy = usual(&base, &file);
+        }
+        file.display = Some(spec.display.clone());
+        file.display_fps = spec.display_fps;
+        Ok(Machines { base, file })
+    }
+
+    /// Frames that the display shows in a second.
+    pub fn fps(&self) -> f64 {
+        self.file.display_fps
+    }
+
+    /// The sweep of a model: the same axes, with the record of the model.
+    pub fn sweep(&self, model: &ModelPoint, dram: DramModel) -> SweepFile {
+        let mut file = self.file.clone();
+        let mut set = |key: &str, value: String| {
+            file.set.0.retain(|(known, _)| known != key);
+            file.set.0.push((key.to_owned(), Value::String(value)));
+        };
+        for (key, value) in RecordBytes::of(model, &self.base.machine().record).settings() {
+            set(&key, value);
+        }
+        // A machine with a mere rate of DRAM keeps it, as in sweeps.
+        if self.base.machine().dram.model == DramModel::Banked {
+            set(MODEL, dram.name().to_owned());
+        }
+        file
+    }
+
+    /// Whether the base machine's DRAM has banks, so that winners are confirmed with them.
+    pub fn has_banks(&self) -> bool {
+        self.base.machine().dram.model == DramModel::Banked
+    }
+
+    /// Refuses models whose record the base machine cannot read.
+    ///
+    /// # Errors
+    /// [`CodesignError::Space`].
+    pub fn check(&self, models: &[ModelPoint], origin: &str) -> Result<(), CodesignError> {
+        let numbers = self.base.machine().record.numbers;
+        match models.iter().find_map(|model| unreadable(model, numbers)) {
+            Some(message) => Err(CodesignError::Space { place: origin.to_owned(), message }),
+            None => Ok(()),
+        }
+    }
+
+    /// Hash of the machines of a model.
+    pub fn id(&self, model: &ModelPoint, dram: DramModel) -> u128 {
+        let file = toml::to_string(&self.sweep(model, dram)).unwrap_or_default();
+        xxh3_128(format!("{file}{:032x}", self.base.id()).as_bytes())
+    }
+}
+
+/// The energy tables by default. Units of `rtl/` have a highest clock: where the space varies that,
+/// it has to say which tables there are.
+fn usual(base: &System, file: &SweepFile) -> Vec<EnergySpec> {
+    let own = base.machine().energy.as_str();
+    let mut tables = vec![own];
+    if own == USUAL {
+        let has_clock = |table: &&&str| base.with(&[Change::machine("energy", **table)]).is_ok();
+        let varies = file.axes.iter().any(|axis| axis_keys(axis).iter().any(|key| key == CLOCK));
+        let rtl = RTL.iter().find(has_clock).filter(|_| !varies);
+        tables.extend(rtl.into_iter().chain([&FLAT]));
+    }
+    let spec = |table: &str| EnergySpec {
+        label: table.into(),
+        table: table.into(),
+        set: Settings::default(),
+    };
+    tables.into_iter().map(spec).collect()
+}
+
+fn changes(set: &Settings, origin: &str) -> Result<Vec<Change>, RunError> {
+    let change = |(key, value): &(String, Value)| {
+        let others = FileKind::ALL.into_iter().filter(|kind| !kind.prefix().is_empty());
+        let found = others.filter_map(|kind| Some((kind, key.strip_prefix(kind.prefix())?))).next();
+        let (file, path) = found.unwrap_or((FileKind::Machine, key));
+        if path.is_empty() {
+            return Err(RunError::config(origin, format_args!("`machine.set`: `{key}` is no key")));
+        }
+        Ok(Change { file, path: path.to_owned(), value: value.clone() })
+    };
+    set.0.iter().map(change).collect()
+}
+
+/// The part of the machine as a sweep file, with the lines of the space file.
+fn sweep_file(spec: &MachineSpec, text: &str) -> Result<SweepFile, String> {
+    let plain = {
+        let mut table = Table::new();
+        table.insert("question".into(), QUESTION.into());
+        table.insert("display-fps".into(), spec.display_fps.into());
+        let spec = Table::try_from(spec).map_err(|e| e.to_string())?;
+        table.extend(spec);
+        table.to_string()
+    };
+    let of = |text: &str| SweepFile::parse(text);
+    let whole = of(&plain).map_err(|e| e.to_string())?;
+    let same = |file: &SweepFile| {
+        (&file.base, &file.set, &file.axes, &file.derived)
+            == (&whole.base, &whole.set, &whole.axes, &whole.derived)
+            && (&file.constraints, &file.energy, &file.sampling)
+                == (&whole.constraints, &whole.energy, &whole.sampling)
+    };
+    // Where the text can be taken apart line by line, messages have the lines that the user knows.
+    let placed = of(&machine_lines(text, &spec.base)).ok().filter(same);
+    Ok(placed.unwrap_or(whole))
+}
+
+/// The lines of `[machine]` as those of a sweep file; all others are empty, or hold what the space
+/// file leaves out.
+fn machine_lines(text: &str, base: &str) -> String {
+    let question = format!("question = \"{QUESTION}\"");
+    let (mut lines, mut is_ours, mut is_top) = (Vec::new(), false, false);
+    let (mut asks, mut names_base) = (false, false);
+    for line in text.lines() {
+        let header = line.trim_start().strip_prefix('[').map(|rest| rest.trim_start_matches('['));
+        let line = match header.map(|rest| rest.split(']').next().unwrap_or_default().trim()) {
+            Some("machine") => {
+                (is_ours, is_top, asks) = (true, true, true);
+                question.clone()
+            }
+            Some(name) => {
+                (is_ours, is_top) = (name.starts_with("machine."), false);
+                if is_ours { line.replacen("machine.", "", 1) } else { String::new() }
+            }
+            None if is_ours => line.to_owned(),
+            None => String::new(),
+        };
+        let key = line.split('=').next().unwrap_or_default().trim();
+        names_base |= is_top && key == "base";
+        lines.push(line);
+    }
+    let missing =
+        [(!asks).then_some(question), (!names_base).then(|| format!("base = \"{base}\""))];
+    let first = lines.iter().position(|line| !line.is_empty()).unwrap_or(0);
+    let free = lines[..first].iter_mut().rev();
+    free.zip(missing.into_iter().flatten()).for_each(|(line, key)| *line = key);
+    lines.join("\n")
+}

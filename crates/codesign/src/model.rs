@@ -1,0 +1,166 @@
+//! The models of a space: which there are, what they start from, and what a machine reads of them.
+
+use serde::Serialize;
+
+use powergs_base::quantity::Bytes;
+use powergs_core::accel::machine::RecordSpec;
+use powergs_datapath::NumberFormat;
+use powergs_optimize::record::RecordFormats;
+use powergs_scene::Gaussians;
+
+use super::space::{FormatSpec, ModelSpec};
+
+/// The name of the dense model.
+pub const DENSE: &str = "dense";
+/// Coefficients of a channel at degree 3.
+const COEFFICIENTS: u64 = 16;
+/// Colour records are aligned to at most this, bytes, as in [`RecordSpec`].
+const ALIGNMENT_MAX: u64 = 32;
+
+/// A choice on every axis of the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ModelPoint {
+    /// Share of the Gaussians of the dense model that is pruned.
+    pub rho: f64,
+    /// Degree of the spherical harmonics.
+    pub sh_degree: u8,
+    /// Name of its formats.
+    pub format: String,
+    /// Number formats of its record.
+    pub formats: RecordFormats,
+    /// Whether it is the dense model as it is: neither pruned nor trained.
+    pub is_dense: bool,
+}
+
+impl ModelPoint {
+    /// The dense model as it was trained, with the record that the machine has for it.
+    pub fn dense(sh_degree: u8) -> ModelPoint {
+        let exact = FormatSpec::exact();
+        let (format, formats) = (exact.name, RecordFormats::default());
+        ModelPoint { rho: 0.0, sh_degree, format, formats, is_dense: true }
+    }
+
+    /// The name in results: `rho0.4-sh3-fp16`.
+    pub fn name(&self) -> String {
+        match self.is_dense {
+            true => DENSE.into(),
+            false => format!("rho{}-sh{}-{}", self.rho, self.sh_degree, self.format),
+        }
+    }
+
+    /// What its fine-tune starts from: the dense model without the coefficients beyond its degree.
+    pub fn start(&self, dense: &Gaussians) -> Gaussians {
+        let (from, to) = (dense.sh_coefficients(), (usize::from(self.sh_degree) + 1).pow(2));
+        if to >= from {
+            return dense.clone();
+        }
+        let channels = dense.sh.chunks_exact(from);
+        let sh = channels.flat_map(|channel| channel[..to].iter().copied()).collect();
+        Gaussians { sh_degree: self.sh_degree, sh, ..dense.clone() }
+    }
+}
+
+/// The models of a space: the dense model, then every combination, the last axis fastest.
+pub fn models(spec: &ModelSpec, dense: &Gaussians) -> Vec<ModelPoint> {
+    let own = [dense.sh_degree];
+    let degrees = if spec.sh_degree.is_empty() { &own[..] } else { &spec.sh_degree };
+    let exact = [FormatSpec::exact()];
+    let formats = if spec.formats.is_empty() { &exact[..] } else { &spec.formats };
+    let mut models = vec![ModelPoint::dense(dense.sh_degree)];
+    for &rho in &spec.rho {
+        for &sh_degree in degrees {
+            models.extend(formats.iter().map(|spec| ModelPoint {
+                rho,
+                sh_degree,
+                format: spec.name.clone(),
+                formats: spec.formats(),
+                is_dense: false,
+            }));
+        }
+    }
+    models
+}
+
+/// Bytes of a record that are not those of the machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordBytes {
+    /// `record.position`, where its format is given.
+    pub position: Option<Bytes>,
+    /// `record.geometry`, where one of its formats is given.
+    pub geometry: Option<Bytes>,
+    /// `record.colour` of the degree of the model with `record.colour-pitch`, where one of its
+    /// formats is given.
+    pub colour: Option<(Bytes, Bytes)>,
+}
+
+impl RecordBytes {
+    /// The record of a model on a machine with this one.
+    pub fn of(model: &ModelPoint, machine: &RecordSpec) -> RecordBytes {
+        let RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest } =
+            model.formats;
+        // A field without a format is as wide as the machine has it.
+        let total = |fields: &[(u64, Option<NumberFormat>)], own: f64| {
+            let any = fields.iter().any(|(_, format)| format.is_some());
+            let bits = |format: Option<NumberFormat>| format.map_or(own, |f| f64::from(f.bits()));
+            let sum: f64 = fields.iter().map(|(n, format)| *n as f64 * bits(*format)).sum();
+            any.then(|| Bytes((sum / 8.0).ceil() as u64))
+        };
+        let own = |bytes: u64, numbers: u64| 8.0 * bytes as f64 / numbers as f64;
+        let rest = (u64::from(model.sh_degree) + 1).pow(2) - 1;
+        let coefficients = machine.colour.0.saturating_sub(machine.colour_extra.0);
+        let colour =
+            total(&[(3, colour_dc), (3 * rest, colour_rest)], own(coefficients, 3 * COEFFICIENTS));
+        RecordBytes {
+            position: total(&[(3, position)], own(machine.position.0, 3)),
+            geometry: total(&[(3, scale), (4, rotation), (1, opacity)], own(machine.geometry.0, 8)),
+            colour: colour.map(|bytes| {
+                let alignment = 1 << machine.colour_pitch.0.trailing_zeros();
+                let bytes = Bytes(bytes.0 + machine.colour_extra.0);
+                (bytes, Bytes(bytes.0.next_multiple_of(ALIGNMENT_MAX.min(alignment))))
+            }),
+        }
+    }
+
+    /// The keys of the machine with their values, as files have them.
+    pub fn settings(&self) -> Vec<(String, String)> {
+        let mut keys = Vec::new();
+        let mut set = |key: &str, bytes: Bytes| keys.push((key.to_owned(), bytes.to_string()));
+        if let Some(bytes) = self.position {
+            set("record.position", bytes);
+        }
+        if let Some(bytes) = self.geometry {
+            set("record.geometry", bytes);
+        }
+        if let Some((bytes, pitch)) = self.colour {
+            // These bytes are of one degree: none of them go with another.
+            set("record.colour", bytes);
+            set("record.colour-extra", bytes);
+            set("record.colour-pitch", pitch);
+        }
+        keys
+    }
+}
+
+/// Why a machine that computes with `numbers` cannot read the record of a model: coefficients of
+/// colours go to its units as they are, so every number of their format must be one of `numbers`.
+/// Centres and shapes are converted, in numbers that are wider than any of a record.
+pub fn unreadable(model: &ModelPoint, numbers: Option<NumberFormat>) -> Option<String> {
+    let numbers = numbers?;
+    let colours =
+        [("colour-dc", model.formats.colour_dc), ("colour-rest", model.formats.colour_rest)];
+    colours.into_iter().find_map(|(field, format)| {
+        let format = format?;
+        let fits = format.exponent_bits() <= numbers.exponent_bits()
+            && format.mantissa_bits() <= numbers.mantissa_bits();
+        (!fits).then(|| {
+            format!(
+                "`model.formats`, `{}`: `{field} = \"{format}\"` contradicts the base machine, \
+                 whose units compute with {numbers} and cannot hold every {format}: give it at \
+                 most {} bits of exponent and {} of mantissa",
+                model.format,
+                numbers.exponent_bits(),
+                numbers.mantissa_bits()
+            )
+        })
+    })
+}

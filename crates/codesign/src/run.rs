@@ -1,0 +1,481 @@
+//! A co-design from its space to the five pairs.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use powergs_base::format::significant;
+use powergs_core::accel::machine::DramModel;
+use powergs_core::run::files::DiskFiles;
+use powergs_core::run::{RunError, Store};
+use powergs_optimize::campaign::Campaign;
+use powergs_optimize::pictures::BeforeAfter;
+use powergs_optimize::target::Target;
+use powergs_scene::Gaussians;
+use powergs_study::sweep::run::Designs;
+
+use super::alternate::{self, Round};
+use super::compare::{
+    Budget, Comparison, Found, Limit, Market, Nothing, Pair, Way, compare, front,
+};
+use super::error::CodesignError;
+use super::fit::{Fitted, Fitter};
+use super::machines::Machines;
+use super::model::{ModelPoint, models};
+use super::pricing::{Fate, Price, Pricer, Row};
+use super::space::SpaceFile;
+use super::stability::{Alternative, Coupling, alternatives, coupling};
+use super::watch::CodesignWatch;
+
+/// Memory for binned frames by default, bytes.
+pub const MEMORY: usize = 512 << 20;
+
+/// Rounds by default.
+pub const ROUNDS: u32 = 5;
+
+/// A co-design, checked.
+pub struct Codesign {
+    /// The dense model, its views and what it must reach.
+    pub campaign: Campaign,
+    /// The machines.
+    pub machines: Machines,
+    /// The models: the dense one first.
+    pub models: Vec<ModelPoint>,
+    /// Iterations of a fine-tune.
+    pub iterations: u32,
+    /// Rounds at most in which the joint machine gives another ratio.
+    pub rounds: u32,
+    /// What the space file says of budgets.
+    space: SpaceFile,
+    /// What messages call the space file.
+    origin: String,
+    /// Memory for binned frames, bytes.
+    pub memory: usize,
+}
+
+/// What a co-design was made from, for people.
+#[derive(Debug, Clone, PartialEq)]
+pub struct About {
+    /// The scene.
+    pub scene: String,
+    /// The base machine.
+    pub base: String,
+    /// The display.
+    pub display: String,
+    /// Frames that it shows in a second.
+    pub fps: f64,
+    /// Views, those that decide about quality, and those that are only reported.
+    pub views: [usize; 3],
+    /// Most iterations of a fine-tune.
+    pub iterations: u32,
+    /// Whether the winners were simulated once more with the banked model of the DRAM.
+    pub is_confirmed: bool,
+}
+
+/// Everything that a co-design finds.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// What it was made from.
+    pub about: About,
+    /// What models had to reach.
+    pub target: Target,
+    /// What a pair may take.
+    pub budget: Budget,
+    /// Labels of the energy tables; the first decides.
+    pub tables: Vec<String>,
+    /// The models, the dense one first.
+    pub models: Vec<Fitted>,
+    /// Their prices on all machines, in the same order.
+    pub rows: Vec<Row>,
+    /// The front of watts, area and frame time.
+    pub front: Vec<Pair>,
+    /// (a) to (e).
+    pub comparisons: Vec<Comparison>,
+    /// Ratios that were fitted with the machine of the joint pair, until it stood still.
+    pub rounds: Vec<Round>,
+    /// The same under every energy table, and on each half of the views.
+    pub alternatives: Vec<Alternative>,
+    /// Why the joint pair is one.
+    pub coupling: Option<Coupling>,
+}
+
+impl Finished {
+    /// Whether each model reaches the quality; the dense one is what they are compared with.
+    pub fn passed(models: &[Fitted]) -> Vec<bool> {
+        models.iter().map(|model| model.point.is_dense || model.facts.passed).collect()
+    }
+
+    /// What a way finds.
+    pub fn of(&self, way: Way) -> Option<&Comparison> {
+        self.comparisons.iter().find(|c| c.way == way)
+    }
+
+    /// The calibrated price of a pair under the first table.
+    pub fn price(&self, (model, machine): Pair) -> Option<&Price> {
+        match self.rows.get(model)?.pairs.get(&machine)? {
+            Fate::Priced(prices) => prices.first()?.first(),
+            Fate::Refused(_) => None,
+        }
+    }
+
+    /// The area of a price, mm²; not a number where its table has none.
+    pub fn area(&self, price: &Price) -> f64 {
+        price.area_mm2.unwrap_or(f64::NAN)
+    }
+
+    /// Watts that the joint pair saves against the best of (a) to (d), confirmed.
+    pub fn gain_w(&self) -> Option<f64> {
+        let watts = |way: Way| self.of(way).and_then(Comparison::watts);
+        let [a, b, c, d, e] = Way::ALL.map(watts);
+        Some([a, b, c, d].into_iter().flatten().reduce(f64::min)? - e?)
+    }
+}
+
+impl Codesign {
+    /// Checks a space on an opened campaign: `text` is that of its file, `origin` what messages
+    /// call it.
+    ///
+    /// # Errors
+    /// [`CodesignError::Space`]: a record that the machine cannot read; [`RunError::Config`]: a
+    /// machine, an axis or a display that cannot be; fewer than two views.
+    pub fn open(
+        campaign: Campaign,
+        space: SpaceFile,
+        text: &str,
+        origin: &str,
+    ) -> Result<Codesign, CodesignError> {
+        let views = campaign.cameras.len();
+        if views < 2 {
+            return Err(CodesignError::TooFewViews { views });
+        }
+        let machines = Machines::open(&space.machine, text, origin)?;
+        let models = models(&space.model, &campaign.dense);
+        let top = campaign.dense.sh_degree;
+        if let Some(degree) = models.iter().map(|m| m.sh_degree).find(|degree| *degree > top) {
+            let message = format!(
+                "`model.sh-degree`: {degree} is more than the dense model has, {top}: give at most \
+                 that"
+            );
+            return Err(CodesignError::Space { place: origin.to_owned(), message });
+        }
+        machines.check(&models, origin)?;
+        let iterations = campaign.settings.iterations;
+        let codesign = Codesign {
+            campaign,
+            machines,
+            models,
+            iterations,
+            rounds: ROUNDS,
+            space,
+            origin: origin.to_owned(),
+            memory: MEMORY,
+        };
+        // What is wrong with the axes is said before anything is trained.
+        if codesign.designs(0)?.is_adaptive() {
+            return Err(CodesignError::Space {
+                place: codesign.origin,
+                message: "`machine.sampling`: `nsga2` takes other machines for every model, and \
+                          the five ways are compared on the same ones; take grid, random, lhs or \
+                          sobol"
+                    .into(),
+            });
+        }
+        Ok(codesign)
+    }
+
+    /// The machines of a model.
+    fn designs(&self, model: usize) -> Result<Designs, RunError> {
+        let file = self.machines.sweep(&self.models[model], DramModel::Calibrated);
+        let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
+        Designs::new(&file, Vec::new(), &files, &self.origin)
+    }
+
+    /// The machine of a pair as a file.
+    ///
+    /// # Errors
+    /// [`RunError::Internal`]: there is no such machine.
+    pub fn machine_toml(&self, (model, machine): Pair) -> Result<String, RunError> {
+        let file = self.machines.sweep(&self.models[model], DramModel::Banked);
+        let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
+        let designs = Designs::new(&file, Vec::new(), &files, &self.origin)?;
+        let design = designs.design(machine);
+        let design = design.map_err(|why| RunError::Internal(why.to_string()))?;
+        Ok(design.machine.to_toml())
+    }
+
+    /// Runs everything that the store does not know yet. `None`: it was cancelled, and goes on from
+    /// there when it is run again.
+    ///
+    /// # Errors
+    /// [`CodesignError::OutOfReach`], [`CodesignError::Infeasible`], a store that fails, a defect
+    /// of the simulator.
+    pub fn run(
+        &self,
+        store: &dyn Store,
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<Finished>, CodesignError> {
+        let fitter = Fitter::new(&self.campaign, store);
+        let Some(mut models) = self.fit(&fitter, watch)? else { return Ok(None) };
+        let pricer = Pricer {
+            campaign: &self.campaign,
+            machines: &self.machines,
+            store,
+            memory: self.memory,
+        };
+        let mut rows = Vec::new();
+        for model in &models {
+            let Some(row) = self.row(&fitter, &pricer, model, watch)? else { return Ok(None) };
+            rows.push(row);
+        }
+        let tables = self.designs(0)?.tables();
+        let budget = self.budget(&rows[0], 0)?;
+        let mut rounds: Vec<Round> = Vec::new();
+        let (comparisons, joint) = loop {
+            let passed = Finished::passed(&models);
+            let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
+            let compared = self.compared(&market, (&fitter, &models, &pricer), watch)?;
+            let Some((comparisons, joint)) = compared else { return Ok(None) };
+            if let Some(round) = rounds.last_mut() {
+                (round.pair, round.watts) = (joint.pair, joint.confirmed.total_w);
+            }
+            let next = alternate::next(&models, &market, joint.pair);
+            let Some(point) = next.filter(|_| rounds.len() < self.rounds as usize) else {
+                break (comparisons, joint.pair);
+            };
+            let Some(model) = fitter.fit(&point, self.iterations, watch)? else { return Ok(None) };
+            watch.fitted(&model);
+            let Some(row) = self.row(&fitter, &pricer, &model, watch)? else { return Ok(None) };
+            rounds.push(Round { rho: point.rho, pair: joint.pair, watts: f64::NAN });
+            models.push(model);
+            rows.push(row);
+        };
+        let passed = Finished::passed(&models);
+        let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
+        let under = |table: usize| self.budget(&rows[0], table).unwrap_or(budget);
+        let alternatives = alternatives(&market, &tables, Some(joint), &under);
+        let coupling = coupling(&market, &comparisons);
+        let front = front(&market);
+        Ok(Some(Finished {
+            about: self.about(),
+            target: fitter.target(),
+            budget,
+            tables,
+            models,
+            rows,
+            front,
+            comparisons,
+            rounds,
+            alternatives,
+            coupling,
+        }))
+    }
+
+    /// A model on all machines; without pairs where it misses the quality. `None` after a
+    /// cancellation.
+    fn row(
+        &self,
+        fitter: &Fitter<'_>,
+        pricer: &Pricer<'_>,
+        model: &Fitted,
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<Row>, RunError> {
+        if !model.point.is_dense && !model.facts.passed {
+            return Ok(Some(Row::default()));
+        }
+        pricer.all(model, Arc::new(fitter.scene(model)?), watch)
+    }
+
+    /// The five ways, and what the joint one finds. `None` after a cancellation.
+    fn compared(
+        &self,
+        market: &Market<'_>,
+        (fitter, models, pricer): (&Fitter<'_>, &[Fitted], &Pricer<'_>),
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<(Vec<Comparison>, Found)>, CodesignError> {
+        let budget = &market.budget;
+        if let Err(nothing) = market.ranked(market.pairs()) {
+            return Err(CodesignError::Infeasible(self.infeasible(&nothing, budget)));
+        }
+        let mut confirm = |pairs: &[Pair]| self.confirm(fitter, models, pricer, pairs, watch);
+        let mut each = |comparison: &Comparison| watch.confirmed(comparison);
+        let compared = compare(market, &mut confirm, &mut each)?;
+        let Some(mut comparisons) = compared else { return Ok(None) };
+        match comparisons.pop().map(|joint| (joint.way, joint.found)) {
+            Some((way, Ok(found))) => {
+                comparisons.push(Comparison { way, found: Ok(found) });
+                Ok(Some((comparisons, found)))
+            }
+            Some((_, Err(nothing))) => Err(CodesignError::Infeasible(format!(
+                "with the calibrated model of the DRAM pairs keep the budget, with the banked one \
+                 none of the best does: {}",
+                self.infeasible(&nothing, budget)
+            ))),
+            None => Err(RunError::Internal("no way was gone".into()).into()),
+        }
+    }
+
+    fn about(&self) -> About {
+        let campaign = &self.campaign;
+        About {
+            scene: campaign.name.clone(),
+            base: self.machines.base.label(),
+            display: campaign.display.name.clone(),
+            fps: self.machines.fps(),
+            views: [campaign.cameras.len(), campaign.gate_views(), campaign.split.test.len()],
+            iterations: self.iterations,
+            is_confirmed: self.machines.has_banks(),
+        }
+    }
+
+    /// A model in the first test view, beside the dense one.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: the store does not have it.
+    pub fn picture(&self, store: &dyn Store, model: &Fitted) -> Result<BeforeAfter, RunError> {
+        let scene = Fitter::new(&self.campaign, store).scene(model)?;
+        Ok(BeforeAfter::of(&self.campaign.setup(), &scene, model.point.name()))
+    }
+
+    /// The parameters of a model as a machine reads them.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: the store does not have it.
+    pub fn scene(&self, store: &dyn Store, model: &Fitted) -> Result<Gaussians, RunError> {
+        Fitter::new(&self.campaign, store).scene(model)
+    }
+
+    /// Makes all models. `None` after a cancellation.
+    fn fit(
+        &self,
+        fitter: &Fitter<'_>,
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<Vec<Fitted>>, CodesignError> {
+        let tuned = self.models.iter().filter(|model| !model.is_dense).count();
+        watch.fitting(tuned, tuned as u64 * u64::from(self.iterations));
+        let mut fitted = Vec::new();
+        for model in &self.models {
+            let Some(model) = fitter.fit(model, self.iterations, watch)? else { return Ok(None) };
+            watch.fitted(&model);
+            fitted.push(model);
+        }
+        let tuned = || fitted.iter().filter(|model| !model.point.is_dense);
+        if tuned().any(|model| model.facts.passed) {
+            return Ok(Some(fitted));
+        }
+        let margin = |model: &&Fitted| model.facts.margin_db;
+        let best = tuned().max_by(|a, b| margin(a).total_cmp(&margin(b)));
+        let what = best.map_or_else(String::new, |best| {
+            let quality = best.facts.gate.quality;
+            format!(
+                "; the best is {} with {:.2} dB and an SSIM of {:.4} over the gate views, {:.2} dB \
+                 short",
+                best.point.name(),
+                quality.psnr_db,
+                quality.ssim,
+                -best.facts.margin_db
+            )
+        });
+        Err(CodesignError::OutOfReach(format!(
+            "no model of {}reaches the quality{what}; give it more iterations, less pruning, more \
+             bits, or a lower quality",
+            if self.origin.is_empty() { String::new() } else { format!("{} ", self.origin) }
+        )))
+    }
+
+    /// Simulates pairs with the banked model of the DRAM.
+    fn confirm(
+        &self,
+        fitter: &Fitter<'_>,
+        fitted: &[Fitted],
+        pricer: &Pricer<'_>,
+        pairs: &[Pair],
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<Vec<Option<Price>>>, CodesignError> {
+        let mut machines: BTreeMap<usize, Vec<_>> = BTreeMap::new();
+        for (model, machine) in pairs {
+            machines.entry(*model).or_default().push(*machine);
+        }
+        let mut priced: BTreeMap<usize, Row> = BTreeMap::new();
+        for (model, points) in machines {
+            let scene = Arc::new(fitter.scene(&fitted[model])?);
+            let row = match self.machines.has_banks() {
+                true => pricer.confirmed(&fitted[model], scene, &points, watch)?,
+                false => pricer.all(&fitted[model], scene, watch)?,
+            };
+            let Some(row) = row else { return Ok(None) };
+            priced.insert(model, row);
+        }
+        let price = |(model, machine): &Pair| match priced[model].pairs.get(machine)? {
+            Fate::Priced(prices) => Some(prices.first()?[0]),
+            Fate::Refused(_) => None,
+        };
+        Ok(Some(pairs.iter().map(price).collect()))
+    }
+
+    /// What a pair may take under an energy table: what the space file says, or what the base
+    /// machine takes and the display shows.
+    fn budget(&self, dense: &Row, table: usize) -> Result<Budget, CodesignError> {
+        let frame_ms = self.space.budget.frame_time.map(|time| time.0 * 1e-6);
+        let frame_ms = frame_ms.unwrap_or(1e3 / self.machines.fps());
+        let of_base = |table: usize| match dense.pairs.get(&None) {
+            Some(Fate::Priced(prices)) => prices.get(table)?[0].area_mm2,
+            Some(Fate::Refused(_)) | None => None,
+        };
+        // Under another table the same share of the base machine: nodes differ.
+        let area = match self.space.budget.area.map(|area| area.0) {
+            Some(stated) if table == 0 => Some(stated),
+            Some(stated) => {
+                of_base(table).zip(of_base(0)).map(|(here, first)| stated * here / first)
+            }
+            None => of_base(table),
+        };
+        match area {
+            Some(area_mm2) => Ok(Budget { area_mm2, frame_ms }),
+            None => Err(CodesignError::Space {
+                place: self.origin.clone(),
+                message: "no area to keep to: the base machine cannot run the frames, or its \
+                          energy table has no areas; give `budget.area` and a table with areas"
+                    .into(),
+            }),
+        }
+    }
+
+    /// Which limit binds, and the nearest miss.
+    fn infeasible(&self, nothing: &Nothing, budget: &Budget) -> String {
+        let Nothing { pairs, limits, refused, nearest } = nothing;
+        let mut why: Vec<String> = Vec::new();
+        for (limit, count) in limits {
+            why.push(match limit {
+                Limit::Area => format!("{count} are larger than {:.4} mm2", budget.area_mm2),
+                Limit::FrameTime => {
+                    format!(
+                        "{count} take more than {} ms for a frame",
+                        significant(budget.frame_ms)
+                    )
+                }
+                Limit::Both => format!(
+                    "{count} are larger than {:.4} mm2 and take more than {} ms for a frame",
+                    budget.area_mm2,
+                    significant(budget.frame_ms)
+                ),
+                Limit::NoArea => format!("{count} have no area in the energy table"),
+            });
+        }
+        if *refused > 0 {
+            why.push(format!("{refused} are no machine, or cannot run the frames"));
+        }
+        let nearest = nearest.map_or_else(String::new, |((model, machine), price)| {
+            let machine = machine.map_or("the base machine".into(), |m| format!("machine {m}"));
+            let area = price.area_mm2.map_or_else(String::new, |a| format!("{a:.4} mm2, "));
+            format!(
+                "; the nearest miss is {} on {machine}: {area}{} ms",
+                self.models.get(model).map_or_else(String::new, ModelPoint::name),
+                significant(price.frame_ms)
+            )
+        });
+        format!(
+            "no pair keeps the budget: of {pairs} pairs {}{nearest}; give a larger budget, or a \
+             space with other machines",
+            why.join(", ")
+        )
+    }
+}

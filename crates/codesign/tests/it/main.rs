@@ -1,0 +1,7 @@
+//! Co-design: spaces, records, the five ways, whole runs on a tiny scene.
+
+mod alternate;
+mod compare;
+mod model;
+mod run;
+mod space;

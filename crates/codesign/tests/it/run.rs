@@ -1,0 +1,178 @@
+//! Whole runs on a tiny scene: from nothing, resumed, and where nothing is to be found.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use powergs_base::budget::Budget;
+use powergs_codesign::compare::Way;
+use powergs_codesign::machines::Machines;
+use powergs_codesign::pricing::Fate;
+use powergs_codesign::space::SpaceFile;
+use powergs_codesign::watch::CodesignWatch;
+use powergs_codesign::{Codesign, CodesignError, Finished};
+use powergs_core::run::{MemoryStore, Watch};
+use powergs_optimize::campaign::Campaign;
+use powergs_optimize::oracle::CycleOracle;
+use powergs_optimize::request::{Goal, Goals, Request};
+use powergs_optimize::settings::Settings;
+use powergs_scene::camera::edit::resized;
+use powergs_scene::synth::{Preset, cameras, generate};
+use powergs_study::sweep::run::SweepWatch;
+
+const SPACE: &str = "\
+[model]
+rho = [0.0, 0.4]
+sh-degree = [3, 1]
+
+[[model.formats]]
+name = \"mixed\"
+scale = \"e5m8\"
+rotation = \"e4m8\"
+colour-dc = \"e4m7\"
+colour-rest = \"e4m5\"
+
+[machine]
+[machine.set]
+clock = \"500 MHz\"
+
+[[machine.axes]]
+key = \"vru.cores\"
+values = [1, 2, 4]
+
+[[machine.axes]]
+key = \"dram.channels\"
+values = [4, 8]
+
+[machine.derived]
+\"buffers.sorting.capacity\" = \"16 KiB * vru.cores\"
+";
+
+fn campaign(space: &SpaceFile, text: &str, psnr_db: f64, views: usize) -> Campaign {
+    let preset = Preset::named("demo").unwrap();
+    let dense = generate(preset, 400, 3);
+    let cameras = cameras(preset).into_iter().step_by(6).take(views);
+    let cameras = cameras.map(|c| resized(&c, 48, 36)).collect();
+    let machines = Machines::open(&space.machine, text, "space").unwrap();
+    let display = machines.base.display().unwrap().clone();
+    let (system, fps) = (machines.base.clone(), machines.fps());
+    let oracle = CycleOracle { system, fps, memory: Budget::DEFAULT };
+    let settings = Settings {
+        iterations: 24,
+        final_iterations: 24,
+        interval: 4,
+        checkpoint_every: 5,
+        ..Settings::DEFAULT
+    };
+    let goals = Goals { goal: Some(Goal::Absolute { psnr_db, ssim: 0.0 }), ..Goals::default() };
+    let request = Request::new("tiny", dense, cameras, oracle, display);
+    Campaign::open(Request { settings, goals, ..request }, &()).unwrap()
+}
+
+fn codesign(text: &str, psnr_db: f64, views: usize) -> Result<Codesign, CodesignError> {
+    let space = SpaceFile::parse(text).unwrap();
+    let campaign = campaign(&space, text, psnr_db, views);
+    Codesign::open(campaign, space, text, "space")
+}
+
+fn finished(codesign: &Codesign, store: &MemoryStore) -> Finished {
+    codesign.run(store, &()).unwrap().expect("not cancelled")
+}
+
+/// Stops after so many questions.
+struct Impatient(AtomicU32);
+
+impl Watch for Impatient {
+    fn is_cancelled(&self) -> bool {
+        let left = self.0.load(Ordering::Relaxed);
+        self.0.store(left.saturating_sub(1), Ordering::Relaxed);
+        left == 0
+    }
+}
+
+impl SweepWatch for Impatient {}
+impl CodesignWatch for Impatient {}
+
+#[test]
+fn a_run_prices_every_pair_and_goes_on_to_the_same_result_from_anywhere() {
+    let codesign = codesign(SPACE, 24.0, 12).unwrap();
+    let whole = finished(&codesign, &MemoryStore::new());
+    assert_eq!(whole.models.len(), 5);
+    for (model, row) in whole.models.iter().zip(&whole.rows) {
+        assert!(model.point.is_dense || model.facts.passed, "{model:?}");
+        assert_eq!(row.pairs.len(), 7, "six machines and the base machine");
+        assert!(row.pairs.values().all(|fate| matches!(fate, Fate::Priced(_))));
+    }
+    let joint = whole.of(Way::Joint).and_then(|c| c.watts()).expect("a pair");
+    for other in &whole.comparisons {
+        assert!(other.watts().is_none_or(|watts| joint <= watts));
+    }
+    assert!(whole.gain_w().is_some_and(|gain| gain >= 0.0));
+    // What a pruned model with a short record reads is less.
+    let traffic = |model: usize| whole.price((model, None)).unwrap().dram_bytes;
+    let least = (1..5).map(traffic).fold(f64::INFINITY, f64::min);
+    assert!(least < 0.8 * traffic(0), "{least} {}", traffic(0));
+    // Stopped at many moments, in fine-tunes and in sweeps.
+    let store = MemoryStore::new();
+    let mut stops = 0;
+    let again = loop {
+        let patience = Impatient(AtomicU32::new(5 + 3 * stops));
+        match codesign.run(&store, &patience).unwrap() {
+            Some(again) => break again,
+            None => stops += 1,
+        }
+        assert!(stops < 200);
+    };
+    assert!(stops >= 10, "{stops}");
+    assert_eq!(again.models, whole.models);
+    assert_eq!(again.rows, whole.rows);
+    assert_eq!(again.comparisons, whole.comparisons);
+    assert_eq!(again.alternatives, whole.alternatives);
+    for (a, b) in whole.models.iter().zip(&again.models).skip(1) {
+        let scene = codesign.scene(&store, a).unwrap();
+        assert_eq!(scene.len(), b.facts.points);
+        // What is kept is what a machine reads.
+        let near = a.point.formats.read(&scene);
+        let far = |a: &f32, b: &f32| (a - b).abs() > 1e-4 * a.abs().max(1.0);
+        assert!(!scene.sh.iter().zip(&near.sh).any(|(a, b)| far(a, b)));
+    }
+    // A space with more machines trains nothing again.
+    let wider = SPACE.replace("[4, 8]", "[2, 4, 8]");
+    let wider = self::codesign(&wider, 24.0, 12).unwrap();
+    let more = finished(&wider, &store);
+    assert_eq!(more.models, whole.models);
+    assert_eq!(more.rows[0].pairs.len(), 10);
+    // The machine of the pair has the record of the model.
+    let toml = codesign.machine_toml((1, Some(0))).unwrap();
+    // 3 x 12 and 45 x 10 bits.
+    assert!(toml.contains("colour = \"61 B\""), "{toml}");
+}
+
+#[test]
+fn a_quality_that_no_model_reaches_is_told_with_the_best() {
+    let codesign = codesign(SPACE, 70.0, 12).unwrap();
+    let error = codesign.run(&MemoryStore::new(), &()).expect_err("out of reach");
+    let CodesignError::OutOfReach(message) = &error else { panic!("{error}") };
+    assert!(message.contains("no model of space reaches the quality"), "{message}");
+    assert!(message.contains("-mixed with ") && message.contains("short"), "{message}");
+}
+
+#[test]
+fn a_budget_that_no_pair_keeps_is_told_with_the_limit_and_the_nearest_miss() {
+    let text = format!("{SPACE}\n[budget]\narea = \"0.5 mm2\"\n");
+    let codesign = codesign(&text, 24.0, 12).unwrap();
+    let error = codesign.run(&MemoryStore::new(), &()).expect_err("too small");
+    let CodesignError::Infeasible(message) = &error else { panic!("{error}") };
+    assert!(message.contains("are larger than 0.5000 mm2"), "{message}");
+    assert!(message.contains("the nearest miss is"), "{message}");
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_anything_is_trained() {
+    let one = codesign(SPACE, 24.0, 1).err().expect("one view");
+    assert!(matches!(one, CodesignError::TooFewViews { views: 1 }), "{one}");
+    let wide = SPACE.replace("colour-rest = \"e4m5\"", "colour-rest = \"e8m7\"");
+    let contradiction = codesign(&wide, 24.0, 12).err().expect("a contradiction");
+    assert!(contradiction.to_string().contains("cannot hold every e8m7"), "{contradiction}");
+    let search = format!("{SPACE}\n[machine.sampling]\nmethod = \"nsga2\"\n");
+    let adaptive = codesign(&search, 24.0, 12).err().expect("an adaptive search");
+    assert!(adaptive.to_string().contains("nsga2"), "{adaptive}");
+}

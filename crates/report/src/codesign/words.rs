@@ -1,0 +1,44 @@
+//! How models, machines and prices are called.
+
+use powergs_codesign::Finished;
+use powergs_codesign::compare::Pair;
+use powergs_codesign::pricing::MachinePoint;
+
+/// The ending of columns that repeat a measure in SI units.
+const SI: &str = ".si";
+
+/// A model by its name.
+pub fn model(finished: &Finished, place: usize) -> String {
+    finished.models.get(place).map_or_else(String::new, |model| model.point.name())
+}
+
+/// A machine by its number; the base machine by its name.
+pub fn machine(finished: &Finished, machine: MachinePoint) -> String {
+    machine.map_or_else(|| finished.about.base.clone(), |point| format!("#{point}"))
+}
+
+/// A pair in a few words.
+pub fn pair(finished: &Finished, (place, point): Pair) -> String {
+    format!("{} on {}", model(finished, place), machine(finished, point))
+}
+
+/// The columns of the axes without those in SI units: places and names.
+pub fn axes(finished: &Finished) -> Vec<(usize, &str)> {
+    let columns = finished.rows.first().map_or(&[][..], |row| &row.columns);
+    let shown = columns.iter().enumerate().filter(|(_, name)| !name.ends_with(SI));
+    shown.map(|(i, name)| (i, name.as_str())).collect()
+}
+
+/// What a machine has in the columns of the axes.
+pub fn settings(finished: &Finished, point: MachinePoint) -> Option<&[String]> {
+    finished.rows.iter().find_map(|row| row.settings.get(&point)).map(Vec::as_slice)
+}
+
+/// The keys of a machine that differ from another: `vru.cores 4 → 2`.
+pub fn changes(finished: &Finished, from: MachinePoint, to: MachinePoint) -> Vec<String> {
+    let (Some(a), Some(b)) = (settings(finished, from), settings(finished, to)) else {
+        return Vec::new();
+    };
+    let changed = axes(finished).into_iter().filter(|(i, _)| a[*i] != b[*i]);
+    changed.map(|(i, name)| format!("{name} {} → {}", a[i], b[i])).collect()
+}

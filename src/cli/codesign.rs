@@ -1,0 +1,192 @@
+//! `codesign`: the model and the machine that need the fewest watts together.
+
+mod demo;
+mod finish;
+mod folder;
+mod inputs;
+mod watch;
+
+use std::path::PathBuf;
+
+use super::background::Background;
+use super::chart_args::ChartArgs;
+use super::invocation::Started;
+use super::{Context, Exit, Failure, out};
+use folder::{Existing, Folder, LAYOUT};
+use powergs_codesign::CodesignError;
+use powergs_optimize::settings::Settings;
+use watch::Watched;
+
+/// Shown under `codesign --help`.
+pub const EXAMPLES: &str = "\
+Examples:
+  powergs-sim codesign --demo
+  powergs-sim codesign model.ply --cameras cameras.json --space space.toml \\
+      --quality M --out runs/both
+  powergs-sim codesign model.ply --orbit 24 --size 400x300 --space space.toml \\
+      --quality-db 36 --iterations 300
+  powergs-sim codesign ...the same arguments... --resume
+
+A space file (docs/codesign.md):
+  [model]
+  rho = [0.0, 0.3, 0.6]
+  sh-degree = [3, 1]
+  [[model.formats]]
+  name = \"fp16\"
+  colour-dc = \"e5m10\"
+  colour-rest = \"e4m3\"
+  [machine]
+  base = \"gscore\"
+  [[machine.axes]]
+  key = \"vru.cores\"
+  values = [1, 2, 4]
+
+The result is runs/both/summary.md, with joint.ply and joint.toml:
+  powergs-sim replay runs/both/joint.bin --arch runs/both/joint.toml";
+
+/// The arguments of `codesign`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The dense model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    pub model: Option<PathBuf>,
+    /// A generated scene with a small space, in a few minutes
+    #[arg(long, conflicts_with_all = ["model", "cameras", "orbit", "detail", "every"])]
+    pub demo: bool,
+    /// Detail of a streamed scene (lod-meta.json), 0 is the finest
+    #[arg(hide_short_help = true, long, value_name = "N")]
+    pub detail: Option<u32>,
+    /// The space: axes of the model, axes of the machine, the budget
+    #[arg(long, value_name = "FILE")]
+    pub space: Option<PathBuf>,
+    /// The run folder [default: runs/NAME-codesign]
+    #[arg(long, short, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Go on with the run in the folder; what its store has is not made again, also for another
+    /// space
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    /// Throw away the run in the folder
+    #[arg(long)]
+    pub force: bool,
+    /// Which views there are.
+    #[command(flatten)]
+    pub views: ViewArgs,
+    /// How good models must be.
+    #[command(flatten)]
+    pub quality: QualityArgs,
+    /// How models are fine-tuned.
+    #[command(flatten)]
+    pub search: SearchArgs,
+    /// How charts are drawn.
+    #[command(flatten)]
+    pub charts: ChartArgs,
+}
+
+/// Which views there are.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Views")]
+pub struct ViewArgs {
+    /// Camera file: INRIA cameras.json, NeRF transforms.json, or a COLMAP folder
+    #[arg(long, value_name = "PATH")]
+    pub cameras: Option<PathBuf>,
+    /// Instead of a file: N views on a circle around the scene
+    #[arg(long, value_name = "N", conflicts_with = "cameras")]
+    pub orbit: Option<usize>,
+    /// Only every K-th view, starting with the first
+    #[arg(hide_short_help = true, long, value_name = "K")]
+    pub every: Option<std::num::NonZeroUsize>,
+    /// Image size, pixels [default: that of the cameras]
+    #[arg(long, value_name = "WxH", value_parser = super::camera_file::image_size)]
+    pub size: Option<(u32, u32)>,
+    /// Background: black, white, or r,g,b from 0 to 1
+    #[arg(hide_short_help = true, long, default_value = "black")]
+    pub background: Background,
+    /// Of the training views, every K-th decides [default: as many as there are test views]
+    #[arg(hide_short_help = true, long, value_name = "K")]
+    pub validation: Option<std::num::NonZeroUsize>,
+}
+
+/// How good models must be.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Quality")]
+pub struct QualityArgs {
+    /// 40, 37 or 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against the renders of the dense model
+    /// [default: `budget.psnr` of the space, or M]
+    #[arg(long, value_enum, ignore_case = true, value_name = "H|M|L", group = "goal")]
+    pub quality: Option<super::optimize::VariantArg>,
+    /// PSNR, decibels
+    #[arg(long, value_name = "DB", group = "goal")]
+    pub quality_db: Option<f64>,
+    /// SSIM beside --quality-db [default: none]
+    #[arg(hide_short_help = true, long, value_name = "SSIM", requires = "quality_db")]
+    pub quality_ssim: Option<f64>,
+}
+
+/// How models are fine-tuned.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Search")]
+pub struct SearchArgs {
+    /// Iterations of a fine-tune at most [default: 1000, with --demo 400]
+    #[arg(long, value_name = "N")]
+    pub iterations: Option<u32>,
+    /// Rounds at most in which the machine that was found gives another ratio to try; 0 for none
+    #[arg(hide_short_help = true)]
+    #[arg(long, value_name = "N", default_value_t = powergs_codesign::run::ROUNDS)]
+    pub rounds: u32,
+    /// Iterations between checks of the quality
+    #[arg(hide_short_help = true)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.interval)]
+    pub interval: u32,
+    /// Seed of the order of training views
+    #[arg(hide_short_help = true, long, value_name = "S", default_value_t = Settings::DEFAULT.seed)]
+    pub seed: u64,
+    /// Iterations between checkpoints
+    #[arg(hide_short_help = true)]
+    #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.checkpoint_every)]
+    pub checkpoint_every: u32,
+}
+
+/// Runs `codesign`.
+pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
+    let started = Started::now();
+    let space = inputs::space(args)?;
+    let watched = Watched::new(context);
+    let codesign = inputs::codesign(args, &space, context, &watched)?;
+    let folder = Folder::new(&inputs::place(args, &codesign), &LAYOUT);
+    let existing = match (args.resume, args.force) {
+        (true, _) => Existing::Resume,
+        (_, true) => Existing::Replace,
+        _ => Existing::Refuse,
+    };
+    let _lock = folder.open(existing)?;
+    folder.write("run.toml", finish::run_toml(&codesign, &space)?)?;
+    folder.write("space.toml", &space.text)?;
+    watched.begin(&codesign);
+    let finished = codesign.run(folder.store(), &watched);
+    watched.clear();
+    folder.write("invocation.toml", started.invocation_toml())?;
+    match finished? {
+        Some(finished) => finish::finish(&codesign, &finished, &folder, context),
+        None => {
+            if !context.global.quiet {
+                let path = folder.path().display();
+                out::complain(format!(
+                    "interrupted, {path}: the same command with --resume goes on"
+                ));
+            }
+            Ok(Exit::Interrupted)
+        }
+    }
+}
+
+impl From<CodesignError> for Failure {
+    fn from(error: CodesignError) -> Failure {
+        let exit = match error {
+            CodesignError::Run(error) => return error.into(),
+            CodesignError::Space { .. } | CodesignError::TooFewViews { .. } => Exit::Usage,
+            CodesignError::OutOfReach(_) | CodesignError::Infeasible(_) => Exit::GoalMissed,
+            CodesignError::Tune { .. } => Exit::BadInput,
+        };
+        Failure { exit, error: error.into() }
+    }
+}

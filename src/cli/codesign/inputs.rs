@@ -1,0 +1,172 @@
+//! Everything that a co-design reads, opened.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::super::camera_file::CameraArgs;
+use super::super::failure::ConfigUsage;
+use super::super::optimize::VariantArg;
+use super::super::references::FileReferences;
+use super::super::{Context, Exit, Failure, OrExit, scene_file};
+use super::{Args, demo};
+use crate::cli::codesign::watch::Watched;
+use powergs_codesign::Codesign;
+use powergs_codesign::machines::Machines;
+use powergs_codesign::space::SpaceFile;
+use powergs_frame::display::Display;
+use powergs_optimize::campaign::Campaign;
+use powergs_optimize::oracle::CycleOracle;
+use powergs_optimize::references::ReferenceImages;
+use powergs_optimize::request::{Goal, Goals, Request};
+use powergs_optimize::settings::Settings;
+use powergs_optimize::target::Level;
+use powergs_scene::camera::orbit::SceneBounds;
+use powergs_scene::files::open_model;
+use powergs_scene::{Camera, Gaussians};
+
+/// A space file as it was read.
+pub struct Space {
+    /// What messages call it.
+    pub origin: String,
+    /// Its text.
+    pub text: String,
+    /// What it says.
+    pub file: SpaceFile,
+}
+
+/// The space that `args` name.
+///
+/// # Errors
+/// Exit code 2: no space, one that cannot be read, everything that is wrong with its form.
+pub fn space(args: &Args) -> Result<Space, Failure> {
+    let (origin, text) = match (&args.space, args.demo) {
+        (Some(path), _) => {
+            let origin = path.display().to_string();
+            let text = fs::read_to_string(path).or_exit(Exit::Usage, &origin)?;
+            (origin, text)
+        }
+        (None, true) => ("the space of --demo".into(), demo::SPACE.into()),
+        (None, false) => {
+            let what = "codesign: no space; give --space FILE (`codesign --help` has a small \
+                        one), or try --demo";
+            return Err(Failure::new(Exit::Usage, what));
+        }
+    };
+    let file = SpaceFile::parse(&text).usage(&origin)?;
+    Ok(Space { origin, text, file })
+}
+
+/// The co-design that `args` ask for, checked.
+///
+/// # Errors
+/// Exit code 2 for what cannot be asked, 3 for inputs that cannot be read.
+pub fn codesign(
+    args: &Args,
+    space: &Space,
+    context: &Context,
+    watched: &Watched<'_>,
+) -> Result<Codesign, Failure> {
+    if args.model.is_none() && !args.demo {
+        let what = "codesign: no model; name a trained one, or try --demo, which generates a scene";
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    let machines = Machines::open(&space.file.machine, &space.text, &space.origin)?;
+    let display = machines.base.display().cloned();
+    let display =
+        display.ok_or_else(|| Failure::new(Exit::Internal, "a system without display"))?;
+    let (name, dense) = dense(args, context)?;
+    let cameras = views(args, context, &dense)?;
+    let campaign = Campaign::open(
+        request(args, space, context, (name, dense, cameras), (&machines, display))?,
+        watched,
+    )?;
+    let mut codesign = Codesign::open(campaign, space.file.clone(), &space.text, &space.origin)?;
+    codesign.rounds = args.search.rounds;
+    codesign.memory = usize::try_from(context.global.memory.0.0).unwrap_or(usize::MAX);
+    Ok(codesign)
+}
+
+fn request(
+    args: &Args,
+    space: &Space,
+    context: &Context,
+    (name, dense, cameras): (String, Gaussians, Vec<Camera>),
+    (machines, display): (&Machines, Display),
+) -> Result<Request, Failure> {
+    let default = if args.demo { demo::ITERATIONS } else { Settings::DEFAULT.iterations };
+    let iterations = args.search.iterations.unwrap_or(default);
+    let settings = Settings {
+        iterations,
+        final_iterations: iterations,
+        interval: args.search.interval,
+        seed: args.search.seed,
+        checkpoint_every: args.search.checkpoint_every,
+        ..Settings::DEFAULT
+    };
+    let (system, fps) = (machines.base.clone(), machines.fps());
+    let oracle = CycleOracle { system, fps, memory: context.global.memory };
+    Ok(Request {
+        references: ReferenceImages::OwnRenders(Box::new(FileReferences::new()?)),
+        background: args.views.background.0,
+        validation_every: args.views.validation.map_or(0, |k| k.get()),
+        goals: Goals { goal: Some(goal(args, space)), ..Goals::default() },
+        settings,
+        ..Request::new(&name, dense, cameras, oracle, display)
+    })
+}
+
+/// What models must reach: the flags, the space file, medium.
+fn goal(args: &Args, space: &Space) -> Goal {
+    let absolute = |psnr_db, ssim| Goal::Absolute { psnr_db, ssim };
+    let q = &args.quality;
+    match (q.quality, q.quality_db, space.file.budget.psnr) {
+        (Some(VariantArg::H), ..) => Goal::Level(Level::High),
+        (Some(VariantArg::M), ..) => Goal::Level(Level::Medium),
+        (Some(VariantArg::L), ..) => Goal::Level(Level::Low),
+        (None, Some(db), _) => absolute(db, q.quality_ssim.unwrap_or(0.0)),
+        (None, None, Some(db)) => absolute(db, 0.0),
+        (None, None, None) => Goal::Level(Level::Medium),
+    }
+}
+
+fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
+    let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
+        return Ok(("demo".into(), demo::model()?));
+    };
+    let scene = open_model(path, args.detail)?;
+    scene_file::warn(&scene, context);
+    if scene.gaussians.is_empty() {
+        let what = format!("{}: the model has no Gaussians", path.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    Ok((scene_file::name_of(&scene.path), scene.gaussians))
+}
+
+fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera>, Failure> {
+    if args.demo {
+        return demo::views(args.views.size);
+    }
+    let source = CameraArgs {
+        cameras: args.views.cameras.clone(),
+        orbit: args.views.orbit,
+        orbit_elevation: None,
+        orbit_radius: None,
+        orbit_fov: None,
+        orbit_up: None,
+        split: None,
+        every: args.views.every,
+        path_frames: None,
+        frames: None,
+        size: args.views.size,
+        stereo: None,
+    };
+    let views = source.cameras(|| SceneBounds::of(dense))?;
+    views.warn(context);
+    Ok(views.cameras)
+}
+
+/// Where the run is.
+pub fn place(args: &Args, codesign: &Codesign) -> PathBuf {
+    let name = || Path::new("runs").join(format!("{}-codesign", codesign.campaign.name));
+    args.out.clone().unwrap_or_else(name)
+}

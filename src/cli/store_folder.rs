@@ -1,0 +1,159 @@
+//! The folder of a run that is resumed: its store, and what a finished run leaves beside that.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use super::{Exit, Failure, OrExit};
+use powergs_chart::Chart;
+use powergs_core::run::FileStore;
+use powergs_core::run::Store;
+use powergs_core::run::store::atomic::{is_temporary, write_atomically};
+use powergs_core::run::store::{Lock, Sharing};
+use powergs_report::Drawing;
+
+/// The lock.
+const LOCK: &str = "lock";
+
+/// What is in the folder of a run of some kind.
+#[derive(Debug)]
+pub struct Layout {
+    /// The file that a run has from its first moment on.
+    pub marker: &'static str,
+    /// The folders of its store.
+    pub stores: &'static [&'static str],
+    /// What it leaves beside them and its charts.
+    pub files: &'static [&'static str],
+    /// Its charts, without their endings.
+    pub charts: &'static [&'static str],
+    /// What the names of further charts begin with; empty for none.
+    pub further_charts: &'static str,
+}
+
+/// What to do with a run that is in the folder already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Existing {
+    /// Say so.
+    Refuse,
+    /// Go on with it.
+    Resume,
+    /// Throw it away.
+    Replace,
+}
+
+/// A run folder.
+pub struct Folder {
+    layout: &'static Layout,
+    path: PathBuf,
+    store: FileStore,
+}
+
+impl Folder {
+    /// The folder; nothing is opened or made yet.
+    pub fn new(path: &Path, layout: &'static Layout) -> Folder {
+        Folder { layout, path: path.to_owned(), store: FileStore::new(path) }
+    }
+
+    /// Makes the folder ready for a run that begins, or goes on. No other process works in it while
+    /// the lock is held.
+    ///
+    /// # Errors
+    /// Exit code 2: a folder that holds something else or that another process works in, a run
+    /// that is neither to be resumed nor replaced, no run to resume; 3: a damaged checkpoint, or
+    /// one of another run.
+    pub fn open(&self, existing: Existing) -> Result<Lock, Failure> {
+        let refuse =
+            |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
+        let has_run = self.path.join(self.layout.marker).is_file();
+        match existing {
+            Existing::Resume if !has_run => {
+                return refuse("no run to go on with; leave --resume out");
+            }
+            Existing::Refuse if has_run => {
+                return refuse(
+                    "holds a run; go on with --resume, replace it with --force, or give another \
+                     --out",
+                );
+            }
+            Existing::Refuse | Existing::Replace if !has_run && !self.is_free() => {
+                return refuse("is not empty; give --out a new folder");
+            }
+            Existing::Resume | Existing::Refuse | Existing::Replace => {}
+        }
+        let lock = self.store.lock(LOCK, Sharing::Alone)?;
+        if existing == Existing::Replace && has_run {
+            self.clear()?;
+        }
+        Ok(lock)
+    }
+
+    /// Where the run is kept.
+    pub fn store(&self) -> &FileStore {
+        &self.store
+    }
+
+    /// Whether the folder is not there, or empty but for what a run leaves that was killed before
+    /// its first checkpoint.
+    fn is_free(&self) -> bool {
+        let Ok(entries) = fs::read_dir(&self.path) else { return !self.path.exists() };
+        let is_store = |name: &OsStr| self.layout.stores.iter().any(|store| name == *store);
+        entries.flatten().all(|entry| match entry.file_name() {
+            name if is_store(&name) => fs::read_dir(entry.path())
+                .is_ok_and(|inner| inner.flatten().all(|file| is_temporary(&file.file_name()))),
+            name => name == LOCK || is_temporary(&name),
+        })
+    }
+
+    /// Removes the run that is there. Files that are not of a run stay.
+    fn clear(&self) -> Result<(), Failure> {
+        let entries = fs::read_dir(&self.path).or_exit(Exit::Usage, self.path.display())?;
+        for entry in entries {
+            let entry = entry.or_exit(Exit::Usage, self.path.display())?;
+            let name = entry.file_name();
+            if name.to_str().is_some_and(|name| self.layout.has(name)) {
+                fs::remove_file(entry.path()).or_exit(Exit::Usage, entry.path().display())?;
+            }
+        }
+        Ok(self.layout.stores.iter().try_for_each(|store| self.store.remove(store))?)
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a file of the folder, part by part.
+    pub fn stream(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        Ok(write_atomically(&self.path.join(name), write)?)
+    }
+
+    /// Writes a file of the folder.
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
+        self.stream(name, |w| w.write_all(bytes.as_ref()))
+    }
+
+    /// Draws and writes charts.
+    pub fn draw(&self, charts: &[Chart], drawing: &Drawing) -> Result<(), Failure> {
+        for file in drawing.files(charts).or_exit(Exit::Internal, "charts")? {
+            self.write(&file.name, file.bytes)?;
+        }
+        Ok(())
+    }
+}
+
+impl Layout {
+    /// Whether a run may leave a file of this name.
+    fn has(&self, name: &str) -> bool {
+        let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
+        let is_further = !self.further_charts.is_empty() && stem.starts_with(self.further_charts);
+        match ending {
+            "png" | "svg" | "pdf" => self.charts.contains(&stem) || is_further,
+            _ => self.files.contains(&name),
+        }
+    }
+}

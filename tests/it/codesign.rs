@@ -1,0 +1,179 @@
+//! `codesign` as the user sees it: a run on a tiny scene, resumed after a kill, and bad input.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Parser;
+use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
+use powergs_sim::scene::camera::inria;
+use powergs_sim::scene::synth::{Preset, cameras, generate};
+use powergs_sim::scene::{camera::edit::resized, write_ply};
+
+const SPACE: &str = "\
+[model]
+rho = [0.0, 0.4]
+
+[[model.formats]]
+name = \"short\"
+scale = \"e5m8\"
+rotation = \"e4m8\"
+colour-dc = \"e4m7\"
+colour-rest = \"e4m5\"
+
+[machine.set]
+\"display:scale\" = 0.3
+
+[[machine.axes]]
+key = \"vru.cores\"
+values = [1, 2]
+
+[[machine.axes]]
+key = \"dram.channels\"
+values = [4, 8]
+
+[machine.derived]
+\"buffers.sorting.capacity\" = \"16 KiB * vru.cores\"
+";
+
+/// Writes a scene, its views and a space.
+fn stage(folder: &Path, space: &str, views: usize) {
+    let preset = Preset::named("demo").unwrap();
+    let mut bytes = Vec::new();
+    write_ply(&generate(preset, 300, 3), &mut bytes).unwrap();
+    fs::write(folder.join("tiny.ply"), bytes).unwrap();
+    let cameras: Vec<_> = cameras(preset).into_iter().step_by(6).take(views).collect();
+    let cameras: Vec<_> = cameras.iter().map(|c| resized(c, 40, 30)).collect();
+    fs::write(folder.join("cameras.json"), inria::write(&cameras)).unwrap();
+    fs::write(folder.join("space.toml"), space).unwrap();
+}
+
+fn arguments(folder: &Path, more: &[&str]) -> Vec<String> {
+    let path = |name: &str| folder.join(name).display().to_string();
+    let mut words: Vec<String> = ["powergs-sim", "--quiet", "codesign"].map(String::from).into();
+    words.extend([path("tiny.ply"), "--cameras".into(), path("cameras.json")]);
+    words.extend(["--space".into(), path("space.toml"), "--out".into(), path("run")]);
+    words.extend(
+        ["--iterations", "20", "--interval", "4", "--checkpoint-every", "1"].map(String::from),
+    );
+    if !more.contains(&"--quality-db") {
+        words.extend(["--quality-db", "22"].map(String::from));
+    }
+    words.extend(more.iter().map(|word| (*word).to_owned()));
+    words
+}
+
+fn run(folder: &Path, more: &[&str]) -> Result<Exit, Failure> {
+    let cli = Cli::try_parse_from(arguments(folder, more)).unwrap();
+    let cancelled = Arc::new(AtomicBool::new(false));
+    cli::run(&cli, &Context { global: cli.global.clone(), drawing: Default::default(), cancelled })
+}
+
+#[track_caller]
+fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
+    let failure = run(folder, more).unwrap_err();
+    let message = failure.to_string();
+    assert_eq!(failure.exit, exit, "{message}");
+    assert!(message.contains(text), "{message}");
+}
+
+/// Everything that must not depend on how often a run was broken off.
+fn contents(run: &Path) -> Vec<(&'static str, Vec<u8>)> {
+    let names = [
+        "run.toml",
+        "space.toml",
+        "pairs.csv",
+        "models.csv",
+        "summary.md",
+        "report.html",
+        "joint.ply",
+        "joint.toml",
+        "joint.bin",
+        "front.png",
+        "breakdown.svg",
+        "strip.png",
+    ];
+    names.map(|name| (name, fs::read(run.join(name)).expect(name))).into()
+}
+
+#[test]
+fn a_run_leaves_its_report_and_goes_on_to_the_same_bytes_whenever_it_is_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), SPACE, 12);
+    let path = folder.path().join("run");
+    assert_eq!(run(folder.path(), &[]).unwrap(), Exit::Done);
+    let whole = contents(&path);
+    crate::cli::explain::assert_explained(&path, &[]);
+    let text = |name: &str| fs::read_to_string(path.join(name)).unwrap();
+    // Two models and the dense one, four machines and the base machine.
+    assert_eq!(text("pairs.csv").lines().count(), 1 + 3 * 5);
+    assert_eq!(text("models.csv").lines().count(), 1 + 3);
+    assert!(text("summary.md").contains("(e)"));
+    assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place");
+    fails(folder.path(), &[], Exit::Usage, "go on with --resume");
+    // What is known is not made again.
+    assert_eq!(run(folder.path(), &["--resume"]).unwrap(), Exit::Done);
+    for (now, before) in contents(&path).iter().zip(&whole) {
+        assert!(now.1 == before.1, "{} differs", now.0);
+    }
+    // Killed again and again, from its first moments on.
+    fs::remove_dir_all(&path).unwrap();
+    let mut kills = 0;
+    for wait in [5, 20, 40, 60, 90, 120, 160, 220, 300, 400] {
+        let resumed: &[&str] = if path.join("run.toml").is_file() { &["--resume"] } else { &[] };
+        let arguments = arguments(folder.path(), resumed);
+        let mut child = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+            .args(&arguments[1..])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        if child.try_wait().unwrap().is_none() {
+            child.kill().unwrap();
+            kills += 1;
+        }
+        child.wait().unwrap();
+    }
+    assert!(kills > 2, "{kills}");
+    let resumed: &[&str] = if path.join("run.toml").is_file() { &["--resume"] } else { &[] };
+    let threads = [resumed, ["--jobs", "1"].as_slice()].concat();
+    assert_eq!(run(folder.path(), &threads).unwrap(), Exit::Done);
+    for (now, before) in contents(&path).iter().zip(&whole) {
+        assert!(now.1 == before.1, "{} differs after {kills} kills", now.0);
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    stage(at, SPACE, 1);
+    fails(at, &[], Exit::Usage, "give at least 2");
+    stage(at, &SPACE.replace("e4m5", "e8m7"), 12);
+    fails(at, &[], Exit::Usage, "cannot hold every e8m7");
+    stage(at, &SPACE.replace("vru.cores\"\nvalues", "vru.coers\"\nvalues"), 12);
+    fails(at, &[], Exit::Usage, "vru.cores");
+    stage(at, &SPACE.replace("rho = [0.0, 0.4]", "rho = [0.0, 1.4]"), 12);
+    fails(at, &[], Exit::Usage, "line 2");
+    stage(
+        at,
+        &format!("{SPACE}\n[[machine.axes]]\nkey = \"record.feature\"\nvalues = [\"18 B\"]\n"),
+        12,
+    );
+    fails(at, &[], Exit::Usage, "change the picture");
+    assert!(!at.join("run").exists(), "nothing was written");
+    stage(at, SPACE, 12);
+    fails(at, &["--quality-db", "90"], Exit::GoalMissed, "reaches the quality");
+    stage(at, &format!("{SPACE}\n[budget]\nframe-time = \"1 us\"\n"), 12);
+    fails(at, &["--resume"], Exit::GoalMissed, "take more than 0.001 ms for a frame");
+    stage(at, &format!("{SPACE}\n[budget]\narea = \"0.1 mm2\"\n"), 12);
+    fails(at, &["--resume"], Exit::GoalMissed, "the nearest miss is");
+    // Nothing is lost: with a budget that can be kept the same store goes on.
+    stage(at, SPACE, 12);
+    assert_eq!(run(at, &["--resume"]).unwrap(), Exit::Done);
+    fs::remove_file(at.join("space.toml")).unwrap();
+    fails(at, &["--resume"], Exit::Usage, "space.toml");
+}
