@@ -70,7 +70,7 @@ pub fn pairs_csv(finished: &Finished) -> Vec<u8> {
         "dram_bytes",
     ];
     all.extend(numbers.map(text));
-    all.extend(finished.tables.iter().skip(1).map(|label| text(&format!("{label}:total_w"))));
+    all.extend(finished.tables.iter().skip(1).map(|label| text(&format!("total_w ({label})"))));
     let mut table = Table::new(all);
     for (place, (model, row)) in finished.models.iter().zip(&finished.rows).enumerate() {
         for (point, fate) in &row.pairs {
