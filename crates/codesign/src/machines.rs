@@ -100,7 +100,9 @@ impl Machines {
     /// Hash of the machines of a model.
     pub fn id(&self, model: &ModelPoint, dram: DramModel) -> u128 {
         let file = toml::to_string(&self.sweep(model, dram)).unwrap_or_default();
-        xxh3_128(format!("{file}{:032x}", self.base.id()).as_bytes())
+        // A sweep is continued only with the same text.
+        let text = self.file.text();
+        xxh3_128(format!("{file}{:032x}{text}", self.base.id()).as_bytes())
     }
 }
 
