@@ -138,7 +138,7 @@ pub enum Command {
     /// Check the published claims on finished optimisations
     #[command(after_help = claims::EXAMPLES)]
     Claims(claims::Args),
-    /// Fit power curves to samples of equal quality and find their minimum
+    /// Fit power curves to samples that reach a quality and find their minimum
     #[command(after_help = fit::EXAMPLES)]
     Fit(fit::Args),
     /// Apply the foveated colour filter D22 to a picture

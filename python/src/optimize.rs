@@ -140,7 +140,7 @@ fn goal(quality: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Goal>> {
         let level = Level::ALL.into_iter().find(|level| level.name() == name);
         let unknown =
             || Fault::config("quality: \"H\", \"M\", \"L\", decibels, or a share").raise();
-        return level.map(|level| Some(Goal::Level(level))).ok_or_else(unknown);
+        return level.map(|level| Some(Goal::Levels(vec![level]))).ok_or_else(unknown);
     }
     let number: f64 = quality.extract()?;
     Ok(Some(match number < 1.0 {

@@ -21,7 +21,7 @@ Examples:
   powergs-sim claims runs/snow-fr --json
 
 A run is the folder of `powergs-sim optimize`; most claims need one made with
---foveated --baselines, some also --variants H,M,L or --study lambda. A claim
+--foveated --baselines, some also --quality H,M,L or --study lambda. A claim
 that does not hold here is shown with its numbers; the exit code stays 0.";
 
 /// Larger files are no results.

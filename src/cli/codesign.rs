@@ -113,7 +113,7 @@ pub struct QualityArgs {
     /// 40, 37 or 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against the renders of the dense model
     /// [default: `budget.psnr` of the space, or M]
     #[arg(long, value_enum, ignore_case = true, value_name = "H|M|L", group = "goal")]
-    pub quality: Option<super::optimize::VariantArg>,
+    pub quality: Option<LevelArg>,
     /// PSNR, decibels
     #[arg(long, value_name = "DB", group = "goal")]
     pub quality_db: Option<f64>,
@@ -189,4 +189,15 @@ impl From<CodesignError> for Failure {
         };
         Failure { exit, error: error.into() }
     }
+}
+
+/// A named step of quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum LevelArg {
+    /// High
+    H,
+    /// Medium
+    M,
+    /// Low
+    L,
 }

@@ -1,4 +1,4 @@
-//! `fit`: curves through samples of equal quality, and the pruning ratio with the fewest watts.
+//! `fit`: curves through samples that reach a quality, and the pruning ratio with the fewest watts.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,8 @@ Examples:
   powergs-sim fit samples.csv --json
 
 The table has the columns rho (0 to 1), display_w and render_w, one row per
-model of equal quality; rows that say false under `passed` are left out.";
+model that reaches the quality; rows that say false under `passed` are left
+out, and display_spent_w counts in place of display_w where it is given.";
 
 /// The arguments of `fit`.
 #[derive(Debug, clap::Args)]

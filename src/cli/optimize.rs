@@ -14,8 +14,6 @@ mod watch;
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
-
 use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
@@ -24,7 +22,7 @@ use folder::{Existing, Folder, LAYOUT};
 use powergs_frame::fovea::{GAZE_CYCLE, Screen, ScreenGaze};
 use powergs_optimize::campaign::Campaign;
 use powergs_optimize::settings::Settings;
-use powergs_optimize::target::TargetRule;
+use powergs_optimize::target::{Level, TargetRule};
 use powergs_report::format::wrapped;
 use watch::Watched;
 
@@ -145,9 +143,6 @@ pub struct FoveaArgs {
         allow_hyphen_values = true
     )]
     pub pooling_rate: Option<f64>,
-    /// Further qualities beside that of the run, each with its own search and baselines
-    #[arg(long, value_enum, value_delimiter = ',', ignore_case = true, value_name = "H,M,L")]
-    pub variants: Vec<VariantArg>,
     /// Iterations of the fine-tunes of levels 2 to 4, relative to those of level 1
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.level_effort)]
@@ -242,9 +237,9 @@ pub enum PowerViewsArg {
 #[command(next_help_heading = "Quality")]
 pub struct QualityArgs {
     /// H, M or L: 99, 98 or 97 % of the PSNR and SSIM of the dense model with photos; 40, 37 or
-    /// 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against its own renders. With photos also a
-    /// share, 0 to 1 [default: M]
-    #[arg(long, value_name = "H|M|L|SHARE", group = "goal", value_parser = quality)]
+    /// 34 dB (and an SSIM of 0.98, 0.965 or 0.945) against its own renders. Several make a model
+    /// each, the lower ones from the higher: H,M,L. With photos also a share, 0 to 1 [default: M]
+    #[arg(long, value_name = "H,M,L|SHARE", group = "goal", value_parser = quality)]
     pub quality: Option<Quality>,
     /// PSNR, decibels
     #[arg(long, value_name = "DB", group = "goal")]
@@ -259,29 +254,22 @@ pub struct QualityArgs {
 }
 
 /// How good the result must be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Quality {
-    /// A named step.
-    Named(VariantArg),
+    /// Named steps.
+    Named(Vec<Level>),
     /// A share of what the dense model has.
     Share(f64),
 }
 
 fn quality(text: &str) -> Result<Quality, String> {
-    let named = VariantArg::from_str(text, true).map(Quality::Named);
-    let share = || text.parse().map(Quality::Share);
-    named.or_else(|_| share()).map_err(|_| "H, M, L, or a share such as 0.985".to_owned())
-}
-
-/// A named step of quality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum VariantArg {
-    /// High
-    H,
-    /// Medium
-    M,
-    /// Low
-    L,
+    let level = |name: &str| {
+        let is = |l: &Level| l.name().eq_ignore_ascii_case(name.trim());
+        Level::ALL.into_iter().find(is)
+    };
+    let named = text.split(',').map(level).collect::<Option<Vec<Level>>>().map(Quality::Named);
+    let share = || text.parse().ok().map(Quality::Share);
+    named.or_else(share).ok_or_else(|| "H, M, L, several as H,M,L, or a share such as 0.985".into())
 }
 
 /// What power is.
@@ -326,7 +314,8 @@ pub struct SearchArgs {
     /// How samples are chosen
     #[arg(hide_short_help = true, long, value_enum, default_value = "five")]
     pub schedule: ScheduleArg,
-    /// Iterations of a sample
+    /// Iterations of a sample of a list; of the default five, half as many, and four times as many
+    /// for the rendering end
     #[arg(long, value_name = "N", default_value_t = Settings::DEFAULT.iterations)]
     pub iterations: u32,
     /// Iterations of the first sample, relative to the others

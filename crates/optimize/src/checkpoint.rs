@@ -156,6 +156,14 @@ impl<'a> Checkpoints<'a> {
         scene.flatten().map_or(Ok(()), |scene| self.save_scene(job, &scene))
     }
 
+    /// Removes the model of a job, if it is there.
+    ///
+    /// # Errors
+    /// [`RunError::Output`]: the store cannot be written.
+    pub fn remove_model(&self, job: &str) -> Result<(), RunError> {
+        if self.has_model(job)? { self.store.remove(&model_file(job)) } else { Ok(()) }
+    }
+
     /// Whether the model of a job is kept.
     ///
     /// # Errors

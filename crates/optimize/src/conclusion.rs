@@ -1,10 +1,14 @@
-//! What the samples of an iso-quality curve say: the fits, the optimum, the best model, and the
-//! power that is predicted at the optimum.
+//! What the samples of a search say: the fits, the optimum, the best model, and the power that is
+//! predicted at the optimum. Fitted display power is that of a model which has spent its slack.
 
 use super::fit::{Fit, FitError, Optimum, OptimumPlace, Sample, fit, optimum};
 use super::outcome::Outcome;
 use super::role::Role;
+use super::slack::{SlackPrice, Spending, spent_w};
 use super::target::{Quality, Target};
+
+/// Less is nothing pruned.
+const UNPRUNED: f64 = 0.01;
 
 /// A sample that missed the target.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +39,15 @@ impl Predicted {
     }
 }
 
+/// A sample that the curves are fitted to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Its job.
+    pub name: String,
+    /// Its powers; that of the display as it would be with its slack spent, where that is known.
+    pub sample: Sample,
+}
+
 /// What the samples say.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conclusion {
@@ -42,18 +55,36 @@ pub struct Conclusion {
     pub passed: usize,
     /// Those that did not.
     pub missed: Vec<Missed>,
+    /// What the curves are fitted to: samples that passed, or missed by little.
+    pub fitted: Vec<Fitted>,
     /// The curves, or why there are none.
     pub fit: Result<Fit, FitError>,
     /// Their minimum.
     pub optimum: Option<Optimum>,
     /// The ratio to realise; `None` if no sample passed.
     pub rho: Option<f64>,
-    /// The job with the least total power of the samples and the final model that pass.
+    /// The job with the least total power of the samples and the realised optimum that pass: what
+    /// the search itself found.
     pub best: Option<String>,
 }
 
-/// Evaluates the samples. Without a target there are none.
-pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
+/// The price of slack at a place, by its least pruned sample that passed and has a display term:
+/// where nothing is pruned, that is `intact`, the model that the search began with, with its slack
+/// spent.
+pub(crate) fn slack_price(
+    done: &[Outcome],
+    target: Target,
+    intact: Option<Spending>,
+) -> Option<SlackPrice> {
+    let is_spent =
+        |o: &&Outcome| o.role == Role::Sample && o.passed && o.lambda.is_some() && o.rho < UNPRUNED;
+    let spent = done.iter().rfind(is_spent)?;
+    SlackPrice::between(intact?, Spending::of(spent, target))
+}
+
+/// Evaluates the samples. Without a target there are none. `intact`: the model that the search
+/// began with, where it was measured against this target.
+pub fn conclude(done: &[Outcome], target: Option<Target>, intact: Option<Spending>) -> Conclusion {
     let samples: Vec<&Outcome> = done.iter().filter(|o| o.role == Role::Sample).collect();
     let by =
         |o: &Outcome| target.map_or(Quality::likeness(0.0, 0.0), |t| t.shortfall(o.gate.quality));
@@ -62,7 +93,9 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
         .filter(|o| !o.passed)
         .map(|o| Missed { name: o.name.clone(), rho: o.rho, by: by(o) })
         .collect();
-    let fit = fit(&fitted_samples(&samples, target));
+    let price = target.and_then(|t| slack_price(done, t, intact));
+    let fitted = fitted_samples(&samples, target, price);
+    let fit = fit(&fitted.iter().map(|f| f.sample).collect::<Vec<Sample>>());
     let optimum = fit.as_ref().ok().map(optimum);
     let passing = || samples.iter().copied().filter(|o| o.passed);
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
@@ -77,7 +110,8 @@ pub fn conclude(done: &[Outcome], target: Option<Target>) -> Conclusion {
     });
     let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Optimum) && o.passed;
     let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());
-    Conclusion { passed: samples.len() - missed.len(), missed, fit, optimum, rho, best }
+    let passed = samples.len() - missed.len();
+    Conclusion { passed, missed, fitted, fit, optimum, rho, best }
 }
 
 impl Conclusion {
@@ -90,14 +124,20 @@ impl Conclusion {
 }
 
 /// The samples that passed, and those that missed the target by less than 1 %.
-fn fitted_samples(samples: &[&Outcome], target: Option<Target>) -> Vec<Sample> {
+fn fitted_samples(
+    samples: &[&Outcome],
+    target: Option<Target>,
+    price: Option<SlackPrice>,
+) -> Vec<Fitted> {
     let near = |o: &Outcome| target.is_some_and(|t| t.is_near(o.gate.quality));
     let usable = samples.iter().filter(|o| o.passed || near(o));
-    let sample = |o: &&&Outcome| Sample {
-        rho: o.rho,
-        display_w: o.watts.display_w,
-        render_w: o.watts.render_w,
+    let of = |o: &&Outcome| Fitted {
+        name: o.name.clone(),
+        sample: Sample {
+            rho: o.rho,
+            display_w: spent_w(o, price.zip(target)),
+            render_w: o.watts.render_w,
+        },
     };
-    let usable: Vec<&&Outcome> = usable.collect();
-    usable.iter().map(sample).collect()
+    usable.map(of).collect()
 }

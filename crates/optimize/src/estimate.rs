@@ -120,16 +120,7 @@ impl Campaign {
             time.scores_s += score * prunes(config.pruning, checks, self.dense.len());
         }
         let likeness = timed.iter().find(|(objective, _)| *objective == Objective::Likeness);
-        let degree = self.dense.sh_degree;
-        let kept: Vec<u64> = jobs
-            .iter()
-            .filter(|(job, _)| job.is_kept() || self.keep_all)
-            .map(|(_, outcome)| model_bytes(outcome.points, degree))
-            .collect();
-        // Moments take twice as much as the model: all are kept, or those of the last two.
-        let moments =
-            if self.keep_all { kept.iter().sum() } else { kept.iter().max().map_or(0, |m| 2 * m) };
-        let kept = kept.iter().sum::<u64>() + 2 * moments;
+        let disk = self.disk_b(&jobs);
         Ok(Some(Estimate {
             iterations,
             iteration_s: likeness.map_or(0.0, |(_, one)| *one),
@@ -138,10 +129,28 @@ impl Campaign {
             model_s: model,
             time,
             memory_b: self.memory_b(),
-            disk_b: kept + CHECKPOINT_COPIES * model_bytes(self.dense.len(), degree),
+            disk_b: disk,
             references_b: self.pixels().map(|n| 6 * n).sum(),
             jobs: jobs.into_iter().map(|(job, _)| job.name).collect(),
         }))
+    }
+
+    /// Files of the run folder, bytes, at most: the models that are kept, with the moments of the
+    /// last two, which take twice as much, and checkpoints.
+    fn disk_b(&self, jobs: &[(Job, Outcome)]) -> u64 {
+        let bytes = |o: &Outcome| model_bytes(o.points, self.dense.sh_degree);
+        let done: Vec<Outcome> = jobs.iter().map(|(_, outcome)| outcome.clone()).collect();
+        let trained = jobs.iter().filter(|(job, _)| job.config.is_some());
+        let models = match self.keep_all {
+            true => trained.map(|(_, o)| 3 * bytes(o)).sum(),
+            false => {
+                let kept = |n: usize| self.plan.kept(self.dense.len(), &done[..n]);
+                let sum = |n: usize| kept(n).into_iter().map(bytes).sum::<u64>();
+                let moments = trained.map(|(_, o)| 4 * bytes(o)).max().unwrap_or(0);
+                (1..=done.len()).map(sum).max().unwrap_or(0) + moments
+            }
+        };
+        models + CHECKPOINT_COPIES * model_bytes(self.dense.len(), self.dense.sh_degree)
     }
 
     fn dense_outcome(&self, setup: &Setup<'_>) -> Result<Outcome, CampaignError> {

@@ -1,6 +1,7 @@
 //! Display and rendering power as functions of the pruning ratio ρ, and where their sum is least.
 //!
-//! All samples have the quality of the target. With u = (ρ − ρmin) / (ρmax − ρmin) and powers
+//! All samples reach the target; display power counts as if none had quality to spare
+//! ([`super::slack`]). With u = (ρ − ρmin) / (ρmax − ρmin) and powers
 //! scaled to their extremes, both curves are Michaelis-Menten curves of the drop from the largest
 //! power: `1 − (y − ymin) / (ymax − ymin) = V x / (K + x)`, x = 1 − u for the display and x = u for
 //! rendering, V ≥ 0, K ≥ 0, least squares. Source: `powergs`.
@@ -18,7 +19,7 @@ pub use curve::{Curve, Shape};
 pub use optimum::{Optimum, OptimumPlace};
 pub use samples::{SampleError, read_samples};
 
-/// One model at the target quality.
+/// One model that reaches the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Share of Gaussians that were pruned, 0 to 1.

@@ -144,7 +144,9 @@ pub fn lines(plan: &Plan, done: &[Outcome]) -> Vec<Levels> {
         let of = |level: usize| {
             let place = Place { variant, level: level as u8 };
             let own = plan.model_at(done, method.line(), place)?;
-            let state = match (level < usize::from(plan.levels), own.place == place) {
+            // Level 1 may be that of a higher quality.
+            let is_own = own.place.level == place.level;
+            let state = match (level < usize::from(plan.levels), is_own) {
                 (false, _) => LevelState::NotShown,
                 (true, false) => LevelState::Fallback,
                 (true, true) if own.passed => LevelState::Passed,
@@ -191,6 +193,21 @@ pub struct Foveal {
     pub tiles: [f64; LEVELS],
     /// Sorting and rendering of each region on the machine, joules a frame.
     pub region_j: [f64; LEVELS],
+}
+
+/// The method that a variant ends with: ours, or a comparison with fewer watts whose levels all
+/// reach their targets; `None` where there is none of ours. RTGS+D22 is none: its quality is not
+/// held to any target.
+pub fn cheapest(measured: &[Foveal], variant: u8) -> Option<Method> {
+    let here = || measured.iter().filter(|f| f.levels.variant == variant);
+    let ours = here().find(|f| f.levels.method == Method::PowerGs)?;
+    let passes = |f: &&Foveal| {
+        let is_model = matches!(f.levels.method, Method::FrRender | Method::FrDisplay);
+        is_model && !f.levels.state.contains(&LevelState::Missed)
+    };
+    let all = [ours].into_iter().chain(here().filter(passes));
+    let least = all.min_by(|a, b| a.watts.total_w().total_cmp(&b.watts.total_w()))?;
+    Some(least.levels.method)
 }
 
 /// What foveated models are measured with.

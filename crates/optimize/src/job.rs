@@ -35,14 +35,3 @@ pub struct Job {
     /// another variant, so that a variant is what it is alone.
     pub stream: u64,
 }
-
-impl Job {
-    /// Whether a later job may start from its model, or a report shows it.
-    pub(crate) fn is_kept(&self) -> bool {
-        match self.role {
-            Role::HeldOut | Role::Sample | Role::Optimum => true,
-            Role::Baseline(b) => b.has_levels(),
-            Role::Dense | Role::External(_) | Role::Sweep(_) => false,
-        }
-    }
-}

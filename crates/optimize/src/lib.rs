@@ -2,8 +2,9 @@
 //!
 //! A dense model is pruned to several ratios ρ; each pruned model is fine-tuned with a display
 //! term whose weight λ a controller moves until the quality sits just above the target. Display
-//! and rendering power of these iso-quality models are fitted as functions of ρ, the sum has one
-//! minimum, and the dense model is pruned and fine-tuned to that ρ (`powergs`, sections 4 and 5).
+//! power, as it would be without quality to spare, and rendering power of these models are fitted
+//! as functions of ρ, the sum has one minimum, and the dense model is pruned and fine-tuned to that
+//! ρ (`powergs`, sections 4 and 5).
 //!
 //! ```text
 //! dense model --prune(rho)--> tune: forward, loss, backward, Adam --> model on the target
@@ -47,6 +48,7 @@ pub mod role;
 pub mod schedule;
 pub mod settings;
 pub mod setup;
+pub mod slack;
 pub mod target;
 pub mod tune;
 pub mod views;

@@ -17,11 +17,16 @@ pub struct NextQuality {
     pub model: Option<(String, f64)>,
 }
 
-/// The next lower named quality below that of the run; `None` at the lowest, and for numbers of the
-/// user's own against photos, which are no named quality. `is_own`: the references are renders of
-/// the dense model.
-pub fn next_quality(plan: &Plan, done: &[Outcome], is_own: bool) -> Option<NextQuality> {
-    let rule = plan.variants.first()?.rule;
+/// The next lower named quality below that of a variant; `None` at the lowest, and for numbers of
+/// the user's own against photos, which are no named quality. `is_own`: the references are renders
+/// of the dense model.
+pub fn next_quality(
+    plan: &Plan,
+    done: &[Outcome],
+    variant: u8,
+    is_own: bool,
+) -> Option<NextQuality> {
+    let rule = plan.variants.get(usize::from(variant))?.rule;
     let is_below = |level: &Level| match (rule, level.rule(is_own)) {
         (TargetRule::Share(asked), TargetRule::Share(share)) => share < asked,
         (TargetRule::Absolute(asked), TargetRule::Absolute(named)) => named.psnr_db < asked.psnr_db,
@@ -29,9 +34,8 @@ pub fn next_quality(plan: &Plan, done: &[Outcome], is_own: bool) -> Option<NextQ
         | (TargetRule::Absolute(_), TargetRule::Share(_)) => false,
     };
     let level = Level::ALL.into_iter().find(is_below)?;
-    let role = if plan.holds_out { Role::HeldOut } else { Role::Dense };
-    let reference = done.iter().find(|o| o.role == role)?;
-    let target = level.rule(is_own).target(reference.gate.quality);
+    let (gate, _) = plan.reference(done)?;
+    let target = level.rule(is_own).target(gate);
     let reaches = |o: &&Outcome| is_ours(o) && target.passes(o.gate.quality);
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
     let model = done.iter().filter(reaches).min_by(least);

@@ -1,16 +1,18 @@
 //! What a run does: a list of jobs, each of which follows from the outcomes of those before. The
 //! next job is a function of settings and outcomes alone, so a run can be continued anywhere.
 
+mod kept;
 mod search;
 
 use serde::Serialize;
 
-use super::conclusion::{Conclusion, conclude};
+use super::conclusion::{Conclusion, conclude, slack_price};
 use super::job::{Job, Place};
 use super::outcome::{Outcome, at};
 use super::role::{Baseline, Role};
 use super::schedule::Schedule;
 use super::settings::Settings;
+use super::slack::{SlackPrice, Spending};
 use super::target::{Quality, Target, TargetRule};
 use search::{Search, measured};
 
@@ -35,12 +37,19 @@ pub struct Plan {
     /// Weights of the display term that are tried without pruning. Without unit, as
     /// [`Settings::display_weight`].
     pub sweep_weights: Vec<f64>,
-    /// The qualities: first that of the run, then further ones to compare with. At least one.
+    /// The qualities in the order in which they are made, the highest first: each starts from what
+    /// was made for those before it. At least one.
     pub variants: Vec<Variant>,
     /// Whether the dense model is first trained further without the gate views, and targets are
     /// shares of the quality that it reaches then. It may have been trained on those views, and
     /// quality that it has memorised cannot be kept.
     pub holds_out: bool,
+    /// What shares are shares of, where the model that had it is not there any more: qualities over
+    /// gate and test views.
+    pub reference: Option<(Quality, Quality)>,
+    /// Whether samples are taken; if not, the optimum of those that there are is all that is
+    /// searched for.
+    pub takes_samples: bool,
     /// Number of levels to make: 1, or with foveation as many as the views show, up to 4.
     pub levels: u8,
 }
@@ -79,21 +88,25 @@ impl Plan {
         self.baselines.iter().copied().filter(|b| self.levels > 1 && b.has_levels())
     }
 
+    /// What targets that are shares are shares of: qualities over gate and test views; `None`
+    /// before it is known.
+    pub fn reference(&self, done: &[Outcome]) -> Option<(Quality, Quality)> {
+        let role = if self.holds_out { Role::HeldOut } else { Role::Dense };
+        let made = || done.iter().find(|o| o.role == role);
+        self.reference.or_else(|| made().map(|o| (o.gate.quality, o.test.quality)))
+    }
+
     /// What PSNR and SSIM the models of a variant must reach, once the dense model is measured.
     pub fn target(&self, done: &[Outcome], variant: u8) -> Option<Target> {
-        let role = if self.holds_out { Role::HeldOut } else { Role::Dense };
-        let dense = done.iter().find(|o| o.role == role)?;
-        let variant = self.variants.get(usize::from(variant))?;
-        Some(variant.rule.target(dense.gate.quality))
+        let (gate, _) = self.reference(done)?;
+        Some(self.variants.get(usize::from(variant))?.rule.target(gate))
     }
 
     /// What the target of a variant is over the test views: the same share of the quality that its
     /// reference has there, or the same numbers.
     pub fn test_target(&self, done: &[Outcome], variant: u8) -> Option<Target> {
-        let role = if self.holds_out { Role::HeldOut } else { Role::Dense };
-        let dense = done.iter().find(|o| o.role == role)?;
-        let variant = self.variants.get(usize::from(variant))?;
-        Some(variant.rule.target(dense.test.quality))
+        let (_, test) = self.reference(done)?;
+        Some(self.variants.get(usize::from(variant))?.rule.target(test))
     }
 
     /// What the models of `line` must reach at a place: in the periphery, the HVSQ of their level 1
@@ -116,21 +129,46 @@ impl Plan {
 
     /// What the samples at a place say.
     pub fn conclusion(&self, done: &[Outcome], place: Place) -> Conclusion {
-        conclude(&at(done, place), self.target_at(done, None, place))
+        let target = self.target_at(done, None, place);
+        conclude(&at(done, place), target, self.intact(done, place))
     }
 
-    /// The model of `line` that stands for a place; in the periphery that of the level before where
-    /// none passed.
+    /// The model that the searches of level 1 begin with, against the target of a place; in the
+    /// periphery it was not measured.
+    fn intact(&self, done: &[Outcome], place: Place) -> Option<Spending> {
+        let target = self.target(done, place.variant).filter(|_| place.level == 0)?;
+        let (gate, _) = self.reference(done)?;
+        let role = |role: Role| done.iter().find(|o| o.role == role);
+        let model = role(Role::HeldOut).or_else(|| role(Role::Dense))?;
+        Some(Spending { margin_db: target.margin_db(gate), display_w: model.watts.display_w })
+    }
+
+    /// What the slack of models at a place would buy, once a sample says so.
+    fn slack_price(&self, done: &[Outcome], place: Place) -> Option<(SlackPrice, Target)> {
+        let target = self.target_at(done, None, place)?;
+        let price = slack_price(&at(done, place), target, self.intact(done, place))?;
+        Some((price, target))
+    }
+
+    /// The model of `line` that stands for a place: in the periphery that of the level before where
+    /// none passed, and among ours of level 1 that of a higher quality where it takes fewer watts.
     pub fn model_at<'a>(
         &self,
         done: &'a [Outcome],
         line: Line,
         place: Place,
     ) -> Option<&'a Outcome> {
+        let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
         let own = match line {
             None => {
                 let best = self.conclusion(done, place).best;
-                best.and_then(|name| done.iter().find(|o| o.name == name))
+                let own = best.and_then(|name| done.iter().find(|o| o.name == name));
+                let higher = place.variant.checked_sub(1).filter(|_| place.level == 0);
+                let higher =
+                    higher.and_then(|v| self.model_at(done, None, Place { variant: v, level: 0 }));
+                let target = self.target(done, place.variant);
+                let higher = higher.filter(|o| target.is_some_and(|t| t.passes(o.gate.quality)));
+                own.into_iter().chain(higher).min_by(least)
             }
             Some(b) => done
                 .iter()
@@ -143,6 +181,16 @@ impl Plan {
         }
     }
 
+    /// The model that the run ends with at a quality: ours, or a comparison that was trained beside
+    /// it and passed with fewer watts. Then the search has missed it, and says so.
+    pub fn result<'a>(&self, done: &'a [Outcome], variant: u8) -> Option<&'a Outcome> {
+        let place = Place { variant, level: 0 };
+        let compared =
+            done.iter().filter(|o| o.place == place && o.passed && o.role.baseline().is_some());
+        let ours = self.model_at(done, None, place).into_iter();
+        ours.chain(compared).min_by(|a, b| a.watts.total_w().total_cmp(&b.watts.total_w()))
+    }
+
     /// The next job; `None` at the end. `points` is the size of the dense model.
     pub fn next(&self, settings: &Settings, points: usize, done: &[Outcome]) -> Option<Job> {
         let is_new = |job: &Job| done.iter().all(|o| o.name != job.name);
@@ -150,7 +198,8 @@ impl Plan {
         if is_new(&dense) {
             return Some(dense);
         }
-        let first = Search::new(self, settings, points, done);
+        let kept = self.kept(points, done);
+        let first = Search::new(self, settings, points, done, &kept);
         let held_out = first.held_out();
         if self.holds_out && is_new(&held_out) {
             return Some(held_out);

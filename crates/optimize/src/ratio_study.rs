@@ -1,7 +1,7 @@
 //! How the savings depend on the panel: display power from 0.38 to 2.66 times rendering power.
 //!
 //! A panel that draws s times as much makes the display term s times as large; the controller then
-//! ends at λ / s and the same model. So the iso-quality curve of one panel is that of all: its
+//! ends at λ / s and the same model. So the curve of one panel is that of all: its
 //! display part scales. Nothing is trained for this study.
 
 use super::fit::{Sample, fit, optimum};

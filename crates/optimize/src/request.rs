@@ -98,10 +98,11 @@ impl Request {
 }
 
 /// How good the result must be.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Goal {
-    /// A named step.
-    Level(Level),
+    /// Named steps, one or several: they are made from the highest to the lowest, each from what
+    /// was made for those before it.
+    Levels(Vec<Level>),
     /// This share of the PSNR and SSIM of the dense model.
     Share(f64),
     /// These numbers.
@@ -118,8 +119,6 @@ pub enum Goal {
 pub struct Goals {
     /// How good the result must be; `None`: medium.
     pub goal: Option<Goal>,
-    /// Further qualities, each with its own search and baselines.
-    pub variants: Vec<Level>,
     /// The samples.
     pub schedule: Schedule,
     /// Comparisons that are trained, in order.
@@ -136,7 +135,6 @@ impl Default for Goals {
     fn default() -> Goals {
         Goals {
             goal: None,
-            variants: Vec::new(),
             schedule: Schedule::FIVE,
             baselines: Vec::new(),
             ratio_study: false,
@@ -160,10 +158,9 @@ impl Goals {
         levels: u8,
     ) -> Result<Plan, Invalid> {
         let mut baselines = self.baselines.clone();
-        // The study compares with these two, and so do variants.
+        // The study compares with these two.
         for needed in [Baseline::DisplayOnly, Baseline::RenderOnly] {
-            let is_needed = self.ratio_study || !self.variants.is_empty();
-            if is_needed && !baselines.contains(&needed) {
+            if self.ratio_study && !baselines.contains(&needed) {
                 baselines.push(needed);
             }
         }
@@ -188,29 +185,31 @@ impl Goals {
             sweep_weights: if self.lambda_study { SWEEP.to_vec() } else { Vec::new() },
             variants,
             holds_out,
+            reference: None,
+            takes_samples: true,
             levels,
         })
     }
 
-    /// The quality of the run, under its name if it is a named one, and further ones.
+    /// The qualities of the run, the highest first, each under its name if it is a named one.
     fn variants(&self, is_own: bool) -> Result<Vec<Variant>, Invalid> {
+        if let Some(Goal::Levels(levels)) = &self.goal
+            && !levels.is_empty()
+        {
+            let named =
+                |level: &Level| Variant { name: level.name().to_owned(), rule: level.rule(is_own) };
+            return Ok(Level::ALL.iter().filter(|l| levels.contains(l)).map(named).collect());
+        }
         let rule = self.rule(is_own)?;
         let known = Level::ALL.into_iter().find(|l| l.rule(is_own) == rule);
         let name = known.map_or("own", Level::name).to_owned();
-        let mut variants = vec![Variant { name, rule }];
-        for level in &self.variants {
-            if variants.iter().all(|v| v.name != level.name()) {
-                let (name, rule) = (level.name().to_owned(), level.rule(is_own));
-                variants.push(Variant { name, rule });
-            }
-        }
-        Ok(variants)
+        Ok(vec![Variant { name, rule }])
     }
 
+    /// The rule of a goal that is not named.
     fn rule(&self, is_own: bool) -> Result<TargetRule, Invalid> {
         match self.goal {
-            None => Ok(Level::Medium.rule(is_own)),
-            Some(Goal::Level(level)) => Ok(level.rule(is_own)),
+            None | Some(Goal::Levels(_)) => Ok(Level::Medium.rule(is_own)),
             Some(Goal::Share(_)) if is_own => Err(Invalid::ShareOfPerfect),
             Some(Goal::Share(share)) if (0.01..=1.5).contains(&share) => {
                 Ok(TargetRule::Share(share))

@@ -101,6 +101,13 @@ pub struct VariantRecord {
     pub target_psnr_db: Option<f64>,
     /// SSIM that it had to reach.
     pub target_ssim: Option<f64>,
+    /// The model of level 1 that the run ends with: ours ([`FitRecord::best`]), or a comparison
+    /// that passed with fewer watts.
+    #[serde(default)]
+    pub result: Option<String>,
+    /// The foveated method that the run ends with.
+    #[serde(default)]
+    pub foveated_result: Option<Method>,
 }
 
 /// Quality and display power over some views, means.
@@ -181,7 +188,7 @@ pub struct FitRecord {
     pub passed: usize,
     /// Samples that missed it.
     pub missed: usize,
-    /// The model with the least power that reached it.
+    /// The model of the search with the least power that reached it.
     pub best: Option<String>,
     /// Why there is no curve.
     pub no_curve: Option<String>,
@@ -306,6 +313,12 @@ impl Results {
     /// Our model of level 1 of a variant.
     pub fn ours(&self, variant: &str) -> Option<&ModelRecord> {
         self.model(self.fit(variant, 1)?.best.as_deref()?)
+    }
+
+    /// The model of level 1 that the run ends with for a variant.
+    pub fn result(&self, variant: &str) -> Option<&ModelRecord> {
+        let record = self.variants.iter().find(|v| v.name == variant)?;
+        self.model(record.result.as_deref()?)
     }
 
     /// A foveated model.

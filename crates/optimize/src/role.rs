@@ -22,6 +22,10 @@ pub enum Baseline {
 
 /// What stands before the percentage in the name of [`Baseline::LightGaussian`].
 const LIGHT_GAUSSIAN: &str = "lightgs-";
+/// What stands before the number of a level beyond the first in the names of its jobs. Letters
+/// alone are qualities: `M-sample-01` is a sample of medium quality, `level2-sample-01` one of the
+/// second level.
+pub(crate) const LEVEL: &str = "level";
 /// What stands before the weight in the name of [`Role::Sweep`].
 const SWEEP: &str = "lambda-";
 /// What stands before the position in the name of [`Role::External`].
@@ -80,7 +84,7 @@ pub enum Role {
     /// The dense model, trained further without the gate views, which it may have been trained on:
     /// targets that are shares are shares of its quality.
     HeldOut,
-    /// A sample of the iso-quality curve.
+    /// A sample of the curve of power over the pruning ratio.
     Sample,
     /// A model at the ratio of the fitted optimum; it is not always the result.
     Optimum,
@@ -113,7 +117,8 @@ impl Role {
             Ok(Role::Baseline(baseline)) => Baseline::ALL.contains(&baseline),
             Ok(Role::Sample | Role::External(_) | Role::Sweep(_)) | Err(_) => false,
         };
-        is_job || name.starts_with(&numbered) || name.starts_with(SWEEP)
+        let prefixes = [numbered.as_str(), SWEEP, LEVEL];
+        is_job || prefixes.iter().any(|prefix| name.starts_with(prefix))
     }
 
     /// What the model was made for, without the particulars.
@@ -165,7 +170,7 @@ pub enum RoleKind {
     Dense,
     /// The dense model, trained further without the gate views.
     HeldOut,
-    /// A sample of the iso-quality curve.
+    /// A sample of the curve of power over the pruning ratio.
     Sample,
     /// A model at the ratio of the fitted optimum; it is not always the result.
     Optimum,

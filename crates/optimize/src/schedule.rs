@@ -22,14 +22,17 @@ const BUDGETS: [u32; 2] = [10_000, 5_000];
 const UNIT: f64 = 1500.0;
 /// Most ratios of a list.
 const MOST_RHOS: usize = 1000;
-/// Iterations of the end of the curve, relative to those of a sample.
-const END_EFFORT: f64 = 2.0;
+/// Iterations of a sample of the adaptive schedule, relative to the budget of a sample. The end of
+/// the curve needs most of what there is: what is pruned recovers slowly, and dimming is quick.
+const EFFORT: f64 = 0.5;
+/// Iterations of the end of the curve, relative to the same.
+const END_EFFORT: f64 = 4.0;
 /// How often a ratio is tried.
 const TRIES: usize = 2;
 /// Ratios that differ by less are the same.
 const SAME: f64 = 1e-3;
 /// Samples are at least so far apart.
-const APART: f64 = 0.02;
+pub(crate) const APART: f64 = 0.02;
 /// The range that fine samples cover.
 const FINE_RANGE: f64 = 0.30;
 
@@ -38,7 +41,7 @@ const FINE_RANGE: f64 = 0.30;
 pub struct TakenSample {
     /// The ratio of pruned Gaussians.
     pub rho: f64,
-    /// Display power, watts.
+    /// Display power, watts; where it is known, that with all quality above the target spent.
     pub display_w: f64,
     /// Rendering power, watts.
     pub render_w: f64,
@@ -132,8 +135,8 @@ impl Schedule {
     pub(crate) fn most_effort(&self, first: f64) -> f64 {
         match self {
             Schedule::Adaptive { count, .. } => {
-                let end = if *count > 2 { END_EFFORT - 1.0 } else { 0.0 };
-                self.count().saturating_sub(1) as f64 + first + end
+                let end = if *count > 2 { END_EFFORT - EFFORT } else { 0.0 };
+                EFFORT * (self.count().saturating_sub(1) as f64 + first) + end
             }
             Schedule::Listed(_) => self.count().saturating_sub(1) as f64 + first,
             Schedule::Published { budget } => {
@@ -167,9 +170,9 @@ impl Schedule {
 /// more, before anything else; what misses twice is given up. Where not even the unpruned model
 /// reaches the target there is no further sample.
 fn adaptive(done: &[TakenSample], rho: f64, first: f64) -> Option<NextSample> {
-    let tuned = |rho, from| Some(NextSample { rho, from, effort: 1.0, is_end: false });
+    let tuned = |rho, from| Some(NextSample { rho, from, effort: EFFORT, is_end: false });
     let Some(last) = done.last() else {
-        return Some(NextSample { rho: 0.0, from: None, effort: first, is_end: false });
+        return Some(NextSample { rho: 0.0, from: None, effort: first * EFFORT, is_end: false });
     };
     let is_at = |d: &TakenSample, rho: f64| !d.is_end && (d.rho - rho).abs() < SAME;
     let tries = done.iter().filter(|d| is_at(d, last.rho)).count();
@@ -193,7 +196,7 @@ fn adaptive(done: &[TakenSample], rho: f64, first: f64) -> Option<NextSample> {
     }
     match refined(done, &passed)? {
         Refined::At(rho) => tuned(rho, below(rho)),
-        Refined::Beyond => end(1.0),
+        Refined::Beyond => end(EFFORT),
     }
 }
 

@@ -454,7 +454,7 @@ impl<'a> Tuner<'a> {
             heat.observe(margin_db, self.config.pace.heat, is_dimming);
         }
         match self.config.pruning {
-            Pruning::WhilePassing { most, share } if passed && !is_last => {
+            Pruning::WhilePassing { most, share } if passed && !is_last && !is_dimming => {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;
                 self.prune(Score::Dominance, count.clamp(1, most.max(1)));

@@ -26,7 +26,7 @@ pub(super) fn chart_of(fit: &Fit, name: &str, passed: &dyn Fn(f64) -> bool) -> C
     let missed = fit.samples.iter().filter(|s| !passed(s.rho)).count();
     let quality = match missed {
         0 => "that reach the target".to_owned(),
-        n => format!("at the target quality, {n} of them just below it"),
+        n => format!("that reach the target, but for {n} just below it"),
     };
     let or_none = |v: Option<f64>| v.map_or("none".into(), |v| format!("{v:.3}"));
     let subtitle = format!(

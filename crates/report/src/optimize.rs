@@ -50,8 +50,6 @@ pub struct Story<'a> {
     pub all: &'a [Outcome],
     /// The qualities, first that of the run.
     pub grades: Vec<Grade>,
-    /// What the next lower quality would buy.
-    pub next: Option<NextQuality>,
     /// What was to be reached over the gate views, if the dense model was measured.
     pub target: Option<Quality>,
     /// What that is over the test views: the same share of what the reference has there, or the
@@ -74,14 +72,19 @@ pub struct Story<'a> {
 }
 
 /// A quality that models were made for: H, M, L, or one of the user's own.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Grade {
     /// Its name.
     pub name: String,
     /// Position among the qualities of the run.
     pub variant: u8,
-    /// The job that made its model; `None` if none reached it.
-    pub best: Option<String>,
+    /// The job that made its model, ours or a comparison with fewer watts; `None` if none reached
+    /// it.
+    pub result: Option<String>,
+    /// What it had to reach over the gate views, if the dense model was measured.
+    pub target: Option<Quality>,
+    /// What the next lower quality would buy.
+    pub next: Option<NextQuality>,
 }
 
 impl Grade {
@@ -92,10 +95,13 @@ impl Grade {
 
     /// Those of a campaign.
     fn all(campaign: &Campaign, outcomes: &[Outcome]) -> Vec<Grade> {
-        let of = |(variant, quality): (u8, &Variant)| {
-            let place = Place { variant, level: 0 };
-            let best = campaign.plan.conclusion(outcomes, place).best;
-            Grade { name: quality.name.clone(), variant, best }
+        let (plan, is_own) = (&campaign.plan, campaign.references.is_own());
+        let of = |(variant, quality): (u8, &Variant)| Grade {
+            name: quality.name.clone(),
+            variant,
+            result: plan.result(outcomes, variant).map(|o| o.name.clone()),
+            target: plan.target(outcomes, variant).and_then(|t| t.likeness_target()),
+            next: next_quality(plan, outcomes, variant, is_own),
         };
         (0..).zip(&campaign.plan.variants).map(of).collect()
     }
@@ -114,7 +120,6 @@ impl<'a> Story<'a> {
             done,
             all: &finished.outcomes,
             grades: Grade::all(campaign, &finished.outcomes),
-            next: next_quality(&campaign.plan, &finished.outcomes, campaign.references.is_own()),
             target: campaign.plan.target(done, 0).and_then(|t| t.likeness_target()),
             test_target: campaign.plan.test_target(done, 0).and_then(|t| t.likeness_target()),
             views: (campaign.gate_views(), campaign.split.test.len()),
@@ -157,14 +162,19 @@ impl Story<'_> {
     }
 
     /// The model of a quality.
-    fn best_of(&self, grade: &Grade) -> Option<&Outcome> {
-        self.all.iter().find(|o| Some(&o.name) == grade.best.as_ref())
+    fn result_of(&self, grade: &Grade) -> Option<&Outcome> {
+        self.all.iter().find(|o| Some(&o.name) == grade.result.as_ref())
     }
 
     /// The model that the run ends with.
-    fn best(&self) -> Option<&Outcome> {
+    fn result(&self) -> Option<&Outcome> {
+        self.result_of(self.grades.first()?)
+    }
+
+    /// The best model of the search itself.
+    fn ours(&self) -> Option<&Outcome> {
         let name = self.conclusion.best.as_ref()?;
-        self.done.iter().find(|o| o.name == *name)
+        self.all.iter().find(|o| o.name == *name)
     }
 }
 
@@ -224,7 +234,7 @@ impl Story<'_> {
     }
 
     fn is_result(&self, outcome: &Outcome) -> bool {
-        self.conclusion.best.as_ref() == Some(&outcome.name)
+        self.result().is_some_and(|result| result.name == outcome.name)
     }
 
     /// The colour of a model: that of the result, grey for samples that missed, else by its role.

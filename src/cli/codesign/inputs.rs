@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use super::super::camera_file::CameraArgs;
 use super::super::failure::ConfigUsage;
-use super::super::optimize::VariantArg;
 use super::super::references::FileReferences;
 use super::super::{Context, Exit, Failure, OrExit, scene_file};
-use super::{Args, demo};
+use super::{Args, LevelArg, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
 use powergs_codesign::machines::Machines;
@@ -120,12 +119,12 @@ fn goal(args: &Args, space: &Space) -> Goal {
     let absolute = |psnr_db, ssim| Goal::Absolute { psnr_db, ssim };
     let q = &args.quality;
     match (q.quality, q.quality_db, space.file.budget.psnr) {
-        (Some(VariantArg::H), ..) => Goal::Level(Level::High),
-        (Some(VariantArg::M), ..) => Goal::Level(Level::Medium),
-        (Some(VariantArg::L), ..) => Goal::Level(Level::Low),
+        (Some(LevelArg::H), ..) => Goal::Levels(vec![Level::High]),
+        (Some(LevelArg::M), ..) => Goal::Levels(vec![Level::Medium]),
+        (Some(LevelArg::L), ..) => Goal::Levels(vec![Level::Low]),
         (None, Some(db), _) => absolute(db, q.quality_ssim.unwrap_or(0.0)),
         (None, None, Some(db)) => absolute(db, 0.0),
-        (None, None, None) => Goal::Level(Level::Medium),
+        (None, None, None) => Goal::Levels(vec![Level::Medium]),
     }
 }
 

@@ -22,7 +22,7 @@ pub fn finish(
 ) -> Result<Exit, Failure> {
     // The report of level 1 is the same with and without levels beyond it.
     let done = &finished.first();
-    folder.write("samples.csv", samples_csv(done))?;
+    folder.write("samples.csv", samples_csv(done, &finished.conclusion))?;
     folder.write("models.csv", models_csv(done))?;
     if !finished.ratios.is_empty() {
         folder.write("ratios.csv", ratios_csv(&finished.ratios))?;
@@ -34,7 +34,8 @@ pub fn finish(
     for (name, model) in &finished.others {
         folder.stream(&format!("final-{name}.ply"), |mut w| write_ply(model, &mut w))?;
     }
-    if let Some(model) = finished.foveated.as_ref().and_then(|f| f.model.as_ref()) {
+    let foveated = finished.foveated.as_ref().and_then(|f| f.result.as_ref());
+    if let Some((_, model)) = foveated {
         folder.stream("model.fov", |mut w| model.write(&mut w))?;
         folder.stream("fr.bin", |w| campaign.write_foveated_trace(model, w))?;
     }
@@ -81,11 +82,16 @@ fn tell(
     page.table(powergs_report::optimize::foveated::headline(results));
     let at = |name: &str| folder.path().join(name).display().to_string().into();
     let mut files = Vec::new();
-    if finished.foveated.as_ref().is_some_and(|f| f.model.is_some()) {
+    if finished.foveated.as_ref().is_some_and(|f| f.result.is_some()) {
         files.push(("foveated".into(), at("model.fov")));
     }
     if finished.model.is_some() {
         files.push(("model".into(), at("final.ply")));
+    }
+    for (name, _) in &finished.others {
+        files.push((name.clone(), at(&format!("final-{name}.ply"))));
+    }
+    if finished.model.is_some() {
         files.push(("trace".into(), at("final.bin")));
     }
     files.push(("report".into(), at("summary.md")));
@@ -146,13 +152,15 @@ fn object(story: &Story<'_>, finished: &Finished) -> Value {
     let target = story.target;
     let facts = story.facts();
     json!({
-        "reached": conclusion.best.is_some(),
+        "reached": finished.result.is_some(),
         "stopped": finished.results.stopped,
+        "result": finished.result,
         "best": conclusion.best,
         "target_psnr_db": target.map(|t| number(t.psnr_db)),
         "target_ssim": target.map(|t| number(t.ssim)),
         "dense_w": facts.map(|f| f.dense_w),
-        "ours_w": facts.map(|f| f.ours_w),
+        "result_w": facts.map(|f| f.result_w),
+        "ours_w": facts.and_then(|f| f.ours_w),
         "saved_frac": facts.map(|f| f.saved),
         "optimum_rho": conclusion.optimum.map(|o| o.rho),
         "chosen_rho": conclusion.rho,

@@ -1,7 +1,7 @@
 //! From flags to what is asked of the library, and from its refusals back to flags.
 
 use super::super::{Exit, Failure};
-use super::{Args, GateArg, Quality, RuleArg, ScheduleArg, StudyArg, VariantArg};
+use super::{Args, GateArg, Quality, RuleArg, ScheduleArg, StudyArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::lambda::Rule;
@@ -9,7 +9,6 @@ use powergs_optimize::request::{Foveation, FoveationError, Goal, Goals};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{Gate, Settings};
-use powergs_optimize::target::Level;
 
 /// The settings of `args`, checked.
 pub fn settings(args: &Args) -> Result<Settings, Failure> {
@@ -55,12 +54,12 @@ pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
     let goals = Goals {
         goal: q
             .quality
+            .clone()
             .map(|quality| match quality {
-                Quality::Named(variant) => Goal::Level(level(variant)),
+                Quality::Named(levels) => Goal::Levels(levels),
                 Quality::Share(share) => Goal::Share(share),
             })
             .or(q.quality_db.map(absolute)),
-        variants: args.fovea.variants.iter().map(|l| level(*l)).collect(),
         schedule,
         baselines: if args.compare.baselines { Baseline::ALL.to_vec() } else { Vec::new() },
         ratio_study: args.compare.study.contains(&StudyArg::Ratio),
@@ -71,14 +70,6 @@ pub fn goals(args: &Args, settings: &Settings) -> Result<Goals, Failure> {
     let is_own = args.views.images.is_none();
     goals.plan(settings.gate, is_own, &names, 1).map_err(refused)?;
     Ok(goals)
-}
-
-fn level(arg: VariantArg) -> Level {
-    match arg {
-        VariantArg::H => Level::High,
-        VariantArg::M => Level::Medium,
-        VariantArg::L => Level::Low,
-    }
 }
 
 /// Exit code 2, in the words of the command line.
@@ -98,7 +89,7 @@ fn refused(invalid: Invalid) -> Failure {
             format!("--baseline {name}=…: the name is taken; use another")
         }
         Invalid::VariantName(variant) => {
-            format!("--baseline {variant}-…: names that begin so belong to variant {variant}")
+            format!("--baseline {variant}-…: names that begin so belong to quality {variant}")
         }
         Invalid::Path => {
             "--path-frames: a path needs 1 to 100000 frames and at least two views".into()

@@ -376,3 +376,35 @@ fn lpips_has_a_column_with_weights_only_and_belongs_to_the_run() {
     fails(folder.path(), &and(&small), Exit::BadInput, "sides of 31");
     assert!(!path.exists());
 }
+
+#[test]
+fn qualities_of_one_chain_have_a_table_and_a_file_each() {
+    let folder = tempfile::tempdir().unwrap();
+    stage(folder.path(), 300);
+    let goals = ["--quality", "l,H", "--rhos", "0,0.1", "--iterations", "40"];
+    let words = arguments(folder.path(), &with(&goals));
+    let out = Command::new(env!("CARGO_BIN_EXE_powergs-sim"))
+        .args(words.iter().skip(1).filter(|w| *w != "--quiet"))
+        .output()
+        .unwrap();
+    let said = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(out.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&out.stderr));
+    assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
+    let run = folder.path().join("run");
+    let text = fs::read_to_string(run.join("results.json")).unwrap();
+    let results = Results::parse(&text).unwrap();
+    let names: Vec<&str> = results.variants.iter().map(|v| v.name.as_str()).collect();
+    assert_eq!(names, ["H", "L"], "the highest first, whatever was typed");
+    let summary = fs::read_to_string(run.join("summary.md")).unwrap();
+    for (name, file) in [("H", "final.ply"), ("L", "final-L.ply")] {
+        let model = &results.result(name).unwrap().name;
+        assert!(run.join(file).is_file(), "{file}");
+        for text in [&said, &summary] {
+            assert!(text.contains(model.as_str()) && text.contains(file), "{name}: {text}");
+        }
+    }
+    assert!(summary.contains("Take the file of the lowest quality that looks right"), "{summary}");
+    let failure = arguments(folder.path(), &with(&["--quality", "H,X"]));
+    let Err(error) = Cli::try_parse_from(failure) else { panic!("accepted") };
+    assert!(error.to_string().contains("H, M, L, several as H,M,L"), "{error}");
+}

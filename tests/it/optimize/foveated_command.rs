@@ -38,7 +38,8 @@ fn a_foveated_run_leaves_one_model_that_every_command_takes() {
     let counts = model.counts();
     assert!(counts[3] > 0 && counts.windows(2).all(|w| w[1] <= w[0]), "{counts:?}");
     let history = fs::read_to_string(path("run/history.csv")).unwrap();
-    for job in ["L2-sample-01", "L4-sample-02", "L3-render-only", "L4-display-only"] {
+    for job in ["level2-sample-01", "level4-sample-02", "level3-render-only", "level4-display-only"]
+    {
         let row = history.lines().find(|l| l.starts_with(&format!("{job},"))).unwrap();
         // No L1 or PSNR in the periphery, but HVSQ.
         let cells: Vec<&str> = row.split(',').collect();
@@ -71,7 +72,7 @@ fn a_foveated_run_that_is_killed_in_a_level_goes_on_bit_for_bit() {
     let run_folder = folder.path().join("run");
     let whole = contents(&run_folder);
     fs::remove_dir_all(&run_folder).unwrap();
-    kill_and_resume(folder.path(), &more, |history| history.contains("L3-sample-01"));
+    kill_and_resume(folder.path(), &more, |history| history.contains("level3-sample-01"));
     for (now, before) in contents(&run_folder).iter().zip(&whole) {
         assert!(now == before, "{} differs", now.0);
     }
@@ -84,7 +85,7 @@ fn levels_that_small_images_do_not_show_are_left_out() {
     let more = ["--foveated", "--quality-db", "20", "--rhos", "0"];
     assert_eq!(run(folder.path(), &with(&more)).unwrap(), Exit::Done);
     let history = fs::read_to_string(folder.path().join("run/history.csv")).unwrap();
-    assert!(!history.contains("L3-"), "48 pixels at 90 degrees have no third level");
+    assert!(!history.contains("level3-"), "48 pixels at 90 degrees have no third level");
     let run: toml::Table =
         fs::read_to_string(folder.path().join("run/run.toml")).unwrap().parse().unwrap();
     assert!(run["foveation"]["levels"].as_integer().unwrap() < 3);

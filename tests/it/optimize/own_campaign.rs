@@ -3,7 +3,7 @@
 
 use powergs_sim::optimize::campaign::Finished;
 use powergs_sim::optimize::claims::{self, Run};
-use powergs_sim::report::optimize::{Moment, Story, charts};
+use powergs_sim::report::optimize::{Grade, Moment, Story, charts};
 use powergs_testkit::charts::covered;
 
 // Its `main` is not called here.
@@ -40,8 +40,13 @@ fn labels_cover_nothing(finished: &Finished) {
         fps: 60.0,
         done: &finished.outcomes,
         all: &finished.outcomes,
-        grades: Vec::new(),
-        next: None,
+        grades: vec![Grade {
+            name: "own".into(),
+            variant: 0,
+            result: finished.result.clone(),
+            target: None,
+            next: None,
+        }],
         target: None,
         test_target: None,
         views: (3, 3),

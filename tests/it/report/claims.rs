@@ -69,7 +69,7 @@ fn claims_fail_with_their_numbers() {
     fails("19a", "at 2.66", |r| ours(r, &|d, _| *d = 0.4));
     fails("20b", "70 against 78 FPS", |r| r.foveated[0].fps = Some(70.0));
     fails("21b", "9.00, none e-5; level 1 2.10", |r| {
-        r.models.iter_mut().find(|m| m.name == "L3-optimum").unwrap().test.hvsq = Some(9e-5);
+        r.models.iter_mut().find(|m| m.name == "level3-optimum").unwrap().test.hvsq = Some(9e-5);
     });
     fails("21c", "level 1 2.10", |r| r.foveated[0].hvsq[2] = Some(9e-5));
     fails("21d", "R3: 9.00 against 5.00", |r| r.foveated[0].hvsq[2] = Some(9e-5));

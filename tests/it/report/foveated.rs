@@ -30,7 +30,7 @@ fn every_model_has_a_row_with_its_level_and_target() {
     let results = run();
     let table = rows(&levels_csv(&results));
     assert_eq!(table.len(), results.models.len());
-    let row = table.iter().find(|r| r["model"] == "L3-optimum").unwrap();
+    let row = table.iter().find(|r| r["model"] == "level3-optimum").unwrap();
     assert_eq!((row["variant"].as_str(), row["level"].as_str()), ("H", "3"));
     assert_eq!(row["target_hvsq"].parse::<f64>().unwrap(), 2.1e-5);
     assert_eq!(row["gate_hvsq"].parse::<f64>().unwrap(), 2.0e-5);
@@ -134,7 +134,7 @@ fn charts_are_drawn_and_the_summary_shows_them_with_the_tables() {
         "not a GPU's. The dense model, not foveated, runs at 20 FPS",
         "| PowerGS-H | 84 | 320.00 |",
         "| PowerGS-H (optimum) | 27.35 |",
-        "| H | 3 | L3-optimum | 30.0 |",
+        "| H | 3 | level3-optimum | 30.0 |",
         "(foveated_levels.png)",
     ] {
         assert!(text.contains(part), "{part}: {text}");

@@ -75,8 +75,8 @@ fn models() -> Vec<ModelRecord> {
     for (name, db) in [("lightgs-66", 27.2), ("lightgs-76", 26.9), ("lightgs-86", 26.5)] {
         all.push(baseline(name, "H", (0.27, 0.28), db));
     }
-    all.push(level("L2-optimum", 2, (0.20, 0.08)));
-    all.push(level("L3-optimum", 3, (0.19, 0.06)));
+    all.push(level("level2-optimum", 2, (0.20, 0.08)));
+    all.push(level("level3-optimum", 3, (0.19, 0.06)));
     for i in 0..4 {
         let lambda = 0.1 * f64::from(i);
         let name = format!("lambda-{lambda}");
@@ -121,7 +121,9 @@ pub fn foveal(
         method,
         variant: variant.into(),
         jobs: match first {
-            "optimum" => ["optimum", "L2-optimum", "L3-optimum", "L3-optimum"].map(name),
+            "optimum" => {
+                ["optimum", "level2-optimum", "level3-optimum", "level3-optimum"].map(name)
+            }
             _ => [first; 4].map(name),
         },
         states: [LevelState::Passed, LevelState::Passed, LevelState::Passed, LevelState::NotShown],
@@ -171,11 +173,13 @@ pub fn run() -> Results {
                 name: name.into(),
                 target_psnr_db: Some(db),
                 target_ssim: Some(0.8),
+                result: None,
+                foveated_result: None,
             })
             .into(),
         levels: 3,
         models: models(),
-        fits: vec![fit("H", 1, "optimum"), fit("L", 1, "L-optimum"), fit("H", 2, "L2-optimum")],
+        fits: vec![fit("H", 1, "optimum"), fit("L", 1, "L-optimum"), fit("H", 2, "level2-optimum")],
         dense_fps: Some(20.0),
         foveated: foveated.into_iter().flat_map(of_variant).collect(),
         mean_change: Some(ChangeRecord {

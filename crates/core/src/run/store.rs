@@ -74,11 +74,11 @@ pub trait Store: Send + Sync {
     /// [`RunError::Output`]: the store cannot be written.
     fn create(&self, name: &str) -> Result<Box<dyn NewFile>, RunError>;
 
-    /// Removes a folder with everything in it, if it is there.
+    /// Removes a file, or a folder with everything in it, if it is there.
     ///
     /// # Errors
     /// [`RunError::Output`]: the store cannot be written.
-    fn remove(&self, folder: &str) -> Result<(), RunError>;
+    fn remove(&self, name: &str) -> Result<(), RunError>;
 
     /// Takes the lock of this name. With an exclusive lock of the whole store, files that a killed
     /// process left half written are removed.

@@ -5,7 +5,7 @@ use powergs_scene::{Foveated, Gaussians};
 
 use super::{CampaignError, Run};
 use crate::conclusion::Conclusion;
-use crate::foveated::{Foveal, FovealError, Levels, Method, Viewer, lines};
+use crate::foveated::{Foveal, FovealError, Levels, Method, Viewer, cheapest, lines};
 use crate::history::HistoryRow;
 use crate::job::Place;
 use crate::outcome::{Outcome, at};
@@ -23,7 +23,10 @@ pub struct Finished {
     pub history: Vec<HistoryRow>,
     /// What the samples of level 1 of the first variant say.
     pub conclusion: Conclusion,
-    /// The model with the fewest watts that reached the target; `None` if none did.
+    /// The job that made the result: the model with the fewest watts that reached the target, ours
+    /// or a comparison; `None` if none did.
+    pub result: Option<String>,
+    /// Its model.
     pub model: Option<Gaussians>,
     /// The models of further qualities that were reached, under their names.
     pub others: Vec<(String, Gaussians)>,
@@ -51,8 +54,10 @@ pub struct FoveatedModels {
     pub measured: Vec<Foveal>,
     /// Speed of the dense model on the machine, frames a second.
     pub dense_fps: f64,
-    /// Our model of the first variant.
-    pub model: Option<Foveated>,
+    /// The method that takes the fewest watts for the first variant, ours or a comparison whose
+    /// levels all reach their targets, and its model; `None` if there is none of ours. The colour
+    /// filter is no model.
+    pub result: Option<(Method, Foveated)>,
     /// A view as its models show it.
     pub album: Option<Album>,
 }
@@ -64,19 +69,30 @@ impl Run<'_> {
         let setup = campaign.setup();
         let outcomes = &self.progress.outcomes;
         let conclusion = campaign.plan.conclusion(outcomes, Place::default());
-        let model = match &conclusion.best {
-            Some(best) => Some(self.checkpoints.load_model(best)?.scene),
-            None => None,
+        let result = campaign.plan.result(outcomes, 0).map(|o| o.name.clone());
+        let load = |name: &Option<String>| match name {
+            Some(name) => Ok(Some(self.checkpoints.load_model(name)?.scene)),
+            None => Ok::<_, RunError>(None),
         };
+        let model = load(&result)?;
         let others = self.others()?;
-        let best = model.as_ref().zip(conclusion.best.as_deref());
+        let shown = |scene: &Gaussians, name: &str| {
+            BeforeAfter::of(&setup, scene, format!("result ({name})"))
+        };
         let pictures =
-            best.map(|(scene, best)| BeforeAfter::of(&setup, scene, format!("result ({best})")));
+            model.as_ref().zip(result.as_deref()).map(|(scene, name)| shown(scene, name));
         let foveated = if model.is_some() { self.foveated(&setup)? } else { None };
-        let mean_change = pictures.as_ref().map(|pictures| ChangeRecord {
-            view: pictures.view.clone(),
+        // What the method does to colours is seen on its own model.
+        let own = match &conclusion.best == &result {
+            true => pictures.clone(),
+            false => load(&conclusion.best)?
+                .zip(conclusion.best.as_deref())
+                .map(|(scene, name)| shown(&scene, name)),
+        };
+        let mean_change = own.map(|pictures| ChangeRecord {
             level_1: pictures.mean_change(),
             dense: Some(pictures.mean_dense()),
+            view: pictures.view,
             regions: foveated.as_ref().and_then(|f| f.album.as_ref()).map(|a| a.change),
         });
         let results = Results::of(campaign, outcomes, stopped, foveated.as_ref(), mean_change);
@@ -87,6 +103,7 @@ impl Run<'_> {
             outcomes,
             history,
             conclusion,
+            result,
             model,
             others,
             pictures,
@@ -101,9 +118,9 @@ impl Run<'_> {
         let plan = &self.campaign.plan;
         let mut others = Vec::new();
         for (variant, quality) in (0..).zip(&plan.variants).skip(1) {
-            let place = Place { variant, level: 0 };
-            if let Some(best) = plan.conclusion(&self.progress.outcomes, place).best {
-                others.push((quality.name.clone(), self.checkpoints.load_model(&best)?.scene));
+            if let Some(result) = plan.result(&self.progress.outcomes, variant) {
+                let scene = self.checkpoints.load_model(&result.name)?.scene;
+                others.push((quality.name.clone(), scene));
             }
         }
         Ok(others)
@@ -118,7 +135,8 @@ impl Run<'_> {
             clock: &foveation.clock,
             cost: foveation.filter,
         };
-        let (mut measured, mut ours, mut pruned) = (Vec::new(), None, None);
+        let mut measured = Vec::new();
+        let (mut ours, mut pruned, mut dimmed) = (None, None, None);
         let dense_fps = viewer.plain_fps(&campaign.dense)?;
         for levels in lines(&campaign.plan, &self.progress.outcomes) {
             let model = self.compose(&levels)?;
@@ -127,6 +145,7 @@ impl Run<'_> {
             match method {
                 Method::PowerGs if is_first => ours = Some(model),
                 Method::FrRender if is_first => pruned = Some(model),
+                Method::FrDisplay if is_first => dimmed = Some(model),
                 Method::PowerGs | Method::FrRender | Method::FrDisplay | Method::RtgsD22 => {}
             }
         }
@@ -134,7 +153,14 @@ impl Run<'_> {
             Album::of(&viewer, ours, pruned.as_ref(), campaign.references.is_own())
         };
         let album = ours.as_ref().map(album).transpose().map_err(FovealError::from)?;
-        Ok(Some(FoveatedModels { measured, dense_fps, model: ours, album }))
+        let model = match cheapest(&measured, 0) {
+            Some(Method::PowerGs) => ours,
+            Some(Method::FrRender) => pruned,
+            Some(Method::FrDisplay) => dimmed,
+            Some(Method::RtgsD22) | None => None,
+        };
+        let result = cheapest(&measured, 0).zip(model);
+        Ok(Some(FoveatedModels { measured, dense_fps, result, album }))
     }
 
     /// The four levels as one model.

@@ -35,6 +35,8 @@ impl Run<'_> {
         let points = campaign.dense.len();
         watch.planned(campaign.plan.most_iterations(&campaign.settings));
         self.tell_known(watch);
+        // A run that was killed may have left more.
+        self.clear()?;
         while let Some(job) =
             campaign.plan.next(&campaign.settings, points, &self.progress.outcomes)
         {
@@ -56,19 +58,37 @@ impl Run<'_> {
             let what = || format!("job {}", job.name);
             let outcome = outcome.map_err(|error| CampaignError::Sim { what: what(), error })?;
             campaign.references.images().check()?;
-            if job.is_kept() || campaign.keep_all {
-                self.checkpoints.save_model(&job.name, &model)?;
-            }
             watch.outcome(&outcome);
             if outcome.role == Role::Dense && !outcome.passed {
                 watch.note("the dense model itself misses the target; training may reach it");
             }
             self.progress.outcomes.push(outcome);
+            let outcomes = &self.progress.outcomes;
+            let kept = campaign.plan.kept(points, outcomes);
+            if campaign.keep_all || kept.iter().any(|o| o.name == job.name) {
+                self.checkpoints.save_model(&job.name, &model)?;
+            }
             self.save(None)?;
-            self.forget(2)?;
+            self.clear()?;
         }
         self.forget(1)?;
         Ok(Stop::Done)
+    }
+
+    /// Leaves the models that are kept, and moments of the last alone.
+    fn clear(&self) -> Result<(), CampaignError> {
+        let campaign = self.campaign;
+        if campaign.keep_all {
+            return Ok(());
+        }
+        let outcomes = &self.progress.outcomes;
+        let kept = campaign.plan.kept(campaign.dense.len(), outcomes);
+        for outcome in outcomes {
+            if !kept.iter().any(|o| o.name == outcome.name) {
+                self.checkpoints.remove_model(&outcome.name)?;
+            }
+        }
+        self.forget(2)
     }
 
     /// Moments are for the job that follows: those of the job so many before the end are not

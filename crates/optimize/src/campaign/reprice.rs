@@ -1,6 +1,6 @@
-//! The models of a finished run on another machine, panel or display rate. Samples have one
-//! quality, whatever power is, so nothing is trained: they are measured anew, and the search goes
-//! on from there.
+//! The models of a finished run on another machine, panel or display rate. Samples reach the
+//! target, whatever power is, so nothing is trained: they are measured anew, and the search goes on
+//! from there.
 
 use serde::{Deserialize, Serialize};
 
@@ -84,6 +84,13 @@ impl Campaign {
         self.plan.baselines.retain(|b| {
             finished.iter().zip(&kept).any(|(o, kept)| *kept && o.role == Role::Baseline(*b))
         });
+        // The samples are those that there are, and targets are shares of what was reached then.
+        self.plan.takes_samples = false;
+        let held_out = finished.iter().zip(&kept).find(|(o, _)| o.role == Role::HeldOut);
+        if let Some((outcome, false)) = held_out {
+            self.plan.reference = Some((outcome.gate.quality, outcome.test.quality));
+            self.plan.holds_out = false;
+        }
         self.plan.externals.clear();
         self.plan.sweep_weights.clear();
         if Checkpoints::new(to, self.fingerprint()).has_run()? {

@@ -1,5 +1,7 @@
 //! The table of samples: CSV with columns `rho`, `display_w`, `render_w`, and others that are not
-//! looked at, but for `passed`: rows that say `false` missed the quality target and are left out.
+//! looked at, but for two: rows that say `false` under `passed` missed the quality target and are
+//! left out, and `display_spent_w`, display power with all quality above the target spent, takes
+//! the place of `display_w` where it has a number.
 
 use std::io::Read;
 
@@ -53,6 +55,7 @@ pub fn read_samples(input: impl Read) -> Result<(Vec<Sample>, usize), SampleErro
         None => Err(SampleError::Column { column }),
     };
     let columns = [find("rho")?, find("display_w")?, find("render_w")?];
+    let spent = headers.iter().position(|h| h == "display_spent_w");
     let passed = headers.iter().position(|h| h == "passed");
     let (mut samples, mut left_out) = (Vec::new(), 0);
     for (row, record) in reader.records().enumerate() {
@@ -75,7 +78,12 @@ pub fn read_samples(input: impl Read) -> Result<(Vec<Sample>, usize), SampleErro
         }
         let mut values = [0.0; 3];
         for ((column, i), value) in columns.iter().zip(&mut values) {
-            let text = &record[*i];
+            let spent = spent.filter(|s| *column == "display_w" && !record[*s].is_empty());
+            let (column, i) = match spent {
+                Some(spent) => (&"display_spent_w", spent),
+                None => (column, *i),
+            };
+            let text = &record[i];
             let number = text.parse().ok().filter(|v: &f64| v.is_finite());
             *value = number.ok_or_else(|| bad(column, text, "a finite number"))?;
         }

@@ -8,11 +8,13 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::{Line, Plan};
 use crate::job::{Job, Place};
 use crate::lambda::Control;
-use crate::outcome::{Outcome, at};
+use crate::outcome::Outcome;
 use crate::prune::Score;
-use crate::role::{Baseline, Role};
-use crate::schedule::{Schedule, TakenSample};
+use crate::role::{Baseline, LEVEL, Role};
+use crate::schedule::{APART, Schedule, TakenSample};
 use crate::settings::{Settings, share_of};
+use crate::slack::{SlackPrice, spent_w};
+use crate::target::Target;
 use crate::tune::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
 use powergs_frame::fovea::POOLINGS;
 
@@ -23,6 +25,9 @@ const STEP: f64 = 0.05;
 const PRUNING: f64 = 0.25;
 /// See [`PRUNING`].
 const RECOVERY: f64 = 0.25;
+/// Where the most pruned model is the cheapest, the share of the fine-tune of the optimum in which
+/// it is pruned further, before the display term.
+const GOING_ON: f64 = 0.5;
 /// Two ratios that differ by less are the same.
 const SAME: f64 = 0.01;
 /// The share of all Gaussians that `render-only` prunes at a time.
@@ -37,6 +42,8 @@ pub(super) struct Search<'a> {
     settings: &'a Settings,
     /// Everything so far.
     done: &'a [Outcome],
+    /// The finished jobs whose models are there.
+    kept: &'a [&'a Outcome],
     place: Place,
     /// The job whose model it starts from; `None`: the dense model.
     start: Option<&'a Outcome>,
@@ -60,12 +67,13 @@ impl<'a> Search<'a> {
         settings: &'a Settings,
         points: usize,
         done: &'a [Outcome],
+        kept: &'a [&'a Outcome],
     ) -> Search<'a> {
         let dense = done.iter().find(|o| o.role == Role::Dense);
         let watts = dense.map_or(1.0, |o| o.gate.display_w);
         let unit = if watts > 0.0 { watts.recip() } else { 1.0 };
-        let start = done.iter().find(|o| o.role == Role::HeldOut);
-        Search { plan, settings, done, place: Place::default(), start, points, unit }
+        let start = kept.iter().copied().find(|o| o.role == Role::HeldOut);
+        Search { plan, settings, done, kept, place: Place::default(), start, points, unit }
     }
 
     /// The same search for another quality.
@@ -91,7 +99,7 @@ impl<'a> Search<'a> {
         };
         let name = match self.place.level {
             0 => what.to_owned(),
-            level => format!("L{}-{what}", level + 1),
+            level => format!("{LEVEL}{}-{what}", level + 1),
         };
         Job {
             stream: xxh3_64(name.as_bytes()),
@@ -114,13 +122,17 @@ impl<'a> Search<'a> {
     }
 
     fn sample(&self) -> Option<Job> {
+        if !self.plan.takes_samples {
+            return None;
+        }
         let settings = self.settings;
-        let here = at(self.done, self.place);
-        let samples: Vec<&Outcome> = here.iter().filter(|o| o.role == Role::Sample).collect();
-        let facts: Vec<TakenSample> = samples.iter().map(|o| taken(o)).collect();
+        let is_here = |o: &&Outcome| o.role == Role::Sample && o.place == self.place;
+        let samples: Vec<&Outcome> = self.done.iter().filter(is_here).collect();
+        let price = self.plan.slack_price(self.done, self.place);
+        let facts: Vec<TakenSample> = samples.iter().map(|o| taken(o, price)).collect();
         let (schedule, budget) = settings.budget(&self.plan.schedule, self.place.level);
         let sample = schedule.next(&facts, settings.first_effort)?;
-        let from = sample.from.map(|i| samples[i]);
+        let from = self.start_of(sample.from.map(|i| samples[i]), sample.rho, sample.is_end);
         let iterations = share_of(budget, sample.effort);
         let config = match sample.is_end {
             true => self.while_passing(END_SHARE, self.plain(iterations)),
@@ -130,16 +142,64 @@ impl<'a> Search<'a> {
         Some(self.from(from, self.job(&what, Role::Sample, sample.rho, config)))
     }
 
-    /// The optimum made real: from the sample with the highest ratio below it.
+    /// What a sample starts from: what the schedule says, or a model that is nearer to its ratio
+    /// and was made for a higher quality, or where that of the schedule was not kept, the nearest.
+    fn start_of(&self, said: Option<&'a Outcome>, rho: f64, is_end: bool) -> Option<&'a Outcome> {
+        if matches!(self.plan.schedule, Schedule::Published { .. }) {
+            return said;
+        }
+        let is_there = |o: &&Outcome| self.kept.iter().any(|k| k.name == o.name);
+        let said = match said {
+            Some(o) => Some(o).filter(is_there).or_else(|| self.nearest(rho, self.place.variant)),
+            None => None,
+        };
+        let most = if is_end { 1.0 } else { rho };
+        let higher = self.place.variant.checked_sub(1).and_then(|v| self.nearest(most, v));
+        match (said, higher) {
+            (Some(said), Some(higher)) if higher.rho <= said.rho + SAME => Some(said),
+            (said, higher) => higher.or(said),
+        }
+    }
+
+    /// The model that is pruned most, but not beyond `rho`, of those that were kept of this search,
+    /// or at level 1 of a quality from the highest to `variant`, and reach the target.
+    fn nearest(&self, rho: f64, variant: u8) -> Option<&'a Outcome> {
+        let target = self.plan.target_at(self.done, None, self.place)?;
+        let is_near = |o: &&&Outcome| {
+            let is_own = o.place == self.place;
+            let is_higher =
+                (o.place.level, self.place.level) == (0, 0) && o.place.variant < self.place.variant;
+            let is_ours = matches!(o.role, Role::Sample | Role::Optimum);
+            is_ours
+                && (is_own || is_higher)
+                && o.place.variant <= variant
+                && o.rho <= rho + SAME
+                && target.passes(o.gate.quality)
+        };
+        let all = self.kept.iter().filter(is_near).copied();
+        all.max_by(|a, b| a.rho.total_cmp(&b.rho))
+    }
+
+    /// The optimum made real: from the model with the highest ratio below it, or where it lies at
+    /// the most pruned one, from that.
     fn realised(&self, rho: f64) -> Job {
         let iterations = self.settings.final_budget(self.place.level);
-        let here = at(self.done, self.place);
-        let is_below = |o: &&Outcome| {
-            let is_adaptive = matches!(self.plan.schedule, Schedule::Adaptive { .. });
-            is_adaptive && o.role == Role::Sample && o.passed && o.rho <= rho + SAME
+        let is_adaptive = matches!(self.plan.schedule, Schedule::Adaptive { .. });
+        let nearest = |rho: f64| self.nearest(rho, self.place.variant).filter(|_| is_adaptive);
+        let end = nearest(1.0).filter(|end| end.rho > 0.0 && rho + APART >= end.rho);
+        let (from, config) = match end {
+            // The more is pruned the better: it goes on for as long as it passes, then dims.
+            Some(_) => {
+                let from = share_of(iterations, GOING_ON).min(iterations - 1);
+                let display = self.controlled(from, None, iterations - from);
+                let pruned = self.while_passing(END_SHARE, self.plain(iterations));
+                (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
+            }
+            None => {
+                let from = nearest(rho);
+                (from, self.iso_quality(from, rho, iterations))
+            }
         };
-        let from = here.iter().filter(is_below).max_by(|a, b| a.rho.total_cmp(&b.rho));
-        let config = self.iso_quality(from, rho, iterations);
         self.from(from, self.job(&Role::Optimum.name(), Role::Optimum, rho, config))
     }
 
@@ -293,10 +353,11 @@ impl<'a> Search<'a> {
     }
 }
 
-fn taken(o: &Outcome) -> TakenSample {
+/// A sample as the schedule sees it: with its slack spent.
+fn taken(o: &Outcome, price: Option<(SlackPrice, Target)>) -> TakenSample {
     TakenSample {
         rho: o.rho,
-        display_w: o.watts.display_w,
+        display_w: spent_w(o, price),
         render_w: o.watts.render_w,
         passed: o.passed,
         is_end: o.lambda.is_none(),

@@ -5,7 +5,7 @@ use super::{
     SeenRecord, VERSION, VariantRecord,
 };
 use crate::campaign::{Campaign, FoveatedModels};
-use crate::foveated::{Foveal, missing_regions};
+use crate::foveated::{Foveal, cheapest, missing_regions};
 use crate::job::Place;
 use crate::outcome::Outcome;
 use crate::plan::{Plan, Variant};
@@ -50,7 +50,7 @@ impl Results {
             display_scale: campaign.display.scale,
             display_to_render: ratio.and_then(finite),
             stopped: stopped.map(str::to_owned),
-            variants: variants(run),
+            variants: variants(run, measured),
             levels: campaign.plan.levels,
             models: done.iter().map(|o| model(run, o)).collect(),
             fits: fits(run),
@@ -75,13 +75,15 @@ fn name_of(run: &Made<'_>, variant: u8) -> String {
     run.plan.variants.get(usize::from(variant)).map_or(String::new(), |v| v.name.clone())
 }
 
-fn variants(run: &Made<'_>) -> Vec<VariantRecord> {
+fn variants(run: &Made<'_>, measured: &[Foveal]) -> Vec<VariantRecord> {
     let record = |(i, v): (usize, &Variant)| {
         let target = run.plan.target(run.done, i as u8).and_then(|t| t.likeness_target());
         VariantRecord {
             name: v.name.clone(),
             target_psnr_db: target.and_then(|t| finite(t.psnr_db)),
             target_ssim: target.and_then(|t| finite(t.ssim)),
+            result: run.plan.result(run.done, i as u8).map(|o| o.name.clone()),
+            foveated_result: cheapest(measured, i as u8),
         }
     };
     run.plan.variants.iter().enumerate().map(record).collect()
@@ -139,6 +141,10 @@ fn fits(run: &Made<'_>) -> Vec<FitRecord> {
 
 fn fit(run: &Made<'_>, place: Place) -> FitRecord {
     let conclusion = run.plan.conclusion(run.done, place);
+    let best = match place.level {
+        0 => run.plan.model_at(run.done, None, place).map(|o| o.name.clone()),
+        _ => conclusion.best.clone(),
+    };
     let realised = run.done.iter().find(|o| o.role == Role::Optimum && o.place == place);
     let fit = conclusion.fit.as_ref().ok();
     FitRecord {
@@ -146,7 +152,7 @@ fn fit(run: &Made<'_>, place: Place) -> FitRecord {
         level: place.level + 1,
         passed: conclusion.passed,
         missed: conclusion.missed.len(),
-        best: conclusion.best.clone(),
+        best,
         no_curve: conclusion.fit.as_ref().err().map(ToString::to_string),
         optimum_rho: conclusion.optimum.map(|o| o.rho),
         optimum_place: conclusion.optimum.map(|o| o.place),

@@ -98,6 +98,12 @@ impl Results {
             return wrong("variants".into(), "is empty".into());
         }
         let known = |name: &str| self.variants.iter().any(|v| v.name == name);
+        for (i, v) in self.variants.iter().enumerate() {
+            if v.result.as_ref().is_some_and(|name| self.model(name).is_none()) {
+                let key = format!("variants[{i}].result");
+                return wrong(key, "names a model that is not there".into());
+            }
+        }
         let watts = |w: f64| w.is_finite() && w >= 0.0;
         for (i, m) in self.models.iter().enumerate() {
             let key = format!("models[{i}]");

@@ -21,7 +21,7 @@ pub enum Pruning {
         /// Iterations between steps.
         every: u32,
     },
-    /// Whenever a check passes.
+    /// Whenever a check passes, and the display term is off.
     WhilePassing {
         /// So many Gaussians, but at least one.
         most: usize,

@@ -103,7 +103,7 @@ fn same(a: &Finished, b: &Finished) {
     assert_eq!(format!("{:?}", a.history), format!("{:?}", b.history));
     assert_eq!(a.results.to_json(), b.results.to_json());
     assert_eq!((&a.model, &a.pictures, &a.ratios), (&b.model, &b.pictures, &b.ratios));
-    let model = |f: &Finished| f.foveated.as_ref().and_then(|f| f.model.clone());
+    let model = |f: &Finished| f.foveated.as_ref().and_then(|f| f.result.clone());
     assert_eq!(model(a), model(b));
 }
 
@@ -129,29 +129,40 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 fn so_does_a_foveated_one() {
     let once = open(foveated()).run(&MemoryStore::new(), &()).unwrap().unwrap();
     let found = once.foveated.as_ref().expect("levels were made");
-    assert!(found.model.is_some() && found.album.is_some() && found.measured.len() >= 2);
+    assert!(found.result.is_some() && found.album.is_some() && found.measured.len() >= 2);
     let (pieces, count) = in_pieces(&open(foveated()), &MemoryStore::new(), 19);
     assert!(count > 2, "{count} pieces");
     same(&once, &pieces);
 }
 
 #[test]
-fn a_variant_is_what_it_is_alone() {
-    let run = |level: Level, variants: Vec<Level>| {
+fn a_quality_is_the_same_whatever_lower_ones_are_asked_for() {
+    let run = |levels: &[Level], schedule: Schedule| {
         let tiny = tiny(200, 3, (48, 36));
         let asked = request();
-        let goals = Goals { goal: Some(Goal::Level(level)), variants, ..asked.goals };
+        let goal = Some(Goal::Levels(levels.to_vec()));
+        let goals = Goals { goal, schedule, ratio_study: false, ..asked.goals };
         let references = ReferenceImages::Photos(Box::new(tiny.references));
-        let request = Request { goals, references, ..asked };
-        open(request).run(&MemoryStore::new(), &()).unwrap().unwrap().outcomes
+        let settings = Settings { iterations: 8, ..asked.settings };
+        let request = Request { goals, references, settings, ..asked };
+        open(request).run(&MemoryStore::new(), &()).unwrap().unwrap()
     };
-    let (alone, beside) = (run(Level::High, Vec::new()), run(Level::Low, vec![Level::High]));
-    for name in ["sample-01", "sample-02", "sample-03"] {
-        let of = |done: &[Outcome], name: &str| {
-            let found = done.iter().find(|o| o.name == name).unwrap().clone();
-            format!("{:?}", Outcome { name: String::new(), place: Place::default(), ..found })
-        };
-        assert_eq!(of(&alone, name), of(&beside, &format!("H-{name}")));
+    let [h, m, l] = Level::ALL;
+    for schedule in [Schedule::listed(&[0.0, 0.2]).unwrap(), Schedule::FIVE] {
+        let alone = run(&[m], schedule.clone());
+        let beside = run(&[l, m], schedule.clone());
+        assert!(alone.model.is_some() && alone.model == beside.model);
+        let whole = run(&[h, m, l], schedule.clone());
+        let two = run(&[h, m], schedule);
+        assert_eq!(two.model, whole.model);
+        assert_eq!(two.others[..], whole.others[..1], "M");
+        let (n, place) = (two.outcomes.len(), Place { variant: 1, level: 0 });
+        let of = |done: &[Outcome]| format!("{:?}", &done[..n]);
+        assert_eq!(of(&two.outcomes), of(&whole.outcomes));
+        assert!(two.outcomes[n - 1].place == place && whole.outcomes.len() > n);
+        // What is asked of a lower quality takes no more than a higher one.
+        let watts = |name: &str| whole.results.result(name).unwrap().total_w();
+        assert!(watts("H") >= watts("M") && watts("M") >= watts("L"));
     }
 }
 
@@ -276,8 +287,10 @@ fn requests_that_cannot_be_met_say_which_key_and_what_it_may_be() {
     refused(|r| r.settings.display_weight = -1.0, range("display_weight", -1.0, 1e-6, 1e6));
     refused(|r| r.display_ratio = Some(0.0), range("display_ratio", 0.0, 0.001, 1000.0));
     refused(|r| r.goals.goal = Some(Goal::Share(0.99)), Invalid::ShareOfPerfect);
-    let bright = Goal::Absolute { psnr_db: 500.0, ssim: 0.0 };
-    refused(move |r| r.goals.goal = Some(bright), Invalid::Likeness);
+    let bright = |r: &mut Request| {
+        r.goals.goal = Some(Goal::Absolute { psnr_db: 500.0, ssim: 0.0 });
+    };
+    refused(bright, Invalid::Likeness);
     let taken = |r: &mut Request| r.externals.push(("optimum".into(), r.dense.clone()));
     refused(taken, Invalid::NameTaken("optimum".into()));
     let mut blind = request();

@@ -35,6 +35,8 @@ fn progress() -> Progress {
         sweep_weights: Vec::new(),
         variants: vec![Variant { name: "own".into(), rule: TargetRule::Absolute(quality) }],
         holds_out: false,
+        reference: None,
+        takes_samples: true,
         levels: 1,
     };
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();

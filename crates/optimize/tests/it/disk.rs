@@ -8,10 +8,17 @@ use powergs_core::run::store::{Journals, Lock, NewFile, Sharing};
 use powergs_core::run::{MemoryStore, RunError, Store};
 use powergs_optimize::campaign::{Campaign, CampaignError};
 use powergs_optimize::checkpoint::model_bytes;
-use powergs_optimize::request::Request;
+use powergs_optimize::references::ReferenceImages;
+use powergs_optimize::request::{Goal, Goals, Request};
+use powergs_optimize::role::Role;
+use powergs_optimize::schedule::Schedule;
+use powergs_optimize::settings::Settings;
+use powergs_optimize::target::Level;
+use powergs_optimize::tune::Iteration;
 use powergs_optimize::watch::CampaignWatch;
 
 use super::campaign::{open, request};
+use super::scenes::tiny;
 
 /// A medium of limited size that remembers how full it was.
 struct Medium {
@@ -75,8 +82,9 @@ impl Store for Disk {
         Ok(Box::new(DiskFile { disk: self.0, name: name.into(), bytes: Vec::new() }))
     }
 
-    fn remove(&self, folder: &str) -> Result<(), RunError> {
-        self.0.files.remove(folder)
+    fn remove(&self, name: &str) -> Result<(), RunError> {
+        self.0.sizes.lock().unwrap().remove(name);
+        self.0.files.remove(name)
     }
 
     fn lock(&self, name: &str, sharing: Sharing) -> Result<Lock, RunError> {
@@ -127,6 +135,70 @@ fn models_are_kept_without_moments() {
     // the other.
     let most = *needed.0.most.lock().unwrap();
     assert!(most < models + (2 * 2 + 2 * 7) * dense, "{most} bytes at once");
+}
+
+/// Counts the models on a disk whenever a job begins.
+struct Counts {
+    disk: Disk,
+    most: Mutex<(u64, String)>,
+}
+
+impl powergs_core::run::Watch for Counts {}
+
+impl CampaignWatch for Counts {
+    fn iteration(&self, job: &str, row: &Iteration) {
+        let sizes = self.disk.0.sizes.lock().unwrap();
+        let is_model = |name: &&String| name.ends_with(".ckpt") && !name.ends_with("progress.ckpt");
+        let models: u64 = sizes.iter().filter(|(name, _)| is_model(name)).map(|(_, n)| n).sum();
+        let mut most = self.most.lock().unwrap();
+        if row.iteration == 0 && models > most.0 {
+            *most = (models, job.to_owned());
+        }
+    }
+}
+
+/// Photos and a share, so that samples crowd where nothing is pruned; with lower qualities after
+/// it, what missed may reach them.
+fn crowded(levels: &[Level]) -> Request {
+    let asked = request();
+    let references = ReferenceImages::Photos(Box::new(tiny(200, 3, (48, 36)).references));
+    let goals = Goals {
+        goal: Some(Goal::Levels(levels.to_vec())),
+        schedule: Schedule::FIVE,
+        baselines: Vec::new(),
+        ratio_study: false,
+        ..asked.goals
+    };
+    let settings = Settings { iterations: 10, final_iterations: 20, ..asked.settings };
+    Request { goals, references, settings, ..asked }
+}
+
+#[test]
+fn models_never_take_more_than_four_times_the_dense_one() {
+    for levels in [vec![Level::High], Level::ALL.to_vec()] {
+        let campaign = open(crowded(&levels));
+        let disk = disk(u64::MAX);
+        let counts = Counts { disk, most: Mutex::default() };
+        let finished = campaign.run(&disk, &counts).unwrap().unwrap();
+        let models: u64 = finished.outcomes.iter().map(|o| o.points as u64).sum();
+        let (dense, degree) = (campaign.dense.len(), campaign.dense.sh_degree);
+        assert!(models > 6 * dense as u64, "too little is made for the test to say anything");
+        // The last model has its moments, twice its size: what follows goes on with them.
+        let (most, job) = counts.most.into_inner().unwrap();
+        let room = (4 + 2) * model_bytes(dense, degree) + 10_000;
+        assert!(most <= room, "{most} of {room} bytes before {job}, {levels:?}");
+        assert!(left(disk).0 <= 4 * model_bytes(dense, degree) + 10_000);
+        // What is left is enough for another panel, without the model that shares are shares of.
+        let to = MemoryStore::new();
+        let mut other = open(Request { display_ratio: Some(3.0), ..crowded(&levels) });
+        let priced = other.reprice(&disk, &to, &()).unwrap().unwrap().priced().unwrap();
+        assert!(priced.model.is_some() && priced.outcomes.len() > 3);
+        assert!(priced.outcomes.iter().all(|o| o.role != Role::HeldOut));
+        assert_eq!(
+            priced.results.variants[0].target_psnr_db,
+            finished.results.variants[0].target_psnr_db
+        );
+    }
 }
 
 #[test]

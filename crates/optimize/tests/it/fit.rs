@@ -1,4 +1,4 @@
-//! Curves through samples of equal quality, and the optimum.
+//! Curves through samples, and the optimum.
 
 use powergs_optimize::fit::{
     Fit, FitError, OptimumPlace, Sample, Shape, fit, optimum, read_samples,

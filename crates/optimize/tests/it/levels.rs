@@ -35,6 +35,8 @@ fn campaign(levels: u8) -> Plan {
         sweep_weights: Vec::new(),
         variants: vec![variant("H", 0.99), variant("L", 0.97)],
         holds_out: false,
+        reference: None,
+        takes_samples: true,
         levels,
     }
 }
@@ -95,21 +97,21 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
         "display-only",
         "render-only",
         "two-stage",
-        "L2-sample-01",
-        "L2-sample-02",
-        "L2-optimum",
-        "L3-sample-01",
-        "L3-sample-02",
-        "L3-optimum",
-        "L4-sample-01",
-        "L4-sample-02",
-        "L4-optimum",
-        "L2-display-only",
-        "L3-display-only",
-        "L4-display-only",
-        "L2-render-only",
-        "L3-render-only",
-        "L4-render-only",
+        "level2-sample-01",
+        "level2-sample-02",
+        "level2-optimum",
+        "level3-sample-01",
+        "level3-sample-02",
+        "level3-optimum",
+        "level4-sample-01",
+        "level4-sample-02",
+        "level4-optimum",
+        "level2-display-only",
+        "level3-display-only",
+        "level4-display-only",
+        "level2-render-only",
+        "level3-render-only",
+        "level4-render-only",
         "L-sample-01",
     ];
     assert_eq!(names[..expected.len()], expected);
@@ -118,20 +120,21 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
     let of = |name: &str| jobs.iter().find(|j| j.name == name).unwrap();
     let from = |name: &str| of(name).from.as_deref().unwrap();
     let best = campaign.conclusion(&done, Place::default()).best.unwrap();
-    assert_eq!(from("L2-sample-01"), best);
-    assert_eq!(from("L2-sample-02"), "L2-sample-01");
-    assert_eq!(from("L2-optimum"), best, "the realised optimum starts where its search does");
-    assert_eq!(from("L4-render-only"), "L3-render-only");
-    assert_eq!(from("L2-display-only"), "display-only");
-    for (level, name) in [(1, "L2-optimum"), (2, "L3-sample-02"), (3, "L4-render-only")] {
+    assert_eq!(from("level2-sample-01"), best);
+    assert_eq!(from("level2-sample-02"), "level2-sample-01");
+    assert_eq!(from("level2-optimum"), best, "the realised optimum starts where its search does");
+    assert_eq!(from("level4-render-only"), "level3-render-only");
+    assert_eq!(from("level2-display-only"), "display-only");
+    for (level, name) in [(1, "level2-optimum"), (2, "level3-sample-02"), (3, "level4-render-only")]
+    {
         let config = of(name).config.unwrap();
         assert_eq!(of(name).place.level, level);
         assert_eq!(config.objective, Objective::Hvsq { pooling: POOLINGS[usize::from(level)] });
         assert_eq!(config.trains, Trains::ColoursAndOpacities);
     }
     // Ratios are shares of the level before.
-    let base = of("L3-sample-02").base.unwrap();
-    let goal = match of("L3-sample-02").config.unwrap().pruning {
+    let base = of("level3-sample-02").base.unwrap();
+    let goal = match of("level3-sample-02").config.unwrap().pruning {
         Pruning::Steps { goal, .. } => goal,
         other => panic!("{other:?}"),
     };
@@ -146,7 +149,7 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
     let campaign = campaign(4);
     let (jobs, done) = play(&campaign, |job| job.place.level != 2);
     // Without a sample that passes there is nothing to realise.
-    assert!(jobs.iter().all(|j| j.name != "L3-optimum"));
+    assert!(jobs.iter().all(|j| j.name != "level3-optimum"));
     let own = |level| campaign.model_at(&done, None, Place { variant: 0, level }).unwrap();
     assert_eq!(own(2).name, own(1).name);
     assert_eq!(own(3).place.level, 3, "level 4 goes on from level 2");
@@ -160,7 +163,7 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
     }
     // The λ of level 1 belongs to another loss.
     let (jobs, _) = play(&campaign, |job| job.place.level != 1);
-    let config = jobs.iter().find(|j| j.name == "L3-sample-01").unwrap().config.unwrap();
+    let config = jobs.iter().find(|j| j.name == "level3-sample-01").unwrap().config.unwrap();
     let DisplayTerm::Controlled { control, .. } = config.display else { panic!("no display term") };
     assert!(control.is_estimated, "{control:?}");
     assert_eq!(control.start, Settings::DEFAULT.level_display_weight / 0.5, "level 1 ended at 0.2");

@@ -14,7 +14,8 @@ use powergs_optimize::tune::{DisplayTerm, Pruning};
 
 use super::scenes::tiny;
 
-const TARGET: Target = Target::Likeness(Quality::likeness(35.0, 0.9));
+const LIKENESS: Quality = Quality::likeness(35.0, 0.9);
+const TARGET: Target = Target::Likeness(LIKENESS);
 
 fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) -> Outcome {
     let quality = Quality::likeness(35.1, 0.95);
@@ -53,7 +54,7 @@ fn samples() -> Vec<Outcome> {
 
 #[test]
 fn the_fit_finds_the_minimum_and_promises_what_the_curves_say() {
-    let conclusion = conclude(&samples(), Some(TARGET));
+    let conclusion = conclude(&samples(), Some(TARGET), None);
     assert_eq!(conclusion.passed, 5);
     let rho = conclusion.rho.unwrap();
     let total = |u: f64| {
@@ -75,7 +76,7 @@ fn the_result_is_never_worse_than_an_end_of_the_search() {
         let last = done.last_mut().unwrap();
         (last.lambda, last.watts) =
             (None, Watts { display_w: 0.4, render_w: render, ..Watts::default() });
-        let best = conclude(&done, Some(TARGET)).best.unwrap();
+        let best = conclude(&done, Some(TARGET), None).best.unwrap();
         let watts = |name: &str| done.iter().find(|o| o.name == name).unwrap().watts.total_w();
         assert!(watts(&best) <= watts("sample-0") && watts(&best) <= watts("sample-4"));
     }
@@ -88,7 +89,7 @@ fn samples_that_missed_are_named_with_their_distance() {
         done[i].passed = false;
         done[i].gate.quality.psnr_db = 33.0;
     }
-    let conclusion = conclude(&done, Some(TARGET));
+    let conclusion = conclude(&done, Some(TARGET), None);
     assert_eq!((conclusion.passed, conclusion.missed.len()), (3, 2));
     assert_eq!(conclusion.missed[0].name, "sample-3");
     assert!((conclusion.missed[0].by.psnr_db - 2.0).abs() < 1e-12);
@@ -98,7 +99,7 @@ fn samples_that_missed_are_named_with_their_distance() {
         o.passed = false;
         o.gate.quality.psnr_db = 20.0;
     }
-    let conclusion = conclude(&done, Some(TARGET));
+    let conclusion = conclude(&done, Some(TARGET), None);
     assert!(conclusion.rho.is_none() && conclusion.best.is_none() && conclusion.fit.is_err());
 }
 
@@ -106,13 +107,21 @@ fn samples_that_missed_are_named_with_their_distance() {
 fn the_best_model_is_the_cheapest_that_passes_the_final_one_or_a_sample() {
     let mut done = samples();
     done.push(outcome("optimum", Role::Optimum, 0.35, (0.3, 0.4)));
-    assert_eq!(conclude(&done, Some(TARGET)).best.as_deref(), Some("optimum"));
+    assert_eq!(conclude(&done, Some(TARGET), None).best.as_deref(), Some("optimum"));
     done.last_mut().unwrap().passed = false;
-    let best = conclude(&done, Some(TARGET)).best.unwrap();
+    let best = conclude(&done, Some(TARGET), None).best.unwrap();
     assert!(best.starts_with("sample-"), "{best}");
     // A baseline is never ours, however cheap.
     done.push(outcome("render-only", Role::Baseline(Baseline::RenderOnly), 0.5, (0.1, 0.1)));
-    assert_eq!(conclude(&done, Some(TARGET)).best.unwrap(), best);
+    assert_eq!(conclude(&done, Some(TARGET), None).best.unwrap(), best);
+    // But it is what the run ends with, if it passes.
+    let plan = plan(Vec::new());
+    assert_eq!(plan.result(&done, 0).unwrap().name, "render-only");
+    done.last_mut().unwrap().passed = false;
+    assert_eq!(plan.result(&done, 0).unwrap().name, best);
+    done.last_mut().unwrap().passed = true;
+    done.last_mut().unwrap().watts.display_w = 9.0;
+    assert_eq!(plan.result(&done, 0).unwrap().name, best);
 }
 
 #[test]
@@ -130,6 +139,21 @@ fn savings_over_ratios_have_the_published_signs() {
     let (low, high) = first(|r| r.over_display_only.unwrap());
     assert!(high < low, "and the less over display-only");
     assert!(rows.windows(2).all(|w| w[1].rho <= w[0].rho + 1e-9), "less is pruned");
+}
+
+/// A plan of five samples for one quality.
+fn plan(baselines: Vec<Baseline>) -> Plan {
+    Plan {
+        schedule: Schedule::FIVE,
+        baselines,
+        externals: Vec::new(),
+        sweep_weights: Vec::new(),
+        variants: vec![Variant { name: "H".into(), rule: TargetRule::Absolute(LIKENESS) }],
+        holds_out: false,
+        reference: None,
+        takes_samples: true,
+        levels: 1,
+    }
 }
 
 /// The jobs of a campaign in which everything passes.
@@ -153,13 +177,9 @@ fn jobs(campaign: &Plan) -> Vec<Job> {
 #[test]
 fn a_campaign_measures_samples_realises_and_compares() {
     let campaign = Plan {
-        schedule: Schedule::FIVE,
-        baselines: Baseline::ALL.to_vec(),
         externals: vec!["mini".into()],
         sweep_weights: vec![0.1],
-        variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.99) }],
-        holds_out: false,
-        levels: 1,
+        ..plan(Baseline::ALL.to_vec())
     };
     let jobs = jobs(&campaign);
     let names: Vec<&str> = jobs.iter().map(|j| j.name.as_str()).collect();
@@ -208,6 +228,8 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
         sweep_weights: vec![0.1],
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.5) }],
         holds_out: true,
+        reference: None,
+        takes_samples: true,
         levels: 1,
     };
     let all = jobs(&campaign);
@@ -231,4 +253,47 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
     assert_eq!(campaign.target(&done[..1], 0), None, "not before it is there");
     let expected = Target::Likeness(Quality::likeness(15.0, 0.45));
     assert_eq!(campaign.target(&done, 0), Some(expected));
+}
+
+#[test]
+fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_them() {
+    let campaign = Plan { holds_out: true, ..plan(Vec::new()) };
+    let held_out = outcome("held-out", Role::HeldOut, 0.0, (0.5, 1.0));
+    let mut done = vec![outcome("dense", Role::Dense, 0.0, (0.5, 1.0)), held_out];
+    // All that is made lies near to no pruning at all, the cheapest is the largest but one.
+    for (i, (rho, watts)) in
+        [(0.0, 1.0), (0.3, 0.9), (0.02, 0.4), (0.05, 0.8), (0.08, 0.7)].into_iter().enumerate()
+    {
+        let name = format!("sample-{:02}", i + 1);
+        let mut sample = outcome(&name, Role::Sample, rho, (watts, 0.1));
+        sample.points = (1000.0 * (1.0 - rho)) as usize;
+        sample.gate.quality = Quality::likeness(36.0, 0.95);
+        done.push(sample);
+        let kept = campaign.kept(1000, &done);
+        let total: usize = kept.iter().map(|o| o.points).sum();
+        assert!(total <= 4000, "{total} Gaussians after {name}");
+        let names: Vec<&str> = kept.iter().map(|o| o.name.as_str()).collect();
+        assert!(names.contains(&campaign.result(&done, 0).unwrap().name.as_str()));
+        assert!(names.contains(&name.as_str()), "the last may be retried: {names:?}");
+        assert!(names.contains(&"sample-01"), "whatever follows starts from it at least");
+        assert!(!names.contains(&"held-out"), "nothing starts from it any more");
+    }
+    // A sample that missed goes when another follows, unless a lower quality may start from it.
+    let mut missed = outcome("sample-06", Role::Sample, 0.4, (0.3, 0.1));
+    (missed.passed, missed.points) = (false, 600);
+    done.push(missed);
+    let mut last = outcome("optimum", Role::Optimum, 0.03, (0.39, 0.1));
+    last.points = 970;
+    done.push(last);
+    let has = |plan: &Plan, name: &str| plan.kept(1000, &done).iter().any(|o| o.name == name);
+    assert!(!has(&campaign, "sample-06") && has(&campaign, "optimum"));
+    assert!(campaign.kept(1000, &done).iter().map(|o| o.points).sum::<usize>() <= 4000);
+    let mut lower = plan(Vec::new());
+    lower.variants.push(Variant { name: "M".into(), rule: TargetRule::Share(0.5) });
+    lower.schedule = Schedule::Adaptive { count: 7, first: 0.3 };
+    done.truncate(5);
+    done.push(Outcome { passed: false, points: 600, ..done[4].clone() });
+    done[5].name = "sample-04".into();
+    done.push(outcome("sample-05", Role::Sample, 0.4, (0.3, 0.1)));
+    assert!(lower.kept(1000, &done).iter().any(|o| o.name == "sample-04"));
 }

@@ -1,8 +1,8 @@
 //! What a user wants to know first: the watts before and after, where they are, what limits the
 //! result, and what a lower quality would buy.
 
-use super::{ITSELF, Story};
-use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
+use super::{Grade, ITSELF, Story};
+use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
 use powergs_core::action::Stage;
 use powergs_optimize::outcome::Outcome;
@@ -13,6 +13,9 @@ use powergs_optimize::target::Target;
 const UNSPENT_DB: f64 = 0.1;
 /// A part of the power below this share of it is not worth a search.
 const LITTLE: f64 = 0.02;
+
+/// Ratios that differ by less are the same.
+const SAME: f64 = 0.01;
 
 /// `62 %`.
 fn percent(share: f64) -> String {
@@ -35,55 +38,107 @@ pub(super) fn table(story: &Story<'_>) -> Option<Table> {
     let (per_watt, unit) = watt_unit(dense.watts.total_w());
     let watts = |name: &str| Column::fixed(name, 2);
     let columns = [
-        Column::text("model"),
-        Column::count("Gaussians").on(Shown::Page),
+        Column::text("quality"),
         watts(&format!("total, {unit}")),
         watts("display"),
         watts("rendering"),
         watts("standby"),
         Column::fixed("saved, %", 1),
         Column::fixed("gate, dB", 2),
-        Column::text("file").on(Shown::Page),
+        Column::count("Gaussians"),
+        Column::text("mostly"),
+        Column::text("used up"),
+        Column::text("next saves"),
+        Column::text("model"),
+        Column::text("file"),
     ];
-    let row = |label: String, file: Option<String>, o: &Outcome| {
+    let row = |label: &str, o: &Outcome, more: [Cell; 5]| {
         let saved = 1.0 - o.watts.total_w() / dense.watts.total_w();
-        let cells: [Cell; 9] = [
-            label.into(),
-            o.points.into(),
+        let numbers: [Cell; 7] = [
             (per_watt * o.watts.total_w()).into(),
             (per_watt * o.watts.display_w).into(),
             (per_watt * work_w(o)).into(),
             (per_watt * standby_w(o)).into(),
             Some(100.0 * saved).filter(|_| o.role != Role::Dense).into(),
             Some(o.gate.quality.psnr_db).filter(|db| *db < ITSELF).into(),
-            file.into(),
+            o.points.into(),
         ];
-        cells
+        [Cell::from(label)].into_iter().chain(numbers).chain(more).collect::<Vec<Cell>>()
     };
+    let none = || Cell::from(None::<String>);
     let mut table = Table::new(columns);
-    table.row(row("dense".into(), None, dense));
+    table.row(row("dense", dense, [most_of(dense).into(), none(), none(), none(), none()]));
     for grade in &story.grades {
-        let Some(best) = story.best_of(grade) else { continue };
+        let Some(result) = story.result_of(grade) else { continue };
         // The quality of the user's own has no name.
-        let label = match grade.name.as_str() {
-            "own" => format!("result ({})", best.name),
-            name => format!("{name}: {}", best.name),
-        };
-        table.row(row(label, Some(grade.file()), best));
+        let label = if grade.name == "own" { "result" } else { grade.name.as_str() };
+        let used_up = grade.target.map(|t| used_up(story, result, Target::Likeness(t)));
+        let next = next_saves(grade, result);
+        let name = result.name.as_str();
+        let more = [
+            most_of(result).into(),
+            used_up.into(),
+            next.into(),
+            name.into(),
+            Cell::from(grade.file()),
+        ];
+        table.row(row(label, result, more));
     }
     Some(table)
+}
+
+/// The largest part of the power.
+fn most_of(o: &Outcome) -> &'static str {
+    let parts =
+        [("display", o.watts.display_w), ("rendering", work_w(o)), ("standby", standby_w(o))];
+    parts.into_iter().fold(parts[0], |a, b| if b.1 > a.1 { b } else { a }).0
+}
+
+/// Which of the two ways to save is used up: pruning where nothing of ours that passes is pruned
+/// further, dimming where all quality is spent.
+fn used_up(story: &Story<'_>, result: &Outcome, target: Target) -> &'static str {
+    let is_same = |o: &&Outcome| o.place == result.place && is_searched(o);
+    let passed = story.all.iter().filter(is_same).filter(|o| o.passed);
+    let most = passed.map(|o| o.rho).fold(0.0, f64::max);
+    let is_pruned = result.rho > 0.0 && result.rho + SAME >= most;
+    let is_dimmed = target.margin_db(result.gate.quality) <= UNSPENT_DB;
+    match (is_pruned, is_dimmed) {
+        (true, true) => "both",
+        (true, false) => "pruning",
+        (false, true) => "dimming",
+        (false, false) => "neither",
+    }
+}
+
+/// Samples and the realised optimum.
+fn is_searched(o: &Outcome) -> bool {
+    matches!(o.role, Role::Sample | Role::Optimum)
+}
+
+/// `M: 4.1 %`, what the next lower quality takes less; at least so much unless it was made.
+fn next_saves(grade: &Grade, result: &Outcome) -> Option<String> {
+    let next = grade.next.as_ref()?;
+    let watts = result.watts.total_w();
+    let (_, least) = next.model.as_ref().filter(|(_, total)| *total < watts)?;
+    Some(format!("{}: {:.1} %", next.level.name(), 100.0 * (1.0 - least / watts)))
 }
 
 /// The table with what stands under it.
 pub(super) fn section(page: &mut Document, story: &Story<'_>) {
     let (Some(table), Some(dense)) = (table(story), story.of_role(Role::Dense)) else { return };
     page.table(table);
-    let Some(best) = story.best() else { return };
+    let Some(best) = story.result() else { return };
     page.paragraph(Text::marked(
         "All powers have the unit of the total. Standby is what the accelerator draws whatever it \
          renders: leakage, DRAM background and refresh. Charts and other tables count it as \
-         rendering.",
+         rendering. Pruning is used up where no model that passes is pruned further, dimming where \
+         no quality is left above the target.",
     ));
+    let several = story.grades.iter().filter(|g| g.result.is_some()).count() > 1;
+    if several {
+        page.paragraph(Text::marked(&which_file(story)));
+        page.paragraph(format!("Of {}, the highest quality:", best.name));
+    }
     let items = [
         Some(whereabouts(best)),
         quality(story, best),
@@ -92,6 +147,17 @@ pub(super) fn section(page: &mut Document, story: &Story<'_>) {
         next(story, best),
     ];
     page.add(Block::List(items.into_iter().flatten().map(|item| Text::marked(&item)).collect()));
+}
+
+/// Which file to take.
+fn which_file(story: &Story<'_>) -> String {
+    let file = |g: &Grade| format!("`{}` for {}", g.file(), g.name);
+    let files: Vec<String> = story.grades.iter().filter(|g| g.result.is_some()).map(file).collect();
+    format!(
+        "Take the file of the lowest quality that looks right: {}. Each reaches its target over \
+         the gate views.",
+        files.join(", ")
+    )
 }
 
 /// Where the watts of the result are.
@@ -117,8 +183,7 @@ fn quality(story: &Story<'_>, best: &Outcome) -> Option<String> {
 
 /// Whether more pruning would help.
 fn pruning(story: &Story<'_>, best: &Outcome) -> Option<String> {
-    let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Optimum);
-    let all = || story.done.iter().filter(ours);
+    let all = || story.done.iter().filter(|o| is_searched(o));
     let most = all().filter(|o| o.passed).map(|o| o.rho).reduce(f64::max)?;
     let beyond = all().filter(|o| !o.passed && o.rho > most);
     let missed = beyond.min_by(|a, b| a.rho.total_cmp(&b.rho));
@@ -154,7 +219,7 @@ fn colours(dense: &Outcome, best: &Outcome) -> String {
 
 /// What the next lower quality would buy.
 fn next(story: &Story<'_>, best: &Outcome) -> Option<String> {
-    let next = story.next.as_ref()?;
+    let next = story.grades.first()?.next.as_ref()?;
     let (level, target) = (next.level.name(), super::summary::quality(next.target));
     let watts = best.watts.total_w();
     let known = match &next.model {

@@ -92,7 +92,7 @@ fn methods<'a>(story: &'a Story<'_>) -> Vec<Method<'a>> {
         let models = story.grades.iter().filter_map(of).collect();
         Method { colour: colour(Role::Baseline(baseline)), models }
     };
-    let ours = story.grades.iter().filter_map(|g| Some((g.name.as_str(), story.best_of(g)?)));
+    let ours = story.grades.iter().filter_map(|g| Some((g.name.as_str(), story.result_of(g)?)));
     let pruned = story.done.iter().filter_map(|o| match o.role {
         Role::Baseline(Baseline::LightGaussian(_)) => Some((o.name.as_str(), o)),
         _ => None,

@@ -20,7 +20,9 @@ pub struct Facts {
     /// Power of the dense model, watts.
     pub dense_w: f64,
     /// Power of the model that the run ends with, watts.
-    pub ours_w: f64,
+    pub result_w: f64,
+    /// Power of the best model of the search, watts; `None` if it has none.
+    pub ours_w: Option<f64>,
     /// The share saved.
     pub saved: f64,
     /// The share of Gaussians that it lost.
@@ -34,13 +36,14 @@ pub struct Facts {
 impl Story<'_> {
     /// The result; `None` if no model reached the target.
     pub fn facts(&self) -> Option<Facts> {
-        let (dense, ours) = (self.of_role(Role::Dense)?, self.best()?);
-        let (dense_w, ours_w) = (dense.watts.total_w(), ours.watts.total_w());
+        let (dense, result) = (self.of_role(Role::Dense)?, self.result()?);
+        let (dense_w, result_w) = (dense.watts.total_w(), result.watts.total_w());
         Some(Facts {
             dense_w,
-            ours_w,
-            saved: 1.0 - ours_w / dense_w,
-            rho: ours.rho,
+            result_w,
+            ours_w: self.ours().map(|o| o.watts.total_w()),
+            saved: 1.0 - result_w / dense_w,
+            rho: result.rho,
             predicted_w: self.conclusion.predicted().map(|p| p.total_w()),
             realised_w: self.of_role(Role::Optimum).map(|o| o.watts.total_w()),
         })
@@ -54,9 +57,9 @@ impl Story<'_> {
     /// What a user should read first: a few lines of at most 80 columns.
     pub fn headline(&self) -> String {
         let mut text = String::new();
-        match (self.facts(), self.best()) {
+        match (self.facts(), self.result()) {
             (Some(f), Some(best)) => {
-                let (from, to) = (engineering(f.dense_w, "W"), engineering(f.ours_w, "W"));
+                let (from, to) = (engineering(f.dense_w, "W"), engineering(f.result_w, "W"));
                 let (saved, rho) = (100.0 * f.saved, 100.0 * f.rho);
                 let _ = writeln!(
                     text,
@@ -111,10 +114,32 @@ impl Story<'_> {
         }
     }
 
+    /// What the search found in place of a comparison that took fewer watts.
+    fn missed_by_search(&self, result: &Outcome) -> String {
+        match self.ours() {
+            Some(ours) => {
+                let (watts, least) = (ours.watts.total_w(), result.watts.total_w());
+                format!(
+                    "the search missed it, its own best model {} takes {}, {:.1} % more; more \
+                     iterations (--iterations) bring it nearer",
+                    ours.name,
+                    engineering(watts, "W"),
+                    100.0 * (watts / least - 1.0)
+                )
+            }
+            None => "the search itself has no model that reaches the target; more iterations \
+                     (--iterations) may find one"
+                .into(),
+        }
+    }
+
     /// What limits what the result says.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        let Some(best) = self.best() else { return notes };
+        let Some(best) = self.result() else { return notes };
+        if best.role.baseline().is_some() {
+            notes.push(format!("the result is a comparison: {}", self.missed_by_search(best)));
+        }
         let missed =
             self.test_target.is_some_and(|t| !Target::Likeness(t).passes(best.test.quality));
         if missed {
@@ -176,7 +201,7 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
     if let Some(target) = story.target {
         page.paragraph(format!("Target over the gate views: {}.", quality(target)));
     }
-    if let Some(best) = story.best() {
+    if let Some(best) = story.result() {
         page.paragraph(Text::marked(&format!(
             "The result is {}: `final.ply`, and its trace `final.bin` for `powergs-sim replay`.{}",
             best.name,

@@ -1,6 +1,7 @@
 //! Tables as CSV: the record that everything else is derived from.
 
 use crate::document::{Cell, Column, Table};
+use powergs_optimize::conclusion::Conclusion;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::ratio_study::RatioRow;
 use powergs_optimize::role::Role;
@@ -10,8 +11,9 @@ fn lambda(outcome: &Outcome) -> Cell {
     outcome.lambda.map(|v| format!("{v:.6e}")).into()
 }
 
-/// `samples.csv`, which `powergs-sim fit` reads: a row per sample of the iso-quality curve.
-pub fn samples_csv(done: &[Outcome]) -> Vec<u8> {
+/// `samples.csv`, which `powergs-sim fit` reads: a row per sample. `conclusion` knows what display
+/// power the curve is fitted to.
+pub fn samples_csv(done: &[Outcome], conclusion: &Conclusion) -> Vec<u8> {
     let text = Column::text;
     let mut table = Table::new([
         text("sample"),
@@ -26,7 +28,12 @@ pub fn samples_csv(done: &[Outcome]) -> Vec<u8> {
         text("gaussians"),
         text("iterations"),
         text("kept_at"),
+        Column::fixed("display_spent_w", 8),
     ]);
+    let spent = |o: &Outcome| {
+        let fitted = conclusion.fitted.iter().find(|f| f.name == o.name);
+        Cell::from(fitted.map(|f| f.sample.display_w))
+    };
     for o in done.iter().filter(|o| o.role == Role::Sample) {
         table.row([
             o.name.as_str().into(),
@@ -41,6 +48,7 @@ pub fn samples_csv(done: &[Outcome]) -> Vec<u8> {
             o.points.into(),
             o.iterations.into(),
             o.kept_at.into(),
+            spent(o),
         ]);
     }
     table.csv()

@@ -19,6 +19,28 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "%",
         "Share of the power of the dense model, display and rendering, that a model does not need.",
     ),
+    term(
+        &["quality"],
+        "",
+        "The target that a model was made for: H, M or L, or one of the user's own (`result`).",
+    ),
+    term(
+        &["mostly"],
+        "",
+        "The largest part of the power of a model: display, rendering or standby.",
+    ),
+    term(
+        &["used up"],
+        "",
+        "Which way to save has nothing left at this quality: pruning where no model that passes \
+         is pruned further, dimming where no quality is left above the target.",
+    ),
+    term(
+        &["next saves"],
+        "%",
+        "What the cheapest model of the run that reaches the next lower quality takes less; where \
+         that quality was not asked for, a search for it saves more.",
+    ),
     term(&["dense"], "", "The model as it was given."),
     term(
         &["held-out"],
@@ -26,7 +48,11 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "The dense model trained on without the views that decide on quality: they are then not \
          known from training, and a target that is a share means a share of this one.",
     ),
-    term(&["sample"], "", "A pruned model that is fine-tuned to the target quality at one ρ."),
+    term(
+        &["sample"],
+        "",
+        "A pruned model that is fine-tuned until it reaches the target at one ρ.",
+    ),
     term(
         &["gate", "gate views"],
         "",
@@ -107,7 +133,13 @@ pub(super) const OPTIMIZER: &[Term] = &[
         "W",
         "Display power, mean over the views of the power.",
     ),
-    term(&["total_w", "ours_w"], "W", "Rendering and display power together."),
+    term(
+        &["display_spent_w"],
+        "W",
+        "Display power that the curve is fitted to: that of a sample with all quality above the \
+         target spent on the display.",
+    ),
+    term(&["total_w", "ours_w", "result_w"], "W", "Rendering and display power together."),
     term(&["display_to_render"], "", "Display power over rendering power of the dense model."),
     term(&["display_scale"], "", "Factor on the power of the panel."),
     term(

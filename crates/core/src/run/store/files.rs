@@ -92,9 +92,11 @@ impl Store for FileStore {
         Ok(Box::new(Pending { file, path }))
     }
 
-    fn remove(&self, folder: &str) -> Result<(), RunError> {
-        let path = self.at(folder);
-        match fs::remove_dir_all(&path) {
+    fn remove(&self, name: &str) -> Result<(), RunError> {
+        let path = self.at(name);
+        let is_file = path.symlink_metadata().is_ok_and(|meta| !meta.is_dir());
+        let removed = if is_file { fs::remove_file(&path) } else { fs::remove_dir_all(&path) };
+        match removed {
             Err(e) if e.kind() == ErrorKind::NotFound => Ok(()),
             removed => removed.map_err(|e| unusable(path.display(), &e)),
         }

@@ -100,9 +100,9 @@ impl Store for MemoryStore {
         Ok(Box::new(Pending { store, name, bytes: Vec::new() }))
     }
 
-    fn remove(&self, folder: &str) -> Result<(), RunError> {
-        let inside = format!("{folder}/");
-        self.shared().files.retain(|name, _| !name.starts_with(&inside));
+    fn remove(&self, name: &str) -> Result<(), RunError> {
+        let inside = format!("{name}/");
+        self.shared().files.retain(|file, _| file != name && !file.starts_with(&inside));
         Ok(())
     }
 

@@ -34,11 +34,19 @@ fn e5(value: Option<f64>) -> Cell {
 
 /// What the foveated model saves, in a line; `None` without one.
 pub fn saving(r: &Results) -> Option<String> {
-    let own = r.foveal(Method::PowerGs, &r.variants.first()?.name)?;
+    let variant = r.variants.first()?;
+    let own = r.foveal(Method::PowerGs, &variant.name)?;
+    let result = variant.foveated_result.and_then(|m| r.foveal(m, &variant.name)).unwrap_or(own);
     let dense = r.dense()?.total_w();
-    let (from, to) = (engineering(dense, "W"), engineering(own.total_w(), "W"));
-    let saved = 100.0 * (1.0 - own.total_w() / dense);
-    Some(format!("{from} -> {to}: {saved:.1} % saved, foveated, in model.fov"))
+    let (from, to) = (engineering(dense, "W"), engineering(result.total_w(), "W"));
+    let saved = 100.0 * (1.0 - result.total_w() / dense);
+    let mut line = format!("{from} -> {to}: {saved:.1} % saved, foveated, in model.fov");
+    if result.method != own.method {
+        let more = 100.0 * (own.total_w() / result.total_w() - 1.0);
+        let (name, ours) = (result.label(), own.label());
+        line += &format!("\n(that is {name}; the search missed it, {ours} takes {more:.1} % more)");
+    }
+    Some(line)
 }
 
 /// For a terminal: a row a method; empty if nothing was measured.
