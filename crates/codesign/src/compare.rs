@@ -115,7 +115,7 @@ pub struct Nothing {
     /// How many of them are no machine, or cannot run the frames.
     pub refused: usize,
     /// The pair that takes least beyond the budget, with its price.
-    pub nearest: Option<(Pair, Price)>,
+    pub nearest: Option<Box<(Pair, Price)>>,
 }
 
 /// A pair that was found.
@@ -176,7 +176,10 @@ impl<'a> Market<'a> {
         self.rows.iter().enumerate().filter(move |(i, _)| passed[*i]).flat_map(of)
     }
 
-    /// Those among `pairs` that keep the budget, least watts first; or why there are none.
+    /// Those among `pairs` that keep the budget, least watts first.
+    ///
+    /// # Errors
+    /// Why there are none.
     pub fn ranked(&self, pairs: impl Iterator<Item = Pair>) -> Result<Vec<(Pair, Price)>, Nothing> {
         let (mut ranked, mut nothing) = (Vec::new(), Nothing::default());
         for pair in pairs {
@@ -191,11 +194,12 @@ impl<'a> Market<'a> {
             };
             *nothing.limits.entry(limit).or_default() += 1;
             let share = self.budget.share(&price);
-            if nothing.nearest.is_none_or(|(_, nearest)| share < self.budget.share(&nearest)) {
-                nothing.nearest = Some((pair, price));
+            if nothing.nearest.as_ref().is_none_or(|nearest| share < self.budget.share(&nearest.1))
+            {
+                nothing.nearest = Some(Box::new((pair, price)));
             }
         }
-        ranked.sort_by(|a, b| order(a, b));
+        ranked.sort_by(order);
         if ranked.is_empty() { Err(nothing) } else { Ok(ranked) }
     }
 }
@@ -289,7 +293,7 @@ fn first_confirmed<E>(
                 None => found.push(Found { pair, calibrated, confirmed }),
                 Some(limit) => {
                     *nothing.limits.entry(limit).or_default() += 1;
-                    nothing.nearest.get_or_insert((pair, confirmed));
+                    nothing.nearest.get_or_insert_with(|| Box::new((pair, confirmed)));
                 }
             }
         }

@@ -463,7 +463,8 @@ impl Codesign {
         if *refused > 0 {
             why.push(format!("{refused} are no machine, or cannot run the frames"));
         }
-        let nearest = nearest.map_or_else(String::new, |((model, machine), price)| {
+        let nearest = nearest.as_ref().map_or_else(String::new, |nearest| {
+            let ((model, machine), price) = **nearest;
             let machine = machine.map_or("the base machine".into(), |m| format!("machine {m}"));
             let area = price.area_mm2.map_or_else(String::new, |a| format!("{a:.4} mm2, "));
             format!(

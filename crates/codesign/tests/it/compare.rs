@@ -140,7 +140,7 @@ fn without_a_pair_the_limits_are_counted_and_the_nearest_miss_is_named() {
     let nothing = market.ranked(market.pairs()).expect_err("all are too large");
     assert_eq!(nothing.pairs, 3);
     assert_eq!(nothing.limits, BTreeMap::from([(Limit::Area, 2), (Limit::Both, 1)]));
-    assert_eq!(nothing.nearest.map(|(pair, _)| pair), Some((0, Some(1))));
+    assert_eq!(nothing.nearest.map(|nearest| nearest.0), Some((0, Some(1))));
 }
 
 #[test]

@@ -152,7 +152,8 @@ fn reasons(finished: &Finished, nothing: &Nothing) -> String {
     if nothing.refused > 0 {
         parts.push(format!("{} no machine", nothing.refused));
     }
-    let nearest = nothing.nearest.map_or_else(String::new, |(pair, price)| {
+    let nearest = nothing.nearest.as_ref().map_or_else(String::new, |nearest| {
+        let (pair, price) = **nearest;
         let area = price.area_mm2.map_or_else(String::new, |a| format!("{a:.3} mm², "));
         format!(
             "; the nearest miss is {} ({area}{} ms)",
