@@ -2,9 +2,10 @@
 //!
 //! Timing rule: a bitonic network of width w takes w keys a cycle. A chunk of n keys is first cut
 //! into `r = ceil(n / w)` rows that are sorted one a cycle; then `ceil(log2 r)` levels of two-way
-//! merging follow, each streaming all rows through the network used as a merger, one row a cycle.
-//! Every level drains before the next begins: `(levels + 1) (latency + ceil(r / units))` cycles
-//! (A25; how GSCore merges 16 to 256 is not published).
+//! merging follow, each streaming the lists that have a partner through the network used as a
+//! merger, one row a cycle; the last list of an odd number stays where it is. Every level drains
+//! before the next begins: `latency + ceil(rows / units)` cycles each (A25; how GSCore merges 16 to
+//! 256 is not published).
 //!
 //! Compare-exchanges, s = log2 w: a sorted row costs `w/2 s (s+1)/2`, a merged row `w + w/2 s` (a
 //! half-cleaner of 2w inputs that keeps w, then s stages).
@@ -54,10 +55,19 @@ impl Bsu {
         u64::from(self.rows(keys).next_power_of_two().ilog2())
     }
 
-    /// Rows of a chunk of `keys` that are sorted, and that are merged.
-    pub fn chunk_rows(&self, keys: u64) -> [u64; 2] {
+    /// Rows that each level of merging streams, of a chunk of `keys`: level `l` merges pairs of
+    /// lists of 2^l rows, and the last list of an odd number has no partner.
+    fn merged(&self, keys: u64) -> impl Iterator<Item = u64> {
         let rows = self.rows(keys);
-        [rows, rows * self.levels(keys)]
+        (0..self.levels(keys)).map(move |level| {
+            let lists = rows.div_ceil(1 << level);
+            if lists % 2 == 1 { (lists - 1) << level } else { rows }
+        })
+    }
+
+    /// Rows of a chunk of `keys` that are sorted, and that are merged in all levels.
+    pub fn chunk_rows(&self, keys: u64) -> [u64; 2] {
+        [self.rows(keys), self.merged(keys).sum()]
     }
 
     /// Compare-exchanges of so many rows that are sorted, and merged.
@@ -68,13 +78,18 @@ impl Bsu {
     }
 
     fn chunk_cycles(&self, keys: u64) -> u64 {
-        let row_time = self.rows(keys).div_ceil(u64::from(self.spec.bsu_per_core));
-        (self.levels(keys) + 1) * (u64::from(self.spec.bsu_latency) + row_time).max(1)
+        let (latency, units) =
+            (u64::from(self.spec.bsu_latency), u64::from(self.spec.bsu_per_core));
+        let time = |rows: u64| (latency + rows.div_ceil(units)).max(1);
+        time(self.rows(keys)) + self.merged(keys).map(time).sum::<u64>()
     }
 
-    /// Words of a chunk that are read, and written, in all levels.
+    /// Words of a chunk that are read, and written, in all levels: keys that stay are not.
     fn chunk_words(&self, keys: u64) -> u64 {
-        self.banks.words(keys * self.key) * (self.levels(keys) + 1)
+        let row = u64::from(self.spec.bsu_width);
+        let merged =
+            self.merged(keys).map(|rows| self.banks.words((rows * row).min(keys) * self.key));
+        self.banks.words(keys * self.key) + merged.sum::<u64>()
     }
 
     /// Sums `of` over the chunks of `sort`.
@@ -106,7 +121,7 @@ impl Unit for Bsu {
         self.banks.excess(words + self.filtered_words(sort), words, self.cycles(sort))
     }
 
-    /// Every level reads and writes every key; the feature fetch reads each once more.
+    /// Every level reads and writes the keys that it moves; the feature fetch reads each once more.
     fn charge(&self, sort: &Sort, actions: &mut ActionCounts) {
         let word = self.banks.word();
         let rows = [0, 1].map(|kind| self.chunks(sort, |keys| self.chunk_rows(keys)[kind]));
