@@ -60,7 +60,7 @@ def arguments():
 
 def ours(args, out):
     """Activity of each driving pin, `(cell, pin) -> toggles a cycle`, and our powers."""
-    command = ["cargo", "run", "--quiet", "-p", "powergs-gates", "--example",
+    command = ["cargo", "run", "--release", "--quiet", "-p", "powergs-gates", "--example",
                "netlist", "--", "activity", args.folder / f"{args.unit}.json", *args.liberty, out]
     done = subprocess.run([str(part) for part in command], cwd=ROOT, check=True,
                           capture_output=True, text=True)

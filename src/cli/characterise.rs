@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::output_file::{Overwrite, say};
 use super::unit_work::lists::{self, Lists};
+use super::unit_work::netlist::Gates;
 use super::unit_work::views::Scene;
 use super::{Context, Exit, Failure, out};
 use powergs_core::run::store::atomic::write_atomically;
@@ -14,7 +15,6 @@ use powergs_datapath::{NumberFormat, Vrc, Vru};
 use powergs_gates::characterise::{
     CharacteriseError, Characterised, Price, bsu, ccu, qsu, vrc, vru,
 };
-use powergs_gates::committed;
 use powergs_gates::netlist::Netlist;
 use powergs_raster::{CorePixels, CoreWork, FrontEnd, TileWork};
 use rayon::prelude::*;
@@ -28,6 +28,8 @@ Examples:
       --cameras cameras.json --frames 0..4
   powergs-sim characterise vrc --library 7nm --scene scene.ply --orbit 8
   powergs-sim characterise ccu --library 7nm --scene scene.ply --orbit 8
+  powergs-sim characterise bsu --netlist bsu.json --liberty my.lib \\
+      --trace scene.bin
 
 docs/rtl.md says where the gates and their energies come from.";
 
@@ -106,12 +108,11 @@ struct Front {
     gaussians: u64,
 }
 
-/// The library, and where the table goes.
+/// The gates, and where the table goes.
 #[derive(Debug, clap::Args)]
 struct Target {
-    /// The library that the unit is mapped to
-    #[arg(long, value_enum, value_name = "LIB")]
-    library: Library,
+    #[command(flatten)]
+    gates: Gates,
     /// File to write, TOML [default: standard output]
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -119,26 +120,13 @@ struct Target {
     overwrite: Overwrite,
 }
 
-/// Libraries of the committed netlists.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Library {
-    /// Nangate45, 1.1 V
-    #[value(name = "45nm")]
-    Nm45,
-    /// ASAP7, 0.7 V
-    #[value(name = "7nm")]
-    Nm7,
-}
-
 impl Target {
-    /// The committed netlist of a unit.
+    /// The netlist of a unit.
     fn netlist(&self, unit: &str) -> Result<Netlist, Failure> {
         if let Some(output) = &self.output {
             self.overwrite.check(output)?;
         }
-        let library = if self.library == Library::Nm45 { "45nm" } else { "7nm" };
-        let missing = || Failure::new(Exit::Usage, format!("{unit}: no netlist for {library}"));
-        committed::netlist(unit, library).ok_or_else(missing)
+        self.gates.of(unit)
     }
 
     /// Prints or writes what was found in `source`.
@@ -149,7 +137,12 @@ impl Target {
         found: Result<Characterised, CharacteriseError>,
         context: &Context,
     ) -> Result<Exit, Failure> {
-        let found = found.map_err(|e| Failure::new(Exit::Usage, format!("{source}: {e}")))?;
+        let found = found.map_err(|error| match (error.is_of_netlist(), self.gates.file()) {
+            (true, Some(file)) => {
+                Failure::new(Exit::BadInput, format!("{}: {error}", file.display()))
+            }
+            _ => Failure::new(Exit::Usage, format!("{source}: {error}")),
+        })?;
         if context.global.json {
             out::json(&as_json((unit, source), netlist, &found))?;
             return Ok(Exit::Done);
@@ -198,7 +191,8 @@ impl Core {
             format => format!("vrc-{format}"),
         };
         let netlist = self.target.netlist(&unit)?;
-        let core = Vrc::new(self.format).expect("there is a netlist");
+        let few = "--format: a core needs four bits of exponent";
+        let core = Vrc::new(self.format).ok_or_else(|| Failure::new(Exit::Usage, few))?;
         let pixels = match netlist.port("open_mask").map_or(4, |port| port.nets.len()) {
             16 => CorePixels { columns: 4, rows: 4 },
             _ => CorePixels { columns: 2, rows: 2 },

@@ -2,4 +2,5 @@
 //! `characterise` runs it through gates, `vectors` writes it for test benches.
 
 pub mod lists;
+pub mod netlist;
 pub mod views;

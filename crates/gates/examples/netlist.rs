@@ -50,17 +50,8 @@ fn read(json: &Path, liberty: &[String]) -> Result<(Mapped, Priced)> {
     let text = fs::read_to_string(json)?;
     let mapped = Mapped::parse(&json.display().to_string(), &text)?;
     let report = json.with_file_name("report.json");
-    let report: Value = serde_json::from_str(&fs::read_to_string(&report)?)?;
-    let number = |name: &str| report.get(name).and_then(Value::as_f64);
-    let needed = |name: &str| number(name).ok_or(format!("report.json has no number {name}"));
-    let conditions = Conditions {
-        library: report.get("library").and_then(Value::as_str).unwrap_or("").to_owned(),
-        period_ns: needed("period_ns")?,
-        critical_path_ns: number("critical_path_ns").unwrap_or(0.0),
-        clock_transition_ns: needed("clock_transition_ns")?,
-        input_transition_ns: needed("input_transition_ns")?,
-        load_ff: needed("load_ff")?,
-    };
+    let conditions =
+        Conditions::parse(&report.display().to_string(), &fs::read_to_string(&report)?)?;
     let mut texts = Vec::new();
     for file in liberty {
         texts.push((file.as_str(), unpack(file, &fs::read(file)?)?));

@@ -51,8 +51,62 @@ pub enum CharacteriseError {
     #[error("the netlist has no port {port}: it is not of this unit")]
     Port {
         /// The port.
-        port: &'static str,
+        port: String,
     },
+    /// A netlist of a unit with other parameters.
+    #[error(
+        "port {port} of the netlist has {bits} bits in place of {expected}; map the unit with the \
+         parameters of rtl/"
+    )]
+    Width {
+        /// The port.
+        port: String,
+        /// Its bits.
+        bits: usize,
+        /// What they must be.
+        expected: String,
+    },
+    /// A netlist that computes something else.
+    #[error("the netlist does not do what the unit does: {what}; map this version of rtl/")]
+    Differs {
+        /// What was seen.
+        what: &'static str,
+    },
+    /// A netlist that takes nothing.
+    #[error("the netlist has taken nothing for {cycles} cycles; map this version of rtl/")]
+    Stuck {
+        /// Cycles.
+        cycles: u64,
+    },
+}
+
+impl CharacteriseError {
+    /// Whether it is the netlist that is wrong, and not the work.
+    pub fn is_of_netlist(&self) -> bool {
+        match self {
+            CharacteriseError::TooLittle { .. } | CharacteriseError::Alike { .. } => false,
+            CharacteriseError::Port { .. }
+            | CharacteriseError::Width { .. }
+            | CharacteriseError::Differs { .. }
+            | CharacteriseError::Stuck { .. } => true,
+        }
+    }
+}
+
+/// That the gates do what the model does.
+///
+/// # Errors
+/// Says `what` they do in its place.
+fn must(holds: bool, what: &'static str) -> Result<(), CharacteriseError> {
+    if holds { Ok(()) } else { Err(CharacteriseError::Differs { what }) }
+}
+
+/// What the gates must have been given before.
+///
+/// # Errors
+/// Says `what` they do in its place.
+fn due<T>(value: Option<T>, what: &'static str) -> Result<T, CharacteriseError> {
+    value.ok_or(CharacteriseError::Differs { what })
 }
 
 /// What was done, and what it cost, in windows.

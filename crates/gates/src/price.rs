@@ -22,7 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use thiserror::Error;
 
+mod conditions;
 mod gate_prices;
+
+pub use conditions::Conditions;
 
 use crate::function::Function;
 use crate::liberty::library::{Cell, Library, Output, Power, Sense, Value};
@@ -32,23 +35,6 @@ use crate::netlist::{
 };
 use crate::slew::{self, Slew};
 use crate::yosys::{Instance, Mapped, ONE, Port, ZERO};
-
-/// What is not said by the circuit or the library.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conditions {
-    /// What the library is called.
-    pub library: String,
-    /// Clock period that the circuit was mapped for, ns.
-    pub period_ns: f64,
-    /// Critical path by static timing analysis, ns; 0 if it was not analysed.
-    pub critical_path_ns: f64,
-    /// Transition time of the ideal clock, ns.
-    pub clock_transition_ns: f64,
-    /// Transition time at inputs, ns.
-    pub input_transition_ns: f64,
-    /// Load of each output, fF.
-    pub load_ff: f64,
-}
 
 /// A priced circuit, and where its cells come from.
 #[derive(Debug)]

@@ -89,3 +89,38 @@ fn what_cannot_be_is_refused() {
     let late = ["qsu", "--library", "45nm", "--trace", demo, "--frames", "90.."];
     run(&late).code(2);
 }
+
+#[test]
+fn a_netlist_of_ones_own_takes_the_place_of_the_committed_one() {
+    let lists = ["--trace", "traces/demo.bin", "--frames", "0..3", "--json"];
+    let bsu = |words: &[&str]| run(&[&["bsu"], words, &lists].concat());
+    let of = |words| bsu(words).success().get_output().stdout.clone();
+    let own = of(&["--netlist", "rtl/netlists/bsu-nangate45.gates"]);
+    assert_eq!(own, of(&["--library", "45nm"]));
+    bsu(&["--netlist", "rtl/netlists/vrc-asap7.gates"]).code(3).stderr(contains("sort_valid"));
+    bsu(&["--netlist", "README.md"]).code(3).stderr(contains("README.md"));
+    bsu(&["--netlist", "a.gates", "--library", "45nm"]).code(2);
+    bsu(&["--library", "45nm", "--liberty", "a.lib"]).code(2);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("a file");
+        path.to_str().expect("UTF-8").to_owned()
+    };
+    let cells = "crates/gates/tests/data/invented.lib";
+    let empty = file("bsu.json", r#"{ "modules": { "bsu": { "ports": {}, "cells": {} } } }"#);
+    bsu(&["--netlist", &empty]).code(2).stderr(contains("--liberty"));
+    bsu(&["--netlist", &empty, "--liberty", cells]).code(3).stderr(contains("report.json"));
+    let report = file("report.json", "{}");
+    bsu(&["--netlist", &empty, "--liberty", cells]).code(3).stderr(contains("period_ns"));
+    fs::write(
+        report,
+        r#"{ "period_ns": 1, "clock_transition_ns": 0.02,
+        "input_transition_ns": 0.02, "load_ff": 5 }"#,
+    )
+    .expect("a file");
+    bsu(&["--netlist", &empty, "--liberty", "Cargo.toml"]).code(3).stderr(contains("Cargo.toml"));
+    bsu(&["--netlist", &empty, "--liberty", cells])
+        .code(3)
+        .stderr(contains("bsu.json: the netlist"));
+}

@@ -6,9 +6,11 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes, dealt};
+use super::lanes::{LANES, Lanes, Patience, dealt};
 use super::qsu::Chance;
-use super::{CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided};
+use super::{
+    CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided, must,
+};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -19,10 +21,7 @@ const ACTIONS: &[&str] = &["cycle", "sorted-row", "exchange", "merged-row"];
 /// up to 65,536 in each.
 ///
 /// # Errors
-/// When there are too few keys, or the netlist is of another unit.
-///
-/// # Panics
-/// When a chunk leaves in another order than that of its keys: the netlist is wrong.
+/// When there are too few keys, or the netlist is of another unit or does something else.
 pub fn prices(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Characterised, CharacteriseError> {
     let [fitted, held_out] = divided(chunks);
     let measure = |chunks: &[Vec<u16>]| measure(netlist, chunks);
@@ -32,6 +31,8 @@ pub fn prices(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Characterised, C
 type Row = [u32; 16];
 
 /// Ways into the unit, by port.
+/// Bits of a row.
+const ROW: usize = 512;
 const SORT: usize = 0;
 const A: usize = 1;
 const B: usize = 2;
@@ -87,11 +88,12 @@ impl<'a> Lane<'a> {
     }
 
     /// Pairs of lists to be merged; the next chunk when there is one list left.
-    fn next_level(&mut self) {
+    fn next_level(&mut self) -> Result<(), CharacteriseError> {
         if let [list] = self.lists.as_slice() {
             let entries = list.iter().flatten().copied().take(self.expected.len());
-            assert!(entries.eq(self.expected.iter().copied()), "a chunk leaves in order");
-            return self.next_chunk();
+            must(entries.eq(self.expected.iter().copied()), "a chunk leaves in another order")?;
+            self.next_chunk();
+            return Ok(());
         }
         let mut lists = std::mem::take(&mut self.lists).into_iter();
         while let Some(a) = lists.next() {
@@ -106,10 +108,11 @@ impl<'a> Lane<'a> {
                 self.feeds[port].extend(rows);
             }
         }
+        Ok(())
     }
 
     /// A row has left.
-    fn take(&mut self, row: Row) {
+    fn take(&mut self, row: Row) -> Result<(), CharacteriseError> {
         self.leaving.push(row);
         if self.lengths.front() == Some(&self.leaving.len()) {
             self.lengths.pop_front();
@@ -117,9 +120,7 @@ impl<'a> Lane<'a> {
             self.lists.insert(0, std::mem::take(&mut self.leaving));
             self.lists.rotate_left(1);
         }
-        if self.lengths.is_empty() {
-            self.next_level();
-        }
+        if self.lengths.is_empty() { self.next_level() } else { Ok(()) }
     }
 }
 
@@ -142,16 +143,16 @@ fn exchanges(row: &mut Row) -> u64 {
 }
 
 fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, CharacteriseError> {
-    let port = |name| Lanes::of(netlist, name);
+    let port = |name, bits| Lanes::of(netlist, name, bits);
     let ways = [
-        (port("sort_valid")?, port("sort_ready")?, port("sort_row")?),
-        (port("a_valid")?, port("a_ready")?, port("a_row")?),
-        (port("b_valid")?, port("b_ready")?, port("b_row")?),
+        (port("sort_valid", 1)?, port("sort_ready", 1)?, port("sort_row", ROW)?),
+        (port("a_valid", 1)?, port("a_ready", 1)?, port("a_row", ROW)?),
+        (port("b_valid", 1)?, port("b_ready", 1)?, port("b_row", ROW)?),
     ];
-    let lasts = [port("a_last")?, port("b_last")?];
+    let lasts = [port("a_last", 1)?, port("b_last", 1)?];
     let (out_valid, out_ready, out_row) =
-        (port("out_valid")?, port("out_ready")?, port("out_row")?);
-    let reset = port("rst_n")?;
+        (port("out_valid", 1)?, port("out_ready", 1)?, port("out_row", ROW)?);
+    let reset = port("rst_n", 1)?;
     let dealt = dealt(chunks, Vec::len);
     let mut lanes: Vec<Lane> =
         dealt.into_iter().enumerate().map(|(number, chunks)| Lane::new(chunks, number)).collect();
@@ -162,6 +163,7 @@ fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, Character
     out_ready.set(&mut simulator, &[1; LANES]);
     let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
     let mut held = [[[0u32; 16]; LANES]; 3];
+    let mut patience = Patience::default();
     simulator.count_anew();
     // Lanes that are done would idle: the run ends with the first of them.
     for cycle in 0u64.. {
@@ -191,11 +193,12 @@ fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, Character
         lasts.iter().zip(&last).for_each(|(port, last)| port.set(&mut simulator, last));
         simulator.settle();
         let out = out_valid.bit(&simulator);
+        let mut moved = false;
         let ready: [u64; 3] = std::array::from_fn(|way| ways[way].1.bit(&simulator));
         for (number, lane) in lanes.iter_mut().enumerate() {
             for (way, ready) in ready.iter().enumerate() {
                 if lane.offered[way] && ready >> number & 1 == 1 {
-                    lane.offered[way] = false;
+                    (lane.offered[way], moved) = (false, true);
                     let (mut row, _) = lane.feeds[way].pop_front().expect("it was offered");
                     if way == SORT {
                         meter.count(1, 1);
@@ -206,9 +209,10 @@ fn measure(netlist: &Netlist, chunks: &[Vec<u16>]) -> Result<Measured, Character
                 }
             }
             if out >> number & 1 == 1 {
-                lane.take(out_row.row(&simulator, number));
+                lane.take(out_row.row(&simulator, number))?;
             }
         }
+        patience.cycle(moved)?;
         simulator.clock();
         meter.cycle(&mut simulator);
     }

@@ -8,9 +8,9 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes, side_by_side};
+use super::lanes::{LANES, Lanes, Patience, side_by_side};
 use super::qsu::Chance;
-use super::{CharacteriseError, Characterised, Measured, Meter, characterise};
+use super::{CharacteriseError, Characterised, Measured, Meter, characterise, due, must};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -67,10 +67,7 @@ pub struct Seen {
 /// Prices of `netlist`, a mapped `ccu`, on the Gaussians of a view.
 ///
 /// # Errors
-/// When there are too few, or the netlist is of another unit.
-///
-/// # Panics
-/// When something leaves otherwise than it should: the netlist or the model is wrong.
+/// When there are too few, or the netlist is of another unit or does something else.
 pub fn prices(
     netlist: &Netlist,
     view: &View,
@@ -129,22 +126,27 @@ fn measure(
     view: &View,
     gaussians: Vec<&Gaussian>,
 ) -> Result<Measured, CharacteriseError> {
-    let port = |name| Lanes::of(netlist, name);
+    let port = |name, bits| Lanes::of(netlist, name, bits);
+    let (means, wide) = Lanes::numbers(netlist, "mean_data", 3, 32)?;
+    let (coefficients, narrow) = Lanes::numbers(netlist, "coefficients_data", 48, 16)?;
+    let bits = [3 * wide, 8 * wide, 48 * narrow];
+    let side = |valid, ready, data| Ok((port(valid, 1)?, port(ready, 1)?, data));
     let ins = [
-        (port("mean_valid")?, port("mean_ready")?, port("mean_data")?),
-        (port("shape_valid")?, port("shape_ready")?, port("shape_data")?),
-        (port("coefficients_valid")?, port("coefficients_ready")?, port("coefficients_data")?),
+        side("mean_valid", "mean_ready", means)?,
+        side("shape_valid", "shape_ready", port("shape_data", bits[1])?)?,
+        side("coefficients_valid", "coefficients_ready", coefficients)?,
     ];
+    let out = |valid, ready| Ok((port(valid, 1)?, port(ready, 1)?));
     let outs = [
-        (port("verdict_valid")?, port("verdict_ready")?),
-        (port("splat_valid")?, port("splat_ready")?),
-        (port("pair_valid")?, port("pair_ready")?),
-        (port("colour_valid")?, port("colour_ready")?),
+        out("verdict_valid", "verdict_ready")?,
+        out("splat_valid", "splat_ready")?,
+        out("pair_valid", "pair_ready")?,
+        out("colour_valid", "colour_ready")?,
     ];
-    let (kept, splat, colour) = (port("verdict_kept")?, port("splat_data")?, port("colour_data")?);
-    let (reset, settings) = (port("rst_n")?, port("settings")?);
-    let sizes = [port("tiles_x")?, port("tiles_y")?, port("degree")?];
-    let (wide, narrow) = (ins[0].2.bits() / 3, ins[2].2.bits() / 48);
+    let kept = port("verdict_kept", 1)?;
+    let (splat, colour) = (port("splat_data", 5 * narrow)?, port("colour_data", 3 * narrow)?);
+    let (reset, settings) = (port("rst_n", 1)?, port("settings", view.numbers.len() * wide)?);
+    let sizes = [port("tiles_x", 9)?, port("tiles_y", 9)?, port("degree", 2)?];
     let lane = |(number, all): (usize, VecDeque<_>)| Lane {
         all,
         shapes: VecDeque::new(),
@@ -159,7 +161,7 @@ fn measure(
     };
     let mut lanes: Vec<Lane> = dealt(gaussians).into_iter().enumerate().map(lane).collect();
     let mut simulator = Simulator::new(netlist);
-    let mut words = vec![0; settings.bits().div_ceil(32)];
+    let mut words = vec![0; (view.numbers.len() * wide).div_ceil(32)];
     side_by_side(view.numbers.iter().copied(), wide, &mut words);
     settings.set_words(&mut simulator, &vec![words; LANES]);
     for (port, value) in sizes.iter().zip([view.tiles[0], view.tiles[1], view.degree]) {
@@ -171,8 +173,8 @@ fn measure(
     outs.iter().for_each(|(_, ready)| ready.set(&mut simulator, &[1; LANES]));
     let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
     let mut waiting: [VecDeque<u64>; 3] = HALF_WAY.map(|cycles| vec![0; cycles].into());
-    let mut data =
-        ins.each_ref().map(|(_, _, data)| vec![vec![0; data.bits().div_ceil(32)]; LANES]);
+    let mut data = bits.map(|bits| vec![vec![0; bits.div_ceil(32)]; LANES]);
+    let mut patience = Patience::default();
     simulator.count_anew();
     // Lanes that are done would idle: the run ends with the first of them.
     for cycle in 0u64.. {
@@ -210,13 +212,13 @@ fn measure(
         let ready: [u64; 3] = std::array::from_fn(|side| ins[side].1.bit(&simulator));
         let leaves: [u64; 4] = std::array::from_fn(|side| outs[side].0.bit(&simulator));
         let kept = kept.bit(&simulator);
-        let mut taken = [0u64; 3];
+        let (mut taken, mut moved) = ([0u64; 3], false);
         for (i, lane) in lanes.iter_mut().enumerate() {
             for (side, ready) in ready.iter().enumerate() {
                 if !lane.offered[side] || ready >> i & 1 == 0 {
                     continue;
                 }
-                lane.offered[side] = false;
+                (lane.offered[side], moved) = (false, true);
                 match side {
                     0 => {
                         let gaussian = lane.all.pop_front().expect("it was offered");
@@ -237,8 +239,8 @@ fn measure(
             }
             let left = |side: usize| leaves[side] >> i & 1 == 1;
             if left(0) {
-                let gaussian = lane.verdicts.pop_front().expect("a mean has come");
-                assert_eq!(kept >> i & 1 == 1, gaussian.shape.is_some(), "it is kept or not");
+                let gaussian = due(lane.verdicts.pop_front(), "a verdict leaves of nothing")?;
+                must(kept >> i & 1 == u64::from(gaussian.shape.is_some()), "a verdict is another")?;
                 if let Some(shape) = gaussian.shape {
                     lane.shapes.push_back(shape);
                     lane.open += 1;
@@ -246,23 +248,23 @@ fn measure(
                 lane.splats.extend(&gaussian.seen);
             }
             if left(1) {
-                let seen = lane.splats.pop_front().expect("a shape has come");
+                let seen = due(lane.splats.pop_front(), "a splat leaves of nothing")?;
                 for (place, number) in seen.splat.iter().enumerate() {
                     let found = splat.part(&simulator, i, place * narrow, narrow);
-                    assert_eq!(found, u64::from(*number), "a splat is that of the model");
+                    must(found == u64::from(*number), "a splat is another")?;
                 }
                 meter.count(3, u64::from(seen.candidates));
                 lane.pairs += u64::from(seen.pairs);
                 lane.colours.push_back((&seen.coefficients, seen.colour));
             }
             if left(2) {
-                lane.pairs = lane.pairs.checked_sub(1).expect("no more pairs than in the model");
+                lane.pairs = due(lane.pairs.checked_sub(1), "a splat has too many pairs")?;
             }
             if left(3) {
-                let expected = lane.painted.pop_front().expect("coefficients have come");
+                let expected = due(lane.painted.pop_front(), "a colour leaves of nothing")?;
                 for (place, number) in expected.iter().enumerate() {
                     let found = colour.part(&simulator, i, place * narrow, narrow);
-                    assert_eq!(found, u64::from(*number), "a colour is that of the model");
+                    must(found == u64::from(*number), "a colour is another")?;
                 }
             }
         }
@@ -270,6 +272,7 @@ fn measure(
             queue.push_back(count);
             meter.count(action, queue.pop_front().expect("as many as cycles of half the way"));
         }
+        patience.cycle(moved)?;
         simulator.clock();
         meter.cycle(&mut simulator);
     }

@@ -7,24 +7,62 @@ use crate::simulator::Simulator;
 /// Circuits side by side.
 pub const LANES: usize = 64;
 
+/// Cycles without a beat after which a circuit is given up: the longest pause between offers is a
+/// fiftieth of it.
+const PATIENCE: u64 = 1 << 16;
+
+/// Cycles since a circuit has taken something.
+#[derive(Default)]
+pub struct Patience(u64);
+
+impl Patience {
+    /// A cycle; `moved` says whether any lane has taken something in it.
+    ///
+    /// # Errors
+    /// When nothing has moved for long: it never would.
+    pub fn cycle(&mut self, moved: bool) -> Result<(), CharacteriseError> {
+        self.0 = if moved { 0 } else { self.0 + 1 };
+        if self.0 < PATIENCE { Ok(()) } else { Err(CharacteriseError::Stuck { cycles: self.0 }) }
+    }
+}
+
 /// Nets of a port.
 pub struct Lanes(Vec<u32>);
 
 impl Lanes {
-    /// The port called `port`.
-    pub fn of(netlist: &Netlist, port: &'static str) -> Result<Lanes, CharacteriseError> {
-        let found = netlist.port(port).ok_or(CharacteriseError::Port { port })?;
-        Ok(Lanes(found.nets.clone()))
+    /// The port called `port`, of `bits` bits.
+    pub fn of(netlist: &Netlist, port: &str, bits: usize) -> Result<Lanes, CharacteriseError> {
+        Lanes::sized(netlist, port, |found| found == bits, || bits.to_string())
     }
 
-    /// The port called `port`, which may be missing.
-    pub fn named(netlist: &Netlist, port: &str) -> Option<Lanes> {
-        Some(Lanes(netlist.port(port)?.nets.clone()))
+    /// A port that carries `count` numbers side by side, and the bits of each: at most `most`.
+    pub fn numbers(
+        netlist: &Netlist,
+        port: &str,
+        count: usize,
+        most: usize,
+    ) -> Result<(Lanes, usize), CharacteriseError> {
+        let fits = |bits: usize| bits.is_multiple_of(count) && (1..=most).contains(&(bits / count));
+        let expected = || format!("{count} numbers of 1 to {most}");
+        let lanes = Lanes::sized(netlist, port, fits, expected)?;
+        let width = lanes.0.len() / count;
+        Ok((lanes, width))
     }
 
-    /// Its bits.
-    pub fn bits(&self) -> usize {
-        self.0.len()
+    /// The port called `port`, where its bits are right.
+    pub fn sized(
+        netlist: &Netlist,
+        port: &str,
+        fits: impl Fn(usize) -> bool,
+        expected: impl Fn() -> String,
+    ) -> Result<Lanes, CharacteriseError> {
+        let missing = || CharacteriseError::Port { port: port.to_owned() };
+        let nets = &netlist.port(port).ok_or_else(missing)?.nets;
+        if fits(nets.len()) {
+            return Ok(Lanes(nets.clone()));
+        }
+        let (port, bits) = (port.to_owned(), nets.len());
+        Err(CharacteriseError::Width { port, bits, expected: expected() })
     }
 
     /// The lowest bits of each lane's value.

@@ -4,7 +4,9 @@
 //! cycle, and then offers a key a cycle, with pauses.
 
 use super::lanes::{LANES, Lanes, dealt};
-use super::{CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided};
+use super::{
+    CharacteriseError, Characterised, Measured, Meter, WINDOW, characterise, divided, must,
+};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -16,10 +18,7 @@ const ACTIONS: &[&str] = &["cycle", "key", "key-of-another-part", "pivot"];
 /// Prices of `netlist`, a mapped `qsu`, on `lists` of 16-bit keys in the order of their arrival.
 ///
 /// # Errors
-/// When there are too few keys, or the netlist is of another unit.
-///
-/// # Panics
-/// When the circuit deals a key to another part than it should: the netlist is wrong.
+/// When there are too few keys, or the netlist is of another unit or does something else.
 pub fn prices(netlist: &Netlist, lists: &[Vec<u16>]) -> Result<Characterised, CharacteriseError> {
     let [fitted, held_out] = divided(lists);
     let measure = |lists: &[Vec<u16>]| measure(netlist, lists);
@@ -78,13 +77,18 @@ impl Chance {
 }
 
 fn measure(netlist: &Netlist, lists: &[Vec<u16>]) -> Result<Measured, CharacteriseError> {
-    let port = |name| Lanes::of(netlist, name);
-    let (reset, pivot_valid, pivot_index, pivot_key) =
-        (port("rst_n")?, port("pivot_valid")?, port("pivot_index")?, port("pivot_key")?);
-    let (in_valid, in_key, in_payload) = (port("in_valid")?, port("in_key")?, port("in_payload")?);
+    let port = |name, bits| Lanes::of(netlist, name, bits);
+    let (reset, pivot_valid, pivot_index, pivot_key) = (
+        port("rst_n", 1)?,
+        port("pivot_valid", 1)?,
+        port("pivot_index", 3)?,
+        port("pivot_key", 16)?,
+    );
+    let (in_valid, in_key, in_payload) =
+        (port("in_valid", 1)?, port("in_key", 16)?, port("in_payload", 16)?);
     let (out_ready, out_valid, out_part) =
-        (port("out_ready")?, port("out_valid")?, port("out_part")?);
-    let out_payload = port("out_payload")?;
+        (port("out_ready", 1)?, port("out_valid", 1)?, port("out_part", 3)?);
+    let out_payload = port("out_payload", 16)?;
     let dealt = dealt(lists, Vec::len);
     let lanes: Vec<Vec<Step>> =
         dealt.iter().enumerate().map(|(lane, lists)| steps(lists, lane)).collect();
@@ -129,10 +133,10 @@ fn measure(netlist: &Netlist, lists: &[Vec<u16>]) -> Result<Measured, Characteri
             let out = out_valid.bit(&simulator);
             for (lane, steps) in lanes.iter().enumerate() {
                 let Step::Key(_, payload) = steps[back] else { continue };
-                assert_eq!(out >> lane & 1, 1, "a key leaves two cycles after it came");
+                must(out >> lane & 1 == 1, "a key does not leave two cycles after it came")?;
                 let left =
                     out_part.value(&simulator, lane) << 16 | out_payload.value(&simulator, lane);
-                assert_eq!(left, payload, "a key leaves in its part");
+                must(left == payload, "a key leaves in another part")?;
             }
         }
         simulator.clock();

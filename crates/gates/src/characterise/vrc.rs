@@ -8,9 +8,9 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes, dealt, side_by_side};
+use super::lanes::{LANES, Lanes, Patience, dealt, side_by_side};
 use super::qsu::Chance;
-use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided};
+use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided, must};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -52,10 +52,7 @@ pub struct Splat {
 /// Prices of `netlist`, a mapped `vrc`, on `work` of cores of as many pixels.
 ///
 /// # Errors
-/// When there is too little work, or the netlist is of another unit.
-///
-/// # Panics
-/// When pixels leave otherwise than they should: the netlist or the model is wrong.
+/// When there is too little work, or the netlist is of another unit or does something else.
 pub fn prices(netlist: &Netlist, work: &[Work]) -> Result<Characterised, CharacteriseError> {
     let [fitted, held_out] = divided(work);
     let measure = |work: &[Work]| measure(netlist, work);
@@ -104,13 +101,13 @@ impl<'a> Lane<'a> {
 }
 
 fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseError> {
-    let port = |name| Lanes::of(netlist, name);
-    let (reset, valid, ready) = (port("rst_n")?, port("in_valid")?, port("in_ready")?);
-    let (op, record) = (port("in_op")?, port("in_record")?);
-    let (x, y, mask) = (port("open_x")?, port("open_y")?, port("open_mask")?);
+    let port = |name, bits| Lanes::of(netlist, name, bits);
+    let (reset, valid, ready) = (port("rst_n", 1)?, port("in_valid", 1)?, port("in_ready", 1)?);
+    let (record, width) = Lanes::numbers(netlist, "in_record", NUMBERS, 16)?;
+    let (op, x, y) = (port("in_op", 2)?, port("open_x", 4)?, port("open_y", 4)?);
+    let mask = Lanes::sized(netlist, "open_mask", |n| n == 4 || n == 16, || "4 or 16".into())?;
     let (out_valid, out_ready, out_pixel) =
-        (port("out_valid")?, port("out_ready")?, port("out_pixel")?);
-    let width = record.bits() / NUMBERS;
+        (port("out_valid", 1)?, port("out_ready", 1)?, port("out_pixel", 4 * width)?);
     let all = dealt(work, |work| work.splats.len() + 8);
     // `dealt` gives the longest first; lanes take them so.
     let mut lanes: Vec<Lane> =
@@ -123,6 +120,7 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
     let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
     let mut waiting: VecDeque<[u64; 5]> = vec![[0; 5]; HALF_WAY].into();
     let mut records = [[0u32; 16]; LANES];
+    let mut patience = Patience::default();
     let (mut ops, mut places, mut masks) = ([0u64; LANES], [[0u64; 2]; LANES], [0u64; LANES]);
     simulator.count_anew();
     // Lanes that are done would idle: the run ends with the first of them.
@@ -161,18 +159,18 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
         mask.set(&mut simulator, &masks);
         simulator.settle();
         let (accepts, leaves) = (ready.bit(&simulator), out_valid.bit(&simulator));
-        let mut now = [0u64; 5];
+        let (mut now, mut moved) = ([0u64; 5], false);
         for (number, lane) in lanes.iter_mut().enumerate() {
             if leaves >> number & 1 == 1 {
                 let found = out_pixel.value(&simulator, number);
-                assert_eq!(Some(found), lane.expected.pop_front(), "pixels are those of the model");
+                must(Some(found) == lane.expected.pop_front(), "a pixel is another")?;
             }
             if valids[number] == 0 || accepts >> number & 1 == 0 {
                 continue;
             }
             let (beat, splat) = lane.beat().expect("it was offered");
             let (work, taken) = lane.at.expect("it was offered");
-            (lane.offered, lane.at) = (false, Some((work, taken + 1)));
+            (lane.offered, lane.at, moved) = (false, Some((work, taken + 1)), true);
             if let Some(splat) = splat {
                 for (count, outcome) in now[1..].iter_mut().zip(splat.outcomes) {
                     *count += u64::from(outcome);
@@ -190,6 +188,7 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
         waiting.push_back(now);
         let counted = waiting.pop_front().expect("as many as cycles of half the way");
         (1..).zip(counted).for_each(|(action, count)| meter.count(action, count));
+        patience.cycle(moved)?;
         simulator.clock();
         meter.cycle(&mut simulator);
     }

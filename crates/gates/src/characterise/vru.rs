@@ -6,9 +6,9 @@
 
 use std::collections::VecDeque;
 
-use super::lanes::{LANES, Lanes, dealt, side_by_side};
+use super::lanes::{LANES, Lanes, Patience, dealt, side_by_side};
 use super::qsu::Chance;
-use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided};
+use super::{CharacteriseError, Characterised, Measured, Meter, characterise, divided, due, must};
 use crate::netlist::Netlist;
 use crate::simulator::Simulator;
 
@@ -45,10 +45,7 @@ pub struct Work {
 /// Prices of `netlist`, a mapped `vru` without its cores, on the lists of tiles.
 ///
 /// # Errors
-/// When there is too little work, or the netlist is of another unit.
-///
-/// # Panics
-/// When a sub-tile is given something else than its part of a list: the netlist is wrong.
+/// When there is too little work, or the netlist is of another unit or does something else.
 pub fn prices(netlist: &Netlist, work: &[Work]) -> Result<Characterised, CharacteriseError> {
     let [fitted, held_out] = divided(work);
     let measure = |work: &[Work]| measure(netlist, work);
@@ -85,8 +82,8 @@ struct Lane<'a> {
 
 impl Lane<'_> {
     /// The tile at the head enters the cores.
-    fn open(&mut self) {
-        let work = self.opening.take().expect("an OPEN was taken");
+    fn open(&mut self) -> Result<(), CharacteriseError> {
+        let work = due(self.opening.take(), "a tile opens that was not given")?;
         for (s, cores) in self.cores.iter_mut().enumerate() {
             let wanted = |&at: &usize| work.entries[at].1 >> s & 1 == 1;
             *cores = Cores {
@@ -95,16 +92,18 @@ impl Lane<'_> {
             };
         }
         self.rendered = Some(work);
+        Ok(())
     }
 
     /// The last pixels leave.
-    fn close(&mut self) {
-        let work = self.rendered.take().expect("a tile is rendered");
+    fn close(&mut self) -> Result<(), CharacteriseError> {
+        let work = due(self.rendered.take(), "pixels leave of no tile")?;
         for (cores, end) in self.cores.iter().zip(work.ends) {
             let needed = |&at: &usize| end.is_none_or(|end| at < end);
-            assert!(!cores.expected.iter().any(needed), "a splat was not given");
+            must(!cores.expected.iter().any(needed), "a sub-tile is not given a splat")?;
         }
         self.leaving = None;
+        Ok(())
     }
 
     /// Whether nothing is left to be done.
@@ -124,36 +123,36 @@ struct CorePorts {
 }
 
 impl CorePorts {
-    fn of(netlist: &Netlist, subtile: usize) -> Result<CorePorts, CharacteriseError> {
-        let port = |core: usize, name: &str| {
+    fn of(netlist: &Netlist, subtile: usize, w: usize) -> Result<CorePorts, CharacteriseError> {
+        let port = |core: usize, name: &str, bits: usize| {
             let whole = format!("g_subtile_{subtile}_g_core_{core}_core_{name}");
-            Lanes::named(netlist, &whole).ok_or(CharacteriseError::Port { port: "of a core" })
+            Lanes::of(netlist, &whole, bits)
         };
         let all = |name: &str| -> Result<[Lanes; CORES], CharacteriseError> {
-            Ok([port(0, name)?, port(1, name)?, port(2, name)?, port(3, name)?])
+            Ok([port(0, name, 1)?, port(1, name, 1)?, port(2, name, 1)?, port(3, name, 1)?])
         };
         Ok(CorePorts {
             ready: all("in_ready")?,
             stopped: all("stopped")?,
             out_valid: all("out_valid")?,
-            valid: port(0, "in_valid")?,
-            op: port(0, "in_op")?,
-            record: port(0, "in_record")?,
+            valid: port(0, "in_valid", 1)?,
+            op: port(0, "in_op", 2)?,
+            record: port(0, "in_record", NUMBERS * w)?,
         })
     }
 }
 
 fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseError> {
-    let port = |name| Lanes::of(netlist, name);
-    let (reset, valid, ready) = (port("rst_n")?, port("in_valid")?, port("in_ready")?);
-    let (op, record, bitmap) = (port("in_op")?, port("in_record")?, port("in_bitmap")?);
-    let (columns, rows) = (port("open_width")?, port("open_height")?);
-    let (out_valid, out_ready) = (port("out_valid")?, port("out_ready")?);
+    let port = |name, bits| Lanes::of(netlist, name, bits);
+    let (reset, valid, ready) = (port("rst_n", 1)?, port("in_valid", 1)?, port("in_ready", 1)?);
+    let (record, width) = Lanes::numbers(netlist, "in_record", NUMBERS, 16)?;
+    let (op, bitmap) = (port("in_op", 2)?, port("in_bitmap", SUBTILES)?);
+    let (columns, rows) = (port("open_width", 5)?, port("open_height", 5)?);
+    let (out_valid, out_ready) = (port("out_valid", 1)?, port("out_ready", 1)?);
     let mut ports = Vec::new();
     for subtile in 0..SUBTILES {
-        ports.push(CorePorts::of(netlist, subtile)?);
+        ports.push(CorePorts::of(netlist, subtile, width)?);
     }
-    let width = record.bits() / NUMBERS;
     let lane = |(number, work): (usize, Vec<_>)| Lane {
         work: work.into(),
         taken: 0,
@@ -172,8 +171,9 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
     reset.set(&mut simulator, &[1; LANES]);
     out_ready.set(&mut simulator, &[1; LANES]);
     let mut meter = Meter::new(netlist, ACTIONS, WINDOW);
-    let mut records = vec![vec![0u32; record.bits().div_ceil(32)]; LANES];
+    let mut records = vec![vec![0u32; (NUMBERS * width).div_ceil(32)]; LANES];
     let (mut ops, mut bitmaps, mut sizes) = ([0u64; LANES], [0u64; LANES], [[0u64; 2]; LANES]);
+    let mut patience = Patience::default();
     simulator.count_anew();
     // Lanes that are done would idle: the run ends with the first of them.
     for cycle in 0u64.. {
@@ -228,6 +228,7 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
         simulator.settle();
         let accepts = ready.bit(&simulator);
         let leaves = out_valid.bit(&simulator);
+        let mut moved = false;
         for (s, ports) in ports.iter().enumerate() {
             let valid = ports.valid.bit(&simulator);
             for (i, lane) in lanes.iter_mut().enumerate() {
@@ -236,18 +237,18 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
                 }
                 match ports.op.value(&simulator, i) {
                     OPEN if s + 1 == SUBTILES => {
-                        lane.open();
+                        lane.open()?;
                         meter.count(1, 1);
                     }
                     OPEN => {}
                     SPLAT => {
-                        let work = lane.rendered.expect("a tile is open");
+                        let work = due(lane.rendered, "a splat enters a sub-tile of no tile")?;
                         let cores = &mut lane.cores[s];
-                        let at = cores.expected.pop_front().expect("a splat of this sub-tile");
+                        let at = due(cores.expected.pop_front(), "a sub-tile is given too much")?;
                         let (numbers, _) = &work.entries[at];
                         for (place, number) in numbers.iter().enumerate() {
                             let found = ports.record.part(&simulator, i, place * width, width);
-                            assert_eq!(found, u64::from(*number), "a splat of the list");
+                            must(found == u64::from(*number), "a sub-tile is given another splat")?;
                         }
                         (cores.free, cores.worked) = (cycle + PIXELS, true);
                         if work.ends[s].is_some_and(|end| at + 1 >= end) {
@@ -267,12 +268,12 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
         }
         for (i, lane) in lanes.iter_mut().enumerate() {
             if leaves >> i & 1 == 1 && lane.leaving.is_some_and(|[_, end]| end == cycle + 1) {
-                lane.close();
+                lane.close()?;
             }
             if valids[i] == 0 || accepts >> i & 1 == 0 {
                 continue;
             }
-            lane.offered = false;
+            (lane.offered, moved) = (false, true);
             let work = *lane.work.front().expect("it was offered");
             match ops[i] {
                 OPEN => lane.opening = Some(work),
@@ -285,6 +286,7 @@ fn measure(netlist: &Netlist, work: &[Work]) -> Result<Measured, CharacteriseErr
             }
             lane.taken += 1;
         }
+        patience.cycle(moved)?;
         simulator.clock();
         meter.cycle(&mut simulator);
     }

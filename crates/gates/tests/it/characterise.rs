@@ -5,6 +5,8 @@ use powergs_gates::characterise::vrc::{Splat, Work};
 use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu, vrc, vru};
 use powergs_gates::committed::netlist;
 use powergs_gates::energy;
+use powergs_gates::netlist::Netlist;
+use powergs_gates::yosys::ZERO;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -65,8 +67,32 @@ fn too_little_work_and_other_units_are_refused() {
     let refused = qsu::prices(&unit, &lists(8, 20, 0));
     assert_eq!(refused, Err(CharacteriseError::TooLittle { windows: 0 }));
     let refused = bsu::prices(&unit, &lists(8, 20, 0));
-    assert_eq!(refused, Err(CharacteriseError::Port { port: "sort_valid" }));
+    assert_eq!(refused, Err(CharacteriseError::Port { port: "sort_valid".into() }));
     assert!(netlist("qsu", "28nm").is_none());
+}
+
+/// The netlist of a unit with another net, or none, at a port.
+fn with_port(unit: &str, port: &str, nets: &[u32]) -> Netlist {
+    let mut parts = netlist(unit, "45nm").expect("a netlist").parts().clone();
+    let found = parts.ports.iter_mut().find(|found| found.name == port).expect("a port");
+    found.nets = nets.to_vec();
+    Netlist::new(parts).expect("as good as before")
+}
+
+#[test]
+fn a_netlist_of_other_parameters_or_with_an_error_is_refused() {
+    let lists = lists(600, 256, 0);
+    let narrow = bsu::prices(&with_port("bsu", "out_row", &[ZERO; 8]), &lists);
+    let (port, expected) = ("out_row".to_owned(), "512".to_owned());
+    assert_eq!(narrow, Err(CharacteriseError::Width { port, bits: 8, expected }));
+    let silent = bsu::prices(&with_port("bsu", "sort_ready", &[ZERO]), &lists);
+    assert_eq!(silent, Err(CharacteriseError::Stuck { cycles: 1 << 16 }));
+    let deaf = qsu::prices(&with_port("qsu", "out_valid", &[ZERO]), &lists);
+    let what = "a key does not leave two cycles after it came";
+    assert_eq!(deaf, Err(CharacteriseError::Differs { what }));
+    let small = netlist("vrc-e5m6", "45nm").expect("a netlist");
+    let cores = vrc::prices(&small, &cores(600, 40, 30));
+    assert_eq!(cores, Err(CharacteriseError::Differs { what: "a pixel is another" }));
 }
 
 /// Cores of four pixels, `count` of them, with `splats` splats each, which are over the pixels or,
