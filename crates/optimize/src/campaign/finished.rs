@@ -83,7 +83,7 @@ impl Run<'_> {
             model.as_ref().zip(result.as_deref()).map(|(scene, name)| shown(scene, name));
         let foveated = if model.is_some() { self.foveated(&setup)? } else { None };
         // What the method does to colours is seen on its own model.
-        let own = match &conclusion.best == &result {
+        let own = match conclusion.best == result {
             true => pictures.clone(),
             false => load(&conclusion.best)?
                 .zip(conclusion.best.as_deref())
