@@ -75,6 +75,23 @@ fn a_rendering_core_is_priced_on_a_scene() {
 }
 
 #[test]
+fn the_front_and_the_control_are_priced_on_a_scene() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("lego.ply");
+    let scene = scene.to_str().expect("UTF-8");
+    let mut synth = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
+    synth.args(["synth", "lego", "--points", "30000", "-o", scene]).assert().success();
+    for (unit, amount) in [("vru", ["--slots", "50000000"]), ("ccu", ["--gaussians", "20000"])] {
+        let words =
+            [unit, "--library", "7nm", "--scene", scene, "--orbit", "4", "--size", "160x120"];
+        let done = run(&[&words[..], &amount, &["--json"]].concat()).success();
+        let found: serde_json::Value =
+            serde_json::from_slice(&done.get_output().stdout).expect("JSON");
+        assert!(found["held_out"].as_f64().expect("a number").abs() < 0.05, "{found}");
+    }
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("bad.bin");

@@ -2,6 +2,7 @@
 //! two actions can be confused.
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
+use powergs_base::quantity::Hertz;
 use powergs_core::accel::machine::{BinningMethod, DramModel, FeatureSource, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
 use powergs_core::action::{Action, ActionCounts, Stage};
@@ -222,6 +223,26 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
     // Eight channels with open rows, and powered down between frames.
     assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5).abs() < 1e-12);
     assert!((report.standby.idle_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
+}
+
+/// Prices of the gates know what becomes of an evaluated pixel: a slot that blends takes more than
+/// one that is dropped.
+#[test]
+fn frames_that_evaluate_as_much_and_blend_more_take_more() {
+    let (mut machine, few) = preset();
+    machine.clock = Hertz(380e6);
+    let table = EnergyTable::parse(find(ENERGY, "gscore-rtl-28nm").unwrap()).unwrap();
+    let prices = cost::prices(&table, &machine).unwrap();
+    let mut many = few.clone();
+    let blended = few.counters.alpha_evaluations / 2 / few.tiles.len() as u64;
+    many.tiles.iter_mut().for_each(|tile| tile.blends = blended);
+    many.counters.blends = many.tiles.iter().map(|tile| tile.blends).sum();
+    let [few, many] =
+        [few, many].map(|frame| simulate(Label::default(), &frame, &machine, &prices).unwrap());
+    assert_eq!(many.timing().unwrap().frame, few.timing().unwrap().frame);
+    assert_eq!(many.counters.alpha_evaluations, few.counters.alpha_evaluations);
+    let rendering = |r: &FrameReport| r.energy.stage(Stage::Rendering).0;
+    assert!(rendering(&many) > 1.1 * rendering(&few), "{:?}", [&few, &many].map(rendering));
 }
 
 #[test]
