@@ -85,7 +85,7 @@ fn a_netlist_of_other_parameters_or_with_an_error_is_refused() {
     let narrow = bsu::prices(&with_port("bsu", "out_row", &[ZERO; 8]), &lists);
     let (port, expected) = ("out_row".to_owned(), "512".to_owned());
     assert_eq!(narrow, Err(CharacteriseError::Width { port, bits: 8, expected }));
-    let silent = bsu::prices(&with_port("bsu", "sort_ready", &[ZERO]), &lists);
+    let silent = bsu::prices(&with_port("bsu", "out_valid", &[ZERO]), &lists);
     assert_eq!(silent, Err(CharacteriseError::Stuck { cycles: 1 << 16 }));
     let deaf = qsu::prices(&with_port("qsu", "out_valid", &[ZERO]), &lists);
     let what = "a key does not leave two cycles after it came";
