@@ -14,6 +14,7 @@ mod codesign;
 mod compare;
 pub mod completions;
 mod datapath;
+mod demo_scene;
 mod display;
 mod dram;
 pub mod dram_model;

@@ -27,6 +27,24 @@ pub fn name_of(path: &Path) -> String {
     names.find(|name| !is_common(name)).unwrap_or_else(|| "model".into())
 }
 
+/// A trained model that is to be made cheaper, and its name for people.
+///
+/// # Errors
+/// Exit code 3: it cannot be read, or has no Gaussians.
+pub fn trained(
+    path: &Path,
+    detail: Option<u32>,
+    context: &Context,
+) -> Result<(String, Gaussians), Failure> {
+    let scene = open_model(path, detail)?;
+    warn(&scene, context);
+    if scene.gaussians.is_empty() {
+        let what = format!("{}: the model has no Gaussians", path.display());
+        return Err(Failure::new(Exit::BadInput, what));
+    }
+    Ok((name_of(&scene.path), scene.gaussians))
+}
+
 /// What a command shows: a plain model, or all levels of a foveated one.
 #[derive(Debug)]
 pub enum Shown {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::super::camera_file::CameraArgs;
 use super::super::failure::ConfigUsage;
 use super::super::references::FileReferences;
-use super::super::{Context, Exit, Failure, OrExit, scene_file};
+use super::super::{Context, Exit, Failure, OrExit, demo_scene, scene_file};
 use super::{Args, LevelArg, demo};
 use crate::cli::codesign::watch::Watched;
 use powergs_codesign::Codesign;
@@ -20,7 +20,6 @@ use powergs_optimize::request::{Goal, Goals, Request};
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::Level;
 use powergs_scene::camera::orbit::SceneBounds;
-use powergs_scene::files::open_model;
 use powergs_scene::{Camera, Gaussians};
 
 /// A space file as it was read.
@@ -130,15 +129,9 @@ fn goal(args: &Args, space: &Space) -> Goal {
 
 fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
     let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
-        return Ok(("demo".into(), demo::model()?));
+        return Ok(("demo".into(), demo_scene::model()?));
     };
-    let scene = open_model(path, args.detail)?;
-    scene_file::warn(&scene, context);
-    if scene.gaussians.is_empty() {
-        let what = format!("{}: the model has no Gaussians", path.display());
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    Ok((scene_file::name_of(&scene.path), scene.gaussians))
+    scene_file::trained(path, args.detail, context)
 }
 
 fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera>, Failure> {

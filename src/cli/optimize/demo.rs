@@ -1,20 +1,11 @@
 //! `--demo`: the generated scene, its views, and the flags that it sets.
 
 use super::super::replay::ModelArg;
-use super::super::{Exit, Failure};
+use super::super::{Failure, demo_scene};
 use super::Args;
 use powergs_frame::fovea::Screen;
-use powergs_scene::camera::edit;
-use powergs_scene::synth::{Preset, cameras, generate};
-use powergs_scene::{Camera, Gaussians};
+use powergs_scene::Camera;
 
-/// The preset: a toy before black.
-const PRESET: &str = "lego";
-/// Gaussians, and the seed.
-const MODEL: (usize, u64) = (6_000, 1);
-/// Gaussians are drawn this many times as large as the preset makes them: generated scenes have
-/// several layers of everything, and with these overlaps pruning would cost no quality.
-const SIZE: f32 = 0.4;
 /// Every how many-th of its 96 views.
 const EVERY: usize = 3;
 /// Image size, pixels.
@@ -27,23 +18,9 @@ pub const NOTE: &str = "note: a scene this small costs milliwatts to render, whi
                         power of a whole machine would hide: --demo counts with the paper model \
                         (--oracle paper) and scales the panel to match (--display-ratio 2)";
 
-fn preset() -> Result<&'static Preset, Failure> {
-    let gone = || Failure::new(Exit::Internal, "the demonstration scene is gone");
-    Preset::named(PRESET).ok_or_else(gone)
-}
-
-/// The dense model.
-pub fn model() -> Result<Gaussians, Failure> {
-    let mut model = generate(preset()?, MODEL.0, MODEL.1);
-    model.log_scales.iter_mut().flatten().for_each(|s| *s += SIZE.ln());
-    Ok(model)
-}
-
 /// The views.
 pub fn views(size: Option<(u32, u32)>) -> Result<Vec<Camera>, Failure> {
-    let (width, height) = size.unwrap_or(IMAGE);
-    let views = cameras(preset()?).into_iter().step_by(EVERY);
-    Ok(views.map(|c| edit::resized(&c, width, height)).collect())
+    demo_scene::views(EVERY, size.unwrap_or(IMAGE))
 }
 
 /// Pooling rate of the demonstration: its small images show the regions that images of 1,237

@@ -7,7 +7,7 @@ use super::super::inputs;
 use super::super::progress::Progress;
 use super::super::references::FileReferences;
 use super::super::replay::ModelArg;
-use super::super::{Context, Exit, Failure, lpips_file, out, scene_file};
+use super::super::{Context, Exit, Failure, demo_scene, lpips_file, out, scene_file};
 use super::photos::PhotoFolder;
 use super::{Args, KeepArg, PowerArgs, PowerViewsArg, demo, photos};
 use powergs_frame::fovea::Screen;
@@ -93,15 +93,9 @@ fn foveation(args: &Args, context: &Context) -> Result<Option<Foveation>, Failur
 
 fn dense(args: &Args, context: &Context) -> Result<(String, Gaussians), Failure> {
     let Some(path) = args.model.as_deref().filter(|_| !args.demo) else {
-        return Ok(("demo".into(), demo::model()?));
+        return Ok(("demo".into(), demo_scene::model()?));
     };
-    let scene = open_model(path, args.detail)?;
-    scene_file::warn(&scene, context);
-    if scene.gaussians.is_empty() {
-        let what = format!("{}: the model has no Gaussians", path.display());
-        return Err(Failure::new(Exit::BadInput, what));
-    }
-    Ok((scene_file::name_of(&scene.path), scene.gaussians))
+    scene_file::trained(path, args.detail, context)
 }
 
 fn externals(args: &Args, context: &Context) -> Result<Vec<(String, Gaussians)>, Failure> {
