@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 __version__: str
+__model_version__: int
 
 class _Bar(Protocol):
     """A bar of tqdm, or whatever moves as one."""
@@ -91,6 +92,8 @@ class Machine:
     def name(self) -> str: ...
     @property
     def description(self) -> str: ...
+    @property
+    def _key(self) -> dict[str, str]: ...
     @property
     def energy_table(self) -> str: ...
     @property
@@ -205,6 +208,8 @@ class Scene:
 class Trace:
     @staticmethod
     def open(path: _Path, /, *, memory: _Memory | None = None) -> Trace: ...
+    @property
+    def _key(self) -> tuple[str, int, int]: ...
     @property
     def name(self) -> str: ...
     @property

@@ -11,6 +11,7 @@ from ._powergs import Front, Machine, Report, SweepResult, Table, Trace
 from ._powergs import _front, _sweep_axes, _sweep_file, _table
 from .errors import ConfigError
 from .progress import meter
+from .store import DesignStore
 
 if TYPE_CHECKING:
     from ._powergs import Progress
@@ -79,7 +80,9 @@ def sweep(
         ``banked``, which is many times faster and within some percent. With functions and with
         machines it is that of the machine.
     store
-        Folder where results are kept: a sweep that was interrupted goes on there.
+        Folder where results are kept: a sweep that was interrupted goes on there. With functions
+        and machines it keeps a row per design, of the same machine, frames and functions; a
+        function is told by its code and what it encloses, not by what it calls.
     memory
         What binned frames may take, bytes or a text such as ``"2 GiB"``.
     progress
@@ -111,13 +114,16 @@ def sweep(
             maximize=list(maximize), sampling=dict(sampling) if sampling else None, fps=fps,
             dram=dram, store=store, memory=memory, progress=progress,
         )  # fmt: skip
-    if constraints or minimize or maximize or sampling or store is not None:
+    if constraints or minimize or maximize or sampling:
         raise ConfigError(
-            "constraints, minimize, maximize, sampling and store are for dictionaries without "
-            "functions as objectives"
+            "constraints, minimize, maximize and sampling are for dictionaries without functions "
+            "as objectives"
         )
     asked = Space(space, base) if isinstance(space, Mapping) else None
     found = Designs(objectives or {})
+    kept = None
+    if store is not None:
+        kept = DesignStore(store, opened, dram, fps, objectives or {})
     candidates: Iterable[Candidate]
     if asked is not None:
         candidates = asked
@@ -127,8 +133,14 @@ def sweep(
     bar = meter(progress, "designs")
     try:
         for done, candidate in enumerate(candidates, start=1):
-            reports = [trace.replay(candidate.machine, dram=dram, fps=fps) for trace in opened]
-            found.add(candidate, reports)
+            key = kept.key(candidate.machine) if kept is not None else ""
+            values = kept.get(key) if kept is not None else None
+            if values is None:
+                replays = (trace.replay(candidate.machine, dram=dram, fps=fps) for trace in opened)
+                values = found.measure(list(replays))
+                if kept is not None:
+                    kept.put(key, values)
+            found.add(candidate, values)
             if bar is not None:
                 bar.show(done, max(total, done))
     finally:
@@ -298,15 +310,17 @@ class Designs:
         #: The machines, in the order of the table.
         self.machines: list[Machine] = []
 
-    def add(self, candidate: Candidate, reports: Sequence[Report]) -> None:
-        """Adds a machine with its reports, one per trace."""
-        row: dict[str, Any] = {"point": candidate.number, "machine": candidate.machine.name}
-        row.update(candidate.settings)
-        for name in _METRICS:
-            row[name] = _mean([getattr(report, name) for report in reports])
+    def measure(self, reports: Sequence[Report]) -> dict[str, float | None]:
+        """The means of a machine's reports, one per trace, and of the functions of them."""
+        values = {name: _mean([getattr(r, name) for r in reports]) for name in _METRICS}
         for name, function in self._objectives.items():
-            row[name] = _mean([function(report) for report in reports])
-        self._rows.append(row)
+            values[name] = _mean([function(report) for report in reports])
+        return values
+
+    def add(self, candidate: Candidate, values: Mapping[str, float | None]) -> None:
+        """Adds a machine with what was measured."""
+        row: dict[str, Any] = {"point": candidate.number, "machine": candidate.machine.name}
+        self._rows.append({**row, **candidate.settings, **values})
         self.machines.append(candidate.machine)
 
     @property

@@ -26,6 +26,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("__model_version__", powergs_core::sim::MODEL_VERSION)?;
     module.add_class::<cameras::Camera>()?;
     module.add_class::<cameras::Cameras>()?;
     module.add_class::<chart::Chart>()?;

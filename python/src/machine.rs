@@ -317,6 +317,12 @@ impl Machine {
         self.system.id() as u64
     }
 
+    /// What tells this machine from others: its files, with all changes made. Stores use it.
+    #[getter]
+    fn _key(&self) -> BTreeMap<String, String> {
+        parts(&self.name, &self.system).1.into_iter().map(|(role, file)| (role, file.3)).collect()
+    }
+
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Parts)> {
         let of = py.import("powergs._powergs")?.getattr("_machine")?;
         Ok((of, parts(&self.name, &self.system)))

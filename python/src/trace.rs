@@ -113,6 +113,15 @@ impl Trace {
         !self.frames.is_open()
     }
 
+    /// What tells these frames from others: the hash of the whole file or list, and which frames of
+    /// it these are. Stores use it.
+    #[getter]
+    fn _key(&self) -> PyResult<(String, usize, usize)> {
+        let (mut frames, range) = (self.frames()?, self.frames.range());
+        let identity = frames.identity().map_err(Fault::from)?;
+        Ok((format!("{:032x}", identity.xxh3), range.start, range.end))
+    }
+
     fn __len__(&self) -> usize {
         self.frames.range().len()
     }

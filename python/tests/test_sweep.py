@@ -153,6 +153,64 @@ def test_functions_as_objectives(demo) -> None:
     assert front["throughput_fps"] == sorted(front["throughput_fps"])
 
 
+def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
+    class Counted:
+        calls = 0
+
+        def __call__(self, report: powergs.Report) -> float:
+            self.calls += 1
+            return report.energy_pj
+
+    def value(scale: float):
+        return lambda report: scale * report.energy_pj
+
+    def machines():
+        return (gscore.with_({"vru.cores": n}) for n in (2, 4, 8))
+
+    def interrupted(done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    store = tmp_path / "designs"
+    with pytest.raises(KeyboardInterrupt):
+        powergs.sweep(
+            machines(), trace, objectives={"e": value(2.0)}, store=store, progress=interrupted
+        )
+    file = store / "designs.jsonl"
+    whole = file.read_text().splitlines(keepends=True)
+    assert len(whole) == 1 + 2
+    file.write_text("".join(whole[:2]) + whole[2][: len(whole[2]) // 2])
+    fresh = powergs.sweep(machines(), trace, objectives={"e": value(2.0)})
+    again = powergs.sweep(machines(), trace, objectives={"e": value(2.0)}, store=store)
+    assert again.table.to_dict() == fresh.table.to_dict()
+    assert len(file.read_text().splitlines()) == 1 + 3
+    powergs.sweep(machines(), trace, objectives={"e": value(2.0)}, store=store)
+    powergs.sweep(AXES, trace, objectives={"e": value(2.0)}, store=store)
+    assert len(file.read_text().splitlines()) == 1 + 3 + 6
+    # Another function, other frames, another rate: not what was kept.
+    other = powergs.sweep(machines(), trace, objectives={"e": value(3.0)}, store=store)
+    assert other.table["e"] == [1.5 * e for e in fresh.table["e"]]
+    part = powergs.sweep(machines(), trace[:1], objectives={"e": value(2.0)}, store=store)
+    assert part.table["e"] != fresh.table["e"]
+    slower = powergs.sweep(machines(), trace, store=store, fps=30.0)
+    assert slower.table["power_w"] != fresh.table["power_w"]
+    # A design in the store is not run again.
+    counted = Counted()
+    for _ in range(2):
+        powergs.sweep(machines(), trace, objectives={"e": counted}, store=tmp_path / "other")
+    assert counted.calls == 3
+
+
+@pytest.mark.parametrize("text", ['{"kind": "other"}\n', "\x00\x01\n", '{"kind"\n', "[]\n"])
+def test_a_damaged_store_of_functions_is_refused(text, trace, gscore, tmp_path) -> None:
+    (tmp_path / "designs.jsonl").write_text(text)
+    with pytest.raises(powergs.InputError, match="another folder"):
+        powergs.sweep([gscore], trace, store=tmp_path)
+    (tmp_path / "designs.jsonl").rename(tmp_path / "notes.txt")
+    with pytest.raises(powergs.ConfigError, match="other files"):
+        powergs.sweep([gscore], trace, store=tmp_path)
+
+
 def test_machines_of_a_generator(trace, gscore) -> None:
     seen: list[tuple[int, int]] = []
     machines = (gscore.with_({"vru.cores": n}) for n in (2, 4))
