@@ -322,7 +322,7 @@ pub struct SearchArgs {
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.first_effort)]
     pub first_effort: f64,
-    /// Iterations of the final model and of each baseline [default: twice those of a sample]
+    /// Iterations of the final model [default: twice those of a sample]
     #[arg(hide_short_help = true, long, value_name = "N")]
     pub final_iterations: Option<u32>,
     /// Iterations between checks of the quality
@@ -384,7 +384,8 @@ pub enum ScheduleArg {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Comparison")]
 pub struct CompareArgs {
-    /// Render-only, display-only, two-stage, LightGaussian-style at 66, 76 and 86 %
+    /// Render-only and display-only with all the iterations of the search; two-stage, and
+    /// LightGaussian-style at 66, 76 and 86 %, with those of the final model
     #[arg(long)]
     pub baselines: bool,
     /// A further trained model of the same scene: NAME=FILE

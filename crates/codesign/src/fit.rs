@@ -242,6 +242,7 @@ impl<'a> Fitter<'a> {
             trains: Trains::All,
             keep: Keep::Dimmest,
             pace: Pace::RECOVERING,
+            intact_db: None,
         }
     }
 

@@ -16,6 +16,8 @@ mod sentence;
 
 pub use sentence::{Number, Part, Sentence, Unit};
 
+use std::collections::BTreeMap;
+
 use super::results::Results;
 
 /// A finished run.
@@ -28,7 +30,7 @@ pub struct Run {
 }
 
 /// What a run says about a claim.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Sign and order agree.
     Yes,
@@ -67,13 +69,27 @@ fn here(text: Sentence, holds: bool) -> Answer {
     Ok(Here { text, holds, why: None })
 }
 
-/// How the verdicts of runs become one.
+/// How the verdicts of scenes become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rule {
-    /// Every run that can be checked agrees.
-    All,
-    /// One run that agrees is enough: claims of the best case.
+    /// More than half of the scenes that can be checked agree.
+    Most,
+    /// One scene that agrees is enough: claims of the best case.
     Any,
+}
+
+impl Rule {
+    fn verdict(self, agree: usize, checked: usize) -> Verdict {
+        let holds = match self {
+            Rule::Most => 2 * agree > checked,
+            Rule::Any => agree > 0,
+        };
+        match checked {
+            0 => Verdict::Unchecked,
+            _ if holds => Verdict::Yes,
+            _ => Verdict::No,
+        }
+    }
 }
 
 /// Who is asked.
@@ -81,8 +97,8 @@ enum Rule {
 enum Asks {
     /// Each run.
     Each(fn(&Results) -> Answer),
-    /// All together.
-    Together(fn(&[Run]) -> Answer),
+    /// All of one ratio together.
+    Together(fn(&[&Run]) -> Answer),
 }
 
 /// A claim and how it is checked.
@@ -95,14 +111,31 @@ struct Check {
     asks: Asks,
 }
 
-/// What one run, or all together, say about a claim.
+/// What one run, or all of one ratio together, say about a claim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     /// The run; `None` for all together.
     pub run: Option<String>,
+    /// The ratio that the run has, as in [`Tally::ratio`].
+    pub ratio: Option<f64>,
     /// Our numbers, or why there are none.
     pub here: Sentence,
     /// Whether sign and order agree.
+    pub verdict: Verdict,
+}
+
+/// How many scenes of one ratio agree with a claim. A scene agrees if all of its runs do that can be
+/// checked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tally {
+    /// Display power over rendering power of the dense model, as it was asked for; `None` for runs
+    /// with the panel as it is.
+    pub ratio: Option<f64>,
+    /// Scenes that agree.
+    pub agree: usize,
+    /// Scenes that could be checked.
+    pub checked: usize,
+    /// All of them together.
     pub verdict: Verdict,
 }
 
@@ -117,9 +150,11 @@ pub struct Row {
     pub published: &'static str,
     /// What sign and order would have to be here.
     pub expects: &'static str,
-    /// What the runs say.
+    /// What the runs say, by ratio.
     pub findings: Vec<Finding>,
-    /// All of them together.
+    /// The scenes of each ratio, as in [`ClaimTable::ratios`].
+    pub tallies: Vec<Tally>,
+    /// The scenes of all ratios together.
     pub verdict: Verdict,
 }
 
@@ -128,6 +163,8 @@ pub struct Row {
 pub struct ClaimTable {
     /// A line about each run: its name, what it is and which regions count.
     pub runs: Vec<(String, String)>,
+    /// The ratios of the runs, ascending, then those that are as they are ([`Tally::ratio`]).
+    pub ratios: Vec<Option<f64>>,
     /// Those that can be checked with the right runs.
     pub rows: Vec<Row>,
 }
@@ -163,33 +200,74 @@ fn checks() -> Vec<&'static Check> {
     all
 }
 
+/// The runs of one ratio.
+struct Group<'a> {
+    ratio: Option<f64>,
+    runs: Vec<&'a Run>,
+}
+
+/// What was asked for with `--display-ratio`, in hundredths; `None` for a panel as it is.
+fn ratio_of(r: &Results) -> Option<f64> {
+    let ratio = r.display_to_render.filter(|_| r.display_scale != 1.0)?;
+    Some((100.0 * ratio).round() / 100.0)
+}
+
+/// Runs by ratio, ascending; those with the panel as it is last.
+fn groups(runs: &[Run]) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for run in runs {
+        let ratio = ratio_of(&run.results);
+        match groups.iter_mut().find(|group| group.ratio == ratio) {
+            Some(group) => group.runs.push(run),
+            None => groups.push(Group { ratio, runs: vec![run] }),
+        }
+    }
+    let key = |group: &Group<'_>| group.ratio.unwrap_or(f64::INFINITY);
+    groups.sort_by(|a, b| key(a).total_cmp(&key(b)));
+    groups
+}
+
 /// Checks everything.
 pub fn check(runs: &[Run]) -> ClaimTable {
+    let groups = groups(runs);
     let lines = runs.iter().map(|run| (run.label.clone(), facts::about(&run.results)));
-    ClaimTable { runs: lines.collect(), rows: checks().into_iter().map(|c| row(c, runs)).collect() }
+    ClaimTable {
+        runs: lines.collect(),
+        ratios: groups.iter().map(|group| group.ratio).collect(),
+        rows: checks().into_iter().map(|c| row(c, &groups)).collect(),
+    }
 }
 
-fn row(check: &Check, runs: &[Run]) -> Row {
-    let findings: Vec<Finding> = match check.asks {
-        Asks::Each(ask) => {
-            let of = |run: &Run| finding(Some(run.label.clone()), ask(&run.results));
-            runs.iter().map(of).collect()
+fn row(check: &Check, groups: &[Group<'_>]) -> Row {
+    let (mut findings, mut tallies) = (Vec::new(), Vec::new());
+    for group in groups {
+        // Which scene each finding is of; one for all runs together.
+        let found: Vec<(&str, Finding)> = match check.asks {
+            Asks::Each(ask) => {
+                let of = |run: &&'_ Run| finding(Some(&run.label), group.ratio, ask(&run.results));
+                group.runs.iter().map(|run| (run.results.scene.as_str(), of(run))).collect()
+            }
+            Asks::Together(ask) => vec![("", finding(None, group.ratio, ask(&group.runs)))],
+        };
+        let mut scenes: BTreeMap<&str, bool> = BTreeMap::new();
+        for (scene, finding) in &found {
+            if finding.verdict != Verdict::Unchecked {
+                *scenes.entry(scene).or_insert(true) &= finding.verdict == Verdict::Yes;
+            }
         }
-        Asks::Together(ask) => vec![finding(None, ask(runs))],
-    };
-    let count = |verdict: Verdict| findings.iter().filter(|f| f.verdict == verdict).count();
-    let (yes, no) = (count(Verdict::Yes), count(Verdict::No));
-    let verdict = match (yes, no, check.rule) {
-        (0, 0, _) => Verdict::Unchecked,
-        (_, 0, _) => Verdict::Yes,
-        (1.., _, Rule::Any) => Verdict::Yes,
-        (_, _, Rule::All | Rule::Any) => Verdict::No,
-    };
+        let (agree, checked) = (scenes.values().filter(|&&agrees| agrees).count(), scenes.len());
+        let verdict = check.rule.verdict(agree, checked);
+        tallies.push(Tally { ratio: group.ratio, agree, checked, verdict });
+        findings.extend(found.into_iter().map(|(_, finding)| finding));
+    }
+    let sum = |of: fn(&Tally) -> usize| tallies.iter().map(of).sum();
+    let verdict = check.rule.verdict(sum(|t| t.agree), sum(|t| t.checked));
     let Check { id, what, published, expects, .. } = *check;
-    Row { id, what, published, expects, findings, verdict }
+    Row { id, what, published, expects, findings, tallies, verdict }
 }
 
-fn finding(run: Option<String>, answer: Answer) -> Finding {
+fn finding(run: Option<&String>, ratio: Option<f64>, answer: Answer) -> Finding {
+    let run = run.cloned();
     match answer {
         Ok(Here { text, holds, why }) => {
             let verdict = if holds { Verdict::Yes } else { Verdict::No };
@@ -197,16 +275,18 @@ fn finding(run: Option<String>, answer: Answer) -> Finding {
                 Some(why) => text.then("; ", why),
                 None => text,
             };
-            Finding { run, here, verdict }
+            Finding { run, ratio, here, verdict }
         }
-        Err(why) => Finding { run, here: why.into(), verdict: Verdict::Unchecked },
+        Err(why) => Finding { run, ratio, here: why.into(), verdict: Verdict::Unchecked },
     }
 }
 
 impl ClaimTable {
-    /// Claims that agree, and those that could be checked.
-    pub fn agreed(&self) -> (usize, usize) {
-        let count = |verdict: Verdict| self.rows.iter().filter(|r| r.verdict == verdict).count();
+    /// Claims that agree on most scenes, and those that could be checked, with the runs of the
+    /// ratio at a position of [`ClaimTable::ratios`].
+    pub fn agreed(&self, ratio: usize) -> (usize, usize) {
+        let verdicts = || self.rows.iter().filter_map(|row| Some(row.tallies.get(ratio)?.verdict));
+        let count = |verdict: Verdict| verdicts().filter(|v| *v == verdict).count();
         let yes = count(Verdict::Yes);
         (yes, yes + count(Verdict::No))
     }

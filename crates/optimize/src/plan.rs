@@ -60,22 +60,37 @@ pub type Line = Option<Baseline>;
 impl Plan {
     /// The most iterations that the run can have.
     pub fn most_iterations(&self, settings: &Settings) -> u64 {
-        let final_iterations = u64::from(settings.final_iterations);
-        let one = |level: u8| {
-            let (plan, budget) = settings.budget(&self.schedule, level);
-            let samples = plan.most_effort(settings.first_effort) * f64::from(budget);
-            samples.ceil() as u64 + u64::from(settings.final_budget(level))
-        };
-        let levels = self.levels;
+        let levels = 0..self.levels;
+        let of_search = |level| u64::from(self.search_iterations(settings, level));
         let of_variant = |v: usize| {
-            let upper: u64 = (1..levels).map(|l| u64::from(settings.final_budget(l))).sum();
-            (0..levels).map(one).sum::<u64>()
-                + self.compared(v).count() as u64 * final_iterations
-                + upper * self.foveated_baselines().count() as u64
+            let compared =
+                self.compared(v).map(|b| u64::from(self.compared_iterations(settings, b, 0)));
+            let upper = self
+                .foveated_baselines()
+                .flat_map(|b| levels.clone().skip(1).map(move |level| (b, level)));
+            let upper = upper.map(|(b, l)| u64::from(self.compared_iterations(settings, b, l)));
+            levels.clone().map(of_search).sum::<u64>() + compared.sum::<u64>() + upper.sum::<u64>()
         };
         let all: u64 = (0..self.variants.len()).map(of_variant).sum();
         let held_out = if self.holds_out { u64::from(settings.first_budget()) } else { 0 };
-        held_out + all + self.sweep_weights.len() as u64 * final_iterations
+        let swept = self.sweep_weights.len() as u64 * u64::from(settings.final_iterations);
+        held_out + all + swept
+    }
+
+    /// The most iterations that the search of a level takes, all samples and the final model.
+    fn search_iterations(&self, settings: &Settings, level: u8) -> u32 {
+        let (plan, budget) = settings.budget(&self.schedule, level);
+        let samples = (plan.most_effort(settings.first_effort) * f64::from(budget)).ceil() as u32;
+        samples.saturating_add(settings.final_budget(level))
+    }
+
+    /// Iterations of a comparison: those of the whole search, where it prunes or dims for as long as
+    /// the target is met; else those of the final model.
+    fn compared_iterations(&self, settings: &Settings, baseline: Baseline, level: u8) -> u32 {
+        match baseline {
+            Baseline::RenderOnly | Baseline::DisplayOnly => self.search_iterations(settings, level),
+            Baseline::TwoStage | Baseline::LightGaussian(_) => settings.final_budget(level),
+        }
     }
 
     /// Comparisons of a variant: all for the first, those with levels for the others.

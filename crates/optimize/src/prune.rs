@@ -2,18 +2,21 @@
 //!
 //! The score of a Gaussian is the number of pixels in which it has the largest weight, divided by
 //! the number of tiles that fetch it; of all training views the maximum counts. The lowest scores
-//! go first (`powergs`, section 4.1). A pixel without any contribution is not counted. Ties are
-//! broken by index, so that Gaussians with a score of 0 go in a fixed order.
+//! go first (`powergs`, section 4.1). A pixel without any contribution is not counted. Many
+//! Gaussians of a trained scene are nowhere the heaviest, and the publication does not say which of
+//! them go first: here those that least is blended of, the sum of the weights of a view, the maximum
+//! over the views. Ties are broken by index.
 
 use rayon::prelude::*;
 
 use super::adam::Adam;
-use powergs_frame::splat::ALPHA_STEPS;
 use powergs_raster::{Detail, Options, render};
 use powergs_scene::{Camera, Gaussians};
 
 /// Avoids a division by zero for a splat that no tile fetched; the published value.
 const GUARD: f64 = 1e-7;
+/// The score of what no view shows. Between it and zero is what is nowhere the heaviest.
+const UNSEEN: f64 = -1.0;
 /// Exponent of the volume term of LightGaussian's score.
 const VOLUME_POWER: f64 = 0.1;
 /// The share of Gaussians below the reference volume of that score.
@@ -42,37 +45,31 @@ impl Score {
 fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     let of_view = |camera: &Camera| {
         let rendered = render(scene, camera, &Options::reference(Detail::Dominance));
-        let mut score = vec![0.0; scene.len()];
-        let counts = rendered.fetches.iter().zip(&rendered.dominance);
-        for (splat, (&tiles, &pixels)) in rendered.splats.iter().zip(counts) {
-            if tiles > 0 {
-                score[splat.index as usize] = f64::from(pixels) / (f64::from(tiles) + GUARD);
-            }
+        let mut score = vec![UNSEEN; scene.len()];
+        let counts = rendered.fetches.iter().zip(&rendered.dominance).zip(&rendered.weights);
+        for (splat, ((&tiles, &pixels), &weight)) in rendered.splats.iter().zip(counts) {
+            score[splat.index as usize] = match pixels {
+                0 => UNSEEN / (1.0 + weight),
+                _ => f64::from(pixels) / (f64::from(tiles) + GUARD),
+            };
         }
         score
     };
-    folded(scene.len(), views, of_view, f64::max)
+    folded(scene.len(), UNSEEN, views, of_view, f64::max)
 }
 
-/// Hits are estimated: the area where α reaches 1/255, from the projected covariance, times the
-/// share of its tiles that fetch the splat at all. The published code counts blended pixels with
-/// racing increments, so its numbers are not reproducible.
+/// Hits are the pixels that a Gaussian is blended into, counted exactly. The published code adds its
+/// opacity for each of them without a lock, so that its sums differ from run to run.
 fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     let of_view = |camera: &Camera| {
-        let rendered = render(scene, camera, &Options::reference(Detail::Counters));
+        let rendered = render(scene, camera, &Options::reference(Detail::Hits));
         let mut score = vec![0.0; scene.len()];
-        let tiles = rendered.fetches.iter().zip(&rendered.touches);
-        for (splat, (&fetched, touch)) in rendered.splats.iter().zip(tiles) {
-            let [a, b, d] = splat.cov.map(f64::from);
-            let opacity = f64::from(splat.opacity);
-            let reach = 2.0 * (opacity * ALPHA_STEPS).max(1.0).ln();
-            let area = std::f64::consts::PI * reach * (a * d - b * b).max(0.0).sqrt();
-            let seen = f64::from(fetched) / f64::from(touch.tiles.max(1));
-            score[splat.index as usize] = area * seen * opacity;
+        for (splat, &pixels) in rendered.splats.iter().zip(&rendered.hits) {
+            score[splat.index as usize] = f64::from(pixels) * f64::from(splat.opacity);
         }
         score
     };
-    let mut score = folded(scene.len(), views, of_view, |a, b| a + b);
+    let mut score = folded(scene.len(), 0.0, views, of_view, |a, b| a + b);
     let volumes: Vec<f64> =
         scene.log_scales.iter().map(|s| s.iter().map(|&v| f64::from(v)).sum()).collect();
     let mut sorted = volumes.clone();
@@ -88,11 +85,12 @@ fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
 /// Joins the scores of all views in their order; at most one score per thread is in memory.
 fn folded(
     len: usize,
+    start: f64,
     views: &[Camera],
     of_view: impl Fn(&Camera) -> Vec<f64> + Sync,
     join: impl Fn(f64, f64) -> f64,
 ) -> Vec<f64> {
-    let mut total = vec![0.0; len];
+    let mut total = vec![start; len];
     for group in views.chunks(rayon::current_num_threads().max(1)) {
         let scores: Vec<Vec<f64>> = group.par_iter().map(&of_view).collect();
         for score in scores {

@@ -219,14 +219,12 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     };
     let samples: Vec<Sample> = passed.iter().map(sample).collect();
     let minimum = fit::fit(&samples).ok().map(|f| fit::optimum(&f));
-    let ends: Vec<f64> = done.iter().filter(|d| d.is_end).map(|d| d.rho).collect();
-    let is_stuck = ends.windows(2).any(|w| w[1] - w[0] < APART / 2.0);
-    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) && !is_stuck {
+    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) {
         return Some(Refined::Beyond);
     }
     let total = |i: usize| passed[i].1.total_w();
     let best = (0..passed.len()).min_by(|&a, &b| total(a).total_cmp(&total(b)))?;
-    // An end that was pushed on in vain leaves two samples that say the same.
+    // An end that was pushed on may leave two samples that say the same.
     let is_apart = |&i: &usize| (passed[i].1.rho - passed[best].1.rho).abs() >= APART;
     let sides = [(0..best).rev().find(is_apart), (best + 1..passed.len()).find(is_apart)];
     let mut neighbours: Vec<usize> = sides.into_iter().flatten().collect();

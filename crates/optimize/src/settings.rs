@@ -33,7 +33,7 @@ pub struct Settings {
     /// Iterations of the first sample, relative to the others, and half of those of the model that
     /// is trained further without the gate views.
     pub first_effort: f64,
-    /// Iterations of the final model and of each baseline.
+    /// Iterations of the final model, and of comparisons that are not given those of a search.
     pub final_iterations: u32,
     /// Iterations of the fine-tunes in the periphery, relative to those of the first level.
     pub level_effort: f64,
@@ -126,7 +126,7 @@ impl Settings {
         share_of(self.iterations, HELD_OUT_EFFORT * self.first_effort)
     }
 
-    /// Iterations of the final model of a level, and of each baseline there.
+    /// Iterations of the final model of a level.
     pub(crate) fn final_budget(&self, level: u8) -> u32 {
         let share = if level == 0 { 1.0 } else { self.level_effort };
         share_of(self.final_iterations, share)

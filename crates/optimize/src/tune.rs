@@ -272,7 +272,9 @@ impl<'a> Tuner<'a> {
             let (setup, pooling) = (self.setup, self.pooling());
             let read = self.reader.of(&self.state.model.scene);
             let seen = self.state.gauge.all(setup, read, pooling);
-            self.state.heat = Some(Heat::none(self.target.margin_db(seen.quality)));
+            let margin_db = self.target.margin_db(seen.quality);
+            let intact_db = self.config.intact_db.unwrap_or(margin_db);
+            self.state.heat = Some(Heat::begin(intact_db, margin_db));
         }
         self.prune_if_due(iteration);
         let lambda = self.lambda(iteration);
@@ -489,7 +491,11 @@ impl<'a> Tuner<'a> {
         let better = match (self.config.keep, &self.state.best) {
             (Keep::Last, _) => false,
             (Keep::LastPassing, _) | (Keep::Dimmest, None) => true,
-            (Keep::Dimmest, Some((_, best))) => check.seen.display_w < best.seen.display_w,
+            (Keep::Dimmest, Some((scene, best))) => {
+                let size = |scene: &Gaussians, check: &Check| (scene.len(), check.seen.display_w);
+                let (now, best) = (size(self.state.shown(), &check), size(scene, best));
+                now.0 < best.0 || now.0 == best.0 && now.1 < best.1
+            }
         };
         if better {
             // The old model is dropped first, so that two are never in memory.

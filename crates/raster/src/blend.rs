@@ -18,6 +18,9 @@ use powergs_frame::splat::{ALPHA_MAX, Splat, TRANSMITTANCE_MIN};
 pub(crate) const BLOCK: usize = 16;
 /// log₂(1/255).
 pub(super) const LOG2_ALPHA_MIN: f32 = -7.994_353_4;
+/// The unit in which weights are added up, a power of two: whole numbers have the same sum in any
+/// order.
+pub(crate) const WEIGHT_STEP: f32 = 1.0 / 65536.0;
 /// No stop.
 pub(crate) const OPEN: u32 = u32::MAX;
 
@@ -168,6 +171,9 @@ pub struct Block {
     pub(super) origin: [f32; 2],
     /// Entries that blended, of all blocks since it was last emptied (only for [`Taped`]).
     pub hits: Vec<Hit>,
+    /// Ranks of splats that blended, with the number of pixels or the sum of weights in steps of
+    /// [`WEIGHT_STEP`]; emptied after each block (only for [`Tallied`] and [`Dominance`]).
+    pub tally: Vec<(u32, u32)>,
 }
 
 impl Default for Block {
@@ -191,6 +197,7 @@ impl Block {
             stopped: 0,
             origin: [0.0; 2],
             hits: Vec::new(),
+            tally: Vec::new(),
         }
     }
 
@@ -293,6 +300,10 @@ pub trait Record: Copy + Send + Sync {
     const DOMINANCE: bool;
     /// Keep the entries that blend, with their rows.
     const HITS: bool;
+    /// Count the pixels that each splat is blended into.
+    const PIXELS: bool = false;
+    /// Add up the weights with which each splat is blended.
+    const WEIGHTS: bool = false;
 }
 
 /// The image alone.
@@ -320,6 +331,7 @@ impl Record for Dominance {
     const COUNT: bool = true;
     const DOMINANCE: bool = true;
     const HITS: bool = false;
+    const WEIGHTS: bool = true;
 }
 
 /// The records of the backward pass.
@@ -329,6 +341,16 @@ impl Record for Taped {
     const COUNT: bool = false;
     const DOMINANCE: bool = false;
     const HITS: bool = true;
+}
+
+/// The pixels that each splat is blended into.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tallied;
+impl Record for Tallied {
+    const COUNT: bool = false;
+    const DOMINANCE: bool = false;
+    const HITS: bool = false;
+    const PIXELS: bool = true;
 }
 
 /// Entries whose paints are brought together before they are blended, so that cache misses overlap.
@@ -384,7 +406,7 @@ fn blend_batch<S: Simd, R: Record>(
                 .mul_add(dx, lines.base.at(simd, y));
             alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.alphas[y]);
         }
-        let (mut hit_rows, mut stop_rows) = (0, 0);
+        let (mut hit_rows, mut stop_rows, mut pixels, mut weight) = (0, 0, 0, 0.0);
         while touched != 0 {
             let y = touched.trailing_zeros() as usize & (BLOCK - 1);
             touched &= touched - 1;
@@ -393,12 +415,24 @@ fn blend_batch<S: Simd, R: Record>(
             if R::HITS {
                 hit_rows |= u32::from(row.hit) << y;
             }
+            if R::PIXELS {
+                pixels += row.pixels;
+            }
+            if R::WEIGHTS {
+                weight += row.weight;
+            }
         }
         if stop_rows != 0 {
             block.note_stops::<S, R>(simd, stop_rows, (first + at) as u32);
         }
         if R::HITS && hit_rows != 0 {
             block.hits.push(Hit { entry: *entry, rows: hit_rows });
+        }
+        if R::PIXELS && pixels != 0 {
+            block.tally.push((entry.rank, pixels));
+        }
+        if R::WEIGHTS && weight > 0.0 {
+            block.tally.push((entry.rank, (weight / WEIGHT_STEP) as u32));
         }
         if block.alive == 0 {
             return;
@@ -479,6 +513,10 @@ pub(super) struct Brush {
 pub(super) struct RowOutcome {
     /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
     hit: bool,
+    /// Pixels whose colour it goes into: not those that stop at it (only for [`Tallied`]).
+    pixels: u32,
+    /// The sum of its weights in them (only for [`Dominance`]).
+    weight: f32,
     /// Whether any pixel stops here.
     pub(super) stops: bool,
 }
@@ -527,5 +565,7 @@ pub(super) fn blend_row<S: Simd, R: Record>(
             .select(u32x16::splat(simd, brush.rank), owner)
             .store_slice(&mut block.heaviest_rank[y]);
     }
-    RowOutcome { hit: R::HITS && hit.any_true(), stops: stops.any_true() }
+    let pixels = if R::PIXELS { (hit & !stops).to_bitmask().count_ones() } else { 0 };
+    let weight = if R::WEIGHTS { <[f32; BLOCK]>::from(weight).iter().sum() } else { 0.0 };
+    RowOutcome { hit: R::HITS && hit.any_true(), pixels, weight, stops: stops.any_true() }
 }

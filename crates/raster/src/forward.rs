@@ -1,11 +1,11 @@
 //! One frame: project, sort by depth, list, blend.
 
-use std::sync::atomic::AtomicU32;
+use std::sync::atomic::{AtomicU32, AtomicU64};
 
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record};
+use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record, Tallied, WEIGHT_STEP};
 use super::row::{RowTarget, Shared, TileCount, render_row};
 use powergs_base::picture::Picture;
 use powergs_frame::splat::project::{LANES, View, Visible, colour_block, project_block};
@@ -60,6 +60,8 @@ pub enum Detail {
     Counters,
     /// The counters of a trace, what every pixel iterated, and per splat what pruning needs.
     Dominance,
+    /// Per splat the pixels that it is blended into, and no other counter.
+    Hits,
 }
 
 /// A rendered frame.
@@ -81,6 +83,12 @@ pub struct Rendered {
     pub fetches: Vec<u32>,
     /// Pixels in which each splat is the heaviest (`dominance_count`), by rank.
     pub dominance: Vec<u32>,
+    /// Pixels that each splat was blended into, by rank, without those that stop at it; only for
+    /// [`Detail::Hits`].
+    pub hits: Vec<u32>,
+    /// The sum over all pixels of the weight with which each splat is blended, by rank; only for
+    /// [`Detail::Dominance`].
+    pub weights: Vec<f64>,
     /// Per-pixel columns of a trace.
     pub pixels: PixelColumns,
     /// Entries iterated by each pixel (`T_bf_term`), row-major; only for [`Detail::Dominance`].
@@ -95,6 +103,7 @@ pub fn render(scene: &Gaussians, camera: &Camera, options: &Options) -> Rendered
         Detail::Image => render_as(scene, camera, options, ImageOnly),
         Detail::Counters => render_as(scene, camera, options, Counted),
         Detail::Dominance => render_as(scene, camera, options, Dominance),
+        Detail::Hits => render_as(scene, camera, options, Tallied),
     }
 }
 
@@ -109,14 +118,17 @@ fn render_as<R: Record>(
     drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
     let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
-    let fetches: Vec<AtomicU32> =
-        if R::COUNT { (0..splats.len()).map(|_| AtomicU32::new(0)).collect() } else { Vec::new() };
+    let len = |is_counted: bool| if is_counted { splats.len() } else { 0 };
+    let fetches: Vec<AtomicU32> = (0..len(R::COUNT)).map(|_| AtomicU32::new(0)).collect();
+    let tally: Vec<AtomicU64> =
+        (0..len(R::PIXELS || R::WEIGHTS)).map(|_| AtomicU64::new(0)).collect();
     let shared = Shared {
         runs: &runs,
         paints: &paints,
         background: options.background,
         chunk: options.chunk,
         fetches: &fetches,
+        tally: &tally,
         level: options.level,
     };
     let mut rendered = Rendered::sized::<R>(camera);
@@ -136,6 +148,12 @@ fn render_as<R: Record>(
     rendered.sh_degree = scene.degree();
     rendered.touches = runs.touches;
     rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
+    let tally = tally.into_iter().map(AtomicU64::into_inner);
+    if R::PIXELS {
+        rendered.hits = tally.map(|n| u32::try_from(n).unwrap_or(u32::MAX)).collect();
+    } else {
+        rendered.weights = tally.map(|n| n as f64 * f64::from(WEIGHT_STEP)).collect();
+    }
     rendered.splats = splats;
     rendered.counters = totals(scene, &rendered);
     rendered
@@ -296,6 +314,8 @@ impl Rendered {
             touches: Vec::new(),
             fetches: Vec::new(),
             dominance: Vec::new(),
+            hits: Vec::new(),
+            weights: Vec::new(),
             pixels: PixelColumns { stop_rank: vec![0; counts], blended: vec![0; counts] },
             iterated: vec![0; if R::DOMINANCE { n } else { 0 }],
             tiles: Vec::new(),

@@ -69,7 +69,8 @@ pub struct FoveatedFrame {
     pub gaze: ScreenGaze,
 }
 
-/// Renders one view of a foveated model. [`Detail::Dominance`] counts as [`Detail::Counters`].
+/// Renders one view of a foveated model. [`Detail::Dominance`] and [`Detail::Hits`] count
+/// as [`Detail::Counters`].
 ///
 /// # Errors
 /// [`GazeError`]: a gaze outside the picture, or an impossible screen.
@@ -84,7 +85,7 @@ pub fn render_foveated(
     let levels = TileLevels::new(&map, grid);
     Ok(match options.detail {
         Detail::Image => render_as(model, camera, *gaze, &levels, options, ImageOnly),
-        Detail::Counters | Detail::Dominance => {
+        Detail::Counters | Detail::Dominance | Detail::Hits => {
             render_as(model, camera, *gaze, &levels, options, Counted)
         }
     })

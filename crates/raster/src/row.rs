@@ -1,7 +1,7 @@
 //! One row of tiles: lists from runs, blending, counters.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use fearless_simd::{Level, dispatch};
 
@@ -50,6 +50,9 @@ pub struct Shared<'a> {
     pub chunk: u32,
     /// Tiles that fetched each splat, by rank.
     pub fetches: &'a [AtomicU32],
+    /// Pixels that each splat was blended into, or the sum of its weights there in steps of
+    /// `WEIGHT_STEP`, by rank (only if tallied).
+    pub tally: &'a [AtomicU64],
     /// Instruction set.
     pub level: Level,
 }
@@ -205,6 +208,11 @@ impl Tile<'_> {
                 block.reset::<R>(bx, by, w as usize, h as usize);
                 dispatch!(shared.level, simd =>
                     blend(simd, record, block, self.entries, shared.paints));
+                if R::PIXELS || R::WEIGHTS {
+                    for (rank, n) in block.tally.drain(..) {
+                        shared.tally[rank as usize].fetch_add(u64::from(n), Ordering::Relaxed);
+                    }
+                }
                 for y in 0..h as usize {
                     let line = (by - y0) as usize + y;
                     let start = line * shared.runs.grid.width as usize + bx as usize;

@@ -4,7 +4,9 @@ use serde_json::{Value, json as object};
 
 use crate::document::{Block, Cell, Column, Document, Shown, Table, Text};
 use crate::format::{engineering, shortened};
-use powergs_optimize::claims::{ClaimTable, LEFT_OUT, Number, Part, Row, Sentence, Unit, Verdict};
+use powergs_optimize::claims::{
+    ClaimTable, LEFT_OUT, Number, Part, Row, Sentence, Tally, Unit, Verdict,
+};
 
 /// What sign and order can show.
 const NOTE: &str = "Sign and order are what small scenes and short runs can show; the published \
@@ -23,6 +25,10 @@ pub fn document(book: &ClaimTable) -> Document {
         page.on(Shown::Terminal, Block::Facts(lines(row)));
     }
     page.on(Shown::Page, Block::Table(table(book)));
+    if book.runs.len() > 1 {
+        page.page_heading("By run");
+        page.on(Shown::Page, Block::Table(by_run(book)));
+    }
     page.heading("Not checkable by simulation");
     let item =
         |(id, what, why): (&str, &str, &str)| (id.to_owned(), format!("{what} ({why})").into());
@@ -70,6 +76,13 @@ fn lines(row: &Row) -> Vec<(String, Text)> {
     let mut lines = vec![(row.id.to_owned(), claim.into())];
     lines.push(("    paper".into(), row.published.into()));
     lines.push(("    expected".into(), row.expects.into()));
+    if row.findings.len() > 1 {
+        let tallies = row.tallies.iter().map(|t| match t.ratio {
+            Some(ratio) => format!("{} at a ratio of {ratio}", of_scenes(t)),
+            None => of_scenes(t),
+        });
+        lines.push(("    scenes".into(), tallies.collect::<Vec<_>>().join(", ").into()));
+    }
     for finding in &row.findings {
         let run = finding.run.as_ref().map_or(String::new(), |r| format!("{}: ", shortened(r, 24)));
         let mark = match finding.verdict {
@@ -82,58 +95,124 @@ fn lines(row: &Row) -> Vec<(String, Text)> {
     lines
 }
 
-/// `12 of 20 claims agree, 5 could not be checked`.
+/// `12 of 20 claims agree on most scenes, 5 could not be checked`, for each ratio.
 fn summary(book: &ClaimTable) -> String {
-    let (yes, checked) = book.agreed();
-    let rest = book.rows.len() - checked;
-    let rest = if rest > 0 { format!(", {rest} could not be checked") } else { String::new() };
-    format!("{yes} of {checked} claims agree{rest}")
+    let one = |(i, ratio): (usize, &Option<f64>)| {
+        let (yes, checked) = book.agreed(i);
+        let rest = book.rows.len() - checked;
+        let rest = if rest > 0 { format!(", {rest} could not be checked") } else { String::new() };
+        let scenes = if book.runs.len() > 1 { " on most scenes" } else { "" };
+        match ratio.filter(|_| book.ratios.len() > 1) {
+            Some(ratio) => {
+                let where_ = format!("at a display-to-render ratio of {ratio} ");
+                format!("{where_}{yes} of {checked} claims agree{scenes}{rest}")
+            }
+            None => format!("{yes} of {checked} claims agree{scenes}{rest}"),
+        }
+    };
+    let mut all = book.ratios.iter().enumerate().map(one).collect::<Vec<_>>().join("; ");
+    if let Some(first) = all.get_mut(..1) {
+        first.make_ascii_uppercase();
+    }
+    all
 }
 
-/// The claims that some run can check, for a page about that run.
+/// `3 of 4`, or `-` where nothing could be checked.
+fn of_scenes(tally: &Tally) -> String {
+    match tally.checked {
+        0 => "-".into(),
+        checked => format!("{} of {checked}", tally.agree),
+    }
+}
+
+/// The claims: of one run with its findings, of several with the scenes that agree.
 pub fn table(book: &ClaimTable) -> Table {
-    let columns = ["", "claim", "published", "expected", "here", "agrees"].map(Column::text);
+    let is_single = book.runs.len() < 2;
+    let mut columns: Vec<Column> = ["", "claim", "published", "expected"].map(Column::text).into();
+    if is_single {
+        columns.extend(["here", "agrees"].map(Column::text));
+    } else {
+        let head = |ratio: &Option<f64>| match ratio {
+            Some(ratio) => format!("scenes at {ratio}"),
+            None => "scenes".into(),
+        };
+        columns.extend(book.ratios.iter().map(|ratio| Column::text(head(ratio))));
+    }
     let mut table = Table::new(columns);
     for row in &book.rows {
         let Row { id, what, published, expects, .. } = row;
-        let label = |run: &Option<String>| match run {
-            Some(run) if book.runs.len() > 1 => format!("{run}: "),
-            _ => String::new(),
-        };
-        let findings = row.findings.iter().map(|f| {
-            let (run, here, verdict) = (label(&f.run), words(&f.here), f.verdict.name());
-            let said = if row.findings.len() > 1 { format!(" ({verdict})") } else { String::new() };
-            format!("{run}{here}{said}")
-        });
-        let here = findings.collect::<Vec<String>>().join("; ");
-        let words = [id, what, published, expects, here.as_str(), row.verdict.name()];
-        table.row(words.map(Cell::from));
+        let mut cells: Vec<Cell> = [id, what, published, expects].map(|text| (*text).into()).into();
+        if is_single {
+            let here = row.findings.iter().map(|f| words(&f.here)).collect::<Vec<_>>().join("; ");
+            cells.extend([here.as_str(), row.verdict.name()].map(Cell::from));
+        } else {
+            let said = |tally: &Tally| match tally.verdict {
+                Verdict::Yes => Cell::from(Text::strong(of_scenes(tally))),
+                Verdict::No | Verdict::Unchecked => Cell::from(of_scenes(tally)),
+            };
+            cells.extend(row.tallies.iter().map(said));
+        }
+        table.row(cells);
+    }
+    table
+}
+
+/// What each run says about each claim.
+fn by_run(book: &ClaimTable) -> Table {
+    let mut table = Table::new(["", "run", "here", "agrees"].map(Column::text));
+    for row in &book.rows {
+        for finding in &row.findings {
+            let run = finding.run.as_deref().unwrap_or("all");
+            let here = words(&finding.here);
+            table.row([row.id, run, here.as_str(), finding.verdict.name()].map(Cell::from));
+        }
     }
     table
 }
 
 /// One object.
 pub fn json(book: &ClaimTable) -> Value {
-    let (agree, checked) = book.agreed();
     let row = |row: &Row| {
-        let findings = row.findings.iter().map(
-            |f| object!({ "run": f.run, "here": words(&f.here), "agrees": verdict(&f.verdict) }),
-        );
+        let findings = row.findings.iter().map(|f| {
+            object!({
+                "run": f.run,
+                "display_ratio": f.ratio,
+                "here": words(&f.here),
+                "agrees": verdict(&f.verdict),
+            })
+        });
+        let tallies = row.tallies.iter().map(|t| {
+            object!({
+                "display_ratio": t.ratio,
+                "scenes_agree": t.agree,
+                "scenes_checked": t.checked,
+                "agrees": verdict(&t.verdict),
+            })
+        });
         object!({
             "claim": row.id,
             "what": row.what,
             "published": row.published,
             "expected": row.expects,
             "agrees": verdict(&row.verdict),
+            "scenes": tallies.collect::<Vec<Value>>(),
             "findings": findings.collect::<Vec<Value>>(),
+        })
+    };
+    let ratio = |(i, ratio): (usize, &Option<f64>)| {
+        let (agree, checked) = book.agreed(i);
+        let not_checked = book.rows.len() - checked;
+        object!({
+            "display_ratio": ratio,
+            "agree": agree,
+            "checked": checked,
+            "not_checked": not_checked,
         })
     };
     let run = |(label, about): &(String, String)| object!({ "run": label, "about": about });
     let left = LEFT_OUT.map(|(id, what, why)| object!({ "claim": id, "what": what, "why": why }));
     object!({
-        "agree": agree,
-        "checked": checked,
-        "not_checked": book.rows.len() - checked,
+        "by_display_ratio": book.ratios.iter().enumerate().map(ratio).collect::<Vec<Value>>(),
         "runs": book.runs.iter().map(run).collect::<Vec<Value>>(),
         "claims": book.rows.iter().map(row).collect::<Vec<Value>>(),
         "not_reproducible": left.to_vec(),

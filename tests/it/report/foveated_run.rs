@@ -69,7 +69,8 @@ fn models() -> Vec<ModelRecord> {
     });
     all.push(model("L-optimum", RoleKind::Optimum, "L", (0.18, 0.09), 27.0));
     for (variant, db) in [("H", 27.36), ("L", 27.05)] {
-        all.push(baseline("render-only", variant, (0.26, 0.15), db));
+        let pruned = baseline("render-only", variant, (0.26, 0.15), db);
+        all.push(ModelRecord { rho: 0.75, ..pruned });
         all.push(baseline("display-only", variant, (0.20, 0.72), db));
     }
     for (name, db) in [("lightgs-66", 27.2), ("lightgs-76", 26.9), ("lightgs-86", 26.5)] {

@@ -232,7 +232,7 @@ impl<'a> Search<'a> {
 
     /// A model to compare level 1 with.
     pub fn baseline(&self, baseline: Baseline) -> Job {
-        let iterations = self.settings.final_budget(0);
+        let iterations = self.plan.compared_iterations(self.settings, baseline, 0);
         let controlled = self.controlled(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
@@ -271,7 +271,8 @@ impl<'a> Search<'a> {
 
     /// A baseline's model of a level of the periphery.
     pub fn upper_baseline(&self, baseline: Baseline) -> Job {
-        let plain = self.plain(self.settings.final_budget(self.place.level));
+        let level = self.place.level;
+        let plain = self.plain(self.plan.compared_iterations(self.settings, baseline, level));
         let config = match baseline {
             Baseline::DisplayOnly => {
                 let display = self.controlled(0, None, plain.iterations);
@@ -312,6 +313,7 @@ impl<'a> Search<'a> {
                 Schedule::Published { .. } => Pace::PUBLISHED,
                 Schedule::Adaptive { .. } | Schedule::Listed(_) => Pace::RECOVERING,
             },
+            intact_db: None,
         }
     }
 
@@ -319,7 +321,9 @@ impl<'a> Search<'a> {
     fn while_passing(&self, share: f64, config: TuneConfig) -> TuneConfig {
         let most = (self.points as f64 * RENDER_ONLY_SHARE) as usize;
         let pruning = Pruning::WhilePassing { most, share };
-        TuneConfig { pruning, keep: Keep::LastPassing, ..config }
+        // What goes on where another fine-tune ended has lost what that had lost.
+        let intact_db = self.plan.intact(self.done, self.place).map(|intact| intact.margin_db);
+        TuneConfig { pruning, keep: Keep::LastPassing, intact_db, ..config }
     }
 
     /// A display term from an iteration on, with `start` or the first λ of the place.

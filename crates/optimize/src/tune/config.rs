@@ -51,8 +51,8 @@ pub enum DisplayTerm {
 pub enum Keep {
     /// The last.
     Last,
-    /// The one with the least display power of those that passed a check with all pruning done;
-    /// the last if none passed.
+    /// The one with the fewest Gaussians, and of these with the least display power, of those that
+    /// passed a check with all ordered pruning done; the last if none passed.
     Dimmest,
     /// The last that passed, else the last.
     LastPassing,
@@ -115,4 +115,7 @@ pub struct TuneConfig {
     pub keep: Keep,
     /// How fast it goes.
     pub pace: Pace,
+    /// How far above the target the model was before anything was pruned, decibels; `None`: as it
+    /// is at the beginning. What is missing of it heats the rates.
+    pub intact_db: Option<f64>,
 }

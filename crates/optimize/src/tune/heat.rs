@@ -27,9 +27,10 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// None: an intact model at this distance from the target, decibels.
-    pub fn none(margin_db: f64) -> Heat {
-        Heat { intact_db: margin_db, last_db: margin_db, left: 1.0, factor: 1.0 }
+    /// None before the first check. `intact_db` is the distance from the target, decibels, of the
+    /// model that was not pruned yet, `margin_db` that of the model at hand.
+    pub fn begin(intact_db: f64, margin_db: f64) -> Heat {
+        Heat { intact_db, last_db: margin_db, left: 1.0, factor: 1.0 }
     }
 
     /// Gaussians went: what the next check finds lost is to be recovered.

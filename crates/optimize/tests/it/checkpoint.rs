@@ -60,7 +60,7 @@ fn progress() -> Progress {
     state.average = Some((model.scene.clone(), 5));
     state.gauge.all(&setup, &model.scene, None);
     state.unconfirmed = 3;
-    state.heat = Some(Heat::none(0.75));
+    state.heat = Some(Heat::begin(0.75, 0.75));
     state.stride.missed();
     state.best = Some((model.scene, check));
     state.last = Some(check);
@@ -126,8 +126,8 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(b"ply\nformat", PRINT, "not a checkpoint of an optimisation");
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
-    newer[6] = 9;
-    fails(&newer, PRINT, "checkpoint version 9, this program reads 8");
+    newer[6] = 10;
+    fails(&newer, PRINT, "checkpoint version 10, this program reads 9");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

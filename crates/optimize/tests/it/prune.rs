@@ -65,7 +65,9 @@ fn dominance_is_what_a_count_over_pixels_gives() {
     tiny.dense.log_scales.iter_mut().flatten().for_each(|s| *s -= 2.0);
     let expected = brute(&tiny.dense, &tiny.cameras);
     let got = Score::Dominance.of(&tiny.dense, &tiny.cameras);
-    let wrong = got.iter().zip(&expected).filter(|(g, e)| (*g - *e).abs() > 1e-9).count();
+    // What is nowhere the heaviest has a score below zero, in place of zero.
+    let differs = |(g, e): &(&f64, &f64)| (g.max(0.0) - **e).abs() > 1e-9;
+    let wrong = got.iter().zip(&expected).filter(differs).count();
     // Two splats that weigh the same to the last bit of an exponential may change places.
     assert!(wrong <= 6, "{wrong} of {} differ", got.len());
     let dominant = expected.iter().filter(|e| **e > 0.0).count();
@@ -80,7 +82,28 @@ fn empty_pixels_count_for_nobody() {
     for mean in &mut tiny.dense.means {
         *mean = away.as_vec3().to_array();
     }
-    assert_eq!(Score::Dominance.of(&tiny.dense, &tiny.cameras[..1]), vec![0.0; 50]);
+    assert_eq!(Score::Dominance.of(&tiny.dense, &tiny.cameras[..1]), vec![-1.0; 50]);
+}
+
+#[test]
+fn what_is_nowhere_the_heaviest_goes_by_how_much_of_it_is_blended() {
+    // Three of a kind behind a fourth that hides them: one of them larger, one out of sight.
+    let mut tiny = tiny(4, 24, (64, 48));
+    let camera = &tiny.cameras[0];
+    let before = camera.centre + 5.0 * camera.forward();
+    for i in 0..4 {
+        tiny.dense.means[i] = (before + 0.01 * i as f64 * camera.forward()).as_vec3().to_array();
+        tiny.dense.logit_opacities[i] = if i == 0 { 2.0 } else { 0.0 };
+        tiny.dense.log_scales[i] = [if i == 0 { 1.0 } else { -1.0 - i as f32 }; 3];
+    }
+    tiny.dense.means[3] = (camera.centre - 10.0 * camera.forward()).as_vec3().to_array();
+    let score = Score::Dominance.of(&tiny.dense, &tiny.cameras[..1]);
+    assert!(score[0] > 0.0, "{score:?}");
+    assert!(
+        score[3] == -1.0 && score[2] > -1.0 && score[1] > score[2] && score[1] < 0.0,
+        "{score:?}"
+    );
+    assert_eq!(survivors(&score, 2), [0, 1]);
 }
 
 #[test]

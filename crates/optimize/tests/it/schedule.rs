@@ -96,19 +96,17 @@ fn five_samples_are_both_ends_and_then_around_the_minimum() {
 }
 
 #[test]
-fn where_pruning_most_is_best_the_end_goes_on_until_it_is_stuck() {
+fn where_pruning_most_is_best_all_further_samples_go_on_there() {
     let mut done = Vec::new();
     let mut ends = 0;
     while let Some(sample) = Schedule::FIVE.next(&done, 1.0) {
         ends += u32::from(sample.is_end);
-        // The display takes next to nothing; 0.6, then no more than 0.605.
+        // The display takes next to nothing; 0.6, then hardly more.
         let rho = if sample.is_end { 0.595 + 0.005 * f64::from(ends) } else { sample.rho };
         let (display_w, render_w) = (0.01 + 0.001 * rho * rho, 1.0 - rho);
         done.push(TakenSample { rho, display_w, render_w, passed: true, is_end: sample.is_end });
     }
-    assert_eq!(done.len(), 5);
-    assert_eq!(ends, 2, "what does not move is not pushed further");
-    assert!(done[4].rho > 0.3 && done[4].rho < 0.6, "{done:?}");
+    assert_eq!((done.len(), ends), (5, 3), "{done:?}");
 }
 
 #[test]

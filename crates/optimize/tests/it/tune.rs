@@ -40,6 +40,7 @@ fn config(points: usize) -> TuneConfig {
         trains: Trains::All,
         keep: Keep::Dimmest,
         pace: Pace::RECOVERING,
+        intact_db: None,
     }
 }
 
@@ -112,7 +113,7 @@ fn a_gauge_that_looks_at_few_views_comes_to_the_mean_of_all() {
 
 #[test]
 fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
-    let mut heat = Heat::none(0.5);
+    let mut heat = Heat::begin(0.5, 0.5);
     heat.pruned();
     heat.observe(-1.5, 6.0, false);
     assert!(heat.factor > 5.0, "2 dB are gone: {}", heat.factor);
@@ -126,7 +127,7 @@ fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
     }
     assert!(heat.factor < 1.01, "flat, but still {}", heat.factor);
     // What the display takes is no damage.
-    let mut dimming = Heat::none(1.0);
+    let mut dimming = Heat::begin(1.0, 1.0);
     for _ in 0..50 {
         dimming.observe(0.0, 6.0, true);
     }
@@ -169,6 +170,7 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
             trains: Trains::All,
             keep: Keep::Last,
             pace: Pace::RECOVERING,
+            intact_db: None,
         };
         let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
         state.last.unwrap().seen.display_w
@@ -200,6 +202,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
         trains: Trains::All,
         keep: Keep::LastPassing,
         pace: Pace::RECOVERING,
+        intact_db: None,
     };
     let setup = tiny.setup();
     let state = State::begin(Model::fresh(&tiny.dense));

@@ -12,6 +12,8 @@ pub struct Pixel {
     pub iterated: u32,
     pub blended: u32,
     pub stop_rank: Option<u32>,
+    /// Ranks of the splats that its colour is of.
+    pub hits: Vec<u32>,
 }
 
 /// View-space position and 2D mean and covariance of Gaussian `i`, from `powergs.md` §1.1.
@@ -94,6 +96,7 @@ pub fn blend(
         for (sum, c) in pixel.colour.iter_mut().zip(colours[splat.index as usize]) {
             *sum += alpha * t * f64::from(c);
         }
+        pixel.hits.push(rank);
         t *= 1.0 - alpha;
     }
     for (sum, c) in pixel.colour.iter_mut().zip(background) {

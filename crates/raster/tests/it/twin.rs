@@ -126,6 +126,51 @@ fn exact_ellipse_lists_give_the_same_image_as_the_square() {
 }
 
 #[test]
+fn hits_are_the_pixels_that_a_splat_is_blended_into() {
+    let scene = random_scene(11, 2500, 1);
+    let camera = front_camera(150, 90);
+    let options = Options::reference(Detail::Hits);
+    let rendered = render(&scene, &camera, &options);
+    let eye = camera.centre.to_array().map(|v| v as f32);
+    let colours = colours(&scene, eye, options.level);
+    let mut want = vec![0u32; rendered.splats.len()];
+    for y in 0..camera.height {
+        for x in 0..camera.width {
+            let tile = (x / options.tile, y / options.tile);
+            let list: Vec<u32> = (0..want.len() as u32)
+                .filter(|&r| {
+                    let splat = &rendered.splats[r as usize];
+                    naive::accepted(splat, &camera, &options, tile.0, tile.1)
+                })
+                .collect();
+            let pixel = naive::blend(&list, &rendered.splats, &colours, (x, y), [0.0; 3]);
+            pixel.hits.iter().for_each(|&rank| want[rank as usize] += 1);
+        }
+    }
+    let off: u32 = rendered.hits.iter().zip(&want).map(|(a, b)| a.abs_diff(*b)).sum();
+    let all: u32 = want.iter().sum();
+    assert!(all > 20_000 && off * 2000 <= all, "{off} of {all} pixels decide otherwise");
+    // Blends of the counters hold the splat that a pixel stops at, and this does not.
+    let counted = render(&scene, &camera, &Options::reference(Detail::Counters));
+    let stopped = counted.pixels.stop_rank.iter().filter(|&&rank| rank != NEVER).count() as u64;
+    let hits: u64 = rendered.hits.iter().map(|&n| u64::from(n)).sum();
+    assert_eq!(hits, counted.counters.blends - stopped);
+    assert!(stopped > 0 && rendered.picture == counted.picture);
+    // Weights add up to what the background does not show.
+    let black = render(&scene, &camera, &Options::reference(Detail::Dominance));
+    let white = render(
+        &scene,
+        &camera,
+        &Options { background: [1.0; 3], ..Options::reference(Detail::Image) },
+    );
+    let covered = |(a, b): (&[f32; 3], &[f32; 3])| 1.0 - f64::from(b[0] - a[0]);
+    let pixels = black.picture.pixels.iter().zip(&white.picture.pixels);
+    let (weights, covered) = (black.weights.iter().sum::<f64>(), pixels.map(covered).sum::<f64>());
+    assert!((weights / covered - 1.0).abs() < 1e-3, "{weights} of {covered}");
+    assert_eq!(black.weights.len(), rendered.splats.len());
+}
+
+#[test]
 fn threads_do_not_matter() {
     let scene = random_scene(7, 20_000, 3);
     let camera = front_camera(320, 200);
