@@ -1,6 +1,5 @@
 //! The optimiser: the fewest watts at a given quality.
 
-use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -22,7 +21,7 @@ use crate::watch::{self, Counts, Shared};
 use powergs_base::budget::Budget;
 use powergs_chart::Chart as Drawing;
 use powergs_core::run::files::{DiskFiles, FileKind, Files};
-use powergs_core::run::{FileStore, MemoryStore, RunError, Store, Watch};
+use powergs_core::run::{RunError, Watch};
 use powergs_frame::display::Display;
 use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
 use powergs_optimize::history::HistoryRow;
@@ -553,10 +552,7 @@ pub fn optimize(
     let sender = callback.is_some().then_some(sender);
     let work = move |shared: &Shared| {
         let courier = Courier { shared, events: sender, notes: Mutex::new(Vec::new()) };
-        let store: Box<dyn Store> = match store {
-            Some(path) => Box::new(FileStore::new(PathBuf::from(path))),
-            None => Box::new(MemoryStore::new()),
-        };
+        let store = crate::sweep::store(store, shared);
         let campaign = Campaign::open(request, &courier)?;
         let finished = campaign.run(&*store, &courier)?;
         let notes = courier.notes.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -283,9 +283,12 @@ impl SweepResult {
 }
 
 /// Where results are kept.
-fn store(path: Option<String>) -> Box<dyn Store> {
+pub fn store(path: Option<String>, shared: &Shared) -> Box<dyn Store> {
     match path {
-        Some(path) => Box::new(FileStore::new(PathBuf::from(path))),
+        Some(path) => {
+            shared.after_interrupted();
+            Box::new(FileStore::new(PathBuf::from(path)))
+        }
         None => Box::new(MemoryStore::new()),
     }
 }
@@ -330,7 +333,7 @@ pub fn _sweep_file(
     let store = store.map(path_text).transpose()?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
     watch::run(py, progress, (Counts::Simulations, "frames on machines"), move |shared| {
-        let store = self::store(store);
+        let store = self::store(store, shared);
         let mut sweep = OpenedSweep::open(&request)?;
         let result = finished(&mut sweep, &*store, budget, shared)?;
         if result.results.is_complete {
@@ -391,7 +394,7 @@ pub fn _sweep_axes(
     let store = store.map(path_text).transpose()?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
     watch::run(py, progress, (Counts::Simulations, "frames on machines"), move |shared| {
-        let store = self::store(store);
+        let store = self::store(store, shared);
         let lists = lists.into_iter().map(|list| Box::new(list) as Box<dyn Frames>);
         let opened = sweep.open_on(lists);
         let mut opened = opened.map_err(|e| Fault::from(e).without_lines())?;

@@ -2,10 +2,12 @@
 //! thread hears Ctrl-C and shows progress.
 //!
 //! A call that is interrupted raises at once. Its worker is told to stop; it ends after the frame
-//! in hand and its results are dropped, so that whoever waits never waits for a long frame.
+//! in hand and its results are dropped, so that whoever waits never waits for a long frame. A call
+//! with a store waits for such workers first: one of them may still have it open.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -43,9 +45,29 @@ pub struct Shared {
     cancelled: AtomicBool,
     total: AtomicU64,
     done: AtomicU64,
+    /// The worker holds nothing any more.
+    ended: AtomicBool,
 }
 
+/// Workers that were left to themselves and may hold a store, with their processes: a process that
+/// was forked off has none of its parent's.
+static LEFT: Mutex<Vec<(u32, Arc<Shared>)>> = Mutex::new(Vec::new());
+
 impl Shared {
+    /// Waits until interrupted calls have let go of their stores, or this one is interrupted too.
+    pub fn after_interrupted(&self) {
+        while !self.is_over() {
+            let mut left = LEFT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let here = std::process::id();
+            left.retain(|(process, worker)| *process == here && !worker.ended.load(Acquire));
+            if left.is_empty() {
+                return;
+            }
+            drop(left);
+            std::thread::sleep(TICK / 5);
+        }
+    }
+
     /// Sets how much there is to do.
     pub fn total(&self, total: u64) {
         self.done.store(0, Relaxed);
@@ -173,17 +195,20 @@ where
     F: FnOnce(&Shared) -> Result<T, Fault> + Send + 'static,
 {
     let (cancelled, total, done) = (AtomicBool::new(false), AtomicU64::new(0), AtomicU64::new(0));
-    let shared = Arc::new(Shared { counts, cancelled, total, done });
+    let ended = AtomicBool::new(false);
+    let shared = Arc::new(Shared { counts, cancelled, total, done, ended });
     let (sender, mut receiver) = channel();
-    let of_worker = Arc::clone(&shared);
+    let (of_worker, of_worker_ended) = (Arc::clone(&shared), Arc::clone(&shared));
     let pool = pool()?;
     let body = move || {
         let work = AssertUnwindSafe(|| match pool {
             Some(pool) => pool.install(|| work(&of_worker)),
             None => work(&of_worker),
         });
+        let result = catch_unwind(work);
+        of_worker_ended.ended.store(true, Release);
         // Nobody listens any more after an interrupt.
-        let _ = sender.send(catch_unwind(work));
+        let _ = sender.send(result);
     };
     let spawned = std::thread::Builder::new().stack_size(STACK).spawn(body);
     spawned.map_err(|e| defect(format_args!("no thread could be started: {e}")))?;
@@ -214,9 +239,11 @@ where
 }
 
 /// Tells the worker to stop, and waits a little for that.
-fn abandon<T: Send>(py: Python<'_>, shared: &Shared, receiver: Receiver<T>) {
+fn abandon<T: Send>(py: Python<'_>, shared: &Arc<Shared>, receiver: Receiver<T>) {
     shared.cancelled.store(true, Relaxed);
     py.detach(move || drop(receiver.recv_timeout(GRACE)));
+    let mut left = LEFT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    left.push((std::process::id(), Arc::clone(shared)));
 }
 
 /// The process that used threads first, and the threads of a process that was forked off it: those
