@@ -124,8 +124,8 @@ pub struct Finding {
     pub verdict: Verdict,
 }
 
-/// How many scenes of one ratio agree with a claim. A scene agrees if all of its runs do that can be
-/// checked.
+/// How many scenes of one ratio agree with a claim. A scene agrees if all of its runs do that can
+/// be checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tally {
     /// Display power over rendering power of the dense model, as it was asked for; `None` for runs

@@ -84,8 +84,8 @@ impl Plan {
         samples.saturating_add(settings.final_budget(level))
     }
 
-    /// Iterations of a comparison: those of the whole search, where it prunes or dims for as long as
-    /// the target is met; else those of the final model.
+    /// Iterations of a comparison: those of the whole search, where it prunes or dims for as long
+    /// as the target is met; else those of the final model.
     fn compared_iterations(&self, settings: &Settings, baseline: Baseline, level: u8) -> u32 {
         match baseline {
             Baseline::RenderOnly | Baseline::DisplayOnly => self.search_iterations(settings, level),

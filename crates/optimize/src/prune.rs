@@ -4,8 +4,8 @@
 //! the number of tiles that fetch it; of all training views the maximum counts. The lowest scores
 //! go first (`powergs`, section 4.1). A pixel without any contribution is not counted. Many
 //! Gaussians of a trained scene are nowhere the heaviest, and the publication does not say which of
-//! them go first: here those that least is blended of, the sum of the weights of a view, the maximum
-//! over the views. Ties are broken by index.
+//! them go first: here those that least is blended of, the sum of the weights of a view, the
+//! maximum over the views. Ties are broken by index.
 
 use rayon::prelude::*;
 
@@ -58,8 +58,8 @@ fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     folded(scene.len(), UNSEEN, views, of_view, f64::max)
 }
 
-/// Hits are the pixels that a Gaussian is blended into, counted exactly. The published code adds its
-/// opacity for each of them without a lock, so that its sums differ from run to run.
+/// Hits are the pixels that a Gaussian is blended into, counted exactly. The published code adds
+/// its opacity for each of them without a lock, so that its sums differ from run to run.
 fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     let of_view = |camera: &Camera| {
         let rendered = render(scene, camera, &Options::reference(Detail::Hits));

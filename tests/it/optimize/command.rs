@@ -89,8 +89,9 @@ fn a_run_leaves_a_model_tables_charts_and_a_summary() {
         assert!(models.lines().any(|l| l.starts_with(&format!("{name},"))), "{name}: {models}");
     }
     let history = text("history.csv");
-    // First sample twice as long; 4 more; final; 6 baselines. None may settle earlier.
-    let most = 1 + 16 + 4 * 8 + 12 + 6 * 12;
+    // First sample twice as long; 4 more; final; two baselines of as many and four of the final's.
+    let search = 16 + 4 * 8 + 12;
+    let most = 1 + search + 2 * search + 4 * 12;
     assert!((most - 30..=most).contains(&history.lines().count()), "{}", history.lines().count());
     assert!(!history.contains("NaN"));
     let summary = text("summary.md");

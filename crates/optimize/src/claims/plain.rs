@@ -27,7 +27,7 @@ pub(super) const CHECKS: &[Check] = &[
         id: "29",
         what: "pruning alone prunes no less than both together, dimming alone dims no less",
         published: "follows from the method",
-        expects: "ρ of render-only not 0.02 below ours, display power of display-only not 1 % above",
+        expects: "ρ of render-only not 0.02 below, display power of display-only not 1 % over ours",
         rule: Rule::Most,
         asks: Asks::Each(ends),
     },
