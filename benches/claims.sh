@@ -3,8 +3,8 @@
 #
 #   benches/claims.sh PROGRAM SCENES OUT [RATIO...]
 #
-# SCENES has the folders fox-posed, snowmiku-posed (photos and a model), playcanvas-playbot and
-# playcanvas-biker (models); what is not there is left out. OUT gets a folder for each scene and ratio.
+# SCENES has the folders fox-posed, snowmiku-posed (photos and a model), playcanvas-playbot,
+# playcanvas-biker and playcanvas-flowers (models); what is not there is left out. OUT gets a folder for each scene and ratio.
 # ITERATIONS (100) are those of a sample, THREADS (1) those of each of JOBS (2) runs at a time.
 set -euo pipefail
 program=$(realpath "$1") scenes=$(realpath "$2")
@@ -29,27 +29,32 @@ one() {
     echo "$name: $((SECONDS - start)) s"
 }
 
+# NAME FILE arguments of `optimize`...: in the background, as many at a time as there may be.
+start() {
+    if [ "$2" != --demo ] && [ ! -e "$2" ]; then
+        echo "$1: left out, there is no $2"
+        return
+    fi
+    while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n || true; done
+    one "$1" "$ratio" "${@:2}" &
+}
+
+levels=(--foveated --quality H,M,L)
+own=(--reference self --quality M)
 for ratio in "${ratios[@]}"; do
-    foveated=(--foveated --quality H,M,L)
-    list=("demo --demo ${foveated[*]} --study lambda")
+    start demo --demo "${levels[@]}" --study lambda
     at=$scenes/fox-posed
-    list+=("fox $at/point_cloud.ply --images $at/images --size 135x240 --pooling-rate 0.46 ${foveated[*]}")
+    start fox "$at/point_cloud.ply" --images "$at/images" --size 135x240 --pooling-rate 0.46 "${levels[@]}"
     at=$scenes/snowmiku-posed
-    list+=("snowmiku $at/point_cloud.ply --images $at/images --size 263x197 --pooling-rate 0.235 ${foveated[*]}")
+    start snowmiku "$at/point_cloud.ply" --images "$at/images" --size 263x197 --pooling-rate 0.235 "${levels[@]}"
     at=$scenes/playcanvas-playbot
-    list+=("robot $at/3_0 --cameras $at/cameras.json --reference self --size 320x240 --pooling-rate 0.19 ${foveated[*]}")
-    list+=("robot250k $at/1_0 --cameras $at/cameras.json --reference self --size 960x540 --quality M")
+    start robot "$at/3_0" --cameras "$at/cameras.json" --reference self --size 320x240 --pooling-rate 0.19 \
+        "${levels[@]}"
+    start robot250k "$at/1_0" --cameras "$at/cameras.json" --size 960x540 "${own[@]}"
     at=$scenes/playcanvas-biker
-    list+=("biker $at/biker.spz --cameras $at/cameras.json --reference self --size 400x300 --quality M")
-    for words in "${list[@]}"; do
-        read -r -a words <<< "$words"
-        case ${words[1]} in
-            --demo) ;;
-            *) [ -e "${words[1]}" ] || { echo "${words[0]}: left out, there is no ${words[1]}"; continue; } ;;
-        esac
-        while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n || true; done
-        one "${words[0]}" "$ratio" "${words[@]:1}" &
-    done
+    start biker "$at/biker.spz" --cameras "$at/cameras.json" --size 400x300 "${own[@]}"
+    at=$scenes/playcanvas-flowers
+    start flowers "$at/lod-meta.json" --cameras "$at/cameras.json" --size 600x334 "${own[@]}"
 done
 wait
 if [ "${ratios[0]}" = 0.38 ]; then

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import pickle
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import CodeType, FunctionType
+from types import CellType, CodeType, FunctionType
 from typing import Any
 
 from ._powergs import Machine, Trace, __model_version__, __version__
@@ -15,10 +16,15 @@ from .errors import ConfigError, InputError
 
 _FILE = "designs.jsonl"
 _HEAD = {"kind": "powergs designs", "version": 1}
+# A function that encloses itself has no bottom.
+_DEEP = 8
 
 
 class DesignStore:
-    """Rows of designs by what decides them: machine, frames, model version, functions."""
+    """Rows of designs by what decides them: machine, frames, model version, functions.
+
+    For one process at a time: a line that another one is writing may look cut short.
+    """
 
     def __init__(
         self,
@@ -96,19 +102,30 @@ def _code(function: Callable[..., Any]) -> str:
     return hashlib.sha256(repr(_seen(function)).encode()).hexdigest()
 
 
-def _seen(value: Any) -> Any:
+def _seen(value: Any, depth: int = 0) -> Any:
     """A value without what differs between two runs: files, lines, addresses, order of sets."""
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes)):
         return value
-    if isinstance(value, (list, tuple)):
-        return [_seen(item) for item in value]
-    if isinstance(value, Mapping):
-        return sorted((repr(_seen(k)), repr(_seen(v))) for k, v in value.items())
-    if isinstance(value, (set, frozenset)):
-        return sorted(repr(_seen(item)) for item in value)
-    if isinstance(value, CodeType):
-        return [value.co_code.hex(), value.co_names, _seen(value.co_consts)]
-    if isinstance(value, FunctionType):
-        cells = [_seen(cell.cell_contents) for cell in value.__closure__ or ()]
-        return [_seen(value.__code__), _seen(value.__defaults__), cells]
-    return f"{type(value).__module__}.{type(value).__qualname__}"
+    if depth < _DEEP:
+        if isinstance(value, (list, tuple)):
+            return [_seen(item, depth + 1) for item in value]
+        if isinstance(value, (set, frozenset)):
+            return sorted(repr(_seen(item, depth + 1)) for item in value)
+        if isinstance(value, CodeType):
+            return [value.co_code.hex(), value.co_names, _seen(value.co_consts, depth + 1)]
+        if isinstance(value, FunctionType):
+            parts = [value.__code__, value.__defaults__, value.__kwdefaults__]
+            parts += [_content(cell) for cell in value.__closure__ or ()]
+            return [_seen(part, depth + 1) for part in parts]
+    # Arrays, dictionaries and objects by their contents, as far as they can be pickled.
+    try:
+        return hashlib.sha256(pickle.dumps(value, 4)).hexdigest()
+    except Exception:  # whatever an object of somebody's class does here
+        return f"{type(value).__module__}.{type(value).__qualname__}"
+
+
+def _content(cell: CellType) -> Any:
+    try:
+        return cell.cell_contents
+    except ValueError:  # not filled yet
+        return None

@@ -82,7 +82,8 @@ def sweep(
     store
         Folder where results are kept: a sweep that was interrupted goes on there. With functions
         and machines it keeps a row per design, of the same machine, frames and functions; a
-        function is told by its code and what it encloses, not by what it calls.
+        function is told by its code and what it encloses, not by the globals that it uses. One
+        process at a time.
     memory
         What binned frames may take, bytes or a text such as ``"2 GiB"``.
     progress

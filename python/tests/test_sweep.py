@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 
+import numpy as np
 import pytest
 
 import powergs
@@ -195,6 +196,19 @@ def test_a_store_of_functions_continues(demo, trace, gscore, tmp_path) -> None:
     assert part.table["e"] != fresh.table["e"]
     slower = powergs.sweep(machines(), trace, store=store, fps=30.0)
     assert slower.table["power_w"] != fresh.table["power_w"]
+    # What a function encloses counts, and one that encloses itself has an end.
+    weights = np.array([1.0, 2.0])
+
+    def weighted(report: powergs.Report) -> float:
+        return float(weights.sum()) * report.energy_pj if weighted else 0.0
+
+    def total() -> float:
+        found = powergs.sweep(machines(), trace, objectives={"e": weighted}, store=store)
+        return sum(found.table["e"])
+
+    first = total()
+    weights[0] = 4.0
+    assert total() == 2 * first
     # A design in the store is not run again.
     counted = Counted()
     for _ in range(2):

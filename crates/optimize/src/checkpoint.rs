@@ -21,7 +21,7 @@ use super::tune::{Check, Gauge, Heat, Model, State, Stride};
 use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
-/// Raised whenever the layout changes.
+/// Raised whenever the layout changes, or a run would go on by other rules than it began with.
 const VERSION: u32 = 9;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.

@@ -244,7 +244,7 @@ fn row(check: &Check, groups: &[Group<'_>]) -> Row {
         // Which scene each finding is of; one for all runs together.
         let found: Vec<(&str, Finding)> = match check.asks {
             Asks::Each(ask) => {
-                let of = |run: &&'_ Run| finding(Some(&run.label), group.ratio, ask(&run.results));
+                let of = |run: &Run| finding(Some(&run.label), group.ratio, ask(&run.results));
                 group.runs.iter().map(|run| (run.results.scene.as_str(), of(run))).collect()
             }
             Asks::Together(ask) => vec![("", finding(None, group.ratio, ask(&group.runs)))],
