@@ -4,11 +4,15 @@
 use super::fit::{Fit, FitError, Optimum, OptimumPlace, Sample, fit, optimum};
 use super::outcome::Outcome;
 use super::role::Role;
+use super::schedule::APART;
 use super::slack::{SlackPrice, Spending, spent_w};
 use super::target::{Quality, Target};
 
 /// Less is nothing pruned.
 const UNPRUNED: f64 = 0.01;
+/// A sample that takes so much more than the best one is no place for the minimum, whatever the fit
+/// says.
+const CONTRADICTED: f64 = 0.02;
 
 /// A sample that missed the target.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,14 +103,22 @@ pub fn conclude(done: &[Outcome], target: Option<Target>, intact: Option<Spendin
     let optimum = fit.as_ref().ok().map(optimum);
     let passing = || samples.iter().copied().filter(|o| o.passed);
     let least = |a: &&Outcome, b: &&Outcome| a.watts.total_w().total_cmp(&b.watts.total_w());
-    let best_sample = passing().min_by(least).map(|o| o.rho);
+    let best_sample = passing().min_by(least);
     // A fit that used near misses may end beyond the highest ratio that passed. Its minimum is
     // tried there only if it lies between samples.
     let reach = passing().map(|o| o.rho).reduce(f64::max);
     let rho = best_sample.map(|best| {
-        let chosen = optimum.map_or(best, |o| o.chosen_rho());
+        let chosen = optimum.map_or(best.rho, |o| o.chosen_rho());
         let is_inside = optimum.is_some_and(|o| o.place == OptimumPlace::Interior);
-        if is_inside { chosen } else { chosen.min(reach.unwrap_or(chosen)) }
+        let chosen = if is_inside { chosen } else { chosen.min(reach.unwrap_or(chosen)) };
+        // Where a sample already says that it is no minimum, that lies between it and the best.
+        let contradicts = |s: &&Sample| {
+            (s.rho - chosen).abs() < APART
+                && (s.rho - best.rho).abs() >= APART
+                && s.display_w + s.render_w > (1.0 + CONTRADICTED) * best.watts.total_w()
+        };
+        let known = fitted.iter().map(|f| &f.sample).find(contradicts);
+        known.map_or(chosen, |s| (best.rho + s.rho) / 2.0)
     });
     let ours = |o: &&Outcome| matches!(o.role, Role::Sample | Role::Optimum) && o.passed;
     let best = done.iter().filter(ours).min_by(least).map(|o| o.name.clone());

@@ -68,6 +68,30 @@ fn the_fit_finds_the_minimum_and_promises_what_the_curves_say() {
 }
 
 #[test]
+fn a_minimum_that_a_sample_contradicts_is_looked_for_between_it_and_the_best() {
+    // The demonstration at a ratio of 2: slack is used up between the last two samples, so that the
+    // curve of the display is a step at the last one, and its minimum just before.
+    let all = [
+        (0.0, 4.346, 2.489),
+        (0.3, 4.299, 1.899),
+        (0.566, 4.301, 1.321),
+        (0.699, 4.314, 1.018),
+        (0.832, 4.917, 0.708),
+    ];
+    let sample = |(i, &(rho, d, r)): (usize, &(f64, f64, f64))| {
+        outcome(&format!("sample-{i}"), Role::Sample, rho, (d, r))
+    };
+    let mut done: Vec<Outcome> = all.iter().enumerate().map(sample).collect();
+    let conclusion = conclude(&done, Some(TARGET), None);
+    assert!((conclusion.optimum.unwrap().rho - 0.832).abs() < 0.02, "{:?}", conclusion.optimum);
+    assert!((conclusion.rho.unwrap() - 0.7655).abs() < 1e-9, "{:?}", conclusion.rho);
+    // The last sample is the best: nothing contradicts.
+    done[4].watts.display_w = 4.5;
+    let conclusion = conclude(&done, Some(TARGET), None);
+    assert!((conclusion.rho.unwrap() - 0.832).abs() < 0.02, "{:?}", conclusion.rho);
+}
+
+#[test]
 fn the_result_is_never_worse_than_an_end_of_the_search() {
     // Whatever the curve is like: the display end, the rendering end, or something between.
     for (display, render) in [(0.1, 0.9), (0.9, 0.1), (0.5, 0.5)] {
