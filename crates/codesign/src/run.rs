@@ -21,7 +21,7 @@ use super::error::CodesignError;
 use super::fit::{Fitted, Fitter};
 use super::machines::Machines;
 use super::model::{ModelPoint, models};
-use super::pricing::{Fate, Price, Pricer, Row};
+use super::pricing::{Fate, MachinePoint, Price, Pricer, Row};
 use super::space::SpaceFile;
 use super::stability::{Alternative, Coupling, alternatives, coupling};
 use super::watch::CodesignWatch;
@@ -170,7 +170,7 @@ impl Codesign {
             memory: MEMORY,
         };
         // What is wrong with the axes is said before anything is trained.
-        if codesign.designs(0)?.is_adaptive() {
+        if codesign.designs(&codesign.models[0], DramModel::Calibrated)?.is_adaptive() {
             return Err(CodesignError::Space {
                 place: codesign.origin,
                 message: "`machine.sampling`: `nsga2` takes other machines for every model, and \
@@ -182,22 +182,23 @@ impl Codesign {
         Ok(codesign)
     }
 
-    /// The machines of a model.
-    fn designs(&self, model: usize) -> Result<Designs, RunError> {
-        let file = self.machines.sweep(&self.models[model], DramModel::Calibrated);
+    /// The machines of a model, which need not be one of the space.
+    fn designs(&self, model: &ModelPoint, dram: DramModel) -> Result<Designs, RunError> {
+        let file = self.machines.sweep(model, dram);
         let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
         Designs::new(&file, Vec::new(), &files, &self.origin)
     }
 
-    /// The machine of a pair as a file.
+    /// A machine with the record of a model, as a file.
     ///
     /// # Errors
     /// [`RunError::Internal`]: there is no such machine.
-    pub fn machine_toml(&self, (model, machine): Pair) -> Result<String, RunError> {
-        let file = self.machines.sweep(&self.models[model], DramModel::Banked);
-        let files: Arc<dyn powergs_core::run::files::Files> = Arc::new(DiskFiles);
-        let designs = Designs::new(&file, Vec::new(), &files, &self.origin)?;
-        let design = designs.design(machine);
+    pub fn machine_toml(
+        &self,
+        model: &ModelPoint,
+        machine: MachinePoint,
+    ) -> Result<String, RunError> {
+        let design = self.designs(model, DramModel::Banked)?.design(machine);
         let design = design.map_err(|why| RunError::Internal(why.to_string()))?;
         Ok(design.machine.to_toml())
     }
@@ -226,7 +227,7 @@ impl Codesign {
             let Some(row) = self.row(&fitter, &pricer, model, watch)? else { return Ok(None) };
             rows.push(row);
         }
-        let tables = self.designs(0)?.tables();
+        let tables = self.designs(&self.models[0], DramModel::Calibrated)?.tables();
         let budget = self.budget(&rows[0], 0)?;
         let mut rounds: Vec<Round> = Vec::new();
         let (comparisons, joint) = loop {

@@ -47,8 +47,8 @@ pub struct Plan {
     /// What shares are shares of, where the model that had it is not there any more: qualities over
     /// gate and test views.
     pub reference: Option<(Quality, Quality)>,
-    /// Whether samples are taken; if not, the optimum of those that there are is all that is
-    /// searched for.
+    /// Whether samples of level 1 are taken; if not, the optimum of those that there are is all
+    /// that is searched for there.
     pub takes_samples: bool,
     /// Number of levels to make: 1, or with foveation as many as the views show, up to 4.
     pub levels: u8,

@@ -67,7 +67,7 @@ pub fn finish(
         let scene = codesign.scene(folder.store(), model)?;
         folder.stream("joint.ply", |mut w| write_ply(&scene, &mut w))?;
         folder.stream("joint.bin", |w| codesign.campaign.write_trace(&scene, w))?;
-        folder.write("joint.toml", codesign.machine_toml(found.pair)?)?;
+        folder.write("joint.toml", codesign.machine_toml(&model.point, found.pair.1)?)?;
         picture = Some(codesign.picture(folder.store(), model)?);
     }
     let drawn = charts(finished, picture.as_ref());

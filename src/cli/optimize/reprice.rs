@@ -40,7 +40,7 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
     let _lock = folder.open(existing(args))?;
     let cameras = campaign.cameras.clone();
     let record = record::run_toml(&campaign)?;
-    let run = campaign.reprice(&FileStore::new(from), folder.store(), &watched)?;
+    let run = campaign.reprice(&FileStore::new(from), folder.store(), args.realise, &watched)?;
     watched.record(&path, &cameras)?;
     let finished = match run {
         Some(run) if args.realise => run.work(&watched)?,

@@ -141,7 +141,7 @@ fn a_run_prices_every_pair_and_goes_on_to_the_same_result_from_anywhere() {
     assert_eq!(more.models, whole.models);
     assert_eq!(more.rows[0].pairs.len(), 10);
     // The machine of the pair has the record of the model.
-    let toml = codesign.machine_toml((1, Some(0))).unwrap();
+    let toml = codesign.machine_toml(&codesign.models[1], Some(0)).unwrap();
     // 3 x 12 and 45 x 10 bits.
     assert!(toml.contains("colour = \"61 B\""), "{toml}");
 }

@@ -11,6 +11,7 @@ use powergs_scene::Gaussians;
 
 use super::{Campaign, CampaignError, Run};
 use crate::checkpoint::{Checkpoints, Progress};
+use crate::job::Place;
 use crate::outcome::Outcome;
 use crate::role::Role;
 use crate::setup::Setup;
@@ -52,8 +53,10 @@ impl Campaign {
     /// Begins a run in `to` with the models of a finished one in `from`, which differs in what
     /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
     /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
-    /// already, it goes on. [`Run::priced`] reports them, [`Run::work`] also makes what the search
-    /// wants next, such as the new optimum. `None`: cancelled.
+    /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`] makes
+    /// what the search wants next: the new optimum, and the levels of the periphery, which are
+    /// parts of the model of level 1. Without, levels stay where theirs is still the one that takes
+    /// least. `None`: cancelled.
     ///
     /// # Errors
     /// [`RunError::Input`]: no run in `from`, one of another version or of other inputs, a damaged
@@ -62,6 +65,7 @@ impl Campaign {
         &'a mut self,
         from: &dyn Store,
         to: &'a dyn Store,
+        makes: bool,
         watch: &dyn CampaignWatch,
     ) -> Result<Option<Run<'a>>, CampaignError> {
         let other = Checkpoints::new(from, self.fingerprint_in(from)?);
@@ -98,9 +102,10 @@ impl Campaign {
         }
         let run = self.begin(to)?;
         let setup = self.setup();
-        let mut progress = Progress::default();
+        let stays = |o: &Outcome| !(makes && is_our_level(o));
+        let (mut before, mut outcomes): (Vec<&Outcome>, Vec<Outcome>) = (Vec::new(), Vec::new());
         watch.planned(0);
-        for (outcome, _) in finished.iter().zip(kept).filter(|(_, kept)| *kept) {
+        for (outcome, _) in finished.iter().zip(kept).filter(|(o, kept)| *kept && stays(o)) {
             if watch.is_cancelled() {
                 return Ok(None);
             }
@@ -109,17 +114,54 @@ impl Campaign {
                 _ => Some(other.load_model(&outcome.name)?.scene),
             };
             let scene = stored.as_ref().unwrap_or(&self.dense);
-            let dense = progress.outcomes.first();
-            let priced = priced(&setup, outcome, finished.first().zip(dense), scene)?;
-            let priced = renamed(priced, &progress.outcomes);
-            if let Some(scene) = stored {
-                run.checkpoints.save_scene(&priced.name, &scene)?;
+            let priced = priced(&setup, outcome, finished.first().zip(outcomes.first()), scene)?;
+            outcomes.push(renamed(priced, &outcomes));
+            before.push(outcome);
+        }
+        let gone = if makes { Vec::new() } else { self.stale(&finished, &before, &outcomes) };
+        if !gone.is_empty() {
+            watch.note(
+                "another model takes least at level 1: the levels of the periphery are of the one \
+                 before, and left out; --realise makes new ones",
+            );
+        }
+        let mut progress = Progress::default();
+        for (place, (outcome, old)) in outcomes.into_iter().zip(before).enumerate() {
+            if gone.contains(&place) {
+                continue;
             }
-            watch.outcome(&priced);
-            progress.outcomes.push(priced);
+            if outcome.role != Role::Dense {
+                let scene = other.load_model(&old.name)?.scene;
+                run.checkpoints.save_scene(&outcome.name, &scene)?;
+            }
+            watch.outcome(&outcome);
+            progress.outcomes.push(outcome);
         }
         run.checkpoints.save(&progress.outcomes, &progress.history, None)?;
         Ok(Some(Run { progress, ..run }))
+    }
+
+    /// The places of our levels that are parts of a model which does not stand for the level before
+    /// any more. `finished`: everything that there was; `before` and `now`: what is still there,
+    /// as it was and as it is priced.
+    fn stale(&self, finished: &[Outcome], before: &[&Outcome], now: &[Outcome]) -> Vec<usize> {
+        let mut stale = Vec::new();
+        for variant in 0..self.plan.variants.len() as u8 {
+            let stands = |done: &[Outcome], level| {
+                self.plan.model_at(done, None, Place { variant, level }).map(|o| o.name.clone())
+            };
+            let moved = (0..self.plan.levels.saturating_sub(1)).find(|level| {
+                let new = stands(now, *level);
+                let was = now.iter().position(|o| Some(&o.name) == new.as_ref());
+                was.map(|place| before[place].name.clone()) != stands(finished, *level)
+            });
+            let Some(moved) = moved else { continue };
+            let is_above = |o: &Outcome| {
+                is_our_level(o) && o.place.variant == variant && o.place.level > moved
+            };
+            stale.extend((0..now.len()).filter(|i| is_above(&now[*i])));
+        }
+        stale
     }
 
     /// The fingerprint of the run in a store, which has the inputs of this campaign.
@@ -158,6 +200,11 @@ fn no_run(from: &dyn Store) -> RunError {
         place: from.place(""),
         message: "holds no finished run of this version; give the folder of one".into(),
     }
+}
+
+/// Whether a model was made for the periphery, and not for a comparison.
+fn is_our_level(outcome: &Outcome) -> bool {
+    outcome.place.level > 0 && matches!(outcome.role, Role::Sample | Role::Optimum)
 }
 
 /// The outcome of a model as it is measured now. `dense`: the dense model before and now. λ belongs

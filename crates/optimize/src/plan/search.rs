@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
     }
 
     fn sample(&self) -> Option<Job> {
-        if !self.plan.takes_samples {
+        if !self.plan.takes_samples && self.place.level == 0 {
             return None;
         }
         let settings = self.settings;

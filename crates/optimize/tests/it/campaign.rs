@@ -126,6 +126,51 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn priced_anew_the_levels_are_parts_of_the_model_that_takes_least_then() {
+    let foveated = || {
+        let asked = foveated();
+        let settings = Settings { iterations: 60, final_iterations: 60, ..asked.settings };
+        let schedule = Schedule::listed(&[0.0, 0.05, 0.7]).unwrap();
+        let goal = Some(Goal::Absolute { psnr_db: 15.0, ssim: 0.0 });
+        Request {
+            settings,
+            goals: Goals { goal, schedule, ..asked.goals },
+            keep_all: true,
+            ..asked
+        }
+    };
+    let store = MemoryStore::new();
+    let first = open(foveated()).run(&store, &()).unwrap().unwrap();
+    let levels = |finished: &Finished| {
+        let level = |o: &&Outcome| o.place.level > 0 && o.role.baseline().is_none();
+        finished.outcomes.iter().filter(level).map(|o| o.name.clone()).collect::<Vec<_>>()
+    };
+    assert!(levels(&first).iter().any(|name| name.contains("optimum")), "no level passes");
+    let best = |finished: &Finished| finished.conclusion.best.clone();
+    let mut moved = 0;
+    for ratio in [0.5, 0.002, 500.0] {
+        let other = || open(Request { display_ratio: Some(ratio), ..foveated() });
+        let (mut to_price, mut to_make) = (other(), other());
+        let (priced, made) = (MemoryStore::new(), MemoryStore::new());
+        let priced = to_price.reprice(&store, &priced, false, &()).unwrap().unwrap();
+        // Composing checks that every level is a part of the one before, bit for bit.
+        let priced = priced.priced().unwrap();
+        let made = to_make.reprice(&store, &made, true, &()).unwrap().unwrap();
+        let made = made.work(&()).unwrap().unwrap();
+        assert!(levels(&made).iter().any(|name| name.contains("optimum")), "{ratio}");
+        // The optimum of before is the fourth sample now.
+        let same = [best(&first), best(&first).map(|name| name.replace("optimum", "sample-04"))];
+        if same.contains(&best(&priced)) {
+            assert!(!levels(&priced).is_empty(), "{ratio}");
+        } else {
+            moved += 1;
+            assert_eq!(levels(&priced), Vec::<String>::new(), "{ratio}");
+        }
+    }
+    assert!(moved > 0, "no ratio moves the model: the test says nothing");
+}
+
+#[test]
 fn so_does_a_foveated_one() {
     let once = open(foveated()).run(&MemoryStore::new(), &()).unwrap().unwrap();
     let found = once.foveated.as_ref().expect("levels were made");

@@ -191,7 +191,7 @@ fn models_never_take_more_than_four_times_the_dense_one() {
         // What is left is enough for another panel, without the model that shares are shares of.
         let to = MemoryStore::new();
         let mut other = open(Request { display_ratio: Some(3.0), ..crowded(&levels) });
-        let priced = other.reprice(&disk, &to, &()).unwrap().unwrap().priced().unwrap();
+        let priced = other.reprice(&disk, &to, false, &()).unwrap().unwrap().priced().unwrap();
         assert!(priced.model.is_some() && priced.outcomes.len() > 3);
         assert!(priced.outcomes.iter().all(|o| o.role != Role::HeldOut));
         assert_eq!(

@@ -57,7 +57,7 @@ fn a_comparison_with_fewer_watts_is_the_result_under_its_own_name() {
         let to = MemoryStore::new();
         let baselines = [Baseline::RenderOnly, Baseline::LightGaussian(86)];
         let mut other = open(Request { display_ratio: Some(ratio), ..beaten(&baselines) });
-        let finished = other.reprice(&store, &to, &()).unwrap().unwrap().priced().unwrap();
+        let finished = other.reprice(&store, &to, false, &()).unwrap().unwrap().priced().unwrap();
         assert_eq!(finished.results.variants[0].result, finished.result);
         finished.result.unwrap()
     };
