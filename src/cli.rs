@@ -41,6 +41,7 @@ pub mod run_folder;
 mod scene;
 mod scene_file;
 mod sensitivity;
+mod shard_arg;
 pub mod startup;
 mod store_folder;
 mod sweep;

@@ -11,10 +11,12 @@ use std::path::PathBuf;
 use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
+use super::shard_arg::ShardArg;
 use super::{Context, Exit, Failure, out};
 use folder::{Existing, Folder, LAYOUT};
-use powergs_codesign::CodesignError;
+use powergs_codesign::{Codesign, CodesignError};
 use powergs_optimize::settings::Settings;
+use powergs_study::sweep::run::Shard;
 use watch::Watched;
 
 /// Shown under `codesign --help`.
@@ -68,6 +70,10 @@ pub struct Args {
     /// Throw away the run in the folder
     #[arg(long)]
     pub force: bool,
+    /// Make and price only part I of N of the models; with all parts there, the same command
+    /// with --resume in its place compares them
+    #[arg(long, value_name = "I/N", env = "POWERGS_SHARD", conflicts_with_all = ["force", "resume"])]
+    pub shard: Option<ShardArg>,
     /// Which views there are.
     #[command(flatten)]
     pub views: ViewArgs,
@@ -153,6 +159,9 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let watched = Watched::new(context);
     let codesign = inputs::codesign(args, &space, context, &watched)?;
     let folder = Folder::new(&inputs::place(args, &codesign), &LAYOUT);
+    if let Some(ShardArg(part)) = args.shard {
+        return part_of(&codesign, &space, part, &folder, &watched, context);
+    }
     let existing = match (args.resume, args.force) {
         (true, _) => Existing::Resume,
         (_, true) => Existing::Replace,
@@ -177,6 +186,34 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
             Ok(Exit::Interrupted)
         }
     }
+}
+
+/// Makes and prices one part of the models.
+fn part_of(
+    codesign: &Codesign,
+    space: &inputs::Space,
+    part: Shard,
+    folder: &Folder,
+    watched: &Watched<'_>,
+    context: &Context,
+) -> Result<Exit, Failure> {
+    let about =
+        [("space.toml", space.text.clone()), ("run.toml", finish::run_toml(codesign, space)?)];
+    let _lock = folder.open_part(&about)?;
+    watched.begin(codesign);
+    let done = codesign.run_part(part, folder.store(), watched);
+    watched.clear();
+    let (Shard { number, of }, path) = (part, folder.path().display());
+    let (exit, what) = match done? {
+        Some(()) => {
+            (Exit::Done, "is done; when all are: the same command, with --resume for --shard")
+        }
+        None => (Exit::Interrupted, "was interrupted; the same command goes on"),
+    };
+    if !context.global.quiet {
+        out::complain(format!("{path}: part {number} of {of} {what}"));
+    }
+    Ok(exit)
 }
 
 impl From<CodesignError> for Failure {

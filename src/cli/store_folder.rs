@@ -76,7 +76,7 @@ impl Folder {
                      --out",
                 );
             }
-            Existing::Refuse | Existing::Replace if !has_run && !self.is_free() => {
+            Existing::Refuse | Existing::Replace if !has_run && !self.is_free(&[]) => {
                 return refuse("is not empty; give --out a new folder");
             }
             Existing::Resume | Existing::Refuse | Existing::Replace => {}
@@ -88,20 +88,52 @@ impl Folder {
         Ok(lock)
     }
 
+    /// Makes the folder ready for one part of a run: other processes may work on other parts. Files
+    /// that tell what the run is are written by the first, and the others must be about the same.
+    ///
+    /// # Errors
+    /// Exit code 2: a folder that holds something else, another run, or one that a process has for
+    /// itself.
+    pub fn open_part(&self, about: &[(&str, String)]) -> Result<Lock, Failure> {
+        let refuse =
+            |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
+        let has_run = self.path.join(self.layout.marker).is_file();
+        // Another part may be about to write what the run is.
+        let names: Vec<&str> = about.iter().map(|(name, _)| *name).collect();
+        if !has_run && !self.is_free(&names) {
+            return refuse("is not empty; give --out a new folder");
+        }
+        let lock = self.store.lock(LOCK, Sharing::Beside)?;
+        for (name, text) in about {
+            match fs::read_to_string(self.path.join(name)) {
+                Ok(there) if there == *text => {}
+                Ok(_) => {
+                    return refuse(&format!(
+                        "holds another run: its {name} differs; all parts have the same arguments, \
+                         or give another --out"
+                    ));
+                }
+                // The marker comes last: a folder that has it has the others.
+                Err(_) => self.write(name, text)?,
+            }
+        }
+        Ok(lock)
+    }
+
     /// Where the run is kept.
     pub fn store(&self) -> &FileStore {
         &self.store
     }
 
     /// Whether the folder is not there, or empty but for what a run leaves that was killed before
-    /// its first checkpoint.
-    fn is_free(&self) -> bool {
+    /// its first checkpoint, and files of these names.
+    fn is_free(&self, but: &[&str]) -> bool {
         let Ok(entries) = fs::read_dir(&self.path) else { return !self.path.exists() };
         let is_store = |name: &OsStr| self.layout.stores.iter().any(|store| name == *store);
         entries.flatten().all(|entry| match entry.file_name() {
             name if is_store(&name) => fs::read_dir(entry.path())
                 .is_ok_and(|inner| inner.flatten().all(|file| is_temporary(&file.file_name()))),
-            name => name == LOCK || is_temporary(&name),
+            name => name == LOCK || is_temporary(&name) || but.iter().any(|but| name == *but),
         })
     }
 

@@ -147,6 +147,31 @@ fn a_run_leaves_its_report_and_goes_on_to_the_same_bytes_whenever_it_is_killed()
 }
 
 #[test]
+fn parts_of_a_run_end_in_the_bytes_of_one_process() {
+    let (one, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for folder in [&one, &parts] {
+        stage(folder.path(), SPACE, 12);
+    }
+    assert_eq!(run(one.path(), &[]).unwrap(), Exit::Done);
+    // In any order, one of them twice, two at a time.
+    assert_eq!(run(parts.path(), &["--shard", "3/3"]).unwrap(), Exit::Done);
+    let both = ["1/3", "2/3"].map(|part| {
+        let folder = parts.path().to_owned();
+        std::thread::spawn(move || run(&folder, &["--shard", part]).unwrap())
+    });
+    both.into_iter().for_each(|part| assert_eq!(part.join().unwrap(), Exit::Done));
+    assert_eq!(run(parts.path(), &["--shard", "3/3"]).unwrap(), Exit::Done);
+    assert!(!parts.path().join("run/summary.md").exists(), "a part compares nothing");
+    fails(parts.path(), &[], Exit::Usage, "go on with --resume");
+    fails(parts.path(), &["--shard", "1/3", "--seed", "8"], Exit::Usage, "holds another run");
+    assert_eq!(run(parts.path(), &["--resume"]).unwrap(), Exit::Done);
+    let (one, parts) = (one.path().join("run"), parts.path().join("run"));
+    for (now, before) in contents(&parts).iter().zip(&contents(&one)) {
+        assert!(now.1 == before.1, "{} differs", now.0);
+    }
+}
+
+#[test]
 fn bad_input_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

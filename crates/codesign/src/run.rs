@@ -11,7 +11,7 @@ use powergs_optimize::campaign::Campaign;
 use powergs_optimize::pictures::BeforeAfter;
 use powergs_optimize::target::Target;
 use powergs_scene::Gaussians;
-use powergs_study::sweep::run::Designs;
+use powergs_study::sweep::run::{Designs, Shard};
 
 use super::alternate::{self, Round};
 use super::compare::{
@@ -216,12 +216,7 @@ impl Codesign {
     ) -> Result<Option<Finished>, CodesignError> {
         let fitter = Fitter::new(&self.campaign, store);
         let Some(mut models) = self.fit(&fitter, watch)? else { return Ok(None) };
-        let pricer = Pricer {
-            campaign: &self.campaign,
-            machines: &self.machines,
-            store,
-            memory: self.memory,
-        };
+        let pricer = self.pricer(store);
         let mut rows = Vec::new();
         for model in &models {
             let Some(row) = self.row(&fitter, &pricer, model, watch)? else { return Ok(None) };
@@ -268,6 +263,52 @@ impl Codesign {
             alternatives,
             coupling,
         }))
+    }
+
+    /// Makes and prices one part of the models, and finds nothing: when the store has all parts,
+    /// [`Codesign::run`] does. `None`: it was cancelled.
+    ///
+    /// # Errors
+    /// A store that fails, numbers that are not finite, a defect of the simulator.
+    pub fn run_part(
+        &self,
+        part: Shard,
+        store: &dyn Store,
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<()>, CodesignError> {
+        let fitter = Fitter::new(&self.campaign, store);
+        let pricer = self.pricer(store);
+        let count = self.models.len() as u64;
+        let numbered = (0..).zip(&self.models).filter(|(i, _)| part.has(*i, count));
+        let models: Vec<&ModelPoint> = numbered.map(|(_, model)| model).collect();
+        self.announce(models.iter().copied(), watch);
+        let mut fitted = Vec::new();
+        for model in models {
+            let Some(model) = fitter.fit(model, self.iterations, watch)? else { return Ok(None) };
+            watch.fitted(&model);
+            fitted.push(model);
+        }
+        for model in &fitted {
+            if self.row(&fitter, &pricer, model, watch)?.is_none() {
+                return Ok(None);
+            }
+        }
+        Ok(Some(()))
+    }
+
+    fn pricer<'a>(&'a self, store: &'a dyn Store) -> Pricer<'a> {
+        let Codesign { campaign, machines, memory, .. } = self;
+        Pricer { campaign, machines, store, memory: *memory }
+    }
+
+    /// Says how many models are to be made.
+    fn announce<'a>(
+        &self,
+        models: impl Iterator<Item = &'a ModelPoint>,
+        watch: &dyn CodesignWatch,
+    ) {
+        let tuned = models.filter(|model| !model.is_dense).count();
+        watch.fitting(tuned, tuned as u64 * u64::from(self.iterations));
     }
 
     /// A model on all machines; without pairs where it misses the quality. `None` after a
@@ -350,8 +391,7 @@ impl Codesign {
         fitter: &Fitter<'_>,
         watch: &dyn CodesignWatch,
     ) -> Result<Option<Vec<Fitted>>, CodesignError> {
-        let tuned = self.models.iter().filter(|model| !model.is_dense).count();
-        watch.fitting(tuned, tuned as u64 * u64::from(self.iterations));
+        self.announce(self.models.iter(), watch);
         let mut fitted = Vec::new();
         for model in &self.models {
             let Some(model) = fitter.fit(model, self.iterations, watch)? else { return Ok(None) };

@@ -1,13 +1,13 @@
 //! The arguments of `sweep`.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use crate::cli::camera_file::{FrameRange, frame_range};
 use crate::cli::chart_args::ChartArgs;
 use crate::cli::dram_model::DramModelArg;
+use crate::cli::shard_arg::ShardArg;
+use powergs_study::sweep::run::SweepRequest;
 use powergs_study::sweep::run::confirm::CONFIRMED_MAX;
-use powergs_study::sweep::run::{Shard, SweepRequest};
 
 /// Shown under `sweep --help`.
 pub const EXAMPLES: &str = "\
@@ -171,23 +171,4 @@ pub struct ShowArgs {
     /// Print its machine file
     #[arg(long)]
     pub toml: bool,
-}
-
-/// A part as it is typed: `3/16`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ShardArg(pub Shard);
-
-impl FromStr for ShardArg {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<ShardArg, String> {
-        let wrong = || format!("`{text}` is not a part: write 3/16 for the third of sixteen");
-        let (number, of) = text.split_once('/').ok_or_else(wrong)?;
-        let number: u32 = number.trim().parse().map_err(|_| wrong())?;
-        let of: u32 = of.trim().parse().map_err(|_| wrong())?;
-        if number == 0 || number > of || of > 100_000 {
-            return Err(wrong());
-        }
-        Ok(ShardArg(Shard { number, of }))
-    }
 }

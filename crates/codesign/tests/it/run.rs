@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use powergs_base::budget::Budget;
 use powergs_codesign::compare::Way;
 use powergs_codesign::machines::Machines;
+use powergs_codesign::model::ModelPoint;
 use powergs_codesign::pricing::Fate;
 use powergs_codesign::space::SpaceFile;
 use powergs_codesign::watch::CodesignWatch;
@@ -144,6 +145,9 @@ fn a_run_prices_every_pair_and_goes_on_to_the_same_result_from_anywhere() {
     let toml = codesign.machine_toml(&codesign.models[1], Some(0)).unwrap();
     // 3 x 12 and 45 x 10 bits.
     assert!(toml.contains("colour = \"61 B\""), "{toml}");
+    // So has that of a model which is not in the space, as alternation makes them.
+    let other = ModelPoint { rho: 0.123, ..codesign.models[1].clone() };
+    assert_eq!(codesign.machine_toml(&other, Some(0)).unwrap(), toml);
 }
 
 #[test]
