@@ -340,6 +340,23 @@ class Comparison:
     def _repr_html_(self) -> str: ...
 
 @final
+class Codesigned:
+    @property
+    def model(self) -> Scene: ...
+    @property
+    def machine(self) -> Machine: ...
+    @property
+    def ways(self) -> Table: ...
+    @property
+    def models(self) -> Table: ...
+    @property
+    def pairs(self) -> Table: ...
+    @property
+    def gain_w(self) -> float | None: ...
+    def charts(self) -> dict[str, Chart]: ...
+    def _repr_html_(self) -> str: ...
+
+@final
 class Optimized:
     @property
     def reached(self) -> bool: ...
@@ -414,6 +431,20 @@ def optimize(
     callback: Callable[[dict[str, Any]], object] | None = None,
     progress: Progress = None,
 ) -> Optimized: ...
+def codesign(
+    scene: Scene,
+    cameras: Cameras,
+    space: _Path | Mapping[str, Any],
+    *,
+    quality: Literal["H", "M", "L"] | float | None = None,
+    iterations: int | None = None,
+    rounds: int = 5,
+    size: _Size | None = None,
+    seed: int = 1,
+    store: _Path | None = None,
+    memory: _Memory | None = None,
+    progress: Progress = None,
+) -> Codesigned: ...
 def _sweep_file(
     file: _Path,
     traces: list[str],

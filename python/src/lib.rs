@@ -5,6 +5,7 @@
 
 mod cameras;
 mod chart;
+mod codesign;
 mod error;
 mod experiments;
 mod explain;
@@ -30,6 +31,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<cameras::Camera>()?;
     module.add_class::<cameras::Cameras>()?;
     module.add_class::<chart::Chart>()?;
+    module.add_class::<codesign::Codesigned>()?;
     module.add_class::<experiments::Comparison>()?;
     module.add_class::<explain::Explanation>()?;
     module.add_class::<machine::Machine>()?;
@@ -42,6 +44,7 @@ fn _powergs(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<table::Table>()?;
     module.add_class::<trace::Trace>()?;
     module.add_function(wrap_pyfunction!(chart::_chart, module)?)?;
+    module.add_function(wrap_pyfunction!(codesign::codesign, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::compare, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::dram, module)?)?;
     module.add_function(wrap_pyfunction!(experiments::validate, module)?)?;

@@ -132,7 +132,7 @@ fn refused(invalid: &Invalid) -> Fault {
 }
 
 /// The wanted quality: a named step, decibels, or a share of the dense model's below 1.
-fn goal(quality: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Goal>> {
+pub fn goal(quality: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Goal>> {
     let Some(quality) = quality else { return Ok(None) };
     if let Ok(name) = quality.cast::<PyString>() {
         let name = name.to_str()?;
