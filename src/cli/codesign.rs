@@ -72,7 +72,8 @@ pub struct Args {
     pub force: bool,
     /// Make and price only part I of N of the models; with all parts there, the same command
     /// with --resume in its place compares them
-    #[arg(long, value_name = "I/N", env = "POWERGS_SHARD", conflicts_with_all = ["force", "resume"])]
+    #[arg(long, value_name = "I/N", env = "POWERGS_SHARD")]
+    #[arg(conflicts_with_all = ["force", "resume"])]
     pub shard: Option<ShardArg>,
     /// Which views there are.
     #[command(flatten)]

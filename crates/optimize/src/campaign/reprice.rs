@@ -53,10 +53,10 @@ impl Campaign {
     /// Begins a run in `to` with the models of a finished one in `from`, which differs in what
     /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
     /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
-    /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`] makes
-    /// what the search wants next: the new optimum, and the levels of the periphery, which are
-    /// parts of the model of level 1. Without, levels stay where theirs is still the one that takes
-    /// least. `None`: cancelled.
+    /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`]
+    /// makes what the search wants next: the new optimum, and the levels of the periphery, which
+    /// are parts of the model of level 1. Without, levels stay where theirs is still the one that
+    /// takes least. `None`: cancelled.
     ///
     /// # Errors
     /// [`RunError::Input`]: no run in `from`, one of another version or of other inputs, a damaged
