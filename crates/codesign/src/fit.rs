@@ -25,7 +25,7 @@ use super::part::Part;
 use super::watch::CodesignWatch;
 
 /// Raised when models are made in another way, or what is kept of them changes.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// The share of all Gaussians that goes in one step, as in a search of the ratio alone.
 const STEP: f64 = 0.05;
 /// The share of a fine-tune in which it prunes, and then the share in which it recovers, both with

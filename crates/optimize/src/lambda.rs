@@ -33,7 +33,7 @@ const STEP: f64 = 2.0;
 const SETTLED_CHECKS: u32 = 3;
 /// The damped rule aims so far above the target, as a share of epsilon: a λ that came to the target
 /// itself from below would never have passed.
-const AIM: f64 = 0.5;
+pub(crate) const AIM: f64 = 0.5;
 /// How many checks the damped rule looks ahead.
 const AHEAD: f64 = 2.0;
 /// The share of the distance in log λ that a step of the damped rule covers.

@@ -7,7 +7,7 @@ use super::oracle::Watts;
 use super::role::Role;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
-use super::tune::{Check, DisplayTerm, Model};
+use super::tune::{Check, DisplayTerm, Model, confirms};
 use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
 
@@ -33,8 +33,13 @@ pub struct Outcome {
     pub lambda: Option<f64>,
     /// The last λ that passed, 1/W: where the next sample begins.
     pub passing_lambda: Option<f64>,
-    /// Quality and display power over the gate views.
+    /// Quality and display power over all gate views.
     pub gate: Seen,
+    /// What the gate views say that did not choose; `None` where all of them do.
+    pub confirmation: Option<Confirmation>,
+    /// Standard errors of the mean PSNR over the gate and the test views, as samples of all views
+    /// that there could be, dB; `None` with a single view, or an infinite PSNR.
+    pub error_db: [Option<f64>; 2],
     /// Whether the gate was passed.
     pub passed: bool,
     /// Quality and display power over the test views.
@@ -48,7 +53,17 @@ pub struct Outcome {
     pub watts: Watts,
 }
 
-/// What is known of a job when its training has training.
+/// What the gate views say of a model that did not choose it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Confirmation {
+    /// Quality and display power over them.
+    pub seen: Seen,
+    /// How much more above the target the model was when it was chosen than all gate views found,
+    /// decibels; `None` where it was not trained, or has no target.
+    pub luck_db: Option<f64>,
+}
+
+/// What is known of a job when its training is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Training {
     /// Iterations done.
@@ -74,12 +89,23 @@ impl Outcome {
     ) -> Result<Outcome, SimError> {
         let scene = &model.scene;
         let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
-        let gate = setup.see(scene, setup.gate_views(), pooling);
-        let test = setup.see(scene, &setup.split.test, pooling);
+        let each_gate = setup.see_each(scene, setup.gate_views(), pooling);
+        let each_test = setup.see_each(scene, &setup.split.test, pooling);
+        let (gate, test) = (Seen::mean(&each_gate), Seen::mean(&each_test));
         let target = judge(gate.quality);
         let base = job.base.unwrap_or(setup.dense.len());
         let is_whole = job.place.level == 0;
         let check = training.and_then(|e| e.check);
+        let luck = |target: Target, promised: Quality| {
+            let luck = target.margin_db(promised) - target.margin_db(gate.quality);
+            luck.is_finite().then_some(luck)
+        };
+        let others = (0..).zip(&each_gate).filter(|(i, _)| confirms(*i));
+        let others: Vec<Seen> = others.map(|(_, seen)| *seen).collect();
+        let confirmation = (!others.is_empty()).then(|| Confirmation {
+            seen: Seen::mean(&others),
+            luck_db: target.zip(check).and_then(|(target, c)| luck(target, c.seen.quality)),
+        });
         let has_term = job.config.is_some_and(|o| o.display != DisplayTerm::Off);
         Ok(Outcome {
             name: job.name.clone(),
@@ -92,6 +118,8 @@ impl Outcome {
             lambda: check.filter(|_| has_term).map(|c| c.lambda),
             passing_lambda: training.and_then(|e| e.passing_lambda),
             gate,
+            confirmation,
+            error_db: [standard_error_db(&each_gate), standard_error_db(&each_test)],
             passed: target.is_some_and(|t| t.passes(gate.quality)),
             test,
             flip_test: if is_whole { setup.flip_test(scene) } else { f64::NAN },
@@ -99,6 +127,16 @@ impl Outcome {
             watts: setup.watts(scene)?,
         })
     }
+}
+
+/// The standard error of a mean PSNR.
+fn standard_error_db(seen: &[Seen]) -> Option<f64> {
+    let n = seen.len() as f64;
+    let psnr = || seen.iter().map(|s| s.quality.psnr_db);
+    let mean = psnr().sum::<f64>() / n;
+    let spread = psnr().map(|db| (db - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let error = (spread / n).sqrt();
+    error.is_finite().then_some(error)
 }
 
 /// The outcomes at a place, in order.

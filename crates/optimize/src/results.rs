@@ -158,6 +158,19 @@ pub struct ModelRecord {
     pub passed: bool,
     /// Over the gate views.
     pub gate: SeenRecord,
+    /// Over the gate views that did not choose; `None` where all of them do.
+    #[serde(default)]
+    pub confirmation: Option<SeenRecord>,
+    /// How much more above the target the model was when it was chosen than all gate views found,
+    /// decibels.
+    #[serde(default)]
+    pub luck_db: Option<f64>,
+    /// Standard error of the mean PSNR over the gate views, decibels.
+    #[serde(default)]
+    pub gate_error_db: Option<f64>,
+    /// Standard error of the mean PSNR over the test views, decibels.
+    #[serde(default)]
+    pub test_error_db: Option<f64>,
     /// Over the test views.
     pub test: SeenRecord,
     /// FLIP of the test views.

@@ -12,7 +12,7 @@ mod stride;
 use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, Rates};
-use super::lambda::{Controller, ControllerState, Verdict};
+use super::lambda::{AIM, Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, select, survivors};
 use super::record::{Reader, RecordFormats};
 use super::renderer::{Step, Stepper};
@@ -26,7 +26,8 @@ use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
 use gauge::CONFIRM_EVERY;
-pub use gauge::Gauge;
+pub(crate) use gauge::confirms;
+pub use gauge::{Gauge, confirming};
 pub use heat::Heat;
 pub use objective::Term;
 pub use stride::Stride;
@@ -36,8 +37,8 @@ const WARM_UP: usize = 16;
 /// Iterations between two models of a mean. Steps resemble those of ten iterations before, so that
 /// more of them say little more, and each is a pass over all parameters.
 const AVERAGE_EVERY: u32 = 5;
-/// While it prunes whenever it passes, a model that passes by less than this is confirmed over all
-/// gate views before more of it goes, decibels.
+/// While it prunes whenever it passes, a model that passes by less than this is looked at over all
+/// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
 
 /// A model in training.
@@ -61,11 +62,11 @@ impl Model {
 pub struct Check {
     /// After this iteration, counted from 0.
     pub iteration: u32,
-    /// What was seen: estimated, unless it is confirmed.
+    /// What was seen: an estimate of all gate views, those that do not choose among them.
     pub seen: Seen,
     /// Whether it reached the target.
     pub passed: bool,
-    /// Whether all gate views were looked at.
+    /// Whether all gate views that choose were looked at.
     pub confirmed: bool,
     /// λ of the iterations before.
     pub lambda: f64,
@@ -423,7 +424,7 @@ impl<'a> Tuner<'a> {
             let mut gauge = std::mem::take(&mut state.gauge);
             let shown = reader.of(state.shown());
             let seen = match all {
-                true => gauge.all(setup, shown, pooling),
+                true => gauge.chosen(setup, shown, pooling),
                 false => gauge.some(setup, shown, pooling),
             };
             state.gauge = gauge;
@@ -436,6 +437,7 @@ impl<'a> Tuner<'a> {
             confirmed = true;
         }
         let passed = self.target.passes(seen.quality);
+        let is_sure = self.is_sure(&seen);
         let check = Check { iteration, seen, passed, confirmed, lambda };
         self.state.last = Some(check);
         self.state.unconfirmed = if confirmed { 0 } else { self.state.unconfirmed + 1 };
@@ -456,7 +458,7 @@ impl<'a> Tuner<'a> {
             heat.observe(margin_db, self.config.pace.heat, is_dimming);
         }
         match self.config.pruning {
-            Pruning::WhilePassing { most, share } if passed && !is_last && !is_dimming => {
+            Pruning::WhilePassing { most, share } if is_sure && !is_last && !is_dimming => {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;
                 self.prune(Score::Dominance, count.clamp(1, most.max(1)));
@@ -464,10 +466,25 @@ impl<'a> Tuner<'a> {
             Pruning::WhilePassing { .. } => self.state.stride.missed(),
             Pruning::Never | Pruning::Steps { .. } => {}
         }
+        // Whatever they show: views that do not choose say how much they differ from the others.
+        let mut gauge = std::mem::take(&mut self.state.gauge);
+        let shown = self.reader.of(self.state.shown());
+        gauge.correct(setup, shown, pooling, (iteration, self.config.iterations));
+        self.state.gauge = gauge;
         check
     }
 
-    /// Whether all gate views are to be looked at: the model of an estimated quality may be kept.
+    /// Whether the target is reached with so much to spare that views which did not choose may
+    /// differ a little: as much as λ is steered for.
+    fn is_sure(&self, seen: &Seen) -> bool {
+        let guard = match gauge::confirming(self.setup.gate_views().len()) {
+            0 => 0.0,
+            _ => AIM * self.setup.settings.epsilon_db,
+        };
+        self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
+    }
+
+    /// Whether all views that choose are to be looked at: the model of an estimated quality may be kept.
     fn wants_confirmation(&self, quality: Quality) -> bool {
         let may_pass = self.target.passes(quality) && self.is_pruned();
         let is_due = self.state.best.is_none() || self.state.unconfirmed >= CONFIRM_EVERY;
@@ -488,9 +505,14 @@ impl<'a> Tuner<'a> {
     }
 
     fn remember(&mut self, check: Check) {
+        let sure = |check: &Check| self.is_sure(&check.seen);
         let better = match (self.config.keep, &self.state.best) {
             (Keep::Last, _) => false,
-            (Keep::LastPassing, _) | (Keep::Dimmest, None) => true,
+            (Keep::LastPassing | Keep::Dimmest, None) => true,
+            (Keep::LastPassing | Keep::Dimmest, Some((_, best))) if sure(best) != sure(&check) => {
+                sure(&check)
+            }
+            (Keep::LastPassing, Some(_)) => true,
             (Keep::Dimmest, Some((scene, best))) => {
                 let size = |scene: &Gaussians, check: &Check| (scene.len(), check.seen.display_w);
                 let (now, best) = (size(self.state.shown(), &check), size(scene, best));

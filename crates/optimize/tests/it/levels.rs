@@ -57,6 +57,8 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
         lambda: Some(0.1),
         passing_lambda: Some(0.2),
         gate: seen,
+        confirmation: None,
+        error_db: [None; 2],
         passed,
         test: seen,
         flip_test: 0.0,

@@ -31,6 +31,8 @@ fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) 
         lambda: Some(0.1),
         passing_lambda: Some(0.2),
         gate: seen,
+        confirmation: None,
+        error_db: [None; 2],
         passed: true,
         test: seen,
         flip_test: 0.0,

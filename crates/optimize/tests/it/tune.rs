@@ -2,14 +2,17 @@
 //! numbers that are none.
 
 use std::num::NonZeroU32;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+use powergs_base::picture::Picture;
 use powergs_optimize::lambda::{Control, Rule};
 use powergs_optimize::prune::Score;
-use powergs_optimize::setup::Seen;
+use powergs_optimize::references::{Reference, References};
+use powergs_optimize::setup::{Seen, Setup};
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
     DisplayTerm, Gauge, Heat, Iteration, Keep, Model, Objective, Pace, Pruning, State, Stride,
-    Trains, TuneConfig, TuneError, Tuner,
+    Trains, TuneConfig, TuneError, Tuner, confirming,
 };
 
 use super::scenes::{Tiny, tiny};
@@ -95,20 +98,75 @@ fn a_gauge_that_looks_at_few_views_comes_to_the_mean_of_all() {
     tiny.split.validation = (0..tiny.cameras.len()).collect();
     assert!(tiny.cameras.len() > 8, "{} views", tiny.cameras.len());
     let setup = tiny.setup();
-    let mut dim = tiny.dense.clone();
-    dim.sh.iter_mut().for_each(|c| *c *= 0.8);
+    let dimmed = |by: f32| {
+        let mut scene = tiny.dense.clone();
+        scene.sh.iter_mut().for_each(|c| *c *= by);
+        scene
+    };
+    let (before, dim) = (dimmed(0.82), dimmed(0.8));
     let exact = setup.see(&dim, setup.gate_views(), None);
     let mut gauge = Gauge::default();
-    let first = gauge.some(&setup, &tiny.dense, None);
-    assert_eq!(first, setup.see(&tiny.dense, setup.gate_views(), None), "the first look is exact");
+    let first = gauge.some(&setup, &before, None);
+    assert_eq!(first, setup.see(&before, setup.gate_views(), None), "the first look is exact");
     let off = |seen: Seen| (seen.quality.psnr_db - exact.quality.psnr_db).abs();
     let at_once = off(gauge.some(&setup, &dim, None));
-    let mut later = at_once;
     for _ in 0..40 {
-        later = off(gauge.some(&setup, &dim, None));
+        gauge.some(&setup, &dim, None);
     }
-    assert!(later < 1e-3 && later < at_once, "{at_once} dB at once, {later} dB later");
+    // What is left is how the views that do not choose differ from the others now.
+    let some = gauge.some(&setup, &dim, None).quality.psnr_db;
+    let chosen = gauge.chosen(&setup, &dim, None);
+    assert!((some - chosen.quality.psnr_db).abs() < 1e-3, "{some} dB");
+    assert!(off(chosen) < 0.1 && off(chosen) <= at_once, "{at_once} dB, then {}", off(chosen));
+    assert_ne!(chosen, exact, "views that do not choose were not looked at");
     assert_eq!(gauge.all(&setup, &dim, None), exact);
+    assert!(off(gauge.some(&setup, &dim, None)) < 1e-9, "once they were looked at it is exact");
+}
+
+/// Reference pictures, and how often each was asked for.
+struct Counted<'a>(&'a Vec<Reference>, Vec<AtomicUsize>);
+
+impl References for Counted<'_> {
+    fn write_to(&self, view: usize, picture: &mut Picture) {
+        self.1[view].fetch_add(1, Ordering::Relaxed);
+        self.0[view].write_to(picture);
+    }
+
+    fn digest(&self) -> u128 {
+        self.0.digest()
+    }
+}
+
+#[test]
+fn views_that_confirm_do_not_choose() {
+    let mut tiny = tiny(300, 2, (48, 36));
+    let all = tiny.cameras.len();
+    tiny.split.validation = (0..9).collect();
+    tiny.split.train = (9..all).collect();
+    let counted = Counted(&tiny.references, (0..all).map(|_| AtomicUsize::new(0)).collect());
+    let setup = Setup { references: &counted, ..tiny.setup() };
+    let pruning = Pruning::WhilePassing { most: 3, share: 0.05 };
+    let (iterations, display) = (120, DisplayTerm::Off);
+    let keep = Keep::LastPassing;
+    let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
+    let state = State::begin(Model::fresh(&tiny.dense));
+    let mut tuner = Tuner::new(&setup, config, TARGET, 5, state);
+    while !tuner.is_done() {
+        tuner.step().unwrap();
+    }
+    let looks: Vec<usize> = counted.1.iter().map(|n| n.load(Ordering::Relaxed)).collect();
+    let (confirm, choose): (Vec<_>, Vec<_>) = (0..9).partition(|i| i % 3 == 2);
+    // At the beginning and in each further eighth, whatever they show.
+    assert!(confirm.iter().all(|&i| looks[i] == 8), "{looks:?}");
+    assert!(choose.iter().all(|&i| looks[i] > 8), "{looks:?}");
+    // What is kept was chosen by an estimate of them, with a little to spare.
+    let (model, check, _) = tuner.finish();
+    let (check, found) = (check.unwrap(), setup.see(&model.scene, setup.gate_views(), None));
+    assert!(check.passed && model.scene.len() < 300);
+    assert!(TARGET.margin_db(check.seen.quality) >= 0.5 * tiny.settings.epsilon_db);
+    let luck = check.seen.quality.psnr_db - found.quality.psnr_db;
+    assert!(luck != 0.0 && luck.abs() < 1.0, "{luck} dB");
+    assert_eq!([1, 2, 3, 9].map(confirming), [0, 0, 1, 3], "of two views both choose");
 }
 
 #[test]

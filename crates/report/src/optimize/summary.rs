@@ -9,10 +9,11 @@ use crate::format::{engineering, watt_unit, wrapped};
 use powergs_chart::Chart;
 use powergs_core::action::Stage;
 use powergs_optimize::claims::Verdict;
-use powergs_optimize::outcome::Outcome;
+use powergs_optimize::outcome::{Confirmation, Outcome};
 use powergs_optimize::role::Role;
 use powergs_optimize::settings::Settings;
 use powergs_optimize::target::{Quality, Target};
+use powergs_optimize::tune::confirming;
 
 /// A result as a list of names and values, for `--json` and the terminal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,12 +97,14 @@ impl Story<'_> {
     /// The quality of the result over both splits, against what was asked for.
     fn reached(&self, text: &mut String, best: &Outcome) {
         let rows = [
-            ("gate", self.views.0, best.gate.quality, self.target),
-            ("test", self.views.1, best.test.quality, self.test_target),
+            ("gate", self.views.0, best.gate.quality, best.error_db[0], self.target),
+            ("test", self.views.1, best.test.quality, best.error_db[1], self.test_target),
         ];
-        for (name, n, q, target) in rows {
+        for (name, n, q, error, target) in rows {
             let views = if n == 1 { "view" } else { "views" };
-            let _ = write!(text, "{n} {name} {views}: {:.2} dB, SSIM {:.4}", q.psnr_db, q.ssim);
+            let within = error.map_or(String::new(), |error| format!(" ± {error:.2}"));
+            let psnr = format!("{:.2}{within} dB", q.psnr_db);
+            let _ = write!(text, "{n} {name} {views}: {psnr}, SSIM {:.4}", q.ssim);
             if let Some(target) = target {
                 let by = Target::Likeness(target).shortfall(q);
                 let verdict = match by.psnr_db > 0.0 || by.ssim > 0.0 {
@@ -109,6 +112,15 @@ impl Story<'_> {
                     true => format!("{} below", short_of(by)),
                 };
                 let _ = write!(text, "; target {}: {verdict}", quality(target));
+            }
+            text.push('\n');
+        }
+        let n = confirming(self.views.0);
+        if let Some(Confirmation { seen, luck_db }) = best.confirmation.filter(|_| n > 0) {
+            let psnr = format!("{:.2} dB", seen.quality.psnr_db);
+            let _ = write!(text, "{n} of the gate views did not choose: {psnr}");
+            if let Some(luck) = luck_db {
+                let _ = write!(text, "; choosing had promised {luck:+.2} dB over all of them");
             }
             text.push('\n');
         }
