@@ -92,11 +92,13 @@ pub enum Buffer {
     Pointers,
     /// Entries of each tile on their way to DRAM.
     Combining,
+    /// Coefficients of colours that records name by a number.
+    Codebook,
 }
 
 impl Buffer {
     /// All buffers, in report order.
-    pub const ALL: [Buffer; 8] = [
+    pub const ALL: [Buffer; 9] = [
         Buffer::GaussianIn,
         Buffer::TileList,
         Buffer::Sorting,
@@ -105,6 +107,7 @@ impl Buffer {
         Buffer::Cache,
         Buffer::Pointers,
         Buffer::Combining,
+        Buffer::Codebook,
     ];
 
     /// Those that fill and empty, in report order: the others are tables, which are always full.
@@ -122,6 +125,7 @@ impl Buffer {
             Buffer::Cache => "cache",
             Buffer::Pointers => "pointers",
             Buffer::Combining => "combining",
+            Buffer::Codebook => "codebook",
         }
     }
 }
@@ -307,6 +311,7 @@ impl Action {
             SramRead(b[5]),
             SramRead(b[6]),
             SramRead(b[7]),
+            SramRead(b[8]),
             SramWrite(b[0]),
             SramWrite(b[1]),
             SramWrite(b[2]),
@@ -315,6 +320,7 @@ impl Action {
             SramWrite(b[5]),
             SramWrite(b[6]),
             SramWrite(b[7]),
+            SramWrite(b[8]),
         ]
     }
 

@@ -27,6 +27,9 @@
 //! is written and a sum over the tiles, one a cycle, is done. It reads what was written of every
 //! splat with a tile, prepares its box and tests it again.
 //!
+//! **Codebook.** With `codebook.entries` a colour reads an entry, which has the table of its unit for
+//! `ceil(words / banks)` cycles; the look-ups of a batch go on beside its arithmetic (A116).
+//!
 //! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
 //! where colour is not fetched lazily, the records of the three further levels come with it. Before
 //! its box tests a splat is tested against the level of every tile under its bounding square,
@@ -40,7 +43,7 @@ use super::bank::Banks;
 use super::batch::{Batch, Pass};
 use super::colour;
 use super::divide::Divisor;
-use super::machine::{CcuSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
+use super::machine::{CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
 use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_frame::scene::ShDegree;
@@ -54,6 +57,8 @@ pub struct Ccu {
     pub record: RecordSpec,
     /// Records of a batch: `spec.batch`, or as many as fit the unit's input buffer.
     pub batch: u32,
+    /// Its codebook.
+    pub codebook: CodebookSpec,
     /// Banks of its share of the input buffer.
     pub input: Banks,
     /// Banks of its share of the tile-list buffer.
@@ -81,7 +86,7 @@ pub struct Ccu {
     /// Box tests a cycle.
     tests: Divisor,
     /// Look-ups of tile levels a cycle.
-    lookups: Divisor,
+    levels: Divisor,
 }
 
 /// Reads of a batch, at most.
@@ -97,7 +102,7 @@ impl Ccu {
     /// so many bytes; with `fovea` for foveated frames.
     pub(crate) fn new(
         spec: CcuSpec,
-        (record, degree, entry): (RecordSpec, ShDegree, u64),
+        (record, codebook, degree, entry): (RecordSpec, CodebookSpec, ShDegree, u64),
         fovea: Option<FoveaSpec>,
         share: u64,
         input: Banks,
@@ -124,7 +129,7 @@ impl Ccu {
             FeatureSource::Nobody => record.projected.0,
         };
         let tests = Divisor::new(u64::from(spec.intersection_units));
-        let lookups = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
+        let per_cycle = Divisor::new(fovea.map_or(1, |fovea| u64::from(fovea.level_tests)));
         let rate = Divisor::new(u64::from(spec.operations_per_cycle));
         let own = match spec.fetch {
             Fetch::LazyColour => 0,
@@ -135,6 +140,7 @@ impl Ccu {
         let mut ccu = Self {
             spec,
             record,
+            codebook,
             batch: 1,
             input,
             output,
@@ -148,7 +154,7 @@ impl Ccu {
             colour_operations: own,
             rate,
             tests,
-            lookups,
+            levels: per_cycle,
         };
         let most = share / reads.iter().sum::<u64>().max(1);
         ccu.batch = ccu.spec.batch.min(u32::try_from(most).unwrap_or(u32::MAX)).max(1);
@@ -204,6 +210,11 @@ impl Ccu {
             Fetch::VisibleColour => batch.splats,
             Fetch::LazyColour => 0,
         }
+    }
+
+    /// Colours of a batch that are looked up here.
+    fn lookups_of(&self, batch: &Batch) -> u64 {
+        if batch.pass == Pass::Scatter { 0 } else { self.coloured(batch) }
     }
 
     /// Operations of a batch without its box tests.
@@ -289,10 +300,11 @@ impl Unit for Ccu {
     #[inline]
     fn cycles(&self, batch: &Batch) -> u64 {
         let tested = batch.prepared.min(batch.records);
-        let tests = self.tests.div_ceil(batch.tests).max(self.lookups.div_ceil(batch.lookups));
+        let tests = self.tests.div_ceil(batch.tests).max(self.levels.div_ceil(batch.lookups));
         let untested = if batch.pass == Pass::Scatter { 0 } else { batch.records - tested };
         let entry = untested + tested.max(tests);
-        entry.max(self.rate.div_ceil(self.operations(batch))).max(1)
+        let arithmetic = self.rate.div_ceil(self.operations(batch));
+        entry.max(arithmetic).max(self.lookups_of(batch) * self.codebook.cycles()).max(1)
     }
 
     fn bank_stalls(&self, batch: &Batch) -> u64 {
@@ -321,8 +333,10 @@ impl Unit for Ccu {
         }
         actions.charge(stage, Action::ObbPrepare, batch.prepared);
         actions.charge(stage, Action::ObbTest, batch.tests);
-        let coloured = if converted { self.coloured(batch) } else { 0 };
+        let coloured = self.lookups_of(batch);
         actions.charge(stage, Action::ShColour, coloured);
+        let looked_up = self.codebook.bytes(coloured);
+        actions.charge(stage, Action::SramRead(Buffer::Codebook), looked_up);
         if self.level_bytes > 1 || self.level_colour_bytes > 0 {
             actions.charge(stage, Action::PixelFinish, 3 * coloured);
         }

@@ -11,10 +11,12 @@
 //! the entry, and units render the one before: over a tile a chunk takes the longer of its
 //! rendering and its colours. A chunk that reads no colour passes by (A31).
 //!
+//! With a codebook a colour reads an entry of the core's copy beside the arithmetic (A116).
+//!
 //! Where colours are evaluated before sorting, by the CCUs, there is no such unit.
 
-use super::machine::{CcuSpec, Fetch, Machine};
-use crate::action::{Action, ActionCounts, Stage};
+use super::machine::{CcuSpec, CodebookSpec, Fetch, Machine};
+use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::flops;
 use crate::workload::ChunkWork;
 use powergs_frame::scene::ShDegree;
@@ -28,6 +30,8 @@ pub struct Colour {
     pub latency: u64,
     /// Operations of a colour of the scene's SH degree.
     operations: u64,
+    /// Its codebook.
+    codebook: CodebookSpec,
 }
 
 /// Operations of a colour of this SH degree, in the count of a machine.
@@ -42,6 +46,7 @@ impl Colour {
             rate: u64::from(machine.vru.colour_operations_per_cycle),
             latency: u64::from(machine.vru.colour_latency),
             operations: operations(&machine.ccu, degree),
+            codebook: machine.codebook.of_degree(degree),
         })
     }
 
@@ -50,7 +55,8 @@ impl Colour {
         let level = u64::from(flops::flops(Action::PixelFinish));
         let operations =
             u64::from(chunk.first_loads) * self.operations + u64::from(chunk.level_loads) * level;
-        operations.div_ceil(self.rate)
+        let lookups = u64::from(chunk.first_loads) * self.codebook.cycles();
+        operations.div_ceil(self.rate).max(lookups)
     }
 
     /// Charges the colours of a chunk.
@@ -58,6 +64,9 @@ impl Colour {
         // Three multiplications and additions, as for a background.
         let levels = u64::from(chunk.level_loads);
         actions.charge(Stage::Rendering, Action::PixelFinish, levels);
-        actions.charge(Stage::Rendering, Action::ShColour, u64::from(chunk.first_loads));
+        let first = u64::from(chunk.first_loads);
+        actions.charge(Stage::Rendering, Action::ShColour, first);
+        let looked_up = self.codebook.bytes(first);
+        actions.charge(Stage::Rendering, Action::SramRead(Buffer::Codebook), looked_up);
     }
 }

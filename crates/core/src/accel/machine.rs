@@ -22,7 +22,7 @@ mod spec;
 
 pub use spec::{
     AccessOrder, Assignment, BinningMethod, BinningSpec, BufferSpec, BufferSpecs, CacheSpec,
-    CcuOperations, CcuSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource, Fetch,
+    CcuOperations, CcuSpec, CodebookSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource, Fetch,
     FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite, PivotRule,
     Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder,
     VruSpec,
@@ -44,6 +44,9 @@ pub struct Machine {
     pub geometry: Geometry,
     /// Bytes of every record that crosses the DRAM interface.
     pub record: RecordSpec,
+    /// Colours that records name by a number.
+    #[serde(default)]
+    pub codebook: CodebookSpec,
     /// Culling and conversion units.
     pub ccu: CcuSpec,
     /// Gaussian sorting units.
@@ -235,6 +238,14 @@ impl Machine {
         Bytes(pixels.saturating_mul(levels).saturating_mul(self.vru.pixel_state.0))
     }
 
+    /// How many units evaluate colours: CCUs, or cores.
+    fn colour_units(&self) -> u32 {
+        match self.ccu.fetch {
+            Fetch::LazyColour => self.vru.cores,
+            Fetch::Everything | Fetch::GeometryFirst | Fetch::VisibleColour => self.ccu.units,
+        }
+    }
+
     /// How many CCUs, QSUs, BSUs and rendering units it has.
     pub fn unit_counts(&self) -> [u32; 4] {
         let (cores, gsu) = (self.vru.cores, &self.gsu);
@@ -281,6 +292,15 @@ impl Machine {
             Buffer::PixelOut => share(&b.pixel_out, self.vru.cores),
             Buffer::Pointers => binned(&self.binning.pointers),
             Buffer::Combining => binned(&self.binning.combining),
+            Buffer::Codebook => Memory {
+                bank: self.codebook.bank(),
+                banks: match self.codebook.entries {
+                    0 => 0,
+                    _ => self.colour_units().saturating_mul(self.codebook.banks),
+                },
+                word: self.codebook.word,
+                two_ports: false,
+            },
             Buffer::Cache => Memory {
                 bank: Bytes(self.cache.capacity.0 / u64::from(self.cache.banks).max(1)),
                 banks: if self.cache.capacity.0 == 0 { 0 } else { self.cache.banks },

@@ -118,7 +118,7 @@ impl ResolvedUnits {
         });
         let converter = Ccu::new(
             ccu.clone(),
-            (machine.record.of_degree(degree), degree, key),
+            (machine.record.of_degree(degree), machine.codebook.of_degree(degree), degree, key),
             is_foveated.then(|| machine.fovea.clone()),
             shares.gaussian_in,
             Banks::new(&buffers.gaussian_in),

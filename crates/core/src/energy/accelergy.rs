@@ -21,7 +21,7 @@ mod yaml;
 pub const TEXT_MAX: usize = 1 << 20;
 
 /// Components that a machine may do without.
-const OPTIONAL: [&str; 3] = ["cache", "pointers", "combining"];
+const OPTIONAL: [&str; 4] = ["cache", "pointers", "combining", "codebook"];
 /// Components that must be there.
 const NEEDED: [&str; 10] = [
     "ccu",

@@ -355,7 +355,8 @@ impl EnergyTable {
                 | Buffer::Feature
                 | Buffer::PixelOut
                 | Buffer::Pointers
-                | Buffer::Combining => (1.0, 1.0),
+                | Buffer::Combining
+                | Buffer::Codebook => (1.0, 1.0),
             };
             Ok(Bank {
                 read_pj: bank.read_pj * energy * factors.sram_energy,

@@ -34,6 +34,7 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
         clock,
         geometry,
         record,
+        codebook,
         ccu,
         gsu,
         vru,
@@ -54,6 +55,9 @@ pub fn timing_id(machine: &Machine, device: Option<u128>) -> u128 {
     add(serde_json::to_vec(fovea));
     if binning.method != BinningMethod::Free {
         add(serde_json::to_vec(binning));
+    }
+    if codebook.entries > 0 {
+        add(serde_json::to_vec(codebook));
     }
     if cache.capacity.0 > 0 {
         add(serde_json::to_vec(cache));

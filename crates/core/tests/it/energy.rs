@@ -29,7 +29,7 @@ fn prices() -> Prices {
     Prices {
         per_action,
         unit_leakage_w: [0.0625, 0.03125, 0.03125, 0.0625],
-        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        sram_leakage_w: [0.0625, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         idle_leakage: 1.0,
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,

@@ -2,6 +2,7 @@
 
 mod accel;
 mod calibrated;
+mod codebook;
 mod config;
 mod dram;
 mod energy;

@@ -36,6 +36,7 @@ pub(super) fn problems(machine: &Machine) -> Vec<(&'static str, String)> {
     organisation(machine, &mut found);
     late_colours(machine, &mut found);
     binning::check(machine, &mut found);
+    codebook(machine, &mut found);
     if found.is_empty() {
         fits(machine, &mut found);
     }
@@ -368,6 +369,31 @@ fn words(m: &Machine, found: &mut Found) {
         if size > SIZE_MAX {
             found.push((key, format!("`{key}` = {size} is above {SIZE_MAX}: a typing error?")));
         }
+    }
+}
+
+/// A table of colours has words, and is no larger than any other buffer.
+fn codebook(m: &Machine, found: &mut Found) {
+    let book = &m.codebook;
+    if book.entries == 0 {
+        return;
+    }
+    if book.entry == Bytes(0) || book.entry > RECORD_MAX {
+        let message = format!("`codebook.entry` = {} must be 1 B to {RECORD_MAX}", book.entry);
+        found.push(("codebook.entry", message));
+        return;
+    }
+    let copy = Bytes(u64::from(book.entries) * book.entry.0);
+    if book.word == Bytes(0) || book.word > copy {
+        let message = format!("`codebook.word` = {} must be from 1 B to {copy}", book.word);
+        found.push(("codebook.word", message));
+    }
+    if copy > SIZE_MAX {
+        let message = format!(
+            "`codebook.entries` = {} of {} are above {SIZE_MAX}: a typing error?",
+            book.entries, book.entry
+        );
+        found.push(("codebook.entries", message));
     }
 }
 

@@ -58,6 +58,65 @@ pub struct RecordSpec {
     pub colour_pitch: Bytes,
 }
 
+/// The `[codebook]` table: colours beyond the constant one as entries of a table on chip, which a
+/// record names by its number. Each CCU, or with `ccu.fetch = "lazy-colour"` each core, has a whole
+/// copy, which stays from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub struct CodebookSpec {
+    /// Entries; 0 for a machine without, whose records have the coefficients themselves.
+    #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
+    pub entries: u32,
+    /// Bytes of an entry: the coefficients of three channels.
+    pub entry: Bytes,
+    /// Bytes of one access of one bank.
+    pub word: Bytes,
+    /// Banks of a copy; the words of an entry lie in as many of them.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "banks"))]
+    pub banks: u32,
+}
+
+impl Default for CodebookSpec {
+    fn default() -> CodebookSpec {
+        CodebookSpec { entries: 0, entry: Bytes(90), word: Bytes(32), banks: 1 }
+    }
+}
+
+impl CodebookSpec {
+    /// The codebook of a scene of this SH degree: constant colours have no entries.
+    pub(crate) fn of_degree(self, degree: ShDegree) -> CodebookSpec {
+        let entries = if degree == ShDegree::ZERO { 0 } else { self.entries };
+        CodebookSpec { entries, ..self }
+    }
+
+    /// Words of an entry.
+    pub(crate) fn words(&self) -> u64 {
+        self.entry.0.div_ceil(self.word.0.max(1))
+    }
+
+    /// Cycles for which a look-up has its copy; 0 without a codebook.
+    pub(crate) fn cycles(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => self.words().div_ceil(u64::from(self.banks)),
+        }
+    }
+
+    /// Bytes that so many look-ups read: an access takes a whole word.
+    pub(crate) fn bytes(&self, lookups: u64) -> u64 {
+        match self.entries {
+            0 => 0,
+            _ => lookups * self.words() * self.word.0,
+        }
+    }
+
+    /// Bytes of a bank of a copy.
+    pub(crate) fn bank(&self) -> Bytes {
+        let words = u64::from(self.entries) * self.words();
+        Bytes(words.div_ceil(u64::from(self.banks.max(1))) * self.word.0)
+    }
+}
+
 /// Who writes the features that rendering reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -84,7 +84,7 @@ pub struct SramCacti {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct SramMacro {
     /// The buffer: `gaussian-in`, `tile-list`, `sorting`, `feature`, `pixel-out`,
-    /// `cache`, `pointers` or `combining`.
+    /// `cache`, `pointers`, `combining` or `codebook`.
     pub buffer: String,
     /// Energy of reading one word.
     pub read: Picojoules,

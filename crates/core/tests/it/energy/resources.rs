@@ -37,7 +37,7 @@ const FREE: [(&str, &str); 21] = [
 ];
 
 /// A machine of which everything can be had twice.
-const BASE: [&str; 15] = [
+const BASE: [&str; 16] = [
     "clock=500 MHz",
     "cache.capacity=32 KiB",
     "cache.eviction=reuse-distance",
@@ -53,6 +53,7 @@ const BASE: [&str; 15] = [
     "ccu.fetch=lazy-colour",
     "record.feature-source=nobody",
     "vru.colour-operations-per-cycle=133",
+    "codebook.entries=1024",
 ];
 
 /// With each kind of price of the memory.

@@ -92,6 +92,7 @@ fn unlinked() -> Machine {
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         },
+        codebook: CodebookSpec::default(),
         ccu: CcuSpec {
             units: 4,
             operations_per_cycle: 426,

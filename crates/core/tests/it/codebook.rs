@@ -1,0 +1,104 @@
+//! A codebook of colours: a look-up for every colour, and what that costs.
+
+use powergs_base::quantity::Bytes;
+use powergs_core::action::{Action, Buffer};
+use powergs_core::run::{Change, MemoryFrames, Session, System};
+use powergs_core::sim::FrameReport;
+use powergs_frame::scene::ShDegree;
+use powergs_frame::trace::Frame;
+use powergs_raster::{Detail, Options, render};
+use powergs_testkit::scenes::{front_camera, random_scene};
+
+/// A record with three constant coefficients and a number of two bytes, and the entries.
+const BOOK: [&str; 5] = [
+    "record.colour=8 B",
+    "record.colour-extra=8 B",
+    "record.colour-pitch=8 B",
+    "codebook.entries=4096",
+    "codebook.entry=90 B",
+];
+
+fn system(machine: &str, sets: &[&str]) -> System {
+    let changes: Vec<Change> = sets.iter().map(|s| s.parse().unwrap()).collect();
+    System::named(machine).unwrap().with(&changes).unwrap()
+}
+
+/// The views of a scene of this SH degree.
+fn frame(degree: u8) -> Frame {
+    let (camera, options) = (front_camera(64, 48), Options::reference(Detail::Counters));
+    let mut frame =
+        render(&random_scene(3, 900, 0), &camera, &options).into_frame(&camera, [0.0; 3]);
+    frame.facts.sh_degree = ShDegree::new(degree);
+    frame
+}
+
+fn replayed(machine: &str, sets: &[&str]) -> FrameReport {
+    of_degree(3, machine, sets)
+}
+
+fn of_degree(degree: u8, machine: &str, sets: &[&str]) -> FrameReport {
+    let mut frames = MemoryFrames::new("scene", [frame(degree)]);
+    let systems = [system(machine, sets)];
+    Session::new(&mut frames, &()).reports(&systems).unwrap().remove(0).remove(0)
+}
+
+#[test]
+fn every_colour_reads_an_entry_and_spares_its_coefficients() {
+    // Colours by CCUs before sorting, and by cores when a tile first loads a splat.
+    for machine in ["gscore", "gscore-powergs"] {
+        let (without, with) = (replayed(machine, &[]), replayed(machine, &BOOK));
+        let colours = with.actions.total(Action::ShColour);
+        assert!(colours > 0 && colours == without.actions.total(Action::ShColour));
+        // 90 B are three words of 32 B.
+        let looked_up = |r: &FrameReport| r.actions.total(Action::SramRead(Buffer::Codebook));
+        assert_eq!([looked_up(&without), looked_up(&with)], [0, 96 * colours], "{machine}");
+        assert_eq!(with.actions.total(Action::SramWrite(Buffer::Codebook)), 0, "it stays");
+        // Constant colours have no entries.
+        assert_eq!(looked_up(&of_degree(0, machine, &BOOK)), 0, "{machine}");
+        let read = |r: &FrameReport| r.actions.total(Action::DramRead);
+        let record = system(machine, &[]).machine().record.colour.0;
+        assert_eq!(read(&without) - read(&with), (record - 8) * colours, "{machine}");
+    }
+}
+
+#[test]
+fn each_unit_has_a_copy_with_area_and_leakage() {
+    let book = |sets: &[&str]| {
+        let memory = |system: &System| {
+            system.machine().inventory().memories[Buffer::Codebook as usize]
+        };
+        memory(&system("gscore", &[&BOOK, sets].concat()))
+    };
+    assert_eq!(system("gscore", &[]).machine().inventory().memories[8].banks, 0);
+    let one = book(&[]);
+    let units = system("gscore", &[]).machine().ccu.units;
+    // 4096 entries of three words of 32 B.
+    assert_eq!((one.bank, one.banks), (Bytes(4096 * 96), units));
+    let four = book(&["codebook.banks=4"]);
+    assert_eq!((four.bank, four.banks), (Bytes(1024 * 96), 4 * units));
+    let area = |sets: &[&str]| replayed("gscore", sets).area.unwrap().total().0;
+    assert!(area(&BOOK) > area(&BOOK[..3]), "it takes area");
+}
+
+#[test]
+fn few_banks_hold_colours_up() {
+    let slow = ["codebook.word=1 B", "ccu.operations-per-cycle=4096"];
+    let cycles = |more: &[&str]| {
+        let report = replayed("gscore", &[&BOOK[..], &slow, more].concat());
+        report.timing().unwrap().frame
+    };
+    let (one, many) = (cycles(&[]), cycles(&["codebook.banks=90"]));
+    assert!(one > many, "{one} cycles with one bank, {many} with 90");
+}
+
+#[test]
+fn a_codebook_that_cannot_be_is_refused() {
+    let refused = |set: &str| {
+        let set: Change = set.parse().unwrap();
+        let on: Change = "codebook.entries=1048576".parse().unwrap();
+        System::named("gscore").unwrap().with(&[on, set]).unwrap_err().to_string()
+    };
+    assert!(refused("codebook.entry=0 B").contains("`codebook.entry` = 0 B"));
+    assert!(refused("codebook.entry=64 KiB").contains("typing error"));
+    assert!(refused("codebook.word=0 B").contains("`codebook.word` = 0 B"));
+}
