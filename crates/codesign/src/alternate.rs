@@ -34,7 +34,8 @@ pub fn next(models: &[Fitted], market: &Market<'_>, joint: Pair) -> Option<Model
     let alike = |other: &ModelPoint| {
         !of.is_dense
             && !other.is_dense
-            && (other.sh_degree, &other.format) == (of.sh_degree, &of.format)
+            && (other.sh_degree, &other.format, other.formats)
+                == (of.sh_degree, &of.format, of.formats)
     };
     let samples =
         models.iter().enumerate().filter(|(_, model)| alike(&model.point) && model.facts.passed);

@@ -176,6 +176,17 @@ impl<'a> Market<'a> {
         self.rows.iter().enumerate().filter(move |(i, _)| passed[*i]).flat_map(of)
     }
 
+    /// The machines of a model that keep the budget, least watts first, at most so many; none where
+    /// it misses the quality.
+    pub fn best(&self, model: usize, most: usize) -> Vec<MachinePoint> {
+        if !self.passed.get(model).is_some_and(|passed| *passed) {
+            return Vec::new();
+        }
+        let pairs = self.rows[model].pairs.keys().map(|machine| (model, *machine));
+        let ranked = self.ranked(pairs).unwrap_or_default();
+        ranked.into_iter().take(most).map(|((_, machine), _)| machine).collect()
+    }
+
     /// Those among `pairs` that keep the budget, least watts first.
     ///
     /// # Errors

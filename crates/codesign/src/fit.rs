@@ -126,9 +126,8 @@ impl<'a> Fitter<'a> {
             return Ok(None);
         };
         let (scene, done, lambda) = tuned;
-        let read = point.formats.read(&scene);
-        let facts = self.facts(&read, done, lambda);
-        checkpoints.save_scene(JOB, &read)?;
+        let facts = self.facts(&scene, done, lambda);
+        checkpoints.save_scene(JOB, &scene)?;
         let bytes = postcard::to_stdvec(&facts).map_err(|e| RunError::Internal(e.to_string()))?;
         part.write(FACTS, &bytes)?;
         // The moments are not needed any more.
@@ -166,7 +165,7 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    /// Trains; the parameters without rounding, iterations, and λ of the kept model.
+    /// Trains; the parameters as they are read, iterations, and λ of the kept model.
     fn tune(
         &self,
         point: &ModelPoint,

@@ -23,6 +23,7 @@ pub mod alternate;
 pub mod compare;
 pub mod error;
 pub mod fit;
+pub mod halving;
 pub mod machines;
 pub mod model;
 mod part;

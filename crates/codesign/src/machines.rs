@@ -8,7 +8,7 @@ use powergs_core::accel::machine::DramModel;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{Change, FileKind, RunError, System, SystemSpec};
 use powergs_study::sweep::SweepFile;
-use powergs_study::sweep::file::{EnergySpec, Settings};
+use powergs_study::sweep::file::{EnergySpec, Method, Settings};
 
 use super::error::CodesignError;
 use super::model::{ModelPoint, RecordBytes, unreadable};
@@ -18,6 +18,8 @@ use super::space::{MachineSpec, axis_keys};
 const QUESTION: &str = "Which machine needs the fewest watts for this model?";
 /// The table that further ones stand beside by default.
 const USUAL: &str = "gscore-28nm";
+/// What an adaptive search looks for the front of: what ways choose by, and both limits.
+const OBJECTIVES: [&str; 3] = ["rendering_plus_display_w", "area_mm2", "frame_time_ms.max"];
 /// Energies of the units of `rtl/`; the first that reaches the clock of the base machine.
 const RTL: [&str; 2] = ["gscore-rtl-28nm", "gscore-rtl-7nm"];
 /// Another price of DRAM.
@@ -55,6 +57,9 @@ impl Machines {
         }
         file.display = Some(spec.display.clone());
         file.display_fps = spec.display_fps;
+        if file.sampling.method == Method::Nsga2 {
+            file.objectives.minimize = OBJECTIVES.map(str::to_owned).into();
+        }
         Ok(Machines { base, file })
     }
 
@@ -66,16 +71,16 @@ impl Machines {
     /// The sweep of a model: the same axes, with the record of the model.
     pub fn sweep(&self, model: &ModelPoint, dram: DramModel) -> SweepFile {
         let mut file = self.file.clone();
-        let mut set = |key: &str, value: String| {
+        let mut set = |key: &str, value: Value| {
             file.set.0.retain(|(known, _)| known != key);
-            file.set.0.push((key.to_owned(), Value::String(value)));
+            file.set.0.push((key.to_owned(), value));
         };
         for (key, value) in RecordBytes::of(model, &self.base.machine().record).settings() {
             set(&key, value);
         }
         // A machine with a mere rate of DRAM keeps it, as in sweeps.
         if self.base.machine().dram.model == DramModel::Banked {
-            set(MODEL, dram.name().to_owned());
+            set(MODEL, dram.name().into());
         }
         file
     }

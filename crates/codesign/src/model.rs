@@ -1,6 +1,9 @@
 //! The models of a space: which there are, what they start from, and what a machine reads of them.
 
+use std::num::NonZeroU32;
+
 use serde::Serialize;
+use toml::Value;
 
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::machine::RecordSpec;
@@ -44,7 +47,10 @@ impl ModelPoint {
     pub fn name(&self) -> String {
         match self.is_dense {
             true => DENSE.into(),
-            false => format!("rho{}-sh{}-{}", self.rho, self.sh_degree, self.format),
+            false => {
+                let book = self.formats.codebook.map(|n| format!("-cb{n}")).unwrap_or_default();
+                format!("rho{}-sh{}-{}{book}", self.rho, self.sh_degree, self.format)
+            }
         }
     }
 
@@ -60,22 +66,31 @@ impl ModelPoint {
     }
 }
 
-/// The models of a space: the dense model, then every combination, the last axis fastest.
+/// The models of a space: the dense model, then every combination, the last axis fastest. Models of
+/// degree 0 have no codebook.
 pub fn models(spec: &ModelSpec, dense: &Gaussians) -> Vec<ModelPoint> {
     let own = [dense.sh_degree];
     let degrees = if spec.sh_degree.is_empty() { &own[..] } else { &spec.sh_degree };
     let exact = [FormatSpec::exact()];
     let formats = if spec.formats.is_empty() { &exact[..] } else { &spec.formats };
     let mut models = vec![ModelPoint::dense(dense.sh_degree)];
+    let books = if spec.codebook.is_empty() { &[0][..] } else { &spec.codebook };
     for &rho in &spec.rho {
         for &sh_degree in degrees {
-            models.extend(formats.iter().map(|spec| ModelPoint {
-                rho,
-                sh_degree,
-                format: spec.name.clone(),
-                formats: spec.formats(),
-                is_dense: false,
-            }));
+            for format in formats {
+                // Constant colours alone have no codebook.
+                let books = books.iter().filter(|&&n| n == 0 || sh_degree > 0);
+                models.extend(books.map(|&entries| ModelPoint {
+                    rho,
+                    sh_degree,
+                    format: format.name.clone(),
+                    formats: RecordFormats {
+                        codebook: NonZeroU32::new(entries),
+                        ..format.formats()
+                    },
+                    is_dense: false,
+                }));
+            }
         }
     }
     models
@@ -91,12 +106,14 @@ pub struct RecordBytes {
     /// `record.colour` of the degree of the model with `record.colour-pitch`, where one of its
     /// formats is given.
     pub colour: Option<(Bytes, Bytes)>,
+    /// `codebook.entries` and `codebook.entry`, where the model has one; then `colour` is given.
+    pub codebook: Option<(u32, Bytes)>,
 }
 
 impl RecordBytes {
     /// The record of a model on a machine with this one.
     pub fn of(model: &ModelPoint, machine: &RecordSpec) -> RecordBytes {
-        let RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest } =
+        let RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest, codebook } =
             model.formats;
         // A field without a format is as wide as the machine has it.
         let total = |fields: &[(u64, Option<NumberFormat>)], own: f64| {
@@ -108,9 +125,22 @@ impl RecordBytes {
         let own = |bytes: u64, numbers: u64| 8.0 * bytes as f64 / numbers as f64;
         let rest = (u64::from(model.sh_degree) + 1).pow(2) - 1;
         let coefficients = machine.colour.0.saturating_sub(machine.colour_extra.0);
-        let colour =
-            total(&[(3, colour_dc), (3 * rest, colour_rest)], own(coefficients, 3 * COEFFICIENTS));
+        let own_colour = own(coefficients, 3 * COEFFICIENTS);
+        let width = |format: Option<NumberFormat>| {
+            format.map_or(own_colour, |format| f64::from(format.bits()))
+        };
+        let whole = |bits: f64| Bytes((bits / 8.0).ceil() as u64);
+        // Three constant coefficients and the number of an entry, or all coefficients.
+        let colour = match codebook {
+            Some(entries) => {
+                let number = u32::BITS - (entries.get() - 1).leading_zeros();
+                Some(whole(3.0 * width(colour_dc) + f64::from(number)))
+            }
+            None => total(&[(3, colour_dc), (3 * rest, colour_rest)], own_colour),
+        };
         RecordBytes {
+            codebook: codebook
+                .map(|entries| (entries.get(), whole(3.0 * rest as f64 * width(colour_rest)))),
             position: total(&[(3, position)], own(machine.position.0, 3)),
             geometry: total(&[(3, scale), (4, rotation), (1, opacity)], own(machine.geometry.0, 8)),
             colour: colour.map(|bytes| {
@@ -122,9 +152,10 @@ impl RecordBytes {
     }
 
     /// The keys of the machine with their values, as files have them.
-    pub fn settings(&self) -> Vec<(String, String)> {
+    pub fn settings(&self) -> Vec<(String, Value)> {
         let mut keys = Vec::new();
-        let mut set = |key: &str, bytes: Bytes| keys.push((key.to_owned(), bytes.to_string()));
+        let mut set =
+            |key: &str, bytes: Bytes| keys.push((key.to_owned(), bytes.to_string().into()));
         if let Some(bytes) = self.position {
             set("record.position", bytes);
         }
@@ -136,6 +167,10 @@ impl RecordBytes {
             set("record.colour", bytes);
             set("record.colour-extra", bytes);
             set("record.colour-pitch", pitch);
+        }
+        if let Some((entries, entry)) = self.codebook {
+            set("codebook.entry", entry);
+            keys.push(("codebook.entries".to_owned(), i64::from(entries).into()));
         }
         keys
     }

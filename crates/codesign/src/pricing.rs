@@ -10,7 +10,7 @@ use powergs_optimize::campaign::Campaign;
 use powergs_scene::{Camera, Gaussians};
 use powergs_study::sweep::run::{
     Existing, OpenedSweep, Plan, ResultSink, Results, Shard, SharedResults, SweepFolder,
-    SweepTrace, work,
+    SweepTrace, search::search, work,
 };
 use powergs_study::sweep::table::{Cell, TraceLabel};
 use powergs_study::views::RenderedViews;
@@ -102,8 +102,8 @@ pub struct Pricer<'a> {
 }
 
 impl Pricer<'_> {
-    /// A model on all machines, with the `calibrated` model of the DRAM; `None` after a
-    /// cancellation.
+    /// A model on all machines, or those that an adaptive search takes for it, with the
+    /// `calibrated` model of the DRAM; `None` after a cancellation.
     ///
     /// # Errors
     /// A space that cannot be, a store that fails, a defect of the simulator.
@@ -115,6 +115,22 @@ impl Pricer<'_> {
     ) -> Result<Option<Row>, RunError> {
         watch.pricing(&model.point, false);
         self.priced(model, scene, DramModel::Calibrated, None, watch)
+    }
+
+    /// A model on some machines, with the `calibrated` model of the DRAM; `None` after a
+    /// cancellation.
+    ///
+    /// # Errors
+    /// As [`Pricer::all`].
+    pub fn on(
+        &self,
+        model: &Fitted,
+        scene: Arc<Gaussians>,
+        points: &[MachinePoint],
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<Row>, RunError> {
+        watch.pricing(&model.point, false);
+        self.priced(model, scene, DramModel::Calibrated, Some(points), watch)
     }
 
     /// A model on some machines, with the `banked` model of the DRAM; `None` after a cancellation.
@@ -148,9 +164,13 @@ impl Pricer<'_> {
         let (model_id, id) = (model.id as u64, id as u64);
         let part = Part::new(self.store, format!("pairs/{model_id:016x}-{id:016x}"));
         let mut folder = SweepFolder::open(&part, &sweep.state, Existing::Resume, None)?;
+        let mut shared = SharedResults::default();
         let plan = match points {
-            None => Plan::new(&sweep.designs, watch),
             Some(points) => Plan::of(&sweep.designs, points.iter().copied().flatten(), watch),
+            None if sweep.designs.is_adaptive() => {
+                search(&mut sweep, &mut folder, &mut shared, self.memory, watch)?
+            }
+            None => Plan::new(&sweep.designs, watch),
         };
         let Some(plan) = plan else { return Ok(None) };
         let is_wanted = |design: &u32| {
@@ -159,7 +179,6 @@ impl Pricer<'_> {
         let mut machines = plan.machines(Shard::WHOLE);
         machines.iter_mut().for_each(|machine| machine.retain(is_wanted));
         machines.retain(|machine| !machine.is_empty());
-        let mut shared = SharedResults::default();
         let sink = ResultSink { folder: &mut folder, shared: &mut shared };
         if !work(&mut sweep, &plan, &machines, sink, self.memory, watch)? {
             return Ok(None);

@@ -1,6 +1,6 @@
 //! A co-design from its space to the five pairs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use powergs_base::format::significant;
@@ -19,6 +19,7 @@ use super::compare::{
 };
 use super::error::CodesignError;
 use super::fit::{Fitted, Fitter};
+use super::halving::{Trial, better};
 use super::machines::Machines;
 use super::model::{ModelPoint, models};
 use super::pricing::{Fate, MachinePoint, Price, Pricer, Row};
@@ -29,6 +30,12 @@ use super::watch::CodesignWatch;
 /// Memory for binned frames by default, bytes.
 pub const MEMORY: usize = 512 << 20;
 
+/// Machines of a model that others are priced on, too, the best ones.
+const BEST: usize = 32;
+/// Parts of the iterations that short fine-tunes have, one after the other.
+const RUNGS: [u32; 2] = [8, 4];
+/// So many models, the dense one among them, are not halved any more.
+const FEW: usize = 4;
 /// Rounds by default.
 pub const ROUNDS: u32 = 5;
 
@@ -44,6 +51,9 @@ pub struct Codesign {
     pub iterations: u32,
     /// Rounds at most in which the joint machine gives another ratio.
     pub rounds: u32,
+    /// Whether all models are first fine-tuned for a part of the iterations, and only the better
+    /// ones for all of them.
+    pub halving: bool,
     /// What the space file says of budgets.
     space: SpaceFile,
     /// What messages call the space file.
@@ -92,6 +102,8 @@ pub struct Finished {
     pub comparisons: Vec<Comparison>,
     /// Ratios that were fitted with the machine of the joint pair, until it stood still.
     pub rounds: Vec<Round>,
+    /// Models that were left after a short fine-tune, and its iterations.
+    pub left: Vec<(ModelPoint, u32)>,
     /// The same under every energy table, and on each half of the views.
     pub alternatives: Vec<Alternative>,
     /// Why the joint pair is one.
@@ -165,20 +177,13 @@ impl Codesign {
             models,
             iterations,
             rounds: ROUNDS,
+            halving: false,
             space,
             origin: origin.to_owned(),
             memory: MEMORY,
         };
         // What is wrong with the axes is said before anything is trained.
-        if codesign.designs(&codesign.models[0], DramModel::Calibrated)?.is_adaptive() {
-            return Err(CodesignError::Space {
-                place: codesign.origin,
-                message: "`machine.sampling`: `nsga2` takes other machines for every model, and \
-                          the five ways are compared on the same ones; take grid, random, lhs or \
-                          sobol"
-                    .into(),
-            });
-        }
+        codesign.designs(&codesign.models[0], DramModel::Calibrated)?;
         Ok(codesign)
     }
 
@@ -215,15 +220,38 @@ impl Codesign {
         watch: &dyn CodesignWatch,
     ) -> Result<Option<Finished>, CodesignError> {
         let fitter = Fitter::new(&self.campaign, store);
-        let Some(mut models) = self.fit(&fitter, watch)? else { return Ok(None) };
         let pricer = self.pricer(store);
+        let Some((points, left)) = self.finalists(&fitter, &pricer, watch)? else {
+            return Ok(None);
+        };
+        let Some(mut models) = self.fit(&points, &fitter, watch)? else { return Ok(None) };
         let mut rows = Vec::new();
         for model in &models {
-            let Some(row) = self.row(&fitter, &pricer, model, watch)? else { return Ok(None) };
+            let Some(row) = self.row(&fitter, &pricer, model, None, watch)? else {
+                return Ok(None);
+            };
             rows.push(row);
         }
-        let tables = self.designs(&self.models[0], DramModel::Calibrated)?.tables();
+        let designs = self.designs(&self.models[0], DramModel::Calibrated)?;
+        let tables = designs.tables();
         let budget = self.budget(&rows[0], 0)?;
+        // An adaptive search has taken other machines for every model: all are compared on those
+        // that are best for one of them.
+        let mut common = None;
+        if designs.is_adaptive() {
+            let passed = Finished::passed(&models);
+            let market = Market { rows: &rows, passed: &passed, budget, table: 0, scope: 0 };
+            let best = (0..models.len()).flat_map(|model| market.best(model, BEST));
+            let best: BTreeSet<MachinePoint> = best.chain([None]).collect();
+            let machines: Vec<MachinePoint> = best.into_iter().collect();
+            for (row, model) in rows.iter_mut().zip(&models) {
+                let priced = self.row(&fitter, &pricer, model, Some(&machines), watch)?;
+                let Some(priced) = priced else { return Ok(None) };
+                *row = priced;
+            }
+            common = Some(machines);
+        }
+        let common = common.as_deref();
         let mut rounds: Vec<Round> = Vec::new();
         let (comparisons, joint) = loop {
             let passed = Finished::passed(&models);
@@ -239,7 +267,8 @@ impl Codesign {
             };
             let Some(model) = fitter.fit(&point, self.iterations, watch)? else { return Ok(None) };
             watch.fitted(&model);
-            let Some(row) = self.row(&fitter, &pricer, &model, watch)? else { return Ok(None) };
+            let priced = self.row(&fitter, &pricer, &model, common, watch)?;
+            let Some(row) = priced else { return Ok(None) };
             rounds.push(Round { rho: point.rho, pair: joint.pair, watts: f64::NAN });
             models.push(model);
             rows.push(row);
@@ -260,6 +289,7 @@ impl Codesign {
             front,
             comparisons,
             rounds,
+            left,
             alternatives,
             coupling,
         }))
@@ -281,7 +311,7 @@ impl Codesign {
         let count = self.models.len() as u64;
         let numbered = (0..).zip(&self.models).filter(|(i, _)| part.has(*i, count));
         let models: Vec<&ModelPoint> = numbered.map(|(_, model)| model).collect();
-        self.announce(models.iter().copied(), watch);
+        self.announce(models.iter().copied(), self.iterations, watch);
         let mut fitted = Vec::new();
         for model in models {
             let Some(model) = fitter.fit(model, self.iterations, watch)? else { return Ok(None) };
@@ -289,7 +319,7 @@ impl Codesign {
             fitted.push(model);
         }
         for model in &fitted {
-            if self.row(&fitter, &pricer, model, watch)?.is_none() {
+            if self.row(&fitter, &pricer, model, None, watch)?.is_none() {
                 return Ok(None);
             }
         }
@@ -305,25 +335,92 @@ impl Codesign {
     fn announce<'a>(
         &self,
         models: impl Iterator<Item = &'a ModelPoint>,
+        iterations: u32,
         watch: &dyn CodesignWatch,
     ) {
         let tuned = models.filter(|model| !model.is_dense).count();
-        watch.fitting(tuned, tuned as u64 * u64::from(self.iterations));
+        watch.fitting(tuned, tuned as u64 * u64::from(iterations));
     }
 
-    /// A model on all machines; without pairs where it misses the quality. `None` after a
-    /// cancellation.
+    /// A model on all machines, or on some; without pairs where it misses the quality. `None` after
+    /// a cancellation.
     fn row(
         &self,
         fitter: &Fitter<'_>,
         pricer: &Pricer<'_>,
         model: &Fitted,
+        machines: Option<&[MachinePoint]>,
         watch: &dyn CodesignWatch,
     ) -> Result<Option<Row>, RunError> {
         if !model.point.is_dense && !model.facts.passed {
             return Ok(Some(Row::default()));
         }
-        pricer.all(model, Arc::new(fitter.scene(model)?), watch)
+        let scene = Arc::new(fitter.scene(model)?);
+        match machines {
+            None => pricer.all(model, scene, watch),
+            Some(machines) => pricer.on(model, scene, machines, watch),
+        }
+    }
+
+    /// The models that are fine-tuned in full, and those that are not. `None` after a cancellation.
+    ///
+    /// With `halving` all are fine-tuned for an eighth of the iterations, the better half of them
+    /// for a quarter, and the better half of these in full. Better is who takes fewer watts on the
+    /// best machine for the dense model or one that is nearly as good, or is nearer to the quality:
+    /// a model goes only if enough others are better in one and not worse in the other, before the
+    /// watts alone decide.
+    fn finalists(
+        &self,
+        fitter: &Fitter<'_>,
+        pricer: &Pricer<'_>,
+        watch: &dyn CodesignWatch,
+    ) -> Result<Option<(Vec<ModelPoint>, Vec<(ModelPoint, u32)>)>, CodesignError> {
+        let (mut points, mut left) = (self.models.clone(), Vec::new());
+        if !self.halving {
+            return Ok(Some((points, left)));
+        }
+        let dense = fitter.fit(&points[0], self.iterations, watch)?.expect("it takes no time");
+        let Some(row) = self.row(fitter, pricer, &dense, None, watch)? else { return Ok(None) };
+        let budget = self.budget(&row, 0)?;
+        let (rows, passed) = (&[row], &[true]);
+        let market = Market { rows, passed, budget, table: 0, scope: 0 };
+        let mut machines = market.best(0, BEST);
+        // Without one in the budget the base machine tells models apart.
+        if machines.is_empty() {
+            machines.push(None);
+        }
+        for part in RUNGS {
+            let iterations = (self.iterations / part).max(1);
+            if points.len() <= FEW {
+                break;
+            }
+            self.announce(points.iter(), iterations, watch);
+            let mut trials = Vec::new();
+            for point in &points[1..] {
+                let Some(model) = fitter.fit(point, iterations, watch)? else { return Ok(None) };
+                watch.fitted(&model);
+                let scene = Arc::new(fitter.scene(&model)?);
+                let Some(row) = pricer.on(&model, scene, &machines, watch)? else {
+                    return Ok(None);
+                };
+                let watts = |fate: &Fate| match fate {
+                    Fate::Priced(prices) => prices[0][0].total_w,
+                    Fate::Refused(_) => f64::INFINITY,
+                };
+                let watts = row.pairs.values().map(watts).fold(f64::INFINITY, f64::min);
+                trials.push(Trial { watts, margin_db: model.facts.margin_db.min(0.0) });
+            }
+            let stays = better(&trials, trials.len().div_ceil(2));
+            let mut kept = vec![points[0].clone()];
+            for (point, stays) in points.into_iter().skip(1).zip(stays) {
+                match stays {
+                    true => kept.push(point),
+                    false => left.push((point, iterations)),
+                }
+            }
+            points = kept;
+        }
+        Ok(Some((points, left)))
     }
 
     /// The five ways, and what the joint one finds. `None` after a cancellation.
@@ -385,15 +482,16 @@ impl Codesign {
         Fitter::new(&self.campaign, store).scene(model)
     }
 
-    /// Makes all models. `None` after a cancellation.
+    /// Makes models in full. `None` after a cancellation.
     fn fit(
         &self,
+        points: &[ModelPoint],
         fitter: &Fitter<'_>,
         watch: &dyn CodesignWatch,
     ) -> Result<Option<Vec<Fitted>>, CodesignError> {
-        self.announce(self.models.iter(), watch);
+        self.announce(points.iter(), self.iterations, watch);
         let mut fitted = Vec::new();
-        for model in &self.models {
+        for model in points {
             let Some(model) = fitter.fit(model, self.iterations, watch)? else { return Ok(None) };
             watch.fitted(&model);
             fitted.push(model);

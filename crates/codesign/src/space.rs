@@ -11,6 +11,8 @@ use powergs_study::sweep::file::{AxisSpec, EnergySpec, Sampling, Settings};
 
 /// Models of a space at most: each is a fine-tune.
 pub const MODELS_MAX: usize = 1000;
+/// Entries of a codebook at most.
+pub const ENTRIES_MAX: u32 = 65_536;
 /// What formats are called where the file has none.
 pub const EXACT: &str = "exact";
 
@@ -41,6 +43,10 @@ pub struct ModelSpec {
     /// is that of the machine.
     #[serde(default)]
     pub formats: Vec<FormatSpec>,
+    /// Entries of the codebook that colours beyond the constant one are taken from; 0: each
+    /// Gaussian has its own. Without it, only that.
+    #[serde(default)]
+    pub codebook: Vec<u32>,
 }
 
 /// Number formats of the fields of a record. A field without one is not rounded, and is as wide as
@@ -74,7 +80,8 @@ impl FormatSpec {
     pub fn formats(&self) -> RecordFormats {
         let FormatSpec { name: _, position, scale, rotation, opacity, colour_dc, colour_rest } =
             *self;
-        RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest }
+        let codebook = None;
+        RecordFormats { position, scale, rotation, opacity, colour_dc, colour_rest, codebook }
     }
 }
 
@@ -171,6 +178,17 @@ fn problems(config: &Config<SpaceFile>) -> Vec<Problem> {
             wrong("model.sh-degree", format!("`model.sh-degree`: {degree} appears twice"));
         }
     }
+    for (i, entries) in model.codebook.iter().enumerate() {
+        if *entries == 1 || *entries > ENTRIES_MAX {
+            let message = format!(
+                "`model.codebook`: {entries} must be 0 for none, or 2 to {ENTRIES_MAX} entries"
+            );
+            wrong("model.codebook", message);
+        }
+        if model.codebook[..i].contains(entries) {
+            wrong("model.codebook", format!("`model.codebook`: {entries} appears twice"));
+        }
+    }
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     for (i, spec) in model.formats.iter().enumerate() {
         let (name, key) = (&spec.name, "model.formats");
@@ -188,6 +206,7 @@ fn problems(config: &Config<SpaceFile>) -> Vec<Problem> {
         }
     }
     let models = model.rho.len() * model.sh_degree.len().max(1) * model.formats.len().max(1);
+    let models = models * model.codebook.len().max(1);
     if models > MODELS_MAX {
         let message = format!("{models} models: at most {MODELS_MAX}; each is a fine-tune");
         wrong("model.rho", message);
@@ -230,6 +249,9 @@ fn contradiction(key: &str) -> Option<String> {
     let is_record = key == "record" || key.starts_with("record.");
     let what = match key {
         "machine" => "one base machine has all models: give it as `base`",
+        "codebook" | "codebook.entries" | "codebook.entry" => {
+            "the codebook of colours is the model's: give its sizes as `model.codebook`"
+        }
         _ if is_record => {
             "the record of a Gaussian follows from `model.formats`, and other keys of it change \
              the picture, which is not measured for every machine"

@@ -5,7 +5,12 @@
 //! centres in world units, standard deviations (not their logarithms), unit quaternions, opacities
 //! from 0 to 1, coefficients of colours times the factors of their functions, the constant one with
 //! the half that a colour begins at. A value beyond the largest number of a format becomes that
-//! number; a standard deviation or an opacity below the smallest one becomes that.
+//! number; a standard deviation or an opacity below the smallest one becomes that. With a codebook
+//! coefficients are those of the entry that a Gaussian shares, rounded.
+
+pub mod codebook;
+
+use std::num::NonZeroU32;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -29,6 +34,9 @@ pub struct RecordFormats {
     pub colour_dc: Option<NumberFormat>,
     /// The other coefficients.
     pub colour_rest: Option<NumberFormat>,
+    /// Entries that the other coefficients of all Gaussians are taken from; `None`: each has its
+    /// own.
+    pub codebook: Option<NonZeroU32>,
 }
 
 impl RecordFormats {
@@ -49,15 +57,18 @@ impl RecordFormats {
         ]
     }
 
-    /// The model whose parameters are what a machine reads of those of `scene`.
+    /// The model whose parameters are what a machine reads of those of `scene`; with a codebook
+    /// that is made for it.
     pub fn read(&self, scene: &Gaussians) -> Gaussians {
         let mut read = Gaussians::default();
-        self.read_into(scene, &mut read);
+        let labels = self.codebook.map(|entries| codebook::labels(scene, entries.get()));
+        self.read_into(scene, &labels.unwrap_or_default(), &mut read);
         read
     }
 
-    /// As [`RecordFormats::read`], into a model whose room is used again.
-    pub fn read_into(&self, scene: &Gaussians, read: &mut Gaussians) {
+    /// As [`RecordFormats::read`], into a model whose room is used again, and with the labels of
+    /// its codebook.
+    fn read_into(&self, scene: &Gaussians, labels: &[u32], read: &mut Gaussians) {
         let Gaussians { means, log_scales, rotations, logit_opacities, sh_degree, sh } = scene;
         read.means.clone_from(means);
         read.log_scales.clone_from(log_scales);
@@ -78,6 +89,7 @@ impl RecordFormats {
         if let Some(grid) = self.opacity.map(Grid::of) {
             read.logit_opacities.par_iter_mut().for_each(|o| *o = grid.opacity(*o));
         }
+        codebook::share(read, labels);
         let [dc, rest] = [self.colour_dc, self.colour_rest].map(|format| format.map(Grid::of));
         let each = scene.sh_coefficients();
         if each > 0 && (dc.is_some() || rest.is_some()) {
@@ -171,13 +183,24 @@ impl Reader {
         Reader { formats, read: Gaussians::default() }
     }
 
-    /// The model as it is read; `scene` itself where nothing is rounded.
-    pub fn of<'a>(&'a mut self, scene: &'a Gaussians) -> &'a Gaussians {
+    /// The model as it is read, with these labels of its codebook, none without one; `scene` itself
+    /// where it is read as it is.
+    pub fn of<'a>(&'a mut self, scene: &'a Gaussians, labels: &[u32]) -> &'a Gaussians {
         if self.formats.is_exact() {
             return scene;
         }
-        self.formats.read_into(scene, &mut self.read);
+        self.formats.read_into(scene, labels, &mut self.read);
         &self.read
+    }
+
+    /// Labels for a codebook of the model: from nothing, or, where there are some for each of its
+    /// Gaussians, better ones. None without a codebook.
+    pub fn label(&self, scene: &Gaussians, labels: &mut Vec<u32>) {
+        let Some(entries) = self.formats.codebook else { return };
+        match labels.len() == scene.len() {
+            true => codebook::relabel(scene, labels, entries.get()),
+            false => *labels = codebook::labels(scene, entries.get()),
+        }
     }
 
     /// The model that was read last, as it is read; `None` where nothing is rounded.

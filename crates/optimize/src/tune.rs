@@ -37,6 +37,8 @@ const WARM_UP: usize = 16;
 /// Iterations between two models of a mean. Steps resemble those of ten iterations before, so that
 /// more of them say little more, and each is a pass over all parameters.
 const AVERAGE_EVERY: u32 = 5;
+/// Iterations after which Gaussians look for the nearest entry of a codebook again.
+const RELABEL_EVERY: u32 = 50;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
@@ -93,7 +95,9 @@ pub struct State {
     pub heat: Option<Heat>,
     /// How much goes at the next prune while the target is reached.
     pub stride: Stride,
-    /// The parameters to keep so far, with their check.
+    /// The entry of the codebook that each Gaussian shares; none without a codebook.
+    pub labels: Vec<u32>,
+    /// The parameters to keep so far, as they are read, with their check.
     pub best: Option<(Gaussians, Check)>,
     /// The last check.
     pub last: Option<Check>,
@@ -114,6 +118,7 @@ impl State {
             unconfirmed: 0,
             heat: None,
             stride: Stride::FIRST,
+            labels: Vec::new(),
             best: None,
             last: None,
             settled: false,
@@ -226,7 +231,7 @@ impl<'a> Tuner<'a> {
 
     /// The same for a machine that reads the model in these numbers: it is rendered, looked at and
     /// scored as it is read, and gradients by the numbers that are read go to the parameters as
-    /// they are (straight through). The model that it ends with is not rounded.
+    /// they are (straight through). The model that it ends with is that which is read.
     pub fn reading(self, formats: RecordFormats) -> Tuner<'a> {
         Tuner { reader: Reader::new(formats), ..self }
     }
@@ -247,6 +252,10 @@ impl<'a> Tuner<'a> {
         let passing = self.controller.as_ref().and_then(Controller::passing);
         if let Some((mean, _)) = self.state.average.take() {
             self.state.model.scene = mean;
+        }
+        self.reader.of(&self.state.model.scene, &self.state.labels);
+        if let Some(read) = self.reader.rounded() {
+            self.state.model.scene.clone_from(read);
         }
         match (self.config.keep, self.state.best) {
             (Keep::Dimmest | Keep::LastPassing, Some((scene, check))) => {
@@ -269,9 +278,12 @@ impl<'a> Tuner<'a> {
     /// have done their step.
     pub fn step(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
+        if iteration.is_multiple_of(RELABEL_EVERY) {
+            self.reader.label(&self.state.model.scene, &mut self.state.labels);
+        }
         if iteration == 0 && self.state.heat.is_none() {
             let (setup, pooling) = (self.setup, self.pooling());
-            let read = self.reader.of(&self.state.model.scene);
+            let read = self.reader.of(&self.state.model.scene, &self.state.labels);
             let seen = self.state.gauge.all(setup, read, pooling);
             let margin_db = self.target.margin_db(seen.quality);
             let intact_db = self.config.intact_db.unwrap_or(margin_db);
@@ -340,7 +352,7 @@ impl<'a> Tuner<'a> {
             Trains::Colours => rates.colours_only(),
             Trains::ColoursAndOpacities => rates.colours_and_opacities(),
         };
-        self.reader.of(&self.state.model.scene);
+        self.reader.of(&self.state.model.scene, &self.state.labels);
         let (background, read) = (setup.background, self.reader.rounded());
         let step = Step { camera, background, which, rates, read };
         let (losses, objective) = (&mut self.losses, self.config.objective);
@@ -388,10 +400,14 @@ impl<'a> Tuner<'a> {
             return;
         }
         let model = &mut self.state.model;
-        let (read, views) = (self.reader.of(&model.scene), self.setup.train_cameras());
+        let read = self.reader.of(&model.scene, &self.state.labels);
+        let views = self.setup.train_cameras();
         let scores = self.setup.renderer.score(score, read, &views);
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
+        if !self.state.labels.is_empty() {
+            self.state.labels = kept.iter().map(|&i| self.state.labels[i as usize]).collect();
+        }
         // What is left of the mean has half of its weight: others must take the place of what went.
         if let Some((mean, averaged)) = &mut self.state.average {
             select(mean, &kept);
@@ -422,7 +438,7 @@ impl<'a> Tuner<'a> {
         let is_last = iteration + 1 >= self.config.iterations;
         let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
-            let shown = reader.of(state.shown());
+            let shown = reader.of(state.shown(), &state.labels);
             let seen = match all {
                 true => gauge.chosen(setup, shown, pooling),
                 false => gauge.some(setup, shown, pooling),
@@ -468,7 +484,7 @@ impl<'a> Tuner<'a> {
         }
         // Whatever they show: views that do not choose say how much they differ from the others.
         let mut gauge = std::mem::take(&mut self.state.gauge);
-        let shown = self.reader.of(self.state.shown());
+        let shown = self.reader.of(self.state.shown(), &self.state.labels);
         gauge.correct(setup, shown, pooling, (iteration, self.config.iterations));
         self.state.gauge = gauge;
         check
@@ -522,7 +538,8 @@ impl<'a> Tuner<'a> {
         if better {
             // The old model is dropped first, so that two are never in memory.
             self.state.best = None;
-            self.state.best = Some((self.state.shown().clone(), check));
+            let shown = self.reader.of(self.state.shown(), &self.state.labels);
+            self.state.best = Some((shown.clone(), check));
         }
     }
 }

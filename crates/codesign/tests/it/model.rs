@@ -1,5 +1,7 @@
 //! Models: what they start from, and the bytes of their records.
 
+use std::num::NonZeroU32;
+
 use powergs_base::quantity::Bytes;
 use powergs_codesign::model::{ModelPoint, RecordBytes, models, unreadable};
 use powergs_codesign::space::{FormatSpec, ModelSpec};
@@ -102,9 +104,42 @@ fn a_lower_degree_keeps_the_first_coefficients_of_every_channel() {
 
 #[test]
 fn every_combination_is_a_model_behind_the_dense_one() {
-    let spec = ModelSpec { rho: vec![0.0, 0.5], sh_degree: vec![2, 0], formats: vec![fp16()] };
+    let (rho, sh_degree, formats) = (vec![0.0, 0.5], vec![2, 0], vec![fp16()]);
+    let spec = ModelSpec { rho, sh_degree, formats, codebook: Vec::new() };
     let dense = Gaussians { sh_degree: 2, ..Gaussians::default() };
     let names: Vec<String> = models(&spec, &dense).iter().map(ModelPoint::name).collect();
     let wanted = ["dense", "rho0-sh2-fp16", "rho0-sh0-fp16", "rho0.5-sh2-fp16", "rho0.5-sh0-fp16"];
     assert_eq!(names, wanted);
+    // Constant colours have no codebook.
+    let spec = ModelSpec { codebook: vec![0, 256], ..spec };
+    let names: Vec<String> = models(&spec, &dense).iter().map(ModelPoint::name).collect();
+    let wanted = ["dense", "rho0-sh2-fp16", "rho0-sh2-fp16-cb256", "rho0-sh0-fp16"];
+    assert_eq!(names[..4], wanted);
+    assert_eq!(names.len(), 7);
+}
+
+#[test]
+fn a_codebook_is_a_number_in_the_record_and_entries_on_the_chip() {
+    let machine = System::named("gscore").unwrap();
+    let of = |entries: u32, spec: FormatSpec, degree: u8| {
+        let mut point = point(degree, spec);
+        point.formats.codebook = NonZeroU32::new(entries);
+        RecordBytes::of(&point, &machine.machine().record)
+    };
+    // 3 x 16 bits and 12; 45 x 16 bits.
+    let whole = of(4096, FormatSpec::exact(), 3);
+    assert_eq!(whole.colour, Some((Bytes(8), Bytes(32))));
+    assert_eq!(whole.codebook, Some((4096, Bytes(90))));
+    // 3 x 10 bits and 9 for 257 entries; 24 x 8 bits.
+    let (dc, rest) = (format("e4m5"), format("e4m3"));
+    let spec = FormatSpec { colour_dc: dc, colour_rest: rest, ..FormatSpec::exact() };
+    let short = of(257, spec, 2);
+    assert_eq!(short.colour, Some((Bytes(5), Bytes(32))));
+    assert_eq!(short.codebook, Some((257, Bytes(24))));
+    let keys: Vec<String> = short.settings().iter().map(|(k, v)| format!("{k}={v}")).collect();
+    let changes: Vec<_> = keys.iter().map(|k| k.replace('"', "").parse().unwrap()).collect();
+    let changed = machine.with(&changes).expect("a machine that fits together");
+    let codebook = changed.machine().codebook;
+    assert_eq!((codebook.entries, codebook.entry), (257, Bytes(24)));
+    assert_eq!(changed.machine().record.colour, Bytes(5));
 }

@@ -14,6 +14,13 @@ fn mistakes_are_told_with_their_lines() {
         ("[model]\nrho = [0.0, 1.0]\n", "line 2", "below 1"),
         ("[model]\nrho = [0.5, 0.5]\n", "line 2", "twice"),
         ("[model]\nrho = [0.5]\nsh-degree = [4]\n", "line 3", "0 to 3"),
+        ("[model]\nrho = [0.5]\ncodebook = [1]\n", "line 3", "0 for none, or 2 to 65536"),
+        ("[model]\nrho = [0.5]\ncodebook = [64, 64]\n", "line 3", "64 appears twice"),
+        (
+            "[model]\nrho = [0.5]\n[machine.set]\ncodebook.entries = 64\n",
+            "",
+            "give its sizes as `model.codebook`",
+        ),
         ("[model]\nrho = [0.5]\nrhos = [1]\n", "line 3", "rhos"),
         (
             "[model]\nrho = [0.5]\n\n[[model.formats]]\nname = \"a\"\nscale = \"e9m1\"\n",

@@ -22,10 +22,10 @@ mod spec;
 
 pub use spec::{
     AccessOrder, Assignment, BinningMethod, BinningSpec, BufferSpec, BufferSpecs, CacheSpec,
-    CcuOperations, CcuSpec, CodebookSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource, Fetch,
-    FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite, PivotRule,
-    Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination, TileOrder,
-    VruSpec,
+    CcuOperations, CcuSpec, CodebookSpec, DepthKey, DramModel, DramSpec, Eviction, FeatureSource,
+    Fetch, FoveaSpec, GatingSpec, GsuSpec, NO_DEVICE, Organisation, Overlap, PartialWrite,
+    PivotRule, Ports, RecordSpec, ScheduleSpec, SecondMasterSpec, Spill, Switch, Termination,
+    TileOrder, VruSpec,
 };
 
 /// A machine as written in `arch-configs/machines/*.toml`, checked: everything in it fits together.

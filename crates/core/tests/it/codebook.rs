@@ -64,9 +64,8 @@ fn every_colour_reads_an_entry_and_spares_its_coefficients() {
 #[test]
 fn each_unit_has_a_copy_with_area_and_leakage() {
     let book = |sets: &[&str]| {
-        let memory = |system: &System| {
-            system.machine().inventory().memories[Buffer::Codebook as usize]
-        };
+        let memory =
+            |system: &System| system.machine().inventory().memories[Buffer::Codebook as usize];
         memory(&system("gscore", &[&BOOK, sets].concat()))
     };
     assert_eq!(system("gscore", &[]).machine().inventory().memories[8].banks, 0);

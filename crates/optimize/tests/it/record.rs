@@ -1,7 +1,11 @@
 //! Records in formats of their own: the numbers that are read, and fine-tunes that count with them.
 
+use std::collections::BTreeSet;
+use std::num::NonZeroU32;
+
 use powergs_datapath::NumberFormat;
-use powergs_optimize::record::RecordFormats;
+use powergs_optimize::prune::Score;
+use powergs_optimize::record::{RecordFormats, codebook};
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
     DisplayTerm, Keep, Model, Objective, Pace, Pruning, State, Trains, TuneConfig, Tuner,
@@ -23,7 +27,13 @@ fn coarse() -> RecordFormats {
         opacity: format("e4m3"),
         colour_dc: format("e4m3"),
         colour_rest: format("e4m3"),
+        codebook: None,
     }
+}
+
+/// So many entries for the colours beyond the constant one, nothing else.
+fn book(entries: u32) -> RecordFormats {
+    RecordFormats { codebook: NonZeroU32::new(entries), ..RecordFormats::default() }
 }
 
 #[test]
@@ -119,7 +129,7 @@ fn tuned(tiny: &Tiny, start: &Gaussians, formats: RecordFormats, iterations: u32
     while !tuner.is_done() {
         tuner.step().unwrap();
     }
-    tuner.finish().0
+    tuner.state().model.clone()
 }
 
 #[test]
@@ -171,4 +181,109 @@ fn it_goes_on_bit_for_bit() {
         second.step().unwrap();
     }
     assert_eq!(second.state(), whole.state());
+}
+
+/// The coefficients beyond the constant one, by Gaussian.
+fn others(scene: &Gaussians) -> Vec<Vec<u32>> {
+    let each = scene.sh_coefficients();
+    let channels = |sh: &[f32]| {
+        let others = sh.chunks(each).flat_map(|channel| &channel[1..]);
+        others.map(|x| x.to_bits()).collect()
+    };
+    scene.sh.chunks(3 * each).map(channels).collect()
+}
+
+#[test]
+fn a_codebook_has_so_many_colours_and_each_takes_the_nearest() {
+    let dense = tiny(400, 8, (16, 16)).dense;
+    let read = book(16).read(&dense);
+    let entries: BTreeSet<Vec<u32>> = others(&read).into_iter().collect();
+    assert!((2..=16).contains(&entries.len()), "{} entries", entries.len());
+    let each = dense.sh_coefficients();
+    for (a, b) in read.sh.chunks(each).zip(dense.sh.chunks(each)) {
+        assert_eq!(a[0], b[0], "the constant coefficient is its own");
+    }
+    assert_eq!(Gaussians { sh: dense.sh.clone(), ..read.clone() }, dense);
+    let square = |a: &[u32], b: &[u32]| -> f64 {
+        let d = |(a, b): (&u32, &u32)| f64::from(f32::from_bits(*a) - f32::from_bits(*b)).powi(2);
+        a.iter().zip(b).map(d).sum()
+    };
+    // Means of those who took an entry are not the entries that they took; nearly all still have
+    // the nearest.
+    let (own, shared) = (others(&dense), others(&read));
+    let is_nearest = |(own, shared): (&Vec<u32>, &Vec<u32>)| {
+        let here = square(own, shared);
+        entries.iter().all(|entry| square(own, entry) >= here)
+    };
+    let nearest = own.iter().zip(&shared).filter(|pair| is_nearest(*pair)).count();
+    assert!(nearest > 340, "{nearest} of 400");
+    // More entries lose less, and with one for each nothing is lost.
+    let error = |read: &Gaussians| -> f64 {
+        own.iter().zip(&others(read)).map(|(a, b)| square(a, b)).sum()
+    };
+    let errors = [2, 16, 128, 1000].map(|n| error(&book(n).read(&dense)));
+    assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    assert_eq!(errors[3], 0.0);
+}
+
+#[test]
+fn labels_do_not_depend_on_the_number_of_threads() {
+    let dense = tiny(500, 8, (16, 16)).dense;
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| codebook::labels(&dense, 32))
+    };
+    assert_eq!(with(1), with(3));
+    let flat = Gaussians { sh_degree: 0, sh: vec![0.5; 3 * dense.len()], ..dense };
+    assert_eq!(codebook::labels(&flat, 32), [0; 0], "constant colours have no entries");
+    assert_eq!(book(32).read(&flat), flat);
+}
+
+#[test]
+fn a_codebook_that_is_trained_with_is_better_than_one_that_is_made_afterwards() {
+    let tiny = tiny(300, 6, (48, 36));
+    let setup = tiny.setup();
+    let seen = |scene: &Gaussians| setup.see(scene, &tiny.split.train, None).quality.psnr_db;
+    let made = seen(&book(4).read(&tiny.dense));
+    let exact = tuned(&tiny, &tiny.dense, RecordFormats::default(), 120);
+    let afterwards = seen(&book(4).read(&exact.scene));
+    let state = State::begin(Model::fresh(&tiny.dense));
+    let mut tuner = Tuner::new(&setup, config(120), TARGET, 5, state).reading(book(4));
+    while !tuner.is_done() {
+        tuner.step().unwrap();
+    }
+    let (model, check, _) = tuner.finish();
+    let entries: BTreeSet<Vec<u32>> = others(&model.scene).into_iter().collect();
+    assert!(entries.len() <= 4, "what it ends with is what is read");
+    let found = setup.see(&model.scene, setup.gate_views(), None).quality.psnr_db;
+    assert!((check.unwrap().seen.quality.psnr_db - found).abs() < 0.3, "as it was checked");
+    let with = seen(&model.scene);
+    assert!(with > made + 1.0 && with > afterwards + 0.3, "{with} {afterwards} {made}");
+}
+
+#[test]
+fn it_goes_on_bit_for_bit_with_a_codebook() {
+    let tiny = tiny(200, 8, (40, 30));
+    let setup = tiny.setup();
+    let steps = NonZeroU32::new(2).unwrap();
+    let pruning = Pruning::Steps { score: Score::Dominance, goal: 150, steps, every: 20 };
+    let config = TuneConfig { pruning, ..config(55) };
+    let formats = RecordFormats { colour_rest: format("e4m3"), ..book(8) };
+    let tuner = |state| Tuner::new(&setup, config, TARGET, 5, state).reading(formats);
+    let mut whole = tuner(State::begin(Model::fresh(&tiny.dense)));
+    while !whole.is_done() {
+        whole.step().unwrap();
+    }
+    for stop in [10, 30, 52] {
+        let mut first = tuner(State::begin(Model::fresh(&tiny.dense)));
+        for _ in 0..stop {
+            first.step().unwrap();
+        }
+        let mut second = tuner(first.state().clone());
+        while !second.is_done() {
+            second.step().unwrap();
+        }
+        assert_eq!(second.state(), whole.state(), "stopped after {stop}");
+    }
+    assert_eq!(whole.state().labels.len(), 150);
 }
