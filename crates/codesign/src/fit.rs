@@ -195,7 +195,7 @@ impl<'a> Fitter<'a> {
             let iteration = tuner.step().map_err(failed)?;
             self.campaign.references.images().check()?;
             watch.iteration(point, &iteration);
-            watch.advanced(1);
+            watch.advanced(u64::from(iteration.iteration < iterations));
         }
         let done = tuner.state().iteration;
         watch.advanced(u64::from(iterations.saturating_sub(done)));

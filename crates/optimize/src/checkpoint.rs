@@ -473,6 +473,7 @@ struct StateHead {
     best: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
+    extensions: u32,
 }
 
 impl StateHead {
@@ -491,6 +492,7 @@ impl StateHead {
             best,
             last,
             settled,
+            extensions,
         } = state;
         StateHead {
             model: ModelHead::of(&model.scene),
@@ -506,6 +508,7 @@ impl StateHead {
             best: best.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
             last: *last,
             settled: *settled,
+            extensions: *extensions,
         }
     }
 
@@ -524,6 +527,7 @@ impl StateHead {
             best,
             last,
             settled,
+            extensions,
         } = self;
         let model = head.model(floats)?;
         let best = match best {
@@ -548,6 +552,7 @@ impl StateHead {
             best,
             last,
             settled,
+            extensions,
         })
     }
 }

@@ -186,6 +186,19 @@ impl Controller {
         if self.is_settled(quality, margin, target) { Verdict::Settled } else { Verdict::Continue }
     }
 
+    /// Takes λ back by what a model that was chosen with it misses the target by, decibels, and rests
+    /// there unless there is time left to adjust it.
+    pub(crate) fn retreat(&mut self, short_db: f64) {
+        let aim = AIM * self.control.epsilon_db;
+        let state = &mut self.state;
+        let used = 10f64.powf(state.slack_db.clamp(SLACK_DB.0, SLACK_DB.1) / 10.0) - 1.0;
+        let slope = 20.0 * std::f64::consts::LOG10_E * used / (1.0 + used);
+        let by = ((short_db + aim) / slope).min(LONGEST.1.ln());
+        state.lambda = (state.passing.unwrap_or(state.lambda) * (-by).exp()).max(FLOOR);
+        state.passing = Some(state.lambda);
+        state.settled_checks = 0;
+    }
+
     /// The factor on λ; `left` falls from 1 to 0 while the controller works.
     fn damped(&mut self, margin: f64, left: f64) -> f64 {
         let state = &mut self.state;

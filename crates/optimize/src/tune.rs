@@ -39,6 +39,11 @@ const WARM_UP: usize = 16;
 const AVERAGE_EVERY: u32 = 5;
 /// Iterations after which Gaussians look for the nearest entry of a codebook again.
 const RELABEL_EVERY: u32 = 50;
+/// Part of the iterations for which a fine-tune goes on where views that did not choose its model
+/// find it below the target.
+const EXTENSION: u32 = 20;
+/// How often it does.
+const EXTENSIONS: u32 = 2;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
@@ -103,6 +108,8 @@ pub struct State {
     pub last: Option<Check>,
     /// The controller says that the quality has settled.
     pub settled: bool,
+    /// How often it went on because views that did not choose said no.
+    pub extensions: u32,
 }
 
 impl State {
@@ -122,6 +129,7 @@ impl State {
             best: None,
             last: None,
             settled: false,
+            extensions: 0,
         }
     }
 
@@ -238,7 +246,13 @@ impl<'a> Tuner<'a> {
 
     /// Whether nothing is left to do.
     pub fn is_done(&self) -> bool {
-        self.state.settled || self.state.iteration >= self.config.iterations
+        self.state.settled || self.state.iteration >= self.iterations()
+    }
+
+    /// Iterations, with those that follow where views that did not choose said no.
+    fn iterations(&self) -> u32 {
+        let more = (self.config.iterations / EXTENSION).max(2 * self.setup.settings.interval);
+        self.config.iterations.saturating_add(self.state.extensions.saturating_mul(more))
     }
 
     /// The state now.
@@ -292,9 +306,7 @@ impl<'a> Tuner<'a> {
         self.prune_if_due(iteration);
         let lambda = self.lambda(iteration);
         if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.is_cold() {
-            for i in 0..WARM_UP.min(self.setup.split.train.len()) {
-                self.descend(i as u32, lambda, Rates::still())?;
-            }
+            self.warm_up(0, lambda)?;
         }
         let rates = self.setup.rates().scaled(self.decay(iteration));
         let heat = self.state.heat.map_or(1.0, |heat| heat.factor);
@@ -303,7 +315,48 @@ impl<'a> Tuner<'a> {
         let points = self.state.model.scene.len();
         let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
         self.state.iteration += 1;
+        if self.is_done() {
+            self.confirm()?;
+        }
         Ok(Iteration { iteration, view, points, loss, lambda, check })
+    }
+
+    /// Gradients without a step, for moments that are cold.
+    fn warm_up(&mut self, from: u32, lambda: f64) -> Result<(), TuneError> {
+        for i in 0..WARM_UP.min(self.setup.split.train.len()) {
+            self.descend(from.saturating_add(i as u32), lambda, Rates::still())?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the model to keep with all gate views, those that did not choose it among them.
+    /// Where it misses the target the fine-tune goes on for a while, by what was found, with less
+    /// display term and without pruning.
+    fn confirm(&mut self) -> Result<(), TuneError> {
+        let can = self.state.extensions < EXTENSIONS && self.config.keep != Keep::Last;
+        if !can || gauge::confirming(self.setup.gate_views().len()) == 0 {
+            return Ok(());
+        }
+        let Some((scene, check)) = self.state.best.take() else { return Ok(()) };
+        let seen = self.state.gauge.all(self.setup, &scene, self.pooling());
+        if self.target.passes(seen.quality) {
+            self.state.best = Some((scene, check));
+            return Ok(());
+        }
+        let short_db = -self.target.margin_db(seen.quality);
+        self.state.extensions += 1;
+        self.state.settled = false;
+        if let Some(controller) = &mut self.controller {
+            controller.retreat(short_db);
+        }
+        // What was pruned since is too much.
+        if scene.len() != self.state.model.scene.len() {
+            self.state.model = Model::fresh(&scene);
+            self.state.average = None;
+            self.reader.label(&scene, &mut self.state.labels);
+            self.warm_up(self.state.iteration, 0.0)?;
+        }
+        Ok(())
     }
 
     fn lambda(&self, iteration: u32) -> f64 {
@@ -378,6 +431,7 @@ impl<'a> Tuner<'a> {
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
         let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
+        let share = share.min(1.0);
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }
 
@@ -419,7 +473,7 @@ impl<'a> Tuner<'a> {
     }
 
     fn is_check_due(&self, iteration: u32) -> bool {
-        if iteration + 1 >= self.config.iterations {
+        if iteration + 1 >= self.iterations() {
             return true;
         }
         let interval = self.setup.settings.interval.max(1);
@@ -435,7 +489,8 @@ impl<'a> Tuner<'a> {
 
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
         let (setup, pooling) = (self.setup, self.pooling());
-        let is_last = iteration + 1 >= self.config.iterations;
+        let is_last = iteration + 1 >= self.iterations();
+        let is_extended = self.state.extensions > 0;
         let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
             let shown = reader.of(state.shown(), &state.labels);
@@ -474,7 +529,9 @@ impl<'a> Tuner<'a> {
             heat.observe(margin_db, self.config.pace.heat, is_dimming);
         }
         match self.config.pruning {
-            Pruning::WhilePassing { most, share } if is_sure && !is_last && !is_dimming => {
+            Pruning::WhilePassing { most, share }
+                if is_sure && !is_last && !is_dimming && !is_extended =>
+            {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;
                 self.prune(Score::Dominance, count.clamp(1, most.max(1)));

@@ -171,7 +171,8 @@ impl Run<'_> {
             campaign.references.images().check()?;
             self.progress.history.push(HistoryRow { job: position, iteration });
             watch.iteration(&job.name, &iteration);
-            watch.advanced(1);
+            // Beyond them it goes on where views that did not choose said no.
+            watch.advanced(u64::from(iteration.iteration < config.iterations));
             let is_cancelled = watch.is_cancelled();
             let every = campaign.settings.checkpoint_every;
             if is_cancelled || (iteration.iteration + 1).is_multiple_of(every) {
