@@ -39,6 +39,9 @@ const WARM_UP: usize = 16;
 const AVERAGE_EVERY: u32 = 5;
 /// Iterations after which Gaussians look for the nearest entry of a codebook again.
 const RELABEL_EVERY: u32 = 50;
+/// What views that do not choose may miss of a change of those that do, as a share of it: a fifth
+/// was seen where λ had just moved the quality by a decibel.
+const DRIFT: f64 = 0.2;
 /// Part of the iterations for which a fine-tune goes on where views that did not choose its model
 /// find it below the target.
 const EXTENSION: u32 = 20;
@@ -73,6 +76,8 @@ pub struct Check {
     pub seen: Seen,
     /// Whether it reached the target.
     pub passed: bool,
+    /// Whether it did so with enough to spare for views that do not choose.
+    pub sure: bool,
     /// Whether all gate views that choose were looked at.
     pub confirmed: bool,
     /// λ of the iterations before.
@@ -508,8 +513,8 @@ impl<'a> Tuner<'a> {
             confirmed = true;
         }
         let passed = self.target.passes(seen.quality);
-        let is_sure = self.is_sure(&seen);
-        let check = Check { iteration, seen, passed, confirmed, lambda };
+        let sure = self.is_sure(&seen);
+        let check = Check { iteration, seen, passed, sure, confirmed, lambda };
         self.state.last = Some(check);
         self.state.unconfirmed = if confirmed { 0 } else { self.state.unconfirmed + 1 };
         if passed && confirmed && self.is_pruned() {
@@ -530,7 +535,7 @@ impl<'a> Tuner<'a> {
         }
         match self.config.pruning {
             Pruning::WhilePassing { most, share }
-                if is_sure && !is_last && !is_dimming && !is_extended =>
+                if sure && !is_last && !is_dimming && !is_extended =>
             {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;
@@ -548,19 +553,22 @@ impl<'a> Tuner<'a> {
     }
 
     /// Whether the target is reached with so much to spare that views which did not choose may
-    /// differ a little: as much as λ is steered for.
+    /// differ a little: by as much as λ is steered for, and by a part of what those that choose
+    /// have gone since all were looked at.
     fn is_sure(&self, seen: &Seen) -> bool {
         let guard = match gauge::confirming(self.setup.gate_views().len()) {
             0 => 0.0,
-            _ => AIM * self.setup.settings.epsilon_db,
+            _ => AIM * self.setup.settings.epsilon_db + DRIFT * self.state.gauge.drift_db(),
         };
         self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
     }
 
-    /// Whether all views that choose are to be looked at: the model of an estimated quality may be kept.
+    /// Whether all views that choose are to be looked at: the model of an estimated quality may be
+    /// kept.
     fn wants_confirmation(&self, quality: Quality) -> bool {
         let may_pass = self.target.passes(quality) && self.is_pruned();
-        let is_due = self.state.best.is_none() || self.state.unconfirmed >= CONFIRM_EVERY;
+        let has_sure = self.state.best.as_ref().is_some_and(|(_, check)| check.sure);
+        let is_due = !has_sure || self.state.unconfirmed >= CONFIRM_EVERY;
         may_pass
             && match self.config.keep {
                 Keep::Last => false,
@@ -578,12 +586,11 @@ impl<'a> Tuner<'a> {
     }
 
     fn remember(&mut self, check: Check) {
-        let sure = |check: &Check| self.is_sure(&check.seen);
         let better = match (self.config.keep, &self.state.best) {
             (Keep::Last, _) => false,
             (Keep::LastPassing | Keep::Dimmest, None) => true,
-            (Keep::LastPassing | Keep::Dimmest, Some((_, best))) if sure(best) != sure(&check) => {
-                sure(&check)
+            (Keep::LastPassing | Keep::Dimmest, Some((_, best))) if best.sure != check.sure => {
+                check.sure
             }
             (Keep::LastPassing, Some(_)) => true,
             (Keep::Dimmest, Some((scene, best))) => {

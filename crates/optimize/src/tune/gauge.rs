@@ -44,6 +44,8 @@ pub struct Gauge {
     /// What the mean of all gate views has more than that of those that choose: the first two as
     /// differences, the others as ratios.
     offset: [f64; 4],
+    /// The mean PSNR of those that choose when all were looked at, dB.
+    base_db: f64,
     /// The part of the fine-tune in which all gate views were looked at.
     part: u32,
 }
@@ -65,9 +67,16 @@ impl Gauge {
         let all = (0..).zip(&every);
         self.views = all.filter(|(i, _)| !confirms(*i)).map(|(_, v)| *v).collect();
         let (here, there) = (mean(&self.views), mean(&every));
+        self.base_db = here[0];
         let ratio = |k: usize| if here[k] > 0.0 { there[k] / here[k] } else { 1.0 };
         self.offset = [there[0] - here[0], there[1] - here[1], ratio(2), ratio(3)];
         Seen::mean(&seen)
+    }
+
+    /// How far the PSNR of the views that choose has gone since all were looked at, dB: so far may
+    /// the others have gone, too, or not.
+    pub(super) fn drift_db(&self) -> f64 {
+        (mean(&self.views)[0] - self.base_db).abs()
     }
 
     /// Looks at all gate views once in every part of a fine-tune, whatever they show: the first

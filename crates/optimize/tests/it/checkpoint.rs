@@ -42,8 +42,14 @@ fn progress() -> Progress {
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();
     let dense =
         Outcome::measured(&setup, &job, &model, None, |q| campaign.judge(&[], &job, q)).unwrap();
-    let check =
-        Check { iteration: 3, seen: dense.gate, passed: true, confirmed: true, lambda: 0.25 };
+    let check = Check {
+        iteration: 3,
+        seen: dense.gate,
+        passed: true,
+        sure: true,
+        confirmed: true,
+        lambda: 0.25,
+    };
     let memory = ControllerState {
         lambda: 0.5,
         passing: Some(0.25),
