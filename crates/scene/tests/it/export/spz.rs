@@ -33,10 +33,10 @@ fn axes_are_right_up_back_in_the_file() {
     let word = |at: usize| i32::from_le_bytes([0, plain[at], plain[at + 1], plain[at + 2]]) >> 8;
     let unit = 2_f64.powi(bits.into());
     for (i, mean) in scene.means.iter().enumerate() {
-        for axis in 0..3 {
-            let sign = if axis == 0 { 1.0 } else { -1.0 };
+        let turned = [mean[0], -mean[1], -mean[2]].map(f64::from);
+        for (axis, value) in turned.iter().enumerate() {
             let stored = f64::from(word(16 + 9 * i + 3 * axis)) / unit;
-            assert!((stored - sign * f64::from(mean[axis])).abs() <= 0.5 / unit);
+            assert!((stored - value).abs() <= 0.5 / unit);
         }
     }
 }
