@@ -110,16 +110,15 @@ fn ply_is_the_file_that_is_written_as_a_stream() {
 }
 
 #[test]
-fn bytes_do_not_depend_on_threads_or_repetition() {
-    let scene = sample(3000, 2);
+fn bytes_do_not_depend_on_threads() {
+    // More than a block of the palette.
+    let scene = sample(1500, 1);
     for target in Target::ALL {
         let with = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| write(&scene, target).unwrap().files)
         };
-        let one = with(1);
-        assert_eq!(one, with(5), "{target:?}");
-        assert_eq!(one, with(1), "{target:?}");
+        assert_eq!(with(1), with(5), "{target:?}");
     }
 }
 

@@ -10,7 +10,7 @@ fn a_trained_model_in_every_format() {
     let scene = open_model(&data.join("snowmiku-posed/point_cloud.ply"), None).unwrap().gaussians;
     let mut part = scene.clone();
     // A part, so that the test is quick without optimisation.
-    let count = 6000;
+    let count = 2500;
     part.means.truncate(count);
     part.log_scales.truncate(count);
     part.rotations.truncate(count);
