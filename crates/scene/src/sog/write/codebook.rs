@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 /// Numbers in a codebook.
 pub(super) const ENTRIES: usize = 256;
-/// Rounds of moving numbers between cells and cells to their means; few change anything later.
+/// Rounds of moving numbers between cells and cells to their means, at most.
 const ROUNDS: usize = 40;
 
 /// 256 numbers in ascending order.
