@@ -1,4 +1,5 @@
-//! The folder of a report: it appears complete or not at all, and never in place of something else.
+//! A folder of files that belong together: it appears complete or not at all, and never in place of
+//! something else.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -12,6 +13,7 @@ use super::{Exit, Failure, OrExit};
 use powergs_chart::Chart;
 use powergs_core::run::store::atomic::{exchange, nameless, sync_folder};
 use powergs_report::{Drawing, is_file_name, sweep};
+use powergs_scene::export::FOLDER_FILES;
 
 /// A folder being written: a hidden one beside the final place, renamed at the end, removed if it
 /// is dropped before.
@@ -32,6 +34,8 @@ enum Kind {
     Report,
     /// The analysis of a sweep: it follows from the results, so an older one is simply replaced.
     Analysis,
+    /// A model as SOG; replaced if the user says so.
+    Model,
 }
 
 /// Where the folder will be.
@@ -69,16 +73,29 @@ impl RunFolder {
         RunFolder::begin(Target::Given { path: path.to_owned(), force: true }, Kind::Analysis)
     }
 
+    /// The folder of a model.
+    ///
+    /// Refused with [`Exit::Usage`] as by [`RunFolder::check_model`].
+    pub fn model(path: &Path, force: bool) -> Result<RunFolder, Failure> {
+        RunFolder::begin(Target::Given { path: path.to_owned(), force }, Kind::Model)
+    }
+
+    /// Refuses a place for a model, before any work is done: a file, a model without `force`, and,
+    /// whatever the flags, a folder with anything else.
+    pub fn check_model(path: &Path, force: bool) -> Result<(), Failure> {
+        check_given(path, force, Kind::Model)
+    }
+
     fn begin(target: Target, kind: Kind) -> Result<RunFolder, Failure> {
         if let Target::Given { path, force } = &target {
             check_given(path, *force, kind)?;
         }
         let path = target.path();
         // `.` and `..` have a name and a folder that holds them, too.
-        let parent = absolute(path).map_err(|e| cannot(path, &e))?;
+        let parent = absolute(path).map_err(|e| kind.cannot(path, &e))?;
         let parent = parent.parent().unwrap_or(Path::new("/")).to_owned();
-        fs::create_dir_all(&parent).map_err(|e| cannot(path, &e))?;
-        let (staging, lock) = stage(&parent).map_err(|e| cannot(path, &e))?;
+        fs::create_dir_all(&parent).map_err(|e| kind.cannot(path, &e))?;
+        let (staging, lock) = stage(&parent).map_err(|e| kind.cannot(path, &e))?;
         Ok(RunFolder { staging, target, kind, _lock: lock })
     }
 
@@ -86,7 +103,7 @@ impl RunFolder {
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         debug_assert!(self.kind.has(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
-        fs::write(path, bytes).map_err(|e| cannot(self.target.path(), &e))
+        fs::write(path, bytes).map_err(|e| self.kind.cannot(self.target.path(), &e))
     }
 
     /// Writes the files of every chart.
@@ -101,17 +118,18 @@ impl RunFolder {
     pub fn stream(&self, name: &str) -> Result<fs::File, Failure> {
         debug_assert!(self.kind.has(name), "{name} is not a file of a report");
         let path = self.staging.path().join(name);
-        fs::File::create(path).map_err(|e| cannot(self.target.path(), &e))
+        fs::File::create(path).map_err(|e| self.kind.cannot(self.target.path(), &e))
     }
 
     /// Moves the folder to its place and returns that.
     pub fn finish(self) -> Result<PathBuf, Failure> {
-        sync_all(self.staging.path()).map_err(|e| cannot(self.target.path(), &e))?;
+        let kind = self.kind;
+        sync_all(self.staging.path()).map_err(|e| kind.cannot(self.target.path(), &e))?;
         match &self.target {
             Target::Given { path, force } => {
-                check_given(path, *force, self.kind)?;
-                let place = absolute(path).map_err(|e| cannot(path, &e))?;
-                replace(self.staging.path(), &place).map_err(|e| cannot(path, &e))?;
+                check_given(path, *force, kind)?;
+                let place = absolute(path).map_err(|e| kind.cannot(path, &e))?;
+                replace(self.staging.path(), &place).map_err(|e| kind.cannot(path, &e))?;
                 Ok(path.clone())
             }
             Target::Counted(base) => {
@@ -161,6 +179,7 @@ impl Kind {
         match self {
             Kind::Report => is_file_name(name),
             Kind::Analysis => sweep::is_file_name(name),
+            Kind::Model => FOLDER_FILES.contains(&name),
         }
     }
 
@@ -168,7 +187,26 @@ impl Kind {
         match self {
             Kind::Report => "a report",
             Kind::Analysis => "an analysis",
+            Kind::Model => "a model",
         }
+    }
+
+    /// What the user does to name another folder.
+    fn advice(self) -> &'static str {
+        match self {
+            Kind::Report | Kind::Analysis => "give --out a folder",
+            Kind::Model => "name a folder",
+        }
+    }
+
+    fn cannot(self, path: &Path, e: &io::Error) -> Failure {
+        // What a temporary folder is called is nobody's business.
+        let cause = nameless(io::Error::new(e.kind(), e.to_string()));
+        let what = match self {
+            Kind::Report | Kind::Analysis => "the report",
+            Kind::Model => "the model",
+        };
+        Failure::new(Exit::Usage, format!("{}: {what} cannot be written: {cause}", path.display()))
     }
 }
 
@@ -178,21 +216,23 @@ fn check_given(path: &Path, force: bool, kind: Kind) -> Result<(), Failure> {
     let entries = match fs::read_dir(path) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(e) if e.kind() == io::ErrorKind::NotADirectory => {
-            return Err(refuse("is a file; give --out a folder".into()));
+            return Err(refuse(format!("is a file; {}", kind.advice())));
         }
-        Err(e) => return Err(cannot(path, &e)),
+        Err(e) => return Err(kind.cannot(path, &e)),
         Ok(entries) => entries,
     };
     let is_here = |here: PathBuf| fs::canonicalize(path).is_ok_and(|path| path == here);
     if std::env::current_dir().is_ok_and(is_here) {
-        let what = "is the working folder, and a report takes the place of a whole folder; give \
-                    --out a folder in it";
-        return Err(refuse(what.into()));
+        let (name, advice) = (kind.name(), kind.advice());
+        let what = format!(
+            "is the working folder, and {name} takes the place of a whole folder; {advice} in it"
+        );
+        return Err(refuse(what));
     }
     let mut names: Vec<(OsString, bool)> = Vec::new();
     for entry in entries {
-        let entry = entry.map_err(|e| cannot(path, &e))?;
-        let is_folder = entry.file_type().map_err(|e| cannot(path, &e))?.is_dir();
+        let entry = entry.map_err(|e| kind.cannot(path, &e))?;
+        let is_folder = entry.file_type().map_err(|e| kind.cannot(path, &e))?.is_dir();
         names.push((entry.file_name(), is_folder));
     }
     names.sort();
@@ -202,8 +242,9 @@ fn check_given(path: &Path, force: bool, kind: Kind) -> Result<(), Failure> {
         return Err(refuse(format!("holds `{name}`, which is not of {kind}; use another folder")));
     }
     if !names.is_empty() && !force {
-        let what = "holds a report already; use --force to replace it, or another folder";
-        return Err(refuse(what.into()));
+        let kind = kind.name();
+        let what = format!("holds {kind} already; use --force to replace it, or another folder");
+        return Err(refuse(what));
     }
     Ok(())
 }
@@ -276,10 +317,4 @@ fn replace(staging: &Path, path: &Path) -> io::Result<()> {
     }
     path.parent().into_iter().for_each(sync_folder);
     Ok(())
-}
-
-fn cannot(path: &Path, e: &io::Error) -> Failure {
-    // What a temporary folder is called is nobody's business.
-    let cause = nameless(io::Error::new(e.kind(), e.to_string()));
-    Failure::new(Exit::Usage, format!("{}: the report cannot be written: {cause}", path.display()))
 }

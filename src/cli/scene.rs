@@ -1,5 +1,7 @@
-//! `scene`: what a trained model holds, any format as INRIA PLY, and four models as the levels of
+//! `scene`: what a trained model holds, any format as another one, and four models as the levels of
 //! a foveated one and back.
+
+mod convert;
 
 use powergs_report::document::{Cell, Column, Document, Kind, Table};
 use std::path::{Path, PathBuf};
@@ -20,12 +22,16 @@ Examples:
   powergs-sim scene info scene.spz --json
   powergs-sim scene info playbot/lod-meta.json --detail 2
   powergs-sim scene convert scene.sog scene.ply
+  powergs-sim scene convert point_cloud.ply scene.sog
+  powergs-sim scene convert point_cloud.ply scene --format sog-folder
   powergs-sim scene compose L1.ply L2.ply L3.ply L4.ply -o model.fov
   powergs-sim scene level model.fov --level 2 -o L2.ply
 
 Formats, recognised by content: INRIA .ply, PlayCanvas compressed .ply, .splat,
 .spz 1 to 4, SOG 1 and 2 (folder, meta.json or .sog), streamed SOG, foveated
-.fov (its level 1; `scene level` writes the others).";
+.fov (its level 1; `scene level` writes the others).
+Written, by the name: .ply, .compressed.ply, .spz (3), .sog and folders (SOG 2).
+What a format loses is said: a table, or `kept` in --json.";
 
 /// Inspect trained models and convert them
 #[derive(Debug, clap::Args)]
@@ -44,18 +50,8 @@ enum SceneCommand {
         #[arg(long, value_name = "N")]
         detail: Option<u32>,
     },
-    /// Write any format as INRIA PLY (raw parameters, 62 properties at degree 3)
-    Convert {
-        /// File, or folder with meta.json or lod-meta.json
-        file: PathBuf,
-        /// File to write
-        output: PathBuf,
-        #[command(flatten)]
-        overwrite: Overwrite,
-        /// Detail of a streamed scene, 0 is the finest [default: 0]
-        #[arg(long, value_name = "N")]
-        detail: Option<u32>,
-    },
+    /// Write a model of any format as INRIA PLY, compressed PLY, SPZ or SOG
+    Convert(convert::Args),
     /// Combine four levels into one foveated model
     Compose {
         /// Levels 1 to 4, any format: each a part of the one before that differs from it in
@@ -96,13 +92,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
                 out::document(&document(&scene, &stats, &warnings))?;
             }
         }
-        SceneCommand::Convert { file, output, detail, overwrite } => {
-            overwrite.check(output)?;
-            let scene = open_model(file, *detail)?;
-            warn(&scene, context);
-            write_atomically(output, |mut w| write_ply(&scene.gaussians, &mut w))?;
-            written(&scene.gaussians, output, context)?;
-        }
+        SceneCommand::Convert(args) => convert::run(args, context)?,
         SceneCommand::Compose { levels, output, overwrite } => {
             overwrite.check(output)?;
             compose(levels, output, context)?;

@@ -67,11 +67,16 @@ fn truncate(scene: &mut Gaussians, len: usize) {
     scene.sh.truncate(len * 3 * scene.sh_coefficients());
 }
 
+/// Whether a quaternion is long enough to be a rotation.
+pub(super) fn has_direction(q: &[f32; 4]) -> bool {
+    q.iter().map(|c| c * c).sum::<f32>() >= SHORTEST_SQUARED
+}
+
 fn give_direction(scene: &mut Gaussians, warnings: &mut Vec<Warning>) {
     let mut count = 0;
     let mut first = 0;
     for (i, q) in scene.rotations.iter_mut().enumerate() {
-        if q.iter().map(|c| c * c).sum::<f32>() < SHORTEST_SQUARED {
+        if !has_direction(q) {
             *q = [1.0, 0.0, 0.0, 0.0];
             if count == 0 {
                 first = i as u64;

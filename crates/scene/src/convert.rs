@@ -1,4 +1,4 @@
-//! From what files store to raw parameters.
+//! Between what files store and raw parameters.
 
 /// The constant SH basis function, `1 / (2 √π)`: colour = 0.5 + `SH_C0` · DC coefficient.
 pub const SH_C0: f64 = 0.282_094_791_773_878_14;
@@ -17,9 +17,25 @@ pub fn sigmoid(logit: f32) -> f64 {
     1.0 / (1.0 + (-f64::from(logit)).exp())
 }
 
+/// The opacity of a raw opacity in steps of 1/255.
+pub(super) fn opacity_byte(raw: f32) -> u8 {
+    (255.0 * sigmoid(raw)).round() as u8
+}
+
+/// How many raw opacities are beyond what a byte is read back as.
+pub(super) fn opacities_beyond_bytes(raw: &[f32]) -> u64 {
+    let (least, most) = (logit(0.0), logit(1.0));
+    raw.iter().filter(|raw| !(least..=most).contains(*raw)).count() as u64
+}
+
 /// The DC coefficient of a colour, 0 to 1 and a little beyond.
 pub(super) fn dc(colour: f64) -> f32 {
     ((colour - 0.5) / SH_C0) as f32
+}
+
+/// The colour of a DC coefficient.
+pub(super) fn colour(dc: f32) -> f64 {
+    f64::from(dc) * SH_C0 + 0.5
 }
 
 /// SH coefficients beyond DC, per channel, for a degree.

@@ -2,19 +2,22 @@
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
-//! [`read()`] decodes every known file format, [`write_ply`] writes INRIA's; [`files`] opens models
-//! and camera files by path.
+//! [`read()`] decodes every known file format; [`export`] writes INRIA's and the compressed ones and
+//! says what was lost, [`write_ply`] writes INRIA's as a stream; [`files`] opens models and camera
+//! files by path.
 
 pub mod camera;
 mod check;
 pub mod convert;
 mod error;
+pub mod export;
 pub mod files;
 pub mod foveated;
 pub mod gaze;
 mod input;
 mod ply;
 mod read;
+mod smallest_three;
 mod sog;
 mod splat_rows;
 mod spz;

@@ -15,6 +15,7 @@ use super::input::Input;
 use super::read::{Format, Model};
 use header::{Element, Encoding, Header};
 
+pub(super) use compressed::write as write_compressed;
 pub use write::write;
 
 /// Bytes with their position, for bounds and messages.

@@ -12,6 +12,7 @@ mod decode;
 mod lod;
 mod meta;
 mod plane;
+mod write;
 
 use std::io::Read;
 
@@ -23,6 +24,7 @@ use super::input::{Folder, Input, check_count, plausible, slurp};
 use super::read::{Format, Model};
 use meta::Meta;
 use plane::Plane;
+pub(super) use write::{FILE_NAMES, write, zipped};
 
 /// Largest index file, bytes; real ones have 20 to 100 KiB.
 const MAX_INDEX: u64 = 16 << 20;

@@ -8,6 +8,7 @@
 
 mod attributes;
 mod axes;
+mod write;
 
 use std::io::{BufRead, Read};
 
@@ -19,6 +20,7 @@ use super::read::{Format, Model};
 use super::{Gaussians, Warning};
 use attributes::{Attribute, decode};
 use axes::Axes;
+pub(super) use write::write;
 
 const MAGIC: &[u8; 4] = b"NGSP";
 /// Bytes of the header of versions 1 to 3, with which that of version 4 begins.

@@ -28,6 +28,7 @@ fn nothing_is_replaced_without_force() {
         ("render a.ply --orbit 1 --size 16x16 -o @", "x.png"),
         ("render a.ply --orbit 2 --size 16x16 -o views", "views/000.png"),
         ("scene convert a.ply @", "x.ply"),
+        ("scene convert a.ply @", "x.sog"),
         ("camera convert --orbit 2 --size 16x16 -o @", "x.json"),
         ("trace dump t.bin --frame 0 -o @", "x.csv"),
         ("trace repair t.bin -o @", "y.bin"),

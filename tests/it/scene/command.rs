@@ -60,6 +60,108 @@ fn convert_writes_what_was_read() {
     assert!(before.path.ends_with("in/meta.json"));
 }
 
+/// A folder with `scene.ply`, a model of 700 Gaussians.
+fn folder_with_a_model() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.ply"), encode::ply(&sample(700, 2))).unwrap();
+    folder
+}
+
+/// Runs `scene convert` in a folder.
+fn convert(folder: &tempfile::TempDir, words: &str) -> assert_cmd::assert::Assert {
+    let words = ["scene", "convert"].into_iter().chain(words.split_whitespace());
+    program().current_dir(folder.path()).args(words).assert()
+}
+
+#[test]
+fn the_name_says_the_format_and_the_table_what_was_lost() {
+    let folder = folder_with_a_model();
+    for (output, format, said) in [
+        ("a.compressed.ply", "compressed ply", "compressed-ply"),
+        ("a.SPZ", "spz v3", "spz"),
+        ("a.sog", "sog v2", "sog"),
+        ("a/meta.json", "sog v2", "sog-folder"),
+        ("b/", "sog v2", "sog-folder"),
+        ("c", "sog v2", "sog-folder"),
+        ("d.dat --format spz", "spz v3", "spz"),
+        ("e.ply --format sog", "sog v2", "sog"),
+    ] {
+        let run = convert(&folder, &format!("scene.ply {output}")).success();
+        let text = String::from_utf8(run.get_output().stdout.clone()).unwrap();
+        let name = output.split_whitespace().next().unwrap();
+        assert!(text.starts_with(name.trim_end_matches("/meta.json")), "{text}");
+        assert!(text.contains(&format!(": 700 Gaussians, SH degree 2, {said}, 0.0")), "{text}");
+        for part in ["largest error", "rms error", "clamped", "position, world units", "degrees"] {
+            assert!(text.contains(part), "no {part} in {text}");
+        }
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        let model = open_model(&folder.path().join(name), None).unwrap();
+        assert_eq!((model.format, model.gaussians.len()), (format, 700));
+    }
+    let plain = convert(&folder, "scene.ply copy.ply").success();
+    plain.stdout("copy.ply: 700 Gaussians, SH degree 2, ply, 0.12 MB, nothing lost\n");
+    convert(&folder, "scene.ply f.sog -q").success().stdout("");
+}
+
+#[test]
+fn what_was_lost_as_json() {
+    let folder = folder_with_a_model();
+    let run = convert(&folder, "scene.ply a.spz --json").success();
+    let facts: Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+    assert_eq!((&facts["file"], &facts["format"]), (&"a.spz".into(), &"spz".into()));
+    assert_eq!((&facts["points"], &facts["sh_degree"]), (&700.into(), &2.into()));
+    let size = std::fs::metadata(folder.path().join("a.spz")).unwrap().len();
+    assert_eq!((&facts["bytes"], &facts["exact"]), (&size.into(), &false.into()));
+    for field in ["position", "scale", "rotation", "opacity", "colour_dc", "colour_rest"] {
+        let kept = &facts["kept"][field];
+        assert!(kept["largest"].as_f64().unwrap() >= kept["rms"].as_f64().unwrap(), "{field}");
+        assert_eq!((&kept["exact"], &kept["clamped"]), (&false.into(), &0.into()), "{field}");
+    }
+    // What came out of a file of the format goes back into one as it is.
+    let run = convert(&folder, "a.spz b.spz --json").success();
+    let facts: Value = serde_json::from_slice(&run.get_output().stdout).unwrap();
+    assert_eq!(facts["exact"], true);
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("a.spz"), bytes("b.spz"));
+}
+
+#[test]
+fn a_name_that_says_nothing_and_a_model_that_does_not_fit() {
+    let folder = folder_with_a_model();
+    let refused = convert(&folder, "scene.ply a.splat").code(2);
+    refused.stderr(predicates::str::contains("give --format (ply, compressed-ply, spz, sog"));
+    let mut far = sample(3, 0);
+    far.means[1][2] = 1e9;
+    std::fs::write(folder.path().join("far.ply"), encode::ply(&far)).unwrap();
+    let refused = convert(&folder, "far.ply a.spz").code(2);
+    refused.stderr(predicates::str::contains("a.spz: Gaussian 1 is at 1e9, and spz holds"));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "the two inputs");
+}
+
+#[test]
+fn folders_of_models_are_replaced_with_force_and_others_never() {
+    let folder = folder_with_a_model();
+    let path = |name: &str| folder.path().join(name);
+    convert(&folder, "scene.ply a/b/model").success();
+    let refused = convert(&folder, "scene.ply a/b/model").code(2);
+    refused.stderr(predicates::str::contains("holds a model already; use --force"));
+    std::fs::remove_file(path("a/b/model/quats.webp")).unwrap();
+    convert(&folder, "scene.ply a/b/model/meta.json --force").success();
+    assert!(path("a/b/model/quats.webp").is_file());
+    std::fs::write(path("a/b/model/notes.txt"), "mine").unwrap();
+    let refused = convert(&folder, "scene.ply a/b/model --force").code(2);
+    refused.stderr(predicates::str::contains("holds `notes.txt`, which is not of a model"));
+    let refused = convert(&folder, "scene.ply meta.json").code(2);
+    refused.stderr(predicates::str::contains("is the working folder, and a model takes"));
+    std::fs::write(path("file"), "mine").unwrap();
+    let refused = convert(&folder, "scene.ply file").code(2);
+    refused.stderr(predicates::str::contains("is a file; name a folder"));
+    assert_eq!(std::fs::read_dir(path("a/b")).unwrap().count(), 1, "nothing hidden is left");
+    // Nothing is begun for an input that cannot be read.
+    convert(&folder, "absent.ply x/y/z").code(3);
+    assert!(!path("x").exists());
+}
+
 #[test]
 fn failures_name_the_file_and_leave_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();

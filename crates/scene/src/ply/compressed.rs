@@ -5,6 +5,8 @@
 //! lie between the chunk's bounds where it has them (18 properties instead of 12). A third element,
 //! `sh`, holds `f_rest_*` as bytes, -4 to 4.
 
+mod write;
+
 use std::f64::consts::SQRT_2;
 
 use super::super::Gaussians;
@@ -13,6 +15,8 @@ use super::super::error::{DAMAGED, REEXPORT, SceneError};
 use super::super::input::check_count;
 use super::header::{Element, Header};
 use super::{Source, rows};
+
+pub(in super::super) use write::write;
 
 /// Gaussians per chunk.
 const CHUNK: usize = 256;
@@ -104,7 +108,7 @@ fn unpack(scene: &mut Gaussians, chunk: &Chunk, words: [u32; 4]) {
     let [position, rotation, scale, colour] = words;
     scene.means.push(between(three(position), &chunk[0..6]));
     scene.log_scales.push(between(three(scale), &chunk[6..12]));
-    let small = [20, 10, 0].map(|shift| (unit(rotation >> shift, 10) - 0.5) * SQRT_2);
+    let small = [20, 10, 0].map(|shift| component(rotation >> shift));
     scene.rotations.push(quaternion(small, (rotation >> 30) as usize));
     let rgb = between([24, 16, 8].map(|shift| unit(colour >> shift, 8)), &chunk[12..18]);
     scene.logit_opacities.push(logit(unit(colour, 8)));
@@ -112,6 +116,11 @@ fn unpack(scene: &mut Gaussians, chunk: &Chunk, words: [u32; 4]) {
         scene.sh.push(dc(f64::from(channel)));
         scene.sh.extend((1..scene.sh_coefficients()).map(|_| 0.0));
     }
+}
+
+/// A component of a quaternion from the lowest 10 bits of `word`.
+fn component(word: u32) -> f64 {
+    (unit(word, 10) - 0.5) * SQRT_2
 }
 
 /// The lowest `bits` bits of `word`, 0 to 1.

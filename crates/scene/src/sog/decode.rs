@@ -8,7 +8,7 @@ use super::meta::Table;
 use super::plane::Plane;
 
 /// Alpha of a rotation whose largest component is w.
-const FIRST_LARGEST: u8 = 252;
+pub(super) const FIRST_LARGEST: u8 = 252;
 
 /// Positions: 16 bits between the bounds, then the inverse of `sign(x) ln(1 + |x|)`.
 pub(super) fn means(bounds: &[[f64; 3]; 2], low: &Plane, high: &Plane) -> Vec<[f32; 3]> {
@@ -33,12 +33,14 @@ pub(super) fn scales(tables: &[Table; 3], plane: &Plane) -> Vec<[f32; 3]> {
 pub(super) fn rotations(plane: &Plane) -> Vec<[f32; 4]> {
     let rotation = |p: &[u8; 4]| match p[3].checked_sub(FIRST_LARGEST) {
         None => [0.0; 4],
-        Some(largest) => {
-            let small = [p[0], p[1], p[2]].map(|b| (f64::from(b) / 255.0 - 0.5) * SQRT_2);
-            quaternion(small, largest as usize)
-        }
+        Some(largest) => quaternion([p[0], p[1], p[2]].map(component), largest as usize),
     };
     plane.pixels().iter().map(rotation).collect()
+}
+
+/// A component of a quaternion.
+pub(super) fn component(byte: u8) -> f64 {
+    (f64::from(byte) / 255.0 - 0.5) * SQRT_2
 }
 
 /// Raw opacities.

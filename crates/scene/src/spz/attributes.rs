@@ -7,7 +7,7 @@ use super::super::convert::{logit, quaternion, rest_of};
 use super::Header;
 
 /// Colours are stored as `0.5 + 0.15 · DC`, which leaves room beyond 0 and 1.
-const COLOUR_SCALE: f64 = 0.15;
+pub(super) const COLOUR_SCALE: f64 = 0.15;
 
 /// What a part of the file holds, in the order of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,13 +129,15 @@ fn first_three(b: [u8; 3]) -> [f32; 4] {
 /// Versions 3 and 4: the place (of x, y, z, w) of the largest component in the top two bits, the
 /// others with a sign and nine bits each, the last in the lowest bits.
 fn smallest_three(word: u32) -> [f32; 4] {
-    let part = |shift: u32| {
-        let bits = word >> shift;
-        let magnitude = f64::from(bits & 511) / 511.0 * FRAC_1_SQRT_2;
-        if bits & 512 != 0 { -magnitude } else { magnitude }
-    };
-    let [x, y, z, w] = quaternion([part(20), part(10), part(0)], (word >> 30) as usize);
+    let small = [20, 10, 0].map(|shift| component(word >> shift));
+    let [x, y, z, w] = quaternion(small, (word >> 30) as usize);
     [w, x, y, z]
+}
+
+/// A component of a quaternion from the lowest ten bits of `word`.
+pub(super) fn component(word: u32) -> f64 {
+    let magnitude = f64::from(word & 511) / 511.0 * FRAC_1_SQRT_2;
+    if word & 512 != 0 { -magnitude } else { magnitude }
 }
 
 /// IEEE half precision.

@@ -1,5 +1,6 @@
-//! Readers of scenes and cameras.
+//! Readers and writers of scenes, readers of cameras.
 
 mod camera;
+mod export;
 mod foveated;
 mod scene;

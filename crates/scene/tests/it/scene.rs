@@ -7,6 +7,6 @@ mod round_trip;
 use powergs_scene::{Model, OneFile, SceneError, read};
 
 /// Reads bytes of any single-file format.
-fn read_bytes(bytes: &[u8]) -> Result<Model, SceneError> {
+pub(crate) fn read_bytes(bytes: &[u8]) -> Result<Model, SceneError> {
     read(&OneFile(bytes), "bytes", None)
 }
