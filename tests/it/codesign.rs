@@ -12,7 +12,8 @@ use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::synth::{Preset, cameras, generate};
 use powergs_sim::scene::{camera::edit::resized, write_ply};
 
-const SPACE: &str = "\
+/// A small space.
+pub const SPACE: &str = "\
 [model]
 rho = [0.0, 0.4]
 
@@ -39,7 +40,7 @@ values = [4, 8]
 ";
 
 /// Writes a scene, its views and a space.
-fn stage(folder: &Path, space: &str, views: usize) {
+pub fn stage(folder: &Path, space: &str, views: usize) {
     let preset = Preset::named("demo").unwrap();
     let mut bytes = Vec::new();
     write_ply(&generate(preset, 300, 3), &mut bytes).unwrap();
@@ -80,7 +81,7 @@ fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
 }
 
 /// Everything that must not depend on how often a run was broken off.
-fn contents(run: &Path) -> Vec<(&'static str, Vec<u8>)> {
+pub fn contents(run: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let names = [
         "run.toml",
         "space.toml",
