@@ -111,7 +111,14 @@ fn a_run_leaves_its_report_and_goes_on_to_the_same_bytes_whenever_it_is_killed()
     // Two models and the dense one, four machines and the base machine.
     assert_eq!(text("pairs.csv").lines().count(), 1 + 3 * 5);
     assert_eq!(text("models.csv").lines().count(), 1 + 3);
-    assert!(text("summary.md").contains("(e)"));
+    let summary = text("summary.md");
+    assert!(summary.contains("(e)"));
+    // Machines by their numbers, with the axes alone: the capacity follows from these.
+    let head = "| machine | chosen by | vru.cores | dram.channels |\n|---|---|--:|--:|\n";
+    let machines = summary.split(head).nth(1).expect("a table of machines");
+    let ways = machines.lines().take_while(|line| line.starts_with('|')).collect::<String>();
+    assert!(('a'..='e').all(|way| ways.contains(&format!("({way})"))), "{ways}");
+    assert!(summary.lines().nth(2).is_some_and(|line| line.contains("cores=")), "{summary}");
     assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place");
     fails(folder.path(), &[], Exit::Usage, "go on with --resume");
     // What is known is not made again.

@@ -25,6 +25,7 @@ pub mod error;
 pub mod fit;
 pub mod machines;
 pub mod model;
+mod names;
 mod part;
 pub mod pricing;
 pub mod run;
