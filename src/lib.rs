@@ -50,7 +50,7 @@ pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]
 pub use powergs_report as report;
 pub use powergs_study::{
-    analysis, extract, findings, replay, run_record, scene_statistics, sensitivity, sweep,
+    analysis, extract, findings, replay, run_record, scene_statistics, sensitivity, slurm, sweep,
     validate, views,
 };
 pub use {

@@ -158,8 +158,8 @@ impl Codesigned {
     }
 
     /// The five ways (a) to (e), confirmed with the banked model of the DRAM: model, machine (its
-    /// point of the space; nothing for the base machine), watts, area, slowest frame. What a way
-    /// does not find is nothing.
+    /// point of the space, nothing for the base machine, and what it has on the axes), watts, area,
+    /// slowest frame. What a way does not find is nothing.
     #[getter]
     fn ways(&self) -> PyResult<Table> {
         let found = |c: &Comparison| c.found.as_ref().ok().copied();
@@ -171,6 +171,10 @@ impl Codesigned {
         };
         let model =
             |(_, found): &(Way, Option<Found>)| Some(self.model_name(found.as_ref()?.pair.0));
+        let settings = |(_, found): &(Way, Option<Found>)| {
+            let (model, machine) = found.as_ref()?.pair;
+            Some(self.finished.rows[model].name(machine))
+        };
         Table::new([
             Column::text("way", "Its letter.", all.iter().map(|w| Some(w.0.letter().to_string()))),
             Column::text("how", "How it is chosen.", all.iter().map(|w| Some(w.0.words()))),
@@ -181,6 +185,7 @@ impl Codesigned {
                 "The point of the machine; nothing: the base machine.",
                 all.iter().map(|w| w.1.as_ref()?.pair.1),
             ),
+            Column::text("settings", "What it has on the axes.", all.iter().map(settings)),
             real("total_w", "W", "Display, rendering and standby.", &|p| Some(p.total_w)),
             real("display_w", "W", "The display.", &|p| Some(p.display_w)),
             real("standby_w", "W", "Leakage, background, refresh.", &|p| Some(p.stages_w[3])),

@@ -1,5 +1,6 @@
 //! The `--background` flag.
 
+use std::fmt;
 use std::str::FromStr;
 
 /// A background colour, sRGB 0 to 1.
@@ -22,5 +23,12 @@ impl FromStr for Background {
             }
             _ => Err("write black, white, or three numbers from 0 to 1: 0.5,0.5,0.5".into()),
         }
+    }
+}
+
+impl fmt::Display for Background {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Background([r, g, b]) = self;
+        write!(f, "{r},{g},{b}")
     }
 }

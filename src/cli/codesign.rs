@@ -4,6 +4,7 @@ mod demo;
 mod finish;
 mod folder;
 mod inputs;
+mod slurm;
 mod watch;
 
 use std::path::PathBuf;
@@ -12,11 +13,13 @@ use super::background::Background;
 use super::chart_args::ChartArgs;
 use super::invocation::Started;
 use super::shard_arg::ShardArg;
+use super::slurm::Asked;
 use super::{Context, Exit, Failure, out};
 use folder::{Existing, Folder, LAYOUT};
 use powergs_codesign::{Codesign, CodesignError};
 use powergs_optimize::settings::Settings;
 use powergs_study::sweep::run::Shard;
+use slurm::CodesignParts;
 use watch::Watched;
 
 /// Shown under `codesign --help`.
@@ -28,6 +31,7 @@ Examples:
   powergs-sim codesign model.ply --orbit 24 --size 400x300 --space space.toml \\
       --quality-db 36 --iterations 300
   powergs-sim codesign ...the same arguments... --resume
+  powergs-sim codesign ...the same arguments... --slurm sbatch.toml
 
 A space file (docs/codesign.md):
   [model]
@@ -42,6 +46,12 @@ A space file (docs/codesign.md):
   [[machine.axes]]
   key = \"vru.cores\"
   values = [1, 2, 4]
+
+A file for Slurm (docs/cluster.md):
+  shards = 10
+  [sbatch]
+  time = \"02:00:00\"
+  cpus-per-task = 4
 
 The result is runs/both/summary.md, with joint.ply and joint.toml:
   powergs-sim replay runs/both/joint.bin --arch runs/both/joint.toml";
@@ -75,6 +85,12 @@ pub struct Args {
     #[arg(long, value_name = "I/N", env = "POWERGS_SHARD")]
     #[arg(conflicts_with_all = ["force", "resume"])]
     pub shard: Option<ShardArg>,
+    /// Submit the parts to Slurm as an array job, follow it and compare
+    #[arg(long, value_name = "SBATCH.TOML", conflicts_with_all = ["shard", "force"])]
+    pub slurm: Option<PathBuf>,
+    /// With --slurm: only print the script
+    #[arg(long, requires = "slurm")]
+    pub print: bool,
     /// Which views there are.
     #[command(flatten)]
     pub views: ViewArgs,
@@ -160,61 +176,89 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let watched = Watched::new(context);
     let codesign = inputs::codesign(args, &space, context, &watched)?;
     let folder = Folder::new(&inputs::place(args, &codesign), &LAYOUT);
-    if let Some(ShardArg(part)) = args.shard {
-        return part_of(&codesign, &space, part, &folder, &watched, context);
-    }
-    let existing = match (args.resume, args.force) {
-        (true, _) => Existing::Resume,
-        (_, true) => Existing::Replace,
-        _ => Existing::Refuse,
+    let run = Run {
+        codesign: &codesign,
+        space: &space,
+        folder: &folder,
+        watched: &watched,
+        context,
+        started,
     };
-    let _lock = folder.open(existing)?;
-    folder.write("run.toml", finish::run_toml(&codesign, &space)?)?;
-    folder.write("space.toml", &space.text)?;
-    watched.begin(&codesign);
-    let finished = codesign.run(folder.store(), &watched);
-    watched.clear();
-    folder.write("invocation.toml", started.invocation_toml())?;
-    match finished? {
-        Some(finished) => finish::finish(&codesign, &finished, &folder, context),
-        None => {
-            if !context.global.quiet {
-                let path = folder.path().display();
-                out::complain(format!(
-                    "interrupted, {path}: the same command with --resume goes on"
-                ));
-            }
-            Ok(Exit::Interrupted)
-        }
+    if let Some(file) = &args.slurm {
+        watched.clear();
+        let asked = Asked { settings: file, print: args.print };
+        return super::slurm::run(asked, CodesignParts { args, run }, folder.path(), context);
+    }
+    match (args.shard, args.resume, args.force) {
+        (Some(ShardArg(part)), ..) => run.part(part),
+        (None, true, _) => run.whole(Existing::Resume),
+        (None, false, true) => run.whole(Existing::Replace),
+        (None, false, false) => run.whole(Existing::Refuse),
     }
 }
 
-/// Makes and prices one part of the models.
-fn part_of(
-    codesign: &Codesign,
-    space: &inputs::Space,
-    part: Shard,
-    folder: &Folder,
-    watched: &Watched<'_>,
-    context: &Context,
-) -> Result<Exit, Failure> {
-    let about =
-        [("space.toml", space.text.clone()), ("run.toml", finish::run_toml(codesign, space)?)];
-    let _lock = folder.open_part(&about)?;
-    watched.begin(codesign);
-    let done = codesign.run_part(part, folder.store(), watched);
-    watched.clear();
-    let (Shard { number, of }, path) = (part, folder.path().display());
-    let (exit, what) = match done? {
-        Some(()) => {
-            (Exit::Done, "is done; when all are: the same command, with --resume for --shard")
-        }
-        None => (Exit::Interrupted, "was interrupted; the same command goes on"),
-    };
-    if !context.global.quiet {
-        out::complain(format!("{path}: part {number} of {of} {what}"));
+/// A co-design that is about to be worked on.
+struct Run<'a> {
+    codesign: &'a Codesign,
+    space: &'a inputs::Space,
+    folder: &'a Folder,
+    watched: &'a Watched<'a>,
+    context: &'a Context,
+    started: Started,
+}
+
+impl Run<'_> {
+    /// The files that say what a run is; the marker of the folder comes last.
+    fn about(&self) -> Result<[(&'static str, String); 2], Failure> {
+        let run = finish::run_toml(self.codesign, self.space)?;
+        Ok([("space.toml", self.space.text.clone()), (LAYOUT.marker, run)])
     }
-    Ok(exit)
+
+    /// Makes and prices everything that is not there, and compares it.
+    fn whole(self, existing: Existing) -> Result<Exit, Failure> {
+        let Run { codesign, folder, watched, context, .. } = self;
+        let _lock = folder.open(existing)?;
+        // The marker first: a folder that has it can be gone on with.
+        for (name, text) in self.about()?.iter().rev() {
+            folder.write(name, text)?;
+        }
+        watched.begin(codesign);
+        let finished = codesign.run(folder.store(), watched);
+        watched.clear();
+        folder.write("invocation.toml", self.started.invocation_toml())?;
+        match finished? {
+            Some(finished) => finish::finish(codesign, &finished, folder, context),
+            None => {
+                if !context.global.quiet {
+                    let path = folder.path().display();
+                    out::complain(format!(
+                        "interrupted, {path}: the same command with --resume goes on"
+                    ));
+                }
+                Ok(Exit::Interrupted)
+            }
+        }
+    }
+
+    /// Makes and prices one part of the models.
+    fn part(self, part: Shard) -> Result<Exit, Failure> {
+        let Run { codesign, folder, watched, .. } = self;
+        let _lock = folder.open_part(&self.about()?)?;
+        watched.begin(codesign);
+        let done = codesign.run_part(part, folder.store(), watched);
+        watched.clear();
+        let (Shard { number, of }, path) = (part, folder.path().display());
+        let (exit, what) = match done? {
+            Some(()) => {
+                (Exit::Done, "is done; when all are: the same command, with --resume for --shard")
+            }
+            None => (Exit::Interrupted, "was interrupted; the same command goes on"),
+        };
+        if !self.context.global.quiet {
+            out::complain(format!("{path}: part {number} of {of} {what}"));
+        }
+        Ok(exit)
+    }
 }
 
 impl From<CodesignError> for Failure {

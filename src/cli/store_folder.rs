@@ -15,6 +15,11 @@ use powergs_report::Drawing;
 
 /// The lock.
 const LOCK: &str = "lock";
+/// A run is there, and nobody said what to do with it.
+const HOLDS: &str =
+    "holds a run; go on with --resume, replace it with --force, or give another --out";
+/// Something is there that is no run.
+const NOT_EMPTY: &str = "is not empty; give --out a new folder";
 
 /// What is in the folder of a run of some kind.
 #[derive(Debug)]
@@ -23,6 +28,8 @@ pub struct Layout {
     pub marker: &'static str,
     /// The folders of its store.
     pub stores: &'static [&'static str],
+    /// The folders of what starts its parts; they may be there before the run.
+    pub jobs: &'static [&'static str],
     /// What it leaves beside them and its charts.
     pub files: &'static [&'static str],
     /// Its charts, without their endings.
@@ -63,21 +70,14 @@ impl Folder {
     /// that is neither to be resumed nor replaced, no run to resume; 3: a damaged checkpoint, or
     /// one of another run.
     pub fn open(&self, existing: Existing) -> Result<Lock, Failure> {
-        let refuse =
-            |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
-        let has_run = self.path.join(self.layout.marker).is_file();
+        let has_run = self.has_run();
         match existing {
             Existing::Resume if !has_run => {
-                return refuse("no run to go on with; leave --resume out");
+                return self.refuse("no run to go on with; leave --resume out");
             }
-            Existing::Refuse if has_run => {
-                return refuse(
-                    "holds a run; go on with --resume, replace it with --force, or give another \
-                     --out",
-                );
-            }
+            Existing::Refuse if has_run => return self.refuse(HOLDS),
             Existing::Refuse | Existing::Replace if !has_run && !self.is_free(&[]) => {
-                return refuse("is not empty; give --out a new folder");
+                return self.refuse(NOT_EMPTY);
             }
             Existing::Resume | Existing::Refuse | Existing::Replace => {}
         }
@@ -95,20 +95,17 @@ impl Folder {
     /// Exit code 2: a folder that holds something else, another run, or one that a process has for
     /// itself.
     pub fn open_part(&self, about: &[(&str, String)]) -> Result<Lock, Failure> {
-        let refuse =
-            |what: &str| Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())));
-        let has_run = self.path.join(self.layout.marker).is_file();
         // Another part may be about to write what the run is.
         let names: Vec<&str> = about.iter().map(|(name, _)| *name).collect();
-        if !has_run && !self.is_free(&names) {
-            return refuse("is not empty; give --out a new folder");
+        if !self.has_run() && !self.is_free(&names) {
+            return self.refuse(NOT_EMPTY);
         }
         let lock = self.store.lock(LOCK, Sharing::Beside)?;
         for (name, text) in about {
             match fs::read_to_string(self.path.join(name)) {
                 Ok(there) if there == *text => {}
                 Ok(_) => {
-                    return refuse(&format!(
+                    return self.refuse(&format!(
                         "holds another run: its {name} differs; all parts have the same arguments, \
                          or give another --out"
                     ));
@@ -120,20 +117,41 @@ impl Folder {
         Ok(lock)
     }
 
+    /// Makes the folder ready for parts that other processes do, and leaves it to them.
+    ///
+    /// # Errors
+    /// As [`Folder::open_part`], and for a run that is there and not to be resumed.
+    pub fn begin_parts(&self, existing: Existing, about: &[(&str, String)]) -> Result<(), Failure> {
+        if existing == Existing::Refuse && self.has_run() {
+            return self.refuse(HOLDS);
+        }
+        self.open_part(about).map(drop)
+    }
+
+    fn has_run(&self) -> bool {
+        self.path.join(self.layout.marker).is_file()
+    }
+
+    fn refuse<T>(&self, what: &str) -> Result<T, Failure> {
+        Err(Failure::new(Exit::Usage, format!("{}: {what}", self.path.display())))
+    }
+
     /// Where the run is kept.
     pub fn store(&self) -> &FileStore {
         &self.store
     }
 
     /// Whether the folder is not there, or empty but for what a run leaves that was killed before
-    /// its first checkpoint, and files of these names.
+    /// its first checkpoint, jobs, and files of these names.
     fn is_free(&self, but: &[&str]) -> bool {
         let Ok(entries) = fs::read_dir(&self.path) else { return !self.path.exists() };
         let is_store = |name: &OsStr| self.layout.stores.iter().any(|store| name == *store);
+        let is_job = |name: &OsStr| self.layout.jobs.iter().any(|folder| name == *folder);
         entries.flatten().all(|entry| match entry.file_name() {
             name if is_store(&name) => fs::read_dir(entry.path())
                 .is_ok_and(|inner| inner.flatten().all(|file| is_temporary(&file.file_name()))),
-            name => name == LOCK || is_temporary(&name) || but.iter().any(|but| name == *but),
+            name if name == LOCK || is_job(&name) || is_temporary(&name) => true,
+            name => but.iter().any(|but| name == *but),
         })
     }
 
@@ -147,7 +165,8 @@ impl Folder {
                 fs::remove_file(entry.path()).or_exit(Exit::Usage, entry.path().display())?;
             }
         }
-        Ok(self.layout.stores.iter().try_for_each(|store| self.store.remove(store))?)
+        let folders = self.layout.stores.iter().chain(self.layout.jobs);
+        Ok(folders.into_iter().try_for_each(|folder| self.store.remove(folder))?)
     }
 
     /// The folder.

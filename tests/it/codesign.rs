@@ -12,7 +12,8 @@ use powergs_sim::scene::camera::inria;
 use powergs_sim::scene::synth::{Preset, cameras, generate};
 use powergs_sim::scene::{camera::edit::resized, write_ply};
 
-const SPACE: &str = "\
+/// A small space.
+pub const SPACE: &str = "\
 [model]
 rho = [0.0, 0.4]
 
@@ -39,7 +40,7 @@ values = [4, 8]
 ";
 
 /// Writes a scene, its views and a space.
-fn stage(folder: &Path, space: &str, views: usize) {
+pub fn stage(folder: &Path, space: &str, views: usize) {
     let preset = Preset::named("demo").unwrap();
     let mut bytes = Vec::new();
     write_ply(&generate(preset, 300, 3), &mut bytes).unwrap();
@@ -80,7 +81,7 @@ fn fails(folder: &Path, more: &[&str], exit: Exit, text: &str) {
 }
 
 /// Everything that must not depend on how often a run was broken off.
-fn contents(run: &Path) -> Vec<(&'static str, Vec<u8>)> {
+pub fn contents(run: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let names = [
         "run.toml",
         "space.toml",
@@ -110,7 +111,14 @@ fn a_run_leaves_its_report_and_goes_on_to_the_same_bytes_whenever_it_is_killed()
     // Two models and the dense one, four machines and the base machine.
     assert_eq!(text("pairs.csv").lines().count(), 1 + 3 * 5);
     assert_eq!(text("models.csv").lines().count(), 1 + 3);
-    assert!(text("summary.md").contains("(e)"));
+    let summary = text("summary.md");
+    assert!(summary.contains("(e)"));
+    // Machines by their numbers, with the axes alone: the capacity follows from these.
+    let head = "| machine | chosen by | vru.cores | dram.channels |\n|---|---|--:|--:|\n";
+    let machines = summary.split(head).nth(1).expect("a table of machines");
+    let ways = machines.lines().take_while(|line| line.starts_with('|')).collect::<String>();
+    assert!(('a'..='e').all(|way| ways.contains(&format!("({way})"))), "{ways}");
+    assert!(summary.lines().nth(2).is_some_and(|line| line.contains("cores=")), "{summary}");
     assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place");
     fails(folder.path(), &[], Exit::Usage, "go on with --resume");
     // What is known is not made again.

@@ -1,5 +1,5 @@
-//! `sweep --slurm` against commands that answer as Slurm's do: tasks run at once, and those that
-//! the test names are lost instead.
+//! `sweep --slurm` and `codesign --slurm` against commands that answer as Slurm's do: tasks run at
+//! once, and those that the test names are lost instead.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
+
+use crate::codesign;
 
 /// Runs every task of the array, or loses it in the state that the file `lose-TASK` names, once.
 const SBATCH: &str = r#"#!/bin/sh
@@ -72,13 +74,26 @@ impl Cluster {
         fs::write(self.path().join(name), text).unwrap();
     }
 
-    /// `sweep` in this folder, with only the commands of this folder and of the system.
-    fn sweep(&self, more: &[&str]) -> Command {
-        let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+    /// The program in this folder, with only the commands of this folder and of the system.
+    fn program(&self, words: &[&str]) -> Command {
         let mut program = Command::new(env!("CARGO_BIN_EXE_powergs-sim"));
         let path = format!("{}:/usr/bin:/bin", self.path().join("bin").display());
-        program.current_dir(self.path()).env("PATH", path);
-        program.args(["sweep", "sweep.toml", "--frames", "..1", "--traces", demo]).args(more);
+        program.current_dir(self.path()).env("PATH", path).args(words);
+        program
+    }
+
+    fn sweep(&self, more: &[&str]) -> Command {
+        let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/traces/demo.bin");
+        let mut program = self.program(&["sweep", "sweep.toml", "--frames", "..1"]);
+        program.args(["--traces", demo]).args(more);
+        program
+    }
+
+    /// A co-design of the files that `codesign::stage` writes.
+    fn codesign(&self, more: &[&str]) -> Command {
+        let mut program = self.program(&["codesign", "tiny.ply", "--cameras", "cameras.json"]);
+        program.args(["--space", "space.toml", "--quality-db", "22", "--background", "0.5,0,0"]);
+        program.args(["--iterations", "20", "--interval", "4"]).args(more);
         program
     }
 
@@ -179,4 +194,72 @@ fn without_slurm_there_is_the_script() {
     cluster.on_slurm(&[]).env("PATH", nowhere).assert().code(2).stderr(contains("--print"));
     cluster.write("sbatch.toml", "shards = 3\nretires = 1");
     cluster.on_slurm(&[]).assert().code(2).stderr(contains("did you mean `retries`"));
+}
+
+#[test]
+fn a_codesign_in_parts_is_that_of_one_process() {
+    let cluster = Cluster::new("");
+    codesign::stage(cluster.path(), codesign::SPACE, 12);
+    let on_slurm = |more: &[&str]| {
+        let mut program = cluster.codesign(&["--out", "out", "--slurm", "sbatch.toml"]);
+        program.args(more);
+        program
+    };
+    let print = on_slurm(&["--print"]).assert().success();
+    let script = String::from_utf8(print.get_output().stdout.clone()).unwrap();
+    for line in ["# `powergs-sim codesign` in 3 parts.", "#SBATCH --job-name=powergs-codesign"] {
+        assert!(script.lines().any(|l| l == line), "`{line}` is not in:\n{script}");
+    }
+    assert!(!cluster.path().join("out").exists());
+
+    cluster.write("lose-1", "NODE_FAIL");
+    cluster.write("lose-3", "TIMEOUT");
+    let lost = contains("lost part 1: its node failed").and(contains("lost part 3: time limit"));
+    on_slurm(&[]).assert().success().stderr(lost);
+    assert_eq!(cluster.jobs(), "102\n", "one job of three parts, one of two");
+    cluster.codesign(&["--out", "local", "--jobs", "2"]).assert().success();
+    let [out, local] = ["out", "local"].map(|name| codesign::contents(&cluster.path().join(name)));
+    for (now, before) in out.iter().zip(&local) {
+        assert!(now.1 == before.1, "{} differs", now.0);
+    }
+
+    on_slurm(&[]).assert().code(2).stderr(contains("go on with --resume"));
+    on_slurm(&["--resume", "--seed", "8"]).assert().code(2).stderr(contains("holds another run"));
+    // What the tasks have noted is enough; another number of rounds only changes the end.
+    cluster.write("forgotten", "");
+    on_slurm(&["--resume", "--rounds", "0"]).assert().success();
+    assert_eq!(cluster.jobs(), "102\n", "nothing was left to do");
+}
+
+#[test]
+fn the_parts_of_a_codesign_that_are_missing_are_submitted_with_resume() {
+    let cluster = Cluster::new("retries = 0");
+    codesign::stage(cluster.path(), codesign::SPACE, 12);
+    cluster.write("lose-2", "OUT_OF_MEMORY");
+    let mut on_slurm = cluster.codesign(&["--out", "out", "--slurm", "sbatch.toml"]);
+    on_slurm.assert().code(1).stderr(contains("part 2: out of memory"));
+    assert!(!cluster.path().join("out/summary.md").exists(), "nothing is compared");
+    on_slurm.arg("--resume").assert().success().stderr(contains("submitted 1 part\n"));
+    assert!(cluster.path().join("out/summary.md").exists());
+    // A run that begins anew forgets the jobs of the old one.
+    cluster.codesign(&["--out", "out", "--force"]).assert().success();
+    assert!(!cluster.path().join("out/slurm").exists());
+}
+
+#[test]
+fn the_script_of_a_codesign_can_be_submitted_by_hand() {
+    let cluster = Cluster::new("");
+    codesign::stage(cluster.path(), codesign::SPACE, 12);
+    let mut print = cluster.codesign(&["--out", "out", "--slurm", "sbatch.toml", "--print"]);
+    let script = print.assert().success().get_output().stdout.clone();
+    fs::create_dir_all(cluster.path().join("out/slurm")).unwrap();
+    for task in ["1", "2", "3"] {
+        let mut bash = Command::new("bash");
+        bash.env("SLURM_ARRAY_JOB_ID", "7").env("SLURM_ARRAY_TASK_ID", task);
+        bash.write_stdin(script.clone()).assert().success();
+    }
+    let text = String::from_utf8(script).unwrap();
+    let finish = text.lines().find_map(|l| l.strip_prefix("# When all parts are done: ")).unwrap();
+    Command::new("sh").current_dir(cluster.path()).args(["-c", finish]).assert().success();
+    assert!(cluster.path().join("out/summary.md").exists());
 }

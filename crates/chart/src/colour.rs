@@ -13,7 +13,7 @@ impl Colour {
     /// Grid lines.
     pub const GRID: Colour = Colour(222, 222, 222);
     /// The page.
-    pub(crate) const PAPER: Colour = Colour(255, 255, 255);
+    pub const PAPER: Colour = Colour(255, 255, 255);
     /// Blue.
     pub const BLUE: Colour = Colour(0, 114, 178);
     /// Dark blue.

@@ -26,6 +26,7 @@ pub mod fit;
 pub mod halving;
 pub mod machines;
 pub mod model;
+mod names;
 mod part;
 pub mod pricing;
 pub mod run;

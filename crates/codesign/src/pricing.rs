@@ -81,8 +81,10 @@ pub enum Fate {
 pub struct Row {
     /// By machine.
     pub pairs: BTreeMap<MachinePoint, Fate>,
-    /// The columns of the axes.
+    /// The columns of the axes, then those of keys that follow from them.
     pub columns: Vec<String>,
+    /// How many of the columns are of axes.
+    pub axes: usize,
     /// The machines in these columns.
     pub settings: BTreeMap<MachinePoint, Vec<String>>,
     /// Points that a constraint of the space excludes, under the constraint.
@@ -185,7 +187,8 @@ impl Pricer<'_> {
         }
         let table = Results::of(&sweep, &plan, &mut folder.records)?;
         let columns = sweep.designs.columns().iter().map(|c| c.name.clone()).collect();
-        let mut row = Row { columns, excluded: plan.excluded, ..Row::default() };
+        let axes = sweep.designs.axis_columns();
+        let mut row = Row { columns, axes, excluded: plan.excluded, ..Row::default() };
         row.take(&table, &sweep.designs.tables())?;
         Ok(Some(row))
     }

@@ -430,9 +430,8 @@ impl Codesign {
         (fitter, models, pricer): (&Fitter<'_>, &[Fitted], &Pricer<'_>),
         watch: &dyn CodesignWatch,
     ) -> Result<Option<(Vec<Comparison>, Found)>, CodesignError> {
-        let budget = &market.budget;
         if let Err(nothing) = market.ranked(market.pairs()) {
-            return Err(CodesignError::Infeasible(self.infeasible(&nothing, budget)));
+            return Err(CodesignError::Infeasible(self.infeasible(&nothing, market)));
         }
         let mut confirm = |pairs: &[Pair]| self.confirm(fitter, models, pricer, pairs, watch);
         let mut each = |comparison: &Comparison| watch.confirmed(comparison);
@@ -446,7 +445,7 @@ impl Codesign {
             Some((_, Err(nothing))) => Err(CodesignError::Infeasible(format!(
                 "with the calibrated model of the DRAM pairs keep the budget, with the banked one \
                  none of the best does: {}",
-                self.infeasible(&nothing, budget)
+                self.infeasible(&nothing, market)
             ))),
             None => Err(RunError::Internal("no way was gone".into()).into()),
         }
@@ -579,8 +578,9 @@ impl Codesign {
     }
 
     /// Which limit binds, and the nearest miss.
-    fn infeasible(&self, nothing: &Nothing, budget: &Budget) -> String {
+    fn infeasible(&self, nothing: &Nothing, market: &Market<'_>) -> String {
         let Nothing { pairs, limits, refused, nearest } = nothing;
+        let budget = &market.budget;
         let mut why: Vec<String> = Vec::new();
         for (limit, count) in limits {
             why.push(match limit {
@@ -604,7 +604,8 @@ impl Codesign {
         }
         let nearest = nearest.as_ref().map_or_else(String::new, |nearest| {
             let ((model, machine), price) = **nearest;
-            let machine = machine.map_or("the base machine".into(), |m| format!("machine {m}"));
+            let called = |m: u64| format!("machine #{m} ({})", market.rows[model].name(Some(m)));
+            let machine = machine.map_or("the base machine".into(), called);
             let area = price.area_mm2.map_or_else(String::new, |a| format!("{a:.4} mm2, "));
             format!(
                 "; the nearest miss is {} on {machine}: {area}{} ms",

@@ -9,7 +9,7 @@ mod tables;
 mod words;
 
 pub use page::{document, headline};
-pub use tables::{models_csv, pairs_csv, ways};
+pub use tables::{found_machines, models_csv, pairs_csv, ways};
 
 use powergs_chart::{Chart, Colour};
 use powergs_codesign::Finished;

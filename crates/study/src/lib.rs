@@ -8,6 +8,7 @@ pub mod replay;
 pub mod run_record;
 pub mod scene_statistics;
 pub mod sensitivity;
+pub mod slurm;
 pub mod speedup;
 pub mod sweep;
 pub mod validate;

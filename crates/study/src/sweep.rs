@@ -23,7 +23,6 @@ mod record;
 pub mod run;
 pub mod sample;
 pub mod search;
-pub mod slurm;
 pub mod space;
 pub mod table;
 pub mod unit;

@@ -1,6 +1,6 @@
 //! What a finished co-design leaves: tables, the joint pair, charts, pages.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use toml::Table;
 use xxhash_rust::xxh3::xxh3_128;
 
@@ -9,10 +9,12 @@ use super::folder::Folder;
 use super::inputs::Space;
 use powergs_base::TOOL_VERSION;
 use powergs_codesign::compare::{Comparison, Way};
-use powergs_codesign::pricing::Price;
+use powergs_codesign::pricing::{MachinePoint, Price};
 use powergs_codesign::{Codesign, Finished};
 use powergs_core::sim::MODEL_VERSION;
-use powergs_report::codesign::{charts, document, headline, models_csv, pairs_csv, ways};
+use powergs_report::codesign::{
+    charts, document, found_machines, headline, models_csv, pairs_csv, ways,
+};
 use powergs_report::document::{Block, Document};
 use powergs_report::format::wrapped;
 use powergs_scene::write_ply;
@@ -90,6 +92,7 @@ fn tell(finished: &Finished, folder: &Folder, context: &Context) -> Result<(), F
     let mut page = Document::new();
     page.add(Block::Verbatim(wrapped(&headline(finished), 80) + "\n"));
     page.table(ways(finished));
+    page.table(found_machines(finished));
     let at = |name: &str| folder.path().join(name).display().to_string().into();
     page.add(Block::Facts(vec![
         ("model".into(), at("joint.ply")),
@@ -114,12 +117,21 @@ fn price(price: &Price) -> Value {
     })
 }
 
+/// What a machine has on the axes, by their keys.
+fn settings(finished: &Finished, point: MachinePoint) -> Map<String, Value> {
+    let row = finished.rows.iter().find(|row| row.settings.contains_key(&point));
+    let Some(row) = row else { return Map::new() };
+    let values = &row.settings[&point];
+    row.axes().into_iter().map(|(i, key)| (key.to_owned(), json!(values[i]))).collect()
+}
+
 fn object(finished: &Finished) -> Value {
     let way = |comparison: &Comparison| {
         let found = comparison.found.as_ref().ok().map(|found| {
             json!({
                 "model": finished.models[found.pair.0].point.name(),
                 "machine": found.pair.1,
+                "settings": settings(finished, found.pair.1),
                 "confirmed": price(&found.confirmed),
                 "calibrated": price(&found.calibrated),
             })

@@ -1,5 +1,6 @@
 //! The run folder: the store, tables, the joint pair, charts, pages.
 
+use super::super::slurm;
 use super::super::store_folder::Layout;
 
 pub use super::super::store_folder::{Existing, Folder};
@@ -8,6 +9,7 @@ pub use super::super::store_folder::{Existing, Folder};
 pub const LAYOUT: Layout = Layout {
     marker: "run.toml",
     stores: &["models", "pairs"],
+    jobs: &[slurm::FOLDER],
     files: &[
         "run.toml",
         "space.toml",

@@ -8,6 +8,7 @@ pub use super::super::store_folder::{Existing, Folder};
 pub const LAYOUT: Layout = Layout {
     marker: "checkpoints/progress.ckpt",
     stores: &["checkpoints"],
+    jobs: &[],
     files: &[
         "run.toml",
         "invocation.toml",

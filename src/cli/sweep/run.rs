@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use super::args::SweepArgs;
 use super::confirm::{self, Confirm};
 use super::meter::Meter;
+use super::slurm::SweepParts;
 use super::{dry_run, finish};
 use crate::cli::invocation::Started;
+use crate::cli::slurm::{self, Asked};
 use crate::cli::{Context, Exit, Failure, out};
 use powergs_base::format::counted;
 use powergs_core::run::{FileStore, Store};
@@ -41,7 +43,9 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, what));
     }
     if let Some(file) = &args.slurm {
-        return super::slurm::run(file, args, &sweep, &path, context);
+        let asked = Asked { settings: file, print: args.print };
+        let parts = SweepParts { args, sweep: &sweep, context };
+        return slurm::run(asked, parts, &path, context);
     }
     if args.resume && args.shard.is_none() && !path.join(state::FILE).exists() {
         let what = format!("{}: no sweep to resume; leave --resume out", path.display());

@@ -34,22 +34,38 @@ const RINGS: [f64; 9] = [13.0, 19.0, 28.0, 44.0, 64.0, 90.0, 125.0, 170.0, 230.0
 /// As far away as a label may be that nothing but its place ties to its mark.
 pub const BESIDE: f64 = 20.0;
 /// Further away than this a label has a line to its point.
-pub const LEADER: f64 = 22.0;
+const LEADER: f64 = 22.0;
 
 /// Finds a place for each label inside `frame`. Earlier labels choose first; a label without a free
 /// place gets none.
 pub fn place(wishes: &[Wish], obstacles: &Obstacles, frame: Area) -> Vec<Option<Area>> {
-    let mut taken: Vec<Area> = Vec::new();
+    let mut taken = Taken::default();
     let mut places = Vec::new();
     for wish in wishes {
         let best = best(wish, obstacles, &taken, frame);
-        taken.extend(best.map(|[l, t, r, b]| [l - 4.0, t, r + 4.0, b]));
+        if let Some(area @ [l, t, r, b]) = best {
+            taken.labels.push([l - 4.0, t, r + 4.0, b]);
+            taken.leaders.extend(leader(wish.at, area));
+        }
         places.push(best);
     }
     places
 }
 
-fn best(wish: &Wish, obstacles: &Obstacles, taken: &[Area], frame: Area) -> Option<Area> {
+/// Labels that have their place, with the lines to their points.
+#[derive(Default)]
+struct Taken {
+    labels: Vec<Area>,
+    leaders: Vec<[Point; 2]>,
+}
+
+/// The line from a point to its label; `None` where that is beside it.
+pub fn leader(at: Point, area: Area) -> Option<[Point; 2]> {
+    let line = [at, nearest(at, area)];
+    (length(line) > LEADER).then_some(line)
+}
+
+fn best(wish: &Wish, obstacles: &Obstacles, taken: &Taken, frame: Area) -> Option<Area> {
     let free = |area: &Area| {
         let inside = area[0] >= frame[0]
             && area[1] >= frame[1]
@@ -57,7 +73,7 @@ fn best(wish: &Wish, obstacles: &Obstacles, taken: &[Area], frame: Area) -> Opti
             && area[3] <= frame[3];
         let clear = |other: &Area| !overlap(*area, *other);
         inside
-            && taken.iter().all(clear)
+            && taken.labels.iter().all(clear)
             && obstacles.solid.iter().all(clear)
             && !obstacles.curves.iter().any(|line| crosses(*line, *area))
     };
@@ -69,11 +85,16 @@ fn best(wish: &Wish, obstacles: &Obstacles, taken: &[Area], frame: Area) -> Opti
         }
         let faint = obstacles.faint.iter().filter(|line| crosses(**line, area)).count();
         let crowd = obstacles.crowd.iter().filter(|p| contains(area, **p)).count();
-        let leader = [wish.at, nearest(wish.at, area)];
-        let is_far = length(leader) > LEADER;
-        let over = taken.iter().filter(|other| is_far && crosses(leader, **other)).count();
+        let under = taken.leaders.iter().filter(|line| crosses(**line, area)).count();
+        let over = leader(wish.at, area).map_or(0, |line| {
+            let is_other = |mark: &&Area| !overlap(**mark, around(wish.at));
+            let marks = obstacles.solid.iter().filter(is_other);
+            let areas = marks.chain(&taken.labels).filter(|other| crosses(line, **other)).count();
+            areas + taken.leaders.iter().filter(|other| meet(line, **other)).count()
+        });
         // Each costs as much as so many units of distance.
-        let cost = cost + 30.0 * faint as f64 + 3.0 * crowd as f64 + 60.0 * over as f64;
+        let lines = (over + under) as f64;
+        let cost = cost + 30.0 * faint as f64 + 3.0 * crowd as f64 + 150.0 * lines;
         if is_cheaper(cost) {
             best = Some((cost, area));
         }
@@ -109,6 +130,11 @@ fn candidates(wish: &Wish) -> Vec<(f64, Area)> {
         }
     }
     all
+}
+
+/// A point as an area.
+fn around((x, y): Point) -> Area {
+    [x - 1.0, y - 1.0, x + 1.0, y + 1.0]
 }
 
 /// The left edge and the middle of a label on its side.
@@ -150,13 +176,20 @@ pub fn crosses([from, to]: [Point; 2], [l, t, r, b]: Area) -> bool {
     first < last
 }
 
+/// Whether two straight lines cross.
+pub fn meet([a, b]: [Point; 2], [c, d]: [Point; 2]) -> bool {
+    let side = |p: Point| (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0);
+    let other = |p: Point| (d.0 - c.0) * (p.1 - c.1) - (d.1 - c.1) * (p.0 - c.0);
+    side(c) * side(d) < 0.0 && other(a) * other(b) < 0.0
+}
+
 /// The point of a label that is nearest to a point, inside its letters.
-pub fn nearest(at: Point, [l, t, r, b]: Area) -> Point {
+fn nearest(at: Point, [l, t, r, b]: Area) -> Point {
     (at.0.clamp(l, r), at.1.clamp(t + 4.0, (b - 4.0).max(t + 4.0)))
 }
 
 /// Length of a straight line.
-pub fn length([from, to]: [Point; 2]) -> f64 {
+fn length([from, to]: [Point; 2]) -> f64 {
     (from.0 - to.0).hypot(from.1 - to.1)
 }
 

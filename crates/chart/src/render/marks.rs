@@ -6,7 +6,7 @@ use plotters::coord::cartesian::Cartesian2d;
 use plotters::prelude::*;
 
 use super::coord::Coord;
-use super::labels::{self, BESIDE, LEADER, Obstacles, Wish};
+use super::labels::{self, BESIDE, Obstacles, Wish};
 use super::scene::{Area, Point, Shape};
 use super::{
     Align, Drawn, FINE, Halo, Page, Recorder, TEXT, failed, fine, fitted, plain_width, stroke,
@@ -320,22 +320,30 @@ impl<'p, 'c> Plot<'p, 'c> {
     fn heat(&mut self, cells: &[Cell]) -> Drawn {
         let [l, t, r, b] = self.area;
         self.page.fill([l, t, r, b], Colour::PALE)?;
+        let high = self.slot(true) > 36.0;
+        let widest = cells.iter().map(|cell| plain_width(&cell.label)).fold(0.0, f64::max);
+        // Dots stand before the labels where cells are wide enough, else above them.
+        let beside = widest / 2.0 + 18.0;
+        let is_wide = 2.0 * beside + 24.0 < self.slot(false);
+        let shift = if high && !is_wide { 10.0 } else { 0.0 };
         for cell in cells {
             let (x, y) = (cell.column as f64, cell.row as f64);
             let (corner, end) = ((x, y), (x + 1.0, y + 1.0));
             self.rectangle(corner, end, cell.colour)?;
             let middle = self.at((x + 0.5, y + 0.5));
-            let high = self.slot(true) > 36.0;
-            let shift = if high { 8.0 } else { 0.0 };
             if plain_width(&cell.label) + 8.0 < self.slot(false) && high {
                 let words = Words::new(cell.label.as_str(), cell.colour.text());
                 self.page.text(&words, (middle.0, middle.1 + shift), Align::Centre);
             }
             if let Some((colour, is_first)) = cell.dot {
                 let radius = if is_first { 9.0 } else { 6.0 };
-                let up = if high { self.at((x, y)).1 + 12.0 } else { middle.1 };
-                self.page.dot((middle.0, up), radius + 1.5, Colour::PAPER)?;
-                self.page.dot((middle.0, up), radius, colour)?;
+                let at = match (high, is_wide) {
+                    (true, true) => (middle.0 - beside, middle.1),
+                    (true, false) => (middle.0, self.at((x, y)).1 + 12.0),
+                    (false, _) => middle,
+                };
+                self.page.dot(at, radius + 1.5, Colour::PAPER)?;
+                self.page.dot(at, radius, colour)?;
             }
         }
         Ok(())
@@ -413,8 +421,7 @@ impl<'p, 'c> Plot<'p, 'c> {
         let places = labels::place(&wishes, &self.obstacles, frame);
         for ((place, wish), words) in places.iter().zip(&wishes).zip(&words) {
             let Some(area) = *place else { continue };
-            let leader = [wish.at, labels::nearest(wish.at, area)];
-            if labels::length(leader) > LEADER {
+            if let Some(leader) = labels::leader(wish.at, area) {
                 self.page.line(&leader, Colour::GREY, 1.0)?;
             }
             self.page.over(words, (area[0], (area[1] + area[3]) / 2.0), Align::Left);

@@ -175,7 +175,7 @@ pub(crate) fn own_height(panel: &Panel, width: f64, count: usize) -> f64 {
     let slot = slot.max((LINE - 2.0) * lines);
     // Long names have two lines.
     let is_long = names.iter().any(|name| super::width(&name.words) > NAMES.1);
-    let slot = if is_long { slot.max(2.0 * (LINE - 2.0)) } else { slot };
+    let slot = if is_long { slot.max(2.0 * (LINE - 2.0) + 8.0) } else { slot };
     (slot * names.len().max(1) as f64).max(80.0)
 }
 

@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
-use powergs_chart::render::labels::{Obstacles, Wish, crosses, overlap, place};
+use powergs_chart::render::labels::{Obstacles, Wish, crosses, leader, meet, overlap, place};
 use powergs_chart::render::scene::Shape;
 use powergs_chart::{
     Axis, Bar, Beside, Bin, Cell, Chart, Colour, Columns, Entry, Form, Gauge, Label, Line, Mark,
@@ -336,6 +336,38 @@ fn labels_cover_no_mark_and_no_label() {
         assert!(a[0] >= frame[0] && a[1] >= frame[1] && a[2] <= frame[2] && a[3] <= frame[3]);
         assert!(marks.iter().all(|m| !overlap(*a, *m)), "label {i} covers a mark");
         assert!(placed[..i].iter().all(|b| !overlap(*a, *b)), "label {i} covers a label");
+    }
+}
+
+#[test]
+fn lines_to_the_labels_of_near_points_do_not_cross() {
+    let frame = [0.0, 0.0, 1700.0, 700.0];
+    let wide = [(4.0, 21.0), (15.0, -15.0), (0.0, 20.0)].map(|step| (step, 330.0));
+    let short = [(21.0, 4.0), (0.0, 20.0)].map(|step| (step, 40.0));
+    for (step, width) in wide.into_iter().chain(short) {
+        let at = |i: usize| (300.0 + step.0 * i as f64, 400.0 + step.1 * i as f64);
+        let points: Vec<(f64, f64)> = (0..5).map(at).collect();
+        let mark = |(x, y): &(f64, f64)| [x - 9.0, y - 9.0, x + 9.0, y + 9.0];
+        let solid = points.iter().map(mark).collect();
+        let obstacles = Obstacles { solid, ..Obstacles::default() };
+        let wish = |&at: &(f64, f64)| Wish {
+            at,
+            size: (width, 20.0),
+            side: Side::Free,
+            reach: f64::INFINITY,
+        };
+        let wishes: Vec<Wish> = points.iter().map(wish).collect();
+        let places = place(&wishes, &obstacles, frame);
+        let labels: Vec<[f64; 4]> = places.iter().flatten().copied().collect();
+        assert_eq!(labels.len(), points.len(), "{step:?}");
+        let lines: Vec<_> = points.iter().zip(&labels).map(|(p, l)| leader(*p, *l)).collect();
+        for (i, line) in lines.iter().enumerate() {
+            let Some(line) = line else { continue };
+            let mut others = labels.iter().enumerate().filter(|(j, _)| *j != i);
+            assert!(others.all(|(_, area)| !crosses(*line, *area)), "{step:?}: label {i}");
+            let other = lines.iter().skip(i + 1).flatten();
+            assert!(other.clone().all(|other| !meet(*line, *other)), "{step:?}: line {i}");
+        }
     }
 }
 

@@ -3,5 +3,6 @@
 mod alternate;
 mod compare;
 mod model;
+mod names;
 mod run;
 mod space;

@@ -1,10 +1,11 @@
 //! Where the watts went in (a) to (e): a stacked bar each.
 
-use super::words;
+use super::{tables, words};
 use crate::format::{engineering, watt_unit};
-use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Symbol, Words};
 use powergs_codesign::Finished;
 use powergs_codesign::compare::{Comparison, Found, Way};
+use powergs_codesign::pricing::MachinePoint;
 
 const NAME: &str = "breakdown";
 const TITLE: &str = "Where the watts go";
@@ -38,7 +39,14 @@ pub(super) fn chart(finished: &Finished) -> Chart {
     let panel = Panel::new(x, Axis::names(found.iter().map(name)))
         .mark(Mark::Bars(found.iter().enumerate().map(bar).collect()));
     let about = format!("{}, display {}", finished.about.scene, finished.about.display);
+    let machine = |point: MachinePoint| {
+        let name = words::name(finished, point);
+        let text = format!("{}: {name}", words::machine(finished, point));
+        (!name.is_empty()).then(|| Entry::new(text, Symbol::None))
+    };
+    let machines: Vec<Entry> = tables::found(finished).into_iter().filter_map(machine).collect();
     Chart::new(NAME, TITLE, about)
         .legend(PARTS.map(|(name, colour)| Entry::fill(name, colour)))
+        .legend(machines)
         .panel(panel)
 }

@@ -1,16 +1,23 @@
 //! The page: what was found, why, whether it holds, and what it rests on.
 
+use std::collections::BTreeSet;
+
 use super::{tables, words};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{counted, engineering, significant, watt_unit};
 use powergs_chart::Chart;
 use powergs_codesign::Finished;
 use powergs_codesign::compare::{Comparison, Limit, Nothing, Way};
+use powergs_codesign::pricing::MachinePoint;
 use powergs_codesign::stability::{Coupling, sequential};
 use powergs_optimize::target::Target;
 
 /// Quality above the target that a fine-tune is to spend, decibels.
 const SPARE_DB: f64 = 0.5;
+/// What stands below the table of machines.
+const MACHINES: &str = "A machine is called by the number of its point; the table has those that \
+                        this page names. Keys that follow from the axes are in pairs.csv, all of \
+                        the joint machine in joint.toml.";
 /// Gains below this share of the watts are noise, as differences between designs of a sweep are.
 const NOISE: f64 = 0.001;
 
@@ -18,7 +25,9 @@ const NOISE: f64 = 0.001;
 pub fn headline(finished: &Finished) -> String {
     let Some((joint, found)) = joint(finished) else { return "no pair was found".into() };
     let watts = found.confirmed.total_w;
-    let pair = words::pair(finished, found.pair);
+    let (model, machine) = found.pair;
+    let machine = words::whole_machine(finished, machine);
+    let pair = format!("{} on {machine}", words::model(finished, model));
     let gain = finished.gain_w().filter(|gain| *gain > NOISE * watts);
     let best = best_sequential(finished);
     match (gain, best) {
@@ -64,6 +73,9 @@ pub fn document(finished: &Finished, charts: &[Chart]) -> Document {
     page.table(tables::ways(finished));
     page.page_paragraph(how(finished));
     page.add(Block::List(nothing(finished)));
+    page.page_heading("Machines");
+    page.table(tables::machines(finished, &named(finished)));
+    page.page_paragraph(MACHINES);
     if let Some(coupling) = &finished.coupling {
         page.heading("Why together");
         page.add(Block::List(why(finished, coupling)));
@@ -85,6 +97,20 @@ pub fn document(finished: &Finished, charts: &[Chart]) -> Document {
         counted(finished.rows.iter().map(|row| row.pairs.len()).sum::<usize>(), "pair"),
     ));
     page
+}
+
+/// The machines that the page names.
+fn named(finished: &Finished) -> BTreeSet<MachinePoint> {
+    let nearest = |c: &Comparison| c.found.as_ref().err()?.nearest.as_ref().map(|n| n.0);
+    let coupled = finished.coupling.iter().flat_map(|c| {
+        let alone = [c.model_alone, c.machine_alone].into_iter().flatten();
+        alone.chain([c.before, c.joint]).map(|(pair, _)| pair)
+    });
+    let others = finished.alternatives.iter().filter_map(|a| a.pair);
+    let rounds = finished.rounds.iter().map(|round| round.pair);
+    let nearest = finished.comparisons.iter().filter_map(nearest);
+    let more = coupled.chain(others).chain(rounds).chain(nearest).map(|(_, machine)| machine);
+    tables::found(finished).into_iter().chain(more).collect()
 }
 
 fn how(finished: &Finished) -> String {

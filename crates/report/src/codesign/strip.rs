@@ -21,7 +21,7 @@ pub(super) fn chart(finished: &Finished, picture: &BeforeAfter) -> Option<Chart>
     let mut chart = Chart::new(NAME, TITLE, about)
         .panel(Panel::picture(image(picture.dense.clone())?, "dense"))
         .panel(Panel::picture(image(picture.ours.clone())?, picture.name.as_str()))
-        .panel(Panel::picture(image(difference)?, format!("difference, x{GAIN}")));
+        .panel(Panel::picture(image(difference)?, format!("difference, ×{GAIN}")));
     chart.columns = Columns::Fitting;
     Some(chart)
 }

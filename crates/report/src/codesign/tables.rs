@@ -1,11 +1,13 @@
 //! Tables: the five pairs for people, every pair and every model as CSV.
 
+use std::collections::BTreeSet;
+
 use super::words;
 use crate::document::{Cell, Column, Shown, Table};
 use crate::format::watt_unit;
 use powergs_codesign::Finished;
 use powergs_codesign::compare::Comparison;
-use powergs_codesign::pricing::{Fate, Price};
+use powergs_codesign::pricing::{Fate, MachinePoint, Price};
 
 /// What each of the five ways finds.
 pub fn ways(finished: &Finished) -> Table {
@@ -47,6 +49,45 @@ pub fn ways(finished: &Finished) -> Table {
         ]
     };
     Table::new(columns).rows(finished.comparisons.iter().map(row))
+}
+
+/// The machines that the five ways find.
+pub fn found(finished: &Finished) -> BTreeSet<MachinePoint> {
+    let found = finished.comparisons.iter().filter_map(|c| c.found.as_ref().ok());
+    found.map(|found| found.pair.1).collect()
+}
+
+/// The machines that the five ways find with what they have on the axes, for terminals.
+pub fn found_machines(finished: &Finished) -> Table {
+    machines(finished, &found(finished))
+}
+
+/// Machines by their numbers, with what they have on the axes.
+pub fn machines(finished: &Finished, points: &BTreeSet<MachinePoint>) -> Table {
+    let axes = words::axes(finished);
+    let mut columns = vec![
+        Column::text("machine"),
+        Column::text("chosen by"),
+        Column::text("settings").on(Shown::Terminal).wraps(),
+    ];
+    columns.extend(axes.iter().map(|(_, key)| Column::count(*key).on(Shown::Page)));
+    let row = |point: &MachinePoint| -> Vec<Cell> {
+        let is_theirs = |c: &&Comparison| c.found.as_ref().is_ok_and(|f| f.pair.1 == *point);
+        let ways = finished.comparisons.iter().filter(is_theirs).map(|c| c.way.letter());
+        let settings = words::settings(finished, *point);
+        let value = |(i, _): &(usize, &str)| {
+            let value = settings.map(|s| s[*i].as_str()).filter(|value| !value.is_empty());
+            Cell::from(value)
+        };
+        let mut cells: Vec<Cell> = vec![
+            words::machine(finished, *point).into(),
+            words::letters(ways).into(),
+            words::name(finished, *point).into(),
+        ];
+        cells.extend(axes.iter().map(value));
+        cells
+    };
+    Table::new(columns).rows(points.iter().map(row))
 }
 
 /// `pairs.csv`: every pair with its price under the first energy table, with the calibrated model

@@ -2,10 +2,7 @@
 
 use powergs_codesign::Finished;
 use powergs_codesign::compare::Pair;
-use powergs_codesign::pricing::MachinePoint;
-
-/// The ending of columns that repeat a measure in SI units.
-const SI: &str = ".si";
+use powergs_codesign::pricing::{MachinePoint, Row};
 
 /// A model by its name.
 pub fn model(finished: &Finished, place: usize) -> String {
@@ -17,16 +14,29 @@ pub fn machine(finished: &Finished, machine: MachinePoint) -> String {
     machine.map_or_else(|| finished.about.base.clone(), |point| format!("#{point}"))
 }
 
+/// A machine by its number and what it has on the axes: `#7 (cores=2 channels=4)`.
+pub fn whole_machine(finished: &Finished, point: MachinePoint) -> String {
+    let id = machine(finished, point);
+    match (point, name(finished, point)) {
+        (Some(_), name) if !name.is_empty() => format!("{id} ({name})"),
+        _ => id,
+    }
+}
+
+/// What a machine has on the axes: `cores=2 channels=4`.
+pub fn name(finished: &Finished, point: MachinePoint) -> String {
+    let row = finished.rows.iter().find(|row| row.settings.contains_key(&point));
+    row.map_or_else(String::new, |row| row.name(point))
+}
+
 /// A pair in a few words.
 pub fn pair(finished: &Finished, (place, point): Pair) -> String {
     format!("{} on {}", model(finished, place), machine(finished, point))
 }
 
-/// The columns of the axes without those in SI units: places and names.
+/// The columns of the axes: places and names.
 pub fn axes(finished: &Finished) -> Vec<(usize, &str)> {
-    let columns = finished.rows.first().map_or(&[][..], |row| &row.columns);
-    let shown = columns.iter().enumerate().filter(|(_, name)| !name.ends_with(SI));
-    shown.map(|(i, name)| (i, name.as_str())).collect()
+    finished.rows.first().map_or_else(Vec::new, Row::axes)
 }
 
 /// What a machine has in the columns of the axes.
@@ -41,4 +51,9 @@ pub fn changes(finished: &Finished, from: MachinePoint, to: MachinePoint) -> Vec
     };
     let changed = axes(finished).into_iter().filter(|(i, _)| a[*i] != b[*i]);
     changed.map(|(i, name)| format!("{name} {} → {}", a[i], b[i])).collect()
+}
+
+/// Letters of ways together: `(c)(d)(e)`.
+pub fn letters(letters: impl Iterator<Item = char>) -> String {
+    letters.map(|letter| format!("({letter})")).collect()
 }

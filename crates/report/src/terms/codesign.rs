@@ -14,7 +14,12 @@ pub(super) const CODESIGN: &[Term] = &[
         &["pair", "joint pair"],
         "",
         "A model on a machine, which is called by the number of its point; the base machine by its \
-         name.",
+         name. The table of machines has the values of their axes.",
+    ),
+    term(
+        &["chosen by"],
+        "",
+        "Which of the five ways find a machine; empty for one that only stands in other tables.",
     ),
     term(
         &["formats"],

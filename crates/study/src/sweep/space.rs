@@ -203,12 +203,17 @@ impl Space {
     /// Names of the columns of every point: for an axis its keys, or its name if it has variants;
     /// then the derived keys.
     pub fn columns(&self) -> Vec<String> {
+        let derived = self.derived.iter().map(|d| d.key.to_string());
+        self.axis_columns().into_iter().chain(derived).collect()
+    }
+
+    /// Those of the columns that are of axes.
+    pub fn axis_columns(&self) -> Vec<String> {
         let of_axis = |axis: &Axis| match axis.has_names {
             true => vec![axis.name.clone()],
             false => axis.steps[0].settings.iter().map(|(key, _)| key.to_string()).collect(),
         };
-        let axes = self.axes.iter().flat_map(of_axis);
-        axes.chain(self.derived.iter().map(|d| d.key.to_string())).collect()
+        self.axes.iter().flat_map(of_axis).collect()
     }
 
     /// The points that the sampling of the file takes, one at a time; for a search, none: it asks

@@ -1,10 +1,10 @@
-//! Sweeps on Slurm: settings, script, what Slurm answers. `tests/slurm.sh` runs on a real one.
+//! Work on Slurm: settings, script, what Slurm answers. `tests/slurm.sh` runs on a real one.
 
 use std::process::Command;
 
-use powergs_study::sweep::slurm::Settings;
-use powergs_study::sweep::slurm::script::{Call, array, directive_value, quoted, script};
-use powergs_study::sweep::slurm::state::{
+use powergs_study::slurm::Settings;
+use powergs_study::slurm::script::{Call, array, directive_value, quoted, script};
+use powergs_study::slurm::state::{
     Loss, State, Submitted, Verdict, given_up, judge, states, submitted,
 };
 
@@ -105,7 +105,9 @@ fn example(out: &[u8], folder: &[u8]) -> String {
 
 fn example_of(program: &[u8], out: &[u8], folder: &[u8]) -> String {
     let settings = Settings::parse(GOOD).unwrap();
-    let call = Call { program, arguments: vec![b"my sweep.toml", b"--set", b"a='b'"], out, folder };
+    let arguments: Vec<&[u8]> = vec![b"my sweep.toml", b"--set", b"a='b'"];
+    let finish: Vec<&[u8]> = vec![b"sweep", b"merge", out];
+    let call = Call { program, command: "sweep", arguments, finish, out, folder };
     String::from_utf8(script(&settings, &call).unwrap()).unwrap()
 }
 
@@ -123,6 +125,8 @@ fn a_line_break_in_the_name_of_the_program_ends_no_comment() {
 fn the_script_says_what_the_settings_say() {
     let text = example(b"/data/o ut%", b"/home/me");
     for line in [
+        "# `powergs-sim sweep` in 12 parts.",
+        "# When all parts are done: echo sweep merge '/data/o ut%'",
         "#SBATCH --job-name=powergs-sweep",
         "#SBATCH --array=1-12%4",
         "#SBATCH --output=\"/data/o ut%%/slurm/%A_%a.log\"",
@@ -138,7 +142,15 @@ fn the_script_says_what_the_settings_say() {
     }
     assert!(!text.contains("no-requeue"), "false leaves an option out");
     let settings = Settings::parse("shards = 1").unwrap();
-    let call = Call { program: b"p", arguments: vec![], out: b"/a\"b", folder: b"/" };
+    let (program, out, none) = (b"p", b"/a\"b", Vec::new());
+    let call = Call {
+        program,
+        command: "codesign",
+        arguments: none.clone(),
+        finish: none,
+        out,
+        folder: b"/",
+    };
     assert!(script(&settings, &call).unwrap_err().to_string().contains("double quote"));
 }
 

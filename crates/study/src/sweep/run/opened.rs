@@ -75,6 +75,14 @@ impl Designs {
         &self.columns
     }
 
+    /// How many of the columns, from the first on, are of axes; the others are of keys that follow
+    /// from them.
+    pub fn axis_columns(&self) -> usize {
+        let first = self.space.columns().into_iter().nth(self.space.axis_columns().len());
+        let place = first.and_then(|key| self.columns.iter().position(|c| c.name == key));
+        place.unwrap_or(self.columns.len())
+    }
+
     /// What a design has in the columns of the axes.
     pub fn cells(&self, point: Option<u64>) -> Vec<Cell> {
         match point {

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::cli::{Exit, Failure};
-use powergs_study::sweep::slurm::script::array;
-use powergs_study::sweep::slurm::state::{Submitted, submitted};
+use powergs_study::slurm::script::array;
+use powergs_study::slurm::state::{Submitted, submitted};
 
 /// Longest part of a message that is shown, characters.
 const MESSAGE_MAX: usize = 2000;

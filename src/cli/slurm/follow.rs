@@ -9,8 +9,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::job::Job;
 use super::tools::{self, Trouble};
 use crate::cli::{Context, Exit, Failure, out};
-use powergs_study::sweep::slurm::Settings;
-use powergs_study::sweep::slurm::state::{Loss, State, Verdict, given_up, judge, states};
+use powergs_study::slurm::Settings;
+use powergs_study::slurm::state::{Loss, State, Verdict, given_up, judge, states};
 
 /// How long Slurm may be away before following ends.
 const PATIENCE: Duration = Duration::from_secs(15 * 60);
@@ -44,7 +44,7 @@ struct Part {
     unclear: u32,
 }
 
-/// Follows the jobs of a sweep.
+/// Follows the jobs of a run.
 #[derive(Debug)]
 pub struct Follower<'a> {
     job: &'a mut Job,

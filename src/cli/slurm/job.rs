@@ -10,9 +10,9 @@ use xxhash_rust::xxh3::Xxh3;
 use super::Request;
 use crate::cli::{Exit, Failure, OrExit};
 use powergs_core::run::store::atomic::write_atomically;
-use powergs_study::sweep::slurm::script::{exit_name, log_name};
-use powergs_study::sweep::slurm::state::Submitted;
-use powergs_study::sweep::slurm::{SHARDS_MAX, Settings};
+use powergs_study::slurm::script::{exit_name, log_name};
+use powergs_study::slurm::state::Submitted;
+use powergs_study::slurm::{SHARDS_MAX, Settings};
 
 /// The largest `job.toml` that is read, bytes.
 const JOB_MAX: u64 = 64 << 20;
@@ -20,7 +20,7 @@ const JOB_MAX: u64 = 64 << 20;
 /// Bytes of the end of a log that are read.
 const TAIL: u64 = 4096;
 
-/// The jobs of a sweep. While it lives no other program follows them.
+/// The jobs of a run. While it lives no other program follows them.
 #[derive(Debug)]
 pub struct Job {
     /// The output folder, absolute.
@@ -33,9 +33,9 @@ pub struct Job {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 struct Record {
-    /// Hash of the arguments, the sweep file's name among them.
+    /// Hash of the arguments, names of files among them.
     request: String,
-    /// Parts of the sweep.
+    /// Parts of the work.
     shards: u32,
     /// In the order of their submission.
     #[serde(default)]
@@ -75,8 +75,8 @@ impl Job {
             return Err(Failure::new(
                 Exit::Usage,
                 format!(
-                    "{name}: the job was submitted with another sweep file or other arguments: \
-                     repeat those, or use another --out"
+                    "{name}: the job was submitted with other arguments: repeat those, or use \
+                     another --out"
                 ),
             ));
         }

@@ -1,4 +1,5 @@
-//! A sweep on a Slurm cluster: the settings file, the job script, and what Slurm answers.
+//! Work in parts on a Slurm cluster, a sweep's or a co-design's: the settings file, the job script,
+//! and what Slurm answers.
 //!
 //! One array job, one part (`--shard i/N`) for each task. The script notes the exit code of its
 //! part in a file, so that a part that ended can be told from one that was lost.
@@ -16,20 +17,20 @@ use serde::{Deserialize, Deserializer};
 use powergs_base::config::{self, Config, ConfigError, Problem};
 use powergs_base::quantity::Nanoseconds;
 
-/// Most parts of a sweep; `MaxArraySize` of a cluster is usually smaller (1001).
+/// Most parts; `MaxArraySize` of a cluster is usually smaller (1001).
 pub const SHARDS_MAX: u32 = 99_999;
 
-/// `sbatch.toml`: how a sweep goes to a Slurm cluster.
+/// `sbatch.toml`: how parts go to a Slurm cluster.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Settings {
-    /// Parts of the sweep, one array task each.
+    /// Parts of the work, one array task each.
     #[schemars(extend("minimum" = 1, "maximum" = SHARDS_MAX, "x-unit" = "parts"))]
     pub shards: u32,
     /// Tasks that run at the same time at most; absent: as many as the cluster gives.
     #[schemars(extend("minimum" = 1, "maximum" = SHARDS_MAX, "x-unit" = "tasks"))]
     pub at_once: Option<u32>,
-    /// How often a lost part is submitted again, before the sweep gives up on it.
+    /// How often a lost part is submitted again, before it is given up.
     #[serde(default = "retries")]
     #[schemars(extend("minimum" = 0, "maximum" = 1000, "x-unit" = "times"))]
     pub retries: u32,

@@ -2,8 +2,8 @@
 
 use super::{SbatchValue, Settings};
 
-/// Name of the job where `[sbatch]` gives none.
-const JOB_NAME: &str = "powergs-sweep";
+/// What the name of the job begins with where `[sbatch]` gives none; the command follows.
+const JOB_NAME: &str = "powergs";
 
 /// Exit code of the script when the folder or a line of `setup` fails, before the simulator runs.
 pub const SETUP_FAILED: u8 = 125;
@@ -13,8 +13,12 @@ pub const SETUP_FAILED: u8 = 125;
 pub struct Call<'a> {
     /// The simulator, if the settings name none.
     pub program: &'a [u8],
-    /// What follows `sweep`, without `--out` and `--shard`.
+    /// The command: `sweep`.
+    pub command: &'a str,
+    /// What follows the command, without `--out` and `--shard`.
     pub arguments: Vec<&'a [u8]>,
+    /// What the simulator is called with when all parts are done: `sweep merge DIR`.
+    pub finish: Vec<&'a [u8]>,
     /// The output folder, absolute.
     pub out: &'a [u8],
     /// The folder in which relative paths begin, absolute.
@@ -116,10 +120,12 @@ pub fn script(settings: &Settings, call: &Call<'_>) -> Result<Vec<u8>, ScriptErr
     let program = settings.program.as_ref().map_or(call.program, |p| p.as_bytes());
     let (program, dir) = (quoted(program), quoted(call.out));
     line(&[b"#!/bin/bash"]);
-    line(&[format!("# A sweep of powergs-sim in {} parts.", settings.shards).as_bytes()]);
-    let (seen, place) = (commented(&program), commented(&dir));
-    line(&[b"# By hand: mkdir -p ", &place, b"/slurm, then sbatch THIS_FILE"]);
-    line(&[b"# When all parts are done: ", &seen, b" sweep merge ", &place]);
+    let (command, parts) = (call.command, settings.shards);
+    line(&[format!("# `powergs-sim {command}` in {parts} parts.").as_bytes()]);
+    line(&[b"# By hand: mkdir -p ", &commented(&dir), b"/slurm, then sbatch THIS_FILE"]);
+    let mut finish = program.clone();
+    append(&mut finish, &call.finish);
+    line(&[b"# When all parts are done: ", &commented(&finish)]);
     for directive in directives(settings, call)? {
         line(&[b"#SBATCH --", directive.as_bytes()]);
     }
@@ -140,17 +146,23 @@ pub fn script(settings: &Settings, call: &Call<'_>) -> Result<Vec<u8>, ScriptErr
         line(&[setup.as_bytes()]);
         line(&[guard.as_bytes()]);
     }
-    let mut command = program;
-    command.extend_from_slice(b" --jobs \"${SLURM_CPUS_ON_NODE:-1}\" sweep");
-    for argument in &call.arguments {
-        command.push(b' ');
-        command.extend(quoted(argument));
-    }
-    command.extend_from_slice(b" \\\n    --out \"$out\" --shard \"$SLURM_ARRAY_TASK_ID/");
-    command.extend_from_slice(format!("{}\"", settings.shards).as_bytes());
-    line(&[&command]);
+    let mut task = program;
+    task.extend_from_slice(b" --jobs \"${SLURM_CPUS_ON_NODE:-1}\" ");
+    task.extend_from_slice(command.as_bytes());
+    append(&mut task, &call.arguments);
+    task.extend_from_slice(b" \\\n    --out \"$out\" --shard \"$SLURM_ARRAY_TASK_ID/");
+    task.extend_from_slice(format!("{parts}\"").as_bytes());
+    line(&[&task]);
     line(&[b"leave $?"]);
     Ok(out)
+}
+
+/// Adds words to a line of the script.
+fn append(line: &mut Vec<u8>, words: &[&[u8]]) {
+    for word in words {
+        line.push(b' ');
+        line.extend(quoted(word));
+    }
 }
 
 /// The `#SBATCH` lines, without what stands before the name.
@@ -164,7 +176,7 @@ fn directives(settings: &Settings, call: &Call<'_>) -> Result<Vec<String>, Scrip
     let given = |name: &str| settings.sbatch.contains_key(name);
     let mut lines = Vec::new();
     if !given("job-name") {
-        lines.push(format!("job-name={JOB_NAME}"));
+        lines.push(format!("job-name={JOB_NAME}-{}", call.command));
     }
     lines.push(format!("array={}", array(&all, settings.at_once)));
     lines.push(format!("output={logs}"));

@@ -1,0 +1,89 @@
+//! A co-design as an array job of Slurm.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::ValueEnum;
+
+use super::super::slurm::{Parts, flag};
+use super::super::{Exit, Failure};
+use super::folder::Existing;
+use super::{Args, LevelArg, QualityArgs, Run, SearchArgs, ViewArgs};
+
+/// The parts of a co-design, each some of its models.
+pub struct CodesignParts<'a> {
+    /// What was typed.
+    pub args: &'a Args,
+    /// The co-design, checked, and its folder.
+    pub run: Run<'a>,
+}
+
+impl Parts for CodesignParts<'_> {
+    const COMMAND: &'static str = "codesign";
+
+    fn arguments(&self) -> Vec<OsString> {
+        let Args { model, demo, detail, space, views, quality, search, .. } = self.args;
+        let mut words: Vec<OsString> = model.iter().map(OsString::from).collect();
+        words.extend(demo.then(|| "--demo".into()));
+        words.extend(detail.map(|n| flag("detail", n.to_string())));
+        words.extend(space.as_ref().map(|path| flag("space", path)));
+        words.extend(of_views(views));
+        words.extend(of_quality(quality));
+        words.extend(of_search(search));
+        words.push(flag("memory", self.run.context.global.memory.to_string()));
+        words
+    }
+
+    fn finish(&self, out: &Path) -> Vec<OsString> {
+        let mut words = vec![Self::COMMAND.into()];
+        words.extend(self.arguments());
+        words.push(flag("rounds", self.args.search.rounds.to_string()));
+        words.extend([flag("out", out), "--resume".into()]);
+        words
+    }
+
+    fn begin(&self, _: &Path) -> Result<(), Failure> {
+        let existing = if self.args.resume { Existing::Resume } else { Existing::Refuse };
+        self.run.folder.begin_parts(existing, &self.run.about()?)
+    }
+
+    fn end(self, _: &Path) -> Result<Exit, Failure> {
+        self.run.whole(Existing::Resume)
+    }
+}
+
+fn of_views(views: &ViewArgs) -> Vec<OsString> {
+    let ViewArgs { cameras, orbit, every, size, background, validation } = views;
+    let words = [
+        cameras.as_ref().map(|path| flag("cameras", path)),
+        orbit.map(|n| flag("orbit", n.to_string())),
+        every.map(|k| flag("every", k.to_string())),
+        size.map(|(width, height)| flag("size", format!("{width}x{height}"))),
+        Some(flag("background", background.to_string())),
+        validation.map(|k| flag("validation", k.to_string())),
+    ];
+    words.into_iter().flatten().collect()
+}
+
+fn of_quality(quality: &QualityArgs) -> Vec<OsString> {
+    let QualityArgs { quality, quality_db, quality_ssim } = quality;
+    let level = |level: LevelArg| Some(flag("quality", level.to_possible_value()?.get_name()));
+    let words = [
+        quality.and_then(level),
+        quality_db.map(|db| flag("quality-db", db.to_string())),
+        quality_ssim.map(|ssim| flag("quality-ssim", ssim.to_string())),
+    ];
+    words.into_iter().flatten().collect()
+}
+
+/// Without the rounds: a part has none.
+fn of_search(search: &SearchArgs) -> Vec<OsString> {
+    let SearchArgs { iterations, rounds: _, interval, seed, checkpoint_every } = search;
+    let words = [
+        iterations.map(|n| flag("iterations", n.to_string())),
+        Some(flag("interval", interval.to_string())),
+        Some(flag("seed", seed.to_string())),
+        Some(flag("checkpoint-every", checkpoint_every.to_string())),
+    ];
+    words.into_iter().flatten().collect()
+}
