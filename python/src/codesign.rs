@@ -205,6 +205,12 @@ impl Codesigned {
             Column::real("rho", "1", "Share that is pruned.", all().map(|m| Some(m.point.rho))),
             Column::text("formats", "Its formats.", all().map(|m| Some(m.point.format.as_str()))),
             Column::count(
+                "codebook",
+                "1",
+                "Entries of its codebook of colours; 0 for none.",
+                all().map(|m| Some(m.point.formats.codebook.map_or(0, |n| n.get().into()))),
+            ),
+            Column::count(
                 "gaussians",
                 "1",
                 "Gaussians.",

@@ -152,6 +152,10 @@ pub struct SearchArgs {
     /// Iterations of a fine-tune at most [default: 1000, with --demo 400]
     #[arg(long, value_name = "N")]
     pub iterations: Option<u32>,
+    /// Fine-tune all models for an eighth of the iterations first, the better half for a quarter,
+    /// and only the better half of these in full
+    #[arg(hide_short_help = true, long, conflicts_with_all = ["shard", "slurm"])]
+    pub halving: bool,
     /// Rounds at most in which the machine that was found gives another ratio to try; 0 for none
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "N", default_value_t = powergs_codesign::run::ROUNDS)]

@@ -22,6 +22,7 @@
 pub mod alternate;
 pub mod compare;
 pub mod error;
+pub mod export;
 pub mod fit;
 pub mod halving;
 pub mod machines;

@@ -18,6 +18,7 @@ use super::compare::{
     Budget, Comparison, Found, Limit, Market, Nothing, Pair, Way, compare, front,
 };
 use super::error::CodesignError;
+use super::export::{Exported, exports};
 use super::fit::{Fitted, Fitter};
 use super::halving::{Trial, better};
 use super::machines::Machines;
@@ -102,6 +103,8 @@ pub struct Finished {
     pub comparisons: Vec<Comparison>,
     /// Ratios that were fitted with the machine of the joint pair, until it stood still.
     pub rounds: Vec<Round>,
+    /// The joint model in compressed formats.
+    pub exports: Vec<Exported>,
     /// Models that were left after a short fine-tune, and its iterations.
     pub left: Vec<(ModelPoint, u32)>,
     /// The same under every energy table, and on each half of the views.
@@ -279,6 +282,8 @@ impl Codesign {
         let alternatives = alternatives(&market, &tables, Some(joint), &under);
         let coupling = coupling(&market, &comparisons);
         let front = front(&market);
+        let scene = fitter.scene(&models[joint.0])?;
+        let exports = exports(&self.campaign, &scene, fitter.target())?;
         Ok(Some(Finished {
             about: self.about(),
             target: fitter.target(),
@@ -289,6 +294,7 @@ impl Codesign {
             front,
             comparisons,
             rounds,
+            exports,
             left,
             alternatives,
             coupling,

@@ -99,10 +99,11 @@ impl<'a> Checkpoints<'a> {
         current: Option<(&str, &State)>,
     ) -> Result<(), RunError> {
         let head = (outcomes, history, current.map(|(name, s)| (name, StateHead::of(s))));
-        let best = current.and_then(|(_, s)| s.best.as_ref().map(|best| &best.0));
+        let kept = current.map_or([None; 2], |(_, s)| [&s.best, &s.spare].map(Option::as_ref));
+        let kept = kept.into_iter().flatten().map(|(scene, _)| scene);
         let mean = current.and_then(|(_, s)| s.average.as_ref().map(|mean| &mean.0));
         let model = current.into_iter().flat_map(|(_, s)| parts(&s.model));
-        let parts = model.chain(best.into_iter().chain(mean).map(Part::Values));
+        let parts = model.chain(kept.chain(mean).map(Part::Values));
         self.write(PROGRESS, Kind::Progress, &head, parts)
     }
 
@@ -471,9 +472,10 @@ struct StateHead {
     stride: Stride,
     labels: Vec<u32>,
     best: Option<(ModelHead, Check)>,
+    spare: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
-    extensions: u32,
+    is_extended: bool,
 }
 
 impl StateHead {
@@ -490,9 +492,10 @@ impl StateHead {
             stride,
             labels,
             best,
+            spare,
             last,
             settled,
-            extensions,
+            is_extended,
         } = state;
         StateHead {
             model: ModelHead::of(&model.scene),
@@ -506,9 +509,10 @@ impl StateHead {
             stride: *stride,
             labels: labels.clone(),
             best: best.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
+            spare: spare.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
             last: *last,
             settled: *settled,
-            extensions: *extensions,
+            is_extended: *is_extended,
         }
     }
 
@@ -525,15 +529,17 @@ impl StateHead {
             stride,
             labels,
             best,
+            spare,
             last,
             settled,
-            extensions,
+            is_extended,
         } = self;
         let model = head.model(floats)?;
-        let best = match best {
-            Some((head, check)) => Some((floats.part(head)?, check)),
-            None => None,
+        let mut other = |kept| match kept {
+            Some((head, check)) => Ok::<_, io::Error>(Some((floats.part(head)?, check))),
+            None => Ok(None),
         };
+        let (best, spare) = (other(best)?, other(spare)?);
         let average = match averaged {
             Some(count) => Some((floats.part(head)?, count)),
             None => None,
@@ -550,9 +556,10 @@ impl StateHead {
             stride,
             labels,
             best,
+            spare,
             last,
             settled,
-            extensions,
+            is_extended,
         })
     }
 }

@@ -44,9 +44,12 @@ const RELABEL_EVERY: u32 = 50;
 const DRIFT: f64 = 0.2;
 /// Part of the iterations for which a fine-tune goes on where views that did not choose its model
 /// find it below the target.
-const EXTENSION: u32 = 20;
-/// How often it does.
-const EXTENSIONS: u32 = 2;
+const EXTENSION: u32 = 10;
+/// Where along the fall of the learning rates it is then, so that something moves.
+const EXTENSION_RATE: f64 = 0.75;
+/// How far above the target the model is that takes the place of one which these views refuse, in
+/// units of epsilon.
+const SPARE: f64 = 2.0;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.2;
@@ -109,12 +112,14 @@ pub struct State {
     pub labels: Vec<u32>,
     /// The parameters to keep so far, as they are read, with their check.
     pub best: Option<(Gaussians, Check)>,
+    /// The same of one with more to spare, should views that did not choose say no.
+    pub spare: Option<(Gaussians, Check)>,
     /// The last check.
     pub last: Option<Check>,
     /// The controller says that the quality has settled.
     pub settled: bool,
-    /// How often it went on because views that did not choose said no.
-    pub extensions: u32,
+    /// Whether it goes on because views that did not choose said no.
+    pub is_extended: bool,
 }
 
 impl State {
@@ -134,7 +139,8 @@ impl State {
             best: None,
             last: None,
             settled: false,
-            extensions: 0,
+            is_extended: false,
+            spare: None,
         }
     }
 
@@ -257,7 +263,8 @@ impl<'a> Tuner<'a> {
     /// Iterations, with those that follow where views that did not choose said no.
     fn iterations(&self) -> u32 {
         let more = (self.config.iterations / EXTENSION).max(2 * self.setup.settings.interval);
-        self.config.iterations.saturating_add(self.state.extensions.saturating_mul(more))
+        let more = if self.state.is_extended { more } else { 0 };
+        self.config.iterations.saturating_add(more)
     }
 
     /// The state now.
@@ -336,23 +343,30 @@ impl<'a> Tuner<'a> {
 
     /// Looks at the model to keep with all gate views, those that did not choose it among them.
     /// Where it misses the target the fine-tune goes on for a while, by what was found, with less
-    /// display term and without pruning.
+    /// display term and without pruning. If that was to no avail, an earlier model is kept that had
+    /// more to spare.
     fn confirm(&mut self) -> Result<(), TuneError> {
-        let can = self.state.extensions < EXTENSIONS && self.config.keep != Keep::Last;
-        if !can || gauge::confirming(self.setup.gate_views().len()) == 0 {
+        let has_others = gauge::confirming(self.setup.gate_views().len()) > 0;
+        if self.config.keep == Keep::Last || !has_others {
             return Ok(());
         }
-        let Some((scene, check)) = self.state.best.take() else { return Ok(()) };
+        let Some((scene, check)) = self.state.best.take() else {
+            self.state.best = self.state.spare.take();
+            return Ok(());
+        };
         let seen = self.state.gauge.all(self.setup, &scene, self.pooling());
         if self.target.passes(seen.quality) {
             self.state.best = Some((scene, check));
             return Ok(());
         }
-        let short_db = -self.target.margin_db(seen.quality);
-        self.state.extensions += 1;
+        if self.state.is_extended {
+            self.state.best = self.state.spare.take();
+            return Ok(());
+        }
+        self.state.is_extended = true;
         self.state.settled = false;
         if let Some(controller) = &mut self.controller {
-            controller.retreat(short_db);
+            controller.retreat(-self.target.margin_db(seen.quality));
         }
         // What was pruned since is too much.
         if scene.len() != self.state.model.scene.len() {
@@ -436,7 +450,7 @@ impl<'a> Tuner<'a> {
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
         let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
-        let share = share.min(1.0);
+        let share = if self.state.is_extended { EXTENSION_RATE } else { share };
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }
 
@@ -495,7 +509,7 @@ impl<'a> Tuner<'a> {
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
         let (setup, pooling) = (self.setup, self.pooling());
         let is_last = iteration + 1 >= self.iterations();
-        let is_extended = self.state.extensions > 0;
+        let is_extended = self.state.is_extended;
         let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
             let shown = reader.of(state.shown(), &state.labels);
@@ -586,7 +600,29 @@ impl<'a> Tuner<'a> {
     }
 
     fn remember(&mut self, check: Check) {
-        let better = match (self.config.keep, &self.state.best) {
+        // Of each the old model is dropped first, so that never two of a kind are in memory.
+        if self.is_better(&check, self.state.best.as_ref()) {
+            self.state.best = None;
+            self.state.best = Some(self.kept(check));
+        }
+        let may_fail = gauge::confirming(self.setup.gate_views().len()) > 0;
+        let spare_db = SPARE * self.setup.settings.epsilon_db;
+        let is_spare =
+            may_fail && check.sure && self.target.margin_db(check.seen.quality) >= spare_db;
+        if is_spare && self.is_better(&check, self.state.spare.as_ref()) {
+            self.state.spare = None;
+            self.state.spare = Some(self.kept(check));
+        }
+    }
+
+    /// What is shown now, as it is read, with its check.
+    fn kept(&mut self, check: Check) -> (Gaussians, Check) {
+        (self.reader.of(self.state.shown(), &self.state.labels).clone(), check)
+    }
+
+    /// Whether what is shown now is to be kept in the place of another.
+    fn is_better(&self, check: &Check, best: Option<&(Gaussians, Check)>) -> bool {
+        match (self.config.keep, best) {
             (Keep::Last, _) => false,
             (Keep::LastPassing | Keep::Dimmest, None) => true,
             (Keep::LastPassing | Keep::Dimmest, Some((_, best))) if best.sure != check.sure => {
@@ -595,15 +631,9 @@ impl<'a> Tuner<'a> {
             (Keep::LastPassing, Some(_)) => true,
             (Keep::Dimmest, Some((scene, best))) => {
                 let size = |scene: &Gaussians, check: &Check| (scene.len(), check.seen.display_w);
-                let (now, best) = (size(self.state.shown(), &check), size(scene, best));
+                let (now, best) = (size(self.state.shown(), check), size(scene, best));
                 now.0 < best.0 || now.0 == best.0 && now.1 < best.1
             }
-        };
-        if better {
-            // The old model is dropped first, so that two are never in memory.
-            self.state.best = None;
-            let shown = self.reader.of(self.state.shown(), &self.state.labels);
-            self.state.best = Some((shown.clone(), check));
         }
     }
 }

@@ -9,6 +9,7 @@ use super::folder::Folder;
 use super::inputs::Space;
 use powergs_base::TOOL_VERSION;
 use powergs_codesign::compare::{Comparison, Way};
+use powergs_codesign::export::{Exported, smallest};
 use powergs_codesign::pricing::{MachinePoint, Price};
 use powergs_codesign::{Codesign, Finished};
 use powergs_core::sim::MODEL_VERSION;
@@ -17,6 +18,7 @@ use powergs_report::codesign::{
 };
 use powergs_report::document::{Block, Document};
 use powergs_report::format::wrapped;
+use powergs_scene::export::Target;
 use powergs_scene::write_ply;
 
 /// `run.toml`: what the run is made from; no time, no place.
@@ -68,6 +70,10 @@ pub fn finish(
         let model = &finished.models[found.pair.0];
         let scene = codesign.scene(folder.store(), model)?;
         folder.stream("joint.ply", |mut w| write_ply(&scene, &mut w))?;
+        if let Some((export, file)) = smallest(&finished.exports).and_then(with_file) {
+            let name = format!("joint.{}", ending(export.target));
+            folder.stream(&name, |mut w| std::io::Write::write_all(&mut w, file))?;
+        }
         folder.stream("joint.bin", |w| codesign.campaign.write_trace(&scene, w))?;
         folder.write("joint.toml", codesign.machine_toml(&model.point, found.pair.1)?)?;
         picture = Some(codesign.picture(folder.store(), model)?);
@@ -82,6 +88,18 @@ pub fn finish(
     Ok(Exit::Done)
 }
 
+fn with_file(export: &Exported) -> Option<(&Exported, &[u8])> {
+    Some((export, export.file.as_ref().ok()?))
+}
+
+/// What the name of a file in this format ends with.
+fn ending(target: Target) -> &'static str {
+    match target {
+        Target::CompressedPly => "compressed.ply",
+        Target::Ply | Target::Spz | Target::Sog | Target::SogFolder => target.name(),
+    }
+}
+
 fn tell(finished: &Finished, folder: &Folder, context: &Context) -> Result<(), Failure> {
     if context.global.json {
         return out::json(&object(finished));
@@ -94,11 +112,14 @@ fn tell(finished: &Finished, folder: &Folder, context: &Context) -> Result<(), F
     page.table(ways(finished));
     page.table(found_machines(finished));
     let at = |name: &str| folder.path().join(name).display().to_string().into();
-    page.add(Block::Facts(vec![
-        ("model".into(), at("joint.ply")),
-        ("machine".into(), at("joint.toml")),
-        ("report".into(), at("summary.md")),
-    ]));
+    let compressed = smallest(&finished.exports).map(|e| format!("joint.{}", ending(e.target)));
+    let compressed = compressed.map(|name| ("compressed".into(), at(&name)));
+    page.add(Block::Facts(
+        std::iter::once(("model".into(), at("joint.ply")))
+            .chain(compressed)
+            .chain([("machine".into(), at("joint.toml")), ("report".into(), at("summary.md"))])
+            .collect(),
+    ));
     out::document(&page)
 }
 
@@ -151,7 +172,17 @@ fn object(finished: &Finished) -> Value {
             "regret_w": a.regret_w,
         })
     };
+    let exported = |e: &Exported| {
+        json!({
+            "format": e.target.name(),
+            "bytes": e.bytes(),
+            "gate_psnr_db": e.gate.map(|gate| gate.quality.psnr_db),
+            "passed": e.passed,
+        })
+    };
     json!({
+        "exports": finished.exports.iter().map(exported).collect::<Vec<_>>(),
+        "left": finished.left.iter().map(|(point, _)| point.name()).collect::<Vec<_>>(),
         "scene": finished.about.scene,
         "budget": {
             "area_mm2": finished.budget.area_mm2,

@@ -80,6 +80,7 @@ pub fn codesign(
     )?;
     let mut codesign = Codesign::open(campaign, space.file.clone(), &space.text, &space.origin)?;
     codesign.rounds = args.search.rounds;
+    codesign.halving = args.search.halving;
     codesign.memory = usize::try_from(context.global.memory.0.0).unwrap_or(usize::MAX);
     Ok(codesign)
 }

@@ -78,7 +78,7 @@ fn of_quality(quality: &QualityArgs) -> Vec<OsString> {
 
 /// Without the rounds: a part has none.
 fn of_search(search: &SearchArgs) -> Vec<OsString> {
-    let SearchArgs { iterations, rounds: _, interval, seed, checkpoint_every } = search;
+    let SearchArgs { iterations, rounds: _, halving: _, interval, seed, checkpoint_every } = search;
     let words = [
         iterations.map(|n| flag("iterations", n.to_string())),
         Some(flag("interval", interval.to_string())),

@@ -27,7 +27,7 @@ fn area() -> Area {
     let mm2 = SquareMillimetres;
     Area {
         units: [0.68, 0.002, 0.05, 1.5].map(mm2),
-        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0].map(mm2),
+        buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0, 0.0].map(mm2),
         rest: mm2(0.35),
     }
 }

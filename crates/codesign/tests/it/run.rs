@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use powergs_base::budget::Budget;
 use powergs_codesign::compare::Way;
+use powergs_codesign::export::smallest;
+use powergs_codesign::halving::{Trial, better};
 use powergs_codesign::machines::Machines;
 use powergs_codesign::model::ModelPoint;
 use powergs_codesign::pricing::Fate;
@@ -176,7 +178,96 @@ fn what_cannot_be_is_refused_before_anything_is_trained() {
     let wide = SPACE.replace("colour-rest = \"e4m5\"", "colour-rest = \"e8m7\"");
     let contradiction = codesign(&wide, 24.0, 12).err().expect("a contradiction");
     assert!(contradiction.to_string().contains("cannot hold every e8m7"), "{contradiction}");
-    let search = format!("{SPACE}\n[machine.sampling]\nmethod = \"nsga2\"\n");
-    let adaptive = codesign(&search, 24.0, 12).err().expect("an adaptive search");
-    assert!(adaptive.to_string().contains("nsga2"), "{adaptive}");
+}
+
+fn watts(finished: &Finished, way: Way) -> f64 {
+    finished.of(way).and_then(|c| c.watts()).expect("a pair")
+}
+
+#[test]
+fn an_adaptive_search_compares_all_models_on_the_machines_that_are_best_for_one() {
+    let search = "[machine.sampling]\nmethod = \"nsga2\"\npopulation = 4\ngenerations = 6\n";
+    let adaptive = codesign(&format!("{SPACE}\n{search}"), 24.0, 12).unwrap();
+    let store = MemoryStore::new();
+    let found = finished(&adaptive, &store);
+    let machines: Vec<_> = found.rows[0].pairs.keys().collect();
+    assert!(machines.contains(&&None), "the base machine is among them");
+    for row in &found.rows {
+        assert_eq!(row.pairs.keys().collect::<Vec<_>>(), machines);
+        assert!(row.pairs.values().all(|fate| matches!(fate, Fate::Priced(_))));
+    }
+    // Of six machines it looks at all, and finds what is found on the grid.
+    let whole = finished(&codesign(SPACE, 24.0, 12).unwrap(), &store);
+    assert_eq!(found.models, whole.models);
+    for way in [Way::Dense, Way::Base, Way::Joint] {
+        assert_eq!(watts(&found, way), watts(&whole, way), "{way:?}");
+    }
+    assert_eq!(finished(&adaptive, &store).rows, found.rows, "from the store");
+}
+
+#[test]
+fn halving_trains_the_better_half_in_full() {
+    let store = MemoryStore::new();
+    let whole = finished(&codesign(SPACE, 24.0, 12).unwrap(), &store);
+    let mut halved = codesign(SPACE, 24.0, 12).unwrap();
+    halved.halving = true;
+    let found = finished(&halved, &store);
+    let left: Vec<String> = found.left.iter().map(|(point, _)| point.name()).collect();
+    assert_eq!((found.models.len(), left.len()), (3, 2), "{left:?}");
+    assert!(found.left.iter().all(|(_, iterations)| *iterations == 3), "an eighth of 24");
+    for model in &found.models {
+        assert!(whole.models.contains(model) && !left.contains(&model.point.name()));
+    }
+    let (all, few) = (watts(&whole, Way::Joint), watts(&found, Way::Joint));
+    assert!(all <= few && few <= 1.1 * all, "{few} W, {all} W with all models");
+    assert_eq!(finished(&halved, &store).comparisons, found.comparisons, "from the store");
+}
+
+#[test]
+fn what_stays_is_beaten_by_the_fewest_in_watts_and_quality() {
+    let trial = |watts: f64, margin_db: f64| Trial { watts, margin_db };
+    let dim_but_bad = trial(1.0, -3.0);
+    let good_but_dear = trial(3.0, 0.0);
+    let between = trial(2.0, -1.0);
+    let beaten = trial(2.5, -2.0);
+    let trials = [beaten, good_but_dear, dim_but_bad, between];
+    assert_eq!(better(&trials, 3), [false, true, true, true]);
+    assert_eq!(better(&trials, 1), [false, false, true, false], "then the fewest watts");
+    assert_eq!(better(&[between; 3], 2), [true, true, false], "then the first");
+    let refused = trial(f64::INFINITY, 0.0);
+    assert_eq!(better(&[refused, good_but_dear], 1), [false, true]);
+}
+
+#[test]
+fn a_codebook_spares_traffic_and_takes_area() {
+    let text = SPACE.replace("sh-degree = [3, 1]", "sh-degree = [3]\ncodebook = [0, 32]");
+    let found = finished(&codesign(&text, 24.0, 12).unwrap(), &MemoryStore::new());
+    let names: Vec<String> = found.models.iter().map(|m| m.point.name()).collect();
+    let wanted = [
+        "dense",
+        "rho0-sh3-mixed",
+        "rho0-sh3-mixed-cb32",
+        "rho0.4-sh3-mixed",
+        "rho0.4-sh3-mixed-cb32",
+    ];
+    assert_eq!(names, wanted);
+    for pair in [[1, 2], [3, 4]] {
+        let [own, shared] = pair.map(|model| found.price((model, Some(0))).expect("a price"));
+        assert!(shared.dram_bytes < 0.9 * own.dram_bytes, "{shared:?} {own:?}");
+        assert!(shared.area_mm2 > own.area_mm2, "{shared:?} {own:?}");
+    }
+}
+
+#[test]
+fn the_joint_model_is_written_in_compressed_formats_and_looked_at() {
+    let found = finished(&codesign(SPACE, 24.0, 12).unwrap(), &MemoryStore::new());
+    assert_eq!(found.exports.len(), 3);
+    for export in &found.exports {
+        let bytes = export.bytes().expect("a file");
+        // A model of 400 Gaussians of degree 3 at most: 94 kB of raw parameters.
+        assert!(bytes < 94_000 && export.gate.is_some(), "{:?}: {bytes} B", export.target);
+        assert_eq!(export.passed, export.gate.is_some_and(|g| g.quality.psnr_db >= 24.0));
+    }
+    let best = smallest(&found.exports).expect("24 dB are not much");
+    assert!(found.exports.iter().all(|e| !e.passed || e.bytes() >= best.bytes()));
 }

@@ -8,6 +8,7 @@ use crate::format::{counted, engineering, significant, watt_unit};
 use powergs_chart::Chart;
 use powergs_codesign::Finished;
 use powergs_codesign::compare::{Comparison, Limit, Nothing, Way};
+use powergs_codesign::model::ModelPoint;
 use powergs_codesign::pricing::MachinePoint;
 use powergs_codesign::stability::{Coupling, sequential};
 use powergs_optimize::target::Target;
@@ -18,6 +19,10 @@ const SPARE_DB: f64 = 0.5;
 const MACHINES: &str = "A machine is called by the number of its point; the table has those that \
                         this page names. Keys that follow from the axes are in pairs.csv, all of \
                         the joint machine in joint.toml.";
+/// What stands above the table of files.
+const EXPORTS: &str = "What is read back of each file, over the gate views. The smallest one that \
+                       still reaches the quality stands beside joint.ply; a machine that reads \
+                       records of other numbers is not what was priced.";
 /// Gains below this share of the watts are noise, as differences between designs of a sweep are.
 const NOISE: f64 = 0.001;
 
@@ -88,6 +93,10 @@ pub fn document(finished: &Finished, charts: &[Chart]) -> Document {
     page.page_paragraph(target(finished));
     page.table(tables::models(finished));
     page.add(Block::List(spare(finished)));
+    page.add(Block::List(left(finished)));
+    page.page_heading("The joint model in compressed formats");
+    page.page_paragraph(EXPORTS);
+    page.table(tables::exports(finished));
     page.page_heading("Charts");
     page.charts(charts);
     page.page_paragraph(format!(
@@ -97,6 +106,15 @@ pub fn document(finished: &Finished, charts: &[Chart]) -> Document {
         counted(finished.rows.iter().map(|row| row.pairs.len()).sum::<usize>(), "pair"),
     ));
     page
+}
+
+/// Models that were tried for a part of the iterations only.
+fn left(finished: &Finished) -> Vec<Text> {
+    let sentence = |(point, iterations): &(ModelPoint, u32)| {
+        format!("{} was left after {iterations} iterations: others were better.", point.name())
+            .into()
+    };
+    finished.left.iter().map(sentence).collect()
 }
 
 /// The machines that the page names.

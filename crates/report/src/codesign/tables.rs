@@ -7,6 +7,7 @@ use crate::document::{Cell, Column, Shown, Table};
 use crate::format::watt_unit;
 use powergs_codesign::Finished;
 use powergs_codesign::compare::Comparison;
+use powergs_codesign::export::Exported;
 use powergs_codesign::pricing::{Fate, MachinePoint, Price};
 
 /// What each of the five ways finds.
@@ -188,9 +189,37 @@ pub fn models(finished: &Finished) -> Table {
     Table::new(columns).rows(finished.models.iter().map(row))
 }
 
+/// The joint model in compressed formats.
+pub fn exports(finished: &Finished) -> Table {
+    let columns = [
+        Column::text("format"),
+        Column::count("bytes"),
+        Column::fixed("gate, dB", 2),
+        Column::fixed("SSIM", 4),
+        Column::text("target"),
+    ];
+    let row = |export: &Exported| -> Vec<Cell> {
+        let verdict = match &export.file {
+            Ok(_) if export.passed => "reached",
+            Ok(_) => "missed",
+            Err(why) => why,
+        };
+        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
+        let quality = export.gate.map(|gate| gate.quality);
+        vec![
+            export.target.name().into(),
+            export.bytes().into(),
+            quality.and_then(|q| finite(q.psnr_db)).into(),
+            quality.and_then(|q| finite(q.ssim)).into(),
+            verdict.into(),
+        ]
+    };
+    Table::new(columns).rows(finished.exports.iter().map(row))
+}
+
 /// `models.csv`: every model with its quality on both splits.
 pub fn models_csv(finished: &Finished) -> Vec<u8> {
-    let keys = "model rho sh_degree formats gaussians iterations lambda_per_w gate_psnr_db \
+    let keys = "model rho sh_degree formats codebook gaussians iterations lambda_per_w gate_psnr_db \
                 gate_ssim gate_display_w passed test_psnr_db test_ssim";
     let row = |model: &powergs_codesign::fit::Fitted| -> Vec<Cell> {
         let (point, facts) = (&model.point, &model.facts);
@@ -200,6 +229,7 @@ pub fn models_csv(finished: &Finished) -> Vec<u8> {
             point.rho.into(),
             u64::from(point.sh_degree).into(),
             point.format.as_str().into(),
+            point.formats.codebook.map_or(0, |entries| entries.get()).into(),
             facts.points.into(),
             facts.iterations.into(),
             facts.lambda.into(),
