@@ -40,6 +40,9 @@ const FEW: usize = 4;
 /// Rounds by default.
 pub const ROUNDS: u32 = 5;
 
+/// The models that are fine-tuned in full, and those that are not with the iterations they had.
+type Finalists = (Vec<ModelPoint>, Vec<(ModelPoint, u32)>);
+
 /// A co-design, checked.
 pub struct Codesign {
     /// The dense model, its views and what it must reach.
@@ -380,7 +383,7 @@ impl Codesign {
         fitter: &Fitter<'_>,
         pricer: &Pricer<'_>,
         watch: &dyn CodesignWatch,
-    ) -> Result<Option<(Vec<ModelPoint>, Vec<(ModelPoint, u32)>)>, CodesignError> {
+    ) -> Result<Option<Finalists>, CodesignError> {
         let (mut points, mut left) = (self.models.clone(), Vec::new());
         if !self.halving {
             return Ok(Some((points, left)));
