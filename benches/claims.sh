@@ -8,7 +8,8 @@
 # each scene and ratio of display to rendering power. Models are trained at the first ratio of RATIOS
 # (0.38 1 2.66); at the others they are priced anew, and the optimum there is made.
 # ITERATIONS (100) are those of a sample, THREADS (1) those of each of JOBS (2) runs at a time;
-# ONLY (all) names the scenes.
+# ONLY (all) names the scenes. What λ does in the published 1000 iterations is a run of its own: two
+# ratios, no comparisons.
 set -euo pipefail
 program=$(realpath "$1") scenes=$(realpath "$2")
 mkdir -p "$3"
@@ -41,32 +42,47 @@ scene() {
     done
 }
 
-# NAME FILE arguments of `optimize`...: in the background, as many at a time as there may be.
+# NAME arguments of `optimize`...: at the first ratio.
+steered() {
+    local name=$1 first=${ratios[0]}
+    shift
+    one "$name-$first-steered" "$@" --oracle paper --display-ratio "$first" --rhos 0,0.2 --iterations 1000 \
+        --final-iterations 100 || true
+}
+
+# scene|steered NAME FILE arguments of `optimize`...: in the background, as many at a time as there may be.
 start() {
-    if [ -n "$only" ] && [[ " $only " != *" $1 "* ]]; then return; fi
-    if [ "$2" != --demo ] && [ ! -e "$2" ]; then
-        echo "$1: left out, there is no $2"
+    if [ -n "$only" ] && [[ " $only " != *" $2 "* ]]; then return; fi
+    if [ "$3" != --demo ] && [ ! -e "$3" ]; then
+        echo "$2: left out, there is no $3"
         return
     fi
     while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n || true; done
-    scene "$@" &
+    "$@" &
 }
 
 levels=(--foveated --quality H,M,L)
-own=(--reference self --quality M)
-start demo --demo "${levels[@]}" --study lambda
-at=$scenes/fox-posed
-start fox "$at/point_cloud.ply" --images "$at/images" --size 135x240 --pooling-rate 0.46 "${levels[@]}"
-at=$scenes/playcanvas-flowers
-start flowers "$at/lod-meta.json" --cameras "$at/cameras.json" --size 600x334 "${own[@]}"
-at=$scenes/playcanvas-biker
-start biker "$at/biker.spz" --cameras "$at/cameras.json" --size 400x300 "${own[@]}"
-at=$scenes/snowmiku-posed
-start snowmiku "$at/point_cloud.ply" --images "$at/images" --size 263x197 --pooling-rate 0.235 "${levels[@]}"
+medium=(--quality M)
+own=(--reference self "${medium[@]}")
+photos=$scenes/fox-posed
+fox=("$photos/point_cloud.ply" --images "$photos/images" --size 135x240)
+photos=$scenes/snowmiku-posed
+snowmiku=("$photos/point_cloud.ply" --images "$photos/images" --size 263x197)
 at=$scenes/playcanvas-playbot
-start robot "$at/3_0" --cameras "$at/cameras.json" --reference self --size 320x240 --pooling-rate 0.19 \
-    "${levels[@]}"
-start robot250k "$at/1_0" --cameras "$at/cameras.json" --size 960x540 "${own[@]}"
+robot=("$at/3_0" --cameras "$at/cameras.json" --size 320x240)
+start scene demo --demo "${levels[@]}" --study lambda
+start scene fox "${fox[@]}" --pooling-rate 0.46 "${levels[@]}"
+flowers=$scenes/playcanvas-flowers
+start scene flowers "$flowers/lod-meta.json" --cameras "$flowers/cameras.json" --size 600x334 "${own[@]}"
+biker=$scenes/playcanvas-biker
+start scene biker "$biker/biker.spz" --cameras "$biker/cameras.json" --size 400x300 "${own[@]}"
+start scene snowmiku "${snowmiku[@]}" --pooling-rate 0.235 "${levels[@]}"
+start scene robot "${robot[@]}" --reference self --pooling-rate 0.19 "${levels[@]}"
+start scene robot250k "$at/1_0" --cameras "$at/cameras.json" --size 960x540 "${own[@]}"
+start steered demo --demo "${medium[@]}"
+start steered fox "${fox[@]}" "${medium[@]}"
+start steered snowmiku "${snowmiku[@]}" "${medium[@]}"
+start steered robot "${robot[@]}" "${own[@]}"
 wait
 if [ "${ratios[0]}" = 0.38 ]; then
     one demo-12 --demo --schedule published --oracle paper --display-ratio 0.38 --iterations "$iterations"

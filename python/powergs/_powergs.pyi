@@ -439,6 +439,7 @@ def codesign(
     quality: Literal["H", "M", "L"] | float | None = None,
     iterations: int | None = None,
     rounds: int = 5,
+    halving: bool = False,
     size: _Size | None = None,
     seed: int = 1,
     store: _Path | None = None,

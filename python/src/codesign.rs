@@ -321,6 +321,8 @@ impl Codesigned {
 ///     Of a fine-tune, at most.
 /// rounds : int
 ///     Rounds at most in which the machine that was found gives another ratio to try.
+/// halving : bool
+///     Fine-tune all models for a part of the iterations first, and only the better ones in full.
 /// size : (int, int), optional
 ///     Width and height of the views, pixels, in place of their own.
 /// seed : int
@@ -335,7 +337,7 @@ impl Codesigned {
 ///
 /// Raises ``GoalMissed`` where no model reaches the quality or no pair keeps the budget.
 #[pyfunction]
-#[pyo3(signature = (scene, cameras, space, *, quality=None, iterations=None, rounds=5, size=None,
+#[pyo3(signature = (scene, cameras, space, *, quality=None, iterations=None, rounds=5, halving=False, size=None,
                     seed=1, store=None, memory=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn codesign(
@@ -346,6 +348,7 @@ pub fn codesign(
     quality: Option<&Bound<'_, PyAny>>,
     iterations: Option<u32>,
     rounds: u32,
+    halving: bool,
     size: Option<(u32, u32)>,
     seed: u64,
     store: Option<&Bound<'_, PyAny>>,
@@ -376,6 +379,7 @@ pub fn codesign(
         let campaign = Campaign::open(request, &())?;
         let mut codesign = Codesign::open(campaign, file, &text, &origin)?;
         codesign.rounds = rounds;
+        codesign.halving = halving;
         codesign.memory = usize::try_from(memory.0.0).unwrap_or(usize::MAX);
         let finished = codesign.run(&*store, shared)?;
         // Cancelled: nobody listens any more.

@@ -183,6 +183,17 @@ impl Folder {
         Ok(write_atomically(&self.path.join(name), write)?)
     }
 
+    /// Removes a file of the folder that an earlier run may have left.
+    pub fn remove(&self, name: &str) -> Result<(), Failure> {
+        let path = self.path.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(error).or_exit(Exit::Usage, path.display())
+            }
+            Ok(()) | Err(_) => Ok(()),
+        }
+    }
+
     /// Writes a file of the folder.
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
         self.stream(name, |w| w.write_all(bytes.as_ref()))

@@ -121,8 +121,18 @@ fn a_run_leaves_its_report_and_goes_on_to_the_same_bytes_whenever_it_is_killed()
     assert!(summary.lines().nth(2).is_some_and(|line| line.contains("cores=")), "{summary}");
     assert!(!text("run.toml").contains(&*folder.path().to_string_lossy()), "a place");
     fails(folder.path(), &[], Exit::Usage, "go on with --resume");
-    // What is known is not made again.
+    // What is known is not made again, and models of another space do not stay in other formats.
+    let exports = || {
+        let files = ["joint.sog", "joint.compressed.ply", "joint.spz"].map(|name| path.join(name));
+        files.map(|file| fs::read(file).ok())
+    };
+    let best = exports();
+    assert!(best.iter().flatten().count() <= 1);
+    for name in ["joint.sog", "joint.compressed.ply", "joint.spz"] {
+        fs::write(path.join(name), b"of another space").unwrap();
+    }
     assert_eq!(run(folder.path(), &["--resume"]).unwrap(), Exit::Done);
+    assert_eq!(exports(), best);
     for (now, before) in contents(&path).iter().zip(&whole) {
         assert!(now.1 == before.1, "{} differs", now.0);
     }

@@ -1,5 +1,7 @@
 //! Which of several models stay after a short fine-tune.
 
+use std::collections::BTreeMap;
+
 /// What a short fine-tune says of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
@@ -19,16 +21,29 @@ impl Trial {
     }
 }
 
-/// Which `most` of the trials stay: those that the fewest others beat, of these the ones with the
-/// fewest watts, then the first. Short fine-tunes end at qualities of their own, and watts that miss
-/// the quality are no price: so both decide, and no rate of exchange.
+/// Which `most` of the trials stay: those that the fewest others beat, of as many the nearest to the
+/// quality and the one with the fewest watts in turn, then the first. Short fine-tunes end at
+/// qualities of their own, and watts that miss the quality are no price: so both decide, and no rate
+/// of exchange; the nearest to the quality always stays.
 pub fn better(trials: &[Trial], most: usize) -> Vec<bool> {
     let beaten = |trial: &Trial| trials.iter().filter(|other| other.beats(trial)).count();
-    let mut order: Vec<(usize, usize)> =
-        trials.iter().enumerate().map(|(i, trial)| (beaten(trial), i)).collect();
-    let watts = |i: usize| trials[i].watts;
-    order.sort_by(|a, b| a.0.cmp(&b.0).then(watts(a.1).total_cmp(&watts(b.1))).then(a.1.cmp(&b.1)));
+    let mut levels: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (i, trial) in trials.iter().enumerate() {
+        levels.entry(beaten(trial)).or_default().push(i);
+    }
+    let mut order = Vec::new();
+    for level in levels.values() {
+        let (mut near, mut cheap) = (Vec::new(), level.clone());
+        cheap.sort_by(|&a, &b| trials[a].watts.total_cmp(&trials[b].watts));
+        near.clone_from(&cheap);
+        near.sort_by(|&a, &b| trials[b].margin_db.total_cmp(&trials[a].margin_db));
+        for i in near.into_iter().zip(cheap).flat_map(|(near, cheap)| [near, cheap]) {
+            if !order.contains(&i) {
+                order.push(i);
+            }
+        }
+    }
     let mut stays = vec![false; trials.len()];
-    order.iter().take(most).for_each(|(_, i)| stays[*i] = true);
+    order.iter().take(most).for_each(|&i| stays[i] = true);
     stays
 }

@@ -28,6 +28,11 @@ const FLAT: &str = "gscore-28nm-flat";
 const CLOCK: &str = "clock";
 /// The key of the DRAM model.
 const MODEL: &str = "dram.model";
+/// The key of the banks of a codebook.
+const BANKS: &str = "codebook.banks";
+/// Where a space says nothing of the banks of a codebook: as many as make each no larger than this,
+/// bytes, which every energy table has a price for.
+const BANK_MOST: u64 = 64 << 10;
 
 /// The machines of a space.
 #[derive(Debug, Clone)]
@@ -75,14 +80,31 @@ impl Machines {
             file.set.0.retain(|(known, _)| known != key);
             file.set.0.push((key.to_owned(), value));
         };
-        for (key, value) in RecordBytes::of(model, &self.base.machine().record).settings() {
+        let machine = self.base.machine();
+        let record = RecordBytes::of(model, &machine.record);
+        for (key, value) in record.settings() {
             set(&key, value);
+        }
+        if let Some((entries, entry)) = record.codebook
+            && !self.gives(BANKS)
+        {
+            let word = machine.codebook.word.0.max(1);
+            let copy = u64::from(entries) * entry.0.next_multiple_of(word);
+            let banks = copy.div_ceil(BANK_MOST).next_power_of_two();
+            set(BANKS, i64::try_from(banks).unwrap_or(i64::MAX).into());
         }
         // A machine with a mere rate of DRAM keeps it, as in sweeps.
         if self.base.machine().dram.model == DramModel::Banked {
             set(MODEL, dram.name().into());
         }
         file
+    }
+
+    /// Whether the space itself has a key.
+    fn gives(&self, key: &str) -> bool {
+        let SweepFile { set, derived, axes, .. } = &self.file;
+        let has = |settings: &Settings| settings.0.iter().any(|(known, _)| known == key);
+        has(set) || has(derived) || axes.iter().any(|axis| axis_keys(axis).iter().any(|k| k == key))
     }
 
     /// Whether the base machine's DRAM has banks, so that winners are confirmed with them.

@@ -144,9 +144,14 @@ impl RecordBytes {
             position: total(&[(3, position)], own(machine.position.0, 3)),
             geometry: total(&[(3, scale), (4, rotation), (1, opacity)], own(machine.geometry.0, 8)),
             colour: colour.map(|bytes| {
-                let alignment = 1 << machine.colour_pitch.0.trailing_zeros();
+                let alignment = (1 << machine.colour_pitch.0.trailing_zeros()).min(ALIGNMENT_MAX);
                 let bytes = Bytes(bytes.0 + machine.colour_extra.0);
-                (bytes, Bytes(bytes.0.next_multiple_of(ALIGNMENT_MAX.min(alignment))))
+                // As `RecordSpec::colour_pitch` has it.
+                let alignment = match codebook {
+                    None => alignment,
+                    Some(_) => bytes.0.next_power_of_two().min(alignment),
+                };
+                (bytes, Bytes(bytes.0.next_multiple_of(alignment)))
             }),
         }
     }
@@ -168,10 +173,12 @@ impl RecordBytes {
             set("record.colour-extra", bytes);
             set("record.colour-pitch", pitch);
         }
-        if let Some((entries, entry)) = self.codebook {
+        if let Some((_, entry)) = self.codebook {
             set("codebook.entry", entry);
-            keys.push(("codebook.entries".to_owned(), i64::from(entries).into()));
         }
+        // A base machine may have one, which is not of this model.
+        let entries = self.codebook.map_or(0, |(entries, _)| entries);
+        keys.push(("codebook.entries".to_owned(), i64::from(entries).into()));
         keys
     }
 }

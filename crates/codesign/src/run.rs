@@ -188,8 +188,21 @@ impl Codesign {
             origin: origin.to_owned(),
             memory: MEMORY,
         };
-        // What is wrong with the axes is said before anything is trained.
-        codesign.designs(&codesign.models[0], DramModel::Calibrated)?;
+        // What is wrong with the axes, and what a record has no price for, is said before anything
+        // is trained.
+        let mut records = Vec::new();
+        for model in &codesign.models {
+            let record = (model.sh_degree, model.formats, model.is_dense);
+            if !records.contains(&record) {
+                codesign.designs(model, DramModel::Calibrated).map_err(|error| match error {
+                    RunError::Config { message, .. } if !model.is_dense => {
+                        RunError::config(format!("{origin}, model {}", model.name()), message)
+                    }
+                    error => error,
+                })?;
+                records.push(record);
+            }
+        }
         Ok(codesign)
     }
 
@@ -440,7 +453,7 @@ impl Codesign {
         watch: &dyn CodesignWatch,
     ) -> Result<Option<(Vec<Comparison>, Found)>, CodesignError> {
         if let Err(nothing) = market.ranked(market.pairs()) {
-            return Err(CodesignError::Infeasible(self.infeasible(&nothing, market)));
+            return Err(CodesignError::Infeasible(self.infeasible(&nothing, market, models)));
         }
         let mut confirm = |pairs: &[Pair]| self.confirm(fitter, models, pricer, pairs, watch);
         let mut each = |comparison: &Comparison| watch.confirmed(comparison);
@@ -454,7 +467,7 @@ impl Codesign {
             Some((_, Err(nothing))) => Err(CodesignError::Infeasible(format!(
                 "with the calibrated model of the DRAM pairs keep the budget, with the banked one \
                  none of the best does: {}",
-                self.infeasible(&nothing, market)
+                self.infeasible(&nothing, market, models)
             ))),
             None => Err(RunError::Internal("no way was gone".into()).into()),
         }
@@ -523,8 +536,9 @@ impl Codesign {
         });
         Err(CodesignError::OutOfReach(format!(
             "no model of {}reaches the quality{what}; give it more iterations, less pruning, more \
-             bits, or a lower quality",
-            if self.origin.is_empty() { String::new() } else { format!("{} ", self.origin) }
+             bits, or a lower quality{}",
+            if self.origin.is_empty() { String::new() } else { format!("{} ", self.origin) },
+            if self.halving { "; without --halving no model is left out" } else { "" }
         )))
     }
 
@@ -546,7 +560,7 @@ impl Codesign {
             let scene = Arc::new(fitter.scene(&fitted[model])?);
             let row = match self.machines.has_banks() {
                 true => pricer.confirmed(&fitted[model], scene, &points, watch)?,
-                false => pricer.all(&fitted[model], scene, watch)?,
+                false => pricer.on(&fitted[model], scene, &points, watch)?,
             };
             let Some(row) = row else { return Ok(None) };
             priced.insert(model, row);
@@ -587,7 +601,7 @@ impl Codesign {
     }
 
     /// Which limit binds, and the nearest miss.
-    fn infeasible(&self, nothing: &Nothing, market: &Market<'_>) -> String {
+    fn infeasible(&self, nothing: &Nothing, market: &Market<'_>, models: &[Fitted]) -> String {
         let Nothing { pairs, limits, refused, nearest } = nothing;
         let budget = &market.budget;
         let mut why: Vec<String> = Vec::new();
@@ -609,7 +623,7 @@ impl Codesign {
             });
         }
         if *refused > 0 {
-            why.push(format!("{refused} are no machine, or cannot run the frames"));
+            why.push(format!("{refused} are invalid configurations, or cannot run the frames"));
         }
         let nearest = nearest.as_ref().map_or_else(String::new, |nearest| {
             let ((model, machine), price) = **nearest;
@@ -618,7 +632,7 @@ impl Codesign {
             let area = price.area_mm2.map_or_else(String::new, |a| format!("{a:.4} mm2, "));
             format!(
                 "; the nearest miss is {} on {machine}: {area}{} ms",
-                self.models.get(model).map_or_else(String::new, ModelPoint::name),
+                models.get(model).map_or_else(String::new, |model| model.point.name()),
                 significant(price.frame_ms)
             )
         });

@@ -196,6 +196,11 @@ fn problems(config: &Config<SpaceFile>) -> Vec<Problem> {
             let message = "`name` must be letters, digits, `-`, `_` and `.`, 40 at most";
             wrong(key, format!("`model.formats`, number {}: {message}", i + 1));
         }
+        let digits = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        if digits != name && digits.ends_with("-cb") {
+            let message = "ends as the name of a model with a codebook does; choose another";
+            wrong(key, format!("`model.formats`: `{name}` {message}"));
+        }
         if let Some(other) = model.formats[..i].iter().find(|o| o.name == *name) {
             wrong(key, format!("`model.formats`: `{}` appears twice", other.name));
         }

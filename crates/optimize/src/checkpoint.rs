@@ -475,7 +475,8 @@ struct StateHead {
     spare: Option<(ModelHead, Check)>,
     last: Option<Check>,
     settled: bool,
-    is_extended: bool,
+    goes_on: bool,
+    extended: Option<u32>,
 }
 
 impl StateHead {
@@ -495,7 +496,8 @@ impl StateHead {
             spare,
             last,
             settled,
-            is_extended,
+            goes_on,
+            extended,
         } = state;
         StateHead {
             model: ModelHead::of(&model.scene),
@@ -512,7 +514,8 @@ impl StateHead {
             spare: spare.as_ref().map(|(scene, check)| (ModelHead::of(scene), *check)),
             last: *last,
             settled: *settled,
-            is_extended: *is_extended,
+            goes_on: *goes_on,
+            extended: *extended,
         }
     }
 
@@ -532,7 +535,8 @@ impl StateHead {
             spare,
             last,
             settled,
-            is_extended,
+            goes_on,
+            extended,
         } = self;
         let model = head.model(floats)?;
         let mut other = |kept| match kept {
@@ -559,7 +563,8 @@ impl StateHead {
             spare,
             last,
             settled,
-            is_extended,
+            goes_on,
+            extended,
         })
     }
 }

@@ -18,14 +18,15 @@ const TIMED: f64 = 2.0;
 /// No more are timed than this.
 const MOST_TIMED: u32 = 20;
 /// Memory of a fine-tune at most, times the parameters of the dense model: that model, the one in
-/// training with its moments, its mean, the best so far, and what a view needs of every Gaussian.
-const TRAINING_COPIES: u64 = 7;
+/// training with its moments, its mean, the best so far and one with more to spare, and what a view
+/// needs of every Gaussian.
+const TRAINING_COPIES: u64 = 8;
 /// The same while a model is measured: the dense one, and the model with its moments; and once more
 /// for every thread, which simulates a frame.
 const MEASURING_COPIES: u64 = 4;
-/// Models that the checkpoint of a fine-tune holds: the model, both moments, the best so far, and a
-/// mean; and while it is replaced, all of this twice.
-const CHECKPOINT_COPIES: u64 = 10;
+/// Models that the checkpoint of a fine-tune holds: the model, both moments, the best so far, one
+/// with more to spare, and a mean; and while it is replaced, all of this twice.
+const CHECKPOINT_COPIES: u64 = 12;
 /// Memory of a run of any size, bytes.
 const BASE_B: u64 = 64 << 20;
 /// Memory of a picture, with its share of loss and gradient, bytes a pixel.
@@ -280,7 +281,7 @@ fn prunes(pruning: Pruning, checks: u32, points: usize) -> f64 {
     match pruning {
         Pruning::Never => 0.0,
         Pruning::Steps { steps, .. } => f64::from(steps.get()),
-        Pruning::WhilePassing { most, share } => {
+        Pruning::WhilePassing { most, share, .. } => {
             let most = most as f64 / points.max(1) as f64;
             let (mut left, mut sum) = (1.0, 0.0);
             for _ in 0..checks {

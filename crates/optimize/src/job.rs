@@ -29,6 +29,9 @@ pub struct Job {
     pub base: Option<usize>,
     /// The job whose model it starts from; `None`: the dense (or the user's other) model.
     pub from: Option<String>,
+    /// The rendering end of its search that it goes on with where that stopped, if that is the job
+    /// before: with its parameters, moments, heat and mean, not only with the model that was kept.
+    pub goes_on: Option<String>,
     /// How it is trained; `None`: it is measured only.
     pub config: Option<TuneConfig>,
     /// Keeps the order of views of different fine-tunes apart. It is that of the same job of

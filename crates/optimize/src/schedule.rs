@@ -155,7 +155,7 @@ impl Schedule {
             return None;
         }
         match self {
-            Schedule::Adaptive { first: rho, .. } => adaptive(done, *rho, first),
+            Schedule::Adaptive { first: rho, count } => adaptive(done, *count, *rho, first),
             Schedule::Listed(rhos) => {
                 let effort = if next == 0 { first } else { 1.0 };
                 let from = next.checked_sub(1);
@@ -169,7 +169,7 @@ impl Schedule {
 /// The ends first, then refinement. A sample that misses is retried once, with as many iterations
 /// more, before anything else; what misses twice is given up. Where not even the unpruned model
 /// reaches the target there is no further sample.
-fn adaptive(done: &[TakenSample], rho: f64, first: f64) -> Option<NextSample> {
+fn adaptive(done: &[TakenSample], count: usize, rho: f64, first: f64) -> Option<NextSample> {
     let tuned = |rho, from| Some(NextSample { rho, from, effort: EFFORT, is_end: false });
     let Some(last) = done.last() else {
         return Some(NextSample { rho: 0.0, from: None, effort: first * EFFORT, is_end: false });
@@ -194,9 +194,13 @@ fn adaptive(done: &[TakenSample], rho: f64, first: f64) -> Option<NextSample> {
     if done.iter().all(|d| !d.is_end) {
         return end(END_EFFORT);
     }
+    // One that went on with all that was left says that nothing is.
+    if last.is_end && done.iter().filter(|d| d.is_end).count() > 1 {
+        return None;
+    }
     match refined(done, &passed)? {
         Refined::At(rho) => tuned(rho, below(rho)),
-        Refined::Beyond => end(EFFORT),
+        Refined::Beyond => end(EFFORT * (count - done.len()) as f64),
     }
 }
 

@@ -30,6 +30,7 @@ pub(crate) use gauge::confirms;
 pub use gauge::{Gauge, confirming};
 pub use heat::Heat;
 pub use objective::Term;
+pub(crate) use stride::LEAST;
 pub use stride::Stride;
 
 /// Iterations without a step before the first, so that second moments know the size of gradients.
@@ -47,6 +48,9 @@ const DRIFT: f64 = 0.2;
 const EXTENSION: u32 = 10;
 /// Where along the fall of the learning rates it is then, so that something moves.
 const EXTENSION_RATE: f64 = 0.75;
+/// Where it begins along that fall when it goes on where another fine-tune stopped: whole rates
+/// would shake what was about to rest.
+const GOING_ON_RATE: f64 = 0.5;
 /// How far above the target the model is that takes the place of one which these views refuse, in
 /// units of epsilon.
 const SPARE: f64 = 2.0;
@@ -118,8 +122,10 @@ pub struct State {
     pub last: Option<Check>,
     /// The controller says that the quality has settled.
     pub settled: bool,
-    /// Whether it goes on because views that did not choose said no.
-    pub is_extended: bool,
+    /// Whether it goes on where another fine-tune stopped.
+    pub goes_on: bool,
+    /// The iterations that were done when it went on because views that did not choose said no.
+    pub extended: Option<u32>,
 }
 
 impl State {
@@ -134,13 +140,33 @@ impl State {
             gauge: Gauge::default(),
             unconfirmed: 0,
             heat: None,
-            stride: Stride::FIRST,
+            stride: Stride::first(1.0),
             labels: Vec::new(),
             best: None,
             last: None,
             settled: false,
-            is_extended: false,
+            goes_on: false,
+            extended: None,
             spare: None,
+        }
+    }
+
+    /// The beginning of another fine-tune that goes on where this one stopped.
+    pub(crate) fn going_on(self) -> State {
+        let kept = |kept: Option<(Gaussians, Check)>| {
+            kept.map(|(scene, check)| (scene, Check { iteration: 0, ..check }))
+        };
+        State {
+            iteration: 0,
+            pruned: 0,
+            control: None,
+            gauge: self.gauge.going_on(),
+            best: kept(self.best),
+            spare: kept(self.spare),
+            settled: false,
+            goes_on: true,
+            extended: None,
+            ..self
         }
     }
 
@@ -234,6 +260,11 @@ impl<'a> Tuner<'a> {
             }
             (DisplayTerm::Off | DisplayTerm::Fixed(_), _) => None,
         };
+        let mut state = state;
+        // One that goes on has its own.
+        if let (Pruning::WhilePassing { first, .. }, None) = (config.pruning, state.last) {
+            state.stride = Stride::first(first);
+        }
         let seed = setup.settings.seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
         Tuner {
             setup,
@@ -260,17 +291,31 @@ impl<'a> Tuner<'a> {
         self.state.settled || self.state.iteration >= self.iterations()
     }
 
-    /// Iterations, with those that follow where views that did not choose said no.
+    /// Iterations, with those that follow where views that did not choose said no: a tenth more, but
+    /// two checks at least.
     fn iterations(&self) -> u32 {
-        let more = (self.config.iterations / EXTENSION).max(2 * self.setup.settings.interval);
-        let more = if self.state.is_extended { more } else { 0 };
-        self.config.iterations.saturating_add(more)
+        let Some(done) = self.state.extended else { return self.config.iterations };
+        let checks = self.setup.settings.interval.saturating_mul(2);
+        done.saturating_add((self.config.iterations / EXTENSION).max(checks))
     }
 
     /// The state now.
     pub fn state(&mut self) -> &State {
         self.state.control = self.controller.as_ref().map(Controller::state);
         &self.state
+    }
+
+    /// As [`Tuner::finish`], for a fine-tune that another one goes on with: the parameters to keep
+    /// with their check, and where it stopped.
+    pub(crate) fn leave(mut self) -> (Gaussians, Option<Check>, State) {
+        match self.state.best.as_ref().filter(|_| self.config.keep != Keep::Last) {
+            Some((scene, check)) => (scene.clone(), Some(*check), self.state),
+            None => {
+                let last = self.state.last;
+                let shown = self.reader.of(self.state.shown(), &self.state.labels).clone();
+                (shown, last, self.state)
+            }
+        }
     }
 
     /// The model to keep and its check, and the controller's last passing λ.
@@ -316,6 +361,7 @@ impl<'a> Tuner<'a> {
             self.state.heat = Some(Heat::begin(intact_db, margin_db));
         }
         self.prune_if_due(iteration);
+        self.undo_if_due(iteration)?;
         let lambda = self.lambda(iteration);
         if iteration == 0 && self.config.pace.averaged > 1 && self.state.model.adam.is_cold() {
             self.warm_up(0, lambda)?;
@@ -327,6 +373,9 @@ impl<'a> Tuner<'a> {
         let points = self.state.model.scene.len();
         let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
         self.state.iteration += 1;
+        if check.is_some() {
+            self.give_up_if_due(lambda)?;
+        }
         if self.is_done() {
             self.confirm()?;
         }
@@ -344,7 +393,7 @@ impl<'a> Tuner<'a> {
     /// Looks at the model to keep with all gate views, those that did not choose it among them.
     /// Where it misses the target the fine-tune goes on for a while, by what was found, with less
     /// display term and without pruning. If that was to no avail, an earlier model is kept that had
-    /// more to spare.
+    /// more to spare, or if there is none, the one that was refused.
     fn confirm(&mut self) -> Result<(), TuneError> {
         let has_others = gauge::confirming(self.setup.gate_views().len()) > 0;
         if self.config.keep == Keep::Last || !has_others {
@@ -359,21 +408,22 @@ impl<'a> Tuner<'a> {
             self.state.best = Some((scene, check));
             return Ok(());
         }
-        if self.state.is_extended {
-            self.state.best = self.state.spare.take();
+        if self.state.extended.is_some() {
+            let spare = self.state.spare.take().filter(|(_, check)| check.sure);
+            self.state.best = spare.or(Some((scene, check)));
             return Ok(());
         }
-        self.state.is_extended = true;
+        self.state.extended = Some(self.state.iteration);
         self.state.settled = false;
         if let Some(controller) = &mut self.controller {
             controller.retreat(-self.target.margin_db(seen.quality));
         }
         // What was pruned since is too much.
         if scene.len() != self.state.model.scene.len() {
-            self.state.model = Model::fresh(&scene);
-            self.state.average = None;
-            self.reader.label(&scene, &mut self.state.labels);
-            self.warm_up(self.state.iteration, 0.0)?;
+            self.go_back_to(&scene)?;
+        }
+        if self.state.spare.is_none() {
+            self.state.spare = Some((scene, Check { sure: false, ..check }));
         }
         Ok(())
     }
@@ -450,7 +500,11 @@ impl<'a> Tuner<'a> {
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
         let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
-        let share = if self.state.is_extended { EXTENSION_RATE } else { share };
+        let share = match (self.state.extended, self.state.goes_on) {
+            (Some(_), _) => EXTENSION_RATE,
+            (None, true) => GOING_ON_RATE + (1.0 - GOING_ON_RATE) * share,
+            (None, false) => share,
+        };
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }
 
@@ -465,6 +519,49 @@ impl<'a> Tuner<'a> {
             let surplus = self.state.model.scene.len().saturating_sub(goal);
             self.prune(score, surplus.div_ceil(left));
         }
+    }
+
+    /// Where the display term begins after pruning for as long as the target was reached, what was
+    /// pruned since it last was is undone: dimming has slack to spend, and no time to recover.
+    fn undo_if_due(&mut self, iteration: u32) -> Result<(), TuneError> {
+        let DisplayTerm::Controlled { from, .. } = self.config.display else { return Ok(()) };
+        let is_due = iteration == from
+            && matches!(self.config.pruning, Pruning::WhilePassing { .. })
+            && self.state.last.is_some_and(|check| !check.passed);
+        if is_due { self.undo() } else { Ok(()) }
+    }
+
+    /// While it prunes whenever it passes: a prune that it does not recover from is undone, and the
+    /// next one is smaller.
+    fn give_up_if_due(&mut self, lambda: f64) -> Result<(), TuneError> {
+        let Pruning::WhilePassing { share, .. } = self.config.pruning else { return Ok(()) };
+        let is_pruning = share < 1.0 && lambda == 0.0 && self.state.extended.is_none();
+        if is_pruning && !self.is_done() && self.state.stride.gives_up() {
+            return self.undo();
+        }
+        Ok(())
+    }
+
+    /// Goes back to the model that was kept, if more was pruned since.
+    fn undo(&mut self) -> Result<(), TuneError> {
+        match &self.state.best {
+            Some((scene, check)) if scene.len() != self.state.model.scene.len() => {
+                let (scene, margin_db) = (scene.clone(), self.target.margin_db(check.seen.quality));
+                if let Some(heat) = &mut self.state.heat {
+                    heat.recovered(margin_db);
+                }
+                self.go_back_to(&scene)
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    /// Trains on from parameters that were kept, without moments or a mean.
+    fn go_back_to(&mut self, scene: &Gaussians) -> Result<(), TuneError> {
+        self.state.model = Model::fresh(scene);
+        self.state.average = None;
+        self.reader.label(scene, &mut self.state.labels);
+        self.warm_up(self.state.iteration, 0.0)
     }
 
     fn prune(&mut self, score: Score, count: usize) {
@@ -509,7 +606,7 @@ impl<'a> Tuner<'a> {
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
         let (setup, pooling) = (self.setup, self.pooling());
         let is_last = iteration + 1 >= self.iterations();
-        let is_extended = self.state.is_extended;
+        let is_extended = self.state.extended.is_some();
         let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
             let shown = reader.of(state.shown(), &state.labels);
@@ -522,18 +619,11 @@ impl<'a> Tuner<'a> {
         };
         let mut seen = look(&mut self.reader, &mut self.state, is_last);
         let mut confirmed = is_last;
-        if !is_last && self.wants_confirmation(seen.quality) {
+        if !is_last && self.wants_confirmation(seen.quality, lambda) {
             seen = look(&mut self.reader, &mut self.state, true);
             confirmed = true;
         }
-        let passed = self.target.passes(seen.quality);
-        let sure = self.is_sure(&seen);
-        let check = Check { iteration, seen, passed, sure, confirmed, lambda };
-        self.state.last = Some(check);
-        self.state.unconfirmed = if confirmed { 0 } else { self.state.unconfirmed + 1 };
-        if passed && confirmed && self.is_pruned() {
-            self.remember(check);
-        }
+        let mut check = self.checked(iteration, seen, confirmed, lambda);
         let mut is_dimming = matches!(self.config.display, DisplayTerm::Fixed(_));
         if let DisplayTerm::Controlled { from, .. } = self.config.display
             && let Some(controller) = &mut self.controller
@@ -541,15 +631,22 @@ impl<'a> Tuner<'a> {
         {
             is_dimming = true;
             let verdict = controller.observe(iteration - from, seen.quality, &self.target);
-            self.state.settled = verdict == Verdict::Settled && self.is_pruned();
+            if verdict == Verdict::Settled && self.is_pruned() {
+                // Where it ends, too, all views that choose are looked at.
+                if !confirmed {
+                    seen = look(&mut self.reader, &mut self.state, true);
+                    check = self.checked(iteration, seen, true, lambda);
+                }
+                self.state.settled = check.passed;
+            }
         }
         if let Some(heat) = &mut self.state.heat {
             let margin_db = self.target.margin_db(seen.quality);
             heat.observe(margin_db, self.config.pace.heat, is_dimming);
         }
         match self.config.pruning {
-            Pruning::WhilePassing { most, share }
-                if sure && !is_last && !is_dimming && !is_extended =>
+            Pruning::WhilePassing { most, share, .. }
+                if check.sure && !is_last && !is_dimming && !is_extended =>
             {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;
@@ -566,6 +663,18 @@ impl<'a> Tuner<'a> {
         check
     }
 
+    /// A check of what was seen, which is remembered if its model may be kept.
+    fn checked(&mut self, iteration: u32, seen: Seen, confirmed: bool, lambda: f64) -> Check {
+        let (passed, sure) = (self.target.passes(seen.quality), self.is_sure(&seen));
+        let check = Check { iteration, seen, passed, sure, confirmed, lambda };
+        self.state.last = Some(check);
+        self.state.unconfirmed = if confirmed { 0 } else { self.state.unconfirmed + 1 };
+        if passed && confirmed && self.is_pruned() {
+            self.remember(check);
+        }
+        check
+    }
+
     /// Whether the target is reached with so much to spare that views which did not choose may
     /// differ a little: by as much as λ is steered for, and by a part of what those that choose
     /// have gone since all were looked at.
@@ -579,16 +688,14 @@ impl<'a> Tuner<'a> {
 
     /// Whether all views that choose are to be looked at: the model of an estimated quality may be
     /// kept.
-    fn wants_confirmation(&self, quality: Quality) -> bool {
+    fn wants_confirmation(&self, quality: Quality, lambda: f64) -> bool {
         let may_pass = self.target.passes(quality) && self.is_pruned();
         let has_sure = self.state.best.as_ref().is_some_and(|(_, check)| check.sure);
         let is_due = !has_sure || self.state.unconfirmed >= CONFIRM_EVERY;
-        may_pass
-            && match self.config.keep {
-                Keep::Last => false,
-                Keep::LastPassing => is_due || self.target.margin_db(quality) < NEAR_DB,
-                Keep::Dimmest => is_due,
-            }
+        // More goes wherever it passes: near the target that must not rest on an estimate.
+        let prunes = matches!(self.config.pruning, Pruning::WhilePassing { .. }) && lambda == 0.0;
+        let is_near = prunes && self.target.margin_db(quality) < NEAR_DB;
+        may_pass && self.config.keep != Keep::Last && (is_due || is_near)
     }
 
     /// Whether all pruning that was ordered is done.

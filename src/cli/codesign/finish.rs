@@ -42,6 +42,7 @@ pub fn run_toml(codesign: &Codesign, space: &Space) -> Result<String, Failure> {
     set("height-px", i64::from(camera.height).into());
     set("models", count(codesign.models.len()));
     set("iterations", i64::from(codesign.iterations).into());
+    set("halving", codesign.halving.into());
     set("seed", (campaign.settings.seed as i64).into());
     set("inputs-xxh3", format!("{:032x}", campaign.inputs()).into());
     set("base", codesign.machines.base.label().into());
@@ -70,9 +71,14 @@ pub fn finish(
         let model = &finished.models[found.pair.0];
         let scene = codesign.scene(folder.store(), model)?;
         folder.stream("joint.ply", |mut w| write_ply(&scene, &mut w))?;
-        if let Some((export, file)) = smallest(&finished.exports).and_then(with_file) {
+        // The folder may have that of another space.
+        let best = smallest(&finished.exports).map(|export| export.target);
+        for export in &finished.exports {
             let name = format!("joint.{}", ending(export.target));
-            folder.stream(&name, |mut w| std::io::Write::write_all(&mut w, file))?;
+            match &export.file {
+                Ok(file) if Some(export.target) == best => folder.write(&name, file)?,
+                Ok(_) | Err(_) => folder.remove(&name)?,
+            }
         }
         folder.stream("joint.bin", |w| codesign.campaign.write_trace(&scene, w))?;
         folder.write("joint.toml", codesign.machine_toml(&model.point, found.pair.1)?)?;
@@ -86,10 +92,6 @@ pub fn finish(
     folder.write("report.html", page.html(&title).or_exit(Exit::Internal, "report.html")?)?;
     tell(finished, folder, context)?;
     Ok(Exit::Done)
-}
-
-fn with_file(export: &Exported) -> Option<(&Exported, &[u8])> {
-    Some((export, export.file.as_ref().ok()?))
 }
 
 /// What the name of a file in this format ends with.

@@ -90,10 +90,24 @@ fn claims_fail_with_their_numbers() {
         r.models.iter_mut().find(|m| m.sweep_lambda == Some(0.2)).unwrap().test.psnr_db =
             Some(30.0);
     });
-    fails("26", "4 of 5", |r| r.models[1].margin_db = Some(2.0));
+    fails("26", "4 of 5", |r| {
+        (r.models[1].margin_db, r.models[1].iterations) = (Some(2.0), 1000);
+    });
     fails("4a", "R²", |r| r.models[2].render_w = 0.2);
     fails("4b", "-", |r| r.models[1].display_w = 0.5);
     fails("23", "W", |r| r.models[0].render_w = 0.01);
+}
+
+#[test]
+fn a_sample_that_was_cut_off_says_nothing_about_lambda() {
+    let mut results = run();
+    (results.models[1].margin_db, results.models[1].iterations) = (Some(2.0), 999);
+    let (cut_off, here) = verdict(&alone(&results), "26");
+    assert_eq!(cut_off, Verdict::Unchecked, "{here}");
+    assert!(here.contains("1 sample ended above the target"), "{here}");
+    // The rendering end has no λ, and may be far above the target.
+    results.models[1].lambda_per_w = None;
+    assert_eq!(verdict(&alone(&results), "26").0, Verdict::Yes);
 }
 
 #[test]

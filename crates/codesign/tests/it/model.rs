@@ -128,13 +128,13 @@ fn a_codebook_is_a_number_in_the_record_and_entries_on_the_chip() {
     };
     // 3 x 16 bits and 12; 45 x 16 bits.
     let whole = of(4096, FormatSpec::exact(), 3);
-    assert_eq!(whole.colour, Some((Bytes(8), Bytes(32))));
+    assert_eq!(whole.colour, Some((Bytes(8), Bytes(8))));
     assert_eq!(whole.codebook, Some((4096, Bytes(90))));
     // 3 x 10 bits and 9 for 257 entries; 24 x 8 bits.
     let (dc, rest) = (format("e4m5"), format("e4m3"));
     let spec = FormatSpec { colour_dc: dc, colour_rest: rest, ..FormatSpec::exact() };
     let short = of(257, spec, 2);
-    assert_eq!(short.colour, Some((Bytes(5), Bytes(32))));
+    assert_eq!(short.colour, Some((Bytes(5), Bytes(8))));
     assert_eq!(short.codebook, Some((257, Bytes(24))));
     let keys: Vec<String> = short.settings().iter().map(|(k, v)| format!("{k}={v}")).collect();
     let changes: Vec<_> = keys.iter().map(|k| k.replace('"', "").parse().unwrap()).collect();

@@ -232,8 +232,11 @@ fn what_stays_is_beaten_by_the_fewest_in_watts_and_quality() {
     let beaten = trial(2.5, -2.0);
     let trials = [beaten, good_but_dear, dim_but_bad, between];
     assert_eq!(better(&trials, 3), [false, true, true, true]);
-    assert_eq!(better(&trials, 1), [false, false, true, false], "then the fewest watts");
+    assert_eq!(better(&trials, 1), [false, true, false, false], "the nearest to the quality");
+    assert_eq!(better(&trials, 2), [false, true, true, false], "then the fewest watts");
     assert_eq!(better(&[between; 3], 2), [true, true, false], "then the first");
+    let cheap = trial(2.0, 0.0);
+    assert_eq!(better(&[good_but_dear, cheap], 1), [false, true], "of as good ones the cheaper");
     let refused = trial(f64::INFINITY, 0.0);
     assert_eq!(better(&[refused, good_but_dear], 1), [false, true]);
 }
@@ -256,6 +259,21 @@ fn a_codebook_spares_traffic_and_takes_area() {
         assert!(shared.dram_bytes < 0.9 * own.dram_bytes, "{shared:?} {own:?}");
         assert!(shared.area_mm2 > own.area_mm2, "{shared:?} {own:?}");
     }
+}
+
+#[test]
+fn a_codebook_that_no_table_prices_is_refused_before_anything_is_trained() {
+    let space = |entries: u32, more: &str| {
+        let model = format!("rho = [0.0, 0.4]\ncodebook = [{entries}]");
+        let machine = format!("[machine.set]\n{more}");
+        SPACE.replace("rho = [0.0, 0.4]", &model).replace("[machine.set]\n", &machine)
+    };
+    let opened = |entries, more| codesign(&space(entries, more), 24.0, 12).map(drop);
+    // A copy of 6 MiB at degree 3 is 96 banks of 64 KiB, rounded up to a power of two.
+    opened(65_536, "").unwrap();
+    let whole = opened(65_536, "\"codebook.banks\" = 1\n").unwrap_err().to_string();
+    assert!(whole.contains("`banks` or `word` of `codebook`"), "{whole}");
+    assert!(whole.contains("model rho0-sh3-mixed-cb65536"), "{whole}");
 }
 
 #[test]

@@ -15,6 +15,11 @@ fn mistakes_are_told_with_their_lines() {
         ("[model]\nrho = [0.5, 0.5]\n", "line 2", "twice"),
         ("[model]\nrho = [0.5]\nsh-degree = [4]\n", "line 3", "0 to 3"),
         ("[model]\nrho = [0.5]\ncodebook = [1]\n", "line 3", "0 for none, or 2 to 65536"),
+        (
+            "[model]\nrho = [0.5]\n[[model.formats]]\nname = \"a-cb16\"\n",
+            "line 3",
+            "`a-cb16` ends as the name of a model with a codebook",
+        ),
         ("[model]\nrho = [0.5]\ncodebook = [64, 64]\n", "line 3", "64 appears twice"),
         (
             "[model]\nrho = [0.5]\n[machine.set]\ncodebook.entries = 64\n",

@@ -116,9 +116,10 @@ impl ResolvedUnits {
             let is_there = binning.method != BinningMethod::Free && spec.capacity.0 > 0;
             is_there.then(|| Banks::new(spec))
         });
+        let record = machine.record.of(degree, &machine.codebook);
         let converter = Ccu::new(
             ccu.clone(),
-            (machine.record.of_degree(degree), machine.codebook.of_degree(degree), degree, key),
+            (record, machine.codebook.of_degree(degree), degree, key),
             is_foveated.then(|| machine.fovea.clone()),
             shares.gaussian_in,
             Banks::new(&buffers.gaussian_in),

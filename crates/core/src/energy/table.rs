@@ -70,14 +70,27 @@ pub struct EnergyTable {
     pub supply: Option<SupplyPrices>,
 }
 
+/// The keys of a machine that make the banks of a buffer.
+fn keys(buffer: &str) -> String {
+    let (table, size) = match buffer {
+        "codebook" => ("codebook", "entries"),
+        "cache" => ("cache", "capacity"),
+        "pointers" => ("binning.pointers", "capacity"),
+        "combining" => ("binning.combining", "capacity"),
+        _ => return format!("`capacity`, `banks` or `word` of `buffers.{buffer}`"),
+    };
+    format!("`{size}`, `banks` or `word` of `{table}`")
+}
+
 /// A machine that the table has no price for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PriceError {
     /// A bank outside of the SRAM table.
     #[error(
         "the banks of buffer `{buffer}` have {bank}, and the SRAM table of `{table}` goes from \
-         {least} to {most}: change `buffers.{buffer}`, or set `sram.table.allow-extrapolation = \
-         true` in a copy of the energy table"
+         {least} to {most}: change {}, or set `sram.table.allow-extrapolation = true` in a copy of \
+         the energy table",
+        keys(buffer)
     )]
     OutsideTable {
         /// Key of the buffer.
@@ -94,8 +107,9 @@ pub enum PriceError {
     /// A bank that the rows of CACTI do not reach.
     #[error(
         "the banks of buffer `{buffer}` have {bank} in words of {word}, and the rows of \
-         `sram.cacti` in `{table}` have {reach}: change `capacity`, `banks` or `word` of \
-         `buffers.{buffer}`, or set `sram.cacti.allow-extrapolation = true` in a copy of the table"
+         `sram.cacti` in `{table}` have {reach}: change {}, or set \
+         `sram.cacti.allow-extrapolation = true` in a copy of the table",
+        keys(buffer)
     )]
     OutsideCacti {
         /// Key of the buffer.

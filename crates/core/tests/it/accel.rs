@@ -8,7 +8,7 @@ use powergs_core::accel::buffer::{BufferAllocator, usage};
 use powergs_core::accel::divide::Divisor;
 use powergs_core::accel::dram::{Channel, Dram, TICKS};
 use powergs_core::accel::machine::{
-    AccessOrder, BufferSpec, DramModel, DramSpec, Fetch, Ports, SecondMasterSpec,
+    AccessOrder, BufferSpec, CodebookSpec, DramModel, DramSpec, Fetch, Ports, SecondMasterSpec,
 };
 use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::stream::Stream;
@@ -91,6 +91,24 @@ fn ccu_takes_as_long_as_its_operations() {
     assert_eq!(cycles(Fetch::GeometryFirst, 1), geometry + 60 * 133);
     assert_eq!(cycles(Fetch::GeometryFirst, 16), (geometry + 60 * 133_u64).div_ceil(16));
     assert_eq!(cycles(Fetch::GeometryFirst, 100_000), 100);
+}
+
+#[test]
+fn ccu_takes_as_long_as_its_codebook() {
+    let batch = Batch { records: 100, survivors: 60, splats: 25, ..Batch::default() };
+    let cycles = |fetch, banks| {
+        let design = design(|m| {
+            (m.ccu.fetch, m.ccu.operations_per_cycle) = (fetch, 100_000);
+            m.codebook = CodebookSpec { entries: 16, entry: Bytes(90), word: Bytes(4), banks };
+        });
+        design.ccu.cycles(&batch)
+    };
+    // 23 words of 4 B.
+    assert_eq!(cycles(Fetch::VisibleColour, 1), 25 * 23);
+    assert_eq!(cycles(Fetch::VisibleColour, 5), 25 * 5);
+    assert_eq!(cycles(Fetch::GeometryFirst, 5), 60 * 5);
+    assert_eq!(cycles(Fetch::VisibleColour, 23), 100, "behind the records");
+    assert_eq!(cycles(Fetch::LazyColour, 1), 100, "cores look up");
 }
 
 #[test]

@@ -62,6 +62,19 @@ fn every_colour_reads_an_entry_and_spares_its_coefficients() {
 }
 
 #[test]
+fn a_machine_with_entries_has_the_record_of_them() {
+    // Three numbers of FP16 and twelve bits: 60 bits.
+    for machine in ["gscore", "gscore-powergs"] {
+        let said = replayed(machine, &[&BOOK[3..], &["record.colour-extra=0 B"]].concat());
+        assert_eq!(said.actions, replayed(machine, &BOOK).actions, "{machine}");
+    }
+    // Without coefficients in the record its bytes are what they are.
+    let read = |sets: &[&str]| replayed("gscore", sets).actions.total(Action::DramRead);
+    let fixed = ["record.colour-extra=96 B"];
+    assert_eq!(read(&[&fixed[..], &BOOK[3..]].concat()), read(&fixed));
+}
+
+#[test]
 fn each_unit_has_a_copy_with_area_and_leakage() {
     let book = |sets: &[&str]| {
         let memory =

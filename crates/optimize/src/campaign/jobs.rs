@@ -1,12 +1,13 @@
 //! The loop over the jobs of a plan.
 
 use super::{CampaignError, Run};
+use crate::adam::Adam;
 use crate::history::HistoryRow;
 use crate::job::Job;
 use crate::outcome::{Outcome, Training};
 use crate::role::Role;
 use crate::target::{Quality, Target};
-use crate::tune::{Model, State, TuneConfig, Tuner};
+use crate::tune::{DisplayTerm, Model, Pruning, State, TuneConfig, Tuner};
 use crate::watch::CampaignWatch;
 
 /// A target this far above the dense model is not tried, decibels.
@@ -25,6 +26,15 @@ pub(super) enum Stop {
     Cancelled,
     /// The dense model itself is far below the target: by how much.
     OutOfReach(String),
+}
+
+/// What a fine-tune left.
+struct Tuned {
+    model: Model,
+    /// `None`: it was measured only.
+    training: Option<Training>,
+    /// Where a rendering end stopped, for a job that goes on from there.
+    left: Option<State>,
 }
 
 impl Run<'_> {
@@ -50,9 +60,9 @@ impl Run<'_> {
             }
             let done = match job.config {
                 Some(config) => self.tune(&job, config, watch)?,
-                None => Some((self.untuned(&job), None)),
+                None => Some(Tuned { model: self.untuned(&job), training: None, left: None }),
             };
-            let Some((model, training)) = done else { return Ok(Stop::Cancelled) };
+            let Some(Tuned { model, training, left }) = done else { return Ok(Stop::Cancelled) };
             let judge = |quality| campaign.plan.judge(&self.progress.outcomes, &job, quality);
             let outcome = Outcome::measured(&setup, &job, &model, training, judge);
             let what = || format!("job {}", job.name);
@@ -66,9 +76,15 @@ impl Run<'_> {
             let outcomes = &self.progress.outcomes;
             let kept = campaign.plan.kept(points, outcomes);
             if campaign.keep_all || kept.iter().any(|o| o.name == job.name) {
-                self.checkpoints.save_model(&job.name, &model)?;
+                match left.is_some() {
+                    true => self.checkpoints.save_scene(&job.name, &model.scene)?,
+                    false => self.checkpoints.save_model(&job.name, &model)?,
+                }
             }
-            self.save(None)?;
+            drop(model);
+            self.progress.current = left.map(|state| (job.name.clone(), state));
+            let current = self.progress.current.as_ref();
+            self.save(current.map(|(name, state)| (name.as_str(), state)))?;
             self.clear()?;
         }
         self.forget(1)?;
@@ -154,13 +170,13 @@ impl Run<'_> {
         job: &Job,
         config: TuneConfig,
         watch: &dyn CampaignWatch,
-    ) -> Result<Option<(Model, Option<Training>)>, CampaignError> {
+    ) -> Result<Option<Tuned>, CampaignError> {
         let campaign = self.campaign;
         let setup = campaign.setup();
         let target =
             campaign.plan.target_at(&self.progress.outcomes, job.role.baseline(), job.place);
         let state = self.state(job)?;
-        watch.advanced(u64::from(state.iteration));
+        watch.advanced(u64::from(state.iteration.min(config.iterations)));
         let position = self.progress.outcomes.len();
         let target = target.unwrap_or(UNREACHED);
         let mut tuner = Tuner::new(&setup, config, target, job.stream, state);
@@ -184,16 +200,27 @@ impl Run<'_> {
         }
         let iterations = tuner.state().iteration;
         watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
+        let is_end = matches!(config.pruning, Pruning::WhilePassing { .. })
+            && config.display == DisplayTerm::Off
+            && job.role == Role::Sample;
+        if is_end {
+            let (scene, check, state) = tuner.leave();
+            let training = Training { iterations, check, passing_lambda: None };
+            // Moments go with what was left.
+            let model = Model { scene, adam: Adam::default() };
+            return Ok(Some(Tuned { model, training: Some(training), left: Some(state) }));
+        }
         let (model, check, passing_lambda) = tuner.finish();
-        Ok(Some((model, Some(Training { iterations, check, passing_lambda }))))
+        let training = Training { iterations, check, passing_lambda };
+        Ok(Some(Tuned { model, training: Some(training), left: None }))
     }
 
     /// Where the job in flight is, or its beginning.
     fn state(&mut self, job: &Job) -> Result<State, CampaignError> {
         if let Some((name, state)) = self.progress.current.take()
-            && name == job.name
+            && (name == job.name || job.goes_on.as_ref() == Some(&name))
         {
-            return Ok(state);
+            return Ok(if name == job.name { state } else { state.going_on() });
         }
         let Some(from) = &job.from else {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));

@@ -15,7 +15,7 @@ use crate::schedule::{APART, Schedule, TakenSample};
 use crate::settings::{Settings, share_of};
 use crate::slack::{SlackPrice, spent_w};
 use crate::target::Target;
-use crate::tune::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
+use crate::tune::{DisplayTerm, Keep, LEAST, Objective, Pace, Pruning, Trains, TuneConfig};
 use powergs_frame::fovea::POOLINGS;
 
 /// The share of all Gaussians that goes in one step.
@@ -30,10 +30,11 @@ const RECOVERY: f64 = 0.25;
 const GOING_ON: f64 = 0.5;
 /// Two ratios that differ by less are the same.
 const SAME: f64 = 0.01;
-/// The share of all Gaussians that `render-only` prunes at a time.
-const RENDER_ONLY_SHARE: f64 = 0.05;
-/// The share of what is left that the end of our curve prunes at a time.
-const END_SHARE: f64 = 0.05;
+/// The share of all Gaussians that goes at most at a time while the target is reached; with the
+/// published schedule always.
+const WHILE_PASSING: f64 = 0.05;
+/// The share of what is left that goes at most.
+const OF_WHAT_IS_LEFT: f64 = 0.05;
 
 /// A search at one place.
 #[derive(Clone, Copy)]
@@ -57,7 +58,17 @@ pub(super) struct Search<'a> {
 pub(super) fn measured(name: &str, role: Role) -> Job {
     let place = Place::default();
     let stream = xxh3_64(name.as_bytes());
-    Job { name: name.into(), role, place, rho: 0.0, base: None, from: None, config: None, stream }
+    Job {
+        name: name.into(),
+        role,
+        place,
+        rho: 0.0,
+        base: None,
+        from: None,
+        goes_on: None,
+        config: None,
+        stream,
+    }
 }
 
 impl<'a> Search<'a> {
@@ -109,6 +120,7 @@ impl<'a> Search<'a> {
             rho,
             base: self.start.map(|o| o.points),
             from: self.start.map(|o| o.name.clone()),
+            goes_on: None,
             config: Some(config),
         }
     }
@@ -135,7 +147,7 @@ impl<'a> Search<'a> {
         let from = self.start_of(sample.from.map(|i| samples[i]), sample.rho, sample.is_end);
         let iterations = share_of(budget, sample.effort);
         let config = match sample.is_end {
-            true => self.while_passing(END_SHARE, self.plain(iterations)),
+            true => self.while_passing(from, self.plain(iterations)),
             false => self.iso_quality(from, sample.rho, iterations),
         };
         let what = format!("{}-{:02}", Role::Sample.name(), samples.len() + 1);
@@ -192,7 +204,7 @@ impl<'a> Search<'a> {
             Some(_) => {
                 let from = share_of(iterations, GOING_ON).min(iterations - 1);
                 let display = self.controlled(from, None, iterations - from);
-                let pruned = self.while_passing(END_SHARE, self.plain(iterations));
+                let pruned = self.while_passing(end, self.plain(iterations));
                 (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
             }
             None => {
@@ -205,7 +217,14 @@ impl<'a> Search<'a> {
 
     /// `job` from another model than that of the search.
     fn from(&self, from: Option<&Outcome>, job: Job) -> Job {
-        Job { from: from.map(|o| o.name.clone()).or(job.from), ..job }
+        let goes_on = match job.config.map(|config| config.pruning) {
+            Some(Pruning::WhilePassing { .. }) if from.is_some_and(|o| self.is_at_its_limit(o)) => {
+                let last = self.done.last().filter(|o| o.place == self.place && is_end(o));
+                last.map(|o| o.name.clone())
+            }
+            Some(_) | None => None,
+        };
+        Job { from: from.map(|o| o.name.clone()).or(job.from), goes_on, ..job }
     }
 
     /// From the model of `from`, or that of the search: pruned step by step to `rho` and recovered
@@ -236,7 +255,7 @@ impl<'a> Search<'a> {
         let controlled = self.controlled(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
-            Baseline::RenderOnly => (0.0, self.while_passing(1.0, plain)),
+            Baseline::RenderOnly => (0.0, self.while_passing(None, plain)),
             Baseline::DisplayOnly => {
                 (0.0, TuneConfig { display: controlled, keep: Keep::Dimmest, ..plain })
             }
@@ -279,7 +298,7 @@ impl<'a> Search<'a> {
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
-                self.while_passing(1.0, plain)
+                self.while_passing(None, plain)
             }
         };
         self.job(&baseline.name(), Role::Baseline(baseline), 0.0, config)
@@ -317,13 +336,27 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Pruned whenever it passes, by as much as `render-only`, but at most a share of what is left.
-    fn while_passing(&self, share: f64, config: TuneConfig) -> TuneConfig {
-        let most = (self.points as f64 * RENDER_ONLY_SHARE) as usize;
-        let pruning = Pruning::WhilePassing { most, share };
+    /// Pruned whenever it passes: a search and what it is compared with in the same steps, shorter
+    /// ones where it takes long to recover, or where `from` was pruned to its limit for the same
+    /// target. The published code takes a twentieth of all at a time.
+    fn while_passing(&self, from: Option<&Outcome>, config: TuneConfig) -> TuneConfig {
+        let most = (self.points as f64 * WHILE_PASSING) as usize;
+        let share = match self.plan.schedule {
+            Schedule::Published { .. } => 1.0,
+            Schedule::Adaptive { .. } | Schedule::Listed(_) => OF_WHAT_IS_LEFT,
+        };
+        let first = if from.is_some_and(|o| self.is_at_its_limit(o)) { LEAST } else { 1.0 };
+        let pruning = Pruning::WhilePassing { most, share, first };
         // What goes on where another fine-tune ended has lost what that had lost.
         let intact_db = self.plan.intact(self.done, self.place).map(|intact| intact.margin_db);
         TuneConfig { pruning, keep: Keep::LastPassing, intact_db, ..config }
+    }
+
+    /// Whether a model was pruned for as long as the target of this search was reached, or as much
+    /// as one that was.
+    fn is_at_its_limit(&self, o: &Outcome) -> bool {
+        let mut ends = self.done.iter().filter(|d| d.place == self.place && is_end(d));
+        o.place == self.place && ends.any(|end| end.rho <= o.rho + SAME)
     }
 
     /// A display term from an iteration on, with `start` or the first λ of the place.
@@ -355,6 +388,12 @@ impl<'a> Search<'a> {
         let goal = goal(self.points, rho);
         Pruning::Steps { score: Score::Dominance, goal, steps, every }
     }
+}
+
+/// Whether it is a rendering end: pruned for as long as the target was reached, without a display
+/// term.
+fn is_end(o: &Outcome) -> bool {
+    o.role == Role::Sample && o.lambda.is_none() && o.rho > 0.0
 }
 
 /// A sample as the schedule sees it: with its slack spent.

@@ -48,14 +48,16 @@ pub fn labels(scene: &Gaussians, entries: u32) -> Vec<u32> {
     labels
 }
 
-/// Everyone looks for the nearest of the entries again.
+/// Everyone looks for the nearest of the entries again. A model that was pruned below so many has
+/// as many as it has Gaussians, each its own.
 pub fn relabel(scene: &Gaussians, labels: &mut Vec<u32>, entries: u32) {
     let vectors = vectors(scene);
-    let entries = (entries as usize).min(vectors.len());
-    if entries > 0 {
-        let mut book = means(&vectors, labels, entries);
-        *labels = nearest(&vectors, &mut book);
+    if vectors.len() <= entries as usize {
+        *labels = (0..vectors.len() as u32).collect();
+        return;
     }
+    let mut book = means(&vectors, labels, entries as usize);
+    *labels = nearest(&vectors, &mut book);
 }
 
 /// Gives every Gaussian the entry that it shares in the place of its own coefficients.

@@ -38,6 +38,12 @@ impl Heat {
         self.left = 1.0;
     }
 
+    /// Its parameters are those of a model again that had recovered, at this distance from the
+    /// target, decibels: no heat before the next prune.
+    pub fn recovered(&mut self, margin_db: f64) {
+        (self.last_db, self.left, self.factor) = (margin_db, 0.0, 1.0);
+    }
+
     /// A check found this distance from the target, decibels. `is_dimming`: what is missing was
     /// spent on the display.
     pub fn observe(&mut self, margin_db: f64, most: f64, is_dimming: bool) {

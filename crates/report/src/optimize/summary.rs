@@ -118,9 +118,14 @@ impl Story<'_> {
         let n = confirming(self.views.0);
         if let Some(Confirmation { seen, luck_db }) = best.confirmation.filter(|_| n > 0) {
             let psnr = format!("{:.2} dB", seen.quality.psnr_db);
-            let _ = write!(text, "{n} of the gate views did not choose: {psnr}");
+            let _ = write!(text, "{n} of the gate views did not choose the model: {psnr}");
             if let Some(luck) = luck_db {
-                let _ = write!(text, "; choosing had promised {luck:+.2} dB over all of them");
+                let than = if luck < 0.0 { "worse" } else { "better" };
+                let _ = write!(
+                    text,
+                    "; when it was chosen it seemed {:.2} dB {than} than all gate views find",
+                    luck.abs()
+                );
             }
             text.push('\n');
         }

@@ -24,8 +24,9 @@ const NEAR: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
 /// Factors that are tried for the far values, the wanted one first.
 const FAR: [[f64; 3]; 2] = [[0.5, 0.75, 0.25], [2.0, 1.25, 4.0]];
 /// What a key that is 0 (off) is set to; others are set to 1 of their unit.
-const OFF: [(&str, &str); 3] = [
+const OFF: [(&str, &str); 4] = [
     ("cache.capacity", "32 KiB"),
+    ("codebook.entries", "1024"),
     ("schedule.merge-below", "256"),
     ("dram.second-master.rate", "5 GB/s"),
 ];

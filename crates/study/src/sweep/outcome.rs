@@ -10,7 +10,7 @@ use powergs_core::sim::statistics::{Statistic, catalogue};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub(crate) const OUTCOME_VERSION: u32 = 3;
+pub(crate) const OUTCOME_VERSION: u32 = 4;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];

@@ -6,6 +6,7 @@ use super::{
     DramModel, FeatureSource, Fetch, Machine, NO_DEVICE, Organisation, Switch, Termination,
 };
 use powergs_base::quantity::Bytes;
+use powergs_frame::scene::ShDegree;
 
 /// The largest buffer or record that is believed: 1 GiB.
 const SIZE_MAX: Bytes = Bytes(1 << 30);
@@ -383,17 +384,28 @@ fn codebook(m: &Machine, found: &mut Found) {
         found.push(("codebook.entry", message));
         return;
     }
-    let copy = Bytes(u64::from(book.entries) * book.entry.0);
-    if book.word == Bytes(0) || book.word > copy {
-        let message = format!("`codebook.word` = {} must be from 1 B to {copy}", book.word);
+    if book.word == Bytes(0) || book.word > RECORD_MAX {
+        let message = format!("`codebook.word` = {} must be 1 B to {RECORD_MAX}", book.word);
         found.push(("codebook.word", message));
+        return;
     }
-    if copy > SIZE_MAX {
+    // Entries are whole words.
+    let copy = u64::from(book.entries).saturating_mul(book.words()).saturating_mul(book.word.0);
+    if copy > SIZE_MAX.0 {
         let message = format!(
             "`codebook.entries` = {} of {} are above {SIZE_MAX}: a typing error?",
             book.entries, book.entry
         );
         found.push(("codebook.entries", message));
+    }
+    let (record, pitch) = (m.record.of(ShDegree::MAX, book).colour, m.record.colour_pitch);
+    if record > pitch {
+        let message = format!(
+            "`record.colour-pitch` = {pitch} is less than the {record} of a record with the number \
+             of one of {} entries",
+            book.entries
+        );
+        found.push(("record.colour-pitch", message));
     }
 }
 

@@ -21,9 +21,12 @@ pub struct RecordSpec {
     pub geometry: Bytes,
     /// Colour of one Gaussian of a scene of SH degree 3; when it is read is decided by `ccu.fetch`.
     /// In a scene of lower degree d its coefficients take (d + 1)² / 16 of their bytes, rounded up.
+    /// With a codebook a record has a sixteenth of their bits and the bits of the number of an
+    /// entry, rounded up to bytes.
     pub colour: Bytes,
     /// Bytes of `colour` that are no SH coefficients and stay at every degree. As large as
-    /// `colour`: a record that does not depend on the degree.
+    /// `colour`: a record that does not depend on the degree, and with a codebook has the number of
+    /// an entry among them.
     pub colour_extra: Bytes,
     /// Written by the CCU for every splat with at least one tile.
     pub projected: Bytes,
@@ -54,7 +57,7 @@ pub struct RecordSpec {
     pub feature_pitch: Bytes,
     /// Distance of colour records of degree 3 in DRAM, at least `colour`. Smaller records lie as
     /// close as their alignment allows: to the largest power of two that divides this distance, at
-    /// most 32 B.
+    /// most 32 B; with a codebook to the least that holds one, so that none is in two bursts.
     pub colour_pitch: Bytes,
 }
 
@@ -67,7 +70,8 @@ pub struct CodebookSpec {
     /// Entries; 0 for a machine without, whose records have the coefficients themselves.
     #[schemars(range(min = 0, max = 1048576), extend("x-unit" = "entries"))]
     pub entries: u32,
-    /// Bytes of an entry: the coefficients of three channels.
+    /// Bytes of an entry: the coefficients of three channels, of the highest SH degree that it is
+    /// made for. A look-up for a scene of a lower degree above 0 reads all of them.
     pub entry: Bytes,
     /// Bytes of one access of one bank.
     pub word: Bytes,
@@ -87,6 +91,14 @@ impl CodebookSpec {
     pub(crate) fn of_degree(self, degree: ShDegree) -> CodebookSpec {
         let entries = if degree == ShDegree::ZERO { 0 } else { self.entries };
         CodebookSpec { entries, ..self }
+    }
+
+    /// Bits of the number of an entry; 0 without a codebook.
+    pub(crate) fn number_bits(&self) -> u64 {
+        match self.entries {
+            0 => 0,
+            n => u64::from(u32::BITS - (n - 1).leading_zeros()),
+        }
     }
 
     /// Words of an entry.
@@ -132,17 +144,26 @@ pub enum FeatureSource {
 const ALIGNMENT_MAX: u64 = 32;
 
 impl RecordSpec {
-    /// The records of a scene of this SH degree.
-    pub(crate) fn of_degree(&self, degree: ShDegree) -> RecordSpec {
-        if degree == ShDegree::MAX {
+    /// The records of a scene of this SH degree on a machine with this codebook.
+    pub(crate) fn of(&self, degree: ShDegree, codebook: &CodebookSpec) -> RecordSpec {
+        let codebook = codebook.of_degree(degree);
+        if degree == ShDegree::MAX && codebook.entries == 0 {
             return self.clone();
         }
         let coefficients = self.colour.0.saturating_sub(self.colour_extra.0);
-        let kept = coefficients * degree.coefficients();
-        let kept = kept.div_ceil(ShDegree::MAX.coefficients());
+        let all = ShDegree::MAX.coefficients();
+        let kept = match (coefficients, codebook.entries) {
+            (0, _) => 0,
+            (_, 0) => (coefficients * degree.coefficients()).div_ceil(all),
+            _ => ((8 * coefficients).div_ceil(all) + codebook.number_bits()).div_ceil(8),
+        };
         let colour = self.colour.0 - coefficients + kept;
         let pitch = self.colour_pitch.0;
         let alignment = 1 << pitch.trailing_zeros().min(ALIGNMENT_MAX.ilog2());
+        let alignment = match codebook.entries {
+            0 => alignment,
+            _ => colour.next_power_of_two().min(alignment),
+        };
         RecordSpec {
             colour: Bytes(colour),
             colour_pitch: Bytes(colour.next_multiple_of(alignment).min(pitch)),

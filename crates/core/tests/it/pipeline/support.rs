@@ -288,6 +288,12 @@ impl Dice {
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         };
+        machine.codebook = CodebookSpec {
+            entries: self.pick(&[0, 0, 0, 16]),
+            entry: Bytes(u64::from(self.roll(1, 90))),
+            word: Bytes(u64::from(self.roll(1, 32))),
+            banks: self.roll(1, 3),
+        };
         machine.ccu = CcuSpec {
             units: self.roll(1, 3),
             operations_per_cycle: self.roll(100, 500),

@@ -11,6 +11,7 @@ use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit};
 use powergs_core::flops::colour_share;
 use powergs_core::workload::ChunkWork;
+use powergs_frame::scene::ShDegree;
 
 use super::memory::{Memory, Ticket};
 use super::{Frame, digit};
@@ -70,10 +71,10 @@ struct Chunk {
 enum Colours {
     /// Nobody waits for them: there are none, or they are done.
     There,
-    /// Operations that the colour unit has not been asked for.
-    Wanted(u64),
-    /// Operations that have not entered it.
-    Entering(u64),
+    /// Operations, and cycles of the codebook, that the colour unit has not been asked for.
+    Wanted([u64; 2]),
+    /// What has not entered it.
+    Entering([u64; 2]),
     /// Cycles until the last of them leaves it.
     Leaving(u64),
 }
@@ -164,10 +165,10 @@ impl Core {
         }
         let next = self.chunks.iter_mut().find(|c| matches!(c.colours, Colours::Wanted(_)));
         let Some(chunk) = next else { return };
-        if let (Colours::Wanted(operations), Some(ticket)) = (&chunk.colours, chunk.features)
+        if let (Colours::Wanted(work), Some(ticket)) = (&chunk.colours, chunk.features)
             && memory.is_done(ticket, now)
         {
-            chunk.colours = Colours::Entering(*operations);
+            chunk.colours = Colours::Entering(*work);
         }
     }
 
@@ -379,9 +380,9 @@ impl Core {
             pixels: is_last.then(|| design.vru.pixel_bytes(tile)),
             wanted: true,
             sent: now,
-            colours: match frame.colour_operations(&chunk) {
-                0 => Colours::There,
-                operations => Colours::Wanted(operations),
+            colours: match frame.colour_work(&chunk) {
+                [0, 0] => Colours::There,
+                work => Colours::Wanted(work),
             },
         });
         true
@@ -503,10 +504,14 @@ impl Core {
                 _ => Colours::Leaving(left),
             };
             match chunk.colours {
-                Colours::Entering(left) => {
+                Colours::Entering([operations, lookups]) => {
                     self.colour_cycles[0] += 1;
-                    let left = left.saturating_sub(u64::from(vru.colour_operations_per_cycle));
-                    chunk.colours = if left > 0 { Colours::Entering(left) } else { after(latency) };
+                    let rate = u64::from(vru.colour_operations_per_cycle);
+                    let left = [operations.saturating_sub(rate), lookups.saturating_sub(1)];
+                    chunk.colours = match left {
+                        [0, 0] => after(latency),
+                        left => Colours::Entering(left),
+                    };
                 }
                 Colours::Leaving(left) => chunk.colours = after(left - 1),
                 Colours::There | Colours::Wanted(_) => {}
@@ -536,14 +541,20 @@ impl Core {
 
 impl Frame<'_> {
     /// Operations of the colours that a chunk reads: each in proportion to the operations of its
-    /// SH degree, those of further levels as many as a finished pixel.
-    fn colour_operations(&self, chunk: &ChunkWork) -> u64 {
+    /// SH degree, those of further levels as many as a finished pixel. And the cycles in which its
+    /// codebook gives their entries, word by word, as many at once as there are banks.
+    fn colour_work(&self, chunk: &ChunkWork) -> [u64; 2] {
         if self.machine.ccu.fetch != Fetch::LazyColour {
-            return 0;
+            return [0, 0];
         }
         let full = f64::from(self.machine.ccu.operations.sh_colour);
         let one = (full * colour_share(self.workload.sh_degree)).round() as u64;
-        one * u64::from(chunk.first_loads) + 6 * u64::from(chunk.level_loads)
+        let loads = u64::from(chunk.first_loads);
+        let book = &self.machine.codebook;
+        let has_entries = book.entries > 0 && self.workload.sh_degree != ShDegree::ZERO;
+        let words = book.entry.0.div_ceil(book.word.0);
+        let each = if has_entries { words.div_ceil(u64::from(book.banks)) } else { 0 };
+        [one * loads + 6 * u64::from(chunk.level_loads), each * loads]
     }
 
     /// What the VRU does for a chunk of a tile, or for a tile without chunks.
