@@ -408,7 +408,9 @@ impl<'a> Tuner<'a> {
             self.state.best = Some((scene, check));
             return Ok(());
         }
-        if self.state.extended.is_some() {
+        let is_continued =
+            matches!(self.config.pruning, Pruning::WhilePassing { continued: true, .. });
+        if self.state.extended.is_some() || is_continued {
             let spare = self.state.spare.take().filter(|(_, check)| check.sure);
             self.state.best = spare.or(Some((scene, check)));
             return Ok(());
@@ -499,11 +501,21 @@ impl<'a> Tuner<'a> {
     /// What the fall of the learning rates along a fine-tune leaves of them.
     fn decay(&self, iteration: u32) -> f64 {
         let end = self.setup.settings.rate_end;
-        let share = f64::from(iteration) / f64::from(self.config.iterations.max(1));
-        let share = match (self.state.extended, self.state.goes_on) {
-            (Some(_), _) => EXTENSION_RATE,
-            (None, true) => GOING_ON_RATE + (1.0 - GOING_ON_RATE) * share,
-            (None, false) => share,
+        let part = |from: u32, to: u32| {
+            f64::from(iteration.saturating_sub(from)) / f64::from(to.saturating_sub(from).max(1))
+        };
+        let most = self.config.iterations;
+        let share = match (self.state.extended, self.state.goes_on, self.config.display) {
+            (Some(_), ..) => EXTENSION_RATE,
+            (None, false, _) => part(0, most),
+            // Pruning comes to rest before the display term begins, and that once more.
+            (None, true, DisplayTerm::Controlled { from, .. }) => {
+                let part = if iteration < from { part(0, from) } else { part(from, most) };
+                GOING_ON_RATE + (1.0 - GOING_ON_RATE) * part
+            }
+            (None, true, DisplayTerm::Off | DisplayTerm::Fixed(_)) => {
+                GOING_ON_RATE + (1.0 - GOING_ON_RATE) * part(0, most)
+            }
         };
         end + (1.0 - end) * 0.5 * (1.0 + (std::f64::consts::PI * share).cos())
     }
@@ -676,12 +688,15 @@ impl<'a> Tuner<'a> {
     }
 
     /// Whether the target is reached with so much to spare that views which did not choose may
-    /// differ a little: by as much as λ is steered for, and by a part of what those that choose
+    /// differ a little: by half of what λ is steered for, and by a part of what those that choose
     /// have gone since all were looked at.
     fn is_sure(&self, seen: &Seen) -> bool {
         let guard = match gauge::confirming(self.setup.gate_views().len()) {
             0 => 0.0,
-            _ => AIM * self.setup.settings.epsilon_db + DRIFT * self.state.gauge.drift_db(),
+            _ => {
+                let aim = AIM * self.setup.settings.epsilon_db;
+                0.5 * aim + DRIFT * self.state.gauge.drift_db()
+            }
         };
         self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
     }

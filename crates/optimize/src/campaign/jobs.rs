@@ -7,7 +7,7 @@ use crate::job::Job;
 use crate::outcome::{Outcome, Training};
 use crate::role::Role;
 use crate::target::{Quality, Target};
-use crate::tune::{DisplayTerm, Model, Pruning, State, TuneConfig, Tuner};
+use crate::tune::{Model, Pruning, State, TuneConfig, Tuner};
 use crate::watch::CampaignWatch;
 
 /// A target this far above the dense model is not tried, decibels.
@@ -200,10 +200,7 @@ impl Run<'_> {
         }
         let iterations = tuner.state().iteration;
         watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
-        let is_end = matches!(config.pruning, Pruning::WhilePassing { .. })
-            && config.display == DisplayTerm::Off
-            && job.role == Role::Sample;
-        if is_end {
+        if matches!(config.pruning, Pruning::WhilePassing { continued: true, .. }) {
             let (scene, check, state) = tuner.leave();
             let training = Training { iterations, check, passing_lambda: None };
             // Moments go with what was left.

@@ -27,7 +27,7 @@ const PRUNING: f64 = 0.25;
 const RECOVERY: f64 = 0.25;
 /// Where the most pruned model is the cheapest, the share of the fine-tune of the optimum in which
 /// it is pruned further, before the display term.
-const GOING_ON: f64 = 0.5;
+const GOING_ON: f64 = 0.6;
 /// Two ratios that differ by less are the same.
 const SAME: f64 = 0.01;
 /// The share of all Gaussians that goes at most at a time while the target is reached; with the
@@ -147,7 +147,7 @@ impl<'a> Search<'a> {
         let from = self.start_of(sample.from.map(|i| samples[i]), sample.rho, sample.is_end);
         let iterations = share_of(budget, sample.effort);
         let config = match sample.is_end {
-            true => self.while_passing(from, self.plain(iterations)),
+            true => self.while_passing(from, true, self.plain(iterations)),
             false => self.iso_quality(from, sample.rho, iterations),
         };
         let what = format!("{}-{:02}", Role::Sample.name(), samples.len() + 1);
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
             Some(_) => {
                 let from = share_of(iterations, GOING_ON).min(iterations - 1);
                 let display = self.controlled(from, None, iterations - from);
-                let pruned = self.while_passing(end, self.plain(iterations));
+                let pruned = self.while_passing(end, false, self.plain(iterations));
                 (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
             }
             None => {
@@ -255,7 +255,7 @@ impl<'a> Search<'a> {
         let controlled = self.controlled(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
-            Baseline::RenderOnly => (0.0, self.while_passing(None, plain)),
+            Baseline::RenderOnly => (0.0, self.while_passing(None, false, plain)),
             Baseline::DisplayOnly => {
                 (0.0, TuneConfig { display: controlled, keep: Keep::Dimmest, ..plain })
             }
@@ -298,7 +298,7 @@ impl<'a> Search<'a> {
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
-                self.while_passing(None, plain)
+                self.while_passing(None, false, plain)
             }
         };
         self.job(&baseline.name(), Role::Baseline(baseline), 0.0, config)
@@ -339,14 +339,19 @@ impl<'a> Search<'a> {
     /// Pruned whenever it passes: a search and what it is compared with in the same steps, shorter
     /// ones where it takes long to recover, or where `from` was pruned to its limit for the same
     /// target. The published code takes a twentieth of all at a time.
-    fn while_passing(&self, from: Option<&Outcome>, config: TuneConfig) -> TuneConfig {
+    fn while_passing(
+        &self,
+        from: Option<&Outcome>,
+        continued: bool,
+        config: TuneConfig,
+    ) -> TuneConfig {
         let most = (self.points as f64 * WHILE_PASSING) as usize;
         let share = match self.plan.schedule {
             Schedule::Published { .. } => 1.0,
             Schedule::Adaptive { .. } | Schedule::Listed(_) => OF_WHAT_IS_LEFT,
         };
         let first = if from.is_some_and(|o| self.is_at_its_limit(o)) { LEAST } else { 1.0 };
-        let pruning = Pruning::WhilePassing { most, share, first };
+        let pruning = Pruning::WhilePassing { most, share, first, continued };
         // What goes on where another fine-tune ended has lost what that had lost.
         let intact_db = self.plan.intact(self.done, self.place).map(|intact| intact.margin_db);
         TuneConfig { pruning, keep: Keep::LastPassing, intact_db, ..config }

@@ -146,7 +146,7 @@ fn views_that_confirm_do_not_choose() {
     tiny.split.train = (9..all).collect();
     let counted = Counted(&tiny.references, (0..all).map(|_| AtomicUsize::new(0)).collect());
     let setup = Setup { references: &counted, ..tiny.setup() };
-    let pruning = Pruning::WhilePassing { most: 3, share: 0.05, first: 1.0 };
+    let pruning = Pruning::WhilePassing { most: 3, share: 0.05, first: 1.0, continued: false };
     let (iterations, display) = (120, DisplayTerm::Off);
     let keep = Keep::LastPassing;
     let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
@@ -321,7 +321,7 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
     tiny.settings.interval = 2;
     let config = TuneConfig {
         iterations: 30,
-        pruning: Pruning::WhilePassing { most: 15, share: 1.0, first: 1.0 },
+        pruning: Pruning::WhilePassing { most: 15, share: 1.0, first: 1.0, continued: false },
         display: DisplayTerm::Off,
         objective: Objective::Likeness,
         trains: Trains::All,
