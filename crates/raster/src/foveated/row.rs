@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicU32;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::blend::{BLOCK, Block, Entry, Record, blend};
 use super::super::row::{Keep, TileCount, build_lists, count_fetches};
@@ -173,21 +173,23 @@ impl Tile<'_> {
     }
 
     fn write(&self, row: &Row, work: &Work, out: &mut Target<'_>) {
-        let background = self.shared.background;
         let pixels = &mut out.pixels[row.start..][..row.width];
+        dispatch!(self.shared.level, simd => self.write_row(simd, row, work, pixels));
+    }
+
+    #[inline(always)]
+    fn write_row<S: Simd>(&self, simd: S, row: &Row, work: &Work, pixels: &mut [[f32; 3]]) {
+        let background = self.shared.background;
         let shares = &work.shares[row.y][..row.width];
         if !self.level.blends || shares.iter().all(|&share| share <= 0.0) {
-            work.first.write_row(row.y, background, pixels);
+            work.first.write_row(simd, row.y, background, pixels);
         } else if shares.iter().all(|&share| share >= 1.0) {
-            work.second.write_row(row.y, background, pixels);
+            work.second.write_row(simd, row.y, background, pixels);
         } else {
-            let shares = &work.shares[row.y];
-            for (c, &behind) in background.iter().enumerate() {
-                let a = work.first.row(row.y, c, behind);
-                let b = work.second.row(row.y, c, behind);
-                for (x, pixel) in pixels.iter_mut().enumerate() {
-                    pixel[c] = (1.0 - shares[x]) * a[x] + shares[x] * b[x];
-                }
+            let a = work.first.row(simd, row.y, background);
+            let b = work.second.row(simd, row.y, background);
+            for ((x, pixel), share) in pixels.iter_mut().enumerate().zip(shares) {
+                *pixel = [0, 1, 2].map(|c| (1.0 - share) * a[c][x] + share * b[c][x]);
             }
         }
     }

@@ -4,7 +4,7 @@ use fearless_simd::dispatch;
 
 use super::unblend::{Kind, UnblendBlock, unblend};
 use super::{Clamp, Options};
-use crate::blend::{BLOCK, Block, Entry, Hit, Paint, Taped, blend};
+use crate::blend::{BLOCK, Block, Entry, Hit, Paint, Taped, blend, write_block};
 use powergs_frame::splat::TileGrid;
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
@@ -56,10 +56,10 @@ impl Row {
             let (w, h) = ((x1 - x0) as usize, (y1 - y0) as usize);
             block.reset::<Taped>(x0, y0, w, h);
             dispatch!(options.level, simd => blend(simd, Taped, &mut block, entries, paints));
-            for y in 0..h {
-                let start = y * grid.width as usize + x0 as usize;
-                block.write_row(y, options.background, &mut pixels[start..start + w]);
-            }
+            let pixels = &mut pixels[x0 as usize..];
+            let width = grid.width as usize;
+            dispatch!(options.level, simd =>
+                write_block(simd, &block, options.background, (w, h), pixels, width));
         }
         self.starts.push(block.hits.len());
         self.hits = std::mem::take(&mut block.hits);

@@ -136,7 +136,7 @@ fn unblend_splat<S: Simd, K: Kind>(
     rows: f32x16<S>,
     dx: f32x16<S>,
 ) -> Columns<S> {
-    let lines = Lines::of(simd, paint, rows, block.origin[0]);
+    let lines = Lines::of(simd, paint, rows);
     let dys = Line::of(rows - paint.mean[1]);
     let zero = f32x16::splat(simd, 0.0);
     let mut sums = Columns { alpha: [zero; 3], colour: [zero; 3] };
