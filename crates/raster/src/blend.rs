@@ -96,33 +96,24 @@ impl Paint {
 
 /// Where the paints of the entries of a list come from.
 pub(super) trait Palette {
-    /// Copies the paints of up to [`BATCH`] entries side by side.
-    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]);
+    /// Copies the paints of up to [`BATCH`] ranks side by side.
+    fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]);
 }
 
 impl Palette for &[Paint] {
     #[inline(always)]
-    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
-        for (paint, entry) in near.iter_mut().zip(entries) {
-            *paint = self[entry.rank as usize];
+    fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]) {
+        for (paint, &rank) in near.iter_mut().zip(ranks) {
+            *paint = self[rank as usize];
         }
     }
-}
-
-/// An entry of a tile's list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry {
-    /// Depth rank of the splat.
-    pub rank: u32,
-    /// Position in the list of all accepted splats of the tile, skipped ones included.
-    pub ordinal: u32,
 }
 
 /// An entry that blends in a block, for the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hit {
-    /// The entry.
-    pub entry: Entry,
+    /// Its position in the list of the tile.
+    pub at: u32,
     /// Rows with a pixel in which α reaches 1/255 before it stops, one bit each.
     pub rows: u32,
 }
@@ -385,19 +376,19 @@ impl Record for Tallied {
 /// Entries whose paints are brought together before they are blended, so that cache misses overlap.
 pub(super) const BATCH: usize = 64;
 
-/// Blends `entries` into `block`.
+/// Blends the splats of a list of ranks into `block`.
 #[simd]
 pub(super) fn blend<S: Simd, R: Record, P: Palette>(
     simd: S,
     record: R,
     block: &mut Block,
-    entries: &[Entry],
+    ranks: &[u32],
     palette: P,
 ) {
     let mut near = [Paint::default(); BATCH];
-    for (batch, entries) in entries.chunks(BATCH).enumerate() {
-        palette.fetch(entries, &mut near);
-        blend_batch(simd, record, block, batch * BATCH, entries, &near, |at| near[at].tint());
+    for (batch, ranks) in ranks.chunks(BATCH).enumerate() {
+        palette.fetch(ranks, &mut near);
+        blend_batch(simd, record, block, batch * BATCH, ranks, &near, |at| near[at].tint());
         if block.alive == 0 {
             return;
         }
@@ -422,11 +413,11 @@ pub(super) fn blend_batch<S: Simd, R: Record>(
     record: R,
     block: &mut Block,
     first: usize,
-    entries: &[Entry],
+    ranks: &[u32],
     near: &[Paint; BATCH],
     tint: impl Fn(usize) -> Tint,
 ) {
-    block.set_strokes(simd, &near[..entries.len()], &tint);
+    block.set_strokes(simd, &near[..ranks.len()], &tint);
     let by_row = block.strokes.by_row(simd);
     let mut findings = Findings { hits: [0; BLOCK], pixels: [0; BATCH], weights: [0.0; BATCH] };
     let mut alive = block.alive;
@@ -435,21 +426,21 @@ pub(super) fn blend_batch<S: Simd, R: Record>(
         alive &= alive - 1;
         if by_row[y] != 0 {
             let row = Row { y, touching: by_row[y], first: first as u32 };
-            blend_row(simd, record, block, row, (entries, near), &tint, &mut findings);
+            blend_row(simd, record, block, row, (ranks, near), &tint, &mut findings);
         }
     }
     if R::HITS {
         let rows = by_entry(simd, &findings.hits);
-        for (entry, &rows) in entries.iter().zip(&rows).filter(|(_, rows)| **rows != 0) {
-            block.hits.push(Hit { entry: *entry, rows: u32::from(rows) });
+        for (at, rows) in (first as u32..).zip(rows).filter(|(_, rows)| *rows != 0) {
+            block.hits.push(Hit { at, rows: u32::from(rows) });
         }
     }
-    for (at, entry) in entries.iter().enumerate() {
+    for (at, &rank) in ranks.iter().enumerate() {
         if R::PIXELS && findings.pixels[at] != 0 {
-            block.tally.push((entry.rank, findings.pixels[at]));
+            block.tally.push((rank, findings.pixels[at]));
         }
         if R::WEIGHTS && findings.weights[at] > 0.0 {
-            block.tally.push((entry.rank, (findings.weights[at] / WEIGHT_STEP) as u32));
+            block.tally.push((rank, (findings.weights[at] / WEIGHT_STEP) as u32));
         }
     }
 }
@@ -584,7 +575,7 @@ fn blend_row<S: Simd, R: Record>(
     _record: R,
     block: &mut Block,
     Row { y, touching, first }: Row,
-    (entries, near): (&[Entry], &[Paint; BATCH]),
+    (ranks, near): (&[u32], &[Paint; BATCH]),
     tint: impl Fn(usize) -> Tint,
     findings: &mut Findings,
 ) {
@@ -640,7 +631,7 @@ fn blend_row<S: Simd, R: Record>(
         if R::DOMINANCE {
             let heavier = weight.simd_gt(heaviest);
             heaviest = heavier.select(weight, heaviest);
-            owner = heavier.select(u32x16::splat(simd, entries[at].rank), owner);
+            owner = heavier.select(u32x16::splat(simd, ranks[at]), owner);
         }
         if R::WEIGHTS {
             findings.weights[at] += <[f32; BLOCK]>::from(weight).iter().sum::<f32>();

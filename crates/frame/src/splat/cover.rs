@@ -117,16 +117,7 @@ impl Cover {
     /// Prepares `splat` for `test`. A splat with one candidate tile is accepted untested, as in the
     /// published model; one with a singular covariance touches nothing.
     pub fn new(splat: &Splat, grid: TileGrid, test: Intersection) -> Cover {
-        Cover::with_conic(splat, splat.conic(), grid, test)
-    }
-
-    /// As [`Cover::new`], for a caller that has [`Splat::conic`] at hand.
-    pub(crate) fn with_conic(
-        splat: &Splat,
-        conic: Option<[f32; 3]>,
-        grid: TileGrid,
-        test: Intersection,
-    ) -> Cover {
+        let conic = splat.conic();
         let mut rect = splat.tile_rect(&grid);
         if conic.is_none() {
             rect = TileRect { x0: 0, y0: 0, x1: 0, y1: 0 };
@@ -178,7 +169,7 @@ impl Cover {
 }
 
 /// The tiles of row `y` that hold a pixel which the ellipse may reach, unclipped, half open.
-pub(crate) fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
+fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
     let tile = i64::from(grid.tile);
     let (first, end) = ellipse.columns(i64::from(y) * tile, i64::from(y + 1) * tile)?;
     Some((first.div_euclid(tile), (end - 1).div_euclid(tile) + 1))

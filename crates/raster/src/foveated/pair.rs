@@ -6,7 +6,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use super::super::blend::{BATCH, Block, Entry, Paint, Record, Tint, blend_batch};
+use super::super::blend::{BATCH, Block, Paint, Record, Tint, blend_batch};
 use super::paints::OfLevel;
 
 /// Where two levels are blended: the blocks, and the paints of the first level.
@@ -24,22 +24,22 @@ impl Pair<'_> {
     }
 }
 
-/// Blends `entries` into both blocks. Stops are positions in `entries` for either.
+/// Blends the splats of a list of ranks into both blocks. Stops are positions in it for either.
 #[simd]
 pub(super) fn blend_pair<S: Simd, R: Record>(
     simd: S,
     record: R,
     pair: &mut Pair<'_>,
-    entries: &[Entry],
+    ranks: &[u32],
 ) {
     let mut near = [Paint::default(); BATCH];
     let mut next = [Tint::NOTHING; BATCH];
-    for (batch, entries) in entries.chunks(BATCH).enumerate() {
-        pair.paints.fetch_two(entries, &mut near, &mut next);
+    for (batch, ranks) in ranks.chunks(BATCH).enumerate() {
+        pair.paints.fetch_two(ranks, &mut near, &mut next);
         let at = batch * BATCH;
         let [first, second] = &mut pair.blocks;
-        blend_batch(simd, record, first, at, entries, &near, |at| near[at].tint());
-        blend_batch(simd, record, second, at, entries, &near, |at| next[at]);
+        blend_batch(simd, record, first, at, ranks, &near, |at| near[at].tint());
+        blend_batch(simd, record, second, at, ranks, &near, |at| next[at]);
         if !pair.is_open() {
             return;
         }

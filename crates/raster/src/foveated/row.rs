@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicU32;
 
 use fearless_simd::{Level, Simd, dispatch};
 
-use super::super::blend::{BLOCK, Block, Entry, Record, blend};
+use super::super::blend::{BLOCK, Block, Record, blend};
 use super::super::row::{Keep, TileCount, build_lists, count_fetches};
 use super::FoveatedTile;
 use super::paints::LevelPaints;
@@ -72,7 +72,7 @@ pub(super) fn render_row<R: Record>(
     for tx in 0..grid.nx {
         let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
         let level = shared.levels.tiles[grid.index(tx, ty)];
-        let accepted = lists.accepted[tx as usize];
+        let accepted = entries.len() as u32;
         let tile = Tile { shared, tx, ty, level, entries, accepted };
         tiles.push(tile.render(record, &mut work, out));
     }
@@ -96,7 +96,8 @@ struct Tile<'a> {
     tx: u32,
     ty: u32,
     level: TileLevel,
-    entries: &'a [Entry],
+    /// Ranks.
+    entries: &'a [u32],
     accepted: u32,
 }
 
@@ -218,8 +219,8 @@ impl Tile<'_> {
         let mut most = 0;
         for (&stop, rank) in stops.iter().zip(&mut out.stop_rank[range]) {
             let entry = self.entries.get(stop as usize);
-            let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
-            *rank = entry.map_or(NEVER, |e| e.rank);
+            let iterated = entry.map_or(self.accepted, |_| stop + 1);
+            *rank = entry.copied().unwrap_or(NEVER);
             tile.count.alpha_evaluations += u64::from(iterated);
             most = most.max(iterated);
         }
@@ -252,9 +253,10 @@ impl Tile<'_> {
                 if !takes_part[k] {
                     return (left_out, 0, 0, false);
                 }
-                let stop = stops[k].and_then(|stops| self.entries.get(stops[x] as usize));
-                let iterated = stop.map_or(self.accepted, |e| e.ordinal + 1);
-                (stop.map_or(NEVER, |e| e.rank), iterated, blended[k][x], stop.is_some())
+                let stop = stops[k].map(|stops| stops[x]).filter(|&at| at < self.accepted);
+                let iterated = stop.map_or(self.accepted, |at| at + 1);
+                let rank = stop.map_or(NEVER, |at| self.entries[at as usize]);
+                (rank, iterated, blended[k][x], stop.is_some())
             });
             let [a, b] = seen;
             let iterated = a.1.max(b.1);
