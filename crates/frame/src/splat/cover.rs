@@ -1,5 +1,7 @@
 //! The tiles that a splat touches: bounding rectangle, then a test row by row.
 
+use fearless_simd::Simd;
+
 use super::obb::Obb;
 use super::{Ellipse, Intersection, Splat};
 
@@ -71,6 +73,7 @@ impl TileRect {
 impl Splat {
     /// The tiles under the bounding square of the 3-sigma radius (INRIA's rule, with its
     /// truncation towards zero).
+    #[inline]
     pub fn tile_rect(&self, grid: &TileGrid) -> TileRect {
         let (r, t) = (self.radius(), grid.tile as f32);
         // Tiles are powers of two: multiplying by the reciprocal rounds like dividing.
@@ -116,6 +119,7 @@ enum Shape {
 impl Cover {
     /// Prepares `splat` for `test`. A splat with one candidate tile is accepted untested, as in the
     /// published model; one with a singular covariance touches nothing.
+    #[inline]
     pub fn new(splat: &Splat, grid: TileGrid, test: Intersection) -> Cover {
         let conic = splat.conic();
         let mut rect = splat.tile_rect(&grid);
@@ -151,6 +155,17 @@ impl Cover {
             return None;
         }
         let (x0, x1) = self.interval(y, self.rect.x0, self.rect.x1);
+        (x0 < x1).then_some(TileRow { y, x0, x1 })
+    }
+
+    /// [`Cover::row`] for a row of the rectangle.
+    #[inline(always)]
+    pub(super) fn row_by<S: Simd>(&self, simd: S, y: u32) -> Option<TileRow> {
+        let TileRect { x0, x1, .. } = self.rect;
+        let (x0, x1) = match &self.shape {
+            Shape::Box(obb) => obb.meets_row(y)?.interval_by(simd, x0, x1),
+            Shape::Rect | Shape::Ellipse(_) => self.interval(y, x0, x1),
+        };
         (x0 < x1).then_some(TileRow { y, x0, x1 })
     }
 

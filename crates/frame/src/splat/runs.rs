@@ -3,6 +3,8 @@
 //! Every row of tiles can then be worked on by itself, in parallel and without shared state:
 //! position in a bucket is depth order for any number of threads.
 
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
 use super::cover::TileRow;
@@ -93,6 +95,7 @@ impl Runs {
     }
 
     fn fill(&mut self, splats: &[Splat], test: Intersection, levels: Option<Levels<'_>>) {
+        let simd_level = Level::new();
         let (grid, part) =
             (self.grid, splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096));
         self.part = part;
@@ -103,10 +106,9 @@ impl Runs {
             |(i, ((rows, touches), splats))| {
                 rows.resize_with(grid.ny as usize, Vec::new);
                 rows.iter_mut().for_each(Vec::clear);
-                let ranks = (i * part) as u32..;
-                for ((rank, splat), touch) in ranks.zip(splats).zip(touches) {
-                    *touch = add_runs(rows, rank, splat, grid, test, levels);
-                }
+                let first = (i * part) as u32;
+                let of = Part { first, splats, grid, test, levels };
+                dispatch!(simd_level, simd => add_part(simd, rows, touches, &of));
             },
         );
     }
@@ -128,19 +130,38 @@ impl Runs {
     }
 }
 
+/// Splats of consecutive ranks, and how they are tested.
+struct Part<'a> {
+    /// The first rank.
+    first: u32,
+    splats: &'a [Splat],
+    grid: TileGrid,
+    test: Intersection,
+    levels: Option<Levels<'a>>,
+}
+
+/// Adds the runs of the splats of `part` to their rows of tiles, and writes their counts.
+#[simd]
+fn add_part<S: Simd>(simd: S, rows: &mut [Vec<Run>], touches: &mut [Touch], part: &Part<'_>) {
+    for ((rank, splat), touch) in (part.first..).zip(part.splats).zip(touches) {
+        *touch = add_runs(simd, rows, rank, splat, part);
+    }
+}
+
 /// Adds the runs of one splat to those of its rows of tiles.
-fn add_runs(
+#[inline(always)]
+fn add_runs<S: Simd>(
+    simd: S,
     rows: &mut [Vec<Run>],
     rank: u32,
     splat: &Splat,
-    grid: TileGrid,
-    test: Intersection,
-    levels: Option<Levels<'_>>,
+    part: &Part<'_>,
 ) -> Touch {
-    let cover = Cover::new(splat, grid, test);
+    let cover = Cover::new(splat, part.grid, part.test);
     let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
-    let mut needed = Needed::new(levels, rank, &cover, &mut touch);
-    for row in cover.rows() {
+    let mut needed = Needed::new(part.levels, rank, &cover, &mut touch);
+    for y in cover.rect.y0..cover.rect.y1 {
+        let Some(row) = cover.row_by(simd, y) else { continue };
         match &mut needed {
             None => touch.tiles += row.x1 - row.x0,
             Some(needed) => needed.row(&row, &mut touch),
