@@ -5,6 +5,7 @@
 //! absent.
 
 mod floor;
+mod processor;
 mod scenes;
 
 use std::path::Path;
@@ -58,14 +59,6 @@ struct Times {
     both: f64,
 }
 
-/// What this thread has run so far, seconds: other guests of the machine do not count. The clock on
-/// the wall where the system does not tell.
-fn processor() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split(' ').next().and_then(|field| field.parse::<f64>().ok());
-    nanoseconds.map_or_else(wall, |ns| ns * 1e-9)
-}
-
 fn times(case: &Case, which: Which, now: Now) -> Times {
     let (mut tape, mut gradients) = (Tape::new(), Gradients::new());
     let options = Options::reference();
@@ -99,8 +92,8 @@ fn report(name: &str, case: &Case) {
         (Peaks::measure(wall), times(case, Which::All, wall), few)
     });
     let (peak, one, few_one) = on_threads(1, || {
-        let few = times(case, Which::ColourAndOpacity, processor);
-        (Peaks::measure(processor), times(case, Which::All, processor), few)
+        let few = times(case, Which::ColourAndOpacity, processor::seconds);
+        (Peaks::measure(processor::seconds), times(case, Which::All, processor::seconds), few)
     });
     let counted = raster::Options::reference(Detail::Counters);
     let rendered = render(&case.scene, &case.camera, &counted);

@@ -4,6 +4,7 @@
 //! `docs/performance.md`. The trained scene is skipped where `../shared/data` is absent.
 
 mod floor;
+mod processor;
 mod scenes;
 
 use std::path::Path;
@@ -17,7 +18,7 @@ use powergs_sim::scene::files::open_cameras;
 use powergs_sim::scene::foveated::LevelPaint;
 use powergs_sim::scene::{Foveated, Gaussians, OneFile, read};
 
-use floor::{Cost, Peaks, floor, wall};
+use floor::{Cost, Now, Peaks, floor, wall};
 use scenes::{Case, synthetic};
 
 /// Evaluating and blending a row; parameters are read and the image is written.
@@ -26,13 +27,13 @@ const FORWARD: Cost = Cost { cycles_per_row: 8.0, crossings: 1 };
 /// Repetitions of one measurement; the median is reported.
 const ROUNDS: usize = 9;
 
-fn median_ms(mut work: impl FnMut()) -> f64 {
+fn median_ms(now: Now, mut work: impl FnMut()) -> f64 {
     work();
     let mut times: Vec<f64> = (0..ROUNDS)
         .map(|_| {
-            let start = Instant::now();
+            let start = now();
             work();
-            start.elapsed().as_secs_f64() * 1e3
+            (now() - start) * 1e3
         })
         .collect();
     times.sort_by(f64::total_cmp);
@@ -90,17 +91,24 @@ fn report(name: &str, case: &Case) {
     let counted = Options::reference(Detail::Counters);
     let image = Options::reference(Detail::Image);
     let scene = &case.scene;
-    let run = |options: Options| median_ms(|| drop(render(scene, &case.camera, &options)));
+    let run =
+        |now: Now, options: Options| median_ms(now, || drop(render(scene, &case.camera, &options)));
     let (peaks, two, (plain, frame, extra)) = on_threads(2, || {
         let paired = paired_ms(
             || drop(render(scene, &case.camera, &image)),
             || drop(render(scene, &case.camera, &counted).into_frame(&case.camera, [0.0; 3])),
         );
-        (Peaks::measure(wall), run(counted), paired)
+        (Peaks::measure(wall), run(wall, counted), paired)
     });
-    let one = on_threads(1, || run(counted));
-    let dominance = on_threads(2, || run(Options::reference(Detail::Dominance)));
+    let one = on_threads(1, || run(wall, counted));
+    let heaviest = Options::reference(Detail::Dominance);
+    let dominance = on_threads(2, || run(wall, heaviest));
+    let (peak, [alone, own, own_dominance]) = on_threads(1, || {
+        let times = [image, counted, heaviest].map(|options| run(processor::seconds, options));
+        (Peaks::measure(processor::seconds), times)
+    });
     let rendered = render(scene, &case.camera, &counted);
+    let floor_of_one = floor(scene, &rendered, peak, FORWARD).milliseconds;
     let floor = floor(scene, &rendered, peaks, FORWARD);
     println!(
         "{}: {} visible, clock {:.2} GHz, DRAM {:.1} GB/s\n  \
@@ -118,6 +126,15 @@ fn report(name: &str, case: &Case) {
         dominance / floor.milliseconds,
         one / two,
         extra,
+    );
+    println!(
+        "  one, processor time: {:.2} GHz, {:.1} GB/s; floor {floor_of_one:.2} ms; image \
+         {alone:.1} ms; counters {own:.1} ms = {:.1}x floor; with dominance {own_dominance:.1} ms \
+         = {:.1}x",
+        peak.clock_ghz,
+        peak.read_gb_s,
+        own / floor_of_one,
+        own_dominance / floor_of_one,
     );
 }
 

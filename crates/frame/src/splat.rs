@@ -50,6 +50,7 @@ pub struct Splat {
 impl Splat {
     /// The inverse covariance `[c0, c1, c2]` of `[[c0, c1], [c1, c2]]`, 1/pixels²; `None` where the
     /// covariance is singular or not finite.
+    #[inline]
     pub fn conic(&self) -> Option<[f32; 3]> {
         let [a, b, d] = self.cov;
         let det = a * d - b * b;
@@ -59,6 +60,7 @@ impl Splat {
 
     /// The 3-sigma radius that bounds the tile rectangle: a whole number of pixels. The smaller
     /// root's floor of 0.1 is the published rule.
+    #[inline]
     pub fn radius(&self) -> f32 {
         let [a, b, d] = self.cov;
         let mid = 0.5 * (a + d);

@@ -8,7 +8,7 @@
 //! rows need not branch where pixels stop.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, u32x16};
+use fearless_simd::{f32x16, mask16x32, mask32x16, u16x32, u32x16};
 use fearless_simd_macros::simd;
 
 use powergs_frame::splat::simd::{ROUND, exp2};
@@ -96,33 +96,24 @@ impl Paint {
 
 /// Where the paints of the entries of a list come from.
 pub(super) trait Palette {
-    /// Copies the paints of up to [`BATCH`] entries side by side.
-    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]);
+    /// Copies the paints of up to [`BATCH`] ranks side by side.
+    fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]);
 }
 
 impl Palette for &[Paint] {
     #[inline(always)]
-    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
-        for (paint, entry) in near.iter_mut().zip(entries) {
-            *paint = self[entry.rank as usize];
+    fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]) {
+        for (paint, &rank) in near.iter_mut().zip(ranks) {
+            *paint = self[rank as usize];
         }
     }
-}
-
-/// An entry of a tile's list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Entry {
-    /// Depth rank of the splat.
-    pub rank: u32,
-    /// Position in the list of all accepted splats of the tile, skipped ones included.
-    pub ordinal: u32,
 }
 
 /// An entry that blends in a block, for the backward pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hit {
-    /// The entry.
-    pub entry: Entry,
+    /// Its position in the list of the tile.
+    pub at: u32,
     /// Rows with a pixel in which α reaches 1/255 before it stops, one bit each.
     pub rows: u32,
 }
@@ -156,8 +147,8 @@ pub struct Block {
     /// Negative where the pixel stopped, 0 where it takes no part.
     transmittance: Rows,
     colour: [Rows; 3],
-    /// α of the splat at hand, before it is clamped.
-    pub(super) alphas: Rows,
+    /// Of the batch at hand.
+    pub(super) strokes: Strokes,
     /// Entries with α ≥ 1/255 so far, the terminating one included.
     blended: [[u32; BLOCK]; BLOCK],
     heaviest: Rows,
@@ -188,7 +179,7 @@ impl Block {
         Block {
             transmittance: [[0.0; BLOCK]; BLOCK],
             colour: [[[0.0; BLOCK]; BLOCK]; 3],
-            alphas: [[0.0; BLOCK]; BLOCK],
+            strokes: Strokes::new(),
             blended: [[0; BLOCK]; BLOCK],
             heaviest: [[0.0; BLOCK]; BLOCK],
             heaviest_rank: [[OPEN; BLOCK]; BLOCK],
@@ -234,24 +225,33 @@ impl Block {
         }
     }
 
-    /// Channel `c` of row `y` of the image over `background`.
+    /// Row `y` of the image over `background`, by channel.
     #[inline(always)]
-    pub(super) fn row(&self, y: usize, c: usize, background: f32) -> [f32; BLOCK] {
-        let mut row = [0.0; BLOCK];
-        for (x, value) in row.iter_mut().enumerate() {
-            let t = self.transmittance[y][x].abs();
-            *value = self.colour[c][y][x] + t * background;
-        }
-        row
+    pub(super) fn row<S: Simd>(
+        &self,
+        simd: S,
+        y: usize,
+        background: [f32; 3],
+    ) -> [[f32; BLOCK]; 3] {
+        let t = f32x16::from_slice(simd, &self.transmittance[y]).abs();
+        [0, 1, 2].map(|c| (f32x16::from_slice(simd, &self.colour[c][y]) + t * background[c]).into())
     }
 
     /// Writes row `y` of the image over `background` to `out`.
-    pub(crate) fn write_row(&self, y: usize, background: [f32; 3], out: &mut [[f32; 3]]) {
-        for (c, &behind) in background.iter().enumerate() {
-            let row = self.row(y, c, behind);
-            for (x, pixel) in out.iter_mut().enumerate() {
-                pixel[c] = row[x];
-            }
+    #[inline(always)]
+    pub(crate) fn write_row<S: Simd>(
+        &self,
+        simd: S,
+        y: usize,
+        background: [f32; 3],
+        out: &mut [[f32; 3]],
+    ) {
+        let [r, g, b] = self.row(simd, y, background);
+        let pixel = |x: usize| [r[x], g[x], b[x]];
+        // A whole row needs no loop.
+        match <&mut [[f32; 3]; BLOCK]>::try_from(&mut *out) {
+            Ok(row) => *row = std::array::from_fn(pixel),
+            Err(_) => (0..).zip(out).for_each(|(x, out)| *out = pixel(x)),
         }
     }
 
@@ -271,23 +271,43 @@ impl Block {
         &self.heaviest_rank[y]
     }
 
-    /// Takes note of the pixels in `rows`, one bit each, that list entry `at` has stopped.
+    /// Finds the strokes of up to [`BATCH`] splats.
     #[inline(always)]
-    pub(super) fn note_stops<S: Simd, R: Record>(&mut self, simd: S, mut rows: u32, at: u32) {
-        let zero = f32x16::splat(simd, 0.0);
-        self.stopped |= rows;
-        while rows != 0 {
-            let y = rows.trailing_zeros() as usize & (BLOCK - 1);
-            rows &= rows - 1;
-            let t = f32x16::from_slice(simd, &self.transmittance[y]);
-            if R::COUNT {
-                let old = u32x16::from_slice(simd, &self.stop[y]);
-                let new = t.simd_lt(zero) & old.simd_eq(u32x16::splat(simd, OPEN));
-                new.select(u32x16::splat(simd, at), old).store_slice(&mut self.stop[y]);
-            }
-            if !t.simd_gt(zero).any_true() {
-                self.alive &= !(1 << y);
-            }
+    fn set_strokes<S: Simd>(&mut self, simd: S, near: &[Paint], tint: impl Fn(usize) -> Tint) {
+        let rows = f32x16::from_fn(simd, |i| i as f32) + self.origin[1];
+        let (first, last) = self.open_columns(simd);
+        let strokes = &mut self.strokes;
+        strokes.touched = [0; BATCH];
+        for (at, paint) in near.iter().enumerate() {
+            let form = Form::of(simd, paint, rows);
+            let base = form.base(simd, tint(at).log_opacity);
+            strokes.touched[at] = form.touched(simd, paint, base, first, last) as u16;
+            strokes.base[at] = Line::of(base);
+            strokes.linear[at] = Line::of(form.linear);
+        }
+    }
+
+    /// The first and the last column of each row in which a pixel has not stopped.
+    #[inline(always)]
+    fn open_columns<S: Simd>(&self, simd: S) -> (f32x16<S>, f32x16<S>) {
+        let (mut first, mut last) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (y, row) in self.transmittance.iter().enumerate() {
+            let open = f32x16::from_slice(simd, row).simd_gt(f32x16::splat(simd, 0.0));
+            let open = open.to_bitmask() as u32 | 1 << BLOCK;
+            first[y] = open.trailing_zeros() as f32;
+            last[y] = (open & !(1 << BLOCK) | 1).ilog2() as f32;
+        }
+        let origin = self.origin[0];
+        (f32x16::simd_from(simd, first) + origin, f32x16::simd_from(simd, last) + origin)
+    }
+
+    /// Takes note of pixels of row `y` that list entry `at` stops.
+    #[inline(always)]
+    fn note_stops<S: Simd, R: Record>(&mut self, simd: S, y: usize, stops: mask32x16<S>, at: u32) {
+        self.stopped |= 1 << y;
+        if R::COUNT {
+            let old = u32x16::from_slice(simd, &self.stop[y]);
+            stops.select(u32x16::splat(simd, at), old).store_slice(&mut self.stop[y]);
         }
     }
 }
@@ -356,130 +376,161 @@ impl Record for Tallied {
 /// Entries whose paints are brought together before they are blended, so that cache misses overlap.
 pub(super) const BATCH: usize = 64;
 
-/// Blends `entries` into `block`.
+/// Blends the splats of a list of ranks into `block`.
 #[simd]
 pub(super) fn blend<S: Simd, R: Record, P: Palette>(
     simd: S,
     record: R,
     block: &mut Block,
-    entries: &[Entry],
+    ranks: &[u32],
     palette: P,
 ) {
     let mut near = [Paint::default(); BATCH];
-    for (batch, entries) in entries.chunks(BATCH).enumerate() {
-        palette.fetch(entries, &mut near);
-        blend_batch(simd, record, block, batch * BATCH, entries, &near);
+    for (batch, ranks) in ranks.chunks(BATCH).enumerate() {
+        palette.fetch(ranks, &mut near);
+        blend_batch(simd, record, block, batch * BATCH, ranks, &near, |at| near[at].tint());
         if block.alive == 0 {
             return;
         }
     }
 }
 
-/// Blends up to [`BATCH`] entries; `first` is the position of the first one.
+/// What is found out about each entry of a batch while its rows are blended.
+struct Findings {
+    /// Entries that reach α = 1/255 in each row, one bit each (only for [`Taped`]).
+    hits: [u64; BLOCK],
+    /// Pixels that each entry goes into: not those that stop at it (only for [`Tallied`]).
+    pixels: [u32; BATCH],
+    /// The sum of the weights of each entry (only for [`Dominance`]).
+    weights: [f32; BATCH],
+}
+
+/// Blends up to [`BATCH`] entries; `first` is the position of the first one, `tint` says what each
+/// blends. One row of pixels after the other, so that its state stays in registers.
 #[inline(always)]
-fn blend_batch<S: Simd, R: Record>(
+pub(super) fn blend_batch<S: Simd, R: Record>(
     simd: S,
     record: R,
     block: &mut Block,
     first: usize,
-    entries: &[Entry],
+    ranks: &[u32],
     near: &[Paint; BATCH],
+    tint: impl Fn(usize) -> Tint,
 ) {
-    let iota: f32x16<S> = f32x16::from_fn(simd, |i| i as f32);
-    let columns = iota + block.origin[0];
-    let rows = iota + block.origin[1];
-    for (at, (entry, paint)) in entries.iter().zip(near).enumerate() {
-        let lines = Lines::of(simd, paint, rows, block.origin[0]);
-        let brush = Brush { tint: paint.tint(), rank: entry.rank };
-        let mut touched = lines.touched & block.alive;
-        if touched == 0 {
-            continue;
+    block.set_strokes(simd, &near[..ranks.len()], &tint);
+    let by_row = block.strokes.by_row(simd);
+    let mut findings = Findings { hits: [0; BLOCK], pixels: [0; BATCH], weights: [0.0; BATCH] };
+    let mut alive = block.alive;
+    while alive != 0 {
+        let y = alive.trailing_zeros() as usize & (BLOCK - 1);
+        alive &= alive - 1;
+        if by_row[y] != 0 {
+            let row = Row { y, touching: by_row[y], first: first as u32 };
+            blend_row(simd, record, block, row, (ranks, near), &tint, &mut findings);
         }
-        let dx = columns - paint.mean[0];
-        // Exponentials first: they wait for nothing, so that many are in flight.
-        let mut left = touched;
-        while left != 0 {
-            let y = left.trailing_zeros() as usize & (BLOCK - 1);
-            left &= left - 1;
-            let power = f32x16::splat(simd, paint.quadratic[0])
-                .mul_add(dx, lines.linear.at(simd, y))
-                .mul_add(dx, lines.base.at(simd, y));
-            alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.alphas[y]);
+    }
+    if R::HITS {
+        let rows = by_entry(simd, &findings.hits);
+        for (at, rows) in (first as u32..).zip(rows).filter(|(_, rows)| *rows != 0) {
+            block.hits.push(Hit { at, rows: u32::from(rows) });
         }
-        let (mut hit_rows, mut stop_rows, mut pixels, mut weight) = (0, 0, 0, 0.0);
-        while touched != 0 {
-            let y = touched.trailing_zeros() as usize & (BLOCK - 1);
-            touched &= touched - 1;
-            let row = blend_row(simd, record, block, y, &brush);
-            stop_rows |= u32::from(row.stops) << y;
-            if R::HITS {
-                hit_rows |= u32::from(row.hit) << y;
-            }
-            if R::PIXELS {
-                pixels += row.pixels;
-            }
-            if R::WEIGHTS {
-                weight += row.weight;
-            }
+    }
+    for (at, &rank) in ranks.iter().enumerate() {
+        if R::PIXELS && findings.pixels[at] != 0 {
+            block.tally.push((rank, findings.pixels[at]));
         }
-        if stop_rows != 0 {
-            block.note_stops::<S, R>(simd, stop_rows, (first + at) as u32);
-        }
-        if R::HITS && hit_rows != 0 {
-            block.hits.push(Hit { entry: *entry, rows: hit_rows });
-        }
-        if R::PIXELS && pixels != 0 {
-            block.tally.push((entry.rank, pixels));
-        }
-        if R::WEIGHTS && weight > 0.0 {
-            block.tally.push((entry.rank, (weight / WEIGHT_STEP) as u32));
-        }
-        if block.alive == 0 {
-            return;
+        if R::WEIGHTS && findings.weights[at] > 0.0 {
+            block.tally.push((rank, (findings.weights[at] / WEIGHT_STEP) as u32));
         }
     }
 }
 
+/// The exponents of the splats of a batch on the rows of a block, `(a δx + linear) δx + base`, and
+/// which rows they can reach.
+#[derive(Debug, Clone)]
+pub(super) struct Strokes {
+    base: [Line; BATCH],
+    linear: [Line; BATCH],
+    /// Rows in which each can reach α = 1/255, one bit each.
+    touched: [u16; BATCH],
+}
+
+impl Strokes {
+    fn new() -> Strokes {
+        let line = Line([0.0; BLOCK]);
+        Strokes { base: [line; BATCH], linear: [line; BATCH], touched: [0; BATCH] }
+    }
+
+    /// The entries that touch each row, one bit each.
+    #[inline(always)]
+    fn by_row<S: Simd>(&self, simd: S) -> [u64; BLOCK] {
+        let (low, high) = self.touched.split_at(BATCH / 2);
+        let (low, high) = (u16x32::from_slice(simd, low), u16x32::from_slice(simd, high));
+        std::array::from_fn(|y| {
+            let bit = u16x32::splat(simd, 1 << y);
+            let has = |rows: u16x32<S>| (rows & bit).simd_eq(bit).to_bitmask();
+            has(low) | has(high) << (BATCH / 2)
+        })
+    }
+}
+
+/// The rows that have each entry, one bit each, of the entries that each row has.
+#[inline(always)]
+fn by_entry<S: Simd>(simd: S, by_row: &[u64; BLOCK]) -> [u16; BATCH] {
+    let zero = u16x32::splat(simd, 0);
+    let (mut low, mut high) = (zero, zero);
+    for (y, entries) in by_row.iter().enumerate() {
+        let bit = u16x32::splat(simd, 1 << y);
+        let of = |bits: u64| mask16x32::from_bitmask(simd, bits).select(bit, zero);
+        low |= of(entries & u64::from(u32::MAX));
+        high |= of(entries >> (BATCH / 2));
+    }
+    let mut rows = [0; BATCH];
+    low.store_slice(&mut rows[..BATCH / 2]);
+    high.store_slice(&mut rows[BATCH / 2..]);
+    rows
+}
+
 /// The exponent of one splat on the 16 rows of a block, as far as its opacity has no part in it.
-pub(super) struct Form<S: Simd> {
+struct Form<S: Simd> {
     dy: f32x16<S>,
     /// C δy².
     square: f32x16<S>,
     /// B δy.
-    pub(super) linear: f32x16<S>,
-    /// δx of the pixel of the block at which a row is largest, and what it adds to the base
-    /// there.
-    peak: f32x16<S>,
-    along: f32x16<S>,
+    linear: f32x16<S>,
 }
 
 impl<S: Simd> Form<S> {
     #[inline(always)]
-    pub(super) fn of(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Form<S> {
-        let [a, b, c] = paint.quadratic;
+    fn of(_simd: S, paint: &Paint, rows: f32x16<S>) -> Form<S> {
+        let [_, b, c] = paint.quadratic;
         let dy = rows - paint.mean[1];
-        let linear = dy * b;
-        // The pixel nearest to the peak of the row: there the exponent has the bits that blending
-        // gives it, so that rows between whose pixels the splat falls are not touched.
-        let column = dy
-            .mul_add(f32x16::splat(simd, paint.slope), f32x16::splat(simd, paint.mean[0]))
-            .max(f32x16::splat(simd, left))
-            .min(f32x16::splat(simd, left + (BLOCK - 1) as f32));
-        let peak = ((column + ROUND) - ROUND) - paint.mean[0];
-        let along = f32x16::splat(simd, a).mul_add(peak, linear);
-        Form { dy, square: dy * c, linear, peak, along }
+        Form { dy, square: dy * c, linear: dy * b }
     }
 
     /// The exponent at δx = 0.
     #[inline(always)]
-    pub(super) fn base(&self, simd: S, log_opacity: f32) -> f32x16<S> {
+    fn base(&self, simd: S, log_opacity: f32) -> f32x16<S> {
         self.square.mul_add(self.dy, f32x16::splat(simd, log_opacity))
     }
 
-    /// Rows in which α reaches 1/255 with this base, and few others.
+    /// Rows in which α reaches 1/255 with this base between two columns each, and few others.
     #[inline(always)]
-    pub(super) fn touched(&self, simd: S, paint: &Paint, base: f32x16<S>) -> u32 {
-        let largest = self.along.mul_add(self.peak, base);
+    fn touched(
+        &self,
+        simd: S,
+        paint: &Paint,
+        base: f32x16<S>,
+        first: f32x16<S>,
+        last: f32x16<S>,
+    ) -> u32 {
+        // The pixel nearest to the peak of the row: there the exponent has the bits that blending
+        // gives it, so that rows between whose pixels the splat falls are not touched.
+        let mean = f32x16::splat(simd, paint.mean[0]);
+        let column = self.dy.mul_add(f32x16::splat(simd, paint.slope), mean).max(first).min(last);
+        let peak = ((column + ROUND) - ROUND) - mean;
+        let along = f32x16::splat(simd, paint.quadratic[0]).mul_add(peak, self.linear);
+        let largest = along.mul_add(peak, base);
         !(largest.simd_lt(f32x16::splat(simd, paint.row_threshold)).to_bitmask() as u32)
     }
 }
@@ -488,37 +539,14 @@ impl<S: Simd> Form<S> {
 pub(super) struct Lines {
     pub(super) base: Line,
     pub(super) linear: Line,
-    /// Rows that can reach α = 1/255.
-    touched: u32,
 }
 
 impl Lines {
     #[inline(always)]
-    pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>, left: f32) -> Lines {
-        let form = Form::of(simd, paint, rows, left);
-        let base = form.base(simd, paint.log_opacity);
-        let touched = form.touched(simd, paint, base);
-        Lines { base: Line::of(base), linear: Line::of(form.linear), touched }
+    pub(super) fn of<S: Simd>(simd: S, paint: &Paint, rows: f32x16<S>) -> Lines {
+        let form = Form::of(simd, paint, rows);
+        Lines { base: Line::of(form.base(simd, paint.log_opacity)), linear: Line::of(form.linear) }
     }
-}
-
-/// What is blended into a row.
-pub(super) struct Brush {
-    pub(super) tint: Tint,
-    /// Depth rank of the splat.
-    pub(super) rank: u32,
-}
-
-/// The effect of a splat on a row.
-pub(super) struct RowOutcome {
-    /// Whether α reached 1/255 in any pixel (only for [`Taped`]).
-    hit: bool,
-    /// Pixels whose colour it goes into: not those that stop at it (only for [`Tallied`]).
-    pixels: u32,
-    /// The sum of its weights in them (only for [`Dominance`]).
-    weight: f32,
-    /// Whether any pixel stops here.
-    pub(super) stops: bool,
 }
 
 /// α of exponents, 0 where they blend nothing; not yet clamped.
@@ -526,46 +554,117 @@ pub(super) struct RowOutcome {
 pub(super) fn alpha_of<S: Simd>(simd: S, power: f32x16<S>, log_opacity: f32) -> f32x16<S> {
     let threshold = f32x16::splat(simd, LOG2_ALPHA_MIN);
     let hit = power.simd_ge(threshold) & power.simd_le(f32x16::splat(simd, log_opacity));
-    hit.select(exp2(simd, power.max(threshold)), f32x16::splat(simd, 0.0))
+    // What the power of two is outside of its range does not matter.
+    hit.select(exp2(simd, power), f32x16::splat(simd, 0.0))
 }
 
-/// Blends one splat into row `y`, with the alphas of the block.
+/// A row of a block and what is blended into it.
+struct Row {
+    y: usize,
+    /// The entries of the batch that touch it, one bit each; at least one.
+    touching: u64,
+    /// Position of the first entry of the batch.
+    first: u32,
+}
+
+/// Blends the entries of a batch that touch a row.
+/// That a pixel stops is rare enough for a branch.
 #[inline(always)]
-pub(super) fn blend_row<S: Simd, R: Record>(
+fn blend_row<S: Simd, R: Record>(
     simd: S,
     _record: R,
     block: &mut Block,
-    y: usize,
-    brush: &Brush,
-) -> RowOutcome {
+    Row { y, touching, first }: Row,
+    (ranks, near): (&[u32], &[Paint; BATCH]),
+    tint: impl Fn(usize) -> Tint,
+    findings: &mut Findings,
+) {
     let zero = f32x16::splat(simd, 0.0);
-    let alpha = f32x16::from_slice(simd, &block.alphas[y]).min(f32x16::splat(simd, ALPHA_MAX));
-    let t = f32x16::from_slice(simd, &block.transmittance[y]);
-    let hit = alpha.simd_gt(zero) & t.simd_gt(zero);
-    let mut weight = hit.select(alpha * t, zero);
-    if R::COUNT {
-        let n = u32x16::from_slice(simd, &block.blended[y]);
-        hit.select(n + 1, n).store_slice(&mut block.blended[y]);
+    let columns = f32x16::from_fn(simd, |i| i as f32) + block.origin[0];
+    let mut t = f32x16::from_slice(simd, &block.transmittance[y]);
+    // Nothing is as large as the threshold of a pixel that stopped.
+    let never = f32x16::splat(simd, f32::INFINITY);
+    let mut threshold = t.simd_gt(zero).select(f32x16::splat(simd, LOG2_ALPHA_MIN), never);
+    let mut colour = [0, 1, 2].map(|c| f32x16::from_slice(simd, &block.colour[c][y]));
+    // In single precision, which is exact, and adds in fewer steps where a mask says so.
+    let mut blended = zero;
+    let mut heaviest = f32x16::from_slice(simd, &block.heaviest[y]);
+    let mut owner = u32x16::from_slice(simd, &block.heaviest_rank[y]);
+    let (mut left, mut hits) = (touching, 0);
+    while left != 0 {
+        let at = left.trailing_zeros() as usize & (BATCH - 1);
+        left &= left - 1;
+        let (paint, tint) = (&near[at], tint(at));
+        let dx = columns - paint.mean[0];
+        let power = f32x16::splat(simd, paint.quadratic[0])
+            .mul_add(dx, block.strokes.linear[at].at(simd, y))
+            .mul_add(dx, block.strokes.base[at].at(simd, y));
+        let hit = power.simd_ge(threshold) & power.simd_le(f32x16::splat(simd, tint.log_opacity));
+        let alpha = exp2(simd, power);
+        let colours = tint.colour.map(|channel| f32x16::splat(simd, channel));
+        let mut weight = hit.select(alpha.min(f32x16::splat(simd, ALPHA_MAX)) * t, zero);
+        let mut rest = t - weight;
+        let stops = hit & rest.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
+        if R::COUNT {
+            blended = hit.select(blended + 1.0, blended);
+        }
+        if R::HITS {
+            hits |= u64::from(hit.any_true()) << at;
+        }
+        if R::PIXELS {
+            findings.pixels[at] += (hit & !stops).to_bitmask().count_ones();
+        }
+        if stops.any_true() {
+            threshold = stops.select(never, threshold);
+            weight = stops.select(zero, weight);
+            rest = stops.select(-t, rest);
+            block.note_stops::<S, R>(simd, y, stops, first + at as u32);
+            if !threshold.simd_lt(never).any_true() {
+                block.alive &= !(1 << y);
+                left = 0;
+            }
+        }
+        t = rest;
+        for (sum, channel) in colour.iter_mut().zip(colours) {
+            *sum = weight.mul_add(channel, *sum);
+        }
+        if R::DOMINANCE {
+            let heavier = weight.simd_gt(heaviest);
+            heaviest = heavier.select(weight, heaviest);
+            owner = heavier.select(u32x16::splat(simd, ranks[at]), owner);
+        }
+        if R::WEIGHTS {
+            findings.weights[at] += <[f32; BLOCK]>::from(weight).iter().sum::<f32>();
+        }
     }
-    let left = t - weight;
-    let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
-    weight = stops.select(zero, weight);
-    let left = stops.select(-t, left);
-    left.store_slice(&mut block.transmittance[y]);
-    for channel in 0..3 {
-        let sum = f32x16::from_slice(simd, &block.colour[channel][y]);
-        weight.mul_add(brush.tint.colour[channel], sum).store_slice(&mut block.colour[channel][y]);
+    t.store_slice(&mut block.transmittance[y]);
+    for (sum, to) in colour.into_iter().zip(&mut block.colour) {
+        sum.store_slice(&mut to[y]);
+    }
+    if R::COUNT {
+        let before = u32x16::from_slice(simd, &block.blended[y]);
+        (before + blended.to_int::<u32x16<S>>()).store_slice(&mut block.blended[y]);
+    }
+    if R::HITS {
+        findings.hits[y] = hits;
     }
     if R::DOMINANCE {
-        let best = f32x16::from_slice(simd, &block.heaviest[y]);
-        let heavier = weight.simd_gt(best);
-        heavier.select(weight, best).store_slice(&mut block.heaviest[y]);
-        let owner = u32x16::from_slice(simd, &block.heaviest_rank[y]);
-        heavier
-            .select(u32x16::splat(simd, brush.rank), owner)
-            .store_slice(&mut block.heaviest_rank[y]);
+        heaviest.store_slice(&mut block.heaviest[y]);
+        owner.store_slice(&mut block.heaviest_rank[y]);
     }
-    let pixels = if R::PIXELS { (hit & !stops).to_bitmask().count_ones() } else { 0 };
-    let weight = if R::WEIGHTS { <[f32; BLOCK]>::from(weight).iter().sum() } else { 0.0 };
-    RowOutcome { hit: R::HITS && hit.any_true(), pixels, weight, stops: stops.any_true() }
+}
+
+/// Writes the lines of `block` over `background` to rows of `width` pixels in lines of `stride`.
+#[simd]
+pub(crate) fn write_block<S: Simd>(
+    simd: S,
+    block: &Block,
+    background: [f32; 3],
+    (width, height): (usize, usize),
+    out: &mut [[f32; 3]],
+    stride: usize,
+) {
+    for (y, line) in out.chunks_mut(stride).take(height).enumerate() {
+        block.write_row(simd, y, background, &mut line[..width]);
+    }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::datapath::ordered;
 use super::forward::Options;
 use powergs_datapath::{Entry, NumberFormat, Outcome, Pixel, Record, TILE, Vrc};
-use powergs_frame::splat::runs::{Reach, Runs};
+use powergs_frame::splat::runs::Runs;
 use powergs_frame::splat::{Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
 
@@ -123,7 +123,7 @@ pub fn tile_work(
 
 /// Ranks of the splats of each cell of a grid, front to back.
 fn lists(splats: &[Splat], grid: TileGrid, options: &Options) -> Vec<Vec<u32>> {
-    let runs = Runs::new(splats, grid, options.test, Reach::Unknown);
+    let runs = Runs::new(splats, grid, options.test);
     let mut lists: Vec<Vec<u32>> = vec![Vec::new(); (grid.nx * grid.ny) as usize];
     for y in 0..grid.ny {
         for run in runs.row(y) {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::forward::{Options, in_depth_order_by, project};
 use powergs_base::picture::Picture;
 use powergs_datapath::{NumberFormat, Pixel, Record, TILE, Vrc};
-use powergs_frame::splat::runs::{Reach, Runs};
+use powergs_frame::splat::runs::Runs;
 use powergs_frame::splat::{Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
 
@@ -26,7 +26,7 @@ pub fn render_datapath(
 ) -> Picture {
     let (splats, colours) = ordered(scene, camera, options, keys);
     let grid = TileGrid::new(camera.width, camera.height, TILE);
-    let runs = Runs::new(&splats, grid, options.test, Reach::Unknown);
+    let runs = Runs::new(&splats, grid, options.test);
     let mut picture = Picture {
         width: camera.width,
         height: camera.height,

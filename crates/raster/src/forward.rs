@@ -9,7 +9,7 @@ use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record, Tallied, 
 use super::row::{RowTarget, Shared, TileCount, render_row};
 use powergs_base::picture::Picture;
 use powergs_frame::splat::project::{LANES, View, Visible, colour_block, project_block};
-use powergs_frame::splat::runs::{Reach, Runs, Touch};
+use powergs_frame::splat::runs::{Runs, Touch};
 use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
 use powergs_scene::{Camera, Gaussians, ShDegree};
@@ -117,7 +117,7 @@ fn render_as<R: Record>(
     let (splats, paints) = in_depth_order(&parts, Default::default());
     drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
-    let runs = Runs::new(&splats, grid, options.test, Reach::Alpha);
+    let runs = Runs::new(&splats, grid, options.test);
     let len = |is_counted: bool| if is_counted { splats.len() } else { 0 };
     let fetches: Vec<AtomicU32> = (0..len(R::COUNT)).map(|_| AtomicU32::new(0)).collect();
     let tally: Vec<AtomicU64> =

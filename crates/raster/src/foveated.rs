@@ -21,7 +21,7 @@ use super::forward::{Detail, Options, preview};
 use super::row::TileCount;
 use powergs_base::picture::Picture;
 use powergs_frame::fovea::{GazeError, ScreenGaze, TileLevels};
-use powergs_frame::splat::runs::{Levels, Reach, Runs, Touch};
+use powergs_frame::splat::runs::{Levels, Runs, Touch};
 use powergs_frame::splat::{Counters, FoveaCounters, Splat, TileGrid};
 use powergs_frame::trace::{Fovea, Frame, FrameFacts, PixelColumns};
 use powergs_scene::{Camera, Foveated, ShDegree};
@@ -104,9 +104,9 @@ fn render_as<R: Record>(
     let (grid, test) = (levels.grid, options.test);
     let runs = if R::COUNT {
         let by_level = Levels { filter: &filter, highest: &paints.highest };
-        Runs::foveated(&paints.splats, grid, test, Reach::Alpha, by_level)
+        Runs::foveated(&paints.splats, grid, test, by_level)
     } else {
-        Runs::new(&paints.splats, grid, test, Reach::Alpha)
+        Runs::new(&paints.splats, grid, test)
     };
     let fetches: Vec<AtomicU32> = if R::COUNT {
         (0..paints.splats.len()).map(|_| AtomicU32::new(0)).collect()

@@ -1,8 +1,7 @@
 //! The rasteriser: images and counters from a scene and a camera.
 //!
 //! The model is that of INRIA's and PowerGS's tile rasteriser (`powergs.md` §1) with the corrected
-//! oriented-box test. Lists hold every accepted splat; blending visits only those that can reach
-//! α = 1/255 in the tile, and the counters of the others follow from their position in the list.
+//! oriented-box test. Lists hold every accepted splat.
 //! Images, counters and traces do not depend on the number of threads. Between processors with and
 //! without fused multiply-add the last bit of a pixel may differ.
 //!

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use fearless_simd::{Level, dispatch};
 
-use super::blend::{BLOCK, Block, Entry, Paint, Record, blend};
+use super::blend::{BLOCK, Block, Paint, Record, blend, write_block};
 use powergs_frame::splat::runs::{Run, Runs};
 use powergs_frame::trace::NEVER;
 
@@ -61,10 +61,8 @@ pub struct Shared<'a> {
 pub(super) struct Lists {
     /// First entry of each tile, and the end.
     pub starts: Vec<usize>,
-    /// Entries that can reach α = 1/255.
-    pub entries: Vec<Entry>,
-    /// Accepted splats of each tile.
-    pub accepted: Vec<u32>,
+    /// Ranks of the splats, front to back.
+    pub entries: Vec<u32>,
 }
 
 /// Which splats a tile of a row keeps of those that touch it.
@@ -106,7 +104,7 @@ pub(crate) fn render_row<R: Record>(
     let mut tiles = Vec::with_capacity(shared.runs.grid.nx as usize);
     for tx in 0..shared.runs.grid.nx {
         let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
-        let tile = Tile { tx, ty, entries, accepted: lists.accepted[tx as usize] };
+        let tile = Tile { tx, ty, entries, accepted: entries.len() as u32 };
         tiles.push(tile.render(shared, record, &mut block, out));
     }
     if R::COUNT {
@@ -117,39 +115,46 @@ pub(crate) fn render_row<R: Record>(
 
 /// The lists of row `ty`.
 pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
-    let nx = runs.grid.nx as usize;
-    let mut counts = vec![0usize; nx];
-    for run in runs.row(ty) {
-        let columns = run.tight0 as usize..run.tight1 as usize;
-        let highest = keep.highest(run);
-        for (x, n) in columns.clone().zip(&mut counts[columns]) {
-            *n += usize::from(K::ALL || keep.keeps(highest, x));
-        }
-    }
-    let mut starts = Vec::with_capacity(nx + 1);
-    let mut total = 0;
-    starts.push(0);
-    for n in counts {
-        total += n;
-        starts.push(total);
-    }
+    let (starts, total) = starts(runs, ty, keep);
     let mut next = starts.clone();
-    let mut accepted = vec![0u32; nx];
-    let mut entries = vec![Entry { rank: 0, ordinal: 0 }; total];
+    let mut entries = vec![0; total];
     for run in runs.row(ty) {
         let highest = keep.highest(run);
-        for x in run.tight0 as usize..run.tight1 as usize {
+        for x in run.x0 as usize..run.x1 as usize {
             if K::ALL || keep.keeps(highest, x) {
-                entries[next[x]] = Entry { rank: run.rank, ordinal: accepted[x] };
+                entries[next[x]] = run.rank;
                 next[x] += 1;
             }
         }
-        let columns = run.x0 as usize..run.x1 as usize;
-        for (x, n) in columns.clone().zip(&mut accepted[columns]) {
-            *n += u32::from(K::ALL || keep.keeps(highest, x));
+    }
+    Lists { starts, entries }
+}
+
+/// Where the lists of row `ty` begin, and the end; and how many entries they have.
+fn starts<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> (Vec<usize>, usize) {
+    let nx = runs.grid.nx as usize;
+    // How many more entries a tile has than the one before: wraps, and the sums do not.
+    let mut more = vec![0usize; nx + 1];
+    for run in runs.row(ty) {
+        let (first, end) = (run.x0 as usize, run.x1 as usize);
+        if K::ALL {
+            more[first] = more[first].wrapping_add(1);
+            more[end] = more[end].wrapping_sub(1);
+            continue;
+        }
+        let highest = keep.highest(run);
+        for x in (first..end).filter(|&x| keep.keeps(highest, x)) {
+            more[x] = more[x].wrapping_add(1);
+            more[x + 1] = more[x + 1].wrapping_sub(1);
         }
     }
-    Lists { starts, entries, accepted }
+    let (mut n, mut total) = (0usize, 0);
+    for more in &mut more {
+        n = n.wrapping_add(*more);
+        *more = total;
+        total += n;
+    }
+    (more, total)
 }
 
 /// Adds one to the fetches of every splat that a tile loaded: those at positions of its list below
@@ -186,7 +191,8 @@ pub(super) fn count_fetches<K: Keep>(
 struct Tile<'a> {
     tx: u32,
     ty: u32,
-    entries: &'a [Entry],
+    /// Ranks.
+    entries: &'a [u32],
     accepted: u32,
 }
 
@@ -213,11 +219,14 @@ impl Tile<'_> {
                         shared.tally[rank as usize].fetch_add(u64::from(n), Ordering::Relaxed);
                     }
                 }
+                let width = shared.runs.grid.width as usize;
+                let corner = (by - y0) as usize * width + bx as usize;
+                let (pixels, size) = (&mut out.pixels[corner..], (w as usize, h as usize));
+                dispatch!(shared.level, simd =>
+                    write_block(simd, block, shared.background, size, pixels, width));
                 for y in 0..h as usize {
-                    let line = (by - y0) as usize + y;
-                    let start = line * shared.runs.grid.width as usize + bx as usize;
+                    let start = corner + y * width;
                     let range = start..start + w as usize;
-                    block.write_row(y, shared.background, &mut out.pixels[range.clone()]);
                     if R::COUNT {
                         most =
                             most.max(self.count_row::<R>(block, y, range.clone(), &mut count, out));
@@ -260,8 +269,8 @@ impl Tile<'_> {
         let mut most = 0;
         for (x, i) in range.enumerate() {
             let entry = self.entries.get(stops[x] as usize);
-            let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
-            out.stop_rank[i] = entry.map_or(NEVER, |e| e.rank);
+            let iterated = entry.map_or(self.accepted, |_| stops[x] + 1);
+            out.stop_rank[i] = entry.copied().unwrap_or(NEVER);
             if R::DOMINANCE {
                 out.iterated[i] = iterated;
             }

@@ -26,7 +26,7 @@ use super::forward::{in_depth_order, project};
 use powergs_base::picture::Picture;
 use powergs_frame::splat::gradient::{COLOUR, HIDDEN, PixelSums};
 use powergs_frame::splat::project::View;
-use powergs_frame::splat::runs::{Reach, Run, Runs};
+use powergs_frame::splat::runs::{Run, Runs};
 use powergs_frame::splat::{Intersection, Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
 
@@ -113,8 +113,8 @@ impl Tape {
         drop(parts);
         let grid = TileGrid::new(camera.width, camera.height, BLOCK as u32);
         let runs = match runs {
-            Some(runs) => runs.renewed(&splats, grid, options.test, Reach::Alpha),
-            None => Runs::new(&splats, grid, options.test, Reach::Alpha),
+            Some(runs) => runs.renewed(&splats, grid, options.test),
+            None => Runs::new(&splats, grid, options.test),
         };
         (self.picture.width, self.picture.height) = (camera.width, camera.height);
         self.picture.pixels.resize(camera.width as usize * camera.height as usize, [0.0; 3]);

@@ -12,7 +12,7 @@ use super::group::count_groups;
 use super::storage::Storage;
 use super::tile::{RowPart, bin_row};
 use super::{ChunkWork, FrameWorkload, Geometry};
-use powergs_frame::splat::runs::{Reach, Runs, Touch};
+use powergs_frame::splat::runs::{Runs, Touch};
 use powergs_frame::splat::{Counters, TileGrid};
 use powergs_frame::trace::Frame;
 
@@ -27,10 +27,10 @@ pub fn bin(frame: &Frame, geometry: Geometry) -> FrameWorkload {
     let grid = TileGrid::new(camera.width, camera.height, geometry.tile);
     let fovea = frame.fovea.as_ref().map(|fovea| TileFovea::new(fovea, grid));
     let runs = match &fovea {
-        None => Runs::new(&frame.splats, grid, geometry.test, Reach::Unknown),
+        None => Runs::new(&frame.splats, grid, geometry.test),
         Some(fovea) => {
             let levels = fovea.levels();
-            Runs::foveated(&frame.splats, grid, geometry.test, Reach::Unknown, levels)
+            Runs::foveated(&frame.splats, grid, geometry.test, levels)
         }
     };
     let first_tile: Vec<AtomicU32> =

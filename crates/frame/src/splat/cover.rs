@@ -1,5 +1,7 @@
 //! The tiles that a splat touches: bounding rectangle, then a test row by row.
 
+use fearless_simd::Simd;
+
 use super::obb::Obb;
 use super::{Ellipse, Intersection, Splat};
 
@@ -71,6 +73,7 @@ impl TileRect {
 impl Splat {
     /// The tiles under the bounding square of the 3-sigma radius (INRIA's rule, with its
     /// truncation towards zero).
+    #[inline]
     pub fn tile_rect(&self, grid: &TileGrid) -> TileRect {
         let (r, t) = (self.radius(), grid.tile as f32);
         // Tiles are powers of two: multiplying by the reciprocal rounds like dividing.
@@ -116,17 +119,9 @@ enum Shape {
 impl Cover {
     /// Prepares `splat` for `test`. A splat with one candidate tile is accepted untested, as in the
     /// published model; one with a singular covariance touches nothing.
+    #[inline]
     pub fn new(splat: &Splat, grid: TileGrid, test: Intersection) -> Cover {
-        Cover::with_conic(splat, splat.conic(), grid, test)
-    }
-
-    /// As [`Cover::new`], for a caller that has [`Splat::conic`] at hand.
-    pub(crate) fn with_conic(
-        splat: &Splat,
-        conic: Option<[f32; 3]>,
-        grid: TileGrid,
-        test: Intersection,
-    ) -> Cover {
+        let conic = splat.conic();
         let mut rect = splat.tile_rect(&grid);
         if conic.is_none() {
             rect = TileRect { x0: 0, y0: 0, x1: 0, y1: 0 };
@@ -163,6 +158,17 @@ impl Cover {
         (x0 < x1).then_some(TileRow { y, x0, x1 })
     }
 
+    /// [`Cover::row`] for a row of the rectangle.
+    #[inline(always)]
+    pub(super) fn row_by<S: Simd>(&self, simd: S, y: u32) -> Option<TileRow> {
+        let TileRect { x0, x1, .. } = self.rect;
+        let (x0, x1) = match &self.shape {
+            Shape::Box(obb) => obb.meets_row(y)?.interval_by(simd, x0, x1),
+            Shape::Rect | Shape::Ellipse(_) => self.interval(y, x0, x1),
+        };
+        (x0 < x1).then_some(TileRow { y, x0, x1 })
+    }
+
     fn interval(&self, y: u32, x0: u32, x1: u32) -> (u32, u32) {
         match &self.shape {
             Shape::Rect => (x0, x1),
@@ -178,7 +184,7 @@ impl Cover {
 }
 
 /// The tiles of row `y` that hold a pixel which the ellipse may reach, unclipped, half open.
-pub(crate) fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
+fn ellipse_tiles(ellipse: &Ellipse, grid: &TileGrid, y: u32) -> Option<(i64, i64)> {
     let tile = i64::from(grid.tile);
     let (first, end) = ellipse.columns(i64::from(y) * tile, i64::from(y + 1) * tile)?;
     Some((first.div_euclid(tile), (end - 1).div_euclid(tile) + 1))

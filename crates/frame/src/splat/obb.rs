@@ -4,6 +4,9 @@
 //! code takes eigenvectors from eigenvalues with a floor, which clips near-isotropic splats
 //! (`powergs.md` §10 B1); here the angle is θ = ½ atan2(2b, a − d), without a floor.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+
 use super::Splat;
 
 /// The box of one splat, prepared for tests against tiles of one size.
@@ -20,6 +23,7 @@ pub struct Obb {
 
 impl Obb {
     /// Prepares the box of `splat` for tiles of side `tile` pixels.
+    #[inline]
     pub(crate) fn new(splat: &Splat, tile: u32) -> Obb {
         let [a, b, d] = splat.cov;
         let (axis, half) = (principal_axis(a, b, d), half_lengths(a, b, d));
@@ -40,6 +44,7 @@ impl Obb {
     }
 
     /// The test restricted to one row of tiles; `None` if the row is out of reach.
+    #[inline]
     pub(crate) fn meets_row(&self, ty: u32) -> Option<ObbRow<'_>> {
         let dy = (ty as f32 + 0.5) * self.tile - self.mean[1];
         let [c, s] = self.axis;
@@ -66,6 +71,25 @@ impl ObbRow<'_> {
             && (self.along[1] - dx * s).abs() <= o.reach_box[1]
     }
 
+    /// [`ObbRow::interval`], of up to sixteen tiles at once.
+    #[inline(always)]
+    pub(crate) fn interval_by<S: Simd>(&self, simd: S, x0: u32, x1: u32) -> (u32, u32) {
+        if x1 - x0 > 16 {
+            return self.interval(x0, x1);
+        }
+        let o = self.obb;
+        let [c, s] = o.axis;
+        let within =
+            |values: f32x16<S>, reach: f32| values.abs().simd_le(f32x16::splat(simd, reach));
+        let tx = f32x16::from_fn(simd, |i| i as f32) + x0 as f32;
+        let dx = (tx + 0.5) * o.tile - o.mean[0];
+        let met = within(dx, o.reach_image[0])
+            & within(dx * c + self.along[0], o.reach_box[0])
+            & within(f32x16::splat(simd, self.along[1]) - dx * s, o.reach_box[1]);
+        let met = met.to_bitmask() as u32 & ((1 << (x1 - x0)) - 1);
+        if met == 0 { (x1, x1) } else { (x0 + met.trailing_zeros(), x0 + met.ilog2() + 1) }
+    }
+
     /// The interval of tiles that are met within `x0..x1`, empty if none is.
     pub(crate) fn interval(&self, x0: u32, x1: u32) -> (u32, u32) {
         let mut lo = x0;
@@ -82,6 +106,7 @@ impl ObbRow<'_> {
 
 /// (cos θ, sin θ) of the major axis, θ = ½ atan2(2b, a − d), by half-angle formulas that do not
 /// cancel. An isotropic splat has θ = 0.
+#[inline]
 fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
     // In double precision the squares of the largest covariances do not overflow.
     let (x, y) = (f64::from(a - d), 2.0 * f64::from(b));
@@ -100,6 +125,7 @@ fn principal_axis(a: f32, b: f32, d: f32) -> [f32; 2] {
 }
 
 /// Three sigma along the major and the minor axis.
+#[inline]
 fn half_lengths(a: f32, b: f32, d: f32) -> [f32; 2] {
     let mid = 0.5 * (a + d);
     let root = (mid * mid - (a * d - b * b)).max(0.0).sqrt();

@@ -3,11 +3,13 @@
 //! Every row of tiles can then be worked on by itself, in parallel and without shared state:
 //! position in a bucket is depth order for any number of threads.
 
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
-use super::cover::{TileRow, ellipse_tiles};
+use super::cover::TileRow;
 use super::levels::LevelFilter;
-use super::{Cover, Ellipse, Intersection, Splat, TileGrid};
+use super::{Cover, Intersection, Splat, TileGrid};
 
 /// Tiles of one row that one splat touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,22 +20,6 @@ pub struct Run {
     pub x0: u16,
     /// End column.
     pub x1: u16,
-    /// First column in which the splat can reach α = 1/255 (at least `x0`).
-    pub tight0: u16,
-    /// End column (at most `x1`); equal to `tight0` if none.
-    pub tight1: u16,
-}
-
-/// Up to this many candidate tiles the ellipse is not tested: blending rejects rows faster.
-const SMALL: u64 = 4;
-
-/// Whether runs also say where a splat can reach α = 1/255.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reach {
-    /// Find the columns; for blending.
-    Alpha,
-    /// Leave `tight0..tight1` empty; for counting.
-    Unknown,
 }
 
 /// Intersection counts of one splat.
@@ -74,8 +60,8 @@ pub struct Runs {
 
 impl Runs {
     /// Tests all `splats` (in depth order) against the tiles of `grid`.
-    pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection, reach: Reach) -> Runs {
-        Runs::of(splats, grid, test, reach, None)
+    pub fn new(splats: &[Splat], grid: TileGrid, test: Intersection) -> Runs {
+        Runs::of(splats, grid, test, None)
     }
 
     /// As [`Runs::new`], with the level test before the others. The tiles of a run are still those
@@ -85,44 +71,31 @@ impl Runs {
         splats: &[Splat],
         grid: TileGrid,
         test: Intersection,
-        reach: Reach,
         levels: Levels<'_>,
     ) -> Runs {
-        Runs::of(splats, grid, test, reach, Some(levels))
+        Runs::of(splats, grid, test, Some(levels))
     }
 
     fn of(
         splats: &[Splat],
         grid: TileGrid,
         test: Intersection,
-        reach: Reach,
         levels: Option<Levels<'_>>,
     ) -> Runs {
         let mut runs = Runs { grid, touches: Vec::new(), part: 1, parts: Vec::new() };
-        runs.fill(splats, test, reach, levels);
+        runs.fill(splats, test, levels);
         runs
     }
 
     /// As [`Runs::new`], in the room that the runs of another frame took.
-    pub fn renewed(
-        mut self,
-        splats: &[Splat],
-        grid: TileGrid,
-        test: Intersection,
-        reach: Reach,
-    ) -> Runs {
+    pub fn renewed(mut self, splats: &[Splat], grid: TileGrid, test: Intersection) -> Runs {
         self.grid = grid;
-        self.fill(splats, test, reach, None);
+        self.fill(splats, test, None);
         self
     }
 
-    fn fill(
-        &mut self,
-        splats: &[Splat],
-        test: Intersection,
-        reach: Reach,
-        levels: Option<Levels<'_>>,
-    ) {
+    fn fill(&mut self, splats: &[Splat], test: Intersection, levels: Option<Levels<'_>>) {
+        let simd_level = Level::new();
         let (grid, part) =
             (self.grid, splats.len().div_ceil(4 * rayon::current_num_threads()).max(4096));
         self.part = part;
@@ -133,10 +106,9 @@ impl Runs {
             |(i, ((rows, touches), splats))| {
                 rows.resize_with(grid.ny as usize, Vec::new);
                 rows.iter_mut().for_each(Vec::clear);
-                let ranks = (i * part) as u32..;
-                for ((rank, splat), touch) in ranks.zip(splats).zip(touches) {
-                    *touch = add_runs(rows, rank, splat, grid, test, reach, levels);
-                }
+                let first = (i * part) as u32;
+                let of = Part { first, splats, grid, test, levels };
+                dispatch!(simd_level, simd => add_part(simd, rows, touches, &of));
             },
         );
     }
@@ -158,42 +130,43 @@ impl Runs {
     }
 }
 
+/// Splats of consecutive ranks, and how they are tested.
+struct Part<'a> {
+    /// The first rank.
+    first: u32,
+    splats: &'a [Splat],
+    grid: TileGrid,
+    test: Intersection,
+    levels: Option<Levels<'a>>,
+}
+
+/// Adds the runs of the splats of `part` to their rows of tiles, and writes their counts.
+#[simd]
+fn add_part<S: Simd>(simd: S, rows: &mut [Vec<Run>], touches: &mut [Touch], part: &Part<'_>) {
+    for ((rank, splat), touch) in (part.first..).zip(part.splats).zip(touches) {
+        *touch = add_runs(simd, rows, rank, splat, part);
+    }
+}
+
 /// Adds the runs of one splat to those of its rows of tiles.
-fn add_runs(
+#[inline(always)]
+fn add_runs<S: Simd>(
+    simd: S,
     rows: &mut [Vec<Run>],
     rank: u32,
     splat: &Splat,
-    grid: TileGrid,
-    test: Intersection,
-    reach: Reach,
-    levels: Option<Levels<'_>>,
+    part: &Part<'_>,
 ) -> Touch {
-    let conic = splat.conic();
-    let cover = Cover::with_conic(splat, conic, grid, test);
-    let wide = cover.rect.area() > SMALL;
-    let ellipse = match reach {
-        Reach::Alpha if wide => conic.and_then(|conic| Ellipse::new(splat, conic)),
-        Reach::Alpha | Reach::Unknown => None,
-    };
+    let cover = Cover::new(splat, part.grid, part.test);
     let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
-    let mut needed = Needed::new(levels, rank, &cover, &mut touch);
-    for row in cover.rows() {
+    let mut needed = Needed::new(part.levels, rank, &cover, &mut touch);
+    for y in cover.rect.y0..cover.rect.y1 {
+        let Some(row) = cover.row_by(simd, y) else { continue };
         match &mut needed {
             None => touch.tiles += row.x1 - row.x0,
             Some(needed) => needed.row(&row, &mut touch),
         }
-        let (t0, t1) = match reach {
-            Reach::Alpha if !wide => (row.x0, row.x1),
-            Reach::Alpha => tight(ellipse.as_ref(), &grid, row.y, row.x0, row.x1),
-            Reach::Unknown => (row.x0, row.x0),
-        };
-        let run = Run {
-            rank,
-            x0: row.x0 as u16,
-            x1: row.x1 as u16,
-            tight0: t0 as u16,
-            tight1: t1 as u16,
-        };
+        let run = Run { rank, x0: row.x0 as u16, x1: row.x1 as u16 };
         rows[row.y as usize].push(run);
     }
     touch
@@ -235,10 +208,4 @@ impl<'a> Needed<'a> {
             }
         }
     }
-}
-
-fn tight(e: Option<&Ellipse>, grid: &TileGrid, y: u32, x0: u32, x1: u32) -> (u32, u32) {
-    let Some((a, b)) = e.and_then(|e| ellipse_tiles(e, grid, y)) else { return (x0, x0) };
-    let first = a.clamp(i64::from(x0), i64::from(x1)) as u32;
-    (first, b.clamp(i64::from(first), i64::from(x1)) as u32)
 }

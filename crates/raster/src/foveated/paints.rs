@@ -6,7 +6,7 @@
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
-use super::super::blend::{BATCH, Entry, Paint, Palette, Tint};
+use super::super::blend::{BATCH, Paint, Palette, Tint};
 use super::super::forward::{in_depth_order_by, project_then};
 use powergs_frame::splat::Splat;
 use powergs_frame::splat::levels::LevelFilter;
@@ -96,9 +96,9 @@ pub(super) struct OfLevel<'a> {
 
 impl Palette for OfLevel<'_> {
     #[inline(always)]
-    fn fetch(&self, entries: &[Entry], near: &mut [Paint; BATCH]) {
-        self.paints.fetch(entries, near);
-        for paint in &mut near[..entries.len()] {
+    fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]) {
+        self.paints.fetch(ranks, near);
+        for paint in &mut near[..ranks.len()] {
             let up = self.level - lowest(paint);
             if up > 0 {
                 paint.set_tint(self.tint(paint, up));
@@ -113,12 +113,12 @@ impl OfLevel<'_> {
     #[inline(always)]
     pub(crate) fn fetch_two(
         &self,
-        entries: &[Entry],
+        ranks: &[u32],
         near: &mut [Paint; BATCH],
         next: &mut [Tint; BATCH],
     ) {
-        self.paints.fetch(entries, near);
-        for (paint, next) in near[..entries.len()].iter_mut().zip(next) {
+        self.paints.fetch(ranks, near);
+        for (paint, next) in near[..ranks.len()].iter_mut().zip(next) {
             let up = self.level - lowest(paint);
             *next = match highest(paint) > self.level {
                 true => self.tint(paint, up + 1),

@@ -2,9 +2,9 @@
 
 use std::sync::atomic::AtomicU32;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 
-use super::super::blend::{BLOCK, Block, Entry, Record, blend};
+use super::super::blend::{BLOCK, Block, Record, blend};
 use super::super::row::{Keep, TileCount, build_lists, count_fetches};
 use super::FoveatedTile;
 use super::paints::LevelPaints;
@@ -72,7 +72,7 @@ pub(super) fn render_row<R: Record>(
     for tx in 0..grid.nx {
         let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
         let level = shared.levels.tiles[grid.index(tx, ty)];
-        let accepted = lists.accepted[tx as usize];
+        let accepted = entries.len() as u32;
         let tile = Tile { shared, tx, ty, level, entries, accepted };
         tiles.push(tile.render(record, &mut work, out));
     }
@@ -96,7 +96,8 @@ struct Tile<'a> {
     tx: u32,
     ty: u32,
     level: TileLevel,
-    entries: &'a [Entry],
+    /// Ranks.
+    entries: &'a [u32],
     accepted: u32,
 }
 
@@ -173,21 +174,23 @@ impl Tile<'_> {
     }
 
     fn write(&self, row: &Row, work: &Work, out: &mut Target<'_>) {
-        let background = self.shared.background;
         let pixels = &mut out.pixels[row.start..][..row.width];
+        dispatch!(self.shared.level, simd => self.write_row(simd, row, work, pixels));
+    }
+
+    #[inline(always)]
+    fn write_row<S: Simd>(&self, simd: S, row: &Row, work: &Work, pixels: &mut [[f32; 3]]) {
+        let background = self.shared.background;
         let shares = &work.shares[row.y][..row.width];
         if !self.level.blends || shares.iter().all(|&share| share <= 0.0) {
-            work.first.write_row(row.y, background, pixels);
+            work.first.write_row(simd, row.y, background, pixels);
         } else if shares.iter().all(|&share| share >= 1.0) {
-            work.second.write_row(row.y, background, pixels);
+            work.second.write_row(simd, row.y, background, pixels);
         } else {
-            let shares = &work.shares[row.y];
-            for (c, &behind) in background.iter().enumerate() {
-                let a = work.first.row(row.y, c, behind);
-                let b = work.second.row(row.y, c, behind);
-                for (x, pixel) in pixels.iter_mut().enumerate() {
-                    pixel[c] = (1.0 - shares[x]) * a[x] + shares[x] * b[x];
-                }
+            let a = work.first.row(simd, row.y, background);
+            let b = work.second.row(simd, row.y, background);
+            for ((x, pixel), share) in pixels.iter_mut().enumerate().zip(shares) {
+                *pixel = [0, 1, 2].map(|c| (1.0 - share) * a[c][x] + share * b[c][x]);
             }
         }
     }
@@ -216,8 +219,8 @@ impl Tile<'_> {
         let mut most = 0;
         for (&stop, rank) in stops.iter().zip(&mut out.stop_rank[range]) {
             let entry = self.entries.get(stop as usize);
-            let iterated = entry.map_or(self.accepted, |e| e.ordinal + 1);
-            *rank = entry.map_or(NEVER, |e| e.rank);
+            let iterated = entry.map_or(self.accepted, |_| stop + 1);
+            *rank = entry.copied().unwrap_or(NEVER);
             tile.count.alpha_evaluations += u64::from(iterated);
             most = most.max(iterated);
         }
@@ -250,9 +253,10 @@ impl Tile<'_> {
                 if !takes_part[k] {
                     return (left_out, 0, 0, false);
                 }
-                let stop = stops[k].and_then(|stops| self.entries.get(stops[x] as usize));
-                let iterated = stop.map_or(self.accepted, |e| e.ordinal + 1);
-                (stop.map_or(NEVER, |e| e.rank), iterated, blended[k][x], stop.is_some())
+                let stop = stops[k].map(|stops| stops[x]).filter(|&at| at < self.accepted);
+                let iterated = stop.map_or(self.accepted, |at| at + 1);
+                let rank = stop.map_or(NEVER, |at| self.entries[at as usize]);
+                (rank, iterated, blended[k][x], stop.is_some())
             });
             let [a, b] = seen;
             let iterated = a.1.max(b.1);

@@ -2,18 +2,22 @@
 
 use fearless_simd::dispatch;
 
-use super::unblend::{Kind, UnblendBlock, unblend};
+use super::unblend::{Kind, List, UnblendBlock, unblend};
 use super::{Clamp, Options};
-use crate::blend::{BLOCK, Block, Entry, Hit, Paint, Taped, blend};
+use crate::blend::{BLOCK, Block, Hit, Paint, Taped, blend, write_block};
 use powergs_frame::splat::TileGrid;
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
 
-/// The records of one row of tiles. The ordinal of an entry is the position of its splat's run
-/// among the runs of the row.
+/// The records of one row of tiles.
 #[derive(Debug, Default)]
 pub struct Row {
-    entries: Vec<Entry>,
+    /// Ranks of the splats of each tile, front to back, one tile after the other.
+    ranks: Vec<u32>,
+    /// The position of the run of each among the runs of the row.
+    runs: Vec<u32>,
+    /// Where the lists of the tiles begin, and the end.
+    lists: Vec<usize>,
     hits: Vec<Hit>,
     /// The first hit of each tile, and the end.
     starts: Vec<usize>,
@@ -43,7 +47,7 @@ impl Row {
         options: &Options,
         pixels: &mut [[f32; 3]],
     ) {
-        let tiles = self.list(runs, ty);
+        self.list(runs, ty);
         let grid = runs.grid;
         let mut block = Block::new();
         block.hits = std::mem::take(&mut self.hits);
@@ -51,27 +55,27 @@ impl Row {
         self.starts.clear();
         for tx in 0..grid.nx {
             self.starts.push(block.hits.len());
-            let entries = &self.entries[tiles[tx as usize]..tiles[tx as usize + 1]];
+            let ranks = &self.ranks[self.lists[tx as usize]..self.lists[tx as usize + 1]];
             let (x0, y0, x1, y1) = grid.pixels(tx, ty);
             let (w, h) = ((x1 - x0) as usize, (y1 - y0) as usize);
             block.reset::<Taped>(x0, y0, w, h);
-            dispatch!(options.level, simd => blend(simd, Taped, &mut block, entries, paints));
-            for y in 0..h {
-                let start = y * grid.width as usize + x0 as usize;
-                block.write_row(y, options.background, &mut pixels[start..start + w]);
-            }
+            dispatch!(options.level, simd => blend(simd, Taped, &mut block, ranks, paints));
+            let pixels = &mut pixels[x0 as usize..];
+            let width = grid.width as usize;
+            dispatch!(options.level, simd =>
+                write_block(simd, &block, options.background, (w, h), pixels, width));
         }
         self.starts.push(block.hits.len());
         self.hits = std::mem::take(&mut block.hits);
     }
 
-    /// Lists the splats of each tile in depth order; returns where the lists begin, and the end.
-    fn list(&mut self, runs: &Runs, ty: u32) -> Vec<usize> {
+    /// Lists the splats of each tile in depth order.
+    fn list(&mut self, runs: &Runs, ty: u32) {
         let nx = runs.grid.nx as usize;
         let mut starts = vec![0usize; nx + 1];
         let mut n_runs = 0;
         for run in runs.row(ty) {
-            for n in &mut starts[run.tight0 as usize + 1..=run.tight1 as usize] {
+            for n in &mut starts[run.x0 as usize + 1..=run.x1 as usize] {
                 *n += 1;
             }
             n_runs += 1;
@@ -80,16 +84,18 @@ impl Row {
             starts[x + 1] += starts[x];
         }
         let mut next = starts.clone();
-        self.entries.resize(starts[nx], Entry { rank: 0, ordinal: 0 });
+        self.ranks.resize(starts[nx], 0);
+        self.runs.resize(starts[nx], 0);
         for (i, run) in runs.row(ty).enumerate() {
-            for next in &mut next[run.tight0 as usize..run.tight1 as usize] {
-                self.entries[*next] = Entry { rank: run.rank, ordinal: i as u32 };
+            for next in &mut next[run.x0 as usize..run.x1 as usize] {
+                self.ranks[*next] = run.rank;
+                self.runs[*next] = i as u32;
                 *next += 1;
             }
         }
         self.sums.clear();
         self.sums.resize(n_runs, [0.0; 9]);
-        starts
+        self.lists = starts;
     }
 
     /// Finds the sums of all runs of the row.
@@ -118,14 +124,17 @@ impl Row {
                 let range = start..start + width;
                 block.load_row(y, &lines.pixels[range.clone()], &lines.by_pixel[range]);
             }
+            let list = self.lists[tx as usize]..self.lists[tx as usize + 1];
+            let list = List { ranks: &self.ranks[list.clone()], runs: &self.runs[list], hits };
             let sums = &mut self.sums;
-            dispatch!(options.level, simd => unblend(simd, kind, &mut block, hits, paints, sums));
+            dispatch!(options.level, simd => unblend(simd, kind, &mut block, list, paints, sums));
         }
     }
 
     /// Bytes held.
     pub(crate) fn bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<Entry>()
+        (self.ranks.capacity() + self.runs.capacity()) * size_of::<u32>()
+            + self.lists.capacity() * size_of::<usize>()
             + self.hits.capacity() * size_of::<Hit>()
             + self.starts.capacity() * size_of::<usize>()
             + self.sums.capacity() * size_of::<PixelSums>()

@@ -91,13 +91,24 @@ impl UnblendBlock {
     }
 }
 
-/// Adds to `sums` (by the ordinal of an entry) the sums of the splats of `hits` over `block`.
+/// The list of a tile.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct List<'a> {
+    /// Ranks of the splats, front to back.
+    pub ranks: &'a [u32],
+    /// The position of the run of each among the runs of the row.
+    pub runs: &'a [u32],
+    /// Which of them blended.
+    pub hits: &'a [Hit],
+}
+
+/// Adds to `sums` (by run) the sums of the splats of `list` that blended over `block`.
 #[simd]
 pub(crate) fn unblend<S: Simd, K: Kind>(
     simd: S,
     kind: K,
     block: &mut UnblendBlock,
-    hits: &[Hit],
+    list: List<'_>,
     paints: &[Paint],
     sums: &mut [PixelSums],
 ) {
@@ -105,14 +116,14 @@ pub(crate) fn unblend<S: Simd, K: Kind>(
     let columns = iota + block.origin[0];
     let rows = iota + block.origin[1];
     let mut near = [Paint::default(); BATCH];
-    for hits in hits.chunks(BATCH) {
+    for hits in list.hits.chunks(BATCH) {
         for (paint, hit) in near.iter_mut().zip(hits) {
-            *paint = paints[hit.entry.rank as usize];
+            *paint = paints[list.ranks[hit.at as usize] as usize];
         }
         for (hit, paint) in hits.iter().zip(&near) {
             let dx = columns - paint.mean[0];
             let found = unblend_splat(simd, kind, block, hit.rows, paint, rows, dx);
-            let to = &mut sums[hit.entry.ordinal as usize];
+            let to = &mut sums[list.runs[hit.at as usize] as usize];
             if K::GEOMETRY { found.add_all(simd, dx, to) } else { found.add_some(to) }
         }
     }
@@ -136,7 +147,7 @@ fn unblend_splat<S: Simd, K: Kind>(
     rows: f32x16<S>,
     dx: f32x16<S>,
 ) -> Columns<S> {
-    let lines = Lines::of(simd, paint, rows, block.origin[0]);
+    let lines = Lines::of(simd, paint, rows);
     let dys = Line::of(rows - paint.mean[1]);
     let zero = f32x16::splat(simd, 0.0);
     let mut sums = Columns { alpha: [zero; 3], colour: [zero; 3] };
