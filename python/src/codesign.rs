@@ -337,8 +337,8 @@ impl Codesigned {
 ///
 /// Raises ``GoalMissed`` where no model reaches the quality or no pair keeps the budget.
 #[pyfunction]
-#[pyo3(signature = (scene, cameras, space, *, quality=None, iterations=None, rounds=5, halving=False, size=None,
-                    seed=1, store=None, memory=None, progress=None))]
+#[pyo3(signature = (scene, cameras, space, *, quality=None, iterations=None, rounds=5,
+                    halving=false, size=None, seed=1, store=None, memory=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
 pub fn codesign(
     py: Python<'_>,

@@ -21,10 +21,10 @@ impl Trial {
     }
 }
 
-/// Which `most` of the trials stay: those that the fewest others beat, of as many the nearest to the
-/// quality and the one with the fewest watts in turn, then the first. Short fine-tunes end at
-/// qualities of their own, and watts that miss the quality are no price: so both decide, and no rate
-/// of exchange; the nearest to the quality always stays.
+/// Which `most` of the trials stay: those that the fewest others beat, of as many the nearest to
+/// the quality and the one with the fewest watts in turn, then the first. Short fine-tunes end at
+/// qualities of their own, and watts that miss the quality are no price: so both decide, and no
+/// rate of exchange; the nearest to the quality always stays.
 pub fn better(trials: &[Trial], most: usize) -> Vec<bool> {
     let beaten = |trial: &Trial| trials.iter().filter(|other| other.beats(trial)).count();
     let mut levels: BTreeMap<usize, Vec<usize>> = BTreeMap::new();

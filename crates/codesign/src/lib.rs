@@ -1,11 +1,12 @@
 //! Co-design: the model and the machine that need the fewest watts together.
 //!
 //! A space ([`space`]) has axes of the model (how much is pruned, the degree of its colours, the
-//! number formats of its record, a codebook of its colours) and axes of the machine. Every model is fine-tuned to the quality
-//! that is asked for once ([`fit`]), with a record that is read as the machine will read it; its
-//! frames are priced on every machine ([`pricing`]), in a sweep with the calibrated model of the
-//! DRAM. [`compare`] holds what is concluded: the best pair of all, beside what searching one half
-//! after the other finds, after the winners were simulated once more with the banked model.
+//! number formats of its record, a codebook of its colours) and axes of the machine. Every model is
+//! fine-tuned to the quality that is asked for once ([`fit`]), with a record that is read as the
+//! machine will read it; its frames are priced on every machine ([`pricing`]), in a sweep with the
+//! calibrated model of the DRAM. [`compare`] holds what is concluded: the best pair of all, beside
+//! what searching one half after the other finds, after the winners were simulated once more with
+//! the banked model.
 //!
 //! ```text
 //! dense model --axes of the model--> fit --> K models at the target --> traces

@@ -11,7 +11,7 @@ use powergs_study::sweep::SweepFile;
 use powergs_study::sweep::file::{EnergySpec, Method, Settings};
 
 use super::error::CodesignError;
-use super::model::{ModelPoint, RecordBytes, unreadable};
+use super::model::{ENTRIES, ModelPoint, RecordBytes, unreadable};
 use super::space::{MachineSpec, axis_keys};
 
 /// The question of the sweeps; only people read it.
@@ -84,6 +84,10 @@ impl Machines {
         let record = RecordBytes::of(model, &machine.record);
         for (key, value) in record.settings() {
             set(&key, value);
+        }
+        // A base machine may have one, which is not of this model.
+        if record.codebook.is_none() && machine.codebook.entries > 0 {
+            set(ENTRIES, 0.into());
         }
         if let Some((entries, entry)) = record.codebook
             && !self.gives(BANKS)

@@ -15,6 +15,8 @@ use super::space::{FormatSpec, ModelSpec};
 
 /// The name of the dense model.
 pub const DENSE: &str = "dense";
+/// The key of the entries of a codebook.
+pub(crate) const ENTRIES: &str = "codebook.entries";
 /// Coefficients of a channel at degree 3.
 const COEFFICIENTS: u64 = 16;
 /// Colour records are aligned to at most this, bytes, as in [`RecordSpec`].
@@ -173,12 +175,10 @@ impl RecordBytes {
             set("record.colour-extra", bytes);
             set("record.colour-pitch", pitch);
         }
-        if let Some((_, entry)) = self.codebook {
+        if let Some((entries, entry)) = self.codebook {
             set("codebook.entry", entry);
+            keys.push((ENTRIES.to_owned(), i64::from(entries).into()));
         }
-        // A base machine may have one, which is not of this model.
-        let entries = self.codebook.map_or(0, |(entries, _)| entries);
-        keys.push(("codebook.entries".to_owned(), i64::from(entries).into()));
         keys
     }
 }

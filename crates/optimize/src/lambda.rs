@@ -186,8 +186,8 @@ impl Controller {
         if self.is_settled(quality, margin, target) { Verdict::Settled } else { Verdict::Continue }
     }
 
-    /// Takes λ back by what a model that was chosen with it misses the target by, decibels, and rests
-    /// there unless there is time left to adjust it.
+    /// Takes λ back by what a model that was chosen with it misses the target by, decibels, and
+    /// rests there unless there is time left to adjust it.
     pub(crate) fn retreat(&mut self, short_db: f64) {
         let aim = AIM * self.control.epsilon_db;
         let state = &mut self.state;

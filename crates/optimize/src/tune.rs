@@ -291,8 +291,8 @@ impl<'a> Tuner<'a> {
         self.state.settled || self.state.iteration >= self.iterations()
     }
 
-    /// Iterations, with those that follow where views that did not choose said no: a tenth more, but
-    /// two checks at least.
+    /// Iterations, with those that follow where views that did not choose said no: a tenth more,
+    /// but two checks at least.
     fn iterations(&self) -> u32 {
         let Some(done) = self.state.extended else { return self.config.iterations };
         let checks = self.setup.settings.interval.saturating_mul(2);

@@ -2,9 +2,9 @@
 //!
 //! [`Gaussians`] holds *raw* parameters (log-scale, un-normalised quaternion, logit opacity), as
 //! trained and as stored by the INRIA PLY layout. Activations happen where splats are projected.
-//! [`read()`] decodes every known file format; [`export`] writes INRIA's and the compressed ones and
-//! says what was lost, [`write_ply`] writes INRIA's as a stream; [`files`] opens models and camera
-//! files by path.
+//! [`read()`] decodes every known file format; [`export`] writes INRIA's and the compressed ones
+//! and says what was lost, [`write_ply`] writes INRIA's as a stream; [`files`] opens models and
+//! camera files by path.
 
 pub mod camera;
 mod check;

@@ -2,8 +2,8 @@
 
 use super::convert::quaternion;
 
-/// Components below this are not left out: the error of one that is derived grows as it shrinks. The
-/// largest is never below 0.5.
+/// Components below this are not left out: the error of one that is derived grows as it shrinks.
+/// The largest is never below 0.5.
 const LEAST: f64 = 0.4;
 
 /// A rotation: the place of the component that is left out, and the codes of the others in order.

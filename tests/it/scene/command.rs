@@ -115,7 +115,9 @@ fn what_was_lost_as_json() {
     for field in ["position", "scale", "rotation", "opacity", "colour_dc", "colour_rest"] {
         let kept = &facts["kept"][field];
         assert!(kept["largest"].as_f64().unwrap() >= kept["rms"].as_f64().unwrap(), "{field}");
-        assert_eq!((&kept["exact"], &kept["clamped"]), (&false.into(), &0.into()), "{field}");
+        assert_eq!(kept["clamped"], 0, "{field}");
+        // Positions of 23 bits behind the point may be held to the last.
+        assert!(field == "position" || kept["exact"] == false, "{field}");
     }
     // What came out of a file of the format goes back into one as it is.
     let run = convert(&folder, "a.spz b.spz --json").success();

@@ -27,8 +27,8 @@
 //! is written and a sum over the tiles, one a cycle, is done. It reads what was written of every
 //! splat with a tile, prepares its box and tests it again.
 //!
-//! **Codebook.** With `codebook.entries` a colour reads an entry, which has the table of its unit for
-//! `ceil(words / banks)` cycles; the look-ups of a batch go on beside its arithmetic (A116).
+//! **Codebook.** With `codebook.entries` a colour reads an entry, which has the table of its unit
+//! for `ceil(words / banks)` cycles; the look-ups of a batch go on beside its arithmetic (A116).
 //!
 //! **Foveated frames.** A record has one byte more, its highest level, read with its geometry;
 //! where colour is not fetched lazily, the records of the three further levels come with it. Before

@@ -37,17 +37,18 @@ fn the_parts_of_the_time_are_what_one_takes_times_how_often_it_is_done() {
     assert!(time.checks_s > 0.0);
     let sum = time.iterations_s + time.checks_s + time.scores_s + time.models_s;
     assert!((time.total_s() - sum).abs() < 1e-9);
-    // Pruning whenever it passes scores at each check what is left: a twentieth less every time.
+    // Pruning whenever it passes scores at each check what is left: a twentieth of that less every
+    // time.
     let more = estimated(|r| {
         r.goals = Goals { baselines: vec![Baseline::RenderOnly], ..r.goals.clone() };
     });
-    let twentieths = 20.0 * (more.time.scores_s / more.score_s - prunes);
-    let (mut left, mut sum) = (20.0, 0.0);
-    while sum < twentieths - 1e-9 && left > 0.0 {
+    let scored = more.time.scores_s / more.score_s - prunes;
+    let (mut left, mut sum): (f64, f64) = (1.0, 0.0);
+    while sum < scored - 1e-9 && left > 0.01 {
         sum += left;
-        left -= 1.0;
+        left *= 0.95;
     }
-    assert!((sum - twentieths).abs() < 1e-9 && left <= 17.0, "{twentieths} twentieths");
+    assert!((sum - scored).abs() < 1e-6 && left <= 0.86, "{scored} dense models");
 }
 
 #[test]

@@ -96,17 +96,19 @@ fn five_samples_are_both_ends_and_then_around_the_minimum() {
 }
 
 #[test]
-fn where_pruning_most_is_best_all_further_samples_go_on_there() {
+fn where_pruning_most_is_best_one_sample_goes_on_with_all_that_is_left() {
     let mut done = Vec::new();
-    let mut ends = 0;
+    let (mut ends, mut effort) = (0, 0.0);
     while let Some(sample) = Schedule::FIVE.next(&done, 1.0) {
         ends += u32::from(sample.is_end);
+        effort += sample.effort;
         // The display takes next to nothing; 0.6, then hardly more.
         let rho = if sample.is_end { 0.595 + 0.005 * f64::from(ends) } else { sample.rho };
         let (display_w, render_w) = (0.01 + 0.001 * rho * rho, 1.0 - rho);
         done.push(TakenSample { rho, display_w, render_w, passed: true, is_end: sample.is_end });
     }
-    assert_eq!((done.len(), ends), (5, 3), "{done:?}");
+    assert_eq!((done.len(), ends), (4, 2), "{done:?}");
+    assert_eq!(effort, 0.5 + 0.5 + 4.0 + 1.0);
 }
 
 #[test]

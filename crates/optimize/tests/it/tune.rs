@@ -270,6 +270,34 @@ fn strides_shrink_where_recovering_takes_long_and_grow_again() {
     stride.missed();
     assert_eq!(stride.passed(), 0.125, "it took a moment");
     assert_eq!([stride.passed(), stride.passed()], [0.25, 0.5]);
+    (0..19).for_each(|_| stride.missed());
+    assert!(!stride.gives_up());
+    stride.missed();
+    assert!(stride.gives_up() && stride.length == 0.25, "it does not recover");
+    assert!(!stride.gives_up());
+    assert_eq!(stride.passed(), 0.25);
+}
+
+#[test]
+fn a_prune_that_it_does_not_recover_from_is_undone() {
+    let tiny = tiny(300, 2, (48, 36));
+    let setup = tiny.setup();
+    let pruning = Pruning::WhilePassing { most: 200, share: 0.6, first: 1.0, continued: false };
+    let (display, keep) = (DisplayTerm::Off, Keep::LastPassing);
+    let config = TuneConfig { iterations: 400, pruning, display, keep, ..config(300) };
+    let state = State::begin(Model::fresh(&tiny.dense));
+    // Nothing with half of the Gaussians comes near.
+    let target = Target::Likeness(Quality::likeness(45.0, 0.0));
+    let mut tuner = Tuner::new(&setup, config, target, 5, state);
+    let mut points = Vec::new();
+    while !tuner.is_done() {
+        points.push(tuner.step().unwrap().points);
+    }
+    let least = *points.iter().min().unwrap();
+    let rises = points.windows(2).filter(|pair| pair[1] > pair[0]).count();
+    assert!(least < 200 && rises > 0, "{least} Gaussians at least, {rises} returns");
+    let (model, check, _) = tuner.finish();
+    assert!(check.unwrap().passed && model.scene.len() > least, "{}", model.scene.len());
 }
 
 #[test]

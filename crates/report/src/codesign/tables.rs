@@ -219,8 +219,8 @@ pub fn exports(finished: &Finished) -> Table {
 
 /// `models.csv`: every model with its quality on both splits.
 pub fn models_csv(finished: &Finished) -> Vec<u8> {
-    let keys = "model rho sh_degree formats codebook gaussians iterations lambda_per_w gate_psnr_db \
-                gate_ssim gate_display_w passed test_psnr_db test_ssim";
+    let keys = "model rho sh_degree formats codebook gaussians iterations lambda_per_w \
+                gate_psnr_db gate_ssim gate_display_w passed test_psnr_db test_ssim";
     let row = |model: &powergs_codesign::fit::Fitted| -> Vec<Cell> {
         let (point, facts) = (&model.point, &model.facts);
         let finite = |x: f64| Cell::from(Some(x).filter(|x| x.is_finite()));

@@ -27,6 +27,12 @@ pub(super) const CODESIGN: &[Term] = &[
         "Name of the number formats that the record of a Gaussian has in a model; `exact`: nothing \
          is rounded.",
     ),
+    term(
+        &["format"],
+        "",
+        "A format of files that a model may be written in, as `scene convert --format` has them.",
+    ),
+    term(&["bytes"], "B", "Bytes of a file."),
     term(&["sh_degree"], "", "Degree of the spherical harmonics of a model."),
     term(
         &["calibrated total", "calibrated total, mW", "calibrated total, W"],

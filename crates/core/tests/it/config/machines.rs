@@ -35,7 +35,7 @@ fn banks_are_the_shares_of_units_and_cores() {
     let inventory = Machine::parse(gscore()).expect("gscore").inventory();
     let kib: Vec<(u64, u32)> =
         inventory.memories.iter().map(|m| (m.bank.0 / 1024, m.banks)).collect();
-    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), (0, 0), (2, 8), (1, 8)]);
+    assert_eq!(kib, [(1, 8), (4, 8), (2, 32), (16, 8), (1, 16), (0, 0), (2, 8), (1, 8), (0, 0)]);
 }
 
 #[test]

@@ -288,12 +288,6 @@ impl Dice {
             feature_pitch: Bytes(32),
             colour_pitch: Bytes(128),
         };
-        machine.codebook = CodebookSpec {
-            entries: self.pick(&[0, 0, 0, 16]),
-            entry: Bytes(u64::from(self.roll(1, 90))),
-            word: Bytes(u64::from(self.roll(1, 32))),
-            banks: self.roll(1, 3),
-        };
         machine.ccu = CcuSpec {
             units: self.roll(1, 3),
             operations_per_cycle: self.roll(100, 500),
@@ -565,6 +559,12 @@ impl Dice {
     pub fn colour(&mut self, machine: &mut Machine) {
         machine.vru.colour_operations_per_cycle = self.pick(&[7, 50, 133, 4000]);
         machine.vru.colour_latency = self.pick(&[0, 0, 1, 13]);
+        machine.codebook = CodebookSpec {
+            entries: self.pick(&[0, 0, 0, 16]),
+            entry: Bytes(u64::from(self.roll(1, 90))),
+            word: Bytes(u64::from(self.roll(1, 32))),
+            banks: self.roll(1, 3),
+        };
     }
 
     /// Gives every second machine another organisation of its rendering units, and the frame what
