@@ -1,7 +1,7 @@
 //! Blending of one block in two levels at once (`powergs.md` §6.4).
 //!
-//! A list is traversed once, a batch for the first level and then for the second. Every pixel of either block has the same bits as if its level were blended
-//! alone.
+//! A list is traversed once, each batch for the first level and then for the second. Every pixel of
+//! either block has the same bits as if its level were blended alone.
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
