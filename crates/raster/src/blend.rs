@@ -4,8 +4,9 @@
 //! of them can reach α = 1/255 at all; only those are evaluated. α is computed as an exponential of
 //! base 2 with the opacity folded in: α = 2^p, p = A δx² + B δx δy + C δy² + log₂ o.
 //!
-//! A stopped pixel has its transmittance with a minus sign: it takes no part, and the loop over
-//! rows need not branch where pixels stop.
+//! Splats come in batches. Each row of pixels goes through the splats of a batch that can reach it,
+//! with its state in registers. A stopped pixel has its transmittance with a minus sign: it takes
+//! no part.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask16x32, mask32x16, u16x32, u32x16};
@@ -417,6 +418,9 @@ pub(super) fn blend_batch<S: Simd, R: Record>(
     near: &[Paint; BATCH],
     tint: impl Fn(usize) -> Tint,
 ) {
+    if block.alive == 0 {
+        return;
+    }
     block.set_strokes(simd, &near[..ranks.len()], &tint);
     let by_row = block.strokes.by_row(simd);
     let mut findings = Findings { hits: [0; BLOCK], pixels: [0; BATCH], weights: [0.0; BATCH] };
