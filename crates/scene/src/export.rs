@@ -1,6 +1,6 @@
 //! Models as files: INRIA PLY and the compressed formats, with what each of them lost.
 //!
-//! [`write`] keeps the order of the Gaussians, because the index of a Gaussian is its address in
+//! [`write()`] keeps the order of the Gaussians, because the index of a Gaussian is its address in
 //! DRAM. Other writers of compressed formats sort along a space-filling curve, which lets their
 //! pictures and streams compress better; files from here are larger for it.
 
