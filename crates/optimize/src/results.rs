@@ -154,6 +154,10 @@ pub struct ModelRecord {
     pub target_hvsq: Option<f64>,
     /// Distance from the target over the gate views, decibels; negative: missed.
     pub margin_db: Option<f64>,
+    /// Where λ steered it: mean distance from the target, as the checks of the last tenth of its
+    /// iterations estimated it, decibels. `None` where λ did not follow the quality.
+    #[serde(default)]
+    pub steered_db: Option<f64>,
     /// Whether it reached the target.
     pub passed: bool,
     /// Over the gate views.

@@ -95,7 +95,8 @@ impl Run<'_> {
             view: pictures.view,
             regions: foveated.as_ref().and_then(|f| f.album.as_ref()).map(|a| a.change),
         });
-        let results = Results::of(campaign, outcomes, stopped, foveated.as_ref(), mean_change);
+        let done = (&outcomes[..], &self.progress.history[..]);
+        let results = Results::of(campaign, done, stopped, foveated.as_ref(), mean_change);
         let first = at(outcomes, Place::default());
         let ratios = if campaign.ratio_study { ratios(&first) } else { Vec::new() };
         let (outcomes, history) = (self.progress.outcomes, self.progress.history);

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::campaign::{Campaign, FoveatedModels};
 use crate::foveated::{Foveal, cheapest, missing_regions};
+use crate::history::HistoryRow;
 use crate::job::Place;
 use crate::outcome::Outcome;
 use crate::plan::{Plan, Variant};
@@ -15,16 +16,20 @@ use crate::target::Target;
 use powergs_base::TOOL_VERSION;
 use powergs_frame::fovea::Screen;
 
+/// Where λ steered a model is read from this part of its iterations, the last one.
+const LAST: u32 = 10;
+
 impl Results {
-    /// The results of a campaign. `stopped`: why it ended before its jobs were done.
+    /// The results of a campaign: what was `done`, with the history of it. `stopped`: why it ended
+    /// before its jobs were done.
     pub(crate) fn of(
         campaign: &Campaign,
-        done: &[Outcome],
+        (done, history): (&[Outcome], &[HistoryRow]),
         stopped: Option<&str>,
         foveated: Option<&FoveatedModels>,
         mean_change: Option<ChangeRecord>,
     ) -> Results {
-        let run = &Made { plan: &campaign.plan, done };
+        let run = &Made { plan: &campaign.plan, done, history };
         let dense = done.iter().find(|o| o.role == Role::Dense);
         let ratio = dense.map(|o| o.watts.display_w / o.watts.render_w);
         let screen = campaign.foveation.as_ref().map(|f| f.screen);
@@ -52,7 +57,7 @@ impl Results {
             stopped: stopped.map(str::to_owned),
             variants: variants(run, measured),
             levels: campaign.plan.levels,
-            models: done.iter().map(|o| model(run, o)).collect(),
+            models: done.iter().enumerate().map(|(i, o)| model(run, i, o)).collect(),
             fits: fits(run),
             dense_fps: foveated.and_then(|f| finite(f.dense_fps)),
             foveated: measured.iter().map(|f| foveal(run, f)).collect(),
@@ -65,6 +70,7 @@ impl Results {
 struct Made<'a> {
     plan: &'a Plan,
     done: &'a [Outcome],
+    history: &'a [HistoryRow],
 }
 
 fn finite(value: f64) -> Option<f64> {
@@ -99,7 +105,7 @@ fn seen(seen: &Seen) -> SeenRecord {
     }
 }
 
-fn model(run: &Made<'_>, o: &Outcome) -> ModelRecord {
+fn model(run: &Made<'_>, position: usize, o: &Outcome) -> ModelRecord {
     let target = match o.role {
         Role::Dense | Role::HeldOut => run.plan.target(run.done, 0),
         role => run.plan.target_at(run.done, role.baseline(), o.place),
@@ -121,6 +127,7 @@ fn model(run: &Made<'_>, o: &Outcome) -> ModelRecord {
             Target::Likeness(_) => None,
         }),
         margin_db: target.and_then(|t| finite(t.margin_db(o.gate.quality))),
+        steered_db: target.and_then(|t| finite(steered_db(run, position, o, &t)?)),
         passed: o.passed,
         gate: seen(&o.gate),
         confirmation: o.confirmation.map(|c| seen(&c.seen)),
@@ -133,6 +140,20 @@ fn model(run: &Made<'_>, o: &Outcome) -> ModelRecord {
         display_w: o.watts.display_w,
         render_w: o.watts.render_w,
     }
+}
+
+/// Mean distance from the target over the checks of the last tenth of the iterations of the job at
+/// a position, where λ followed the quality.
+fn steered_db(run: &Made<'_>, position: usize, o: &Outcome, target: &Target) -> Option<f64> {
+    if o.lambda.is_none() || matches!(o.role, Role::Sweep(_)) {
+        return None;
+    }
+    let from = o.iterations - o.iterations.div_ceil(LAST);
+    let rows = run.history.iter().filter(|row| row.job == position);
+    let last = rows.map(|row| &row.iteration).filter(|i| i.iteration >= from && i.lambda > 0.0);
+    let checks = last.filter_map(|i| i.check);
+    let margins: Vec<f64> = checks.map(|check| target.margin_db(check.seen.quality)).collect();
+    (!margins.is_empty()).then(|| margins.iter().sum::<f64>() / margins.len() as f64)
 }
 
 /// One for every place that has samples.

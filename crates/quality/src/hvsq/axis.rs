@@ -38,18 +38,21 @@ impl Taps {
         taps
     }
 
-    /// Coarse columns interpolated to all full places; what lies beyond is zero.
+    /// Coarse columns interpolated to all full places of rows; what lies beyond is zero.
     #[inline(always)]
-    fn widen<S: Simd>(&self, simd: S, coarse: &[Column], full: &mut [Column]) {
-        let count = self.start.len() - 1;
-        let places = self.first.iter().zip(&self.weight);
-        for (full, (&first, &weight)) in full.iter_mut().zip(places) {
-            let value = f32x16::from_slice(simd, &coarse[first as usize]);
-            let next = (first as usize + 1).min(count - 1);
-            let step = f32x16::from_slice(simd, &coarse[next]) - value;
-            (value + step * weight).store_slice(full);
+    fn widen<S: Simd>(&self, simd: S, coarse: &[Column], full: Rows<&mut [f32]>) {
+        let last = self.start.len() - 2;
+        let places = self.first.chunks(LANES).zip(self.weight.chunks(LANES));
+        for (at, (first, weight)) in (0..full.len).step_by(LANES).zip(places) {
+            let mut block = [f32x16::splat(simd, 0.0); LANES];
+            for (full, (&first, &weight)) in block.iter_mut().zip(first.iter().zip(weight)) {
+                let first = first as usize;
+                let value = f32x16::from_slice(simd, &coarse[first]);
+                let step = f32x16::from_slice(simd, &coarse[(first + 1).min(last)]) - value;
+                *full = value + step * weight;
+            }
+            put(block, full.values, full.len, at);
         }
-        full[self.first.len()..].fill([0.0; LANES]);
     }
 
     /// The adjoint of [`Taps::widen`], times `scale`.
@@ -138,6 +141,10 @@ pub(crate) struct Columns {
 impl Columns {
     fn sized(&mut self, axis: &Axis, full: usize) {
         self.full.resize(full, [0.0; LANES]);
+        self.sized_coarse(axis);
+    }
+
+    fn sized_coarse(&mut self, axis: &Axis) {
         self.coarse.resize(axis.cells.len().next_multiple_of(LANES), [0.0; LANES]);
     }
 
@@ -182,10 +189,9 @@ impl Columns {
         coarse: Rows<&[f32]>,
         full: Rows<&mut [f32]>,
     ) {
-        self.sized(axis, full.len);
+        self.sized_coarse(axis);
         turn(simd, coarse, &mut self.coarse);
-        axis.taps.widen(simd, &self.coarse, &mut self.full);
-        turn_back(simd, &self.full, full);
+        axis.taps.widen(simd, &self.coarse, full);
     }
 
     /// The adjoint of [`Columns::widen`], times `scale`.
@@ -230,7 +236,7 @@ fn turn<S: Simd>(simd: S, rows: Rows<&[f32]>, columns: &mut [Column]) {
             };
         }
         transpose(&mut block);
-        for (column, vector) in columns.iter_mut().zip(block) {
+        for (column, vector) in columns.iter_mut().zip(&block) {
             vector.store_slice(column);
         }
     }
@@ -243,15 +249,21 @@ fn turn_back<S: Simd>(simd: S, columns: &[Column], rows: Rows<&mut [f32]>) {
         for (vector, column) in block.iter_mut().zip(columns) {
             *vector = f32x16::from_slice(simd, column);
         }
-        transpose(&mut block);
-        for (vector, row) in block.into_iter().zip(rows.values.chunks_exact_mut(rows.len)) {
-            match row.get_mut(at..at + LANES) {
-                Some(values) => vector.store_slice(values),
-                None => {
-                    let values: [f32; LANES] = vector.into();
-                    let left = row.len() - at;
-                    row[at..].copy_from_slice(&values[..left]);
-                }
+        put(block, rows.values, rows.len, at);
+    }
+}
+
+/// Sixteen columns, from the place `at` of rows of `len` on.
+#[inline(always)]
+fn put<S: Simd>(mut block: [f32x16<S>; LANES], rows: &mut [f32], len: usize, at: usize) {
+    transpose(&mut block);
+    for (vector, row) in block.iter().zip(rows.chunks_exact_mut(len)) {
+        match row.get_mut(at..at + LANES) {
+            Some(values) => vector.store_slice(values),
+            None => {
+                let values: [f32; LANES] = (*vector).into();
+                let left = row.len() - at;
+                row[at..].copy_from_slice(&values[..left]);
             }
         }
     }
