@@ -206,6 +206,41 @@ fn an_adaptive_search_compares_all_models_on_the_machines_that_are_best_for_one(
 }
 
 #[test]
+fn an_adaptive_search_chooses_banks_for_a_codebook_as_a_grid_does() {
+    let text = SPACE.replace("sh-degree = [3, 1]", "sh-degree = [3]\ncodebook = [0, 65536]");
+    let search = "[machine.sampling]\nmethod = \"nsga2\"\npopulation = 4\ngenerations = 6\n";
+    let store = MemoryStore::new();
+    let found = finished(&codesign(&format!("{text}\n{search}"), 24.0, 12).unwrap(), &store);
+    let whole = finished(&codesign(&text, 24.0, 12).unwrap(), &store);
+    for (row, all) in found.rows.iter().zip(&whole.rows) {
+        assert!(row.pairs.values().all(|fate| matches!(fate, Fate::Priced(_))), "{row:?}");
+        assert!(row.pairs.len() > 4 && row.pairs.len() <= all.pairs.len());
+    }
+    for way in [Way::Dense, Way::Base, Way::Joint] {
+        assert_eq!(watts(&found, way), watts(&whole, way), "{way:?}");
+    }
+}
+
+#[test]
+fn a_budget_that_no_pair_keeps_names_the_right_model_after_halving() {
+    let store = MemoryStore::new();
+    let whole = finished(&codesign(SPACE, 24.0, 12).unwrap(), &store);
+    let text = format!("{SPACE}\n[budget]\narea = \"0.5 mm2\"\n");
+    let mut halved = codesign(&text, 24.0, 12).unwrap();
+    halved.halving = true;
+    let error = halved.run(&store, &()).expect_err("too small");
+    let CodesignError::Infeasible(message) = &error else { panic!("{error}") };
+    let nearest = message.split("the nearest miss is ").nth(1).expect("a nearest miss");
+    let name = nearest.split(' ').next().unwrap();
+    let model = whole.models.iter().position(|model| model.point.name() == name).unwrap();
+    let machine = nearest.split("machine #").nth(1).and_then(|m| m.split(' ').next()?.parse().ok());
+    let price = whole.price((model, machine)).expect("it was priced");
+    let shown = nearest.split(" mm2, ").nth(1).and_then(|ms| ms.split(' ').next()).unwrap();
+    let frame_ms: f64 = shown.parse().unwrap();
+    assert!((price.frame_ms / frame_ms - 1.0).abs() < 0.01, "{message}: {price:?}");
+}
+
+#[test]
 fn halving_trains_the_better_half_in_full() {
     let store = MemoryStore::new();
     let whole = finished(&codesign(SPACE, 24.0, 12).unwrap(), &store);

@@ -70,7 +70,9 @@ struct Shared<'a, O> {
     plan: &'a Plan,
     context: FrameContext<'a>,
     memory: Memory<'a>,
-    /// Whether the requests of a CCU complete in order and no core waits for list completion.
+    /// Whether the results of a CCU are written in the order of its batches: requests complete in
+    /// order, no core waits for list completion, and no batch leaves its entries in lines on chip,
+    /// so that it has nothing to write.
     in_order: bool,
     batches: Batches<'a>,
     next_batch: u32,
@@ -228,7 +230,7 @@ pub(crate) fn run<O: Observer>(
         workload,
         plan,
         context,
-        in_order: memory.keeps_order() && overlap != Overlap::Tiles,
+        in_order: memory.keeps_order() && overlap != Overlap::Tiles && context.lists.is_none(),
         memory,
         batches: Batches::new(workload, units.ccu.batch, pairs_written(workload, &context))
             .with_lists(first_pass(&context), context.lists),

@@ -126,6 +126,34 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn samples_that_go_on_from_each_other_are_cancelled_and_go_on_bit_for_bit() {
+    let search = || {
+        let asked = request();
+        let settings = Settings { iterations: 16, final_iterations: 16, ..asked.settings };
+        let schedule = Schedule::FIVE;
+        Request { settings, goals: Goals { schedule, ..asked.goals }, ..asked }
+    };
+    let once = open(search()).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
+    // One began with as many Gaussians as the one before had in the end, which was not what that
+    // one kept.
+    let points = |job: usize| {
+        let rows = once.history.iter().filter(move |row| row.job == job);
+        rows.map(|row| row.iteration.points)
+    };
+    let goes_on = |job: usize| {
+        let (left, kept) = (points(job - 1).last(), once.outcomes[job - 1].points);
+        left != Some(kept) && left.is_some_and(|left| points(job).next() == Some(left))
+    };
+    let samples = (1..once.outcomes.len()).filter(|&job| once.outcomes[job].role == Role::Sample);
+    assert!(samples.filter(|&job| goes_on(job)).count() > 0, "{:?}", once.outcomes);
+    for iterations in [7, 10] {
+        let (pieces, count) = in_pieces(&open(search()), &MemoryStore::new(), iterations);
+        assert!(count > 8, "{count} pieces");
+        same(&once, &pieces);
+    }
+}
+
+#[test]
 fn priced_anew_the_levels_are_parts_of_the_model_that_takes_least_then() {
     let foveated = || {
         let asked = foveated();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::num::NonZeroU32;
 
 use powergs_datapath::NumberFormat;
-use powergs_optimize::prune::Score;
+use powergs_optimize::prune::{Score, select};
 use powergs_optimize::record::{RecordFormats, codebook};
 use powergs_optimize::target::{Quality, Target};
 use powergs_optimize::tune::{
@@ -286,4 +286,35 @@ fn it_goes_on_bit_for_bit_with_a_codebook() {
         assert_eq!(second.state(), whole.state(), "stopped after {stop}");
     }
     assert_eq!(whole.state().labels.len(), 150);
+}
+
+#[test]
+fn a_model_that_is_pruned_below_the_entries_has_one_for_each() {
+    let tiny = tiny(200, 8, (40, 30));
+    let mut labels = codebook::labels(&tiny.dense, 160);
+    let mut few = tiny.dense.clone();
+    let kept: Vec<u32> = (0..200).rev().step_by(4).rev().collect();
+    select(&mut few, &kept);
+    labels = kept.iter().map(|&i| labels[i as usize]).collect();
+    assert!(labels.iter().any(|&label| label >= 50), "numbers of entries that are gone");
+    codebook::relabel(&few, &mut labels, 160);
+    assert_eq!(labels, (0..50).collect::<Vec<u32>>());
+    // Pruned below them between two looks for the nearest, and looked for again.
+    let setup = tiny.setup();
+    let steps = NonZeroU32::new(2).unwrap();
+    let pruning = Pruning::Steps { score: Score::Dominance, goal: 120, steps, every: 20 };
+    let config = TuneConfig { pruning, ..config(55) };
+    let state = State::begin(Model::fresh(&tiny.dense));
+    let mut tuner = Tuner::new(&setup, config, TARGET, 5, state).reading(book(160));
+    let mut shared = Vec::new();
+    while !tuner.is_done() {
+        tuner.step().unwrap();
+        let labels = &tuner.state().labels;
+        shared.push(labels.len() - labels.iter().collect::<BTreeSet<_>>().len());
+    }
+    assert!(shared[10] >= 40, "200 Gaussians have 160 entries: {shared:?}");
+    assert_eq!((shared[54], tuner.state().labels.len()), (0, 120));
+    let state = tuner.state().clone();
+    let (model, ..) = tuner.finish();
+    assert_eq!(model.scene, state.model.scene, "each its own is what it is");
 }

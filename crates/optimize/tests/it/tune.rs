@@ -237,6 +237,45 @@ fn a_model_that_other_views_find_too_bad_is_trained_on() {
 }
 
 #[test]
+fn what_is_trained_on_goes_on_bit_for_bit() {
+    let mut tiny = tiny(300, 2, (48, 36));
+    let all = tiny.cameras.len();
+    tiny.split.validation = (0..9).collect();
+    tiny.split.train = (9..all).collect();
+    let (iterations, display, keep) = (30, DisplayTerm::Off, Keep::LastPassing);
+    let pruning = Pruning::WhilePassing { most: 20, share: 0.05, first: 1.0, continued: false };
+    let config = TuneConfig { iterations, pruning, display, keep, ..config(300) };
+    // Views that did not choose say no from their ninth look on; `stop` iterations after that it
+    // is stopped.
+    let ends = |stop: u32| {
+        let counts = (0..all).map(|_| AtomicUsize::new(0)).collect();
+        let turning = Turning { counted: Counted(&tiny.references, counts), when: 9..99 };
+        let setup = Setup { references: &turning, ..tiny.setup() };
+        let mut state = State::begin(Model::fresh(&tiny.dense));
+        let mut tuner = Tuner::new(&setup, config, TARGET, 5, state);
+        let is_stopped = |state: &State| {
+            state.extended.is_some_and(|done| state.iteration >= done.saturating_add(stop))
+        };
+        while !tuner.is_done() && !is_stopped(tuner.state()) {
+            tuner.step().unwrap();
+        }
+        state = tuner.state().clone();
+        let was_done = tuner.is_done();
+        let mut tuner = Tuner::new(&setup, config, TARGET, 5, state);
+        while !tuner.is_done() {
+            tuner.step().unwrap();
+        }
+        (was_done, tuner.state().clone())
+    };
+    let (was_done, whole) = ends(99);
+    assert!(was_done && whole.extended.is_some(), "{:?}", whole.extended);
+    for stop in [0, 1, 4] {
+        let (was_done, state) = ends(stop);
+        assert!(!was_done && state == whole, "stopped after {stop}");
+    }
+}
+
+#[test]
 fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
     let mut heat = Heat::begin(0.5, 0.5);
     heat.pruned();
