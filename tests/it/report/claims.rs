@@ -90,9 +90,11 @@ fn claims_fail_with_their_numbers() {
         r.models.iter_mut().find(|m| m.sweep_lambda == Some(0.2)).unwrap().test.psnr_db =
             Some(30.0);
     });
-    fails("26", "4 of 5", |r| {
-        (r.models[1].margin_db, r.models[1].iterations) = (Some(2.0), 1000);
-    });
+    for off in [2.0, -0.3] {
+        fails("26", "4 of 5", |r| {
+            (r.models[1].steered_db, r.models[1].iterations) = (Some(off), 1000);
+        });
+    }
     fails("4a", "R²", |r| r.models[2].render_w = 0.2);
     fails("4b", "-", |r| r.models[1].display_w = 0.5);
     fails("23", "W", |r| r.models[0].render_w = 0.01);
@@ -101,12 +103,12 @@ fn claims_fail_with_their_numbers() {
 #[test]
 fn a_sample_that_was_cut_off_says_nothing_about_lambda() {
     let mut results = run();
-    (results.models[1].margin_db, results.models[1].iterations) = (Some(2.0), 999);
+    (results.models[1].steered_db, results.models[1].iterations) = (Some(2.0), 999);
     let (cut_off, here) = verdict(&alone(&results), "26");
     assert_eq!(cut_off, Verdict::Unchecked, "{here}");
-    assert!(here.contains("1 sample ended above the target"), "{here}");
+    assert!(here.contains("1 sample ended off the target"), "{here}");
     // The rendering end has no λ, and may be far above the target.
-    results.models[1].lambda_per_w = None;
+    results.models[1].steered_db = None;
     assert_eq!(verdict(&alone(&results), "26").0, Verdict::Yes);
 }
 

@@ -33,6 +33,7 @@ fn model(
         lambda_per_w: Some(0.1),
         target_hvsq: None,
         margin_db: Some(0.1),
+        steered_db: Some(0.1),
         passed: true,
         gate: seen,
         confirmation: None,

@@ -220,7 +220,7 @@ fn settles(r: &Results) -> Answer {
     let iterations = samples.iter().map(|s| s.1).max().unwrap_or(0);
     let farthest = fixed(most, Unit::Decibels, 2);
     let text = say(
-        "{} of {} samples, the farthest {} dB above, in at most {} iterations",
+        "{} of {} samples, the farthest {} dB above it, in at most {} iterations",
         [count(near), count(samples.len()), farthest, count(iterations as usize)],
     );
     here(text, near == samples.len())

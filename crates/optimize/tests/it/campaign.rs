@@ -17,7 +17,7 @@ use powergs_optimize::request::{Foveation, Goal, Goals, Request};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{Gate, Settings};
-use powergs_optimize::target::Level;
+use powergs_optimize::target::{Level, Quality, Target};
 use powergs_optimize::tune::Iteration;
 use powergs_optimize::watch::CampaignWatch;
 
@@ -126,6 +126,27 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 }
 
 #[test]
+fn results_say_where_lambda_steered_a_model() {
+    let finished = open(request()).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
+    let target = Target::Likeness(Quality::likeness(20.0, 0.0));
+    let mut steered = 0;
+    for (job, (outcome, model)) in
+        finished.outcomes.iter().zip(&finished.results.models).enumerate()
+    {
+        // A tenth of five or six iterations is the last one.
+        let rows = finished.history.iter().filter(|row| row.job == job);
+        let last = rows.last().filter(|row| row.iteration.lambda > 0.0);
+        let check = last.and_then(|row| row.iteration.check);
+        let margin_db = check.map(|check| target.margin_db(check.seen.quality));
+        assert_eq!(model.steered_db, margin_db, "{}", outcome.name);
+        assert_eq!(margin_db.is_some(), outcome.lambda.is_some(), "{}", outcome.name);
+        steered += usize::from(margin_db.is_some());
+    }
+    assert!(steered >= 3, "samples and the optimum");
+    assert!(finished.results.models.iter().any(|m| m.baseline.is_some() && m.steered_db.is_none()));
+}
+
+#[test]
 fn samples_that_go_on_from_each_other_are_cancelled_and_go_on_bit_for_bit() {
     let search = || {
         let asked = request();
@@ -141,7 +162,7 @@ fn samples_that_go_on_from_each_other_are_cancelled_and_go_on_bit_for_bit() {
         rows.map(|row| row.iteration.points)
     };
     let goes_on = |job: usize| {
-        let (left, kept) = (points(job - 1).last(), once.outcomes[job - 1].points);
+        let (left, kept) = (points(job - 1).next_back(), once.outcomes[job - 1].points);
         left != Some(kept) && left.is_some_and(|left| points(job).next() == Some(left))
     };
     let samples = (1..once.outcomes.len()).filter(|&job| once.outcomes[job].role == Role::Sample);
