@@ -6,18 +6,19 @@ mod average;
 mod config;
 mod gauge;
 mod heat;
+mod kept;
 mod objective;
 mod stride;
 
 use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, Rates};
-use super::lambda::{AIM, Controller, ControllerState, Verdict};
+use super::lambda::{Controller, ControllerState, Verdict};
 use super::prune::{Score, keep, select, survivors};
 use super::record::{Reader, RecordFormats};
 use super::renderer::{Step, Stepper};
 use super::setup::{Seen, Setup};
-use super::target::{Quality, Target};
+use super::target::Target;
 use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
@@ -25,7 +26,6 @@ use powergs_raster::train::Which;
 use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
-use gauge::CONFIRM_EVERY;
 pub(crate) use gauge::confirms;
 pub use gauge::{Gauge, confirming};
 pub use heat::Heat;
@@ -40,9 +40,6 @@ const WARM_UP: usize = 16;
 const AVERAGE_EVERY: u32 = 5;
 /// Iterations after which Gaussians look for the nearest entry of a codebook again.
 const RELABEL_EVERY: u32 = 50;
-/// What views that do not choose may miss of a change of those that do, as a share of it: a fifth
-/// was seen where λ had just moved the quality by a decibel.
-const DRIFT: f64 = 0.2;
 /// Part of the iterations for which a fine-tune goes on where views that did not choose its model
 /// find it below the target.
 const EXTENSION: u32 = 10;
@@ -51,12 +48,6 @@ const EXTENSION_RATE: f64 = 0.75;
 /// Where it begins along that fall when it goes on where another fine-tune stopped: whole rates
 /// would shake what was about to rest.
 const GOING_ON_RATE: f64 = 0.5;
-/// How far above the target the model is that takes the place of one which these views refuse, in
-/// units of epsilon.
-const SPARE: f64 = 2.0;
-/// While it prunes whenever it passes, a model that passes by less than this is looked at over all
-/// views that choose before more of it goes, decibels.
-const NEAR_DB: f64 = 0.2;
 
 /// A model in training.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -390,46 +381,6 @@ impl<'a> Tuner<'a> {
         Ok(())
     }
 
-    /// Looks at the model to keep with all gate views, those that did not choose it among them.
-    /// Where it misses the target the fine-tune goes on for a while, by what was found, with less
-    /// display term and without pruning. If that was to no avail, an earlier model is kept that had
-    /// more to spare, or if there is none, the one that was refused.
-    fn confirm(&mut self) -> Result<(), TuneError> {
-        let has_others = gauge::confirming(self.setup.gate_views().len()) > 0;
-        if self.config.keep == Keep::Last || !has_others {
-            return Ok(());
-        }
-        let Some((scene, check)) = self.state.best.take() else {
-            self.state.best = self.state.spare.take();
-            return Ok(());
-        };
-        let seen = self.state.gauge.all(self.setup, &scene, self.pooling());
-        if self.target.passes(seen.quality) {
-            self.state.best = Some((scene, check));
-            return Ok(());
-        }
-        let is_continued =
-            matches!(self.config.pruning, Pruning::WhilePassing { continued: true, .. });
-        if self.state.extended.is_some() || is_continued {
-            let spare = self.state.spare.take().filter(|(_, check)| check.sure);
-            self.state.best = spare.or(Some((scene, check)));
-            return Ok(());
-        }
-        self.state.extended = Some(self.state.iteration);
-        self.state.settled = false;
-        if let Some(controller) = &mut self.controller {
-            controller.retreat(-self.target.margin_db(seen.quality));
-        }
-        // What was pruned since is too much.
-        if scene.len() != self.state.model.scene.len() {
-            self.go_back_to(&scene)?;
-        }
-        if self.state.spare.is_none() {
-            self.state.spare = Some((scene, Check { sure: false, ..check }));
-        }
-        Ok(())
-    }
-
     fn lambda(&self, iteration: u32) -> f64 {
         match (self.config.display, &self.controller) {
             (DisplayTerm::Fixed(lambda), _) => lambda,
@@ -531,49 +482,6 @@ impl<'a> Tuner<'a> {
             let surplus = self.state.model.scene.len().saturating_sub(goal);
             self.prune(score, surplus.div_ceil(left));
         }
-    }
-
-    /// Where the display term begins after pruning for as long as the target was reached, what was
-    /// pruned since it last was is undone: dimming has slack to spend, and no time to recover.
-    fn undo_if_due(&mut self, iteration: u32) -> Result<(), TuneError> {
-        let DisplayTerm::Controlled { from, .. } = self.config.display else { return Ok(()) };
-        let is_due = iteration == from
-            && matches!(self.config.pruning, Pruning::WhilePassing { .. })
-            && self.state.last.is_some_and(|check| !check.passed);
-        if is_due { self.undo() } else { Ok(()) }
-    }
-
-    /// While it prunes whenever it passes: a prune that it does not recover from is undone, and the
-    /// next one is smaller.
-    fn give_up_if_due(&mut self, lambda: f64) -> Result<(), TuneError> {
-        let Pruning::WhilePassing { share, .. } = self.config.pruning else { return Ok(()) };
-        let is_pruning = share < 1.0 && lambda == 0.0 && self.state.extended.is_none();
-        if is_pruning && !self.is_done() && self.state.stride.gives_up() {
-            return self.undo();
-        }
-        Ok(())
-    }
-
-    /// Goes back to the model that was kept, if more was pruned since.
-    fn undo(&mut self) -> Result<(), TuneError> {
-        match &self.state.best {
-            Some((scene, check)) if scene.len() != self.state.model.scene.len() => {
-                let (scene, margin_db) = (scene.clone(), self.target.margin_db(check.seen.quality));
-                if let Some(heat) = &mut self.state.heat {
-                    heat.recovered(margin_db);
-                }
-                self.go_back_to(&scene)
-            }
-            Some(_) | None => Ok(()),
-        }
-    }
-
-    /// Trains on from parameters that were kept, without moments or a mean.
-    fn go_back_to(&mut self, scene: &Gaussians) -> Result<(), TuneError> {
-        self.state.model = Model::fresh(scene);
-        self.state.average = None;
-        self.reader.label(scene, &mut self.state.labels);
-        self.warm_up(self.state.iteration, 0.0)
     }
 
     fn prune(&mut self, score: Score, count: usize) {
@@ -687,75 +595,11 @@ impl<'a> Tuner<'a> {
         check
     }
 
-    /// Whether the target is reached with so much to spare that views which did not choose may
-    /// differ a little: by half of what λ is steered for, and by a part of what those that choose
-    /// have gone since all were looked at.
-    fn is_sure(&self, seen: &Seen) -> bool {
-        let guard = match gauge::confirming(self.setup.gate_views().len()) {
-            0 => 0.0,
-            _ => {
-                let aim = AIM * self.setup.settings.epsilon_db;
-                0.5 * aim + DRIFT * self.state.gauge.drift_db()
-            }
-        };
-        self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
-    }
-
-    /// Whether all views that choose are to be looked at: the model of an estimated quality may be
-    /// kept.
-    fn wants_confirmation(&self, quality: Quality, lambda: f64) -> bool {
-        let may_pass = self.target.passes(quality) && self.is_pruned();
-        let has_sure = self.state.best.as_ref().is_some_and(|(_, check)| check.sure);
-        let is_due = !has_sure || self.state.unconfirmed >= CONFIRM_EVERY;
-        // More goes wherever it passes: near the target that must not rest on an estimate.
-        let prunes = matches!(self.config.pruning, Pruning::WhilePassing { .. }) && lambda == 0.0;
-        let is_near = prunes && self.target.margin_db(quality) < NEAR_DB;
-        may_pass && self.config.keep != Keep::Last && (is_due || is_near)
-    }
-
     /// Whether all pruning that was ordered is done.
     fn is_pruned(&self) -> bool {
         match self.config.pruning {
             Pruning::Steps { steps, .. } => self.state.pruned >= steps.get(),
             Pruning::Never | Pruning::WhilePassing { .. } => true,
-        }
-    }
-
-    fn remember(&mut self, check: Check) {
-        // Of each the old model is dropped first, so that never two of a kind are in memory.
-        if self.is_better(&check, self.state.best.as_ref()) {
-            self.state.best = None;
-            self.state.best = Some(self.kept(check));
-        }
-        let may_fail = gauge::confirming(self.setup.gate_views().len()) > 0;
-        let spare_db = SPARE * self.setup.settings.epsilon_db;
-        let is_spare =
-            may_fail && check.sure && self.target.margin_db(check.seen.quality) >= spare_db;
-        if is_spare && self.is_better(&check, self.state.spare.as_ref()) {
-            self.state.spare = None;
-            self.state.spare = Some(self.kept(check));
-        }
-    }
-
-    /// What is shown now, as it is read, with its check.
-    fn kept(&mut self, check: Check) -> (Gaussians, Check) {
-        (self.reader.of(self.state.shown(), &self.state.labels).clone(), check)
-    }
-
-    /// Whether what is shown now is to be kept in the place of another.
-    fn is_better(&self, check: &Check, best: Option<&(Gaussians, Check)>) -> bool {
-        match (self.config.keep, best) {
-            (Keep::Last, _) => false,
-            (Keep::LastPassing | Keep::Dimmest, None) => true,
-            (Keep::LastPassing | Keep::Dimmest, Some((_, best))) if best.sure != check.sure => {
-                check.sure
-            }
-            (Keep::LastPassing, Some(_)) => true,
-            (Keep::Dimmest, Some((scene, best))) => {
-                let size = |scene: &Gaussians, check: &Check| (scene.len(), check.seen.display_w);
-                let (now, best) = (size(self.state.shown(), check), size(scene, best));
-                now.0 < best.0 || now.0 == best.0 && now.1 < best.1
-            }
         }
     }
 }

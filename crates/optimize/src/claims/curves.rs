@@ -64,7 +64,7 @@ pub(super) const CHECKS: &[Check] = &[
         id: "26",
         what: "λ finds the quality target by itself",
         published: "in less than 1000 iterations",
-        expects: "in 1000 iterations the checks are within 0.25 dB of it, in the last tenth of a sample",
+        expects: "checks within 0.25 dB of it, in the last tenth of at most 1000 iterations",
         rule: Rule::Most,
         asks: Asks::Each(settles),
     },

@@ -312,7 +312,7 @@ fn a_model_that_is_pruned_below_the_entries_has_one_for_each() {
         let labels = &tuner.state().labels;
         shared.push(labels.len() - labels.iter().collect::<BTreeSet<_>>().len());
     }
-    assert!(shared[10] >= 40, "200 Gaussians have 160 entries: {shared:?}");
+    assert!(shared[10] > 10 && shared[30] > 10, "160, then 120 of 200 are left: {shared:?}");
     assert_eq!((shared[54], tuner.state().labels.len()), (0, 120));
     let state = tuner.state().clone();
     let (model, ..) = tuner.finish();

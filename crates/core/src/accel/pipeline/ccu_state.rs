@@ -104,8 +104,8 @@ impl CcuState {
         (self.writing, self.entered) = (self.writing - 1, self.entered - 1);
     }
 
-    /// Frees the results that have been written. In order, results of no bytes occupy nothing, so it
-    /// does not matter when they are found late, behind others that are still being written.
+    /// Frees the results that have been written. In order, results of no bytes occupy nothing, so
+    /// it does not matter when they are found late, behind others that are still being written.
     fn collect<O>(&mut self, now: u64, shared: &mut Shared<O>) {
         let ccu = &shared.units.ccu;
         if shared.in_order {
