@@ -14,6 +14,7 @@ use super::schedule::Schedule;
 use super::settings::Settings;
 use super::slack::{SlackPrice, Spending};
 use super::target::{Quality, Target, TargetRule};
+pub(crate) use search::sample_name;
 use search::{Search, measured};
 
 /// A quality that models are made for.
@@ -47,9 +48,9 @@ pub struct Plan {
     /// What shares are shares of, where the model that had it is not there any more: qualities over
     /// gate and test views.
     pub reference: Option<(Quality, Quality)>,
-    /// Whether samples of level 1 are taken; if not, the optimum of those that there are is all
-    /// that is searched for there.
-    pub takes_samples: bool,
+    /// How many samples of level 1 there are from the start, by quality: a few more are taken
+    /// around the minimum, and no others. `None`: all samples are taken.
+    pub given: Option<Vec<usize>>,
     /// Number of levels to make: 1, or with foveation as many as the views show, up to 4.
     pub levels: u8,
 }

@@ -186,7 +186,7 @@ impl Goals {
             variants,
             holds_out,
             reference: None,
-            takes_samples: true,
+            given: None,
             levels,
         })
     }

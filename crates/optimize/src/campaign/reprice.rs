@@ -13,6 +13,7 @@ use super::{Campaign, CampaignError, Run};
 use crate::checkpoint::{Checkpoints, Progress};
 use crate::job::Place;
 use crate::outcome::Outcome;
+use crate::plan::sample_name;
 use crate::role::Role;
 use crate::setup::Setup;
 use crate::watch::CampaignWatch;
@@ -54,8 +55,8 @@ impl Campaign {
     /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
     /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
     /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`]
-    /// makes what the search wants next: the new optimum, and the levels of the periphery, which
-    /// are parts of the model of level 1. Without, levels stay where theirs is still the one that
+    /// makes what the search wants next: a few samples around the new minimum, the optimum there,
+    /// and the levels of the periphery, which are parts of the model of level 1. Without, levels stay where theirs is still the one that
     /// takes least. `None`: cancelled.
     ///
     /// # Errors
@@ -88,8 +89,14 @@ impl Campaign {
         self.plan.baselines.retain(|b| {
             finished.iter().zip(&kept).any(|(o, kept)| *kept && o.role == Role::Baseline(*b))
         });
-        // The samples are those that there are, and targets are shares of what was reached then.
-        self.plan.takes_samples = false;
+        // The samples are those that there are, and a few more around the new minimum if models are
+        // made; targets are shares of what was reached then.
+        let is_sample =
+            |o: &Outcome| matches!(o.role, Role::Sample | Role::Optimum) && o.place.level == 0;
+        let samples = finished.iter().zip(&kept).filter(|(o, kept)| **kept && is_sample(o));
+        let mut given = vec![0; self.plan.variants.len()];
+        samples.for_each(|(o, _)| given[usize::from(o.place.variant)] += 1);
+        self.plan.given = Some(given);
         let held_out = finished.iter().zip(&kept).find(|(o, _)| o.role == Role::HeldOut);
         if let Some((outcome, false)) = held_out {
             self.plan.reference = Some((outcome.gate.quality, outcome.test.quality));
@@ -237,9 +244,6 @@ fn renamed(outcome: Outcome, done: &[Outcome]) -> Outcome {
     if outcome.role != Role::Optimum {
         return outcome;
     }
-    let here = |o: &&Outcome| o.role == Role::Sample && o.place == outcome.place;
-    let number = 1 + done.iter().filter(here).count();
-    let optimum = Role::Optimum.name();
-    let sample = format!("{}-{number:02}", Role::Sample.name());
+    let (optimum, sample) = (Role::Optimum.name(), sample_name(done, outcome.place));
     Outcome { name: outcome.name.replace(&optimum, &sample), role: Role::Sample, ..outcome }
 }

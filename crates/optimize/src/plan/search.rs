@@ -36,6 +36,9 @@ const WHILE_PASSING: f64 = 0.05;
 /// The share of what is left that goes at most.
 const OF_WHAT_IS_LEFT: f64 = 0.05;
 
+/// Samples that are taken around the minimum where all others are given.
+const AROUND: usize = 2;
+
 /// A search at one place.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
@@ -134,15 +137,13 @@ impl<'a> Search<'a> {
     }
 
     fn sample(&self) -> Option<Job> {
-        if !self.plan.takes_samples && self.place.level == 0 {
-            return None;
-        }
         let settings = self.settings;
         let is_here = |o: &&Outcome| o.role == Role::Sample && o.place == self.place;
         let samples: Vec<&Outcome> = self.done.iter().filter(is_here).collect();
         let price = self.plan.slack_price(self.done, self.place);
         let facts: Vec<TakenSample> = samples.iter().map(|o| taken(o, price)).collect();
         let (schedule, budget) = settings.budget(&self.plan.schedule, self.place.level);
+        let schedule = self.around(schedule)?;
         let sample = schedule.next(&facts, settings.first_effort)?;
         let from = self.start_of(sample.from.map(|i| samples[i]), sample.rho, sample.is_end);
         let iterations = share_of(budget, sample.effort);
@@ -150,8 +151,22 @@ impl<'a> Search<'a> {
             true => self.while_passing(from, true, self.plain(iterations)),
             false => self.iso_quality(from, sample.rho, iterations),
         };
-        let what = format!("{}-{:02}", Role::Sample.name(), samples.len() + 1);
+        let what = sample_name(self.done, self.place);
         Some(self.from(from, self.job(&what, Role::Sample, sample.rho, config)))
+    }
+
+    /// The schedule, and where samples are given, one that takes a few more around the minimum.
+    fn around(&self, schedule: Schedule) -> Option<Schedule> {
+        let Some(given) = self.plan.given.as_ref().filter(|_| self.place.level == 0) else {
+            return Some(schedule);
+        };
+        let given = given.get(usize::from(self.place.variant)).copied().filter(|n| *n > 0)?;
+        match schedule {
+            Schedule::Adaptive { first, .. } => {
+                Some(Schedule::Adaptive { count: given + AROUND, first })
+            }
+            Schedule::Listed(_) | Schedule::Published { .. } => None,
+        }
     }
 
     /// What a sample starts from: what the schedule says, or a model that is nearer to its ratio
@@ -399,6 +414,15 @@ impl<'a> Search<'a> {
 /// term.
 fn is_end(o: &Outcome) -> bool {
     o.role == Role::Sample && o.lambda.is_none() && o.rho > 0.0
+}
+
+/// What the next sample of a place is called, without the letter of a quality or the number of a
+/// level. Of those before it some may be gone.
+pub(crate) fn sample_name(done: &[Outcome], place: Place) -> String {
+    let here = done.iter().filter(|o| o.role == Role::Sample && o.place == place);
+    let number = |o: &Outcome| o.name.rsplit('-').next()?.parse::<usize>().ok();
+    let last = here.filter_map(number).max().unwrap_or(0);
+    format!("{}-{:02}", Role::Sample.name(), last + 1)
 }
 
 /// A sample as the schedule sees it: with its slack spent.

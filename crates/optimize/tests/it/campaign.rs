@@ -150,16 +150,18 @@ fn results_say_where_lambda_steered_a_model() {
     assert!(finished.results.models.iter().any(|m| m.baseline.is_some() && m.steered_db.is_none()));
 }
 
+/// A search that goes on where its rendering end stopped: pruning stops at two thirds, and takes
+/// least there.
+fn search() -> Request {
+    let asked = request();
+    let settings = Settings { iterations: 24, final_iterations: 24, ..asked.settings };
+    let goal = Some(Goal::Absolute { psnr_db: 24.0, ssim: 0.0 });
+    let goals = Goals { goal, schedule: Schedule::FIVE, ..asked.goals };
+    Request { settings, goals, display_ratio: Some(0.1), ..asked }
+}
+
 #[test]
 fn samples_that_go_on_from_each_other_are_cancelled_and_go_on_bit_for_bit() {
-    let search = || {
-        let asked = request();
-        let settings = Settings { iterations: 24, final_iterations: 24, ..asked.settings };
-        // Pruning stops at two thirds, and takes least there.
-        let goal = Some(Goal::Absolute { psnr_db: 24.0, ssim: 0.0 });
-        let goals = Goals { goal, schedule: Schedule::FIVE, ..asked.goals };
-        Request { settings, goals, display_ratio: Some(0.1), ..asked }
-    };
     let once = open(search()).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
     let campaign = open(search());
     let job = |k: usize| campaign.plan.next(&campaign.settings, 200, &once.outcomes[..k]).unwrap();
@@ -218,6 +220,34 @@ fn priced_anew_the_levels_are_parts_of_the_model_that_takes_least_then() {
         }
     }
     assert!(moved > 0, "no ratio moves the model: the test says nothing");
+}
+
+#[test]
+fn priced_anew_a_few_samples_are_taken_around_the_minimum() {
+    let store = MemoryStore::new();
+    open(Request { keep_all: true, ..search() }).run(&store, &()).unwrap().unwrap();
+    let other = || open(Request { display_ratio: Some(5.0), keep_all: true, ..search() });
+    let (mut to_price, mut to_make) = (other(), other());
+    let (priced, made) = (MemoryStore::new(), MemoryStore::new());
+    let priced = to_price.reprice(&store, &priced, false, &()).unwrap().unwrap().priced().unwrap();
+    let run = to_make.reprice(&store, &made, true, &()).unwrap().unwrap();
+    let found = run.work(&()).unwrap().unwrap();
+    let samples = |f: &Finished| f.outcomes.iter().filter(|o| o.role == Role::Sample).count();
+    let more = samples(&found) - samples(&priced);
+    assert!((1..=2).contains(&more), "{more} more samples");
+    let mut names: Vec<&str> = found.outcomes.iter().map(|o| &*o.name).collect();
+    assert!(names.contains(&"optimum"), "{names:?}");
+    names.sort_unstable();
+    assert!(names.windows(2).all(|two| two[0] != two[1]), "{names:?}");
+    let watts = |f: &Finished| {
+        let best = f.outcomes.iter().find(|o| Some(&o.name) == f.conclusion.best.as_ref());
+        best.unwrap().watts.total_w()
+    };
+    assert!(watts(&found) <= watts(&priced));
+    // In the same place it goes on.
+    let mut again = other();
+    let run = again.reprice(&store, &made, true, &()).unwrap().unwrap();
+    same(&found, &run.work(&()).unwrap().unwrap());
 }
 
 #[test]

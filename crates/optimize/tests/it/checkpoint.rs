@@ -36,7 +36,7 @@ fn progress() -> Progress {
         variants: vec![Variant { name: "own".into(), rule: TargetRule::Absolute(quality) }],
         holds_out: false,
         reference: None,
-        takes_samples: true,
+        given: None,
         levels: 1,
     };
     let job = campaign.next(&tiny.settings, 20, &[]).unwrap();

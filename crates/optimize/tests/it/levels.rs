@@ -36,7 +36,7 @@ fn campaign(levels: u8) -> Plan {
         variants: vec![variant("H", 0.99), variant("L", 0.97)],
         holds_out: false,
         reference: None,
-        takes_samples: true,
+        given: None,
         levels,
     }
 }

@@ -177,7 +177,7 @@ fn plan(baselines: Vec<Baseline>) -> Plan {
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Absolute(LIKENESS) }],
         holds_out: false,
         reference: None,
-        takes_samples: true,
+        given: None,
         levels: 1,
     }
 }
@@ -255,7 +255,7 @@ fn a_share_is_one_of_what_the_dense_model_reaches_without_the_gate_views() {
         variants: vec![Variant { name: "H".into(), rule: TargetRule::Share(0.5) }],
         holds_out: true,
         reference: None,
-        takes_samples: true,
+        given: None,
         levels: 1,
     };
     let all = jobs(&campaign);
