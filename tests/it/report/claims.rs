@@ -110,6 +110,10 @@ fn a_sample_that_was_cut_off_says_nothing_about_lambda() {
     // The rendering end has no λ, and may be far above the target.
     results.models[1].steered_db = None;
     assert_eq!(verdict(&alone(&results), "26").0, Verdict::Yes);
+    results.models.iter_mut().for_each(|m| m.steered_db = None);
+    let (priced, here) = verdict(&alone(&results), "26");
+    assert_eq!(priced, Verdict::Unchecked, "{here}");
+    assert!(here.contains("priced anew"), "{here}");
 }
 
 #[test]
@@ -237,6 +241,11 @@ fn twelve_samples_are_compared_with_five_of_the_same_scene() {
     many.fits[0].optimum_rho = Some(0.69);
     let pair = |many: &Results| check(&[labelled("a", few.clone()), labelled("b", many.clone())]);
     assert_eq!(verdict(&pair(&many), "5").0, Verdict::Yes);
+    // One without an optimum is not the one to compare.
+    let mut none = few.clone();
+    none.fits[0].optimum_rho = None;
+    let runs = [labelled("0", none), labelled("a", few.clone()), labelled("b", many.clone())];
+    assert_eq!(verdict(&check(&runs), "5").0, Verdict::Yes);
     many.fits[0].optimum_rho = Some(0.4);
     let (no, here) = verdict(&pair(&many), "5");
     assert_eq!(no, Verdict::No, "{here}");

@@ -198,9 +198,12 @@ fn sweep(r: &Results) -> Answer {
 /// one: the cheapest that reached the target.
 fn settles(r: &Results) -> Answer {
     let is = |m: &&ModelRecord| m.role == RoleKind::Sample && m.level == 1 && m.passed;
-    let steered = r.models.iter().filter(is);
+    let passed = || r.models.iter().filter(is);
     let samples: Vec<(f64, u32)> =
-        steered.filter_map(|m| Some((m.steered_db?, m.iterations))).collect();
+        passed().filter_map(|m| Some((m.steered_db?, m.iterations))).collect();
+    if samples.is_empty() && passed().any(|m| m.lambda_per_w.is_some()) {
+        return Err("priced anew: where λ steered is in the run before".into());
+    }
     if samples.is_empty() {
         return Err("no sample with a display term reached the target".into());
     }

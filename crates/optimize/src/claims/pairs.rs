@@ -46,11 +46,11 @@ fn same_scene(a: &Results, b: &Results) -> bool {
 fn samples(runs: &[&Run]) -> Answer {
     let optimum = |r: &Results| r.fit(high(r), 1).and_then(|f| f.optimum_rho);
     for many in runs.iter().map(|r| &r.results).filter(|r| samples_of(r) >= MANY) {
+        // One of fewer samples, or of none that passed, has no optimum to compare.
         let few = runs.iter().map(|r| &r.results);
-        let mut few = few.filter(|r| samples_of(r) <= FEW && same_scene(r, many));
-        if let Some(few) = few.next()
-            && let (Some(a), Some(b)) = (optimum(few), optimum(many))
-        {
+        let few = few.filter(|r| samples_of(r) <= FEW && same_scene(r, many));
+        let found = few.filter_map(|few| Some((few, optimum(few)?))).next();
+        if let (Some((few, a)), Some(b)) = (found, optimum(many)) {
             let (n, m) = (samples_of(few), samples_of(many));
             let [rho, other] = [a, b].map(|rho| fixed(rho, Unit::One, 3));
             let values = [many.scene.clone().into(), rho, count(n), other, count(m)];
