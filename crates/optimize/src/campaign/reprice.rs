@@ -56,8 +56,8 @@ impl Campaign {
     /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
     /// already, it goes on. [`Run::priced`] reports them. Where `makes` says so, [`Run::work`]
     /// makes what the search wants next: a few samples around the new minimum, the optimum there,
-    /// and the levels of the periphery, which are parts of the model of level 1. Without, levels stay where theirs is still the one that
-    /// takes least. `None`: cancelled.
+    /// and the levels of the periphery, which are parts of the model of level 1. Without, levels
+    /// stay where theirs is still the one that takes least. `None`: cancelled.
     ///
     /// # Errors
     /// [`RunError::Input`]: no run in `from`, one of another version or of other inputs, a damaged
