@@ -6,7 +6,7 @@
 # SCENES has the folders fox-posed, snowmiku-posed (photos and a model), playcanvas-playbot,
 # playcanvas-biker and playcanvas-flowers (models); what is not there is left out. OUT gets a folder for
 # each scene and ratio of display to rendering power. Models are trained at the first ratio of RATIOS
-# (0.38 1 2.66); at the others they are priced anew, and the optimum there is made.
+# (0.38 1 2.66); at the others they are priced anew, and a few samples and the optimum there are made.
 # ITERATIONS (100) are those of a sample, THREADS (1) those of each of JOBS (2) runs at a time;
 # ONLY (all) names the scenes. What λ does in the published 1000 iterations is a run of its own: two
 # ratios, no comparisons.
