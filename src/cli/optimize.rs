@@ -69,7 +69,7 @@ pub struct Args {
         "ViewArgs", "QualityArgs", "SearchArgs", "CompareArgs", "FoveaArgs",
     ])]
     pub reprice: Option<PathBuf>,
-    /// Also make the model of the new optimum
+    /// Also train: up to two samples around the new minimum, and the model of the new optimum
     #[arg(hide_short_help = true, long, requires = "reprice")]
     pub realise: bool,
     /// Only estimate time, memory and disk, from a few iterations; nothing is written

@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::slack::{SlackPrice, Spending};
 use super::target::{Quality, Target, TargetRule};
 pub(crate) use search::sample_name;
-use search::{Search, measured};
+use search::{AROUND, Search, measured};
 
 /// A quality that models are made for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,7 +62,12 @@ impl Plan {
     /// The most iterations that the run can have.
     pub fn most_iterations(&self, settings: &Settings) -> u64 {
         let levels = 0..self.levels;
-        let of_search = |level| u64::from(self.search_iterations(settings, level));
+        // What is given was trained before, and so were comparisons.
+        let is_whole = self.given.is_none();
+        let of_search = |level| match (is_whole, level) {
+            (false, 0) => u64::from(self.further_iterations(settings)),
+            (true, 0) | (_, 1..) => u64::from(self.search_iterations(settings, level)),
+        };
         let of_variant = |v: usize| {
             let compared =
                 self.compared(v).map(|b| u64::from(self.compared_iterations(settings, b, 0)));
@@ -70,10 +75,12 @@ impl Plan {
                 .foveated_baselines()
                 .flat_map(|b| levels.clone().skip(1).map(move |level| (b, level)));
             let upper = upper.map(|(b, l)| u64::from(self.compared_iterations(settings, b, l)));
-            levels.clone().map(of_search).sum::<u64>() + compared.sum::<u64>() + upper.sum::<u64>()
+            let others = if is_whole { compared.sum::<u64>() + upper.sum::<u64>() } else { 0 };
+            levels.clone().map(of_search).sum::<u64>() + others
         };
         let all: u64 = (0..self.variants.len()).map(of_variant).sum();
-        let held_out = if self.holds_out { u64::from(settings.first_budget()) } else { 0 };
+        let held_out =
+            if self.holds_out && is_whole { u64::from(settings.first_budget()) } else { 0 };
         let swept = self.sweep_weights.len() as u64 * u64::from(settings.final_iterations);
         held_out + all + swept
     }
@@ -83,6 +90,19 @@ impl Plan {
         let (plan, budget) = settings.budget(&self.schedule, level);
         let samples = (plan.most_effort(settings.first_effort) * f64::from(budget)).ceil() as u32;
         samples.saturating_add(settings.final_budget(level))
+    }
+
+    /// The most iterations at level 1 where samples are given: those of a few more and of the final
+    /// model.
+    fn further_iterations(&self, settings: &Settings) -> u32 {
+        let effort = match self.schedule {
+            Schedule::Adaptive { first, .. } => {
+                Schedule::Adaptive { count: AROUND, first }.most_effort(1.0)
+            }
+            Schedule::Listed(_) | Schedule::Published { .. } => 0.0,
+        };
+        let samples = (effort * f64::from(settings.iterations)).ceil() as u32;
+        samples.saturating_add(settings.final_budget(0))
     }
 
     /// Iterations of a comparison: those of the whole search, where it prunes or dims for as long

@@ -53,7 +53,8 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
     let Some(finished) = finished else { return Ok(interrupted(&path, context)) };
     if !args.realise && !context.global.quiet {
         out::complain(
-            "note: no model was trained; --realise makes the one of the new optimum as well",
+            "note: no model was trained; --realise makes that of the new optimum as well, and up \
+             to two samples around it",
         );
     }
     finish::finish(&campaign, &finished, &folder, context)

@@ -1,5 +1,7 @@
 //! The loop over the jobs of a plan.
 
+use std::collections::BTreeSet;
+
 use super::{CampaignError, Run};
 use crate::adam::Adam;
 use crate::history::HistoryRow;
@@ -126,7 +128,10 @@ impl Run<'_> {
     /// Tells of everything that was done before.
     fn tell_known(&self, watch: &dyn CampaignWatch) {
         let progress = &self.progress;
-        watch.advanced(progress.outcomes.iter().map(|o| u64::from(o.iterations)).sum());
+        // Models that were priced anew are not of this run.
+        let trained: BTreeSet<usize> = progress.history.iter().map(|row| row.job).collect();
+        let known = progress.outcomes.iter().enumerate().filter(|(job, _)| trained.contains(job));
+        watch.advanced(known.map(|(_, o)| u64::from(o.iterations)).sum());
         let current = progress.current.as_ref().map_or("", |(name, _)| name);
         for row in &progress.history {
             let job = progress.outcomes.get(row.job).map_or(current, |o| &o.name);

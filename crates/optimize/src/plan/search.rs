@@ -37,7 +37,7 @@ const WHILE_PASSING: f64 = 0.05;
 const OF_WHAT_IS_LEFT: f64 = 0.05;
 
 /// Samples that are taken around the minimum where all others are given.
-const AROUND: usize = 2;
+pub(super) const AROUND: usize = 2;
 
 /// A search at one place.
 #[derive(Clone, Copy)]
