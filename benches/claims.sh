@@ -46,8 +46,8 @@ scene() {
 steered() {
     local name=$1 first=${ratios[0]}
     shift
-    one "$name-$first-steered" "$@" --oracle paper --display-ratio "$first" --rhos 0,0.2 --iterations 1000 \
-        --final-iterations 100 || true
+    one "$name-$first-steered" "$@" --oracle paper --display-ratio "$first" --dimming damped \
+        --rhos 0,0.2 --iterations 1000 --final-iterations 100 || true
 }
 
 # scene|steered NAME FILE arguments of `optimize`...: in the background, as many at a time as there may be.

@@ -242,6 +242,10 @@ impl Optimized {
         let count = |name: &'static str, what: &'static str| {
             Column::count(name, "1", what, records.iter().map(move |r| r[name].as_u64()))
         };
+        let gain = |c: usize, name: &'static str, what: &'static str| {
+            let of = records.iter().map(move |r| r["gains"][c].as_f64());
+            Column::real(name, "1", what, of)
+        };
         let seen = |of: &'static str,
                     name: &'static str,
                     head: &'static str,
@@ -256,6 +260,9 @@ impl Optimized {
             count("gaussians", "Gaussians left."),
             count("iterations", "Iterations done."),
             real("lambda_per_w", "1/W", "Weight of the display term of the kept model."),
+            gain(0, "gain_red", "What its red was scaled by to dim it."),
+            gain(1, "gain_green", "What its green was scaled by to dim it."),
+            gain(2, "gain_blue", "What its blue was scaled by to dim it."),
             Column::flag(
                 "passed",
                 "Whether it reached the quality over the gate views.",

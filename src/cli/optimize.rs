@@ -338,9 +338,9 @@ pub struct SearchArgs {
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.display_weight)]
     pub lambda: f64,
-    /// How lambda follows the quality
-    #[arg(hide_short_help = true, long, value_enum, default_value = "damped")]
-    pub rule: RuleArg,
+    /// How quality above the target is spent on the display
+    #[arg(hide_short_help = true, long, value_enum, default_value = "gains")]
+    pub dimming: DimmingArg,
     /// Limit of opacities whenever Gaussians are pruned; 1 for none, 0.5 as the published code
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "ALPHA", default_value_t = Settings::DEFAULT.opacity_cap)]
@@ -362,12 +362,14 @@ pub struct SearchArgs {
     pub checkpoint_every: u32,
 }
 
-/// How lambda follows the quality.
+/// How quality above the target is spent on the display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum RuleArg {
-    /// By the slack that there is, with an eye on the trend
+pub enum DimmingArg {
+    /// Colour channels are scaled once a model is trained; lambda in the periphery
+    Gains,
+    /// By a display term, lambda by the slack that there is, with an eye on the trend
     Damped,
-    /// Full steps, as the published code; begin with --lambda 0.01
+    /// By a display term, lambda in full steps as the published code; begin with --lambda 0.01
     Published,
 }
 

@@ -226,7 +226,7 @@ impl<'a> Fitter<'a> {
             None => Pruning::Never,
         };
         let control = Control {
-            rule: settings.rule,
+            rule: settings.dimming.rule(),
             start: settings.display_weight * self.unit,
             is_estimated: true,
             interval: settings.interval,

@@ -17,12 +17,12 @@ use super::adam::{Adam, Group};
 use super::history::HistoryRow;
 use super::lambda::ControllerState;
 use super::outcome::Outcome;
-use super::tune::{Check, Gauge, Heat, Model, State, Stride};
+use super::tune::{Check, Gauge, Heat, Model, Spent, State, Stride};
 use powergs_core::run::{RunError, Store};
 use powergs_scene::Gaussians;
 
 /// Raised whenever the layout changes, or a run would go on by other rules than it began with.
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 const MAGIC: &[u8; 6] = b"PGSOPT";
 /// Bytes before the body: magic, version, kind, fingerprint, length of the head.
 const HEADER: usize = MAGIC.len() + 4 + 4 + 16 + 8;
@@ -477,6 +477,7 @@ struct StateHead {
     settled: bool,
     goes_on: bool,
     extended: Option<u32>,
+    spent: Option<Spent>,
 }
 
 impl StateHead {
@@ -498,6 +499,7 @@ impl StateHead {
             settled,
             goes_on,
             extended,
+            spent,
         } = state;
         StateHead {
             model: ModelHead::of(&model.scene),
@@ -516,6 +518,7 @@ impl StateHead {
             settled: *settled,
             goes_on: *goes_on,
             extended: *extended,
+            spent: *spent,
         }
     }
 
@@ -537,6 +540,7 @@ impl StateHead {
             settled,
             goes_on,
             extended,
+            spent,
         } = self;
         let model = head.model(floats)?;
         let mut other = |kept| match kept {
@@ -565,6 +569,7 @@ impl StateHead {
             settled,
             goes_on,
             extended,
+            spent,
         })
     }
 }

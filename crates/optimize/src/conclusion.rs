@@ -80,8 +80,10 @@ pub(crate) fn slack_price(
     target: Target,
     intact: Option<Spending>,
 ) -> Option<SlackPrice> {
-    let is_spent =
-        |o: &&Outcome| o.role == Role::Sample && o.passed && o.lambda.is_some() && o.rho < UNPRUNED;
+    let is_spent = |o: &&Outcome| {
+        let is_dimmed = o.lambda.is_some() || o.gains.is_some();
+        o.role == Role::Sample && o.passed && is_dimmed && o.rho < UNPRUNED
+    };
     let spent = done.iter().rfind(is_spent)?;
     SlackPrice::between(intact?, Spending::of(spent, target))
 }

@@ -10,7 +10,10 @@ use super::prune::Score;
 use super::settings::Settings;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
-use super::tune::{DisplayTerm, Gauge, Keep, Model, Objective, Pruning, State, TuneConfig, Tuner};
+use super::times::Times;
+use super::tune::{
+    DisplayTerm, Gauge, Keep, LOOKS, Model, Objective, Pruning, State, TuneConfig, Tuner,
+};
 use super::watch::CampaignWatch;
 
 /// Iterations are timed for at least so long, seconds, but for the first, which takes memory.
@@ -18,9 +21,9 @@ const TIMED: f64 = 2.0;
 /// No more are timed than this.
 const MOST_TIMED: u32 = 20;
 /// Memory of a fine-tune at most, times the parameters of the dense model: that model, the one in
-/// training with its moments, its mean, the best so far and one with more to spare, and what a view
-/// needs of every Gaussian.
-const TRAINING_COPIES: u64 = 8;
+/// training with its moments, its mean, the best so far, the same with gains and one with more to
+/// spare, and what a view needs of every Gaussian.
+const TRAINING_COPIES: u64 = 9;
 /// The same while a model is measured: the dense one, and the model with its moments; and once more
 /// for every thread, which simulates a frame.
 const MEASURING_COPIES: u64 = 4;
@@ -56,26 +59,6 @@ pub struct Estimate {
     pub disk_b: u64,
     /// The temporary file of reference images, bytes.
     pub references_b: u64,
-}
-
-/// Where the time of a campaign goes, seconds.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Times {
-    /// Iterations.
-    pub iterations_s: f64,
-    /// Checks of the quality.
-    pub checks_s: f64,
-    /// Scores for pruning.
-    pub scores_s: f64,
-    /// What is measured of finished models.
-    pub models_s: f64,
-}
-
-impl Times {
-    /// All of it.
-    pub fn total_s(&self) -> f64 {
-        self.iterations_s + self.checks_s + self.scores_s + self.models_s
-    }
 }
 
 impl Campaign {
@@ -118,6 +101,9 @@ impl Campaign {
             iterations += u64::from(config.iterations);
             time.iterations_s += one * f64::from(config.iterations);
             time.checks_s += check * Gauge::looks(setup.gate_views().len()) * f64::from(checks);
+            if let DisplayTerm::Gains { .. } = config.display {
+                time.checks_s += check * LOOKS as f64;
+            }
             time.scores_s += score * prunes(config.pruning, checks, self.dense.len());
         }
         let likeness = timed.iter().find(|(objective, _)| *objective == Objective::Likeness);
@@ -196,7 +182,7 @@ impl Campaign {
         let render_w = dense.watts.render_w * left;
         let iterations = job.config.map_or(0, |config| config.iterations);
         // Models that are only pruned have none.
-        let lambda = job.config.filter(|c| c.display != DisplayTerm::Off).map(|_| 1.0);
+        let lambda = job.config.filter(|config| config.display.is_term()).map(|_| 1.0);
         Outcome {
             name: job.name.clone(),
             role: job.role,
@@ -207,6 +193,8 @@ impl Campaign {
             kept_at: iterations.checked_sub(1),
             lambda,
             passing_lambda: lambda,
+            gains: None,
+            is_end: job.is_end,
             gate: Seen { quality, display_w },
             passed: true,
             test: Seen { quality, display_w },

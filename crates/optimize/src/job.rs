@@ -32,6 +32,9 @@ pub struct Job {
     /// The rendering end of its search that it goes on with where that stopped, if that is the job
     /// before: with its parameters, moments, heat and mean, not only with the model that was kept.
     pub goes_on: Option<String>,
+    /// Whether it is the end of a curve: pruned without a display term for as long as the target is
+    /// reached.
+    pub is_end: bool,
     /// How it is trained; `None`: it is measured only.
     pub config: Option<TuneConfig>,
     /// Keeps the order of views of different fine-tunes apart. It is that of the same job of

@@ -50,6 +50,7 @@ pub mod settings;
 pub mod setup;
 pub mod slack;
 pub mod target;
+pub mod times;
 pub mod tune;
 pub mod views;
 pub mod watch;

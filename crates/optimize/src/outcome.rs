@@ -7,7 +7,7 @@ use super::oracle::Watts;
 use super::role::Role;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
-use super::tune::{Check, DisplayTerm, Model, confirms};
+use super::tune::{Check, Gains, Model, confirms};
 use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
 
@@ -33,6 +33,12 @@ pub struct Outcome {
     pub lambda: Option<f64>,
     /// The last λ that passed, 1/W: where the next sample begins.
     pub passing_lambda: Option<f64>,
+    /// What the colours of its model were scaled by, to spend what it had above the target on the
+    /// display; `None` where they were not.
+    pub gains: Option<Gains>,
+    /// Whether it is the end of a curve: pruned without a display term for as long as the target
+    /// was reached.
+    pub is_end: bool,
     /// Quality and display power over all gate views.
     pub gate: Seen,
     /// What the gate views say that did not choose; `None` where all of them do.
@@ -72,6 +78,8 @@ pub struct Training {
     pub check: Option<Check>,
     /// The last λ that passed.
     pub passing_lambda: Option<f64>,
+    /// The gains of the kept model.
+    pub gains: Option<Gains>,
 }
 
 impl Outcome {
@@ -106,7 +114,7 @@ impl Outcome {
             seen: Seen::mean(&others),
             luck_db: target.zip(check).and_then(|(target, c)| luck(target, c.seen.quality)),
         });
-        let has_term = job.config.is_some_and(|o| o.display != DisplayTerm::Off);
+        let has_term = job.config.is_some_and(|config| config.display.is_term());
         Ok(Outcome {
             name: job.name.clone(),
             role: job.role,
@@ -117,6 +125,8 @@ impl Outcome {
             kept_at: check.map(|c| c.iteration),
             lambda: check.filter(|_| has_term).map(|c| c.lambda),
             passing_lambda: training.and_then(|e| e.passing_lambda),
+            gains: training.and_then(|e| e.gains),
+            is_end: job.is_end,
             gate,
             confirmation,
             error_db: [standard_error_db(&each_gate), standard_error_db(&each_test)],

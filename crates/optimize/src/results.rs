@@ -150,6 +150,10 @@ pub struct ModelRecord {
     pub kept_at: Option<u32>,
     /// λ of the kept model, 1/W.
     pub lambda_per_w: Option<f64>,
+    /// What the red, green and blue of the model were scaled by, to spend what it had above its
+    /// target on the display; `None` where they were not.
+    #[serde(default)]
+    pub gains: Option<[f32; 3]>,
     /// HVSQ that it had to reach, in the periphery.
     pub target_hvsq: Option<f64>,
     /// Distance from the target over the gate views, decibels; negative: missed.

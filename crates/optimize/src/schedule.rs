@@ -95,7 +95,7 @@ pub enum Schedule {
 
 impl Schedule {
     /// Five samples: what the program takes where it is not told otherwise.
-    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, first: 0.3 };
+    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, first: 0.15 };
 
     /// These ratios.
     ///

@@ -25,6 +25,26 @@ pub enum Gate {
     Test,
 }
 
+/// How what there is above the target is spent on the display.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Dimming {
+    /// At level 1 by gains of the colour channels, when a model is trained; in the periphery by a
+    /// display term whose λ is damped.
+    Gains,
+    /// By a display term in the loss, whose λ follows this rule.
+    Term(Rule),
+}
+
+impl Dimming {
+    /// The rule of λ, where there is a display term.
+    pub fn rule(self) -> Rule {
+        match self {
+            Dimming::Gains => Rule::Damped,
+            Dimming::Term(rule) => rule,
+        }
+    }
+}
+
 /// The numbers of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settings {
@@ -48,8 +68,8 @@ pub struct Settings {
     pub display_weight: f64,
     /// The same for the levels of the periphery; HVSQ is a smaller number than L1.
     pub level_display_weight: f64,
-    /// How λ is controlled.
-    pub rule: Rule,
+    /// How what there is above the target is spent on the display.
+    pub dimming: Dimming,
     /// The quality has settled when it is less than this above the target, decibels.
     pub epsilon_db: f64,
     /// Opacities are limited to this when Gaussians are pruned; 1 for no limit.
@@ -77,7 +97,7 @@ impl Settings {
         adjust_share: 0.9,
         display_weight: 0.05,
         level_display_weight: 0.005,
-        rule: Rule::Damped,
+        dimming: Dimming::Gains,
         epsilon_db: 0.05,
         opacity_cap: 1.0,
         rate_scale: 1.0,

@@ -88,7 +88,7 @@ impl Setup<'_> {
     }
 
     /// The picture of a view, not clamped.
-    fn look(&self, scene: &Gaussians, view: usize) -> Picture {
+    pub(crate) fn look(&self, scene: &Gaussians, view: usize) -> Picture {
         self.renderer.look(scene, &self.cameras[view], self.background)
     }
 

@@ -71,6 +71,8 @@ impl SlackPrice {
 /// Display power of a sample, watts, as it would be with its slack spent.
 pub(crate) fn spent_w(sample: &Outcome, price: Option<(SlackPrice, Target)>) -> f64 {
     match price {
+        // It has spent what it had.
+        Some(_) if sample.gains.is_some() => sample.watts.display_w,
         Some((price, target)) => {
             price.display_w(Spending::of(sample, target), sample.lambda.is_some())
         }

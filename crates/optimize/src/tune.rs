@@ -4,6 +4,7 @@
 
 mod average;
 mod config;
+mod gains;
 mod gauge;
 mod heat;
 mod kept;
@@ -19,6 +20,7 @@ use super::record::{Reader, RecordFormats};
 use super::renderer::{Step, Stepper};
 use super::setup::{Seen, Setup};
 use super::target::Target;
+use super::times::Times;
 use super::views::ViewOrder;
 use objective::Losses;
 use powergs_quality::HvsqError;
@@ -26,6 +28,8 @@ use powergs_raster::train::Which;
 use powergs_scene::Gaussians;
 
 pub use config::{DisplayTerm, Keep, Objective, Pace, Pruning, Trains, TuneConfig};
+pub(crate) use gains::LOOKS;
+pub use gains::{Gains, Spent};
 pub(crate) use gauge::confirms;
 pub use gauge::{Gauge, confirming};
 pub use heat::Heat;
@@ -117,6 +121,8 @@ pub struct State {
     pub goes_on: bool,
     /// The iterations that were done when it went on because views that did not choose said no.
     pub extended: Option<u32>,
+    /// What the parameters to keep have above the target, spent on the display, once all is done.
+    pub spent: Option<Spent>,
 }
 
 impl State {
@@ -139,6 +145,7 @@ impl State {
             goes_on: false,
             extended: None,
             spare: None,
+            spent: None,
         }
     }
 
@@ -157,6 +164,7 @@ impl State {
             settled: false,
             goes_on: true,
             extended: None,
+            spent: None,
             ..self
         }
     }
@@ -233,6 +241,8 @@ pub struct Tuner<'a> {
     stepper: Box<dyn Stepper + 'a>,
     losses: Losses,
     reader: Reader,
+    clock: &'a dyn Fn() -> f64,
+    times: Times,
 }
 
 impl<'a> Tuner<'a> {
@@ -249,7 +259,7 @@ impl<'a> Tuner<'a> {
             (DisplayTerm::Controlled { control, .. }, Some(s)) => {
                 Some(Controller::restored(control, s))
             }
-            (DisplayTerm::Off | DisplayTerm::Fixed(_), _) => None,
+            (DisplayTerm::Off | DisplayTerm::Gains { .. } | DisplayTerm::Fixed(_), _) => None,
         };
         let mut state = state;
         // One that goes on has its own.
@@ -267,6 +277,8 @@ impl<'a> Tuner<'a> {
             stepper: setup.renderer.stepper(),
             losses: Losses::default(),
             reader: Reader::default(),
+            clock: &|| 0.0,
+            times: Times::default(),
         }
     }
 
@@ -275,6 +287,29 @@ impl<'a> Tuner<'a> {
     /// they are (straight through). The model that it ends with is that which is read.
     pub fn reading(self, formats: RecordFormats) -> Tuner<'a> {
         Tuner { reader: Reader::new(formats), ..self }
+    }
+
+    /// The same by a clock, in seconds, which says where the time goes and changes nothing.
+    pub(crate) fn timed(self, clock: &'a dyn Fn() -> f64) -> Tuner<'a> {
+        Tuner { clock, ..self }
+    }
+
+    /// Where the time of the iterations since it was made went, by that clock.
+    pub(crate) fn times(&self) -> Times {
+        self.times
+    }
+
+    /// Does some of the work of `part`. Work of another part in it is counted there.
+    fn part<T>(
+        &mut self,
+        part: fn(&mut Times) -> &mut f64,
+        work: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let (began, before) = ((self.clock)(), self.times.total_s());
+        let done = work(self);
+        let inside = self.times.total_s() - before;
+        *part(&mut self.times) += (self.clock)() - began - inside;
+        done
     }
 
     /// Whether nothing is left to do.
@@ -300,13 +335,22 @@ impl<'a> Tuner<'a> {
     /// with their check, and where it stopped.
     pub(crate) fn leave(mut self) -> (Gaussians, Option<Check>, State) {
         match self.state.best.as_ref().filter(|_| self.config.keep != Keep::Last) {
-            Some((scene, check)) => (scene.clone(), Some(*check), self.state),
+            Some((scene, check)) => {
+                let (mut scene, mut check) = (scene.clone(), *check);
+                self.state.dim(&mut scene, &mut check);
+                (scene, Some(check), self.state)
+            }
             None => {
                 let last = self.state.last;
                 let shown = self.reader.of(self.state.shown(), &self.state.labels).clone();
                 (shown, last, self.state)
             }
         }
+    }
+
+    /// The gains of the model to keep; `None` where there are none, or it is not done.
+    pub fn gains(&self) -> Option<Gains> {
+        self.state.spent.map(|spent| spent.gains)
     }
 
     /// The model to keep and its check, and the controller's last passing λ.
@@ -319,8 +363,9 @@ impl<'a> Tuner<'a> {
         if let Some(read) = self.reader.rounded() {
             self.state.model.scene.clone_from(read);
         }
-        match (self.config.keep, self.state.best) {
-            (Keep::Dimmest | Keep::LastPassing, Some((scene, check))) => {
+        match (self.config.keep, self.state.best.take()) {
+            (Keep::Dimmest | Keep::LastPassing, Some((mut scene, mut check))) => {
+                self.state.dim(&mut scene, &mut check);
                 // Moments are those of the last iteration, if nothing was pruned since.
                 let adam = self.state.model.adam;
                 let is_same = adam.steps.len() == scene.len();
@@ -339,14 +384,23 @@ impl<'a> Tuner<'a> {
     /// A loss or gradient that is not finite. The model is of no use then: some Gaussians may
     /// have done their step.
     pub fn step(&mut self) -> Result<Iteration, TuneError> {
+        self.part(|t| &mut t.iterations_s, Tuner::stepped)
+    }
+
+    fn stepped(&mut self) -> Result<Iteration, TuneError> {
         let iteration = self.state.iteration;
         if iteration.is_multiple_of(RELABEL_EVERY) {
             self.reader.label(&self.state.model.scene, &mut self.state.labels);
         }
         if iteration == 0 && self.state.heat.is_none() {
-            let (setup, pooling) = (self.setup, self.pooling());
-            let read = self.reader.of(&self.state.model.scene, &self.state.labels);
-            let seen = self.state.gauge.all(setup, read, pooling);
+            let seen = self.part(
+                |t| &mut t.checks_s,
+                |tuner| {
+                    let (setup, pooling) = (tuner.setup, tuner.pooling());
+                    let read = tuner.reader.of(&tuner.state.model.scene, &tuner.state.labels);
+                    tuner.state.gauge.all(setup, read, pooling)
+                },
+            );
             let margin_db = self.target.margin_db(seen.quality);
             let intact_db = self.config.intact_db.unwrap_or(margin_db);
             self.state.heat = Some(Heat::begin(intact_db, margin_db));
@@ -362,13 +416,18 @@ impl<'a> Tuner<'a> {
         let (view, loss) = self.descend(iteration, lambda, rates.heated(heat))?;
         self.average(iteration);
         let points = self.state.model.scene.len();
-        let check = self.is_check_due(iteration).then(|| self.check(iteration, lambda));
+        let check = self
+            .is_check_due(iteration)
+            .then(|| self.part(|t| &mut t.checks_s, |tuner| tuner.check(iteration, lambda)));
         self.state.iteration += 1;
         if check.is_some() {
             self.give_up_if_due(lambda)?;
         }
         if self.is_done() {
-            self.confirm()?;
+            self.part(|t| &mut t.checks_s, Tuner::confirm)?;
+        }
+        if self.is_done() {
+            self.part(|t| &mut t.checks_s, Tuner::spend);
         }
         Ok(Iteration { iteration, view, points, loss, lambda, check })
     }
@@ -385,7 +444,9 @@ impl<'a> Tuner<'a> {
         match (self.config.display, &self.controller) {
             (DisplayTerm::Fixed(lambda), _) => lambda,
             (DisplayTerm::Controlled { from, .. }, Some(c)) if iteration >= from => c.lambda(),
-            (DisplayTerm::Off | DisplayTerm::Controlled { .. }, _) => 0.0,
+            (DisplayTerm::Off | DisplayTerm::Gains { .. } | DisplayTerm::Controlled { .. }, _) => {
+                0.0
+            }
         }
     }
 
@@ -459,8 +520,8 @@ impl<'a> Tuner<'a> {
         let share = match (self.state.extended, self.state.goes_on, self.config.display) {
             (Some(_), ..) => EXTENSION_RATE,
             (None, false, _) => part(0, most),
-            // Pruning comes to rest before the display term begins, and that once more.
-            (None, true, DisplayTerm::Controlled { from, .. }) => {
+            // Pruning comes to rest before what follows begins, and that once more.
+            (None, true, DisplayTerm::Controlled { from, .. } | DisplayTerm::Gains { from }) => {
                 let part = if iteration < from { part(0, from) } else { part(from, most) };
                 GOING_ON_RATE + (1.0 - GOING_ON_RATE) * part
             }
@@ -489,10 +550,15 @@ impl<'a> Tuner<'a> {
         if count == 0 {
             return;
         }
+        let scores = self.part(
+            |t| &mut t.scores_s,
+            |tuner| {
+                let read = tuner.reader.of(&tuner.state.model.scene, &tuner.state.labels);
+                let views = tuner.setup.train_cameras();
+                tuner.setup.renderer.score(score, read, &views)
+            },
+        );
         let model = &mut self.state.model;
-        let read = self.reader.of(&model.scene, &self.state.labels);
-        let views = self.setup.train_cameras();
-        let scores = self.setup.renderer.score(score, read, &views);
         let kept = survivors(&scores, count);
         keep(&mut model.scene, &mut model.adam, &kept, self.setup.settings.opacity_cap);
         if !self.state.labels.is_empty() {
@@ -526,7 +592,6 @@ impl<'a> Tuner<'a> {
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
         let (setup, pooling) = (self.setup, self.pooling());
         let is_last = iteration + 1 >= self.iterations();
-        let is_extended = self.state.extended.is_some();
         let look = |reader: &mut Reader, state: &mut State, all: bool| {
             let mut gauge = std::mem::take(&mut state.gauge);
             let shown = reader.of(state.shown(), &state.labels);
@@ -566,7 +631,7 @@ impl<'a> Tuner<'a> {
         }
         match self.config.pruning {
             Pruning::WhilePassing { most, share, .. }
-                if check.sure && !is_last && !is_dimming && !is_extended =>
+                if check.sure && !is_last && self.may_prune(iteration) =>
             {
                 let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
                 let count = (share * self.state.model.scene.len() as f64) as usize;

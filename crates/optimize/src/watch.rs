@@ -3,6 +3,7 @@
 use powergs_core::run::Watch;
 
 use super::outcome::Outcome;
+use super::times::Times;
 use super::tune::Iteration;
 
 /// Cancellation and progress of a campaign. All methods may be called from any thread.
@@ -33,6 +34,17 @@ pub trait CampaignWatch: Watch {
     /// A job is done.
     fn outcome(&self, outcome: &Outcome) {
         let _ = outcome;
+    }
+
+    /// Seconds of a clock that only goes on. Without one nobody is told where the time goes.
+    fn seconds(&self) -> f64 {
+        0.0
+    }
+
+    /// Where the time went, by that clock, of the jobs that were done since the run began or went
+    /// on.
+    fn took(&self, times: &Times) {
+        let _ = times;
     }
 
     /// Something that people should know, one sentence.

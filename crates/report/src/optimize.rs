@@ -142,6 +142,7 @@ fn course(finished: &Finished) -> Vec<Moment> {
             job: outcome.name.clone(),
             iteration: iteration.iteration,
             lambda: iteration.lambda,
+            points: iteration.points,
             psnr_db: iteration.check?.seen.quality.psnr_db,
         })
     };

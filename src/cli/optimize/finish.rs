@@ -120,6 +120,7 @@ fn model(outcome: &Outcome) -> Value {
         "gaussians": outcome.points,
         "iterations": outcome.iterations,
         "lambda_per_w": outcome.lambda,
+        "gains": outcome.gains.map(|gains| gains.0),
         "passed": outcome.passed,
         "gate": seen(&outcome.gate),
         "test": seen(&outcome.test),

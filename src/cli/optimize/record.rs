@@ -9,7 +9,7 @@ use powergs_optimize::campaign::Campaign;
 use powergs_optimize::lambda::Rule;
 use powergs_optimize::request::Foveation;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::Gate;
+use powergs_optimize::settings::{Dimming, Gate};
 use powergs_optimize::target::TargetRule;
 
 /// The file.
@@ -127,9 +127,10 @@ fn search(campaign: &Campaign) -> Value {
         Schedule::Listed(rhos) => rhos.clone().into(),
         Schedule::Published { .. } => "published: 7 coarse and 5 fine samples".into(),
     };
-    let rule = match settings.rule {
-        Rule::Damped => "damped",
-        Rule::Published => "published",
+    let dimming = match settings.dimming {
+        Dimming::Gains => "gains",
+        Dimming::Term(Rule::Damped) => "damped",
+        Dimming::Term(Rule::Published) => "published",
     };
     let baselines: Vec<String> = plan.baselines.iter().map(|b| b.name()).collect();
     table([
@@ -140,7 +141,7 @@ fn search(campaign: &Campaign) -> Value {
         ("interval", i64::from(settings.interval).into()),
         ("adjust-share", settings.adjust_share.into()),
         ("lambda", settings.display_weight.into()),
-        ("rule", rule.into()),
+        ("dimming", dimming.into()),
         ("opacity-cap", f64::from(settings.opacity_cap).into()),
         ("rate-scale", settings.rate_scale.into()),
         ("rate-end", settings.rate_end.into()),

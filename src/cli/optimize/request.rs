@@ -1,14 +1,14 @@
 //! From flags to what is asked of the library, and from its refusals back to flags.
 
 use super::super::{Exit, Failure};
-use super::{Args, GateArg, Quality, RuleArg, ScheduleArg, StudyArg};
+use super::{Args, DimmingArg, GateArg, Quality, ScheduleArg, StudyArg};
 use powergs_optimize::campaign::CampaignError;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::lambda::Rule;
 use powergs_optimize::request::{Foveation, FoveationError, Goal, Goals};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::{Gate, Settings};
+use powergs_optimize::settings::{Dimming, Gate, Settings};
 
 /// The settings of `args`, checked.
 pub fn settings(args: &Args) -> Result<Settings, Failure> {
@@ -22,9 +22,10 @@ pub fn settings(args: &Args) -> Result<Settings, Failure> {
         display_weight: s.lambda,
         level_effort: args.fovea.level_effort,
         level_display_weight: args.fovea.level_lambda,
-        rule: match s.rule {
-            RuleArg::Damped => Rule::Damped,
-            RuleArg::Published => Rule::Published,
+        dimming: match s.dimming {
+            DimmingArg::Gains => Dimming::Gains,
+            DimmingArg::Damped => Dimming::Term(Rule::Damped),
+            DimmingArg::Published => Dimming::Term(Rule::Published),
         },
         epsilon_db: args.quality.epsilon_db,
         opacity_cap: s.opacity_cap,

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use super::super::progress::Progress;
 use super::super::{Context, Exit, Failure, OrExit, out};
@@ -11,13 +12,16 @@ use powergs_core::run::Watch;
 use powergs_optimize::job::Place;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
+use powergs_optimize::times::Times;
 use powergs_optimize::tune::{Check, Iteration};
 use powergs_optimize::watch::CampaignWatch;
-use powergs_report::format::{engineering, shortened};
+use powergs_report::format::{engineering, shortened, time};
 use powergs_scene::Camera;
 
 /// PSNR from which a model is its own reference, decibels.
 const ITSELF: f64 = 100.0;
+/// Less time is not worth a word, seconds.
+const NOTHING: f64 = 0.1;
 /// The history of all iterations.
 const HISTORY: &str = "history.csv";
 /// What the bar counts: fine-tunes end when the quality has settled, and nobody knows when.
@@ -29,6 +33,7 @@ const COLUMNS: &str = "job,iteration,view,gaussians,loss,l1,ssim,psnr_db,lambda,
 /// Ctrl-C, a bar, notes and the history.
 pub struct Watched<'a> {
     context: &'a Context,
+    began: Instant,
     /// PSNR that the dense model must have on photos, decibels; 0 for any.
     least_db: f64,
     /// PSNR of a dense model that has less.
@@ -53,7 +58,8 @@ impl<'a> Watched<'a> {
     /// Without a history, which the folder may not be there for.
     pub fn new(context: &'a Context, least_db: f64) -> Watched<'a> {
         let (unlike, bar, watts) = Default::default();
-        Watched { context, least_db, unlike, bar, watts, history: Mutex::new(None) }
+        let (began, history) = (Instant::now(), Mutex::new(None));
+        Watched { context, began, least_db, unlike, bar, watts, history }
     }
 
     /// Begins `history.csv` in a run folder.
@@ -155,6 +161,27 @@ impl CampaignWatch for Watched<'_> {
 
     fn advanced(&self, n: u64) {
         self.advance(n);
+    }
+
+    fn seconds(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    fn took(&self, times: &Times) {
+        let all = times.total_s();
+        // A run that had all of its models took no time.
+        if all < NOTHING {
+            return;
+        }
+        let share = |part: f64| format!("{:.0} %", 100.0 * part / all);
+        self.say(format_args!(
+            "{}: iterations {}, checks {}, scores for pruning {}, measuring models {}",
+            time(all),
+            share(times.iterations_s),
+            share(times.checks_s),
+            share(times.scores_s),
+            share(times.models_s)
+        ));
     }
 
     fn iteration(&self, job: &str, iteration: &Iteration) {

@@ -30,7 +30,8 @@ fn labels_cover_nothing(finished: &Finished) {
         let job = finished.outcomes.get(row.job)?.name.clone();
         let check = row.iteration.check?;
         let (iteration, lambda) = (row.iteration.iteration, row.iteration.lambda);
-        Some(Moment { job, iteration, lambda, psnr_db: check.seen.quality.psnr_db })
+        let psnr_db = check.seen.quality.psnr_db;
+        Some(Moment { job, iteration, lambda, points: row.iteration.points, psnr_db })
     });
     let whole = Run { label: "room".into(), results: finished.results.clone() };
     let story = Story {

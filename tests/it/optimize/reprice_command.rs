@@ -41,8 +41,9 @@ fn a_run_is_priced_anew_without_training() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     stage(folder, 300);
+    let term = ["--dimming", "damped"];
     let more = with(&["--quality-db", "20", "--rhos", "0,0.3,0.6", "--baselines"]);
-    let words = arguments(folder, &more);
+    let words = arguments(folder, &[&more[..], &term].concat());
     let (code, _, said) = program(&words);
     assert_eq!(code, Some(0), "{said}");
     let first = results(folder, "run");

@@ -31,6 +31,7 @@ fn model(
         iterations: 500,
         kept_at: Some(499),
         lambda_per_w: Some(0.1),
+        gains: None,
         target_hvsq: None,
         margin_db: Some(0.1),
         steered_db: Some(0.1),

@@ -9,6 +9,7 @@ use crate::job::Job;
 use crate::outcome::{Outcome, Training};
 use crate::role::Role;
 use crate::target::{Quality, Target};
+use crate::times::Times;
 use crate::tune::{Model, Pruning, State, TuneConfig, Tuner};
 use crate::watch::CampaignWatch;
 
@@ -40,8 +41,19 @@ struct Tuned {
 }
 
 impl Run<'_> {
-    /// Does the jobs that are left.
+    /// Does the jobs that are left, and tells where the time went.
     pub(super) fn jobs(&mut self, watch: &dyn CampaignWatch) -> Result<Stop, CampaignError> {
+        let mut times = Times::default();
+        let stop = self.all_jobs(watch, &mut times)?;
+        watch.took(&times);
+        Ok(stop)
+    }
+
+    fn all_jobs(
+        &mut self,
+        watch: &dyn CampaignWatch,
+        times: &mut Times,
+    ) -> Result<Stop, CampaignError> {
         let campaign = self.campaign;
         let setup = campaign.setup();
         let points = campaign.dense.len();
@@ -61,12 +73,14 @@ impl Run<'_> {
                 return Ok(Stop::Cancelled);
             }
             let done = match job.config {
-                Some(config) => self.tune(&job, config, watch)?,
+                Some(config) => self.tune(&job, config, watch, times)?,
                 None => Some(Tuned { model: self.untuned(&job), training: None, left: None }),
             };
             let Some(Tuned { model, training, left }) = done else { return Ok(Stop::Cancelled) };
             let judge = |quality| campaign.plan.judge(&self.progress.outcomes, &job, quality);
+            let began = watch.seconds();
             let outcome = Outcome::measured(&setup, &job, &model, training, judge);
+            times.models_s += watch.seconds() - began;
             let what = || format!("job {}", job.name);
             let outcome = outcome.map_err(|error| CampaignError::Sim { what: what(), error })?;
             campaign.references.images().check()?;
@@ -175,6 +189,7 @@ impl Run<'_> {
         job: &Job,
         config: TuneConfig,
         watch: &dyn CampaignWatch,
+        times: &mut Times,
     ) -> Result<Option<Tuned>, CampaignError> {
         let campaign = self.campaign;
         let setup = campaign.setup();
@@ -184,7 +199,8 @@ impl Run<'_> {
         watch.advanced(u64::from(state.iteration.min(config.iterations)));
         let position = self.progress.outcomes.len();
         let target = target.unwrap_or(UNREACHED);
-        let mut tuner = Tuner::new(&setup, config, target, job.stream, state);
+        let clock = || watch.seconds();
+        let mut tuner = Tuner::new(&setup, config, target, job.stream, state).timed(&clock);
         while !tuner.is_done() {
             let iteration = tuner
                 .step()
@@ -200,20 +216,24 @@ impl Run<'_> {
                 self.save(Some((&job.name, tuner.state())))?;
             }
             if is_cancelled {
+                times.add(tuner.times());
                 return Ok(None);
             }
         }
+        times.add(tuner.times());
         let iterations = tuner.state().iteration;
         watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
         if matches!(config.pruning, Pruning::WhilePassing { continued: true, .. }) {
+            let gains = tuner.gains();
             let (scene, check, state) = tuner.leave();
-            let training = Training { iterations, check, passing_lambda: None };
+            let training = Training { iterations, check, passing_lambda: None, gains };
             // Moments go with what was left.
             let model = Model { scene, adam: Adam::default() };
             return Ok(Some(Tuned { model, training: Some(training), left: Some(state) }));
         }
+        let gains = tuner.gains();
         let (model, check, passing_lambda) = tuner.finish();
-        let training = Training { iterations, check, passing_lambda };
+        let training = Training { iterations, check, passing_lambda, gains };
         Ok(Some(Tuned { model, training: Some(training), left: None }))
     }
 
@@ -227,7 +247,12 @@ impl Run<'_> {
         let Some(from) = &job.from else {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));
         };
-        let model = self.checkpoints.load_model(from)?;
+        let mut model = self.checkpoints.load_model(from)?;
+        // It trains as it was before it was dimmed; levels of the periphery have its colours.
+        let before = self.progress.outcomes.iter().find(|o| o.name == *from);
+        if let Some(gains) = before.and_then(|o| o.gains).filter(|_| job.place.level == 0) {
+            gains.undo(&mut model.scene);
+        }
         // Moments of another loss would hold the first hundreds of steps back, and those of models
         // before the last are gone. The held-out model begins all qualities alike.
         let is_next =

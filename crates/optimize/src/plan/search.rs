@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::prune::Score;
 use crate::role::{Baseline, LEVEL, Role};
 use crate::schedule::{APART, Schedule, TakenSample};
-use crate::settings::{Settings, share_of};
+use crate::settings::{Dimming, Settings, share_of};
 use crate::slack::{SlackPrice, spent_w};
 use crate::target::Target;
 use crate::tune::{DisplayTerm, Keep, LEAST, Objective, Pace, Pruning, Trains, TuneConfig};
@@ -69,6 +69,7 @@ pub(super) fn measured(name: &str, role: Role) -> Job {
         base: None,
         from: None,
         goes_on: None,
+        is_end: false,
         config: None,
         stream,
     }
@@ -124,6 +125,7 @@ impl<'a> Search<'a> {
             base: self.start.map(|o| o.points),
             from: self.start.map(|o| o.name.clone()),
             goes_on: None,
+            is_end: false,
             config: Some(config),
         }
     }
@@ -148,11 +150,24 @@ impl<'a> Search<'a> {
         let from = self.start_of(sample.from.map(|i| samples[i]), sample.rho, sample.is_end);
         let iterations = share_of(budget, sample.effort);
         let config = match sample.is_end {
-            true => self.while_passing(from, true, self.plain(iterations)),
+            true => {
+                let display = match self.has_gains() {
+                    true => DisplayTerm::Gains { from: iterations },
+                    false => DisplayTerm::Off,
+                };
+                let pruned = self.while_passing(from, true, self.plain(iterations));
+                TuneConfig { display, ..pruned }
+            }
             false => self.iso_quality(from, sample.rho, iterations),
         };
         let what = sample_name(self.done, self.place);
-        Some(self.from(from, self.job(&what, Role::Sample, sample.rho, config)))
+        let job = self.job(&what, Role::Sample, sample.rho, config);
+        Some(self.from(from, Job { is_end: sample.is_end, ..job }))
+    }
+
+    /// Whether what there is above the target is spent by gains.
+    fn has_gains(&self) -> bool {
+        self.place.level == 0 && self.settings.dimming == Dimming::Gains
     }
 
     /// The schedule, and where samples are given, one that takes a few more around the minimum.
@@ -218,7 +233,7 @@ impl<'a> Search<'a> {
             // The more is pruned the better: it goes on for as long as it passes, then dims.
             Some(_) => {
                 let from = share_of(iterations, GOING_ON).min(iterations - 1);
-                let display = self.controlled(from, None, iterations - from);
+                let display = self.dimmed(from, None, iterations - from);
                 let pruned = self.while_passing(end, false, self.plain(iterations));
                 (end, TuneConfig { display, keep: Keep::Dimmest, ..pruned })
             }
@@ -250,16 +265,16 @@ impl<'a> Search<'a> {
         // After pruning there is another slack, and another λ.
         let lambda = from.and_then(|o| o.passing_lambda);
         let (pruning, display) = if rho - pruned < 0.5 / self.points.max(1) as f64 {
-            (Pruning::Never, self.controlled(0, lambda, iterations))
+            (Pruning::Never, self.dimmed(0, lambda, iterations))
         } else if is_published {
-            (self.steps(rho, 1, 0), self.controlled(0, lambda, iterations))
+            (self.steps(rho, 1, 0), self.dimmed(0, lambda, iterations))
         } else {
             let steps = ((rho - pruned) / STEP).ceil().max(1.0) as u32;
             let every = share_of(iterations, PRUNING) / steps;
             let every = every.min(2 * self.settings.interval);
             let from =
                 (every * steps + (f64::from(iterations) * RECOVERY) as u32).min(iterations - 1);
-            (self.steps(rho, steps, every), self.controlled(from, None, iterations - from))
+            (self.steps(rho, steps, every), self.dimmed(from, None, iterations - from))
         };
         TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) }
     }
@@ -267,13 +282,11 @@ impl<'a> Search<'a> {
     /// A model to compare level 1 with.
     pub fn baseline(&self, baseline: Baseline) -> Job {
         let iterations = self.plan.compared_iterations(self.settings, baseline, 0);
-        let controlled = self.controlled(0, None, iterations);
+        let display = self.dimmed(0, None, iterations);
         let plain = self.plain(iterations);
         let (rho, config) = match baseline {
             Baseline::RenderOnly => (0.0, self.while_passing(None, false, plain)),
-            Baseline::DisplayOnly => {
-                (0.0, TuneConfig { display: controlled, keep: Keep::Dimmest, ..plain })
-            }
+            Baseline::DisplayOnly => (0.0, TuneConfig { display, keep: Keep::Dimmest, ..plain }),
             Baseline::LightGaussian(percent) => {
                 let share = f64::from(percent) / 100.0;
                 let pruning = Pruning::Steps {
@@ -287,7 +300,7 @@ impl<'a> Search<'a> {
             Baseline::TwoStage => {
                 let trains = Trains::Colours;
                 let keep = Keep::Dimmest;
-                (0.0, TuneConfig { display: controlled, trains, keep, ..plain })
+                (0.0, TuneConfig { display, trains, keep, ..plain })
             }
         };
         let job = self.job(&baseline.name(), Role::Baseline(baseline), rho, config);
@@ -309,7 +322,7 @@ impl<'a> Search<'a> {
         let plain = self.plain(self.plan.compared_iterations(self.settings, baseline, level));
         let config = match baseline {
             Baseline::DisplayOnly => {
-                let display = self.controlled(0, None, plain.iterations);
+                let display = self.dimmed(0, None, plain.iterations);
                 TuneConfig { display, keep: Keep::Dimmest, ..plain }
             }
             Baseline::RenderOnly | Baseline::LightGaussian(_) | Baseline::TwoStage => {
@@ -379,7 +392,15 @@ impl<'a> Search<'a> {
         o.place == self.place && ends.any(|end| end.rho <= o.rho + SAME)
     }
 
-    /// A display term from an iteration on, with `start` or the first λ of the place.
+    /// What spends the quality above the target on the display: gains, or a display term from an
+    /// iteration on, with `start` or the first λ of the place.
+    fn dimmed(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
+        if self.has_gains() {
+            return DisplayTerm::Gains { from };
+        }
+        self.controlled(from, start, iterations)
+    }
+
     fn controlled(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
         let settings = self.settings;
         let weight = match self.place.level {
@@ -390,7 +411,7 @@ impl<'a> Search<'a> {
         let before = || self.start.filter(|o| self.place.level > 1 && o.place.level > 0);
         let known = start.or_else(|| before()?.passing_lambda);
         let control = Control {
-            rule: settings.rule,
+            rule: settings.dimming.rule(),
             start: known.unwrap_or(weight * self.unit),
             is_estimated: known.is_none(),
             interval: settings.interval,
@@ -411,9 +432,9 @@ impl<'a> Search<'a> {
 }
 
 /// Whether it is a rendering end: pruned for as long as the target was reached, without a display
-/// term.
+/// term, and by more than nothing.
 fn is_end(o: &Outcome) -> bool {
-    o.role == Role::Sample && o.lambda.is_none() && o.rho > 0.0
+    o.is_end && o.rho > 0.0
 }
 
 /// What the next sample of a place is called, without the letter of a quality or the number of a
@@ -432,7 +453,7 @@ fn taken(o: &Outcome, price: Option<(SlackPrice, Target)>) -> TakenSample {
         display_w: spent_w(o, price),
         render_w: o.watts.render_w,
         passed: o.passed,
-        is_end: o.lambda.is_none(),
+        is_end: o.is_end,
     }
 }
 

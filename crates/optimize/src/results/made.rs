@@ -122,6 +122,7 @@ fn model(run: &Made<'_>, position: usize, o: &Outcome) -> ModelRecord {
         iterations: o.iterations,
         kept_at: o.kept_at,
         lambda_per_w: o.lambda,
+        gains: o.gains.map(|gains| gains.0),
         target_hvsq: target.and_then(|t| match t {
             Target::Hvsq(most) => finite(most),
             Target::Likeness(_) => None,

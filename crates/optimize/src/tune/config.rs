@@ -40,6 +40,12 @@ pub enum Pruning {
 pub enum DisplayTerm {
     /// None.
     Off,
+    /// None, but what the model to keep has above the target is spent on the display in the end, by
+    /// gains of the colour channels.
+    Gains {
+        /// From this iteration on nothing is pruned, so that what is left recovers.
+        from: u32,
+    },
     /// With this λ, 1/W.
     Fixed(f64),
     /// With a controlled λ, from this iteration on; none before.
@@ -49,6 +55,16 @@ pub enum DisplayTerm {
         /// The controller's settings, with iterations counted from `from`.
         control: Control,
     },
+}
+
+impl DisplayTerm {
+    /// Whether there is a term in the loss.
+    pub fn is_term(self) -> bool {
+        match self {
+            DisplayTerm::Fixed(_) | DisplayTerm::Controlled { .. } => true,
+            DisplayTerm::Off | DisplayTerm::Gains { .. } => false,
+        }
+    }
 }
 
 /// Which model a fine-tune ends with.

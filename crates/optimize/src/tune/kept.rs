@@ -76,7 +76,14 @@ impl Tuner<'_> {
             }
             (Keep::LastPassing, Some(_)) => true,
             (Keep::Dimmest, Some((scene, best))) => {
-                let size = |scene: &Gaussians, check: &Check| (scene.len(), check.seen.display_w);
+                // What is to be spent on the display is worth more than what the display takes.
+                let price = |check: &Check| match self.config.display {
+                    DisplayTerm::Gains { .. } => -self.target.margin_db(check.seen.quality),
+                    DisplayTerm::Off | DisplayTerm::Fixed(_) | DisplayTerm::Controlled { .. } => {
+                        check.seen.display_w
+                    }
+                };
+                let size = |scene: &Gaussians, check: &Check| (scene.len(), price(check));
                 let (now, best) = (size(self.state.shown(), check), size(scene, best));
                 now.0 < best.0 || now.0 == best.0 && now.1 < best.1
             }
@@ -123,10 +130,14 @@ impl Tuner<'_> {
         Ok(())
     }
 
-    /// Where the display term begins after pruning for as long as the target was reached, what was
-    /// pruned since it last was is undone: dimming has slack to spend, and no time to recover.
+    /// Where nothing is pruned any more after pruning for as long as the target was reached, what
+    /// was pruned since it last was is undone: dimming has slack to spend, and no time to recover.
     pub(super) fn undo_if_due(&mut self, iteration: u32) -> Result<(), TuneError> {
-        let DisplayTerm::Controlled { from, .. } = self.config.display else { return Ok(()) };
+        let (DisplayTerm::Controlled { from, .. } | DisplayTerm::Gains { from }) =
+            self.config.display
+        else {
+            return Ok(());
+        };
         let is_due = iteration == from
             && matches!(self.config.pruning, Pruning::WhilePassing { .. })
             && self.state.last.is_some_and(|check| !check.passed);
@@ -137,11 +148,21 @@ impl Tuner<'_> {
     /// next one is smaller.
     pub(super) fn give_up_if_due(&mut self, lambda: f64) -> Result<(), TuneError> {
         let Pruning::WhilePassing { share, .. } = self.config.pruning else { return Ok(()) };
-        let is_pruning = share < 1.0 && lambda == 0.0 && self.state.extended.is_none();
+        let is_pruning = share < 1.0 && lambda == 0.0 && self.may_prune(self.state.iteration);
         if is_pruning && !self.is_done() && self.state.stride.gives_up() {
             return self.undo();
         }
         Ok(())
+    }
+
+    /// Whether more may be pruned at a check after this iteration, if the target is reached.
+    pub(super) fn may_prune(&self, iteration: u32) -> bool {
+        let is_over = match self.config.display {
+            DisplayTerm::Controlled { from, .. } | DisplayTerm::Gains { from } => iteration >= from,
+            DisplayTerm::Fixed(_) => true,
+            DisplayTerm::Off => false,
+        };
+        !is_over && self.state.extended.is_none()
     }
 
     /// Goes back to the model that was kept, if more was pruned since.

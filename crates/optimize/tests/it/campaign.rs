@@ -16,7 +16,7 @@ use powergs_optimize::references::ReferenceImages;
 use powergs_optimize::request::{Foveation, Goal, Goals, Request};
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::{Gate, Settings};
+use powergs_optimize::settings::{Dimming, Gate, Settings};
 use powergs_optimize::target::{Level, Quality, Target};
 use powergs_optimize::tune::Iteration;
 use powergs_optimize::watch::CampaignWatch;
@@ -127,7 +127,10 @@ fn a_cancelled_campaign_goes_on_bit_for_bit() {
 
 #[test]
 fn results_say_where_lambda_steered_a_model() {
-    let finished = open(request()).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
+    let asked = request();
+    let dimming = Dimming::Term(Rule::Damped);
+    let asked = Request { settings: Settings { dimming, ..asked.settings }, ..asked };
+    let finished = open(asked).run(&MemoryStore::new(), &()).unwrap().expect("not cancelled");
     let target = Target::Likeness(Quality::likeness(20.0, 0.0));
     let mut steered = 0;
     for (job, (outcome, model)) in
@@ -345,7 +348,7 @@ fn a_fingerprint_changes_with_everything_that_numbers_depend_on() {
         |s| s.adjust_share -= 0.1,
         |s| s.display_weight *= 2.0,
         |s| s.level_display_weight *= 2.0,
-        |s| s.rule = Rule::Published,
+        |s| s.dimming = Dimming::Term(Rule::Published),
         |s| s.epsilon_db += 0.01,
         |s| s.opacity_cap = 0.5,
         |s| s.rate_scale = 2.0,

@@ -56,6 +56,8 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
         kept_at: Some(9),
         lambda: Some(0.1),
         passing_lambda: Some(0.2),
+        gains: None,
+        is_end: false,
         gate: seen,
         confirmation: None,
         error_db: [None; 2],

@@ -6,6 +6,7 @@ mod checkpoint;
 mod disk;
 mod estimate;
 mod fit;
+mod gains;
 mod lambda;
 mod levels;
 mod oracle;

@@ -3,10 +3,11 @@
 use powergs_core::run::MemoryStore;
 use powergs_optimize::campaign::{Campaign, Finished};
 use powergs_optimize::checkpoint::Checkpoints;
+use powergs_optimize::lambda::Rule;
 use powergs_optimize::request::{Goal, Goals, Request};
 use powergs_optimize::role::Baseline;
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::Settings;
+use powergs_optimize::settings::{Dimming, Settings};
 
 use super::campaign::{open, request};
 
@@ -20,7 +21,9 @@ fn beaten(baselines: &[Baseline]) -> Request {
         ratio_study: false,
         ..request.goals
     };
-    let settings = Settings { final_iterations: 20, ..request.settings };
+    // Gains would find less than these comparisons without training.
+    let dimming = Dimming::Term(Rule::Damped);
+    let settings = Settings { final_iterations: 20, dimming, ..request.settings };
     Request { goals, settings, ..request }
 }
 

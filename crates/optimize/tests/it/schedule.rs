@@ -86,10 +86,10 @@ fn check(got: &[(f64, Option<usize>)], want: &[(f64, Option<usize>)]) {
 #[test]
 fn five_samples_are_both_ends_and_then_around_the_minimum() {
     let got = run(&Schedule::FIVE, 0.7, 0.45);
-    check(&got[..3], &[(0.0, None), (0.3, Some(0)), (0.3, Some(1))]);
+    check(&got[..3], &[(0.0, None), (0.15, Some(0)), (0.15, Some(1))]);
     assert_eq!(got.len(), 5);
     for (rho, from) in &got[3..] {
-        assert!((0.3..0.7).contains(rho) && *from >= Some(1), "{got:?}");
+        assert!((0.15..0.7).contains(rho) && *from >= Some(1), "{got:?}");
     }
     // From the nearest one below.
     assert_eq!(got[3].1, Some(1));
@@ -113,9 +113,9 @@ fn where_pruning_most_is_best_one_sample_goes_on_with_all_that_is_left() {
 
 #[test]
 fn a_miss_is_tried_again_before_its_ratio_is_given_up() {
-    // 0.3 misses twice; the end starts from what passed.
-    let want = [(0.0, None), (0.3, Some(0)), (0.3, Some(1)), (0.0, Some(0))];
-    check(&run(&Schedule::FIVE, 0.2, 0.1)[..4], &want);
+    // 0.15 misses twice; the end starts from what passed.
+    let want = [(0.0, None), (0.15, Some(0)), (0.15, Some(1)), (0.0, Some(0))];
+    check(&run(&Schedule::FIVE, 0.1, 0.05)[..4], &want);
     // Not even the unpruned model passes, with twice the iterations: there is nothing to sample.
     check(&run(&Schedule::FIVE, -1.0, 0.1), &[(0.0, None), (0.0, Some(0))]);
 }

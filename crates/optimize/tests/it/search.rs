@@ -30,6 +30,8 @@ fn outcome(name: &str, role: Role, rho: f64, (display_w, render_w): (f64, f64)) 
         kept_at: Some(9),
         lambda: Some(0.1),
         passing_lambda: Some(0.2),
+        gains: None,
+        is_end: false,
         gate: seen,
         confirmation: None,
         error_db: [None; 2],
@@ -189,10 +191,10 @@ fn jobs(campaign: &Plan) -> Vec<Job> {
     while let Some(job) = campaign.next(&settings, 1000, &done) {
         let watts = (0.4 + 0.1 * job.rho, 1.0 - 0.5 * job.rho);
         let mut made = outcome(&job.name, job.role, job.rho, watts);
-        if job.config.is_some_and(|c| c.display == DisplayTerm::Off) {
-            // Pruned while it passes.
-            (made.lambda, made.rho) = (None, 0.7);
-        }
+        let is_pruned =
+            job.config.is_some_and(|c| matches!(c.pruning, Pruning::WhilePassing { .. }));
+        made.is_end = job.is_end;
+        made.rho = if is_pruned { 0.7 } else { made.rho };
         done.push(made);
         jobs.push(job);
         assert!(jobs.len() < 100, "no end");
@@ -231,11 +233,11 @@ fn a_campaign_measures_samples_realises_and_compares() {
     // The search holds its own two ends: what pruning alone and what the display alone can save.
     let config = |i: usize| jobs[i].config.unwrap();
     assert_eq!((jobs[1].rho, config(1).pruning), (0.0, Pruning::Never));
-    assert!(matches!(config(1).display, DisplayTerm::Controlled { from: 0, .. }));
-    assert_eq!(config(3).display, DisplayTerm::Off);
-    assert!(matches!(config(3).pruning, Pruning::WhilePassing { .. }));
-    // Pruned samples recover before the display term begins.
-    let DisplayTerm::Controlled { from, .. } = config(4).display else { panic!("no display term") };
+    assert_eq!(config(1).display, DisplayTerm::Gains { from: 0 });
+    assert_eq!(config(3).display, DisplayTerm::Gains { from: config(3).iterations });
+    assert!(matches!(config(3).pruning, Pruning::WhilePassing { .. }) && jobs[3].is_end);
+    // Pruned samples recover.
+    let DisplayTerm::Gains { from } = config(4).display else { panic!("no gains") };
     let Pruning::Steps { steps, every, .. } = config(4).pruning else { panic!("not pruned") };
     assert!(from > every * (steps.get() - 1), "{from}, {steps} steps, one in {every}");
     assert_eq!(jobs[9].from.as_deref(), Some("render-only"));
@@ -316,7 +318,7 @@ fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_th
     assert!(campaign.kept(1000, &done).iter().map(|o| o.points).sum::<usize>() <= 4000);
     let mut lower = plan(Vec::new());
     lower.variants.push(Variant { name: "M".into(), rule: TargetRule::Share(0.5) });
-    lower.schedule = Schedule::Adaptive { count: 7, first: 0.3 };
+    lower.schedule = Schedule::Adaptive { count: 7, first: 0.15 };
     done.truncate(5);
     done.push(Outcome { passed: false, points: 600, ..done[4].clone() });
     done[5].name = "sample-04".into();

@@ -1,11 +1,12 @@
-//! λ and the quality over the iterations of all fine-tunes with a display term.
+//! The quality over the iterations of all fine-tunes, and what moves it: λ where there is a display
+//! term, else the Gaussians that are left.
 
 use super::Story;
 use crate::format::shortened;
 use powergs_chart::{Axis, Chart, Colour, Line, Mark, Panel, Rule, Scale, Words};
 
 const NAME: &str = "course";
-const TITLE: &str = "λ and PSNR while tuning";
+const TITLES: [&str; 2] = ["Gaussians and PSNR while tuning", "λ and PSNR while tuning"];
 
 /// PSNR is drawn up to so much above the target, decibels.
 const HEADROOM_DB: f64 = 12.0;
@@ -21,6 +22,8 @@ pub struct Moment {
     pub iteration: u32,
     /// λ of the iteration, 1/W; 0 without a display term.
     pub lambda: f64,
+    /// Gaussians that are left.
+    pub points: usize,
     /// PSNR over the gate views, decibels.
     pub psnr_db: f64,
 }
@@ -38,17 +41,20 @@ pub(super) fn chart(story: &Story<'_>) -> Option<Chart> {
     let end = last.moments.last().map(|m| last.begin + f64::from(m.iteration))?;
     let target = story.target.map_or(String::new(), |t| format!("; dashed: {:.2} dB", t.psnr_db));
     let what = format!("gate views; samples, then the realised optimum{target}");
-    let chart = story.chart(NAME, TITLE, &what);
-    let chart = chart.panel(quality(story, &shown, end)).panel(weight(&shown, end));
+    let has_term = shown.iter().flat_map(|s| &s.moments).any(|m| m.lambda > 0.0);
+    let chart = story.chart(NAME, TITLES[usize::from(has_term)], &what);
+    let moved = if has_term { weight(&shown, end) } else { size(&shown, end) };
+    let chart = chart.panel(quality(story, &shown, end)).panel(moved);
     let cut = story
         .target
         .map(|t| t.psnr_db + HEADROOM_DB)
         .filter(|cut| shown.iter().flat_map(|s| &s.moments).any(|m| m.psnr_db > *cut));
     let cut = cut.map_or(String::new(), |db| format!(" PSNR above {db:.0} dB is cut off."));
-    Some(chart.note(format!(
-        "λ is the weight of display power in the loss. While the optimum is pruned nothing is \
-         checked.{cut}"
-    )))
+    let what = match has_term {
+        true => "λ is the weight of display power in the loss.",
+        false => "What a model has above the target is spent on the display when it is trained.",
+    };
+    Some(chart.note(format!("{what}{cut}")))
 }
 
 fn stretches<'a>(story: &'a Story<'_>) -> Vec<Stretch<'a>> {
@@ -95,6 +101,14 @@ fn weight(shown: &[Stretch<'_>], end: f64) -> Panel {
     // Zero has no place on this scale: what is below it lies on its floor.
     let floor = y.scale.low();
     panel(shown, end, y, |m| m.lambda.max(floor), Colour::ORANGE)
+}
+
+/// Gaussians over the iterations.
+fn size(shown: &[Stretch<'_>], end: f64) -> Panel {
+    let points = |m: &Moment| m.points as f64;
+    let most = shown.iter().flat_map(|s| &s.moments).map(|m| points(m)).fold(1.0, f64::max);
+    let y = Axis::new("Gaussians", Scale::from_zero(most));
+    panel(shown, end, y, points, Colour::ORANGE)
 }
 
 /// A line for every stretch, and where each begins.

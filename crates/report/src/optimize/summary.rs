@@ -234,9 +234,10 @@ pub fn document(story: &Story<'_>, charts: &[Chart]) -> Document {
         "Gate views decide whether a model passes; test views are only reported. `dense` is the \
          model as it came; `held-out` is the same trained further without the gate views, which \
          it may know by heart: a target that is a share is one of its quality. Samples are pruned \
-         to a share ρ of the Gaussians and tuned with display power in the loss, weighted by λ, \
-         until they are just above the target; `optimum` is a model at the ρ where the fit has \
-         the least power. The result is the cheapest of those that passed.",
+         to a share ρ of the Gaussians and dimmed until they are just above the target, by gains \
+         of their colour channels or by a display term in the loss, weighted by λ; `optimum` is a \
+         model at the ρ where the fit has the least power. The result is the cheapest of those \
+         that passed.",
     ));
     fits(&mut page, story);
     claims(&mut page, story);

@@ -75,6 +75,7 @@ pub fn models_csv(done: &[Outcome]) -> Vec<u8> {
         Column::fixed("total_w", 8),
         Column::fixed("flip_test", 6),
     ];
+    columns.extend(["gain_red", "gain_green", "gain_blue"].map(|name| Column::fixed(name, 6)));
     columns.extend(has_lpips.then(|| Column::fixed("lpips_test", 6)));
     let row = |o: &Outcome| {
         let mut cells: Vec<Cell> = vec![
@@ -93,6 +94,7 @@ pub fn models_csv(done: &[Outcome]) -> Vec<u8> {
             o.watts.total_w().into(),
             o.flip_test.into(),
         ];
+        cells.extend([0, 1, 2].map(|c| Cell::from(o.gains.map(|gains| f64::from(gains.0[c])))));
         cells.extend(has_lpips.then(|| Cell::from(o.lpips_test)));
         cells
     };

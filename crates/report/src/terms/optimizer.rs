@@ -15,6 +15,12 @@ pub(super) const OPTIMIZER: &[Term] = &[
          quality is just above the target.",
     ),
     term(
+        &["gain_red", "gain_green", "gain_blue"],
+        "",
+        "What a colour channel of a model was scaled by, 0 to 1, to spend on the display what it \
+         had above its target.",
+    ),
+    term(
         &["saved, %"],
         "%",
         "Share of the power of the dense model, display and rendering, that a model does not need.",
