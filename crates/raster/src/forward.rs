@@ -178,21 +178,22 @@ pub(super) fn project_then<T: Send>(
 ) -> (Vec<T>, Vec<u8>) {
     let (parts, bits): (Vec<T>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
-        .map(|part| {
+        .map_init(Vec::new, |visible: &mut Vec<Visible>, part| {
             let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
-            let mut visible = Vec::with_capacity(end - first);
+            // In the same room, and then as much as there is: most of a part is often not seen.
+            visible.clear();
             let mut bits = Vec::with_capacity((end - first).div_ceil(8) + 1);
             for i in (first..end).step_by(LANES) {
                 let stop = (i + LANES).min(end);
                 let mask = dispatch!(level, simd =>
-                    project_block(simd, scene, view, i, stop, &mut visible));
+                    project_block(simd, scene, view, i, stop, visible));
                 bits.extend_from_slice(&mask.to_le_bytes());
             }
             bits.truncate((end - first).div_ceil(8));
             for some in visible.chunks_mut(LANES) {
                 dispatch!(level, simd => colour_block(simd, scene, view, some));
             }
-            (then(visible), bits)
+            (then(visible.to_vec()), bits)
         })
         .unzip();
     (parts, bits.concat())
