@@ -7,7 +7,7 @@ use super::oracle::Watts;
 use super::role::Role;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
-use super::tune::{Check, Gains, Model, confirms};
+use super::tune::{Check, Gains, Model, Spent, confirms};
 use powergs_core::sim::SimError;
 use powergs_frame::fovea::POOLINGS;
 
@@ -78,8 +78,8 @@ pub struct Training {
     pub check: Option<Check>,
     /// The last λ that passed.
     pub passing_lambda: Option<f64>,
-    /// The gains of the kept model.
-    pub gains: Option<Gains>,
+    /// What the kept model has spent on the display by gains.
+    pub spent: Option<Spent>,
 }
 
 impl Outcome {
@@ -104,6 +104,7 @@ impl Outcome {
         let base = job.base.unwrap_or(setup.dense.len());
         let is_whole = job.place.level == 0;
         let check = training.and_then(|e| e.check);
+        let spent = training.and_then(|e| e.spent);
         let luck = |target: Target, promised: Quality| {
             let luck = target.margin_db(promised) - target.margin_db(gate.quality);
             luck.is_finite().then_some(luck)
@@ -112,7 +113,10 @@ impl Outcome {
         let others: Vec<Seen> = others.map(|(_, seen)| *seen).collect();
         let confirmation = (!others.is_empty()).then(|| Confirmation {
             seen: Seen::mean(&others),
-            luck_db: target.zip(check).and_then(|(target, c)| luck(target, c.seen.quality)),
+            // Where all gate views say how far it is dimmed, what was promised before that counts.
+            luck_db: spent
+                .map(|spent| spent.luck_db)
+                .or_else(|| target.zip(check).and_then(|(target, c)| luck(target, c.seen.quality))),
         });
         let has_term = job.config.is_some_and(|config| config.display.is_term());
         Ok(Outcome {
@@ -125,7 +129,7 @@ impl Outcome {
             kept_at: check.map(|c| c.iteration),
             lambda: check.filter(|_| has_term).map(|c| c.lambda),
             passing_lambda: training.and_then(|e| e.passing_lambda),
-            gains: training.and_then(|e| e.gains),
+            gains: spent.map(|spent| spent.gains),
             is_end: job.is_end,
             gate,
             confirmation,

@@ -348,9 +348,10 @@ impl<'a> Tuner<'a> {
         }
     }
 
-    /// The gains of the model to keep; `None` where there are none, or it is not done.
-    pub fn gains(&self) -> Option<Gains> {
-        self.state.spent.map(|spent| spent.gains)
+    /// What the model to keep spends on the display by gains; `None` where it has none, or it is
+    /// not done.
+    pub fn spent(&self) -> Option<Spent> {
+        self.state.spent
     }
 
     /// The model to keep and its check, and the controller's last passing λ.

@@ -166,7 +166,7 @@ pub(super) fn project(
     camera: &Camera,
     level: Level,
 ) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    project_then(scene, &View::new(camera), level, |visible| visible)
+    project_then(scene, &View::new(camera), level, <[Visible]>::to_vec)
 }
 
 /// As [`project`], of a view, with what `then` makes of the visible splats of each part.
@@ -174,13 +174,13 @@ pub(super) fn project_then<T: Send>(
     scene: &Gaussians,
     view: &View,
     level: Level,
-    then: impl Fn(Vec<Visible>) -> T + Sync,
+    then: impl Fn(&[Visible]) -> T + Sync,
 ) -> (Vec<T>, Vec<u8>) {
     let (parts, bits): (Vec<T>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
         .into_par_iter()
         .map_init(Vec::new, |visible: &mut Vec<Visible>, part| {
             let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
-            // In the same room, and then as much as there is: most of a part is often not seen.
+            // In the room of a part before: what is made of it is often much less.
             visible.clear();
             let mut bits = Vec::with_capacity((end - first).div_ceil(8) + 1);
             for i in (first..end).step_by(LANES) {
@@ -193,7 +193,7 @@ pub(super) fn project_then<T: Send>(
             for some in visible.chunks_mut(LANES) {
                 dispatch!(level, simd => colour_block(simd, scene, view, some));
             }
-            (then(visible.to_vec()), bits)
+            (then(visible), bits)
         })
         .unzip();
     (parts, bits.concat())

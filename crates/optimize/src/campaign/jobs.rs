@@ -224,16 +224,16 @@ impl Run<'_> {
         let iterations = tuner.state().iteration;
         watch.advanced(u64::from(config.iterations.saturating_sub(iterations)));
         if matches!(config.pruning, Pruning::WhilePassing { continued: true, .. }) {
-            let gains = tuner.gains();
+            let spent = tuner.spent();
             let (scene, check, state) = tuner.leave();
-            let training = Training { iterations, check, passing_lambda: None, gains };
+            let training = Training { iterations, check, passing_lambda: None, spent };
             // Moments go with what was left.
             let model = Model { scene, adam: Adam::default() };
             return Ok(Some(Tuned { model, training: Some(training), left: Some(state) }));
         }
-        let gains = tuner.gains();
+        let spent = tuner.spent();
         let (model, check, passing_lambda) = tuner.finish();
-        let training = Training { iterations, check, passing_lambda, gains };
+        let training = Training { iterations, check, passing_lambda, spent };
         Ok(Some(Tuned { model, training: Some(training), left: None }))
     }
 

@@ -35,7 +35,7 @@ pub enum Pruning {
     },
 }
 
-/// The display term of the loss.
+/// How what there is above the target is spent on the display.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DisplayTerm {
     /// None.

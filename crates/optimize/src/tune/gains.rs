@@ -51,13 +51,16 @@ pub struct Spent {
     pub gains: Gains,
     /// What all gate views saw of the model with them.
     pub seen: Seen,
+    /// How much more above the target the model was when it was chosen than all gate views found
+    /// it before it was dimmed, decibels.
+    pub luck_db: f64,
 }
 
 impl State {
     /// Gives the model to keep the gains that it is to end with, if there are any, and its check
     /// what was seen of it then.
     pub(super) fn dim(&self, scene: &mut Gaussians, check: &mut Check) {
-        if let Some(Spent { gains, seen }) = self.spent {
+        if let Some(Spent { gains, seen, .. }) = self.spent {
             gains.apply(scene);
             check.seen = seen;
         }
@@ -71,7 +74,7 @@ impl Tuner<'_> {
             return;
         }
         if let Some((scene, check)) = self.state.best.take() {
-            self.state.spent = self.spent(&scene);
+            self.state.spent = self.found(&scene, &check);
             self.state.best = Some((scene, check));
         }
     }
@@ -79,9 +82,10 @@ impl Tuner<'_> {
     /// The length of the shift at which all gate views together are just above the target. It is
     /// one number for all of them and nothing is chosen by it, so that none looks better than it
     /// is.
-    fn spent(&mut self, scene: &Gaussians) -> Option<Spent> {
+    fn found(&mut self, scene: &Gaussians, check: &Check) -> Option<Spent> {
         let target = self.target;
         let before_db = target.margin_db(self.see(scene).quality);
+        let luck_db = target.margin_db(check.seen.quality) - before_db;
         let aim_db = AIM * self.setup.settings.epsilon_db;
         let allowed = target.likeness_target()?.psnr_db;
         let is_due = before_db.is_finite() && before_db > aim_db;
@@ -105,7 +109,7 @@ impl Tuner<'_> {
                 false => high = Some(length),
             }
             if target.passes(seen.quality) && (is_near || margin_db >= aim_db) {
-                found = Some(Spent { gains, seen });
+                found = Some(Spent { gains, seen, luck_db });
             }
             if is_near || low >= LONGEST {
                 break;

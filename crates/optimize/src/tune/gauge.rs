@@ -107,7 +107,7 @@ impl Gauge {
         }
         let views = choosing(setup.gate_views());
         self.views = setup.see_each(scene, &views, pooling).iter().map(values).collect();
-        self.known(pooling)
+        self.estimate(pooling)
     }
 
     /// Looks at the views whose turn it is: an estimate of the mean of all. The first time it is
@@ -138,11 +138,11 @@ impl Gauge {
         for (&i, now) in turn.iter().zip(&seen) {
             self.views[i] = *now;
         }
-        self.known(pooling)
+        self.estimate(pooling)
     }
 
     /// The mean over all gate views, as those that choose and what is known of the others say.
-    pub(super) fn known(&self, pooling: Option<f64>) -> Seen {
+    fn estimate(&self, pooling: Option<f64>) -> Seen {
         let ([psnr_db, ssim, hvsq, display_w], by) = (mean(&self.views), self.offset);
         let quality = Quality {
             psnr_db: psnr_db + by[0],

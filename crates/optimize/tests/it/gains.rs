@@ -48,7 +48,7 @@ fn tuned(tiny: &Tiny, config: TuneConfig, target: Target) -> (Model, Check, Opti
     while !tuner.is_done() {
         tuner.step().unwrap();
     }
-    let gains = tuner.gains();
+    let gains = tuner.spent().map(|spent| spent.gains);
     let (model, check, _) = tuner.finish();
     (model, check.unwrap(), gains)
 }

@@ -60,7 +60,7 @@ impl LevelPaints {
         let maker = Maker { model, filter, level, only_shown };
         let view = View::unclamped(camera);
         let (parts, survivor_bits) =
-            project_then(&model.base, &view, level, |visible| maker.layers(&visible));
+            project_then(&model.base, &view, level, |visible| maker.layers(visible));
         let starts: Vec<u32> = parts
             .iter()
             .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))
