@@ -241,7 +241,6 @@ impl<'a> Fitter<'a> {
             trains: Trains::All,
             keep: Keep::Dimmest,
             pace: Pace::RECOVERING,
-            intact_db: None,
         }
     }
 

@@ -208,7 +208,7 @@ fn adaptive(done: &[TakenSample], count: usize, rho: f64, first: f64) -> Option<
 enum Refined {
     /// At this ratio.
     At(f64),
-    /// Beyond the end: the cheapest is what is pruned most, and more of it goes.
+    /// Beyond the end: the cheapest is what is pruned most, or as good as that, and more of it goes.
     Beyond,
 }
 
@@ -223,7 +223,8 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     };
     let samples: Vec<Sample> = passed.iter().map(sample).collect();
     let minimum = fit::fit(&samples).ok().map(|f| fit::optimum(&f));
-    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned) {
+    let end = samples.last().map_or(0.0, |s| s.rho);
+    if minimum.is_some_and(|m| m.place == OptimumPlace::MostPruned || m.rho + APART > end) {
         return Some(Refined::Beyond);
     }
     let total = |i: usize| passed[i].1.total_w();

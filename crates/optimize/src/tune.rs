@@ -149,18 +149,20 @@ impl State {
         }
     }
 
-    /// The beginning of another fine-tune that goes on where this one stopped.
+    /// The beginning of another fine-tune that goes on where this one stopped. All gate views have
+    /// seen what it kept, unless they refused it: should they refuse what follows, that is kept.
     pub(crate) fn going_on(self) -> State {
         let kept = |kept: Option<(Gaussians, Check)>| {
             kept.map(|(scene, check)| (scene, Check { iteration: 0, ..check }))
         };
+        let spare = self.best.clone().filter(|(_, check)| check.sure).or(self.spare);
         State {
             iteration: 0,
             pruned: 0,
             control: None,
             gauge: self.gauge.going_on(),
             best: kept(self.best),
-            spare: kept(self.spare),
+            spare: kept(spare),
             settled: false,
             goes_on: true,
             extended: None,
@@ -403,8 +405,7 @@ impl<'a> Tuner<'a> {
                 },
             );
             let margin_db = self.target.margin_db(seen.quality);
-            let intact_db = self.config.intact_db.unwrap_or(margin_db);
-            self.state.heat = Some(Heat::begin(intact_db, margin_db));
+            self.state.heat = Some(Heat::begin(margin_db, self.config.pace));
         }
         self.prune_if_due(iteration);
         self.undo_if_due(iteration)?;
@@ -628,17 +629,21 @@ impl<'a> Tuner<'a> {
         }
         if let Some(heat) = &mut self.state.heat {
             let margin_db = self.target.margin_db(seen.quality);
-            heat.observe(margin_db, self.config.pace.heat, is_dimming);
+            heat.observe(margin_db, self.config.pace, is_dimming);
         }
         match self.config.pruning {
             Pruning::WhilePassing { most, share, .. }
                 if check.sure && !is_last && self.may_prune(iteration) =>
             {
-                let share = share * if share < 1.0 { self.state.stride.passed() } else { 1.0 };
-                let count = (share * self.state.model.scene.len() as f64) as usize;
+                let margin_db = self.target.margin_db(seen.quality);
+                let stride = if share < 1.0 { self.state.stride.passed(margin_db) } else { 1.0 };
+                let count = (share * stride * self.state.model.scene.len() as f64) as usize;
+                let most = (most as f64 * stride.max(1.0)) as usize;
                 self.prune(Score::Dominance, count.clamp(1, most.max(1)));
             }
-            Pruning::WhilePassing { .. } => self.state.stride.missed(),
+            Pruning::WhilePassing { .. } => {
+                self.state.stride.missed(self.target.margin_db(seen.quality));
+            }
             Pruning::Never | Pruning::Steps { .. } => {}
         }
         // Whatever they show: views that do not choose say how much they differ from the others.

@@ -35,6 +35,10 @@ const SAME: f64 = 0.01;
 const WHILE_PASSING: f64 = 0.05;
 /// The share of what is left that goes at most.
 const OF_WHAT_IS_LEFT: f64 = 0.05;
+/// Models of so many decibels above the target bear whole learning rates between prunes.
+const BEARS_ALL_DB: f64 = 1.0;
+/// The factor on the learning rates of what is pruned, at least, where a prune did no damage.
+const AT_REST: f64 = 0.25;
 
 /// Samples that are taken around the minimum where all others are given.
 pub(super) const AROUND: usize = 2;
@@ -276,7 +280,9 @@ impl<'a> Search<'a> {
                 (every * steps + (f64::from(iterations) * RECOVERY) as u32).min(iterations - 1);
             (self.steps(rho, steps, every), self.dimmed(from, None, iterations - from))
         };
-        TuneConfig { pruning, display, keep: Keep::Dimmest, ..self.plain(iterations) }
+        let plain = self.plain(iterations);
+        let pace = if pruning == Pruning::Never { plain.pace } else { self.pruned(plain.pace) };
+        TuneConfig { pruning, display, pace, keep: Keep::Dimmest, ..plain }
     }
 
     /// A model to compare level 1 with.
@@ -360,7 +366,6 @@ impl<'a> Search<'a> {
                 Schedule::Published { .. } => Pace::PUBLISHED,
                 Schedule::Adaptive { .. } | Schedule::Listed(_) => Pace::RECOVERING,
             },
-            intact_db: None,
         }
     }
 
@@ -380,9 +385,19 @@ impl<'a> Search<'a> {
         };
         let first = if from.is_some_and(|o| self.is_at_its_limit(o)) { LEAST } else { 1.0 };
         let pruning = Pruning::WhilePassing { most, share, first, continued };
-        // What goes on where another fine-tune ended has lost what that had lost.
-        let intact_db = self.plan.intact(self.done, self.place).map(|intact| intact.margin_db);
-        TuneConfig { pruning, keep: Keep::LastPassing, intact_db, ..config }
+        TuneConfig { pruning, pace: self.pruned(config.pace), keep: Keep::LastPassing, ..config }
+    }
+
+    /// The pace of what is pruned where the rates follow the damage. Models arrive annealed, and
+    /// whole rates shake them, on photos for good: what that adds to the error grows with the rates,
+    /// and what may be added is what the intact model has above the target. In the periphery only
+    /// colours and opacities move, and further.
+    fn pruned(&self, pace: Pace) -> Pace {
+        if self.place.level > 0 || pace.heat <= 1.0 {
+            return pace;
+        }
+        let intact = self.plan.intact(self.done, self.place).map_or(0.0, |intact| intact.margin_db);
+        Pace { rest: (intact / BEARS_ALL_DB).clamp(AT_REST, 1.0), ..pace }
     }
 
     /// Whether a model was pruned for as long as the target of this search was reached, or as much

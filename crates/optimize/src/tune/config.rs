@@ -96,15 +96,17 @@ pub enum Objective {
 pub struct Pace {
     /// The largest factor on the learning rates after Gaussians were pruned; 1 for none.
     pub heat: f64,
+    /// The factor on the learning rates where nothing is damaged.
+    pub rest: f64,
     /// The model that is checked and kept is the mean over so many of the last iterations.
     pub averaged: u32,
 }
 
 impl Pace {
     /// As the published code: damaged models get no longer steps.
-    pub const PUBLISHED: Pace = Pace { heat: 1.0, averaged: 1 };
+    pub const PUBLISHED: Pace = Pace { heat: 1.0, rest: 1.0, averaged: 1 };
     /// Long steps after pruning; the mean over iterations takes their noise away.
-    pub const RECOVERING: Pace = Pace { heat: 6.0, averaged: 20 };
+    pub const RECOVERING: Pace = Pace { heat: 6.0, rest: 1.0, averaged: 20 };
 }
 
 /// Which parameters train.
@@ -136,7 +138,4 @@ pub struct TuneConfig {
     pub keep: Keep,
     /// How fast it goes.
     pub pace: Pace,
-    /// How far above the target the model was before anything was pruned, decibels; `None`: as it
-    /// is at the beginning. What is missing of it heats the rates.
-    pub intact_db: Option<f64>,
 }

@@ -11,12 +11,14 @@ use powergs_scene::Gaussians;
 /// What views that do not choose may miss of a change of those that do, as a share of it: a fifth
 /// was seen where λ had just moved the quality by a decibel.
 const DRIFT: f64 = 0.2;
+/// A larger change, in decibels, counts as this one: far above the target it says nothing.
+const DRIFT_MOST_DB: f64 = 1.0;
 /// How far above the target the model is that takes the place of one which these views refuse, in
 /// units of epsilon.
 const SPARE: f64 = 2.0;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
-const NEAR_DB: f64 = 0.2;
+const NEAR_DB: f64 = 0.3;
 
 impl Tuner<'_> {
     /// Whether the target is reached with so much to spare that views which did not choose may
@@ -27,7 +29,7 @@ impl Tuner<'_> {
             0 => 0.0,
             _ => {
                 let aim = AIM * self.setup.settings.epsilon_db;
-                0.5 * aim + DRIFT * self.state.gauge.drift_db()
+                0.5 * aim + DRIFT * self.state.gauge.drift_db().min(DRIFT_MOST_DB)
             }
         };
         self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
@@ -108,11 +110,9 @@ impl Tuner<'_> {
             self.state.best = Some((scene, check));
             return Ok(());
         }
-        let is_continued =
-            matches!(self.config.pruning, Pruning::WhilePassing { continued: true, .. });
-        if self.state.extended.is_some() || is_continued {
+        if self.state.extended.is_some() {
             let spare = self.state.spare.take().filter(|(_, check)| check.sure);
-            self.state.best = spare.or(Some((scene, check)));
+            self.state.best = spare.or(Some((scene, Check { sure: false, ..check })));
             return Ok(());
         }
         self.state.extended = Some(self.state.iteration);
@@ -171,7 +171,7 @@ impl Tuner<'_> {
             Some((scene, check)) if scene.len() != self.state.model.scene.len() => {
                 let (scene, margin_db) = (scene.clone(), self.target.margin_db(check.seen.quality));
                 if let Some(heat) = &mut self.state.heat {
-                    heat.recovered(margin_db);
+                    heat.recovered(margin_db, self.config.pace);
                 }
                 self.go_back_to(&scene)
             }

@@ -8,7 +8,7 @@ use powergs_optimize::outcome::Outcome;
 use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::target::{Quality, TargetRule};
-use powergs_optimize::tune::{Check, Heat, Iteration, Model, State, Term};
+use powergs_optimize::tune::{Check, Heat, Iteration, Model, Pace, State, Term};
 
 use super::scenes::tiny;
 
@@ -66,8 +66,8 @@ fn progress() -> Progress {
     state.average = Some((model.scene.clone(), 5));
     state.gauge.all(&setup, &model.scene, None);
     state.unconfirmed = 3;
-    state.heat = Some(Heat::begin(0.75, 0.75));
-    state.stride.missed();
+    state.heat = Some(Heat::begin(0.75, Pace::RECOVERING));
+    state.stride.missed(-0.25);
     state.best = Some((model.scene, check));
     state.last = Some(check);
     let loss = Term { total: 0.5, display_w: 0.25, likeness: None, hvsq: Some(1e-5) };
@@ -133,7 +133,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
     newer[6] = 12;
-    fails(&newer, PRINT, "checkpoint version 12, this program reads 11");
+    fails(&newer, PRINT, "checkpoint version 13, this program reads 12");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();
     let wrong = Checkpoints::new(&store, PRINT).load_model("a").unwrap_err().to_string();

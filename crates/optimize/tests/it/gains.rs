@@ -20,7 +20,6 @@ fn config(iterations: u32, display: DisplayTerm) -> TuneConfig {
         trains: Trains::All,
         keep: Keep::Dimmest,
         pace: Pace::RECOVERING,
-        intact_db: None,
     }
 }
 

@@ -214,7 +214,6 @@ fn config(points: usize, pooling: f64) -> TuneConfig {
         trains: Trains::ColoursAndOpacities,
         keep: Keep::Last,
         pace: Pace::RECOVERING,
-        intact_db: None,
     }
 }
 

@@ -116,7 +116,6 @@ fn config(iterations: u32) -> TuneConfig {
         trains: Trains::All,
         keep: Keep::Last,
         pace: Pace::PUBLISHED,
-        intact_db: None,
     }
 }
 

@@ -112,6 +112,13 @@ fn where_pruning_most_is_best_one_sample_goes_on_with_all_that_is_left() {
 }
 
 #[test]
+fn a_minimum_as_good_as_at_the_end_is_not_looked_for_elsewhere() {
+    // Half way to the sample before would say nothing.
+    let got = run(&Schedule::FIVE, 0.7, 0.69);
+    check(&got, &[(0.0, None), (0.15, Some(0)), (0.15, Some(1)), (0.7, Some(2))]);
+}
+
+#[test]
 fn a_miss_is_tried_again_before_its_ratio_is_given_up() {
     // 0.15 misses twice; the end starts from what passed.
     let want = [(0.0, None), (0.15, Some(0)), (0.15, Some(1)), (0.0, Some(0))];

@@ -44,7 +44,6 @@ fn config(points: usize) -> TuneConfig {
         trains: Trains::All,
         keep: Keep::Dimmest,
         pace: Pace::RECOVERING,
-        intact_db: None,
     }
 }
 
@@ -277,44 +276,128 @@ fn what_is_trained_on_goes_on_bit_for_bit() {
 
 #[test]
 fn rates_rise_with_the_damage_and_fall_where_the_quality_is_flat() {
-    let mut heat = Heat::begin(0.5, 0.5);
+    let pace = Pace { heat: 6.0, rest: 0.5, averaged: 20 };
+    let observed = |heat: &mut Heat, margin_db: f64| {
+        heat.observe(margin_db, pace, false);
+        heat.factor
+    };
+    let mut heat = Heat::begin(0.5, pace);
+    assert_eq!(observed(&mut heat, 0.5), 0.5, "nothing is damaged");
     heat.pruned();
-    heat.observe(-1.5, 6.0, false);
-    assert!(heat.factor > 5.0, "2 dB are gone: {}", heat.factor);
-    heat.observe(0.1, 6.0, false);
-    let damaged = heat.factor;
-    heat.observe(0.2, 6.0, false);
-    let better = heat.factor;
-    assert!(1.0 < better && better < damaged, "{damaged}, then {better}");
+    let damaged = observed(&mut heat, -1.5);
+    assert!(damaged > 2.5, "2 dB are gone: {damaged}");
+    let rising = observed(&mut heat, -0.5);
+    assert!(rising > damaged, "{damaged}, then {rising}");
     for _ in 0..50 {
-        heat.observe(0.2, 6.0, false);
+        observed(&mut heat, 0.2);
     }
-    assert!(heat.factor < 1.01, "flat, but still {}", heat.factor);
+    assert!(heat.factor < 1.0, "flat, but still {}", heat.factor);
     // What the display takes is no damage.
-    let mut dimming = Heat::begin(1.0, 1.0);
+    let mut dimming = Heat::begin(1.0, pace);
     for _ in 0..50 {
-        dimming.observe(0.0, 6.0, true);
+        dimming.observe(0.0, pace, true);
     }
-    assert!(dimming.factor < 1.01, "{}", dimming.factor);
+    assert!(dimming.factor < 0.51, "{}", dimming.factor);
+}
+
+#[test]
+fn steps_that_lose_quality_by_themselves_get_shorter() {
+    let pace = Pace { heat: 6.0, rest: 0.5, averaged: 20 };
+    let shaken = |margins_db: [f64; 4]| {
+        let mut heat = Heat::begin(0.1, pace);
+        heat.pruned();
+        margins_db.map(|margin_db| {
+            heat.observe(margin_db, pace, false);
+            heat.factor
+        })
+    };
+    // The prune took little; what goes after it is not its damage, but that of the steps.
+    let [first, second, third, last] = shaken([-0.1, -0.3, -0.5, -0.7]);
+    assert!(first > second && second > third && third > last, "{first} {second} {third} {last}");
+    assert!(last < 0.5, "{last} below the rates at rest");
+    // The same losses by a prune.
+    let by_prune = shaken([-0.7, -0.6, -0.5, -0.4])[3];
+    assert!(by_prune > 2.0, "{by_prune}");
+    // Above the target there is nothing to save.
+    let above = shaken([8.0, 7.0, 6.0, 5.0])[3];
+    assert_eq!(above, 0.5);
+}
+
+#[test]
+fn what_a_few_views_differ_by_is_no_fall() {
+    let pace = Pace { heat: 6.0, rest: 0.5, averaged: 20 };
+    let after = |margins_db: &[f64]| {
+        let mut heat = Heat::begin(0.1, pace);
+        heat.pruned();
+        heat.observe(-0.3, pace, false);
+        let first = heat.factor;
+        margins_db.iter().for_each(|&margin_db| heat.observe(margin_db, pace, false));
+        heat.factor / first
+    };
+    let noise = after(&[-0.22, -0.3, -0.22, -0.3, -0.22, -0.3]);
+    assert!(noise > 0.9, "{noise}");
+    // As much in all, but always down.
+    let fall = after(&[-0.33, -0.36, -0.39, -0.42, -0.45, -0.48]);
+    assert!(fall < 0.5, "{fall}");
 }
 
 #[test]
 fn strides_shrink_where_recovering_takes_long_and_grow_again() {
     let mut stride = Stride::first(1.0);
-    assert_eq!(stride.passed(), 1.0);
-    for expected in [0.5, 0.25, 0.125, 0.125] {
-        (0..3).for_each(|_| stride.missed());
-        assert_eq!(stride.passed(), expected);
+    assert_eq!(stride.passed(0.0), 1.0);
+    for expected in [0.5, 0.25, 0.125, 0.0625, 0.0625] {
+        (0..3).for_each(|_| stride.missed(-0.1));
+        assert_eq!(stride.passed(0.0), expected);
     }
-    stride.missed();
-    assert_eq!(stride.passed(), 0.125, "it took a moment");
-    assert_eq!([stride.passed(), stride.passed()], [0.25, 0.5]);
-    (0..19).for_each(|_| stride.missed());
+    stride.missed(-0.1);
+    assert_eq!(stride.passed(0.0), 0.0625, "it took a moment");
+    assert_eq!([0.0; 3].map(|margin_db| stride.passed(margin_db)), [0.125, 0.25, 0.5]);
+    // Half of what is missing comes back with each check: it will be there.
+    (0..19).for_each(|i| {
+        stride.missed(-0.5f64.powi(i));
+        assert!(!stride.gives_up(), "after {i}");
+    });
+    stride.missed(-1e-6);
+    assert!(stride.gives_up() && stride.length == 0.25, "but it is not");
     assert!(!stride.gives_up());
-    stride.missed();
-    assert!(stride.gives_up() && stride.length == 0.25, "it does not recover");
-    assert!(!stride.gives_up());
-    assert_eq!(stride.passed(), 0.25);
+    assert_eq!(stride.passed(0.0), 0.25);
+}
+
+#[test]
+fn a_prune_that_it_will_not_recover_from_is_given_up_early() {
+    let checks = |found: fn(f64) -> f64| {
+        let mut stride = Stride::first(1.0);
+        stride.passed(0.0);
+        (1..=20).find(|&i| {
+            stride.missed(found(f64::from(i)));
+            stride.gives_up()
+        })
+    };
+    assert_eq!(checks(|_| -0.1), Some(6), "it does not rise");
+    // Rising with the logarithm it would be there after 27 checks, or 18.
+    let early = checks(|i| 0.1 * (i / 27.0).ln());
+    assert!(early.is_some_and(|i| i < 12), "{early:?}");
+    let late = checks(|i| 0.1 * (i / 18.0).ln().min(-0.01));
+    assert_eq!(late, Some(20));
+}
+
+#[test]
+fn strides_are_long_far_above_the_target_where_prunes_cost_little() {
+    let strides = |cost_db: f64| {
+        let (mut stride, mut margin_db) = (Stride::first(1.0), 12.0);
+        [(); 6].map(|()| {
+            let length = stride.passed(margin_db);
+            margin_db -= cost_db * length;
+            (length, margin_db)
+        })
+    };
+    let lengths = strides(0.1).map(|(length, _)| length);
+    assert_eq!(lengths, [1.0, 2.0, 4.0, 4.0, 4.0, 4.0], "four longest are the most");
+    for (length, margin_db) in strides(2.0) {
+        assert!((1.0..=4.0).contains(&length));
+        assert!(margin_db > -2.0, "it has not gone through the target: {margin_db}");
+    }
+    assert!(strides(2.0)[5].0 <= 1.0 && strides(2.0)[1].0 == 2.0);
 }
 
 #[test]
@@ -362,7 +445,6 @@ fn the_display_term_dims_the_image_and_pruning_alone_does_not() {
             trains: Trains::All,
             keep: Keep::Last,
             pace: Pace::RECOVERING,
-            intact_db: None,
         };
         let (_, state) = run(&tiny, config, State::begin(Model::fresh(&tiny.dense)), u32::MAX);
         state.last.unwrap().seen.display_w
@@ -394,7 +476,6 @@ fn render_only_prunes_while_it_passes_and_ends_with_a_model_that_did() {
         trains: Trains::All,
         keep: Keep::LastPassing,
         pace: Pace::RECOVERING,
-        intact_db: None,
     };
     let setup = tiny.setup();
     let state = State::begin(Model::fresh(&tiny.dense));
