@@ -13,10 +13,12 @@ mod obb;
 pub mod project;
 pub mod runs;
 pub mod simd;
+mod touch;
 
 pub use counters::{Counters, FoveaCounters};
 pub use cover::{Cover, TileGrid};
 pub use ellipse::Ellipse;
+pub use touch::touch;
 
 /// Steps of an 8-bit colour, exact: α below 1/`ALPHA_STEPS` is not blended.
 pub const ALPHA_STEPS: f64 = 255.0;

@@ -97,7 +97,8 @@ impl Paint {
 
 /// Where the paints of the entries of a list come from.
 pub(super) trait Palette {
-    /// Copies the paints of up to [`BATCH`] ranks side by side.
+    /// Copies the paints of up to [`BATCH`] splats side by side. They are told by their ranks, or
+    /// by other numbers if the palette and whoever reads the records agree.
     fn fetch(&self, ranks: &[u32], near: &mut [Paint; BATCH]);
 }
 

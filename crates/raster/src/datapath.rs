@@ -47,7 +47,7 @@ pub(super) fn ordered(
     options: &Options,
     keys: Option<NumberFormat>,
 ) -> (Vec<Splat>, Vec<[f32; 3]>) {
-    let (parts, _) = project(scene, camera, options.level);
+    let (parts, _) = project(scene, camera, options.level, Vec::new());
     let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
     in_depth_order_by(
         &parts,

@@ -113,7 +113,7 @@ fn render_as<R: Record>(
     options: &Options,
     record: R,
 ) -> Rendered {
-    let (parts, survivor_bits) = project(scene, camera, options.level);
+    let (parts, survivor_bits) = project(scene, camera, options.level, Vec::new());
     let (splats, paints) = in_depth_order(&parts, Default::default());
     drop(parts);
     let grid = TileGrid::new(camera.width, camera.height, options.tile);
@@ -159,26 +159,33 @@ fn render_as<R: Record>(
     rendered
 }
 
-/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, and one
-/// bit per Gaussian that survived.
+/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, in the room
+/// of those of another frame, and one bit per Gaussian that survived.
 pub(super) fn project(
     scene: &Gaussians,
     camera: &Camera,
     level: Level,
+    room: Vec<Vec<Visible>>,
 ) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    project_then(scene, &View::new(camera), level, <[Visible]>::to_vec)
+    project_then(scene, &View::new(camera), level, room, |visible, part| {
+        part.clear();
+        part.extend_from_slice(visible);
+    })
 }
 
 /// As [`project`], of a view, with what `then` makes of the visible splats of each part.
-pub(super) fn project_then<T: Send>(
+pub(super) fn project_then<T: Send + Default>(
     scene: &Gaussians,
     view: &View,
     level: Level,
-    then: impl Fn(&[Visible]) -> T + Sync,
+    mut made: Vec<T>,
+    then: impl Fn(&[Visible], &mut T) + Sync,
 ) -> (Vec<T>, Vec<u8>) {
-    let (parts, bits): (Vec<T>, Vec<Vec<u8>>) = (0..scene.len().div_ceil(PART))
-        .into_par_iter()
-        .map_init(Vec::new, |visible: &mut Vec<Visible>, part| {
+    made.resize_with(scene.len().div_ceil(PART), T::default);
+    let bits: Vec<Vec<u8>> = made
+        .par_iter_mut()
+        .enumerate()
+        .map_init(Vec::new, |visible: &mut Vec<Visible>, (part, made)| {
             let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
             // In the room of a part before: what is made of it is often much less.
             visible.clear();
@@ -193,10 +200,11 @@ pub(super) fn project_then<T: Send>(
             for some in visible.chunks_mut(LANES) {
                 dispatch!(level, simd => colour_block(simd, scene, view, some));
             }
-            (then(visible), bits)
+            then(visible, made);
+            bits
         })
-        .unzip();
-    (parts, bits.concat())
+        .collect();
+    (made, bits.concat())
 }
 
 /// Splats, and their form for blending, in ascending depth, ties by index in the scene; in the room
@@ -225,15 +233,17 @@ pub(super) fn in_depth_order_by<
 ) -> (Vec<A>, Vec<B>) {
     // Depth, part, position in the part: positive floats order like their bits.
     let depth = &depth;
-    let mut keys: Vec<u64> = parts
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(part, items)| {
-            items.iter().enumerate().map(move |(i, item)| {
-                u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64
-            })
-        })
+    let mut keys = vec![0u64; parts.iter().map(Vec::len).sum()];
+    let mut rest = &mut keys[..];
+    let of_parts: Vec<&mut [u64]> = parts
+        .iter()
+        .map(|items| rest.split_off_mut(..items.len()).expect("a key for every item"))
         .collect();
+    parts.par_iter().zip(of_parts).enumerate().for_each(|(part, (items, keys))| {
+        for (i, (key, item)) in keys.iter_mut().zip(items).enumerate() {
+            *key = u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64;
+        }
+    });
     keys.par_sort_unstable();
     a.resize(keys.len(), A::default());
     b.resize(keys.len(), B::default());

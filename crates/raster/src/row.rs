@@ -78,7 +78,7 @@ pub(super) trait Keep {
 }
 
 /// Keeps all.
-struct Everything;
+pub(super) struct Everything;
 
 impl Keep for Everything {
     const ALL: bool = true;
@@ -131,7 +131,7 @@ pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
 }
 
 /// Where the lists of row `ty` begin, and the end; and how many entries they have.
-fn starts<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> (Vec<usize>, usize) {
+pub(super) fn starts<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> (Vec<usize>, usize) {
     let nx = runs.grid.nx as usize;
     // How many more entries a tile has than the one before: wraps, and the sums do not.
     let mut more = vec![0usize; nx + 1];

@@ -25,7 +25,7 @@ use super::blend::{BLOCK, Paint};
 use super::forward::{in_depth_order, project};
 use powergs_base::picture::Picture;
 use powergs_frame::splat::gradient::{COLOUR, HIDDEN, PixelSums};
-use powergs_frame::splat::project::View;
+use powergs_frame::splat::project::{View, Visible};
 use powergs_frame::splat::runs::{Run, Runs};
 use powergs_frame::splat::{Intersection, Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
@@ -78,6 +78,8 @@ pub enum Which {
 pub struct Tape {
     picture: Picture,
     frame: Option<Frame>,
+    /// Visible splats of the last view in the order of the scene: kept for their room alone.
+    parts: Vec<Vec<Visible>>,
     rows: Vec<Row>,
     /// By rank.
     sums: Vec<PixelSums>,
@@ -104,13 +106,13 @@ impl Tape {
 
     /// Renders `scene` from `camera`. The picture is over the background and not clamped.
     pub fn forward(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> &Picture {
-        let (parts, _) = project(scene, camera, options.level);
+        let room = std::mem::take(&mut self.parts);
+        (self.parts, _) = project(scene, camera, options.level, room);
         let (room, runs) = match self.frame.take() {
             Some(Frame { splats, paints, runs, .. }) => ((splats, paints), Some(runs)),
             None => Default::default(),
         };
-        let (splats, paints) = in_depth_order(&parts, room);
-        drop(parts);
+        let (splats, paints) = in_depth_order(&self.parts, room);
         let grid = TileGrid::new(camera.width, camera.height, BLOCK as u32);
         let runs = match runs {
             Some(runs) => runs.renewed(&splats, grid, options.test),
@@ -155,7 +157,8 @@ impl Tape {
         });
         let pixels = size_of_val(&self.picture.pixels[..]);
         let sums = self.sums.capacity() * size_of::<PixelSums>() + 4 * self.ranks.capacity();
-        (rows + frame + pixels + sums) as u64
+        let parts = self.parts.iter().map(Vec::capacity).sum::<usize>() * size_of::<Visible>();
+        (parts + rows + frame + pixels + sums) as u64
     }
 
     /// Writes to `out` the gradient of a loss by the parameters of `scene`; arguments as in

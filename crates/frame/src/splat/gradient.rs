@@ -17,6 +17,7 @@ use super::project::{
     Footprint, LANES, SH_C0, View, direction, dot3, lanes_of, sh_basis, to_camera,
 };
 use super::simd::{exp, transpose};
+use super::touch;
 use crate::scene::Gaussians;
 
 /// Sums over the pixels that a splat blends in, with s the gradient of the loss by ln α and
@@ -131,6 +132,9 @@ pub fn unproject_block<S: Simd>(
     sums: &[PixelSums],
     out: &mut GradientBlock,
 ) {
+    // All that is scattered at once.
+    touch(seen.iter().map(|place| &sums[ranks[*place as usize] as usize][..]));
+    touch(seen.iter().map(|place| part.sh_of(*place as usize)));
     let mut gathered = [[0.0f32; LANES]; 9];
     for (lane, place) in seen.iter().enumerate() {
         for (k, sum) in sums[ranks[*place as usize] as usize].iter().enumerate() {

@@ -7,7 +7,7 @@ use fearless_simd::{Level, dispatch, f32x16, mask32x16};
 use fearless_simd_macros::simd;
 
 use super::simd::{exp, transpose};
-use super::{NEAR, Splat, TILE_MAX, TileGrid};
+use super::{NEAR, Splat, TILE_MAX, TileGrid, touch};
 use crate::scene::{Camera, Gaussians};
 
 /// Lanes of a block.
@@ -412,20 +412,6 @@ fn basis_by_gaussian<S: Simd>(simd: S, degree: u8, d: &[f32x16<S>; 3]) -> [[f32;
 
 /// The constant basis function.
 pub const SH_C0: f32 = 0.282_094_8;
-
-/// Reads a word of every cache line of the coefficients that come next. Without arithmetic between
-/// the reads their cache misses overlap, which the evaluation itself is too long for.
-#[inline(always)]
-pub(super) fn touch<'a>(coefficients: impl Iterator<Item = &'a [f32]>) {
-    const LINE: usize = 16;
-    let mut sum = 0.0;
-    for coefficients in coefficients {
-        for line in coefficients.chunks(LINE) {
-            sum += line[0];
-        }
-    }
-    std::hint::black_box(sum);
-}
 
 /// max(floor, SH + ½) per channel, floor 0 but for [`View::unclamped`]; no clamp from above.
 #[inline(always)]

@@ -31,6 +31,7 @@ pub(super) struct LevelPaints {
 }
 
 /// Visible splats of a part of the scene, in order.
+#[derive(Default)]
 struct Layers {
     /// Splats whose opacity is the largest of their levels.
     splats: Vec<Splat>,
@@ -60,7 +61,9 @@ impl LevelPaints {
         let maker = Maker { model, filter, level, only_shown };
         let view = View::unclamped(camera);
         let (parts, survivor_bits) =
-            project_then(&model.base, &view, level, |visible| maker.layers(visible));
+            project_then(&model.base, &view, level, Vec::new(), |visible, layers| {
+                *layers = maker.layers(visible);
+            });
         let starts: Vec<u32> = parts
             .iter()
             .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))

@@ -4,17 +4,18 @@ use fearless_simd::dispatch;
 
 use super::unblend::{Kind, List, UnblendBlock, unblend};
 use super::{Clamp, Options};
-use crate::blend::{BLOCK, Block, Hit, Paint, Taped, blend, write_block};
-use powergs_frame::splat::TileGrid;
+use crate::blend::{BATCH, BLOCK, Block, Hit, Paint, Palette, Taped, blend, write_block};
+use crate::row::{Everything, starts};
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
+use powergs_frame::splat::{TileGrid, touch};
 
 /// The records of one row of tiles.
 #[derive(Debug, Default)]
 pub struct Row {
-    /// Ranks of the splats of each tile, front to back, one tile after the other.
+    /// By run: the rank of its splat.
     ranks: Vec<u32>,
-    /// The position of the run of each among the runs of the row.
+    /// The splats of each tile by their runs, front to back, one tile after the other.
     runs: Vec<u32>,
     /// Where the lists of the tiles begin, and the end.
     lists: Vec<usize>,
@@ -37,6 +38,24 @@ pub struct Lines<'a> {
     pub by_pixel: &'a [[f32; 3]],
 }
 
+/// Paints of splats that are told by their runs in a row of tiles.
+#[derive(Debug, Clone, Copy)]
+struct ByRun<'a> {
+    /// By run.
+    ranks: &'a [u32],
+    /// By rank.
+    paints: &'a [Paint],
+}
+
+impl Palette for ByRun<'_> {
+    #[inline(always)]
+    fn fetch(&self, runs: &[u32], near: &mut [Paint; BATCH]) {
+        for (paint, &run) in near.iter_mut().zip(runs) {
+            *paint = self.paints[self.ranks[run as usize] as usize];
+        }
+    }
+}
+
 impl Row {
     /// Renders row `ty` into `pixels`.
     pub(crate) fn forward(
@@ -49,17 +68,18 @@ impl Row {
     ) {
         self.list(runs, ty);
         let grid = runs.grid;
+        let palette = ByRun { ranks: &self.ranks, paints };
         let mut block = Block::new();
         block.hits = std::mem::take(&mut self.hits);
         block.hits.clear();
         self.starts.clear();
         for tx in 0..grid.nx {
             self.starts.push(block.hits.len());
-            let ranks = &self.ranks[self.lists[tx as usize]..self.lists[tx as usize + 1]];
+            let list = &self.runs[self.lists[tx as usize]..self.lists[tx as usize + 1]];
             let (x0, y0, x1, y1) = grid.pixels(tx, ty);
             let (w, h) = ((x1 - x0) as usize, (y1 - y0) as usize);
             block.reset::<Taped>(x0, y0, w, h);
-            dispatch!(options.level, simd => blend(simd, Taped, &mut block, ranks, paints));
+            dispatch!(options.level, simd => blend(simd, Taped, &mut block, list, palette));
             let pixels = &mut pixels[x0 as usize..];
             let width = grid.width as usize;
             dispatch!(options.level, simd =>
@@ -69,32 +89,22 @@ impl Row {
         self.hits = std::mem::take(&mut block.hits);
     }
 
-    /// Lists the splats of each tile in depth order.
+    /// Lists the splats of each tile in depth order, by their runs: what a list says of a splat is
+    /// then one number.
     fn list(&mut self, runs: &Runs, ty: u32) {
-        let nx = runs.grid.nx as usize;
-        let mut starts = vec![0usize; nx + 1];
-        let mut n_runs = 0;
-        for run in runs.row(ty) {
-            for n in &mut starts[run.x0 as usize + 1..=run.x1 as usize] {
-                *n += 1;
-            }
-            n_runs += 1;
-        }
-        for x in 0..nx {
-            starts[x + 1] += starts[x];
-        }
+        let (starts, total) = starts(runs, ty, &Everything);
         let mut next = starts.clone();
-        self.ranks.resize(starts[nx], 0);
-        self.runs.resize(starts[nx], 0);
+        self.runs.resize(total, 0);
+        self.ranks.clear();
         for (i, run) in runs.row(ty).enumerate() {
+            self.ranks.push(run.rank);
             for next in &mut next[run.x0 as usize..run.x1 as usize] {
-                self.ranks[*next] = run.rank;
                 self.runs[*next] = i as u32;
                 *next += 1;
             }
         }
         self.sums.clear();
-        self.sums.resize(n_runs, [0.0; 9]);
+        self.sums.resize(self.ranks.len(), [0.0; 9]);
         self.lists = starts;
     }
 
@@ -118,14 +128,19 @@ impl Row {
             }
             let (x0, y0, x1, y1) = lines.grid.pixels(tx, lines.ty);
             block.reset(x0, y0);
-            let width = (x1 - x0) as usize;
-            for y in 0..(y1 - y0) as usize {
+            let (width, height) = ((x1 - x0) as usize, (y1 - y0) as usize);
+            let line = |y: usize| {
                 let start = y * lines.grid.width as usize + x0 as usize;
-                let range = start..start + width;
-                block.load_row(y, &lines.pixels[range.clone()], &lines.by_pixel[range]);
+                start..start + width
+            };
+            // Lines of the picture are far apart.
+            touch((0..height).map(|y| lines.pixels[line(y)].as_flattened()));
+            touch((0..height).map(|y| lines.by_pixel[line(y)].as_flattened()));
+            for y in 0..height {
+                block.load_row(y, &lines.pixels[line(y)], &lines.by_pixel[line(y)]);
             }
             let list = self.lists[tx as usize]..self.lists[tx as usize + 1];
-            let list = List { ranks: &self.ranks[list.clone()], runs: &self.runs[list], hits };
+            let list = List { ranks: &self.ranks, runs: &self.runs[list], hits };
             let sums = &mut self.sums;
             dispatch!(options.level, simd => unblend(simd, kind, &mut block, list, paints, sums));
         }

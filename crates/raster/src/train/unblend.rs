@@ -13,7 +13,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use crate::blend::{BLOCK, Hit, Line, Lines, Paint, Rows, alpha_of};
+use crate::blend::{BLOCK, Hit, Line, Lines, Paint, alpha_of};
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::{ALPHA_MAX, TRANSMITTANCE_MIN};
 
@@ -40,18 +40,28 @@ impl Kind for ColourOpacity {
     const GEOMETRY: bool = false;
 }
 
+/// One value per pixel of a row of a block.
+type Pixels = [f32; BLOCK];
+
+/// The state of a row of pixels. Side by side: where two of them are a page apart, processors may
+/// take the one that is read for the one that was just written, and wait for it.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
+struct PixelRow {
+    /// 0 where the pixel stopped.
+    transmittance: Pixels,
+    /// g·B.
+    behind: Pixels,
+    /// g per channel.
+    gradient: [Pixels; 3],
+    /// α of the splat at hand, before it is clamped.
+    alphas: Pixels,
+}
+
 /// The state of one block.
 #[derive(Debug, Clone)]
-#[repr(C, align(64))]
 pub(crate) struct UnblendBlock {
-    /// 0 where the pixel stopped.
-    transmittance: Rows,
-    /// g·B.
-    behind: Rows,
-    /// g per channel.
-    gradient: [Rows; 3],
-    /// α of the splat at hand, before it is clamped.
-    alphas: Rows,
+    rows: [PixelRow; BLOCK],
     origin: [f32; 2],
     /// α above this has no gradient.
     alpha_limit: f32,
@@ -60,33 +70,25 @@ pub(crate) struct UnblendBlock {
 impl UnblendBlock {
     /// A block in which α above `alpha_limit` has no gradient.
     pub(crate) fn new(alpha_limit: f32) -> UnblendBlock {
-        UnblendBlock {
-            transmittance: [[0.0; BLOCK]; BLOCK],
-            behind: [[0.0; BLOCK]; BLOCK],
-            gradient: [[[0.0; BLOCK]; BLOCK]; 3],
-            alphas: [[0.0; BLOCK]; BLOCK],
-            origin: [0.0; 2],
-            alpha_limit,
-        }
+        UnblendBlock { rows: [PixelRow::default(); BLOCK], origin: [0.0; 2], alpha_limit }
     }
 
     /// Starts over with the top-left pixel at (x, y); no pixel takes part.
     pub(crate) fn reset(&mut self, x: u32, y: u32) {
-        self.transmittance = [[0.0; BLOCK]; BLOCK];
-        self.behind = [[0.0; BLOCK]; BLOCK];
-        self.gradient = [[[0.0; BLOCK]; BLOCK]; 3];
+        self.rows = [PixelRow::default(); BLOCK];
         self.origin = [x as f32, y as f32];
     }
 
     /// Lets the pixels of row `y` take part, given their final colours and gradients.
     pub(crate) fn load_row(&mut self, y: usize, colours: &[[f32; 3]], gradients: &[[f32; 3]]) {
+        let row = &mut self.rows[y];
         for (x, (colour, gradient)) in colours.iter().zip(gradients).enumerate() {
             let [r, g, b] = *gradient;
-            self.transmittance[y][x] = 1.0;
-            self.gradient[0][y][x] = r;
-            self.gradient[1][y][x] = g;
-            self.gradient[2][y][x] = b;
-            self.behind[y][x] = r * colour[0] + g * colour[1] + b * colour[2];
+            row.transmittance[x] = 1.0;
+            row.gradient[0][x] = r;
+            row.gradient[1][x] = g;
+            row.gradient[2][x] = b;
+            row.behind[x] = r * colour[0] + g * colour[1] + b * colour[2];
         }
     }
 }
@@ -94,9 +96,9 @@ impl UnblendBlock {
 /// The list of a tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct List<'a> {
-    /// Ranks of the splats, front to back.
+    /// By run of the row: the rank of its splat.
     pub ranks: &'a [u32],
-    /// The position of the run of each among the runs of the row.
+    /// The runs of its splats, front to back.
     pub runs: &'a [u32],
     /// Which of them blended.
     pub hits: &'a [Hit],
@@ -118,7 +120,7 @@ pub(crate) fn unblend<S: Simd, K: Kind>(
     let mut near = [Paint::default(); BATCH];
     for hits in list.hits.chunks(BATCH) {
         for (paint, hit) in near.iter_mut().zip(hits) {
-            *paint = paints[list.ranks[hit.at as usize] as usize];
+            *paint = paints[list.ranks[list.runs[hit.at as usize] as usize] as usize];
         }
         for (hit, paint) in hits.iter().zip(&near) {
             let dx = columns - paint.mean[0];
@@ -159,13 +161,13 @@ fn unblend_splat<S: Simd, K: Kind>(
         let power = f32x16::splat(simd, paint.quadratic[0])
             .mul_add(dx, lines.linear.at(simd, y))
             .mul_add(dx, lines.base.at(simd, y));
-        alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.alphas[y]);
+        alpha_of(simd, power, paint.log_opacity).store_slice(&mut block.rows[y].alphas);
     }
     while hit_rows != 0 {
         let y = hit_rows.trailing_zeros() as usize & (BLOCK - 1);
         hit_rows &= hit_rows - 1;
-        let exact = f32x16::from_slice(simd, &block.alphas[y]);
-        let UnblendRow { weight, s, gradient } = unblend_row(simd, block, y, paint, exact);
+        let UnblendRow { weight, s, gradient } =
+            unblend_row(simd, &mut block.rows[y], block.alpha_limit, paint);
         for (sum, g) in sums.colour.iter_mut().zip(gradient) {
             *sum = weight.mul_add(g, *sum);
         }
@@ -190,35 +192,33 @@ struct UnblendRow<S: Simd> {
     gradient: [f32x16<S>; 3],
 }
 
-/// Takes one splat off row `y`.
+/// Takes one splat off a row.
 #[inline(always)]
 fn unblend_row<S: Simd>(
     simd: S,
-    block: &mut UnblendBlock,
-    y: usize,
+    row: &mut PixelRow,
+    alpha_limit: f32,
     paint: &Paint,
-    exact: f32x16<S>,
 ) -> UnblendRow<S> {
+    let exact = f32x16::from_slice(simd, &row.alphas);
     let zero = f32x16::splat(simd, 0.0);
-    let t = f32x16::from_slice(simd, &block.transmittance[y]);
-    let hit = t.simd_gt(zero);
-    let mut alpha = hit.select(exact.min(f32x16::splat(simd, ALPHA_MAX)), zero);
-    let mut weight = alpha * t;
-    let mut left = t - weight;
-    let stops = hit & left.simd_lt(f32x16::splat(simd, TRANSMITTANCE_MIN));
-    weight = stops.select(zero, weight);
-    alpha = stops.select(zero, alpha);
-    left = stops.select(zero, left);
-    left.store_slice(&mut block.transmittance[y]);
-    let r = f32x16::from_slice(simd, &block.gradient[0][y]);
-    let g = f32x16::from_slice(simd, &block.gradient[1][y]);
-    let b = f32x16::from_slice(simd, &block.gradient[2][y]);
+    let t = f32x16::from_slice(simd, &row.transmittance);
+    let alpha = exact.min(f32x16::splat(simd, ALPHA_MAX));
+    let weight = alpha * t;
+    let left = t - weight;
+    // No for pixels that stop here and for those that did before: of 0 nothing is left.
+    let goes_on = left.simd_ge(f32x16::splat(simd, TRANSMITTANCE_MIN));
+    let weight = goes_on.select(weight, zero);
+    goes_on.select(left, zero).store_slice(&mut row.transmittance);
+    let r = f32x16::from_slice(simd, &row.gradient[0]);
+    let g = f32x16::from_slice(simd, &row.gradient[1]);
+    let b = f32x16::from_slice(simd, &row.gradient[2]);
     let [cr, cg, cb] = paint.colour;
     let gc = b.mul_add(cb, g.mul_add(cg, r * cr)) * weight;
-    let behind = f32x16::from_slice(simd, &block.behind[y]) - gc;
-    behind.store_slice(&mut block.behind[y]);
+    let behind = f32x16::from_slice(simd, &row.behind) - gc;
+    behind.store_slice(&mut row.behind);
     let s = gc - behind * (alpha / (-alpha + 1.0));
-    let flows = exact.simd_le(f32x16::splat(simd, block.alpha_limit));
+    let flows = goes_on & exact.simd_le(f32x16::splat(simd, alpha_limit));
     UnblendRow { weight, s: flows.select(s, zero), gradient: [r, g, b] }
 }
 

@@ -4,7 +4,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
 use super::{SH_MOST, Stretch};
-use crate::splat::project::{LANES, View, dot3, touch};
+use crate::splat::project::{LANES, View, dot3};
 use crate::splat::simd::transpose;
 
 /// Writes the gradients by the SH coefficients of the Gaussians at the places `seen` of `part`;
@@ -55,7 +55,6 @@ impl<S: Simd> Block<'_, S> {
     ) -> [f32x16<S>; 16] {
         let zero = f32x16::splat(simd, 0.0);
         let mut by_basis = [zero; 16];
-        touch(self.seen.iter().map(|place| self.part.sh_of(*place as usize)));
         for (lane, place) in self.seen.iter().take(LANES).enumerate() {
             let sh = self.part.sh_of(*place as usize);
             let basis = self.by_gaussian[lane];
