@@ -208,7 +208,7 @@ fn adaptive(done: &[TakenSample], count: usize, rho: f64, first: f64) -> Option<
 enum Refined {
     /// At this ratio.
     At(f64),
-    /// Beyond the end: the cheapest is what is pruned most, or as good as that, and more of it goes.
+    /// Beyond the end: the cheapest is what is pruned most, or as good as that; more of it goes.
     Beyond,
 }
 

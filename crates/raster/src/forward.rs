@@ -159,8 +159,8 @@ fn render_as<R: Record>(
     rendered
 }
 
-/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, in the room
-/// of those of another frame, and one bit per Gaussian that survived.
+/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, in the
+/// room of those of another frame, and one bit per Gaussian that survived.
 pub(super) fn project(
     scene: &Gaussians,
     camera: &Camera,

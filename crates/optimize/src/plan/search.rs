@@ -389,9 +389,9 @@ impl<'a> Search<'a> {
     }
 
     /// The pace of what is pruned where the rates follow the damage. Models arrive annealed, and
-    /// whole rates shake them, on photos for good: what that adds to the error grows with the rates,
-    /// and what may be added is what the intact model has above the target. In the periphery only
-    /// colours and opacities move, and further.
+    /// whole rates shake them, on photos for good: what that adds to the error grows with the
+    /// rates, and what may be added is what the intact model has above the target. In the
+    /// periphery only colours and opacities move, and further.
     fn pruned(&self, pace: Pace) -> Pace {
         if self.place.level > 0 || pace.heat <= 1.0 {
             return pace;

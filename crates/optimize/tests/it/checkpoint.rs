@@ -132,7 +132,7 @@ fn other_files_other_versions_and_other_runs_are_told_apart() {
     fails(b"ply\nformat", PRINT, "not a checkpoint of an optimisation");
     fails(&bytes, PRINT + 1, "other inputs or settings");
     let mut newer = bytes.clone();
-    newer[6] = 12;
+    newer[6] = 13;
     fails(&newer, PRINT, "checkpoint version 13, this program reads 12");
     let store = MemoryStore::new();
     store.write("checkpoints/a.ckpt", &bytes).unwrap();

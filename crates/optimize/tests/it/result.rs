@@ -53,13 +53,13 @@ fn a_comparison_with_fewer_watts_is_the_result_under_its_own_name() {
     ends_with(&campaign, &store, &finished, "render-only");
     // One whose model is kept for nothing else.
     let store = MemoryStore::new();
-    let campaign = open(beaten(&[Baseline::RenderOnly, Baseline::LightGaussian(86)]));
+    let campaign = open(beaten(&[Baseline::LightGaussian(86)]));
     ends_with(&campaign, &store, &run(&campaign, &store), "lightgs-86");
     // On another panel the same rule holds: where rendering is nearly free, pruning is no use.
     let repriced = |ratio: f64| {
         let to = MemoryStore::new();
-        let baselines = [Baseline::RenderOnly, Baseline::LightGaussian(86)];
-        let mut other = open(Request { display_ratio: Some(ratio), ..beaten(&baselines) });
+        let beaten = beaten(&[Baseline::LightGaussian(86)]);
+        let mut other = open(Request { display_ratio: Some(ratio), ..beaten });
         let finished = other.reprice(&store, &to, false, &()).unwrap().unwrap().priced().unwrap();
         assert_eq!(finished.results.variants[0].result, finished.result);
         finished.result.unwrap()

@@ -395,9 +395,10 @@ fn strides_are_long_far_above_the_target_where_prunes_cost_little() {
     assert_eq!(lengths, [1.0, 2.0, 4.0, 4.0, 4.0, 4.0], "four longest are the most");
     for (length, margin_db) in strides(2.0) {
         assert!((1.0..=4.0).contains(&length));
-        assert!(margin_db > -2.0, "it has not gone through the target: {margin_db}");
+        let is_usual = length == 1.0;
+        assert!(is_usual || margin_db > -1e-9, "{length} went through the target: {margin_db}");
     }
-    assert!(strides(2.0)[5].0 <= 1.0 && strides(2.0)[1].0 == 2.0);
+    assert_eq!(strides(2.0).map(|(length, _)| length)[..4], [1.0, 2.0, 3.0, 1.0]);
 }
 
 #[test]
