@@ -98,7 +98,9 @@ fn a_run_is_priced_anew_without_training() {
     assert_eq!(code, Some(0), "{said}");
     let made = results(folder, "made");
     assert_eq!(made.model("optimum").map(|m| m.iterations > 0), Some(true));
-    assert!(made.model("two-stage").is_none(), "nothing else is trained");
+    assert!(made.model("lightgs-66").is_none(), "nothing else is trained");
+    let two_stage = |results: &Results| results.model("two-stage").map(|m| m.gate.psnr_db);
+    assert!(two_stage(&made) == two_stage(&other), "nor is what was left");
 }
 
 #[test]
