@@ -85,7 +85,6 @@ fn iteration(case: &Case) -> (f64, f64, f64) {
         trains: Trains::All,
         keep: Keep::Last,
         pace: Pace::RECOVERING,
-        intact_db: None,
     };
     let target = Target::Likeness(Quality::likeness(40.0, 0.9));
     let state = State::begin(Model::fresh(&case.scene));
