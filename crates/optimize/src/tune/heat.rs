@@ -23,7 +23,7 @@ const SHAKEN_DB: f64 = 0.05;
 const FALLEN_DB: f64 = 0.15;
 /// What that leaves of the heat, now and after later prunes.
 const SHAKEN: f64 = 0.5;
-/// What a model that reached the target bears more than before.
+/// What a model bears more at a check at which it rose towards the target.
 const BETTER: f64 = std::f64::consts::SQRT_2;
 /// With so little of it left what shakes are the rates without heat: they are halved, too.
 const LITTLE: f64 = 0.3;
