@@ -61,7 +61,7 @@ start() {
     "$@" &
 }
 
-levels=(--foveated --quality H,M,L)
+levels=(--foveated --quality H,M,L --study lambda)
 medium=(--quality M)
 own=(--reference self "${medium[@]}")
 photos=$scenes/fox-posed
@@ -70,7 +70,7 @@ photos=$scenes/snowmiku-posed
 snowmiku=("$photos/point_cloud.ply" --images "$photos/images" --size 263x197)
 at=$scenes/playcanvas-playbot
 robot=("$at/3_0" --cameras "$at/cameras.json" --size 320x240)
-start scene demo --demo "${levels[@]}" --study lambda
+start scene demo --demo "${levels[@]}"
 start scene fox "${fox[@]}" --pooling-rate 0.46 "${levels[@]}"
 flowers=$scenes/playcanvas-flowers
 start scene flowers "$flowers/lod-meta.json" --cameras "$flowers/cameras.json" --size 600x334 "${own[@]}"

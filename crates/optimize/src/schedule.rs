@@ -80,8 +80,10 @@ pub enum Schedule {
     Adaptive {
         /// Number of samples.
         count: usize,
-        /// The first ratio beyond 0.
-        first: f64,
+        /// The first ratio beyond 0. `None`: what is pruned most comes next, with as many iterations
+        /// as both would have, and starts where the search does, for an unpruned model with a
+        /// display term has spent on it what pruning is to spend.
+        first: Option<f64>,
     },
     /// These ratios, ascending.
     Listed(Vec<f64>),
@@ -95,7 +97,7 @@ pub enum Schedule {
 
 impl Schedule {
     /// Five samples: what the program takes where it is not told otherwise.
-    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, first: 0.15 };
+    pub const FIVE: Schedule = Schedule::Adaptive { count: 5, first: Some(0.15) };
 
     /// These ratios.
     ///
@@ -113,10 +115,16 @@ impl Schedule {
     pub const PUBLISHED: Schedule = Schedule::Published { budget: BUDGETS[0] };
 
     /// The same search in the periphery, and the budget of a sample there relative to the first
-    /// level: `share`, unless the plan has budgets of its own.
+    /// level: `share`, unless the plan has budgets of its own. Its models were pruned to their limit
+    /// before, so that the first ratio of level 1 is often beyond what a level bears. Its longer end
+    /// counts as two samples.
     pub fn upper(&self, share: f64) -> (Schedule, f64) {
         match self {
-            Schedule::Adaptive { .. } | Schedule::Listed(_) => (self.clone(), share),
+            Schedule::Adaptive { count, .. } => {
+                let count = (*count).saturating_sub(1).max(1);
+                (Schedule::Adaptive { count, first: None }, share)
+            }
+            Schedule::Listed(_) => (self.clone(), share),
             Schedule::Published { .. } => (Schedule::Published { budget: BUDGETS[1] }, 1.0),
         }
     }
@@ -132,10 +140,11 @@ impl Schedule {
 
     /// The most iterations that all samples take, relative to the budget of a sample. `first` is
     /// the effort of the very first.
-    pub(crate) fn most_effort(&self, first: f64) -> f64 {
+    pub fn most_effort(&self, first: f64) -> f64 {
         match self {
-            Schedule::Adaptive { count, .. } => {
-                let end = if *count > 2 { END_EFFORT - EFFORT } else { 0.0 };
+            Schedule::Adaptive { count, first: rho } => {
+                let before = 1 + usize::from(rho.is_some());
+                let end = if *count > before { end_effort(*rho) - EFFORT } else { 0.0 };
                 EFFORT * (self.count().saturating_sub(1) as f64 + first) + end
             }
             Schedule::Listed(_) => self.count().saturating_sub(1) as f64 + first,
@@ -166,10 +175,21 @@ impl Schedule {
     }
 }
 
+/// Iterations of the end, relative to the budget of a sample. Without a ratio before it, it has
+/// those of that sample too.
+fn end_effort(first: Option<f64>) -> f64 {
+    if first.is_some() { END_EFFORT } else { END_EFFORT + EFFORT }
+}
+
 /// The ends first, then refinement. A sample that misses is retried once, with as many iterations
 /// more, before anything else; what misses twice is given up. Where not even the unpruned model
-/// reaches the target there is no further sample.
-fn adaptive(done: &[TakenSample], count: usize, rho: f64, first: f64) -> Option<NextSample> {
+/// reaches the target there is no further sample, unless the end starts elsewhere.
+fn adaptive(
+    done: &[TakenSample],
+    count: usize,
+    rho: Option<f64>,
+    first: f64,
+) -> Option<NextSample> {
     let tuned = |rho, from| Some(NextSample { rho, from, effort: EFFORT, is_end: false });
     let Some(last) = done.last() else {
         return Some(NextSample { rho: 0.0, from: None, effort: first * EFFORT, is_end: false });
@@ -186,13 +206,17 @@ fn adaptive(done: &[TakenSample], count: usize, rho: f64, first: f64) -> Option<
         done.iter().enumerate().filter(|(_, d)| d.passed).collect();
     passed.sort_by(|a, b| by_rho(&a, &b));
     let below = |rho: f64| passed.iter().rev().find(|(_, d)| d.rho <= rho + SAME).map(|p| p.0);
+    if rho.is_none() && done.iter().all(|d| !d.is_end) {
+        let effort = end_effort(rho);
+        return Some(NextSample { rho: 0.0, from: None, effort, is_end: true });
+    }
     let &(top, highest) = passed.last()?;
     let end = |effort| Some(NextSample { rho: highest.rho, from: Some(top), effort, is_end: true });
-    if done.iter().all(|d| is_at(d, 0.0)) {
+    if let Some(rho) = rho.filter(|_| done.iter().all(|d| is_at(d, 0.0))) {
         return tuned(rho, below(rho));
     }
     if done.iter().all(|d| !d.is_end) {
-        return end(END_EFFORT);
+        return end(end_effort(rho));
     }
     // One that went on with all that was left says that nothing is.
     if last.is_end && done.iter().filter(|d| d.is_end).count() > 1 {
@@ -213,7 +237,7 @@ enum Refined {
 }
 
 /// At the minimum of the fitted curve, or if that is known already, between the best sample and its
-/// cheaper neighbour. `passed` ascends in ρ.
+/// cheaper neighbour. Without a curve, beyond the end if that is the cheapest. `passed` ascends in ρ.
 fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Refined> {
     let is_new = |rho: f64| done.iter().all(|d| (d.rho - rho).abs() >= APART);
     let sample = |(_, d): &(usize, &TakenSample)| Sample {
@@ -229,6 +253,9 @@ fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Ref
     }
     let total = |i: usize| passed[i].1.total_w();
     let best = (0..passed.len()).min_by(|&a, &b| total(a).total_cmp(&total(b)))?;
+    if minimum.is_none() && best + 1 == passed.len() && passed[best].1.is_end {
+        return Some(Refined::Beyond);
+    }
     // An end that was pushed on may leave two samples that say the same.
     let is_apart = |&i: &usize| (passed[i].1.rho - passed[best].1.rho).abs() >= APART;
     let sides = [(0..best).rev().find(is_apart), (best + 1..passed.len()).find(is_apart)];

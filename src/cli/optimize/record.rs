@@ -122,7 +122,8 @@ fn search(campaign: &Campaign) -> Value {
     let (plan, settings) = (&campaign.plan, &campaign.settings);
     let schedule: Value = match &plan.schedule {
         Schedule::Adaptive { count, first } => {
-            format!("{count} samples: both ends, {first}, then around the minimum").into()
+            let first = first.map_or_else(String::new, |first| format!(", {first}"));
+            format!("{count} samples: both ends{first}, then around the minimum").into()
         }
         Schedule::Listed(rhos) => rhos.clone().into(),
         Schedule::Published { .. } => "published: 7 coarse and 5 fine samples".into(),

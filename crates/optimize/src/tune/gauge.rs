@@ -44,7 +44,8 @@ pub struct Gauge {
     /// What the mean of all gate views has more than that of those that choose: the first two as
     /// differences, the others as ratios.
     offset: [f64; 4],
-    /// The mean PSNR of those that choose when all were looked at, dB.
+    /// The mean quality of those that choose when all were looked at, dB: PSNR, or where it is
+    /// measured how small HVSQ is.
     base_db: f64,
     /// The part of the fine-tune in which all gate views were looked at.
     part: u32,
@@ -67,7 +68,7 @@ impl Gauge {
         let all = (0..).zip(&every);
         self.views = all.filter(|(i, _)| !confirms(*i)).map(|(_, v)| *v).collect();
         let (here, there) = (mean(&self.views), mean(&every));
-        self.base_db = here[0];
+        self.base_db = quality_db(here, pooling);
         let ratio = |k: usize| if here[k] > 0.0 { there[k] / here[k] } else { 1.0 };
         self.offset = [there[0] - here[0], there[1] - here[1], ratio(2), ratio(3)];
         Seen::mean(&seen)
@@ -78,10 +79,10 @@ impl Gauge {
         Gauge { part: 0, ..self }
     }
 
-    /// How far the PSNR of the views that choose has gone since all were looked at, dB: so far may
-    /// the others have gone, too, or not.
-    pub(super) fn drift_db(&self) -> f64 {
-        (mean(&self.views)[0] - self.base_db).abs()
+    /// How far the quality of the views that choose has gone since all were looked at, dB: so far
+    /// may the others have gone, too, or not.
+    pub(super) fn drift_db(&self, pooling: Option<f64>) -> f64 {
+        (quality_db(mean(&self.views), pooling) - self.base_db).abs()
     }
 
     /// Looks at all gate views once in every part of a fine-tune, whatever they show: the first
@@ -161,6 +162,14 @@ fn choosing(gate: &[usize]) -> Vec<usize> {
 /// The views of a check, of so many that choose.
 fn turn(choosing: usize) -> usize {
     FEWEST.max(choosing.div_ceil(SHARE))
+}
+
+/// PSNR, or with a pooling how small HVSQ is, in the decibels in which a target is missed.
+fn quality_db(values: [f64; 4], pooling: Option<f64>) -> f64 {
+    match pooling {
+        None => values[0],
+        Some(_) => -10.0 * values[2].max(f64::MIN_POSITIVE).log10(),
+    }
 }
 
 fn mean(views: &[[f64; 4]]) -> [f64; 4] {

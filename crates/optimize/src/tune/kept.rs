@@ -5,7 +5,7 @@ use super::super::lambda::AIM;
 use super::super::setup::Seen;
 use super::super::target::Quality;
 use super::gauge::{self, CONFIRM_EVERY};
-use super::{Check, DisplayTerm, Keep, Model, Pruning, TuneError, Tuner};
+use super::{Check, DisplayTerm, Keep, Model, Objective, Pruning, TuneError, Tuner};
 use powergs_scene::Gaussians;
 
 /// What views that do not choose may miss of a change of those that do, as a share of it: a fifth
@@ -19,6 +19,9 @@ const SPARE: f64 = 2.0;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.3;
+/// The same in HVSQ, of which a prune takes one to two decibels: what is undone goes back to a model
+/// that was looked at.
+const NEAR_HVSQ_DB: f64 = 2.0;
 
 impl Tuner<'_> {
     /// Whether the target is reached with so much to spare that views which did not choose may
@@ -29,7 +32,7 @@ impl Tuner<'_> {
             0 => 0.0,
             _ => {
                 let aim = AIM * self.setup.settings.epsilon_db;
-                0.5 * aim + DRIFT * self.state.gauge.drift_db().min(DRIFT_MOST_DB)
+                0.5 * aim + DRIFT * self.state.gauge.drift_db(self.pooling()).min(DRIFT_MOST_DB)
             }
         };
         self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
@@ -43,7 +46,11 @@ impl Tuner<'_> {
         let is_due = !has_sure || self.state.unconfirmed >= CONFIRM_EVERY;
         // More goes wherever it passes: near the target that must not rest on an estimate.
         let prunes = matches!(self.config.pruning, Pruning::WhilePassing { .. }) && lambda == 0.0;
-        let is_near = prunes && self.target.margin_db(quality) < NEAR_DB;
+        let near_db = match self.config.objective {
+            Objective::Likeness => NEAR_DB,
+            Objective::Hvsq { .. } => NEAR_HVSQ_DB,
+        };
+        let is_near = prunes && self.target.margin_db(quality) < near_db;
         may_pass && self.config.keep != Keep::Last && (is_due || is_near)
     }
 

@@ -18,7 +18,7 @@ use powergs_optimize::settings::Settings;
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{
-    DisplayTerm, Keep, Model, Objective, Pace, Pruning, State, Trains, TuneConfig, Tuner,
+    Check, DisplayTerm, Keep, Model, Objective, Pace, Pruning, State, Trains, TuneConfig, Tuner,
 };
 use powergs_quality::Loss;
 use powergs_quality::loss::display_term;
@@ -57,7 +57,7 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
         lambda: Some(0.1),
         passing_lambda: Some(0.2),
         gains: None,
-        is_end: false,
+        is_end: job.is_end,
         gate: seen,
         confirmation: None,
         error_db: [None; 2],
@@ -84,7 +84,9 @@ fn play(campaign: &Plan, passes: impl Fn(&Job) -> bool) -> (Vec<Job>, Vec<Outcom
     }
     let iterations: u64 =
         jobs.iter().filter_map(|j| j.config).map(|o| u64::from(o.iterations)).sum();
-    assert!(iterations <= campaign.most_iterations(&settings));
+    let most = campaign.most_iterations(&settings);
+    let all: Vec<_> = jobs.iter().map(|j| (&j.name, j.config.map(|c| c.iterations))).collect();
+    assert!(iterations <= most, "{iterations} of {most}: {all:?}");
     (jobs, done)
 }
 
@@ -146,6 +148,57 @@ fn every_level_has_a_search_that_starts_from_the_level_before() {
     // All levels of a line must reach the HVSQ that its level 1 has at pooling 1.
     let target = campaign.target_at(&done, None, Place { variant: 0, level: 3 });
     assert_eq!(target, Some(Target::Hvsq(1e-5)));
+}
+
+#[test]
+fn the_pruned_end_of_a_level_starts_from_the_level_before_as_it_was_shown() {
+    let mut campaign = campaign(2);
+    campaign.schedule = Schedule::FIVE;
+    let (jobs, done) = play(&campaign, |_| true);
+    let best = campaign.conclusion(&done, Place::default()).best.unwrap();
+    let of = |name: &str| jobs.iter().find(|j| j.name == name).unwrap();
+    let (first, end) = (of("level2-sample-01"), of("level2-sample-02"));
+    // Not from the unpruned sample, which has spent on the display what pruning is to spend.
+    assert!(!first.is_end && end.is_end);
+    assert_eq!([&first.from, &end.from], [&Some(best.clone()), &Some(best)]);
+    // It and what goes on from it have most of the iterations.
+    let iterations = |job: &Job| job.config.unwrap().iterations;
+    assert_eq!(iterations(end), 9 * iterations(first), "{first:?}");
+    // Where no unpruned model passes it is made all the same.
+    let (jobs, _) = play(&campaign, |job| job.place.level == 0 || job.is_end);
+    assert!(jobs.iter().any(|j| j.name == "level2-sample-03" && j.is_end), "{jobs:?}");
+}
+
+#[test]
+fn near_its_target_a_level_is_pruned_only_where_all_views_that_choose_were_looked_at() {
+    let mut tiny = tiny(300, 4, (48, 36));
+    let all = tiny.cameras.len();
+    tiny.split.validation = (0..all / 2).collect();
+    tiny.split.train = (all / 2..all).collect();
+    let setup = tiny.setup();
+    let pruning = Pruning::WhilePassing { most: 15, share: 0.05, first: 1.0, continued: false };
+    let (display, keep) = (DisplayTerm::Off, Keep::LastPassing);
+    let config = TuneConfig { iterations: 90, pruning, display, keep, ..config(300, 3.0) };
+    let target = Target::Hvsq(5e-6);
+    let state = State::begin(Model::fresh(&tiny.dense));
+    let mut tuner = Tuner::new(&setup, config, target, 1, state);
+    let (mut before, mut prunes, mut rows) = (None, 0, Vec::new());
+    while !tuner.is_done() {
+        let row = tuner.step().unwrap();
+        if let Some((points, check)) = before
+            && row.points < points
+        {
+            let check: Check = check;
+            let margin_db = target.margin_db(check.seen.quality);
+            assert!(check.passed && (check.confirmed || margin_db >= 2.0), "{check:?}");
+            prunes += u32::from(margin_db < 2.0);
+        }
+        rows.extend(row.check.map(|c| (row.points, target.margin_db(c.seen.quality))));
+        before = row.check.map(|check| (row.points, check)).or(before);
+    }
+    assert!(prunes > 1, "none near the target: {rows:?}");
+    let (model, check, _) = tuner.finish();
+    assert!(check.unwrap().passed && model.scene.len() < 300);
 }
 
 #[test]

@@ -128,6 +128,27 @@ fn a_miss_is_tried_again_before_its_ratio_is_given_up() {
 }
 
 #[test]
+fn in_the_periphery_the_pruned_end_follows_the_unpruned_one_from_where_the_search_starts() {
+    let (upper, share) = Schedule::FIVE.upper(0.5);
+    assert_eq!((upper.count(), share), (4, 0.5), "its longer end counts as two");
+    assert_eq!(upper.most_effort(1.0), Schedule::FIVE.most_effort(1.0));
+    // The display counts: what is unpruned is the cheapest, and half way to it is looked at.
+    let got = run(&upper, 0.3, -0.5);
+    check(&got, &[(0.0, None), (0.0, None), (0.15, Some(0)), (0.075, Some(0))]);
+    // Where nothing unpruned reaches the target in few iterations, many without a display term may.
+    let (mut done, mut efforts) = (Vec::new(), Vec::new());
+    while let Some(sample) = upper.next(&done, 1.0) {
+        let (rho, passed) = (if sample.is_end { 0.2 } else { 0.0 }, sample.is_end);
+        let (display_w, render_w) = (0.1, 1.0 - rho);
+        done.push(TakenSample { rho, display_w, render_w, passed, is_end: sample.is_end });
+        efforts.push((sample.effort, sample.from, sample.is_end));
+    }
+    // The only one that passed goes on with what is left.
+    let want = [(0.5, None, false), (0.5, Some(0), false), (4.5, None, true), (0.5, Some(2), true)];
+    assert_eq!(efforts, want);
+}
+
+#[test]
 fn the_published_plan_is_coarse_then_fine() {
     let got = run(&Schedule::PUBLISHED, 1.0, 0.47);
     assert_eq!(got.len(), 12);

@@ -318,7 +318,7 @@ fn kept_models_take_no_more_room_than_four_dense_ones_and_the_result_is_among_th
     assert!(campaign.kept(1000, &done).iter().map(|o| o.points).sum::<usize>() <= 4000);
     let mut lower = plan(Vec::new());
     lower.variants.push(Variant { name: "M".into(), rule: TargetRule::Share(0.5) });
-    lower.schedule = Schedule::Adaptive { count: 7, first: 0.15 };
+    lower.schedule = Schedule::Adaptive { count: 7, first: Some(0.15) };
     done.truncate(5);
     done.push(Outcome { passed: false, points: 600, ..done[4].clone() });
     done[5].name = "sample-04".into();
