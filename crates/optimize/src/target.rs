@@ -121,6 +121,14 @@ impl Target {
         }
     }
 
+    /// The mean square error that it allows, by its PSNR, or the HVSQ, which is one of pools.
+    pub(crate) fn square_error(&self) -> f64 {
+        match self {
+            Target::Likeness(t) => 10f64.powf(-t.psnr_db / 10.0),
+            Target::Hvsq(most) => *most,
+        }
+    }
+
     /// Whether the quality passes, but by no more than `epsilon_db`.
     pub(crate) fn is_settled(&self, quality: Quality, epsilon_db: f64) -> bool {
         self.passes(quality) && self.margin_db(quality) <= epsilon_db

@@ -339,7 +339,7 @@ impl<'a> Tuner<'a> {
         match self.state.best.as_ref().filter(|_| self.config.keep != Keep::Last) {
             Some((scene, check)) => {
                 let (mut scene, mut check) = (scene.clone(), *check);
-                self.state.dim(&mut scene, &mut check);
+                self.state.dim(&mut scene, &mut check, self.config.trains);
                 (scene, Some(check), self.state)
             }
             None => {
@@ -368,7 +368,7 @@ impl<'a> Tuner<'a> {
         }
         match (self.config.keep, self.state.best.take()) {
             (Keep::Dimmest | Keep::LastPassing, Some((mut scene, mut check))) => {
-                self.state.dim(&mut scene, &mut check);
+                self.state.dim(&mut scene, &mut check, self.config.trains);
                 // Moments are those of the last iteration, if nothing was pruned since.
                 let adam = self.state.model.adam;
                 let is_same = adam.steps.len() == scene.len();

@@ -248,10 +248,11 @@ impl Run<'_> {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));
         };
         let mut model = self.checkpoints.load_model(from)?;
-        // It trains as it was before it was dimmed; levels of the periphery have its colours.
+        // It trains as it was before it was dimmed; the level after it has its colours.
         let before = self.progress.outcomes.iter().find(|o| o.name == *from);
-        if let Some(gains) = before.and_then(|o| o.gains).filter(|_| job.place.level == 0) {
-            gains.undo(&mut model.scene);
+        let before = before.filter(|o| o.place.level == job.place.level);
+        if let (Some(gains), Some(config)) = (before.and_then(|o| o.gains), job.config) {
+            gains.undo(&mut model.scene, config.trains);
         }
         // Moments of another loss would hold the first hundreds of steps back, and those of models
         // before the last are gone. The held-out model begins all qualities alike.

@@ -171,7 +171,7 @@ impl<'a> Search<'a> {
 
     /// Whether what there is above the target is spent by gains.
     fn has_gains(&self) -> bool {
-        self.place.level == 0 && self.settings.dimming == Dimming::Gains
+        self.settings.dimming == Dimming::Gains
     }
 
     /// The schedule, and where samples are given, one that takes a few more around the minimum.

@@ -8,12 +8,16 @@
 //! gains buy nearly all that there is to buy. A display term beside the published loss buys less
 //! for the same PSNR, because four fifths of that loss are L1, which would rather have a few values
 //! far off. Pictures over black scale exactly, so gains are taken back before a model trains on.
+//!
+//! HVSQ compares means and deviations of pools, which gains scale as well, so it grows by about the
+//! same square. A level of the periphery has the coefficients beyond the constant one in common with
+//! the others, and scales the constant one alone; the length is found by looking, whatever that shows.
 
 use serde::{Deserialize, Serialize};
 
 use super::super::lambda::AIM;
 use super::super::setup::Seen;
-use super::{Check, DisplayTerm, State, Tuner};
+use super::{Check, DisplayTerm, State, Trains, Tuner};
 use powergs_base::picture::Picture;
 use powergs_quality::loss::display_term;
 use powergs_scene::Gaussians;
@@ -33,14 +37,15 @@ const LONGEST: f64 = 0.9;
 pub struct Gains(pub [f32; 3]);
 
 impl Gains {
-    /// Scales the colours of all Gaussians: their picture over black is scaled by the same.
-    pub fn apply(self, scene: &mut Gaussians) {
-        scale(scene, self.0);
+    /// Scales the colours of all Gaussians, as far as they train: where all coefficients do, their
+    /// picture over black is scaled by the same, else it is what each shows from all sides that is.
+    pub fn apply(self, scene: &mut Gaussians, trains: Trains) {
+        scale(scene, self.0, trains);
     }
 
     /// Takes them back.
-    pub fn undo(self, scene: &mut Gaussians) {
-        scale(scene, self.0.map(f32::recip));
+    pub fn undo(self, scene: &mut Gaussians, trains: Trains) {
+        scale(scene, self.0.map(f32::recip), trains);
     }
 }
 
@@ -59,9 +64,9 @@ pub struct Spent {
 impl State {
     /// Gives the model to keep the gains that it is to end with, if there are any, and its check
     /// what was seen of it then.
-    pub(super) fn dim(&self, scene: &mut Gaussians, check: &mut Check) {
+    pub(super) fn dim(&self, scene: &mut Gaussians, check: &mut Check, trains: Trains) {
         if let Some(Spent { gains, seen, .. }) = self.spent {
-            gains.apply(scene);
+            gains.apply(scene, trains);
             check.seen = seen;
         }
     }
@@ -87,20 +92,19 @@ impl Tuner<'_> {
         let before_db = target.margin_db(self.see(scene).quality);
         let luck_db = target.margin_db(check.seen.quality) - before_db;
         let aim_db = AIM * self.setup.settings.epsilon_db;
-        let allowed = target.likeness_target()?.psnr_db;
         let is_due = before_db.is_finite() && before_db > aim_db;
         let (direction, growth) = self.direction(scene).filter(|_| is_due)?;
         let error = |margin_db: f64| 10f64.powf(-margin_db / 10.0);
         let (before, goal) = (error(before_db), error(aim_db));
-        // The first guess is by the PSNR alone; then by what the target says of it.
+        // The first guess is by the square error alone; then by what the target says of it.
         let by_square = |growth: f64| ((goal - before) / growth).sqrt();
-        let mut length = by_square(growth * 10f64.powf(allowed / 10.0)).min(LONGEST);
+        let mut length = by_square(growth / target.square_error()).min(LONGEST);
         let (mut low, mut high) = (0.0, None);
         let mut found = None;
         for _ in 0..LOOKS {
             let mut shifted = scene.clone();
             let gains = Gains(direction.map(|a| (1.0 - length * a) as f32));
-            gains.apply(&mut shifted);
+            gains.apply(&mut shifted, self.config.trains);
             let seen = self.see(&shifted);
             let margin_db = target.margin_db(seen.quality);
             let is_near = (margin_db - aim_db).abs() < NEAR * aim_db;
@@ -161,11 +165,15 @@ impl Tuner<'_> {
     }
 }
 
-fn scale(scene: &mut Gaussians, gains: [f32; 3]) {
+fn scale(scene: &mut Gaussians, gains: [f32; 3], trains: Trains) {
     let n = (usize::from(scene.sh_degree) + 1).pow(2);
+    let scaled = match trains {
+        Trains::All | Trains::Colours => n,
+        Trains::ColoursAndOpacities => 1,
+    };
     for of_channel in scene.sh.chunks_exact_mut(3 * n) {
         for (c, gain) in gains.iter().enumerate() {
-            let sh = &mut of_channel[c * n..(c + 1) * n];
+            let sh = &mut of_channel[c * n..c * n + scaled];
             sh.iter_mut().for_each(|value| *value *= gain);
             // Colours are 0.5 and what the harmonics add to it.
             sh[0] += (gain - 1.0) * (0.5 / SH_C0) as f32;

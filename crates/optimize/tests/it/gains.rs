@@ -57,7 +57,7 @@ fn a_picture_over_black_is_scaled_and_gains_are_taken_back() {
     let tiny = tiny(300, 16, (48, 36));
     let gains = Gains([0.9, 0.95, 0.6]);
     let mut scene = tiny.dense.clone();
-    gains.apply(&mut scene);
+    gains.apply(&mut scene, Trains::All);
     let options = Options::reference(Detail::Image);
     let [bright, dim] =
         [&tiny.dense, &scene].map(|scene| render(scene, &tiny.cameras[0], &options).picture);
@@ -67,7 +67,7 @@ fn a_picture_over_black_is_scaled_and_gains_are_taken_back() {
         }
     }
     assert!(bright.pixels.iter().any(|p| p.iter().all(|v| *v > 0.2)), "something is seen");
-    gains.undo(&mut scene);
+    gains.undo(&mut scene, Trains::All);
     let off = scene.sh.iter().zip(&tiny.dense.sh).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(off < 1e-5, "{off}");
 }
