@@ -147,7 +147,7 @@ pub struct FoveaArgs {
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "FACTOR", default_value_t = Settings::DEFAULT.level_effort)]
     pub level_effort: f64,
-    /// As --lambda, at the beginning of level 2
+    /// As --lambda, at the beginning of level 2 (with --dimming damped or published)
     #[arg(hide_short_help = true)]
     #[arg(long, value_name = "WEIGHT", default_value_t = Settings::DEFAULT.level_display_weight)]
     pub level_lambda: f64,
@@ -365,7 +365,7 @@ pub struct SearchArgs {
 /// How quality above the target is spent on the display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum DimmingArg {
-    /// Colour channels are scaled once a model is trained; lambda in the periphery
+    /// Colour channels are scaled once a model is trained
     Gains,
     /// By a display term, lambda by the slack that there is, with an eye on the trend
     Damped,

@@ -28,15 +28,14 @@ pub enum Gate {
 /// How what there is above the target is spent on the display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Dimming {
-    /// At level 1 by gains of the colour channels, when a model is trained; in the periphery by a
-    /// display term whose λ is damped.
+    /// By gains of the colour channels, when a model is trained.
     Gains,
     /// By a display term in the loss, whose λ follows this rule.
     Term(Rule),
 }
 
 impl Dimming {
-    /// The rule of λ, where there is a display term.
+    /// The rule of λ of a fine-tune that has a display term whatever this says.
     pub fn rule(self) -> Rule {
         match self {
             Dimming::Gains => Rule::Damped,

@@ -248,9 +248,8 @@ impl Run<'_> {
             return Ok(State::begin(Model::fresh(&self.campaign.dense)));
         };
         let mut model = self.checkpoints.load_model(from)?;
-        // It trains as it was before it was dimmed; the level after it has its colours.
+        // It trains as it was before it was dimmed; a level of the periphery, as far as it trains.
         let before = self.progress.outcomes.iter().find(|o| o.name == *from);
-        let before = before.filter(|o| o.place.level == job.place.level);
         if let (Some(gains), Some(config)) = (before.and_then(|o| o.gains), job.config) {
             gains.undo(&mut model.scene, config.trains);
         }

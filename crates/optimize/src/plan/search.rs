@@ -155,9 +155,9 @@ impl<'a> Search<'a> {
         let iterations = share_of(budget, sample.effort);
         let config = match sample.is_end {
             true => {
-                let display = match self.has_gains() {
-                    true => DisplayTerm::Gains { from: iterations },
-                    false => DisplayTerm::Off,
+                let display = match settings.dimming {
+                    Dimming::Gains => DisplayTerm::Gains { from: iterations },
+                    Dimming::Term(_) => DisplayTerm::Off,
                 };
                 let pruned = self.while_passing(from, true, self.plain(iterations));
                 TuneConfig { display, ..pruned }
@@ -167,11 +167,6 @@ impl<'a> Search<'a> {
         let what = sample_name(self.done, self.place);
         let job = self.job(&what, Role::Sample, sample.rho, config);
         Some(self.from(from, Job { is_end: sample.is_end, ..job }))
-    }
-
-    /// Whether what there is above the target is spent by gains.
-    fn has_gains(&self) -> bool {
-        self.settings.dimming == Dimming::Gains
     }
 
     /// The schedule, and where samples are given, one that takes a few more around the minimum.
@@ -410,14 +405,11 @@ impl<'a> Search<'a> {
     /// What spends the quality above the target on the display: gains, or a display term from an
     /// iteration on, with `start` or the first λ of the place.
     fn dimmed(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
-        if self.has_gains() {
-            return DisplayTerm::Gains { from };
-        }
-        self.controlled(from, start, iterations)
-    }
-
-    fn controlled(&self, from: u32, start: Option<f64>, iterations: u32) -> DisplayTerm {
         let settings = self.settings;
+        let rule = match settings.dimming {
+            Dimming::Gains => return DisplayTerm::Gains { from },
+            Dimming::Term(rule) => rule,
+        };
         let weight = match self.place.level {
             0 => settings.display_weight,
             _ => settings.level_display_weight,
@@ -426,7 +418,7 @@ impl<'a> Search<'a> {
         let before = || self.start.filter(|o| self.place.level > 1 && o.place.level > 0);
         let known = start.or_else(|| before()?.passing_lambda);
         let control = Control {
-            rule: settings.dimming.rule(),
+            rule,
             start: known.unwrap_or(weight * self.unit),
             is_estimated: known.is_none(),
             interval: settings.interval,

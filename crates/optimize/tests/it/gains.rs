@@ -8,6 +8,7 @@ use powergs_optimize::tune::{
     Tuner,
 };
 use powergs_raster::{Detail, Options, render};
+use powergs_scene::Foveated;
 
 use super::scenes::{Tiny, tiny};
 
@@ -95,6 +96,36 @@ fn slack_is_spent_whether_it_is_a_third_of_a_decibel_or_ten() {
     let target = Target::Likeness(Quality::likeness(before.quality.psnr_db + 3.0, 0.0));
     let (_, check, gains) = tuned(&tiny, config(2, DisplayTerm::Gains { from: 0 }), target);
     assert!(gains.is_none() && !check.passed);
+}
+
+#[test]
+fn a_level_of_the_periphery_spends_its_slack_in_hvsq_and_shares_all_but_its_paint() {
+    let tiny = noisy(0.1);
+    let gate = tiny.setup().gate_views().to_vec();
+    let pooling = 3.0;
+    let before = tiny.setup().see(&tiny.dense, &gate, Some(pooling));
+    for share in [1.1, 4.0] {
+        let target = Target::Hvsq(share * before.quality.hvsq.unwrap());
+        let config = TuneConfig {
+            objective: Objective::Hvsq { pooling },
+            trains: Trains::ColoursAndOpacities,
+            ..config(2, DisplayTerm::Gains { from: 0 })
+        };
+        let (model, check, gains) = tuned(&tiny, config, target);
+        let seen = tiny.setup().see(&model.scene, &gate, Some(pooling));
+        let (slack_db, left) = (10.0 * f64::log10(share), target.margin_db(seen.quality));
+        assert!(target.passes(seen.quality) && left < 0.2 * slack_db, "{left} of {slack_db} dB");
+        assert_eq!(check.seen, seen);
+        assert!(gains.is_some() && seen.display_w < before.display_w, "{seen:?}");
+        let levels = [&tiny.dense, &model.scene, &model.scene, &model.scene].map(Clone::clone);
+        let foveated = Foveated::compose(&levels).expect("they share all but their paint");
+        assert_eq!(foveated.level(1), model.scene);
+        // Taken back, what is left is what two steps have moved.
+        let mut bright = model.scene.clone();
+        gains.unwrap().undo(&mut bright, config.trains);
+        let again = tiny.setup().see(&bright, &gate, Some(pooling));
+        assert!((again.display_w / before.display_w - 1.0).abs() < 0.01, "{again:?} {before:?}");
+    }
 }
 
 #[test]

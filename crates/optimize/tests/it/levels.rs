@@ -14,7 +14,7 @@ use powergs_optimize::plan::{Plan, Variant};
 use powergs_optimize::prune::Score;
 use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
-use powergs_optimize::settings::Settings;
+use powergs_optimize::settings::{Dimming, Settings};
 use powergs_optimize::setup::Seen;
 use powergs_optimize::target::{Quality, Target, TargetRule};
 use powergs_optimize::tune::{
@@ -75,16 +75,23 @@ fn outcome(job: &Job, hvsq: f64, passed: bool) -> Outcome {
 
 /// All jobs of a campaign, and their outcomes; `passes` judges.
 fn play(campaign: &Plan, passes: impl Fn(&Job) -> bool) -> (Vec<Job>, Vec<Outcome>) {
-    let settings = tiny(10, 24, (16, 12)).settings;
+    play_with(&tiny(10, 24, (16, 12)).settings, campaign, passes)
+}
+
+fn play_with(
+    settings: &Settings,
+    campaign: &Plan,
+    passes: impl Fn(&Job) -> bool,
+) -> (Vec<Job>, Vec<Outcome>) {
     let (mut jobs, mut done) = (Vec::new(), Vec::new());
-    while let Some(job) = campaign.next(&settings, 1000, &done) {
+    while let Some(job) = campaign.next(settings, 1000, &done) {
         done.push(outcome(&job, 1e-5, passes(&job)));
         jobs.push(job);
         assert!(jobs.len() < 200, "no end");
     }
     let iterations: u64 =
         jobs.iter().filter_map(|j| j.config).map(|o| u64::from(o.iterations)).sum();
-    let most = campaign.most_iterations(&settings);
+    let most = campaign.most_iterations(settings);
     let all: Vec<_> = jobs.iter().map(|j| (&j.name, j.config.map(|c| c.iterations))).collect();
     assert!(iterations <= most, "{iterations} of {most}: {all:?}");
     (jobs, done)
@@ -218,8 +225,14 @@ fn a_level_where_nothing_passes_shows_the_level_before() {
         assert_eq!(line.state, [Passed, Passed, Fallback, Passed], "{line:?}");
         assert_eq!(line.jobs[2], line.jobs[1]);
     }
+    // What is to spare is spent by gains, as at level 1.
+    let displays = || jobs.iter().filter(|j| j.place.level > 0).filter_map(|j| j.config);
+    let spends = |c: TuneConfig| matches!(c.display, DisplayTerm::Gains { .. } | DisplayTerm::Off);
+    assert!(displays().count() > 0 && displays().all(spends));
     // The λ of level 1 belongs to another loss.
-    let (jobs, _) = play(&campaign, |job| job.place.level != 1);
+    let settings =
+        Settings { dimming: Dimming::Term(Rule::Damped), ..tiny(10, 24, (16, 12)).settings };
+    let (jobs, _) = play_with(&settings, &campaign, |job| job.place.level != 1);
     let config = jobs.iter().find(|j| j.name == "level3-sample-01").unwrap().config.unwrap();
     let DisplayTerm::Controlled { control, .. } = config.display else { panic!("no display term") };
     assert!(control.is_estimated, "{control:?}");
