@@ -7,6 +7,7 @@ use powergs_core::run::{MemoryStore, Store, Watch};
 use powergs_core::run::{RunError, System};
 use powergs_frame::fovea::Screen;
 use powergs_optimize::campaign::{Campaign, CampaignError, Finished};
+use powergs_optimize::checkpoint::Checkpoints;
 use powergs_optimize::invalid::Invalid;
 use powergs_optimize::job::{Job, Place};
 use powergs_optimize::lambda::Rule;
@@ -18,7 +19,7 @@ use powergs_optimize::role::{Baseline, Role};
 use powergs_optimize::schedule::Schedule;
 use powergs_optimize::settings::{Dimming, Gate, Settings};
 use powergs_optimize::target::{Level, Quality, Target};
-use powergs_optimize::tune::Iteration;
+use powergs_optimize::tune::{Iteration, Trains};
 use powergs_optimize::watch::CampaignWatch;
 
 use super::scenes::tiny;
@@ -223,6 +224,31 @@ fn priced_anew_the_levels_are_parts_of_the_model_that_takes_least_then() {
         }
     }
     assert!(moved > 0, "no ratio moves the model: the test says nothing");
+}
+
+#[test]
+fn a_level_trains_on_the_colours_of_the_level_before_as_they_were_before_it_was_dimmed() {
+    let asked = foveated();
+    let goal = Some(Goal::Absolute { psnr_db: 15.0, ssim: 0.0 });
+    let goals = Goals { goal, schedule: Schedule::listed(&[0.0]).unwrap(), ..asked.goals };
+    let campaign = open(Request { goals, keep_all: true, ..asked });
+    let store = MemoryStore::new();
+    let found = campaign.run(&store, &()).unwrap().unwrap();
+    let constants = |name: &str| {
+        let outcome = found.outcomes.iter().find(|o| o.name == name).expect(name);
+        let kept = Checkpoints::new(&store, campaign.fingerprint()).load_model(name).unwrap().scene;
+        let gains = outcome.gains.expect("there is much to spend");
+        let mut bright = kept.clone();
+        gains.undo(&mut bright, Trains::ColoursAndOpacities);
+        let all = (usize::from(kept.sh_degree) + 1).pow(2);
+        [bright, kept].map(|scene| scene.sh.iter().copied().step_by(all).collect::<Vec<f32>>())
+    };
+    let far = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>();
+    let [before, dimmed] = constants(found.conclusion.best.as_ref().unwrap());
+    let [trained, _] = constants("level2-sample-01");
+    assert_eq!(trained.len(), before.len(), "nothing is pruned between them");
+    let (moved, lost) = (far(&trained, &before), far(&dimmed, &before));
+    assert!(moved < 0.2 * lost, "training moved them by {moved}, gains by {lost}");
 }
 
 #[test]
