@@ -37,6 +37,7 @@ pub mod outcome;
 pub mod photos;
 pub mod pictures;
 pub mod plan;
+pub mod pooled;
 pub mod prune;
 pub mod ratio_study;
 pub mod record;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::job::{Job, Place};
 use super::oracle::Watts;
+use super::pooled::Pooled;
 use super::role::Role;
 use super::setup::{Seen, Setup};
 use super::target::{Quality, Target};
@@ -97,8 +98,9 @@ impl Outcome {
     ) -> Result<Outcome, SimError> {
         let scene = &model.scene;
         let pooling = setup.screen.map(|_| POOLINGS[usize::from(job.place.level)]);
-        let each_gate = setup.see_each(scene, setup.gate_views(), pooling);
-        let each_test = setup.see_each(scene, &setup.split.test, pooling);
+        let mut pooled = pooling.map(Pooled::new);
+        let each_gate = setup.see_each(scene, setup.gate_views(), pooled.as_mut());
+        let each_test = setup.see_each(scene, &setup.split.test, pooled.as_mut());
         let (gate, test) = (Seen::mean(&each_gate), Seen::mean(&each_test));
         let target = judge(gate.quality);
         let base = job.base.unwrap_or(setup.dense.len());

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::adam::Rates;
 use super::oracle::{PowerOracle, Watts};
+use super::pooled::Pooled;
 use super::references::References;
 use super::renderer::Renderer;
 use super::settings::{Gate, Settings};
@@ -15,7 +16,6 @@ use powergs_core::sim::SimError;
 use powergs_frame::display::Display;
 use powergs_frame::fovea::Screen;
 use powergs_quality::flip::{PIXELS_PER_DEGREE, flip};
-use powergs_quality::hvsq::Measures;
 use powergs_quality::{Lpips, likeness};
 use powergs_scene::{Camera, Gaussians};
 
@@ -95,47 +95,43 @@ impl Setup<'_> {
     /// Quality and display power of `scene` over `views`, means in the order of views; with a
     /// pooling, HVSQ too.
     pub fn see(&self, scene: &Gaussians, views: &[usize], pooling: Option<f64>) -> Seen {
-        Seen::mean(&self.see_each(scene, views, pooling))
+        let mut pooled = pooling.map(Pooled::new);
+        Seen::mean(&self.see_each(scene, views, pooled.as_mut()))
     }
 
-    /// The same of each view, in their order.
+    /// The same of each view, in their order; HVSQ is not a number for views that it is not
+    /// defined for.
     pub(crate) fn see_each(
         &self,
         scene: &Gaussians,
         views: &[usize],
-        pooling: Option<f64>,
+        mut pooled: Option<&mut Pooled>,
     ) -> Vec<Seen> {
-        let mut seen: Vec<Seen> = views
-            .par_iter()
-            .map(|&view| {
-                let picture = self.look(scene, view);
-                let display_w = self.display.power(picture.mean_linear_rgb()).0;
-                let mut reference = Picture::default();
-                self.references.write_to(view, &mut reference);
-                let like = likeness(&picture, &reference);
-                Seen { quality: Quality::likeness(like.psnr_db, like.ssim), display_w }
-            })
-            .collect();
-        if let Some(pooling) = pooling {
-            let hvsq = self.hvsq(scene, views, pooling);
-            seen.iter_mut().zip(hvsq).for_each(|(seen, value)| seen.quality.hvsq = Some(value));
+        let is_pooled = pooled.is_some();
+        let look = |&view: &usize| {
+            let picture = self.look(scene, view);
+            let display_w = self.display.power(picture.mean_linear_rgb()).0;
+            let mut reference = Picture::default();
+            self.references.write_to(view, &mut reference);
+            let like = likeness(&picture, &reference);
+            let quality = Quality::likeness(like.psnr_db, like.ssim);
+            (Seen { quality, display_w }, is_pooled.then_some(picture))
+        };
+        let mut seen = Vec::with_capacity(views.len());
+        // HVSQ takes one view at a time: pyramids take much memory, and use all threads. A picture
+        // for each thread waits for it.
+        let at_once = if is_pooled { rayon::current_num_threads() } else { views.len() };
+        for some in views.chunks(at_once.max(1)) {
+            let looks: Vec<_> = some.par_iter().map(look).collect();
+            for (&view, (mut one, picture)) in some.iter().zip(looks) {
+                if let (Some(pooled), Some(picture)) = (&mut pooled, picture) {
+                    let value = pooled.value(self, view, &picture);
+                    one.quality.hvsq = Some(value.unwrap_or(f64::NAN));
+                }
+                seen.push(one);
+            }
         }
         seen
-    }
-
-    /// HVSQ of `scene` at a pooling, of each of `views`; not a number for views that it is not
-    /// defined for. One view at a time: pyramids take much memory, and use all threads.
-    fn hvsq(&self, scene: &Gaussians, views: &[usize], pooling: f64) -> Vec<f64> {
-        let mut measures = Measures::default();
-        let mut reference = Picture::default();
-        let mut of_view = |&view: &usize| {
-            let picture = self.look(scene, view);
-            self.references.write_to(view, &mut reference);
-            let Ok(measure) = measures.of(&picture, &[pooling]) else { return f64::NAN };
-            let reference = measure.reference(&reference);
-            measure.values(&picture, &reference)[0]
-        };
-        views.iter().map(&mut of_view).collect()
     }
 
     /// FLIP of `scene`, mean over the test views.

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::adam::{Adam, BadGradient, Rates};
 use super::lambda::{Controller, ControllerState, Verdict};
+use super::pooled::Pooled;
 use super::prune::{Score, keep, select, survivors};
 use super::record::{Reader, RecordFormats};
 use super::renderer::{Step, Stepper};
@@ -242,6 +243,8 @@ pub struct Tuner<'a> {
     order: ViewOrder,
     stepper: Box<dyn Stepper + 'a>,
     losses: Losses,
+    /// HVSQ, where that is the objective.
+    pooled: Option<Pooled>,
     reader: Reader,
     clock: &'a dyn Fn() -> f64,
     times: Times,
@@ -268,6 +271,10 @@ impl<'a> Tuner<'a> {
         if let (Pruning::WhilePassing { first, .. }, None) = (config.pruning, state.last) {
             state.stride = Stride::first(first);
         }
+        let pooled = match config.objective {
+            Objective::Likeness => None,
+            Objective::Hvsq { pooling } => Some(Pooled::new(pooling)),
+        };
         let seed = setup.settings.seed ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
         Tuner {
             setup,
@@ -278,6 +285,7 @@ impl<'a> Tuner<'a> {
             order: ViewOrder::new(seed, setup.split.train.len()),
             stepper: setup.renderer.stepper(),
             losses: Losses::default(),
+            pooled,
             reader: Reader::default(),
             clock: &|| 0.0,
             times: Times::default(),
@@ -399,9 +407,8 @@ impl<'a> Tuner<'a> {
             let seen = self.part(
                 |t| &mut t.checks_s,
                 |tuner| {
-                    let (setup, pooling) = (tuner.setup, tuner.pooling());
                     let read = tuner.reader.of(&tuner.state.model.scene, &tuner.state.labels);
-                    tuner.state.gauge.all(setup, read, pooling)
+                    tuner.state.gauge.all(tuner.setup, read, tuner.pooled.as_mut())
                 },
             );
             let margin_db = self.target.margin_db(seen.quality);
@@ -425,11 +432,12 @@ impl<'a> Tuner<'a> {
         if check.is_some() {
             self.give_up_if_due(lambda)?;
         }
+        let mut seen = None;
         if self.is_done() {
-            self.part(|t| &mut t.checks_s, Tuner::confirm)?;
+            seen = self.part(|t| &mut t.checks_s, Tuner::confirm)?;
         }
         if self.is_done() {
-            self.part(|t| &mut t.checks_s, Tuner::spend);
+            self.part(|t| &mut t.checks_s, |tuner| tuner.spend(seen));
         }
         Ok(Iteration { iteration, view, points, loss, lambda, check })
     }
@@ -464,13 +472,6 @@ impl<'a> Tuner<'a> {
         average::mix(mean, &model.scene, AVERAGE_EVERY as f32 / *count as f32);
     }
 
-    fn pooling(&self) -> Option<f64> {
-        match self.config.objective {
-            Objective::Likeness => None,
-            Objective::Hvsq { pooling } => Some(pooling),
-        }
-    }
-
     /// Forward, loss, backward, Adam.
     fn descend(
         &mut self,
@@ -493,10 +494,11 @@ impl<'a> Tuner<'a> {
         self.reader.of(&self.state.model.scene, &self.state.labels);
         let (background, read) = (setup.background, self.reader.rounded());
         let step = Step { camera, background, which, rates, read };
-        let (losses, objective) = (&mut self.losses, self.config.objective);
+        let (losses, mut pooled) = (&mut self.losses, self.pooled.as_mut());
         let mut loss = None;
         let stepped = self.stepper.step(&mut self.state.model, &step, &mut |picture, by_pixel| {
-            let found = losses.evaluate(setup, objective, view, picture, lambda, by_pixel);
+            let found =
+                losses.evaluate(setup, pooled.as_deref_mut(), view, picture, lambda, by_pixel);
             let is_finite = found.as_ref().is_ok_and(|term| term.total.is_finite());
             loss = Some(found);
             is_finite
@@ -592,22 +594,22 @@ impl<'a> Tuner<'a> {
     }
 
     fn check(&mut self, iteration: u32, lambda: f64) -> Check {
-        let (setup, pooling) = (self.setup, self.pooling());
+        let setup = self.setup;
         let is_last = iteration + 1 >= self.iterations();
-        let look = |reader: &mut Reader, state: &mut State, all: bool| {
-            let mut gauge = std::mem::take(&mut state.gauge);
-            let shown = reader.of(state.shown(), &state.labels);
+        let look = |tuner: &mut Self, all: bool| {
+            let mut gauge = std::mem::take(&mut tuner.state.gauge);
+            let shown = tuner.reader.of(tuner.state.shown(), &tuner.state.labels);
             let seen = match all {
-                true => gauge.chosen(setup, shown, pooling),
-                false => gauge.some(setup, shown, pooling),
+                true => gauge.chosen(setup, shown, tuner.pooled.as_mut()),
+                false => gauge.some(setup, shown, tuner.pooled.as_mut()),
             };
-            state.gauge = gauge;
+            tuner.state.gauge = gauge;
             seen
         };
-        let mut seen = look(&mut self.reader, &mut self.state, is_last);
+        let mut seen = look(self, is_last);
         let mut confirmed = is_last;
         if !is_last && self.wants_confirmation(seen.quality, lambda) {
-            seen = look(&mut self.reader, &mut self.state, true);
+            seen = look(self, true);
             confirmed = true;
         }
         let mut check = self.checked(iteration, seen, confirmed, lambda);
@@ -621,7 +623,7 @@ impl<'a> Tuner<'a> {
             if verdict == Verdict::Settled && self.is_pruned() {
                 // Where it ends, too, all views that choose are looked at.
                 if !confirmed {
-                    seen = look(&mut self.reader, &mut self.state, true);
+                    seen = look(self, true);
                     check = self.checked(iteration, seen, true, lambda);
                 }
                 self.state.settled = check.passed;
@@ -649,7 +651,7 @@ impl<'a> Tuner<'a> {
         // Whatever they show: views that do not choose say how much they differ from the others.
         let mut gauge = std::mem::take(&mut self.state.gauge);
         let shown = self.reader.of(self.state.shown(), &self.state.labels);
-        gauge.correct(setup, shown, pooling, (iteration, self.config.iterations));
+        gauge.correct(setup, shown, self.pooled.as_mut(), (iteration, self.config.iterations));
         self.state.gauge = gauge;
         check
     }

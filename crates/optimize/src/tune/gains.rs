@@ -73,13 +73,15 @@ impl State {
 }
 
 impl Tuner<'_> {
-    /// Finds the gains that spend what the model to keep has above the target.
-    pub(super) fn spend(&mut self) {
+    /// Finds the gains that spend what the model to keep has above the target. `seen` is what all
+    /// gate views saw of it, if they just did.
+    pub(super) fn spend(&mut self, seen: Option<Seen>) {
         if !matches!(self.config.display, DisplayTerm::Gains { .. }) {
             return;
         }
         if let Some((scene, check)) = self.state.best.take() {
-            self.state.spent = self.found(&scene, &check);
+            let seen = seen.unwrap_or_else(|| self.see(&scene));
+            self.state.spent = self.found(&scene, seen, &check);
             self.state.best = Some((scene, check));
         }
     }
@@ -87,9 +89,9 @@ impl Tuner<'_> {
     /// The length of the shift at which all gate views together are just above the target. It is
     /// one number for all of them and nothing is chosen by it, so that none looks better than it
     /// is.
-    fn found(&mut self, scene: &Gaussians, check: &Check) -> Option<Spent> {
+    fn found(&mut self, scene: &Gaussians, seen: Seen, check: &Check) -> Option<Spent> {
         let target = self.target;
-        let before_db = target.margin_db(self.see(scene).quality);
+        let before_db = target.margin_db(seen.quality);
         let luck_db = target.margin_db(check.seen.quality) - before_db;
         let aim_db = AIM * self.setup.settings.epsilon_db;
         let is_due = before_db.is_finite() && before_db > aim_db;
@@ -131,9 +133,8 @@ impl Tuner<'_> {
     }
 
     fn see(&mut self, scene: &Gaussians) -> Seen {
-        let pooling = self.pooling();
         let read = self.reader.of(scene, &self.state.labels);
-        self.state.gauge.all(self.setup, read, pooling)
+        self.state.gauge.all(self.setup, read, self.pooled.as_mut())
     }
 
     /// What each channel loses, relative to the one that loses most, and the growth of the mean

@@ -4,6 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::pooled::Pooled;
 use super::super::setup::{Seen, Setup};
 use super::super::target::Quality;
 use powergs_scene::Gaussians;
@@ -62,13 +63,19 @@ impl Gauge {
     }
 
     /// Looks at all gate views: an exact mean, and what those that choose are to be corrected by.
-    pub fn all(&mut self, setup: &Setup<'_>, scene: &Gaussians, pooling: Option<f64>) -> Seen {
-        let seen = setup.see_each(scene, setup.gate_views(), pooling);
+    pub fn all(
+        &mut self,
+        setup: &Setup<'_>,
+        scene: &Gaussians,
+        pooled: Option<&mut Pooled>,
+    ) -> Seen {
+        let is_pooled = pooled.is_some();
+        let seen = setup.see_each(scene, setup.gate_views(), pooled);
         let every: Vec<[f64; 4]> = seen.iter().map(values).collect();
         let all = (0..).zip(&every);
         self.views = all.filter(|(i, _)| !confirms(*i)).map(|(_, v)| *v).collect();
         let (here, there) = (mean(&self.views), mean(&every));
-        self.base_db = quality_db(here, pooling);
+        self.base_db = quality_db(here, is_pooled);
         let ratio = |k: usize| if here[k] > 0.0 { there[k] / here[k] } else { 1.0 };
         self.offset = [there[0] - here[0], there[1] - here[1], ratio(2), ratio(3)];
         Seen::mean(&seen)
@@ -81,8 +88,8 @@ impl Gauge {
 
     /// How far the quality of the views that choose has gone since all were looked at, dB: so far
     /// may the others have gone, too, or not.
-    pub(super) fn drift_db(&self, pooling: Option<f64>) -> f64 {
-        (quality_db(mean(&self.views), pooling) - self.base_db).abs()
+    pub(super) fn drift_db(&self, is_pooled: bool) -> f64 {
+        (quality_db(mean(&self.views), is_pooled) - self.base_db).abs()
     }
 
     /// Looks at all gate views once in every part of a fine-tune, whatever they show: the first
@@ -91,39 +98,51 @@ impl Gauge {
         &mut self,
         setup: &Setup<'_>,
         scene: &Gaussians,
-        pooling: Option<f64>,
+        pooled: Option<&mut Pooled>,
         (iteration, iterations): (u32, u32),
     ) {
         let part = u64::from(iteration) * u64::from(PARTS) / u64::from(iterations.max(1));
         if confirming(setup.gate_views().len()) > 0 && part > u64::from(self.part) {
             self.part = part as u32;
-            self.all(setup, scene, pooling);
+            self.all(setup, scene, pooled);
         }
     }
 
     /// Looks at all views that choose: an estimate of the mean of all. The first time it is exact.
-    pub fn chosen(&mut self, setup: &Setup<'_>, scene: &Gaussians, pooling: Option<f64>) -> Seen {
+    pub fn chosen(
+        &mut self,
+        setup: &Setup<'_>,
+        scene: &Gaussians,
+        pooled: Option<&mut Pooled>,
+    ) -> Seen {
         if self.views.is_empty() {
-            return self.all(setup, scene, pooling);
+            return self.all(setup, scene, pooled);
         }
+        let is_pooled = pooled.is_some();
         let views = choosing(setup.gate_views());
-        self.views = setup.see_each(scene, &views, pooling).iter().map(values).collect();
-        self.estimate(pooling)
+        self.views = setup.see_each(scene, &views, pooled).iter().map(values).collect();
+        self.estimate(is_pooled)
     }
 
     /// Looks at the views whose turn it is: an estimate of the mean of all. The first time it is
     /// exact.
-    pub fn some(&mut self, setup: &Setup<'_>, scene: &Gaussians, pooling: Option<f64>) -> Seen {
+    pub fn some(
+        &mut self,
+        setup: &Setup<'_>,
+        scene: &Gaussians,
+        pooled: Option<&mut Pooled>,
+    ) -> Seen {
         let gate = choosing(setup.gate_views());
         let count = turn(gate.len());
         if self.views.len() != gate.len() || count >= gate.len() {
-            return self.chosen(setup, scene, pooling);
+            return self.chosen(setup, scene, pooled);
         }
+        let is_pooled = pooled.is_some();
         let first = self.next;
         let turn: Vec<usize> = (0..count).map(|i| (first + i) % gate.len()).collect();
         self.next = (first + count) % gate.len();
         let views: Vec<usize> = turn.iter().map(|&i| gate[i]).collect();
-        let seen: Vec<_> = setup.see_each(scene, &views, pooling).iter().map(values).collect();
+        let seen: Vec<_> = setup.see_each(scene, &views, pooled).iter().map(values).collect();
         let mut change = [0.0; 4];
         for (&i, now) in turn.iter().zip(&seen) {
             for k in 0..4 {
@@ -139,16 +158,16 @@ impl Gauge {
         for (&i, now) in turn.iter().zip(&seen) {
             self.views[i] = *now;
         }
-        self.estimate(pooling)
+        self.estimate(is_pooled)
     }
 
     /// The mean over all gate views, as those that choose and what is known of the others say.
-    fn estimate(&self, pooling: Option<f64>) -> Seen {
+    fn estimate(&self, is_pooled: bool) -> Seen {
         let ([psnr_db, ssim, hvsq, display_w], by) = (mean(&self.views), self.offset);
         let quality = Quality {
             psnr_db: psnr_db + by[0],
             ssim: ssim + by[1],
-            hvsq: pooling.map(|_| hvsq * by[2]),
+            hvsq: is_pooled.then_some(hvsq * by[2]),
         };
         Seen { quality, display_w: display_w * by[3] }
     }
@@ -164,11 +183,11 @@ fn turn(choosing: usize) -> usize {
     FEWEST.max(choosing.div_ceil(SHARE))
 }
 
-/// PSNR, or with a pooling how small HVSQ is, in the decibels in which a target is missed.
-fn quality_db(values: [f64; 4], pooling: Option<f64>) -> f64 {
-    match pooling {
-        None => values[0],
-        Some(_) => -10.0 * values[2].max(f64::MIN_POSITIVE).log10(),
+/// PSNR, or where it is measured how small HVSQ is, in the decibels in which a target is missed.
+fn quality_db(values: [f64; 4], is_pooled: bool) -> f64 {
+    match is_pooled {
+        false => values[0],
+        true => -10.0 * values[2].max(f64::MIN_POSITIVE).log10(),
     }
 }
 

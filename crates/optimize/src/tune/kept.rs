@@ -32,7 +32,8 @@ impl Tuner<'_> {
             0 => 0.0,
             _ => {
                 let aim = AIM * self.setup.settings.epsilon_db;
-                0.5 * aim + DRIFT * self.state.gauge.drift_db(self.pooling()).min(DRIFT_MOST_DB)
+                0.5 * aim
+                    + DRIFT * self.state.gauge.drift_db(self.pooled.is_some()).min(DRIFT_MOST_DB)
             }
         };
         self.target.passes(seen.quality) && self.target.margin_db(seen.quality) >= guard
@@ -103,24 +104,25 @@ impl Tuner<'_> {
     /// Where it misses the target the fine-tune goes on for a while, by what was found, with less
     /// display term and without pruning. If that was to no avail, an earlier model is kept that had
     /// more to spare, or if there is none, the one that was refused.
-    pub(super) fn confirm(&mut self) -> Result<(), TuneError> {
+    /// Gives what they saw of it, if it is kept as they saw it.
+    pub(super) fn confirm(&mut self) -> Result<Option<Seen>, TuneError> {
         let has_others = gauge::confirming(self.setup.gate_views().len()) > 0;
         if self.config.keep == Keep::Last || !has_others {
-            return Ok(());
+            return Ok(None);
         }
         let Some((scene, check)) = self.state.best.take() else {
             self.state.best = self.state.spare.take();
-            return Ok(());
+            return Ok(None);
         };
-        let seen = self.state.gauge.all(self.setup, &scene, self.pooling());
+        let seen = self.state.gauge.all(self.setup, &scene, self.pooled.as_mut());
         if self.target.passes(seen.quality) {
             self.state.best = Some((scene, check));
-            return Ok(());
+            return Ok(Some(seen));
         }
         if self.state.extended.is_some() {
             let spare = self.state.spare.take().filter(|(_, check)| check.sure);
             self.state.best = spare.or(Some((scene, Check { sure: false, ..check })));
-            return Ok(());
+            return Ok(None);
         }
         self.state.extended = Some(self.state.iteration);
         self.state.settled = false;
@@ -134,7 +136,7 @@ impl Tuner<'_> {
         if self.state.spare.is_none() {
             self.state.spare = Some((scene, Check { sure: false, ..check }));
         }
-        Ok(())
+        Ok(None)
     }
 
     /// Where nothing is pruned any more after pruning for as long as the target was reached, what

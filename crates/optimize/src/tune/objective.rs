@@ -2,18 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::pooled::Pooled;
 use super::super::setup::Setup;
-use super::Objective;
 use powergs_base::picture::Picture;
-use powergs_quality::hvsq::{Measures, Reference};
 use powergs_quality::loss::display_term;
 use powergs_quality::{HvsqError, Loss};
 
 /// Weight of HVSQ in the loss (`powergs`, section 6.2).
 const HVSQ_WEIGHT: f64 = 100.0;
-/// Most memory for statistics of reference pictures, bytes; those of further views are computed
-/// again each time.
-const ROOM: usize = 64 << 20;
 
 /// What a loss is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,32 +28,28 @@ pub struct Term {
 #[derive(Debug, Default)]
 pub(super) struct Losses {
     losses: Vec<((u32, u32), Loss)>,
-    measures: Measures,
-    /// Statistics of reference pictures, by view.
-    statistics: Vec<Option<Reference>>,
-    /// Room that they take, bytes.
-    taken: usize,
     reference: Picture,
 }
 
 impl Losses {
-    /// The loss of `picture`, which shows `view`; `gradient` gets its derivatives.
+    /// The loss of `picture`, which shows `view`, in HVSQ where that is given; `gradient` gets its
+    /// derivatives.
     ///
     /// # Errors
     /// A view that HVSQ is not defined for.
     pub fn evaluate(
         &mut self,
         setup: &Setup<'_>,
-        objective: Objective,
+        pooled: Option<&mut Pooled>,
         view: usize,
         picture: &Picture,
         lambda: f64,
         gradient: &mut [[f32; 3]],
     ) -> Result<Term, HvsqError> {
-        match objective {
-            Objective::Likeness => Ok(self.likeness(setup, view, picture, lambda, gradient)),
-            Objective::Hvsq { pooling } => {
-                let hvsq = self.hvsq(setup, pooling, view, picture, gradient)?;
+        match pooled {
+            None => Ok(self.likeness(setup, view, picture, lambda, gradient)),
+            Some(pooled) => {
+                let hvsq = pooled.gradient(setup, view, picture, HVSQ_WEIGHT, gradient)?;
                 let display_w = display_term(picture, lambda, setup.display, gradient);
                 let total = HVSQ_WEIGHT * hvsq + lambda * display_w;
                 Ok(Term { total, display_w, likeness: None, hvsq: Some(hvsq) })
@@ -83,33 +75,5 @@ impl Losses {
         let parts = loss.evaluate(picture, &self.reference, lambda, setup.display, gradient);
         let likeness = Some([parts.l1, parts.ssim, parts.psnr_db]);
         Term { total: parts.total, display_w: parts.display_w, likeness, hvsq: None }
-    }
-
-    /// HVSQ; `gradient` gets its derivatives, times its weight in the loss.
-    fn hvsq(
-        &mut self,
-        setup: &Setup<'_>,
-        pooling: f64,
-        view: usize,
-        picture: &Picture,
-        gradient: &mut [[f32; 3]],
-    ) -> Result<f64, HvsqError> {
-        let measure = self.measures.of(picture, &[pooling])?;
-        if self.statistics.len() < setup.cameras.len() {
-            self.statistics.resize_with(setup.cameras.len(), || None);
-        }
-        let weights = [HVSQ_WEIGHT];
-        if let Some(reference) = &self.statistics[view] {
-            return Ok(measure.evaluate(picture, reference, &weights, gradient)[0]);
-        }
-        setup.references.write_to(view, &mut self.reference);
-        let reference = measure.reference(&self.reference);
-        let value = measure.evaluate(picture, &reference, &weights, gradient)[0];
-        let bytes = reference.bytes();
-        if self.taken + bytes <= ROOM {
-            self.taken += bytes;
-            self.statistics[view] = Some(reference);
-        }
-        Ok(value)
     }
 }
