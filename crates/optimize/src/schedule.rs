@@ -80,9 +80,9 @@ pub enum Schedule {
     Adaptive {
         /// Number of samples.
         count: usize,
-        /// The first ratio beyond 0. `None`: what is pruned most comes next, with as many iterations
-        /// as both would have, and starts where the search does, for an unpruned model with a
-        /// display term has spent on it what pruning is to spend.
+        /// The first ratio beyond 0. `None`: what is pruned most comes next, with as many
+        /// iterations as both would have, and starts where the search does, for an unpruned model
+        /// with a display term has spent on it what pruning is to spend.
         first: Option<f64>,
     },
     /// These ratios, ascending.
@@ -115,9 +115,9 @@ impl Schedule {
     pub const PUBLISHED: Schedule = Schedule::Published { budget: BUDGETS[0] };
 
     /// The same search in the periphery, and the budget of a sample there relative to the first
-    /// level: `share`, unless the plan has budgets of its own. Its models were pruned to their limit
-    /// before, so that the first ratio of level 1 is often beyond what a level bears. Its longer end
-    /// counts as two samples.
+    /// level: `share`, unless the plan has budgets of its own. Its models were pruned to their
+    /// limit before, so that the first ratio of level 1 is often beyond what a level bears. Its
+    /// longer end counts as two samples.
     pub fn upper(&self, share: f64) -> (Schedule, f64) {
         match self {
             Schedule::Adaptive { count, .. } => {
@@ -237,7 +237,8 @@ enum Refined {
 }
 
 /// At the minimum of the fitted curve, or if that is known already, between the best sample and its
-/// cheaper neighbour. Without a curve, beyond the end if that is the cheapest. `passed` ascends in ρ.
+/// cheaper neighbour. Without a curve, beyond the end if that is the cheapest. `passed` ascends
+/// in ρ.
 fn refined(done: &[TakenSample], passed: &[(usize, &TakenSample)]) -> Option<Refined> {
     let is_new = |rho: f64| done.iter().all(|d| (d.rho - rho).abs() >= APART);
     let sample = |(_, d): &(usize, &TakenSample)| Sample {

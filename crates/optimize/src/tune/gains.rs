@@ -9,9 +9,10 @@
 //! for the same PSNR, because four fifths of that loss are L1, which would rather have a few values
 //! far off. Pictures over black scale exactly, so gains are taken back before a model trains on.
 //!
-//! HVSQ compares means and deviations of pools, which gains scale as well, so it grows by about the
-//! same square. A level of the periphery has the coefficients beyond the constant one in common with
-//! the others, and scales the constant one alone; the length is found by looking, whatever that shows.
+//! HVSQ compares means and deviations of pools, which gains scale as well, so it grows by about
+//! the same square. A level of the periphery has the coefficients beyond the constant one in
+//! common with the others, and scales the constant one alone; the length is found by looking,
+//! whatever that shows.
 
 use serde::{Deserialize, Serialize};
 

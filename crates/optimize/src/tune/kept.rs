@@ -19,8 +19,8 @@ const SPARE: f64 = 2.0;
 /// While it prunes whenever it passes, a model that passes by less than this is looked at over all
 /// views that choose before more of it goes, decibels.
 const NEAR_DB: f64 = 0.3;
-/// The same in HVSQ, of which a prune takes one to two decibels: what is undone goes back to a model
-/// that was looked at.
+/// The same in HVSQ, of which a prune takes one to two decibels: what is undone goes back to a
+/// model that was looked at.
 const NEAR_HVSQ_DB: f64 = 2.0;
 
 impl Tuner<'_> {
