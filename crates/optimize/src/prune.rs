@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 
 use super::adam::Adam;
-use powergs_raster::{Detail, Options, render};
+use powergs_raster::{Canvas, Detail, Options};
 use powergs_scene::{Camera, Gaussians};
 
 /// Avoids a division by zero for a splat that no tile fetched; the published value.
@@ -43,8 +43,8 @@ impl Score {
 }
 
 fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
-    let of_view = |camera: &Camera| {
-        let rendered = render(scene, camera, &Options::reference(Detail::Dominance));
+    let of_view = |canvas: &mut Canvas, camera: &Camera| {
+        let rendered = canvas.render(scene, camera, &Options::reference(Detail::Dominance));
         let mut score = vec![UNSEEN; scene.len()];
         let counts = rendered.fetches.iter().zip(&rendered.dominance).zip(&rendered.weights);
         for (splat, ((&tiles, &pixels), &weight)) in rendered.splats.iter().zip(counts) {
@@ -61,8 +61,8 @@ fn dominance(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
 /// Hits are the pixels that a Gaussian is blended into, counted exactly. The published code adds
 /// its opacity for each of them without a lock, so that its sums differ from run to run.
 fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
-    let of_view = |camera: &Camera| {
-        let rendered = render(scene, camera, &Options::reference(Detail::Hits));
+    let of_view = |canvas: &mut Canvas, camera: &Camera| {
+        let rendered = canvas.render(scene, camera, &Options::reference(Detail::Hits));
         let mut score = vec![0.0; scene.len()];
         for (splat, &pixels) in rendered.splats.iter().zip(&rendered.hits) {
             score[splat.index as usize] = f64::from(pixels) * f64::from(splat.opacity);
@@ -87,12 +87,18 @@ fn folded(
     len: usize,
     start: f64,
     views: &[Camera],
-    of_view: impl Fn(&Camera) -> Vec<f64> + Sync,
+    of_view: impl Fn(&mut Canvas, &Camera) -> Vec<f64> + Sync,
     join: impl Fn(f64, f64) -> f64,
 ) -> Vec<f64> {
     let mut total = vec![start; len];
-    for group in views.chunks(rayon::current_num_threads().max(1)) {
-        let scores: Vec<Vec<f64>> = group.par_iter().map(&of_view).collect();
+    let mut canvases = Vec::new();
+    canvases.resize_with(rayon::current_num_threads().max(1), Canvas::new);
+    for group in views.chunks(canvases.len()) {
+        let scores: Vec<Vec<f64>> = canvases
+            .par_iter_mut()
+            .zip(group)
+            .map(|(canvas, camera)| of_view(canvas, camera))
+            .collect();
         for score in scores {
             total.iter_mut().zip(score).for_each(|(t, s)| *t = join(*t, s));
         }

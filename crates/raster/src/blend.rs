@@ -471,11 +471,14 @@ impl Strokes {
     fn by_row<S: Simd>(&self, simd: S) -> [u64; BLOCK] {
         let (low, high) = self.touched.split_at(BATCH / 2);
         let (low, high) = (u16x32::from_slice(simd, low), u16x32::from_slice(simd, high));
-        std::array::from_fn(|y| {
+        // A function of the standard library would be one without the instruction set.
+        let mut entries = [0; BLOCK];
+        for (y, entries) in entries.iter_mut().enumerate() {
             let bit = u16x32::splat(simd, 1 << y);
             let has = |rows: u16x32<S>| (rows & bit).simd_eq(bit).to_bitmask();
-            has(low) | has(high) << (BATCH / 2)
-        })
+            *entries = has(low) | has(high) << (BATCH / 2);
+        }
+        entries
     }
 }
 

@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use super::forward::{Options, in_depth_order_by, project};
+use super::forward::Options;
+use super::prepare::{in_depth_order, project};
 use powergs_base::picture::Picture;
 use powergs_datapath::{NumberFormat, Pixel, Record, TILE, Vrc};
 use powergs_frame::splat::runs::Runs;
@@ -47,14 +48,17 @@ pub(super) fn ordered(
     options: &Options,
     keys: Option<NumberFormat>,
 ) -> (Vec<Splat>, Vec<[f32; 3]>) {
-    let (parts, _) = project(scene, camera, options.level, Vec::new());
+    let (mut visible, mut splats, mut colours) = (Vec::new(), Vec::new(), Vec::new());
+    project(scene, camera, options.level, &mut visible, &mut Vec::new());
     let depth = |depth: f32| keys.map_or(depth, |keys| keys.to_f32(keys.from_f32(depth)));
-    in_depth_order_by(
-        &parts,
+    in_depth_order(
+        &visible,
         |visible| depth(visible.splat.depth),
-        Default::default(),
+        &mut Vec::new(),
+        (&mut splats, &mut colours),
         |_, visible| (visible.splat, visible.colour),
-    )
+    );
+    (splats, colours)
 }
 
 /// What all rows of tiles share.

@@ -1,23 +1,20 @@
 //! One frame: project, sort by depth, list, blend.
 
-use std::sync::atomic::{AtomicU32, AtomicU64};
+use std::sync::atomic::AtomicU64;
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use rayon::prelude::*;
 
-use super::blend::{Counted, Dominance, ImageOnly, OPEN, Paint, Record, Tallied, WEIGHT_STEP};
-use super::row::{RowTarget, Shared, TileCount, render_row};
+use super::blend::{Counted, Dominance, ImageOnly, OPEN, Record, Tallied, WEIGHT_STEP};
+use super::prepare::Prepared;
+use super::row::{
+    Everything, Fetched, RowTarget, Shared, TileCount, Work, count_fetches, render_row,
+};
 use powergs_base::picture::Picture;
-use powergs_frame::splat::project::{LANES, View, Visible, colour_block, project_block};
-use powergs_frame::splat::runs::{Runs, Touch};
+use powergs_frame::splat::runs::Touch;
 use powergs_frame::splat::{Counters, Intersection, Splat, TileGrid};
 use powergs_frame::trace::{Frame, FrameFacts, PixelColumns, Preview};
 use powergs_scene::{Camera, Gaussians, ShDegree};
-
-/// Items that are brought together before something is made of them.
-const NEAR: usize = 64;
-/// Gaussians projected by one task; a power of two.
-const PART: usize = 128 * LANES;
 
 /// How to render.
 #[derive(Debug, Clone, Copy)]
@@ -65,7 +62,7 @@ pub enum Detail {
 }
 
 /// A rendered frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Rendered {
     /// The image, over the background, not clamped.
     pub picture: Picture,
@@ -99,173 +96,114 @@ pub struct Rendered {
 
 /// Renders one view. Cannot fail: scene and camera are checked where they are read.
 pub fn render(scene: &Gaussians, camera: &Camera, options: &Options) -> Rendered {
-    match options.detail {
-        Detail::Image => render_as(scene, camera, options, ImageOnly),
-        Detail::Counters => render_as(scene, camera, options, Counted),
-        Detail::Dominance => render_as(scene, camera, options, Dominance),
-        Detail::Hits => render_as(scene, camera, options, Tallied),
-    }
+    let mut canvas = Canvas::new();
+    canvas.render(scene, camera, options);
+    canvas.into_rendered()
 }
 
-fn render_as<R: Record>(
-    scene: &Gaussians,
-    camera: &Camera,
-    options: &Options,
-    record: R,
-) -> Rendered {
-    let (parts, survivor_bits) = project(scene, camera, options.level, Vec::new());
-    let (splats, paints) = in_depth_order(&parts, Default::default());
-    drop(parts);
-    let grid = TileGrid::new(camera.width, camera.height, options.tile);
-    let runs = Runs::new(&splats, grid, options.test);
-    let len = |is_counted: bool| if is_counted { splats.len() } else { 0 };
-    let fetches: Vec<AtomicU32> = (0..len(R::COUNT)).map(|_| AtomicU32::new(0)).collect();
-    let tally: Vec<AtomicU64> =
-        (0..len(R::PIXELS || R::WEIGHTS)).map(|_| AtomicU64::new(0)).collect();
-    let shared = Shared {
-        runs: &runs,
-        paints: &paints,
-        background: options.background,
-        chunk: options.chunk,
-        fetches: &fetches,
-        tally: &tally,
-        level: options.level,
-    };
-    let mut rendered = Rendered::sized::<R>(camera);
-    let mut heaviest = vec![OPEN; if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }];
-    rendered.tiles = targets(&mut rendered, &mut heaviest, grid)
-        .into_par_iter()
-        .enumerate()
-        .flat_map_iter(|(ty, mut out)| render_row(&shared, ty as u32, record, &mut out))
-        .collect();
-    if R::DOMINANCE {
-        rendered.dominance = vec![0; splats.len()];
-        for rank in heaviest.iter().filter(|&&rank| rank != OPEN) {
-            rendered.dominance[*rank as usize] += 1;
+/// Renders views one after another, each in the memory of the one before: fresh memory costs up to
+/// a fifth of a frame. What is rendered does not depend on the frames before.
+#[derive(Debug, Default)]
+pub struct Canvas {
+    prepared: Prepared,
+    tally: Vec<AtomicU64>,
+    heaviest: Vec<u32>,
+    /// By tile.
+    fetched: Vec<Fetched>,
+    rendered: Rendered,
+}
+
+impl Canvas {
+    /// A canvas without a view.
+    pub fn new() -> Canvas {
+        Canvas::default()
+    }
+
+    /// Renders one view, as [`render`] does.
+    pub fn render(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> &Rendered {
+        match options.detail {
+            Detail::Image => self.render_as(scene, camera, options, ImageOnly),
+            Detail::Counters => self.render_as(scene, camera, options, Counted),
+            Detail::Dominance => self.render_as(scene, camera, options, Dominance),
+            Detail::Hits => self.render_as(scene, camera, options, Tallied),
         }
+        &self.rendered
     }
-    rendered.survivor_bits = survivor_bits;
-    rendered.sh_degree = scene.degree();
-    rendered.touches = runs.touches;
-    rendered.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
-    let tally = tally.into_iter().map(AtomicU64::into_inner);
-    if R::PIXELS {
-        rendered.hits = tally.map(|n| u32::try_from(n).unwrap_or(u32::MAX)).collect();
-    } else {
-        rendered.weights = tally.map(|n| n as f64 * f64::from(WEIGHT_STEP)).collect();
+
+    /// The view that was rendered last; nothing before the first.
+    pub fn into_rendered(self) -> Rendered {
+        self.rendered
     }
-    rendered.splats = splats;
-    rendered.counters = totals(scene, &rendered);
-    rendered
-}
 
-/// Projects the scene; visible splats of each part of [`PART`] Gaussians in index order, in the
-/// room of those of another frame, and one bit per Gaussian that survived.
-pub(super) fn project(
-    scene: &Gaussians,
-    camera: &Camera,
-    level: Level,
-    room: Vec<Vec<Visible>>,
-) -> (Vec<Vec<Visible>>, Vec<u8>) {
-    project_then(scene, &View::new(camera), level, room, |visible, part| {
-        part.clear();
-        part.extend_from_slice(visible);
-    })
-}
+    /// The trace frame of the view that was rendered last, as [`Rendered::into_frame`]; what a
+    /// frame does not have stays for the next view.
+    pub fn take_frame(&mut self, camera: &Camera, background: [f32; 3]) -> Frame {
+        self.rendered.take_frame(camera, background)
+    }
 
-/// As [`project`], of a view, with what `then` makes of the visible splats of each part.
-pub(super) fn project_then<T: Send + Default>(
-    scene: &Gaussians,
-    view: &View,
-    level: Level,
-    mut made: Vec<T>,
-    then: impl Fn(&[Visible], &mut T) + Sync,
-) -> (Vec<T>, Vec<u8>) {
-    made.resize_with(scene.len().div_ceil(PART), T::default);
-    let bits: Vec<Vec<u8>> = made
-        .par_iter_mut()
-        .enumerate()
-        .map_init(Vec::new, |visible: &mut Vec<Visible>, (part, made)| {
-            let (first, end) = (part * PART, ((part + 1) * PART).min(scene.len()));
-            // In the room of a part before: what is made of it is often much less.
-            visible.clear();
-            let mut bits = Vec::with_capacity((end - first).div_ceil(8) + 1);
-            for i in (first..end).step_by(LANES) {
-                let stop = (i + LANES).min(end);
-                let mask = dispatch!(level, simd =>
-                    project_block(simd, scene, view, i, stop, visible));
-                bits.extend_from_slice(&mask.to_le_bytes());
+    fn render_as<R: Record>(
+        &mut self,
+        scene: &Gaussians,
+        camera: &Camera,
+        options: &Options,
+        record: R,
+    ) {
+        let Canvas { prepared, tally, heaviest, fetched, rendered } = self;
+        rendered.trade(prepared);
+        let grid = TileGrid::new(camera.width, camera.height, options.tile);
+        prepared.prepare(scene, camera, grid, options.test, options.level);
+        let Prepared { paints, runs, .. } = &*prepared;
+        tally.clear();
+        if R::PIXELS || R::WEIGHTS {
+            tally.resize_with(paints.len(), AtomicU64::default);
+        }
+        let shared = Shared {
+            runs,
+            paints,
+            background: options.background,
+            chunk: options.chunk,
+            tally,
+            level: options.level,
+        };
+        rendered.resize::<R>(camera, grid);
+        heaviest.resize(if R::DOMINANCE { rendered.picture.pixels.len() } else { 0 }, OPEN);
+        fetched.resize(if R::COUNT { grid.len() } else { 0 }, Fetched::ALL);
+        targets(rendered, heaviest, fetched, grid)
+            .into_par_iter()
+            .enumerate()
+            .for_each_init(Work::default, |work, (ty, mut out)| {
+                render_row(&shared, ty as u32, record, work, &mut out)
+            });
+        rendered.fetches.clear();
+        if R::COUNT {
+            count_fetches(runs, fetched, |_| Everything, &mut rendered.fetches);
+        }
+        rendered.dominance.clear();
+        if R::DOMINANCE {
+            rendered.dominance.resize(paints.len(), 0);
+            for rank in heaviest.iter().filter(|&&rank| rank != OPEN) {
+                rendered.dominance[*rank as usize] += 1;
             }
-            bits.truncate((end - first).div_ceil(8));
-            for some in visible.chunks_mut(LANES) {
-                dispatch!(level, simd => colour_block(simd, scene, view, some));
-            }
-            then(visible, made);
-            bits
-        })
-        .collect();
-    (made, bits.concat())
-}
-
-/// Splats, and their form for blending, in ascending depth, ties by index in the scene; in the room
-/// of those of another frame.
-pub(super) fn in_depth_order(
-    parts: &[Vec<Visible>],
-    room: (Vec<Splat>, Vec<Paint>),
-) -> (Vec<Splat>, Vec<Paint>) {
-    let depth = |v: &Visible| v.splat.depth;
-    in_depth_order_by(parts, depth, room, |_, Visible { splat, colour }| {
-        (splat, Paint::new(&splat, colour))
-    })
-}
-
-/// Two things that `make` makes of every item of `parts`, of which it is told the part, in
-/// ascending depth, ties by place. No part has more than [`PART`].
-pub(super) fn in_depth_order_by<
-    V: Copy + Sync,
-    A: Send + Default + Clone,
-    B: Send + Default + Clone,
->(
-    parts: &[Vec<V>],
-    depth: impl Fn(&V) -> f32 + Sync,
-    (mut a, mut b): (Vec<A>, Vec<B>),
-    make: impl Fn(usize, V) -> (A, B) + Sync,
-) -> (Vec<A>, Vec<B>) {
-    // Depth, part, position in the part: positive floats order like their bits.
-    let depth = &depth;
-    let mut keys = vec![0u64; parts.iter().map(Vec::len).sum()];
-    let mut rest = &mut keys[..];
-    let of_parts: Vec<&mut [u64]> = parts
-        .iter()
-        .map(|items| rest.split_off_mut(..items.len()).expect("a key for every item"))
-        .collect();
-    parts.par_iter().zip(of_parts).enumerate().for_each(|(part, (items, keys))| {
-        for (i, (key, item)) in keys.iter_mut().zip(items).enumerate() {
-            *key = u64::from(depth(item).to_bits()) << 32 | (part * PART + i) as u64;
         }
-    });
-    keys.par_sort_unstable();
-    a.resize(keys.len(), A::default());
-    b.resize(keys.len(), B::default());
-    let outputs = a.par_chunks_mut(NEAR).zip(b.par_chunks_mut(NEAR));
-    keys.par_chunks(NEAR).zip(outputs).with_min_len(16).for_each(|(keys, (a, b))| {
-        // Brought together first, so that cache misses overlap.
-        let place = |key: &u64| (*key as u32 as usize / PART, *key as u32 as usize % PART);
-        let mut near = [None; NEAR];
-        for (near, (part, i)) in near.iter_mut().zip(keys.iter().map(place)) {
-            *near = Some((part, parts[part][i]));
+        rendered.hits.clear();
+        rendered.weights.clear();
+        let tally = tally.iter_mut().map(|n| *n.get_mut());
+        if R::PIXELS {
+            rendered.hits.extend(tally.map(|n| u32::try_from(n).unwrap_or(u32::MAX)));
+        } else {
+            rendered.weights.extend(tally.map(|n| n as f64 * f64::from(WEIGHT_STEP)));
         }
-        for ((a, b), (part, item)) in a.iter_mut().zip(b).zip(near.into_iter().flatten()) {
-            (*a, *b) = make(part, item);
-        }
-    });
-    (a, b)
+        rendered.sh_degree = scene.degree();
+        rendered.trade(prepared);
+        rendered.counters = totals(scene, rendered);
+    }
 }
 
 /// The lines of each row of tiles. Columns that are not recorded stay empty.
 fn targets<'a>(
     rendered: &'a mut Rendered,
     heaviest: &'a mut [u32],
+    fetched: &'a mut [Fetched],
     grid: TileGrid,
 ) -> Vec<RowTarget<'a>> {
     let lines = (grid.width * grid.tile) as usize;
@@ -273,16 +211,18 @@ fn targets<'a>(
     let mut blended = rendered.pixels.blended.chunks_mut(lines);
     let mut iterated = rendered.iterated.chunks_mut(lines);
     let mut heaviest = heaviest.chunks_mut(lines);
-    rendered
-        .picture
-        .pixels
-        .chunks_mut(lines)
-        .map(|pixels| RowTarget {
+    let mut fetched = fetched.chunks_mut(grid.nx as usize);
+    let pixels = rendered.picture.pixels.chunks_mut(lines);
+    pixels
+        .zip(rendered.tiles.chunks_mut(grid.nx as usize))
+        .map(|(pixels, tiles)| RowTarget {
             pixels,
+            tiles,
             stop_rank: stop_rank.next().unwrap_or_default(),
             blended: blended.next().unwrap_or_default(),
             iterated: iterated.next().unwrap_or_default(),
             heaviest: heaviest.next().unwrap_or_default(),
+            fetched: fetched.next().unwrap_or_default(),
         })
         .collect()
 }
@@ -309,33 +249,32 @@ fn totals(scene: &Gaussians, rendered: &Rendered) -> Counters {
 const PREVIEW_SIDE: u32 = 480;
 
 impl Rendered {
-    fn sized<R: Record>(camera: &Camera) -> Rendered {
+    /// Makes room for a view; what is recorded of every pixel and tile is written later.
+    fn resize<R: Record>(&mut self, camera: &Camera, grid: TileGrid) {
         let n = camera.width as usize * camera.height as usize;
+        (self.picture.width, self.picture.height) = (camera.width, camera.height);
+        self.picture.pixels.resize(n, [0.0; 3]);
         let counts = if R::COUNT { n } else { 0 };
-        Rendered {
-            picture: Picture {
-                width: camera.width,
-                height: camera.height,
-                pixels: vec![[0.0; 3]; n],
-            },
-            splats: Vec::new(),
-            survivor_bits: Vec::new(),
-            sh_degree: ShDegree::ZERO,
-            counters: Counters::default(),
-            touches: Vec::new(),
-            fetches: Vec::new(),
-            dominance: Vec::new(),
-            hits: Vec::new(),
-            weights: Vec::new(),
-            pixels: PixelColumns { stop_rank: vec![0; counts], blended: vec![0; counts] },
-            iterated: vec![0; if R::DOMINANCE { n } else { 0 }],
-            tiles: Vec::new(),
-        }
+        self.pixels.stop_rank.resize(counts, 0);
+        self.pixels.blended.resize(counts, 0);
+        self.iterated.resize(if R::DOMINANCE { n } else { 0 }, 0);
+        self.tiles.resize(grid.len(), TileCount::default());
+    }
+
+    /// Gives what a view is prepared in for what was prepared.
+    fn trade(&mut self, prepared: &mut Prepared) {
+        std::mem::swap(&mut self.splats, &mut prepared.splats);
+        std::mem::swap(&mut self.survivor_bits, &mut prepared.survivor_bits);
+        std::mem::swap(&mut self.touches, &mut prepared.runs.touches);
     }
 
     /// The trace frame of this rendering. Must have been rendered with the reference tiling and
     /// counters.
-    pub fn into_frame(self, camera: &Camera, background: [f32; 3]) -> Frame {
+    pub fn into_frame(mut self, camera: &Camera, background: [f32; 3]) -> Frame {
+        self.take_frame(camera, background)
+    }
+
+    fn take_frame(&mut self, camera: &Camera, background: [f32; 3]) -> Frame {
         assert!(!self.pixels.stop_rank.is_empty(), "a trace frame needs Detail::Counters");
         Frame {
             facts: FrameFacts {
@@ -346,9 +285,9 @@ impl Rendered {
                 background,
                 mean_linear_rgb: Some(self.picture.mean_linear_rgb()),
             },
-            splats: self.splats,
-            survivor_bits: Some(self.survivor_bits),
-            pixels: self.pixels,
+            splats: std::mem::take(&mut self.splats),
+            survivor_bits: Some(std::mem::take(&mut self.survivor_bits)),
+            pixels: std::mem::take(&mut self.pixels),
             fovea: None,
             preview: Some(preview(&self.picture)),
         }

@@ -10,15 +10,13 @@ mod paints;
 mod pair;
 mod row;
 
-use std::sync::atomic::AtomicU32;
-
 use rayon::prelude::*;
 
 use self::paints::LevelPaints;
-use self::row::{Shared, Target, render_row};
+use self::row::{Shared, Target, Work, render_row};
 use super::blend::{Counted, ImageOnly, Record};
 use super::forward::{Detail, Options, preview};
-use super::row::TileCount;
+use super::row::{Fetched, TileCount, count_fetches};
 use powergs_base::picture::Picture;
 use powergs_frame::fovea::{GazeError, ScreenGaze, TileLevels};
 use powergs_frame::splat::runs::{Levels, Runs, Touch};
@@ -108,11 +106,6 @@ fn render_as<R: Record>(
     } else {
         Runs::new(&paints.splats, grid, test)
     };
-    let fetches: Vec<AtomicU32> = if R::COUNT {
-        (0..paints.splats.len()).map(|_| AtomicU32::new(0)).collect()
-    } else {
-        Vec::new()
-    };
     let shared = Shared {
         runs: &runs,
         paints: &paints,
@@ -120,16 +113,19 @@ fn render_as<R: Record>(
         filter: &filter,
         background: options.background,
         chunk: options.chunk,
-        fetches: &fetches,
         level: options.level,
     };
-    let mut frame = FoveatedFrame::sized::<R>(camera, gaze);
-    frame.tiles = targets(&mut frame, levels.grid)
-        .into_par_iter()
-        .enumerate()
-        .flat_map_iter(|(ty, mut out)| render_row(&shared, ty as u32, record, &mut out))
-        .collect();
-    frame.fetches = fetches.into_iter().map(AtomicU32::into_inner).collect();
+    let mut frame = FoveatedFrame::sized::<R>(camera, gaze, grid);
+    let mut fetched = vec![Fetched::ALL; if R::COUNT { grid.len() } else { 0 }];
+    targets(&mut frame, &mut fetched, grid).into_par_iter().enumerate().for_each_init(
+        Work::default,
+        |work, (ty, mut out)| {
+            render_row(&shared, ty as u32, record, work, &mut out);
+        },
+    );
+    if R::COUNT {
+        count_fetches(&runs, &fetched, |ty| shared.keep(ty), &mut frame.fetches);
+    }
     if R::COUNT {
         frame.touches = runs.touches;
     }
@@ -141,20 +137,28 @@ fn render_as<R: Record>(
 }
 
 /// The lines of each row of tiles. Columns that are not recorded stay empty.
-fn targets(frame: &mut FoveatedFrame, grid: TileGrid) -> Vec<Target<'_>> {
+fn targets<'a>(
+    frame: &'a mut FoveatedFrame,
+    fetched: &'a mut [Fetched],
+    grid: TileGrid,
+) -> Vec<Target<'a>> {
     let lines = (grid.width * grid.tile) as usize;
     let mut stop_rank = frame.pixels.stop_rank.chunks_mut(lines);
     let mut blended = frame.pixels.blended.chunks_mut(lines);
     let [stop_rank_2, extra_alpha, blended_2] = &mut frame.second;
     let mut second = [stop_rank_2, extra_alpha, blended_2].map(|column| column.chunks_mut(lines));
+    let mut fetched = fetched.chunks_mut(grid.nx as usize);
     let rows = frame.picture.pixels.chunks_mut(lines);
-    rows.map(|pixels| Target {
-        pixels,
-        stop_rank: stop_rank.next().unwrap_or_default(),
-        blended: blended.next().unwrap_or_default(),
-        second: second.each_mut().map(|column| column.next().unwrap_or_default()),
-    })
-    .collect()
+    rows.zip(frame.tiles.chunks_mut(grid.nx as usize))
+        .map(|(pixels, tiles)| Target {
+            pixels,
+            tiles,
+            fetched: fetched.next().unwrap_or_default(),
+            stop_rank: stop_rank.next().unwrap_or_default(),
+            blended: blended.next().unwrap_or_default(),
+            second: second.each_mut().map(|column| column.next().unwrap_or_default()),
+        })
+        .collect()
 }
 
 fn totals(model: &Foveated, frame: &FoveatedFrame) -> (Counters, FoveaCounters) {
@@ -183,7 +187,7 @@ fn totals(model: &Foveated, frame: &FoveatedFrame) -> (Counters, FoveaCounters) 
 }
 
 impl FoveatedFrame {
-    fn sized<R: Record>(camera: &Camera, gaze: ScreenGaze) -> FoveatedFrame {
+    fn sized<R: Record>(camera: &Camera, gaze: ScreenGaze, grid: TileGrid) -> FoveatedFrame {
         let n = camera.width as usize * camera.height as usize;
         let column = || vec![0; if R::COUNT { n } else { 0 }];
         let (width, height) = (camera.width, camera.height);
@@ -199,7 +203,7 @@ impl FoveatedFrame {
             fetches: Vec::new(),
             pixels: PixelColumns { stop_rank: column(), blended: column() },
             second: [column(), column(), column()],
-            tiles: Vec::new(),
+            tiles: vec![FoveatedTile::default(); grid.len()],
             gaze,
         }
     }

@@ -13,12 +13,13 @@ mod datapath;
 mod forward;
 pub mod foveated;
 mod front_end;
+mod prepare;
 pub mod regions;
 mod row;
 pub mod train;
 
 pub use core_work::{CorePixels, CoreSplat, CoreWork, TileWork, core_work, tile_work};
 pub use datapath::render_datapath;
-pub use forward::{Detail, Options, Rendered, render};
+pub use forward::{Canvas, Detail, Options, Rendered, render};
 pub use foveated::{FoveatedFrame, render_foveated};
 pub use front_end::{FrontEnd, render_hardware};

@@ -1,9 +1,9 @@
 //! One row of tiles: lists from runs, blending, counters.
 
-use std::ops::Range;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
 
 use super::blend::{BLOCK, Block, Paint, Record, blend, write_block};
 use powergs_frame::splat::runs::{Run, Runs};
@@ -36,6 +36,27 @@ pub(crate) struct RowTarget<'a> {
     pub iterated: &'a mut [u32],
     /// Rank of the heaviest splat (only for dominance).
     pub heaviest: &'a mut [u32],
+    /// Counts of the tiles, left to right.
+    pub tiles: &'a mut [TileCount],
+    /// How far the lists of the tiles are fetched (only if counted).
+    pub fetched: &'a mut [Fetched],
+}
+
+/// How far the list of a tile is fetched: the rank of the last splat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Fetched(u32);
+
+impl Fetched {
+    /// To its end.
+    pub const ALL: Fetched = Fetched(u32::MAX);
+
+    /// The first `loaded` entries of a list of ranks.
+    pub fn of(entries: &[u32], loaded: u32) -> Fetched {
+        match entries.get(loaded as usize) {
+            Some(_) => Fetched(entries[..loaded as usize].last().copied().unwrap_or_default()),
+            None => Fetched::ALL,
+        }
+    }
 }
 
 /// What all rows share.
@@ -48,8 +69,6 @@ pub struct Shared<'a> {
     pub background: [f32; 3],
     /// Entries fetched together.
     pub chunk: u32,
-    /// Tiles that fetched each splat, by rank.
-    pub fetches: &'a [AtomicU32],
     /// Pixels that each splat was blended into, or the sum of its weights there in steps of
     /// `WEIGHT_STEP`, by rank (only if tallied).
     pub tally: &'a [AtomicU64],
@@ -58,11 +77,14 @@ pub struct Shared<'a> {
 }
 
 /// The lists of a row of tiles.
+#[derive(Debug, Default)]
 pub(super) struct Lists {
     /// First entry of each tile, and the end.
-    pub starts: Vec<usize>,
+    starts: Vec<usize>,
+    /// Where the next entry of each tile goes.
+    next: Vec<usize>,
     /// Ranks of the splats, front to back.
-    pub entries: Vec<u32>,
+    entries: Vec<u32>,
 }
 
 /// Which splats a tile of a row keeps of those that touch it.
@@ -92,100 +114,118 @@ impl Keep for Everything {
     }
 }
 
-/// Renders row `ty` into `out`; returns the counts of its tiles, left to right.
-pub(crate) fn render_row<R: Record>(
+/// Memory that is used again for each row.
+#[derive(Debug, Default)]
+pub(super) struct Work {
+    lists: Lists,
+    block: Block,
+}
+
+/// Renders row `ty` into `out`.
+pub(super) fn render_row<R: Record>(
     shared: &Shared<'_>,
     ty: u32,
     record: R,
+    Work { lists, block }: &mut Work,
     out: &mut RowTarget<'_>,
-) -> Vec<TileCount> {
-    let lists = build_lists(shared.runs, ty, &Everything);
-    let mut block = Block::new();
-    let mut tiles = Vec::with_capacity(shared.runs.grid.nx as usize);
+) {
+    lists.build(shared.runs, ty, &Everything);
     for tx in 0..shared.runs.grid.nx {
-        let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
+        let entries = lists.of(tx);
         let tile = Tile { tx, ty, entries, accepted: entries.len() as u32 };
-        tiles.push(tile.render(shared, record, &mut block, out));
+        let count = tile.render(shared, record, block, out);
+        out.tiles[tx as usize] = count;
+        if R::COUNT {
+            out.fetched[tx as usize] = Fetched::of(entries, count.loaded);
+        }
     }
-    if R::COUNT {
-        count_fetches(shared.runs, shared.fetches, ty, &tiles, &Everything);
-    }
-    tiles
 }
 
-/// The lists of row `ty`.
-pub(super) fn build_lists<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> Lists {
-    let (starts, total) = starts(runs, ty, keep);
-    let mut next = starts.clone();
-    let mut entries = vec![0; total];
-    for run in runs.row(ty) {
-        let highest = keep.highest(run);
-        for x in run.x0 as usize..run.x1 as usize {
-            if K::ALL || keep.keeps(highest, x) {
-                entries[next[x]] = run.rank;
-                next[x] += 1;
+impl Lists {
+    /// Makes the lists of row `ty`.
+    pub fn build<K: Keep>(&mut self, runs: &Runs, ty: u32, keep: &K) {
+        let Lists { starts, next, entries } = self;
+        let total = find_starts(runs, ty, keep, starts);
+        next.clone_from(starts);
+        entries.resize(total, 0);
+        for run in runs.row(ty) {
+            let highest = keep.highest(run);
+            for x in run.x0 as usize..run.x1 as usize {
+                if K::ALL || keep.keeps(highest, x) {
+                    entries[next[x]] = run.rank;
+                    next[x] += 1;
+                }
             }
         }
     }
-    Lists { starts, entries }
+
+    /// The list of tile `tx`: ranks of splats, front to back.
+    pub fn of(&self, tx: u32) -> &[u32] {
+        &self.entries[self.starts[tx as usize]..self.starts[tx as usize + 1]]
+    }
 }
 
-/// Where the lists of row `ty` begin, and the end; and how many entries they have.
-pub(super) fn starts<K: Keep>(runs: &Runs, ty: u32, keep: &K) -> (Vec<usize>, usize) {
-    let nx = runs.grid.nx as usize;
-    // How many more entries a tile has than the one before: wraps, and the sums do not.
-    let mut more = vec![0usize; nx + 1];
+/// Finds where the lists of row `ty` begin, and the end; returns how many entries they have.
+pub(super) fn find_starts<K: Keep>(
+    runs: &Runs,
+    ty: u32,
+    keep: &K,
+    starts: &mut Vec<usize>,
+) -> usize {
+    // First, how many more entries a tile has than the one before: wraps, and the sums do not.
+    starts.clear();
+    starts.resize(runs.grid.nx as usize + 1, 0);
     for run in runs.row(ty) {
         let (first, end) = (run.x0 as usize, run.x1 as usize);
         if K::ALL {
-            more[first] = more[first].wrapping_add(1);
-            more[end] = more[end].wrapping_sub(1);
+            starts[first] = starts[first].wrapping_add(1);
+            starts[end] = starts[end].wrapping_sub(1);
             continue;
         }
         let highest = keep.highest(run);
         for x in (first..end).filter(|&x| keep.keeps(highest, x)) {
-            more[x] = more[x].wrapping_add(1);
-            more[x + 1] = more[x + 1].wrapping_sub(1);
+            starts[x] = starts[x].wrapping_add(1);
+            starts[x + 1] = starts[x + 1].wrapping_sub(1);
         }
     }
     let (mut n, mut total) = (0usize, 0);
-    for more in &mut more {
+    for more in starts {
         n = n.wrapping_add(*more);
         *more = total;
         total += n;
     }
-    (more, total)
+    total
 }
 
-/// Adds one to the fetches of every splat that a tile loaded: those at positions of its list below
-/// the number of loads.
+/// Counts the tiles that fetched each splat, by rank. `keep` says what the tiles of a row keep.
 pub(super) fn count_fetches<K: Keep>(
     runs: &Runs,
-    fetches: &[AtomicU32],
-    ty: u32,
-    tiles: &[TileCount],
-    keep: &K,
+    fetched: &[Fetched],
+    keep: impl Fn(u32) -> K + Sync,
+    fetches: &mut Vec<u32>,
 ) {
-    let add = |rank: u32, n: u32| {
-        fetches[rank as usize].fetch_add(n, Ordering::Relaxed);
-    };
-    if K::ALL && tiles.iter().all(|tile| tile.loaded == tile.entries) {
-        runs.row(ty).for_each(|run| add(run.rank, u32::from(run.x1 - run.x0)));
-        return;
-    }
-    let mut seen = vec![0u32; tiles.len()];
-    for run in runs.row(ty) {
-        let mut fetched = 0;
-        let highest = keep.highest(run);
-        let columns = run.x0 as usize..run.x1 as usize;
-        for x in columns.filter(|&x| K::ALL || keep.keeps(highest, x)) {
-            fetched += u32::from(seen[x] < tiles[x].loaded);
-            seen[x] += 1;
+    fetches.resize(runs.touches.len(), 0);
+    let parts = runs.parts().par_iter().zip(fetches.par_chunks_mut(runs.part_len()));
+    parts.enumerate().for_each(|(i, (rows, fetches))| {
+        let first = i * runs.part_len();
+        fetches.fill(0);
+        let of_rows = fetched.chunks(runs.grid.nx as usize);
+        for (ty, (runs, fetched)) in (0..).zip(rows.iter().zip(of_rows)) {
+            let keep = keep(ty);
+            let is_whole = K::ALL && fetched.iter().all(|&tile| tile == Fetched::ALL);
+            for run in runs {
+                let highest = keep.highest(run);
+                let has = |x: usize| {
+                    (K::ALL || keep.keeps(highest, x)) && Fetched(run.rank) <= fetched[x]
+                };
+                let columns = run.x0 as usize..run.x1 as usize;
+                fetches[run.rank as usize - first] += match is_whole {
+                    true => columns.len() as u32,
+                    false => columns.map(|x| u32::from(has(x))).sum(),
+                };
+            }
         }
-        if fetched > 0 {
-            add(run.rank, fetched);
-        }
-    }
+    });
 }
 
 struct Tile<'a> {
@@ -224,15 +264,15 @@ impl Tile<'_> {
                 let (pixels, size) = (&mut out.pixels[corner..], (w as usize, h as usize));
                 dispatch!(shared.level, simd =>
                     write_block(simd, block, shared.background, size, pixels, width));
-                for y in 0..h as usize {
-                    let start = corner + y * width;
-                    let range = start..start + w as usize;
-                    if R::COUNT {
-                        most =
-                            most.max(self.count_row::<R>(block, y, range.clone(), &mut count, out));
-                    }
-                    if R::DOMINANCE {
-                        out.heaviest[range.clone()]
+                if R::COUNT {
+                    let iterated = dispatch!(shared.level, _simd =>
+                        self.count_block::<R>(block, size, corner, width, &mut count, out));
+                    most = most.max(iterated);
+                }
+                if R::DOMINANCE {
+                    for y in 0..h as usize {
+                        let start = corner + y * width;
+                        out.heaviest[start..start + w as usize]
                             .copy_from_slice(&block.heaviest(y)[..w as usize]);
                     }
                 }
@@ -245,37 +285,50 @@ impl Tile<'_> {
         count
     }
 
-    /// Writes the counts of row `y` of a finished block to `range` of the columns; returns the
-    /// entries that its last pixel iterated.
-    fn count_row<R: Record>(
+    /// Writes the counts of a finished block of `w` x `h` pixels to the columns, from `corner` on in
+    /// lines of `width`; returns the entries that its last pixel iterated.
+    #[inline(always)]
+    fn count_block<R: Record>(
         &self,
         block: &Block,
-        y: usize,
-        range: Range<usize>,
+        (w, h): (usize, usize),
+        corner: usize,
+        width: usize,
         count: &mut TileCount,
         out: &mut RowTarget<'_>,
     ) -> u32 {
-        let blended = &block.blended(y)[..range.len()];
-        out.blended[range.clone()].copy_from_slice(blended);
-        count.blends += blended.iter().map(|&n| u64::from(n)).sum::<u64>();
-        let Some(stops) = block.stops(y) else {
-            out.stop_rank[range.clone()].fill(NEVER);
-            if R::DOMINANCE {
-                out.iterated[range.clone()].fill(self.accepted);
-            }
-            count.alpha_evaluations += u64::from(self.accepted) * range.len() as u64;
-            return self.accepted;
-        };
         let mut most = 0;
-        for (x, i) in range.enumerate() {
-            let entry = self.entries.get(stops[x] as usize);
-            let iterated = entry.map_or(self.accepted, |_| stops[x] + 1);
-            out.stop_rank[i] = entry.copied().unwrap_or(NEVER);
-            if R::DOMINANCE {
-                out.iterated[i] = iterated;
+        for y in 0..h {
+            let start = corner + y * width;
+            let range = start..start + w;
+            let blended = block.blended(y);
+            // A whole row needs no loop.
+            match <&mut [u32; BLOCK]>::try_from(&mut out.blended[range.clone()]) {
+                Ok(row) => *row = *blended,
+                Err(_) => out.blended[range.clone()].copy_from_slice(&blended[..w]),
             }
-            count.alpha_evaluations += u64::from(iterated);
-            most = most.max(iterated);
+            // Pixels that take no part blend nothing.
+            count.blends += blended.iter().map(|&n| u64::from(n)).sum::<u64>();
+            let Some(stops) = block.stops(y) else {
+                out.stop_rank[range.clone()].fill(NEVER);
+                if R::DOMINANCE {
+                    out.iterated[range].fill(self.accepted);
+                }
+                count.alpha_evaluations += u64::from(self.accepted) * w as u64;
+                most = self.accepted;
+                continue;
+            };
+            for (rank, &stop) in out.stop_rank[range.clone()].iter_mut().zip(stops) {
+                *rank = self.entries.get(stop as usize).copied().unwrap_or(NEVER);
+            }
+            let iterated = stops.map(|stop| stop.saturating_add(1).min(self.accepted));
+            if R::DOMINANCE {
+                out.iterated[range].copy_from_slice(&iterated[..w]);
+            }
+            for n in &iterated[..w] {
+                count.alpha_evaluations += u64::from(*n);
+                most = most.max(*n);
+            }
         }
         most
     }

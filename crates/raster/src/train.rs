@@ -21,12 +21,11 @@ pub use slopes::Slopes;
 
 use self::row::Row;
 use self::unblend::{ColourOpacity, Everything};
-use super::blend::{BLOCK, Paint};
-use super::forward::{in_depth_order, project};
+use super::blend::BLOCK;
+use super::prepare::Prepared;
 use powergs_base::picture::Picture;
 use powergs_frame::splat::gradient::{COLOUR, HIDDEN, PixelSums};
-use powergs_frame::splat::project::{View, Visible};
-use powergs_frame::splat::runs::{Run, Runs};
+use powergs_frame::splat::project::View;
 use powergs_frame::splat::{Intersection, Splat, TileGrid};
 use powergs_scene::{Camera, Gaussians};
 
@@ -78,8 +77,7 @@ pub enum Which {
 pub struct Tape {
     picture: Picture,
     frame: Option<Frame>,
-    /// Visible splats of the last view in the order of the scene: kept for their room alone.
-    parts: Vec<Vec<Visible>>,
+    prepared: Prepared,
     rows: Vec<Row>,
     /// By rank.
     sums: Vec<PixelSums>,
@@ -93,9 +91,6 @@ struct Frame {
     options: Options,
     /// Gaussians in the scene.
     points: usize,
-    splats: Vec<Splat>,
-    paints: Vec<Paint>,
-    runs: Runs,
 }
 
 impl Tape {
@@ -106,18 +101,9 @@ impl Tape {
 
     /// Renders `scene` from `camera`. The picture is over the background and not clamped.
     pub fn forward(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> &Picture {
-        let room = std::mem::take(&mut self.parts);
-        (self.parts, _) = project(scene, camera, options.level, room);
-        let (room, runs) = match self.frame.take() {
-            Some(Frame { splats, paints, runs, .. }) => ((splats, paints), Some(runs)),
-            None => Default::default(),
-        };
-        let (splats, paints) = in_depth_order(&self.parts, room);
         let grid = TileGrid::new(camera.width, camera.height, BLOCK as u32);
-        let runs = match runs {
-            Some(runs) => runs.renewed(&splats, grid, options.test),
-            None => Runs::new(&splats, grid, options.test),
-        };
+        self.prepared.prepare(scene, camera, grid, options.test, options.level);
+        let Prepared { paints, runs, .. } = &self.prepared;
         (self.picture.width, self.picture.height) = (camera.width, camera.height);
         self.picture.pixels.resize(camera.width as usize * camera.height as usize, [0.0; 3]);
         self.rows.resize_with(grid.ny as usize, Row::default);
@@ -127,11 +113,11 @@ impl Tape {
             .zip(self.picture.pixels.par_chunks_mut(lines.max(1)))
             .enumerate()
             .for_each(|(ty, (row, pixels))| {
-                row.forward(&runs, &paints, ty as u32, options, pixels);
+                row.forward(runs, paints, ty as u32, options, pixels);
             });
         let view = View::new(camera);
         let points = scene.len();
-        self.frame = Some(Frame { view, options: *options, points, splats, paints, runs });
+        self.frame = Some(Frame { view, options: *options, points });
         &self.picture
     }
 
@@ -142,23 +128,15 @@ impl Tape {
 
     /// The visible splats of the last view in depth order.
     pub fn splats(&self) -> &[Splat] {
-        self.frame.as_ref().map_or(&[], |frame| &frame.splats)
+        &self.prepared.splats
     }
 
     /// Bytes of the tape in memory.
     pub fn bytes(&self) -> u64 {
         let rows: usize = self.rows.iter().map(Row::bytes).sum();
-        let frame = self.frame.as_ref().map_or(0, |frame| {
-            let runs = frame.runs.parts().iter().flatten().map(Vec::len).sum::<usize>();
-            size_of_val(&frame.splats[..])
-                + size_of_val(&frame.paints[..])
-                + size_of_val(&frame.runs.touches[..])
-                + runs * size_of::<Run>()
-        });
         let pixels = size_of_val(&self.picture.pixels[..]);
         let sums = self.sums.capacity() * size_of::<PixelSums>() + 4 * self.ranks.capacity();
-        let parts = self.parts.iter().map(Vec::capacity).sum::<usize>() * size_of::<Visible>();
-        (parts + rows + frame + pixels + sums) as u64
+        (self.prepared.bytes() + rows + pixels + sums) as u64
     }
 
     /// Writes to `out` the gradient of a loss by the parameters of `scene`; arguments as in
@@ -179,6 +157,7 @@ impl Tape {
     /// overflows single precision.
     pub fn slopes(&mut self, by_pixel: &[[f32; 3]], which: Which) -> Slopes<'_> {
         let frame = self.frame.as_ref().expect("forward comes before backward");
+        let Prepared { splats, paints, runs, .. } = &self.prepared;
         assert_eq!(by_pixel.len(), self.picture.pixels.len(), "a gradient for every pixel");
         let lines = (self.picture.width as usize * BLOCK).max(1);
         self.rows
@@ -187,20 +166,20 @@ impl Tape {
             .zip(by_pixel.par_chunks(lines))
             .enumerate()
             .for_each(|(ty, ((row, pixels), by_pixel))| {
-                let tiles = row::Lines { grid: frame.runs.grid, ty: ty as u32, pixels, by_pixel };
+                let tiles = row::Lines { grid: runs.grid, ty: ty as u32, pixels, by_pixel };
                 match which {
                     Which::All => {
-                        row.backward(&frame.paints, &tiles, &frame.options, Everything);
+                        row.backward(paints, &tiles, &frame.options, Everything);
                     }
                     Which::ColourAndOpacity => {
-                        row.backward(&frame.paints, &tiles, &frame.options, ColourOpacity);
+                        row.backward(paints, &tiles, &frame.options, ColourOpacity);
                     }
                 }
             });
-        add_rows(&mut self.sums, &self.rows, frame);
+        add_rows(&mut self.sums, &self.rows, &self.prepared);
         self.ranks.clear();
         self.ranks.resize(frame.points, HIDDEN);
-        for (rank, splat) in frame.splats.iter().enumerate() {
+        for (rank, splat) in splats.iter().enumerate() {
             self.ranks[splat.index as usize] = rank as u32;
         }
         Slopes { frame, which, ranks: &self.ranks, sums: &self.sums }
@@ -209,10 +188,10 @@ impl Tape {
 
 /// The sums of each splat over its rows of tiles, from top to bottom. Where a colour is clamped to
 /// zero its gradient is zero.
-fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], frame: &Frame) {
+fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], prepared: &Prepared) {
     sums.clear();
-    sums.resize(frame.splats.len(), [0.0; 9]);
-    let parts = frame.runs.parts();
+    sums.resize(prepared.splats.len(), [0.0; 9]);
+    let parts = prepared.runs.parts();
     // Where the runs of each part begin in each row.
     let mut first = vec![0usize; rows.len()];
     let mut starts = Vec::with_capacity(parts.len());
@@ -222,9 +201,9 @@ fn add_rows(sums: &mut Vec<PixelSums>, rows: &[Row], frame: &Frame) {
             *first += runs.len();
         }
     }
-    let part_len = frame.runs.part_len();
+    let part_len = prepared.runs.part_len();
     sums.par_chunks_mut(part_len)
-        .zip(frame.paints.par_chunks(part_len))
+        .zip(prepared.paints.par_chunks(part_len))
         .zip(parts.par_iter().zip(&starts))
         .enumerate()
         .for_each(|(i, ((sums, paints), (part, starts)))| {

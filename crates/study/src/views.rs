@@ -1,12 +1,13 @@
 //! Frames that are rendered as they are asked for: a model and the cameras that see it.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use powergs_base::budget::Budget;
 use powergs_core::run::{Frames, Pending, RunError};
 use powergs_frame::fovea::ScreenGaze;
-use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_frame::trace::Frame;
+use powergs_raster::{Canvas, Detail, Options, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
 
 /// What the cameras see.
@@ -25,6 +26,22 @@ pub struct RenderedViews {
     cameras: Vec<Camera>,
     options: Options,
     budget: Budget,
+    canvases: Canvases,
+}
+
+/// What views are rendered on: as many as there are at once.
+#[derive(Debug, Clone, Default)]
+struct Canvases(Arc<Mutex<Vec<Canvas>>>);
+
+impl Canvases {
+    fn frame(&self, scene: &Gaussians, camera: &Camera, options: &Options) -> Frame {
+        let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut canvas = free().pop().unwrap_or_default();
+        canvas.render(scene, camera, options);
+        let frame = canvas.take_frame(camera, options.background);
+        free().push(canvas);
+        frame
+    }
 }
 
 /// Memory for a pixel of a frame while it is rendered and the one before is written, bytes.
@@ -50,8 +67,8 @@ impl RenderedViews {
 
     fn of(name: &str, model: Model, cameras: Vec<Camera>) -> RenderedViews {
         let options = Options::reference(Detail::Counters);
-        let budget = Budget::DEFAULT;
-        RenderedViews { name: name.to_owned(), model, cameras, options, budget }
+        let (budget, canvases) = (Budget::DEFAULT, Canvases::default());
+        RenderedViews { name: name.to_owned(), model, cameras, options, budget, canvases }
     }
 
     /// The same on another background, linear RGB.
@@ -95,11 +112,8 @@ impl Frames for RenderedViews {
         })?;
         Ok(match &self.model {
             Model::Plain(scene) => {
-                let scene = Arc::clone(scene);
-                Pending::new(bytes, move || {
-                    let rendered = render(&scene, &camera, &options);
-                    Ok(Arc::new(rendered.into_frame(&camera, options.background)))
-                })
+                let (scene, canvases) = (Arc::clone(scene), self.canvases.clone());
+                Pending::new(bytes, move || Ok(Arc::new(canvases.frame(&scene, &camera, &options))))
             }
             Model::Foveated(model, gazes) => {
                 let (model, gaze) = (Arc::clone(model), gazes[position]);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// Degree of the spherical harmonics of a scene, 0 to 3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ShDegree(u8);
 
 impl ShDegree {

@@ -1,12 +1,14 @@
 //! The tiles that a splat touches: bounding rectangle, then a test row by row.
 
-use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, i32x16};
 
-use super::obb::Obb;
+use super::obb::{Obb, ObbBlock};
+use super::project::{LANES, lanes_of};
 use super::{Ellipse, Intersection, Splat};
 
 /// The tiles of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct TileGrid {
     /// Image width, pixels.
     pub width: u32,
@@ -181,6 +183,71 @@ impl Cover {
             }
         }
     }
+}
+
+/// Up to sixteen splats being tested by their boxes, with the bits of [`Cover::new`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CoverBlock {
+    /// First columns, first rows, end columns, end rows.
+    rects: [[i32; LANES]; 4],
+    boxes: ObbBlock,
+    grid: TileGrid,
+}
+
+impl CoverBlock {
+    /// Prepares `splats` for [`Intersection::Obb`].
+    #[inline(always)]
+    pub fn new<S: Simd>(simd: S, splats: &[Splat], grid: TileGrid) -> CoverBlock {
+        let mean = [0, 1].map(|i| lanes_of(simd, splats, |splat| splat.mean[i]));
+        let cov = [0, 1, 2].map(|i| lanes_of(simd, splats, |splat| splat.cov[i]));
+        let rects = tile_rects(simd, &mean, &cov, &grid);
+        CoverBlock { rects, boxes: ObbBlock::new(simd, mean, cov, grid.tile), grid }
+    }
+
+    /// One of the splats.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Cover {
+        let [x0, y0, x1, y1] = self.rects.map(|values| values[lane].cast_unsigned());
+        let rect = TileRect { x0, y0, x1, y1 };
+        let shape = if rect.area() <= 1 { Shape::Rect } else { Shape::Box(self.boxes.get(lane)) };
+        Cover { rect, grid: self.grid, shape }
+    }
+}
+
+/// The sides of [`Splat::tile_rect`] of sixteen splats; nothing where [`Splat::conic`] is nothing.
+#[inline(always)]
+fn tile_rects<S: Simd>(
+    simd: S,
+    mean: &[f32x16<S>; 2],
+    cov: &[f32x16<S>; 3],
+    grid: &TileGrid,
+) -> [[i32; LANES]; 4] {
+    /// The largest radius of [`Splat::radius`].
+    const FURTHEST: f32 = i64::MAX as f32;
+    let splat = |value: f32| f32x16::splat(simd, value);
+    let [a, b, d] = *cov;
+    let det = a * d - b * b;
+    let is_finite = |value: f32x16<S>| value.abs().simd_lt(splat(f32::INFINITY));
+    let is_regular =
+        det.simd_ne(splat(0.0)) & is_finite(d / det) & is_finite(b / det) & is_finite(a / det);
+    let mid = (a + d) * 0.5;
+    let lambda = mid + (mid * mid - det).max_precise(splat(0.1)).sqrt();
+    let reach = lambda.sqrt() * 3.0;
+    let radius = reach.ceil().max_precise(splat(0.0)).min(splat(FURTHEST));
+    let (tile, k) = (grid.tile as f32, 1.0 / grid.tile as f32);
+    let side = |edge: f32x16<S>, n: u32| {
+        let n = i32x16::splat(simd, n as i32);
+        let zero = i32x16::splat(simd, 0);
+        let tiles = (edge * k).to_int_precise::<i32x16<S>>().max(zero).min(n);
+        is_regular.select(tiles, zero).into()
+    };
+    let [x, y] = *mean;
+    [
+        side(x - radius, grid.nx),
+        side(y - radius, grid.ny),
+        side(x + radius + (tile - 1.0), grid.nx),
+        side(y + radius + (tile - 1.0), grid.ny),
+    ]
 }
 
 /// The tiles of row `y` that hold a pixel which the ellipse may reach, unclipped, half open.

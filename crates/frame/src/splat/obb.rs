@@ -8,6 +8,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
 use super::Splat;
+use super::project::LANES;
 
 /// The box of one splat, prepared for tests against tiles of one size.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +51,82 @@ impl Obb {
         let [c, s] = self.axis;
         (dy.abs() <= self.reach_image[1]).then_some(ObbRow { obb: self, along: [dy * s, dy * c] })
     }
+}
+
+/// The boxes of sixteen splats, with the bits of [`Obb::new`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ObbBlock {
+    mean: [[f32; LANES]; 2],
+    axis: [[f32; LANES]; 2],
+    reach_image: [[f32; LANES]; 2],
+    reach_box: [[f32; LANES]; 2],
+    tile: f32,
+}
+
+impl ObbBlock {
+    /// Prepares the boxes of splats with these means and covariances.
+    #[inline(always)]
+    pub fn new<S: Simd>(simd: S, mean: [f32x16<S>; 2], cov: [f32x16<S>; 3], tile: u32) -> Self {
+        let (axis, half) = (principal_axes(simd, cov), half_lengths_of(simd, cov));
+        let [c, s] = axis.map(|axis| axis.abs());
+        let tile = tile as f32;
+        let half_tile = 0.5 * tile;
+        let corner = (c + s) * half_tile;
+        ObbBlock {
+            mean: mean.map(Into::into),
+            axis: axis.map(Into::into),
+            reach_image: [
+                (half[0] * c + half_tile + half[1] * s).into(),
+                (half[0] * s + half_tile + half[1] * c).into(),
+            ],
+            reach_box: half.map(|half| (half + corner).into()),
+            tile,
+        }
+    }
+
+    /// One of the boxes.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Obb {
+        let of = |pair: &[[f32; LANES]; 2]| [pair[0][lane], pair[1][lane]];
+        Obb {
+            mean: of(&self.mean),
+            axis: of(&self.axis),
+            reach_image: of(&self.reach_image),
+            reach_box: of(&self.reach_box),
+            tile: self.tile,
+        }
+    }
+}
+
+/// [`principal_axis`] of sixteen.
+#[inline(always)]
+fn principal_axes<S: Simd>(simd: S, [a, b, d]: [f32x16<S>; 3]) -> [f32x16<S>; 2] {
+    let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
+    let (x, b_lanes): ([f32; LANES], [f32; LANES]) = ((a - d).into(), b.into());
+    let mut h = [0.0; LANES];
+    for (h, (x, b)) in h.iter_mut().zip(x.iter().zip(&b_lanes)) {
+        let (x, y) = (f64::from(*x), 2.0 * f64::from(*b));
+        *h = (x * x + y * y).sqrt() as f32;
+    }
+    let h = f32x16::simd_from(simd, h);
+    let (cos2, sin2) = ((a - d) / h, b * 2.0 / h);
+    let is_wide = cos2.simd_ge(zero);
+    let major = (is_wide.select(one + cos2, one - cos2) * 0.5).sqrt();
+    let is_turned = !is_wide & b.simd_lt(zero);
+    let major = is_turned.select(-major, major);
+    let minor = sin2 / (major * 2.0);
+    let is_round = h.simd_eq(zero);
+    let cosine = is_round.select(one, is_wide.select(major, minor));
+    [cosine, is_round.select(zero, is_wide.select(minor, major))]
+}
+
+/// [`half_lengths`] of sixteen.
+#[inline(always)]
+fn half_lengths_of<S: Simd>(simd: S, [a, b, d]: [f32x16<S>; 3]) -> [f32x16<S>; 2] {
+    let zero = f32x16::splat(simd, 0.0);
+    let mid = (a + d) * 0.5;
+    let root = (mid * mid - (a * d - b * b)).max_precise(zero).sqrt();
+    [mid + root, mid - root].map(|square| square.max_precise(zero).sqrt() * 3.0)
 }
 
 /// One row of tiles.

@@ -7,8 +7,9 @@ use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
-use super::cover::TileRow;
+use super::cover::{CoverBlock, TileRow};
 use super::levels::LevelFilter;
+use super::project::LANES;
 use super::{Cover, Intersection, Splat, TileGrid};
 
 /// Tiles of one row that one splat touches.
@@ -46,7 +47,7 @@ pub struct Levels<'a> {
 }
 
 /// All runs of a frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Runs {
     /// The grid.
     pub grid: TileGrid,
@@ -82,16 +83,15 @@ impl Runs {
         test: Intersection,
         levels: Option<Levels<'_>>,
     ) -> Runs {
-        let mut runs = Runs { grid, touches: Vec::new(), part: 1, parts: Vec::new() };
+        let mut runs = Runs { grid, ..Runs::default() };
         runs.fill(splats, test, levels);
         runs
     }
 
-    /// As [`Runs::new`], in the room that the runs of another frame took.
-    pub fn renewed(mut self, splats: &[Splat], grid: TileGrid, test: Intersection) -> Runs {
+    /// Becomes [`Runs::new`] of others, in the memory that it has.
+    pub fn renew(&mut self, splats: &[Splat], grid: TileGrid, test: Intersection) {
         self.grid = grid;
         self.fill(splats, test, None);
-        self
     }
 
     fn fill(&mut self, splats: &[Splat], test: Intersection, levels: Option<Levels<'_>>) {
@@ -123,6 +123,12 @@ impl Runs {
         self.part
     }
 
+    /// Bytes in memory.
+    pub fn bytes(&self) -> usize {
+        let runs = self.parts.iter().flatten().map(Vec::len).sum::<usize>();
+        size_of_val(&self.touches[..]) + runs * size_of::<Run>()
+    }
+
     /// Parts of [`Runs::part_len`] consecutive ranks, each with its runs per row of tiles. The runs
     /// of a row are those of all parts in turn.
     pub fn parts(&self) -> &[Vec<Vec<Run>>] {
@@ -143,8 +149,20 @@ struct Part<'a> {
 /// Adds the runs of the splats of `part` to their rows of tiles, and writes their counts.
 #[simd]
 fn add_part<S: Simd>(simd: S, rows: &mut [Vec<Run>], touches: &mut [Touch], part: &Part<'_>) {
-    for ((rank, splat), touch) in (part.first..).zip(part.splats).zip(touches) {
-        *touch = add_runs(simd, rows, rank, splat, part);
+    let firsts = (part.first..).step_by(LANES);
+    let blocks = part.splats.chunks(LANES).zip(touches.chunks_mut(LANES));
+    for (first, (splats, touches)) in firsts.zip(blocks) {
+        if part.test == Intersection::Obb {
+            let covers = CoverBlock::new(simd, splats, part.grid);
+            for ((lane, rank), touch) in (first..).enumerate().zip(touches) {
+                *touch = add_runs(simd, rows, rank, &covers.get(lane), part);
+            }
+        } else {
+            for ((rank, splat), touch) in (first..).zip(splats).zip(touches) {
+                let cover = Cover::new(splat, part.grid, part.test);
+                *touch = add_runs(simd, rows, rank, &cover, part);
+            }
+        }
     }
 }
 
@@ -154,12 +172,11 @@ fn add_runs<S: Simd>(
     simd: S,
     rows: &mut [Vec<Run>],
     rank: u32,
-    splat: &Splat,
+    cover: &Cover,
     part: &Part<'_>,
 ) -> Touch {
-    let cover = Cover::new(splat, part.grid, part.test);
     let mut touch = Touch { tests: cover.tests() as u32, ..Touch::default() };
-    let mut needed = Needed::new(part.levels, rank, &cover, &mut touch);
+    let mut needed = Needed::new(part.levels, rank, cover, &mut touch);
     for y in cover.rect.y0..cover.rect.y1 {
         let Some(row) = cover.row_by(simd, y) else { continue };
         match &mut needed {

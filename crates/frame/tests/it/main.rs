@@ -1,5 +1,6 @@
-//! What a frame is: displays, gaze, trace files.
+//! What a frame is: displays, gaze, runs of tiles, trace files.
 
 mod display;
 mod fovea;
+mod runs;
 mod trace;

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use powergs_base::TOOL_VERSION;
 use powergs_frame::trace::{EncodedFrame, Frame, TraceHeader, Writer};
-use powergs_raster::{Detail, Options, render, render_foveated};
+use powergs_raster::{Canvas, Detail, Options, render_foveated};
 use powergs_scene::{Camera, Foveated, Gaussians};
 
 use super::Campaign;
@@ -16,9 +16,10 @@ impl Campaign {
     /// # Errors
     /// Those of `to`.
     pub fn write_trace(&self, scene: &Gaussians, to: &mut dyn Write) -> io::Result<()> {
-        let options = self.counting();
+        let (mut canvas, options) = (Canvas::new(), self.counting());
         self.write(to, "optimised", scene.len(), |_, camera| {
-            Ok(render(scene, camera, &options).into_frame(camera, self.background))
+            canvas.render(scene, camera, &options);
+            Ok(canvas.take_frame(camera, self.background))
         })
     }
 
@@ -46,7 +47,7 @@ impl Campaign {
         to: &mut dyn Write,
         what: &str,
         points: usize,
-        frame: impl Fn(usize, &Camera) -> io::Result<Frame>,
+        mut frame: impl FnMut(usize, &Camera) -> io::Result<Frame>,
     ) -> io::Result<()> {
         let header = TraceHeader {
             generator: format!("powergs-sim {TOOL_VERSION}"),

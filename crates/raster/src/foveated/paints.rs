@@ -7,7 +7,7 @@ use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 use super::super::blend::{BATCH, Paint, Palette, Tint};
-use super::super::forward::{in_depth_order_by, project_then};
+use super::super::prepare::{in_depth_order, project_then};
 use powergs_frame::splat::Splat;
 use powergs_frame::splat::levels::LevelFilter;
 use powergs_frame::splat::project::{LANES, SH_C0, View, Visible, opacities};
@@ -60,10 +60,17 @@ impl LevelPaints {
     ) -> LevelPaints {
         let maker = Maker { model, filter, level, only_shown };
         let view = View::unclamped(camera);
-        let (parts, survivor_bits) =
-            project_then(&model.base, &view, level, Vec::new(), |visible, layers| {
+        let (mut parts, mut survivor_bits) = (Vec::new(), Vec::new());
+        project_then(
+            &model.base,
+            &view,
+            level,
+            &mut parts,
+            &mut survivor_bits,
+            |visible, layers| {
                 *layers = maker.layers(visible);
-            });
+            },
+        );
         let starts: Vec<u32> = parts
             .iter()
             .scan(0, |end, p| Some(std::mem::replace(end, *end + p.further.len() as u32)))
@@ -74,11 +81,12 @@ impl LevelPaints {
             .map(|part| part.splats.into_iter().zip(part.paints).collect())
             .collect();
         let depth = |shown: &(Splat, Paint)| shown.0.depth;
-        let (splats, paints) =
-            in_depth_order_by(&shown, depth, Default::default(), |part, (splat, mut paint)| {
-                paint.levels += starts[part] << FURTHER;
-                (splat, paint)
-            });
+        let (mut splats, mut paints) = (Vec::new(), Vec::new());
+        let outputs = (&mut splats, &mut paints);
+        in_depth_order(&shown, depth, &mut Vec::new(), outputs, |part, (splat, mut paint)| {
+            paint.levels += starts[part] << FURTHER;
+            (splat, paint)
+        });
         let highest = paints.par_iter().map(|paint| highest(paint) as u8).collect();
         LevelPaints { splats, highest, survivor_bits, paints, further }
     }

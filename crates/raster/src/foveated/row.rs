@@ -1,11 +1,9 @@
 //! One row of tiles of a foveated frame.
 
-use std::sync::atomic::AtomicU32;
-
 use fearless_simd::{Level, Simd, dispatch};
 
 use super::super::blend::{BLOCK, Block, Record, blend};
-use super::super::row::{Keep, TileCount, build_lists, count_fetches};
+use super::super::row::{Fetched, Keep, Lists, TileCount};
 use super::FoveatedTile;
 use super::paints::LevelPaints;
 use super::pair::{Pair, blend_pair};
@@ -21,6 +19,8 @@ pub(super) struct Target<'a> {
     pub blended: &'a mut [u32],
     /// Stop rank, entries while both are open, blended.
     pub second: [&'a mut [u32]; 3],
+    pub tiles: &'a mut [FoveatedTile],
+    pub fetched: &'a mut [Fetched],
 }
 
 /// What all rows share.
@@ -31,7 +31,6 @@ pub(super) struct Shared<'a> {
     pub filter: &'a LevelFilter,
     pub background: [f32; 3],
     pub chunk: u32,
-    pub fetches: &'a [AtomicU32],
     pub level: Level,
 }
 
@@ -56,36 +55,48 @@ impl Keep for ByLevel<'_> {
     }
 }
 
-/// Renders row `ty` into `out`; returns the counts of its tiles, left to right.
+impl Shared<'_> {
+    /// What the tiles of row `ty` keep.
+    pub fn keep(&self, ty: u32) -> impl Keep {
+        let grid = &self.runs.grid;
+        let row = grid.index(0, ty)..grid.index(0, ty) + grid.nx as usize;
+        ByLevel { first: &self.filter.first[row], highest: &self.paints.highest }
+    }
+}
+
+/// Renders row `ty` into `out`.
 pub(super) fn render_row<R: Record>(
     shared: &Shared<'_>,
     ty: u32,
     record: R,
+    work: &mut Work,
     out: &mut Target<'_>,
-) -> Vec<FoveatedTile> {
+) {
     let grid = &shared.runs.grid;
-    let row = grid.index(0, ty)..grid.index(0, ty) + grid.nx as usize;
-    let keep = ByLevel { first: &shared.filter.first[row], highest: &shared.paints.highest };
-    let lists = build_lists(shared.runs, ty, &keep);
-    let mut work = Work::default();
-    let mut tiles = Vec::with_capacity(grid.nx as usize);
+    work.lists.build(shared.runs, ty, &shared.keep(ty));
     for tx in 0..grid.nx {
-        let entries = &lists.entries[lists.starts[tx as usize]..lists.starts[tx as usize + 1]];
+        let entries = work.lists.of(tx);
         let level = shared.levels.tiles[grid.index(tx, ty)];
         let accepted = entries.len() as u32;
         let tile = Tile { shared, tx, ty, level, entries, accepted };
-        tiles.push(tile.render(record, &mut work, out));
+        let tile_counts = tile.render(record, &mut work.blocks, out);
+        out.tiles[tx as usize] = tile_counts;
+        if R::COUNT {
+            out.fetched[tx as usize] = Fetched::of(entries, tile_counts.count.loaded);
+        }
     }
-    if R::COUNT {
-        let counts: Vec<TileCount> = tiles.iter().map(|tile| tile.count).collect();
-        count_fetches(shared.runs, shared.fetches, ty, &counts, &keep);
-    }
-    tiles
+}
+
+/// Memory that is used again for each row.
+#[derive(Default)]
+pub(super) struct Work {
+    lists: Lists,
+    blocks: Blocks,
 }
 
 /// Memory that is used again for each tile.
 #[derive(Default)]
-struct Work {
+struct Blocks {
     first: Block,
     second: Block,
     shares: Shares,
@@ -105,7 +116,12 @@ struct Tile<'a> {
 type Shares = [[f32; BLOCK]; BLOCK];
 
 impl Tile<'_> {
-    fn render<R: Record>(&self, record: R, work: &mut Work, out: &mut Target<'_>) -> FoveatedTile {
+    fn render<R: Record>(
+        &self,
+        record: R,
+        work: &mut Blocks,
+        out: &mut Target<'_>,
+    ) -> FoveatedTile {
         let shared = self.shared;
         let (x0, y0, x1, y1) = shared.runs.grid.pixels(self.tx, self.ty);
         let count = TileCount { entries: self.accepted, ..TileCount::default() };
@@ -138,7 +154,7 @@ impl Tile<'_> {
     }
 
     /// Blends one block into one or two accumulators.
-    fn blend<R: Record>(&self, record: R, at: &PixelBlock, work: &mut Work) {
+    fn blend<R: Record>(&self, record: R, at: &PixelBlock, work: &mut Blocks) {
         let shared = self.shared;
         let [width, height] = at.size;
         work.first.reset::<R>(at.x, at.y, width, height);
@@ -156,7 +172,7 @@ impl Tile<'_> {
     }
 
     /// Finds the shares of a block; takes pixels that see one level only out of the other.
-    fn share(&self, at: &PixelBlock, work: &mut Work) {
+    fn share(&self, at: &PixelBlock, work: &mut Blocks) {
         let side = f64::from(self.shared.runs.grid.tile);
         let offset = |p: u32, t: u32| f64::from(p) / side - f64::from(t) - 0.5;
         let dx: [f64; BLOCK] = std::array::from_fn(|x| offset(at.x + x as u32, self.tx));
@@ -173,13 +189,13 @@ impl Tile<'_> {
         }
     }
 
-    fn write(&self, row: &Row, work: &Work, out: &mut Target<'_>) {
+    fn write(&self, row: &Row, work: &Blocks, out: &mut Target<'_>) {
         let pixels = &mut out.pixels[row.start..][..row.width];
         dispatch!(self.shared.level, simd => self.write_row(simd, row, work, pixels));
     }
 
     #[inline(always)]
-    fn write_row<S: Simd>(&self, simd: S, row: &Row, work: &Work, pixels: &mut [[f32; 3]]) {
+    fn write_row<S: Simd>(&self, simd: S, row: &Row, work: &Blocks, pixels: &mut [[f32; 3]]) {
         let background = self.shared.background;
         let shares = &work.shares[row.y][..row.width];
         if !self.level.blends || shares.iter().all(|&share| share <= 0.0) {
@@ -237,7 +253,7 @@ impl Tile<'_> {
     fn count_two(
         &self,
         row: &Row,
-        work: &Work,
+        work: &Blocks,
         tile: &mut FoveatedTile,
         out: &mut Target<'_>,
     ) -> u32 {

@@ -5,7 +5,7 @@ use fearless_simd::dispatch;
 use super::unblend::{Kind, List, UnblendBlock, unblend};
 use super::{Clamp, Options};
 use crate::blend::{BATCH, BLOCK, Block, Hit, Paint, Palette, Taped, blend, write_block};
-use crate::row::{Everything, starts};
+use crate::row::{Everything, find_starts};
 use powergs_frame::splat::gradient::PixelSums;
 use powergs_frame::splat::runs::Runs;
 use powergs_frame::splat::{TileGrid, touch};
@@ -92,8 +92,8 @@ impl Row {
     /// Lists the splats of each tile in depth order, by their runs: what a list says of a splat is
     /// then one number.
     fn list(&mut self, runs: &Runs, ty: u32) {
-        let (starts, total) = starts(runs, ty, &Everything);
-        let mut next = starts.clone();
+        let total = find_starts(runs, ty, &Everything, &mut self.lists);
+        let mut next = self.lists.clone();
         self.runs.resize(total, 0);
         self.ranks.clear();
         for (i, run) in runs.row(ty).enumerate() {
@@ -105,7 +105,6 @@ impl Row {
         }
         self.sums.clear();
         self.sums.resize(self.ranks.len(), [0.0; 9]);
-        self.lists = starts;
     }
 
     /// Finds the sums of all runs of the row.

@@ -5,7 +5,7 @@ use fearless_simd::Level;
 use powergs_frame::splat::Intersection;
 use powergs_frame::splat::project::colours;
 use powergs_frame::trace::NEVER;
-use powergs_raster::{Detail, Options, render};
+use powergs_raster::{Canvas, Detail, Options, render};
 use powergs_testkit::scenes::{front_camera, random_scene};
 
 use super::naive;
@@ -185,6 +185,24 @@ fn threads_do_not_matter() {
     assert_eq!(one.pixels, five.pixels);
     assert_eq!((one.counters, one.fetches), (five.counters, five.fetches));
     assert_eq!(one.dominance, five.dominance);
+}
+
+#[test]
+fn frames_before_do_not_matter() {
+    let scenes = [random_scene(7, 9_000, 3), random_scene(8, 300, 0), random_scene(9, 3000, 1)];
+    let details = [Detail::Dominance, Detail::Image, Detail::Counters, Detail::Hits];
+    let cameras = [(320, 200), (33, 97), (150, 16)].map(|(w, h)| front_camera(w, h));
+    let mut canvas = Canvas::new();
+    for i in 0..24 {
+        let (scene, camera) = (&scenes[i % 3], &cameras[i / 2 % 3]);
+        let options = Options {
+            tile: [16, 32, 8][i / 5 % 3],
+            chunk: [256, 1, 16][i / 3 % 3],
+            ..Options::reference(details[i * 7 / 3 % 4])
+        };
+        let fresh = format!("{:?}", render(scene, camera, &options));
+        assert!(format!("{:?}", canvas.render(scene, camera, &options)) == fresh, "frame {i}");
+    }
 }
 
 #[test]
