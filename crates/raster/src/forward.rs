@@ -176,7 +176,7 @@ impl Canvas {
             });
         rendered.fetches.clear();
         if R::COUNT {
-            count_fetches(runs, fetched, |_| Everything, &mut rendered.fetches);
+            count_fetches(runs, fetched, options.level, |_| Everything, &mut rendered.fetches);
         }
         rendered.dominance.clear();
         if R::DOMINANCE {

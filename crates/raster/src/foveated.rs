@@ -124,7 +124,7 @@ fn render_as<R: Record>(
         },
     );
     if R::COUNT {
-        count_fetches(&runs, &fetched, |ty| shared.keep(ty), &mut frame.fetches);
+        count_fetches(&runs, &fetched, options.level, |ty| shared.keep(ty), &mut frame.fetches);
     }
     if R::COUNT {
         frame.touches = runs.touches;

@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, u32x16};
 use rayon::prelude::*;
 
 use super::blend::{BLOCK, Block, Paint, Record, blend, write_block};
@@ -201,31 +202,58 @@ pub(super) fn find_starts<K: Keep>(
 pub(super) fn count_fetches<K: Keep>(
     runs: &Runs,
     fetched: &[Fetched],
+    level: Level,
     keep: impl Fn(u32) -> K + Sync,
     fetches: &mut Vec<u32>,
 ) {
     fetches.resize(runs.touches.len(), 0);
+    let nx = runs.grid.nx as usize;
     let parts = runs.parts().par_iter().zip(fetches.par_chunks_mut(runs.part_len()));
-    parts.enumerate().for_each(|(i, (rows, fetches))| {
-        let first = i * runs.part_len();
+    parts.enumerate().for_each_init(Vec::new, |row, (i, (rows, fetches))| {
+        let first = (i * runs.part_len()) as u32;
         fetches.fill(0);
-        let of_rows = fetched.chunks(runs.grid.nx as usize);
-        for (ty, (runs, fetched)) in (0..).zip(rows.iter().zip(of_rows)) {
+        for (ty, (runs, fetched)) in (0..).zip(rows.iter().zip(fetched.chunks(nx))) {
+            // Sixteen tiles from the last one on must be there to be read.
+            row.clear();
+            row.extend(fetched.iter().map(|tile| tile.0));
+            row.resize(fetched.len() + LANES, 0);
             let keep = keep(ty);
-            let is_whole = K::ALL && fetched.iter().all(|&tile| tile == Fetched::ALL);
-            for run in runs {
-                let highest = keep.highest(run);
-                let has = |x: usize| {
-                    (K::ALL || keep.keeps(highest, x)) && Fetched(run.rank) <= fetched[x]
-                };
-                let columns = run.x0 as usize..run.x1 as usize;
-                fetches[run.rank as usize - first] += match is_whole {
-                    true => columns.len() as u32,
-                    false => columns.map(|x| u32::from(has(x))).sum(),
-                };
-            }
+            dispatch!(level, simd => add_fetches(simd, runs, row, &keep, first, fetches));
         }
     });
+}
+
+/// Tiles that are compared at once.
+const LANES: usize = 16;
+
+/// Adds the fetches of the runs of a row, of splats from rank `first` on; the tiles of the row are
+/// fetched as far as `row` says.
+#[inline(always)]
+fn add_fetches<S: Simd, K: Keep>(
+    simd: S,
+    runs: &[Run],
+    row: &[u32],
+    keep: &K,
+    first: u32,
+    fetches: &mut [u32],
+) {
+    for run in runs {
+        let highest = keep.highest(run);
+        let columns = run.x0 as usize..run.x1 as usize;
+        let mut n = 0;
+        if K::ALL {
+            let rank = u32x16::splat(simd, run.rank);
+            for x in columns.clone().step_by(LANES) {
+                let in_run = (1 << (columns.end - x).min(LANES)) - 1;
+                let has = u32x16::from_slice(simd, &row[x..x + LANES]).simd_ge(rank);
+                n += (has.to_bitmask() as u32 & in_run).count_ones();
+            }
+        } else {
+            let has = |x: &usize| keep.keeps(highest, *x) && run.rank <= row[*x];
+            n = columns.filter(has).count() as u32;
+        }
+        fetches[(run.rank - first) as usize] += n;
+    }
 }
 
 struct Tile<'a> {
@@ -321,13 +349,15 @@ impl Tile<'_> {
             for (rank, &stop) in out.stop_rank[range.clone()].iter_mut().zip(stops) {
                 *rank = self.entries.get(stop as usize).copied().unwrap_or(NEVER);
             }
-            let iterated = stops.map(|stop| stop.saturating_add(1).min(self.accepted));
-            if R::DOMINANCE {
-                out.iterated[range].copy_from_slice(&iterated[..w]);
+            let iterated = |&stop: &u32| stop.saturating_add(1).min(self.accepted);
+            for n in stops[..w].iter().map(iterated) {
+                count.alpha_evaluations += u64::from(n);
+                most = most.max(n);
             }
-            for n in &iterated[..w] {
-                count.alpha_evaluations += u64::from(*n);
-                most = most.max(*n);
+            if R::DOMINANCE {
+                for (out, n) in out.iterated[range].iter_mut().zip(stops.iter().map(iterated)) {
+                    *out = n;
+                }
             }
         }
         most

@@ -198,8 +198,15 @@ impl CoverBlock {
     /// Prepares `splats` for [`Intersection::Obb`].
     #[inline(always)]
     pub fn new<S: Simd>(simd: S, splats: &[Splat], grid: TileGrid) -> CoverBlock {
-        let mean = [0, 1].map(|i| lanes_of(simd, splats, |splat| splat.mean[i]));
-        let cov = [0, 1, 2].map(|i| lanes_of(simd, splats, |splat| splat.cov[i]));
+        let mean = [
+            lanes_of(simd, splats, |splat| splat.mean[0]),
+            lanes_of(simd, splats, |splat| splat.mean[1]),
+        ];
+        let cov = [
+            lanes_of(simd, splats, |splat| splat.cov[0]),
+            lanes_of(simd, splats, |splat| splat.cov[1]),
+            lanes_of(simd, splats, |splat| splat.cov[2]),
+        ];
         let rects = tile_rects(simd, &mean, &cov, &grid);
         CoverBlock { rects, boxes: ObbBlock::new(simd, mean, cov, grid.tile), grid }
     }
@@ -207,8 +214,9 @@ impl CoverBlock {
     /// One of the splats.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Cover {
-        let [x0, y0, x1, y1] = self.rects.map(|values| values[lane].cast_unsigned());
-        let rect = TileRect { x0, y0, x1, y1 };
+        let [x0, y0, x1, y1] = &self.rects;
+        let of = |side: &[i32; LANES]| side[lane].cast_unsigned();
+        let rect = TileRect { x0: of(x0), y0: of(y0), x1: of(x1), y1: of(y1) };
         let shape = if rect.area() <= 1 { Shape::Rect } else { Shape::Box(self.boxes.get(lane)) };
         Cover { rect, grid: self.grid, shape }
     }

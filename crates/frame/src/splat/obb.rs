@@ -67,19 +67,19 @@ impl ObbBlock {
     /// Prepares the boxes of splats with these means and covariances.
     #[inline(always)]
     pub fn new<S: Simd>(simd: S, mean: [f32x16<S>; 2], cov: [f32x16<S>; 3], tile: u32) -> Self {
-        let (axis, half) = (principal_axes(simd, cov), half_lengths_of(simd, cov));
-        let [c, s] = axis.map(|axis| axis.abs());
+        let ([cosine, sine], half) = (principal_axes(simd, cov), half_lengths_of(simd, cov));
+        let (c, s) = (cosine.abs(), sine.abs());
         let tile = tile as f32;
         let half_tile = 0.5 * tile;
         let corner = (c + s) * half_tile;
         ObbBlock {
-            mean: mean.map(Into::into),
-            axis: axis.map(Into::into),
+            mean: [mean[0].into(), mean[1].into()],
+            axis: [cosine.into(), sine.into()],
             reach_image: [
                 (half[0] * c + half_tile + half[1] * s).into(),
                 (half[0] * s + half_tile + half[1] * c).into(),
             ],
-            reach_box: half.map(|half| (half + corner).into()),
+            reach_box: [(half[0] + corner).into(), (half[1] + corner).into()],
             tile,
         }
     }
@@ -126,7 +126,8 @@ fn half_lengths_of<S: Simd>(simd: S, [a, b, d]: [f32x16<S>; 3]) -> [f32x16<S>; 2
     let zero = f32x16::splat(simd, 0.0);
     let mid = (a + d) * 0.5;
     let root = (mid * mid - (a * d - b * b)).max_precise(zero).sqrt();
-    [mid + root, mid - root].map(|square| square.max_precise(zero).sqrt() * 3.0)
+    let length = |square: f32x16<S>| square.max_precise(zero).sqrt() * 3.0;
+    [length(mid + root), length(mid - root)]
 }
 
 /// One row of tiles.
