@@ -100,10 +100,7 @@ fn report(name: &str, case: &Case) {
         let (mut plain, mut traced) = (Canvas::new(), Canvas::new());
         let paired = paired_ms(
             || _ = plain.render(scene, &case.camera, &image),
-            || {
-                traced.render(scene, &case.camera, &counted);
-                drop(traced.take_frame(&case.camera, [0.0; 3]));
-            },
+            || drop(traced.frame(scene, &case.camera, &counted)),
         );
         (Peaks::measure(wall), run(wall, counted), paired)
     });

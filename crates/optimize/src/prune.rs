@@ -82,7 +82,8 @@ fn light_gaussian(scene: &Gaussians, views: &[Camera]) -> Vec<f64> {
     score
 }
 
-/// Joins the scores of all views in their order; at most one score per thread is in memory.
+/// Joins the scores of all views in their order; at most one score and one
+/// canvas per thread are in memory.
 fn folded(
     len: usize,
     start: f64,

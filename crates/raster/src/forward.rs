@@ -98,7 +98,7 @@ pub struct Rendered {
 pub fn render(scene: &Gaussians, camera: &Camera, options: &Options) -> Rendered {
     let mut canvas = Canvas::new();
     canvas.render(scene, camera, options);
-    canvas.into_rendered()
+    canvas.rendered
 }
 
 /// Renders views one after another, each in the memory of the one before: fresh memory costs up to
@@ -130,15 +130,11 @@ impl Canvas {
         &self.rendered
     }
 
-    /// The view that was rendered last; nothing before the first.
-    pub fn into_rendered(self) -> Rendered {
-        self.rendered
-    }
-
-    /// The trace frame of the view that was rendered last, as [`Rendered::into_frame`]; what a
-    /// frame does not have stays for the next view.
-    pub fn take_frame(&mut self, camera: &Camera, background: [f32; 3]) -> Frame {
-        self.rendered.take_frame(camera, background)
+    /// The trace frame of one view, as [`Rendered::into_frame`]; what a frame does not have stays
+    /// for the next view. The options must have the reference tiling and count.
+    pub fn frame(&mut self, scene: &Gaussians, camera: &Camera, options: &Options) -> Frame {
+        self.render(scene, camera, options);
+        self.rendered.take_frame(camera, options.background)
     }
 
     fn render_as<R: Record>(

@@ -125,8 +125,6 @@ fn render_as<R: Record>(
     );
     if R::COUNT {
         count_fetches(&runs, &fetched, options.level, |ty| shared.keep(ty), &mut frame.fetches);
-    }
-    if R::COUNT {
         frame.touches = runs.touches;
     }
     frame.survivor_bits = paints.survivor_bits;

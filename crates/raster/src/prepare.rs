@@ -49,12 +49,13 @@ impl Prepared {
         runs.renew(splats, grid, test);
     }
 
-    /// Bytes of what is visible and of the runs.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         self.visible.iter().map(Vec::capacity).sum::<usize>() * size_of::<Visible>()
-            + size_of_val(&self.keys[..])
-            + size_of_val(&self.splats[..])
-            + size_of_val(&self.paints[..])
+            + self.survivor_bits.capacity()
+            + self.keys.capacity() * size_of::<u64>()
+            + self.splats.capacity() * size_of::<Splat>()
+            + self.paints.capacity() * size_of::<Paint>()
             + self.runs.bytes()
     }
 }
@@ -69,7 +70,9 @@ pub(super) fn project(
     survivor_bits: &mut Vec<u8>,
 ) {
     project_then(scene, &View::new(camera), level, visible, survivor_bits, |visible, part| {
+        // No more than the view that sees most of the part needs.
         part.clear();
+        part.reserve_exact(visible.len());
         part.extend_from_slice(visible);
     });
 }

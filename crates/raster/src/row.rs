@@ -43,8 +43,8 @@ pub(crate) struct RowTarget<'a> {
     pub fetched: &'a mut [Fetched],
 }
 
-/// How far the list of a tile is fetched: the rank of the last splat.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// How far the list of a tile is fetched: the rank of the first splat that is not.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Fetched(u32);
 
 impl Fetched {
@@ -53,10 +53,7 @@ impl Fetched {
 
     /// The first `loaded` entries of a list of ranks.
     pub fn of(entries: &[u32], loaded: u32) -> Fetched {
-        match entries.get(loaded as usize) {
-            Some(_) => Fetched(entries[..loaded as usize].last().copied().unwrap_or_default()),
-            None => Fetched::ALL,
-        }
+        entries.get(loaded as usize).map_or(Fetched::ALL, |&rank| Fetched(rank))
     }
 }
 
@@ -245,11 +242,11 @@ fn add_fetches<S: Simd, K: Keep>(
             let rank = u32x16::splat(simd, run.rank);
             for x in columns.clone().step_by(LANES) {
                 let in_run = (1 << (columns.end - x).min(LANES)) - 1;
-                let has = u32x16::from_slice(simd, &row[x..x + LANES]).simd_ge(rank);
+                let has = u32x16::from_slice(simd, &row[x..x + LANES]).simd_gt(rank);
                 n += (has.to_bitmask() as u32 & in_run).count_ones();
             }
         } else {
-            let has = |x: &usize| keep.keeps(highest, *x) && run.rank <= row[*x];
+            let has = |x: &usize| keep.keeps(highest, *x) && run.rank < row[*x];
             n = columns.filter(has).count() as u32;
         }
         fetches[(run.rank - first) as usize] += n;

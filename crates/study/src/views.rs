@@ -29,7 +29,7 @@ pub struct RenderedViews {
     canvases: Canvases,
 }
 
-/// What views are rendered on: as many as there are at once.
+/// What views are rendered on: as many as there were at once. They stay as long as the views.
 #[derive(Debug, Clone, Default)]
 struct Canvases(Arc<Mutex<Vec<Canvas>>>);
 
@@ -37,8 +37,7 @@ impl Canvases {
     fn frame(&self, scene: &Gaussians, camera: &Camera, options: &Options) -> Frame {
         let free = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let mut canvas = free().pop().unwrap_or_default();
-        canvas.render(scene, camera, options);
-        let frame = canvas.take_frame(camera, options.background);
+        let frame = canvas.frame(scene, camera, options);
         free().push(canvas);
         frame
     }

@@ -47,7 +47,7 @@ impl Ellipse {
     /// (half open), unclipped; `None` if it reaches none.
     pub fn columns(&self, y0: i64, y1: i64) -> Option<(i64, i64)> {
         if !self.is_proper() {
-            return Some((i64::MIN / 4, i64::MAX / 4));
+            return Some((-FURTHEST, FURTHEST));
         }
         let lo = (y0 as f64 - self.mean[1]).max(-self.reach_y);
         let hi = ((y1 - 1) as f64 - self.mean[1]).min(self.reach_y);
@@ -67,9 +67,12 @@ impl Ellipse {
     }
 }
 
-/// The largest integer not above `x`, saturating. Unlike `f64::floor` it is no library call on
+/// Columns beyond this are as good as this one, and what is added to them does not overflow.
+const FURTHEST: i64 = i64::MAX / 4;
+
+/// The largest integer not above `x`, saturating at [`FURTHEST`]. Unlike `f64::floor` it is no library call on
 /// processors without SSE4.1, which a plain build targets.
 fn floor(x: f64) -> i64 {
-    let whole = x as i64;
+    let whole = (x as i64).clamp(-FURTHEST, FURTHEST);
     whole - i64::from(x < whole as f64)
 }

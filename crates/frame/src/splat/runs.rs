@@ -125,8 +125,8 @@ impl Runs {
 
     /// Bytes in memory.
     pub fn bytes(&self) -> usize {
-        let runs = self.parts.iter().flatten().map(Vec::len).sum::<usize>();
-        size_of_val(&self.touches[..]) + runs * size_of::<Run>()
+        let runs = self.parts.iter().flatten().map(Vec::capacity).sum::<usize>();
+        self.touches.capacity() * size_of::<Touch>() + runs * size_of::<Run>()
     }
 
     /// Parts of [`Runs::part_len`] consecutive ranks, each with its runs per row of tiles. The runs

@@ -18,8 +18,7 @@ impl Campaign {
     pub fn write_trace(&self, scene: &Gaussians, to: &mut dyn Write) -> io::Result<()> {
         let (mut canvas, options) = (Canvas::new(), self.counting());
         self.write(to, "optimised", scene.len(), |_, camera| {
-            canvas.render(scene, camera, &options);
-            Ok(canvas.take_frame(camera, self.background))
+            Ok(canvas.frame(scene, camera, &options))
         })
     }
 

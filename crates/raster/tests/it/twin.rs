@@ -189,19 +189,33 @@ fn threads_do_not_matter() {
 
 #[test]
 fn frames_before_do_not_matter() {
-    let scenes = [random_scene(7, 9_000, 3), random_scene(8, 300, 0), random_scene(9, 3000, 1)];
+    let mut hidden = random_scene(10, 50, 0);
+    hidden.means.iter_mut().for_each(|m| m[2] = -5.0);
+    let scenes = [
+        random_scene(7, 9_000, 3),
+        random_scene(8, 300, 0),
+        random_scene(9, 3000, 1),
+        hidden,
+        random_scene(8, 0, 0),
+    ];
     let details = [Detail::Dominance, Detail::Image, Detail::Counters, Detail::Hits];
     let cameras = [(320, 200), (33, 97), (150, 16)].map(|(w, h)| front_camera(w, h));
     let mut canvas = Canvas::new();
-    for i in 0..24 {
-        let (scene, camera) = (&scenes[i % 3], &cameras[i / 2 % 3]);
+    for i in 0..60 {
+        let (scene, camera) = (&scenes[i % 5], &cameras[i / 2 % 3]);
         let options = Options {
             tile: [16, 32, 8][i / 5 % 3],
             chunk: [256, 1, 16][i / 3 % 3],
+            test: [Intersection::Obb, Intersection::Ellipse, Intersection::Aabb][i / 4 % 3],
             ..Options::reference(details[i * 7 / 3 % 4])
         };
         let fresh = format!("{:?}", render(scene, camera, &options));
         assert!(format!("{:?}", canvas.render(scene, camera, &options)) == fresh, "frame {i}");
+        if i % 4 == 1 {
+            let counted = Options::reference(Detail::Counters);
+            let frame = render(scene, camera, &counted).into_frame(camera, [0.0; 3]);
+            assert!(canvas.frame(scene, camera, &counted) == frame, "frame {i}");
+        }
     }
 }
 
