@@ -310,8 +310,8 @@ impl Tile<'_> {
         count
     }
 
-    /// Writes the counts of a finished block of `w` x `h` pixels to the columns, from `corner` on in
-    /// lines of `width`; returns the entries that its last pixel iterated.
+    /// Writes the counts of a finished block of `w` x `h` pixels to the columns, from `corner` on
+    /// in lines of `width`; returns the entries that its last pixel iterated.
     #[inline(always)]
     fn count_block<R: Record>(
         &self,

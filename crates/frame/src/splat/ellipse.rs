@@ -70,8 +70,8 @@ impl Ellipse {
 /// Columns beyond this are as good as this one, and what is added to them does not overflow.
 const FURTHEST: i64 = i64::MAX / 4;
 
-/// The largest integer not above `x`, saturating at [`FURTHEST`]. Unlike `f64::floor` it is no library call on
-/// processors without SSE4.1, which a plain build targets.
+/// The largest integer not above `x`, saturating at [`FURTHEST`]. Unlike `f64::floor` it is no
+/// library call on processors without SSE4.1, which a plain build targets.
 fn floor(x: f64) -> i64 {
     let whole = (x as i64).clamp(-FURTHEST, FURTHEST);
     whole - i64::from(x < whole as f64)
