@@ -11,7 +11,7 @@ use powergs_sim::dram::{Device, Mode};
 
 // Tests use more of it.
 #[allow(dead_code)]
-#[path = "../crates/core/tests/it/dram/streams.rs"]
+#[path = "../crates/dram/tests/it/streams.rs"]
 mod streams;
 
 mod processor;

@@ -45,15 +45,16 @@
 pub mod cli;
 
 pub use powergs_base::{budget, config, picture, quantity};
-pub use powergs_core::{accel, action, dram, energy, run, sim, workload};
+pub use powergs_core::{accel, run, sim, workload};
+pub use powergs_energy::action;
 pub use powergs_frame::{display, fovea, splat, trace};
 #[cfg(feature = "cli")]
 pub use powergs_report as report;
 pub use powergs_study::{
-    analysis, extract, findings, replay, run_record, scene_statistics, sensitivity, slurm, sweep,
-    validate, views,
+    analysis, extract, findings, replay, run_record, sensitivity, slurm, sweep, validate,
 };
 pub use {
-    powergs_codesign as codesign, powergs_optimize as optimize, powergs_quality as quality,
-    powergs_raster as raster, powergs_scene as scene,
+    powergs_codesign as codesign, powergs_dram as dram, powergs_energy as energy,
+    powergs_optimize as optimize, powergs_quality as quality, powergs_raster as raster,
+    powergs_scene as scene, powergs_views as views,
 };

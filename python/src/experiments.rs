@@ -17,11 +17,11 @@ use crate::value::{changes, display_rate};
 use crate::watch::{self, Counts, Shared};
 use powergs_base::config::embedded::DRAM;
 use powergs_chart::Chart as Drawing;
-use powergs_core::dram::address_trace::Requests;
-use powergs_core::dram::levels::{Level, run_levels};
-use powergs_core::dram::{Device, Mode};
 use powergs_core::run::files::read;
 use powergs_core::run::{RunError, System};
+use powergs_dram::address_trace::Requests;
+use powergs_dram::levels::{Level, run_levels};
+use powergs_dram::{Device, Mode};
 use powergs_report as report;
 use powergs_study::findings::compare::{Comparison as Compared, Side};
 use powergs_study::replay::on_each;
@@ -29,6 +29,7 @@ use powergs_study::validate::run::{MEMORY, steps, value};
 use powergs_study::validate::{
     BASELINE, Built, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge, measure,
 };
+use powergs_views::rendered;
 
 /// A measure of all machines.
 struct Measured {
@@ -212,7 +213,7 @@ pub fn validate(
             }
         }
         shared.total(steps(&tables, &rows));
-        let measured = measure(&tables, &rows, &built, memory, &Counted(shared))?;
+        let measured = measure(&tables, &rows, &built, &rendered, memory, &Counted(shared))?;
         let measured = measured.ok_or_else(|| Fault::config("interrupted"))?;
         let judged: Vec<_> = rows
             .iter()

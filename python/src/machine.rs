@@ -15,11 +15,11 @@ use crate::value;
 use powergs_base::config::suggest::nearest;
 use powergs_base::config::{KeyDoc, embedded, key_docs, knob};
 use powergs_core::accel::Machine as MachineFile;
-use powergs_core::dram::Device;
-use powergs_core::energy::{Area, EnergyTable};
 use powergs_core::run::files::{ConfigText, DiskFiles, FileKind, Files};
 use powergs_core::run::{Change, RunError, System, SystemSpec};
 use powergs_core::sim::cost::peak_w;
+use powergs_dram::Device;
+use powergs_energy::{Area, EnergyTable};
 use powergs_frame::display::Display;
 use powergs_report::document::Document;
 

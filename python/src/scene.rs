@@ -27,7 +27,7 @@ use powergs_scene::files::{open_foveated, open_model};
 use powergs_scene::synth::{Preset, cameras, generate};
 use powergs_scene::{Foveated, Gaussians, SceneStats, write_ply};
 use powergs_study::extract::extract;
-use powergs_study::views::RenderedViews;
+use powergs_views::RenderedViews;
 
 /// Most Gaussians of a synthetic scene: 24 GB in memory.
 const MAX_POINTS: usize = 100_000_000;

@@ -8,11 +8,11 @@ use super::failure::ConfigUsage;
 use super::progress::Progress;
 use super::{Context, Exit, Failure, OrExit, out};
 use powergs_base::config::embedded::DRAM;
-use powergs_core::dram::address_trace::Requests;
-use powergs_core::dram::device::Order;
-use powergs_core::dram::levels::{Level, LevelRun, run_levels};
-use powergs_core::dram::{Device, Mode};
 use powergs_core::run::files::read;
+use powergs_dram::address_trace::Requests;
+use powergs_dram::device::Order;
+use powergs_dram::levels::{Level, LevelRun, run_levels};
+use powergs_dram::{Device, Mode};
 
 mod table;
 

@@ -20,7 +20,7 @@ use powergs_core::run::{Frames, RunError};
 use powergs_frame::trace::TraceHeader;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_study::extract::{Extracted, extract};
-use powergs_study::views::RenderedViews;
+use powergs_views::RenderedViews;
 
 /// Shown under `extract --help`.
 pub const EXAMPLES: &str = "\

@@ -17,7 +17,7 @@ use powergs_core::run::RunError;
 use powergs_core::run::files::read;
 use powergs_scene::synth::{Preset, Statistic, Target, cameras, generate, presets};
 use powergs_scene::{Camera, Gaussians, write_ply};
-use powergs_study::scene_statistics::{SceneStatistics, measure, statistics};
+use powergs_views::statistics::{SceneStatistics, measure, statistics};
 
 /// Examples at the end of the help.
 pub const EXAMPLES: &str = "\

@@ -17,6 +17,7 @@ use powergs_study::validate::{
     BASELINE, Baseline, Built, Judged, MachineName, PUBLISHED, Row, Tables, WORKLOADS, judge,
     measure,
 };
+use powergs_views::rendered;
 
 /// Shown under `validate --help`.
 pub const EXAMPLES: &str = "\
@@ -94,7 +95,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let asked = context.global.memory;
     let is_enough = args.rows.is_some() || asked.0 >= MEMORY.0;
     let memory = if is_enough { asked } else { MEMORY };
-    let Some(measured) = measure(&tables, &rows, &built, memory, &watch)? else {
+    let Some(measured) = measure(&tables, &rows, &built, &rendered, memory, &watch)? else {
         return Ok(Exit::Interrupted);
     };
     drop(watch);

@@ -12,7 +12,7 @@ use streams::{as_text, traffic};
 
 // Tests of the model use more of it.
 #[allow(dead_code)]
-#[path = "../../crates/core/tests/it/dram/streams.rs"]
+#[path = "../../crates/dram/tests/it/streams.rs"]
 mod streams;
 
 fn program(args: &[&str]) -> Command {

@@ -1,5 +1,8 @@
-//! What runs the program, and what reports look like (crates have their own tests).
+//! What runs the program (crates have their own tests).
 
+#[allow(dead_code)] // the tests of the crate use the rest
+#[path = "../../crates/report/tests/it/builder.rs"]
+mod builder;
 mod camera;
 mod cli;
 mod codesign;
@@ -9,13 +12,15 @@ mod docs;
 mod dram;
 mod examples;
 mod fovea;
+#[allow(dead_code)] // the tests of the crate use the rest
+#[path = "../../crates/report/tests/it/foveated_run.rs"]
+mod foveated_run;
 mod geometry;
 mod lpips;
 mod optimize;
 mod own_unit;
 mod pareto;
 mod photos;
-mod report;
 mod scene;
 mod sensitivity;
 #[cfg(unix)]

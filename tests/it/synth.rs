@@ -6,8 +6,8 @@ use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 use powergs_sim::scene::files::{open_cameras, open_model};
 use powergs_sim::scene::synth::{Preset, Statistic, cameras, generate, presets};
 use powergs_sim::scene::{Gaussians, Split};
-use powergs_sim::scene_statistics::{FrameCounts, measure, statistics};
 use powergs_sim::splat::Counters;
+use powergs_sim::views::statistics::{FrameCounts, measure, statistics};
 
 /// Without breaks, however a terminal wraps it.
 fn one_line(text: &str) -> String {

@@ -2,6 +2,7 @@
 
 mod crates;
 mod lexer;
+mod one_build;
 
 use std::collections::BTreeMap;
 use std::fs;

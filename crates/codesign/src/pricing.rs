@@ -13,7 +13,7 @@ use powergs_study::sweep::run::{
     SweepTrace, search::search, work,
 };
 use powergs_study::sweep::table::{Cell, TraceLabel};
-use powergs_study::views::RenderedViews;
+use powergs_views::RenderedViews;
 
 use super::fit::Fitted;
 use super::machines::Machines;

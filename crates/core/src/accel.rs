@@ -30,11 +30,11 @@ pub mod vru;
 
 use std::sync::Arc;
 
-use crate::action::{ActionCounts, Buffer, UnitKind};
-use crate::dram::DramCommands;
 use crate::workload::FrameWorkload;
 use crate::workload::binning::ListWrites;
 use crate::workload::reuse::ListReuse;
+use powergs_dram::DramCommands;
+use powergs_energy::action::{ActionCounts, Buffer, UnitKind};
 use powergs_frame::fovea::LEVELS;
 
 pub use calibration::Calibration;

@@ -2,10 +2,6 @@
 //! it *costs*.
 
 pub mod accel;
-pub mod action;
-pub mod dram;
-pub mod energy;
-pub mod flops;
 pub mod run;
 pub mod sim;
 pub mod workload;

@@ -11,8 +11,8 @@ pub mod statistics;
 mod timed;
 
 use crate::accel::Machine;
-use crate::energy::Prices;
 use crate::workload::FrameWorkload;
+use powergs_energy::Prices;
 
 pub use check::{Incompatible, InvariantViolated, SimError};
 pub use measured::{Lists, Measured, observed};

@@ -15,9 +15,9 @@ use super::plan::{Line, Plan};
 use super::role::Baseline;
 use super::setup::Setup;
 use powergs_base::picture::Picture;
-use powergs_core::action::Stage;
-use powergs_core::energy::Component;
 use powergs_core::sim::SimError;
+use powergs_energy::Component;
+use powergs_energy::action::Stage;
 use powergs_frame::display::d22::{Filter, Gaze};
 use powergs_frame::fovea::{
     EccentricityMap, GAZE_CYCLE, GazeError, LEVELS, POOLINGS, REGIONS, Screen, ScreenGaze,

@@ -11,14 +11,14 @@ use xxhash_rust::xxh3::Xxh3;
 
 use powergs_base::budget::Budget;
 use powergs_base::picture::Picture;
-use powergs_core::action::Stage;
-use powergs_core::energy::Component;
 use powergs_core::run::{PaperModel, RunError, System};
 use powergs_core::sim::paper::{UnitPrices, breakdown};
 use powergs_core::sim::{FrameReport, Label, SimError};
 use powergs_core::workload::demand::{Unbinnable, demand};
 use powergs_core::workload::paper::{Padding, TileLoad, count, count_foveated};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_energy::Component;
+use powergs_energy::action::Stage;
 use powergs_frame::display::Display;
 use powergs_raster::{Detail, FoveatedFrame, Options, Rendered, render};
 use powergs_scene::{Camera, Gaussians};

@@ -1,7 +1,7 @@
 //! The bottleneck in words.
 
 use powergs_core::accel::Stall;
-use powergs_core::action::UnitKind;
+use powergs_energy::action::UnitKind;
 use powergs_study::findings::bottleneck::{Bottleneck, Limit, Wait};
 
 fn words(wait: &Wait) -> &'static str {

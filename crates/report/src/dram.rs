@@ -1,7 +1,7 @@
 //! A memory device alone on a list of requests, as JSON.
 
-use powergs_core::dram::levels::LevelRun;
-use powergs_core::dram::{Device, Mode};
+use powergs_dram::levels::LevelRun;
+use powergs_dram::{Device, Mode};
 use serde_json::{Value, json};
 
 /// The run of a device at one level or two, with the difference of the second to the first.

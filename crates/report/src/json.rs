@@ -4,9 +4,9 @@ use serde_json::{Map, Value as Json, json};
 
 use super::summary_of;
 use powergs_base::TOOL_VERSION;
-use powergs_core::action::Stage;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::statistics::{Aggregate, Value, catalogue};
+use powergs_energy::action::Stage;
 use powergs_study::findings::{Bottleneck, bottleneck, limits};
 use powergs_study::run_record::{Run, SCHEMA_VERSION, Table, hash_text};
 

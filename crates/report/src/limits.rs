@@ -4,7 +4,7 @@ use super::document::{Cell, Column, Table, Text};
 use super::format::percent;
 use powergs_base::config::assumptions::assumptions;
 use powergs_base::config::references::references;
-use powergs_core::energy::Component;
+use powergs_energy::Component;
 use powergs_study::findings::limits::{Effect, LeftOutBy, Mattered, NOT_MODELLED, Why};
 
 /// Why an assumption mattered, in a few words.

@@ -7,9 +7,9 @@ use super::format::{
 use super::{limits as words, summary_of};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
-use powergs_core::action::Stage;
-use powergs_core::energy::{Component, Standby};
 use powergs_core::sim::MODEL_VERSION;
+use powergs_energy::action::Stage;
+use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use powergs_study::findings::breakdown::Breakdown;
 use powergs_study::findings::cost::Cost;

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 
 use powergs_core::accel::timeline::{Level, Observer, Span, State};
-use powergs_core::action::Buffer;
+use powergs_energy::action::Buffer;
 
 /// Events beyond this many are counted and left out: viewers fail on longer files.
 pub const MOST_EVENTS: u64 = 1_000_000;

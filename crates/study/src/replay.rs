@@ -3,11 +3,11 @@
 
 mod doubling;
 
-use powergs_core::dram::DramCommands;
 use powergs_core::run::frames::spread;
 use powergs_core::run::session::Target;
 use powergs_core::run::{Change, FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::{FrameReport, Model};
+use powergs_dram::DramCommands;
 
 use crate::findings::{Picture, TileLoad, WhatIf};
 use crate::run_record::{DramModels, Experiments, Facts, MachineFacts, Run, TraceFacts};

@@ -4,9 +4,9 @@ use serde_json::{Map, Value, json};
 
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
-use powergs_core::energy::table::NodeStep;
-use powergs_core::energy::{Area, EnergyTable, Phy, Prices, Supply};
 use powergs_core::sim::cost::{peak_w, untimed};
+use powergs_energy::table::NodeStep;
+use powergs_energy::{Area, EnergyTable, Phy, Prices, Supply};
 use powergs_report::document::{Column, Document, Table};
 
 /// What a machine takes in silicon and, at most, in power.

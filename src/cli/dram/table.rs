@@ -3,8 +3,8 @@
 use powergs_report::dram::share;
 
 use super::Args;
-use powergs_core::dram::Device;
-use powergs_core::dram::levels::LevelRun;
+use powergs_dram::Device;
+use powergs_dram::levels::LevelRun;
 use powergs_report::document::{Cell, Column, Document, Table};
 use powergs_report::format::engineering;
 

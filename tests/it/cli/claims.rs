@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use clap::Parser;
 use powergs_sim::cli::{self, Cli, Context, Exit, Failure};
 
-use crate::report::foveated_run;
+use crate::foveated_run;
 
 fn claims(words: &[&Path], more: &[&str]) -> Result<Exit, Failure> {
     let mut all = vec!["powergs-sim".to_owned(), "--quiet".into(), "claims".into()];

@@ -10,7 +10,7 @@ use powergs_sim::cli::timeline::{TimelineRequest, asked};
 use powergs_sim::cli::{Context, Exit, Failure, Global};
 use powergs_sim::run_record::{Experiments, Run};
 
-use crate::report::builder;
+use crate::builder;
 
 #[derive(Parser)]
 struct Line {

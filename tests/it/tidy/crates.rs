@@ -9,31 +9,45 @@ use super::{lexer, none, root, sources};
 type Row = (&'static str, &'static [&'static str]);
 
 /// Crates of this workspace that a crate may depend on. The root package may use everything.
-const CRATES: [Row; 15] = [
-    ("base", &[]),
+const CRATES: [Row; 19] = [
+    // A manifest without code: features of other packages.
+    ("unify", &[]),
+    ("base", &["unify"]),
     ("frame", &["base"]),
-    ("core", &["base", "frame", "datapath"]),
+    // Memory devices, for anybody: knows no accelerator.
+    ("dram", &["base"]),
+    // What actions cost, never on which tile; the prices of a DRAM device are the device's.
+    ("energy", &["base", "dram", "frame", "datapath"]),
+    ("core", &["base", "dram", "energy", "frame", "datapath"]),
     // Picture files: knows no scene and no chart.
-    ("pixels", &[]),
+    ("pixels", &["unify"]),
     ("scene", &["base", "frame", "pixels"]),
     ("raster", &["base", "frame", "scene", "datapath"]),
     // A display is a term of the training loss.
     ("quality", &["base", "frame"]),
-    // Makes frames for published numbers, and puts machines on them.
-    ("study", &["base", "frame", "core", "scene", "raster"]),
+    // Renders frames as a run asks for them.
+    ("views", &["base", "frame", "core", "scene", "raster"]),
+    // Puts machines on frames that others render.
+    ("study", &["base", "dram", "energy", "frame", "core", "scene"]),
     // A trainer that renders, measures quality, asks the simulator for watts, and rounds to the
     // numbers of a machine.
-    ("optimize", &["base", "frame", "core", "scene", "raster", "quality", "datapath"]),
+    ("optimize", &["base", "energy", "frame", "core", "scene", "raster", "quality", "datapath"]),
     // Trains with the one and sweeps with the other.
-    ("codesign", &["base", "core", "datapath", "scene", "study", "optimize"]),
+    ("codesign", &["base", "core", "datapath", "scene", "views", "study", "optimize"]),
     // Charts as values: knows nothing of what they show.
     ("chart", &["pixels"]),
     // It shows values that others return and calls nothing that counts: neither raster nor scene.
-    ("report", &["base", "frame", "pixels", "core", "study", "optimize", "codesign", "chart"]),
+    (
+        "report",
+        &[
+            "base", "dram", "energy", "frame", "pixels", "core", "study", "optimize", "codesign",
+            "chart",
+        ],
+    ),
     // What the hardware of `rtl/` computes, bit for bit: knows numbers and nothing else of ours.
-    ("datapath", &[]),
+    ("datapath", &["unify"]),
     // Gates of mapped units and what their toggles cost: knows no unit and no machine.
-    ("gates", &[]),
+    ("gates", &["unify"]),
     // For tests alone.
     ("testkit", &["base", "frame", "scene", "chart"]),
 ];
@@ -71,26 +85,13 @@ const MODULES: [(&str, &[Row]); 4] = [
     (
         "core",
         &[
-            ("action", &[]),
-            ("flops", &["action"]),
             ("workload", &[]),
-            ("dram", &[]),
             // When and how often, never at what cost.
-            ("accel", &["action", "flops", "workload", "dram"]),
-            // What it costs, never on which tile; the prices of a DRAM device are the device's.
-            ("energy", &["action", "flops", "dram"]),
-            ("sim", &["action", "flops", "workload", "dram", "accel", "energy"]),
+            ("accel", &["workload"]),
+            ("sim", &["workload", "accel"]),
         ],
     ),
-    (
-        "study",
-        &[
-            ("views", &[]),
-            ("sweep", &[]),
-            ("analysis", &["sweep", "speedup"]),
-            ("validate", &["views"]),
-        ],
-    ),
+    ("study", &[("sweep", &[]), ("analysis", &["sweep", "speedup"]), ("validate", &[])]),
 ];
 
 /// The packages that each crate is built with; `.` is the root package.

@@ -15,7 +15,7 @@
 use super::bank::Banks;
 use super::machine::GsuSpec;
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// The sort that must precede the rendering of a chunk.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 //! machine is divided evenly among the units or cores that use it.
 
 use super::BufferUse;
-use crate::action::Buffer;
+use powergs_energy::action::Buffer;
 
 /// Occupancy of the share of one buffer that one unit or core has to itself.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -37,11 +37,11 @@ use super::schedule::Plan;
 use super::stream::Stream;
 use super::timeline::{Observer, Span};
 use super::{FrameContext, pipeline, subtiles};
-use crate::action::Stage;
-use crate::dram::stats::Traffic;
-use crate::dram::{Device, DramCommands, StageCommands, Stats};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Bytes;
+use powergs_dram::stats::Traffic;
+use powergs_dram::{Device, DramCommands, StageCommands, Stats};
+use powergs_energy::action::Stage;
 
 /// A request of a run.
 #[derive(Debug, Clone, Copy)]

@@ -45,7 +45,7 @@ use super::colour;
 use super::divide::Divisor;
 use super::machine::{CcuSpec, CodebookSpec, FeatureSource, Fetch, FoveaSpec, RecordSpec};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_frame::scene::ShDegree;
 
 /// The unit.

@@ -16,9 +16,9 @@
 //! Where colours are evaluated before sorting, by the CCUs, there is no such unit.
 
 use super::machine::{CcuSpec, CodebookSpec, Fetch, Machine};
-use crate::action::{Action, ActionCounts, Buffer, Stage};
-use crate::flops;
 use crate::workload::ChunkWork;
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_energy::flops;
 use powergs_frame::scene::ShDegree;
 
 /// The unit of one core.

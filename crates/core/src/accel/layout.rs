@@ -17,9 +17,9 @@ use super::machine::{FeatureSource, Fetch};
 use super::resolved::ResolvedUnits;
 use super::schedule::{Job, Plan};
 use super::traffic::ChunkLoad;
-use crate::dram::AddressRange;
 use crate::workload::FrameWorkload;
 use crate::workload::binning::{ListWrites, Moved};
+use powergs_dram::AddressRange;
 
 /// Regions begin at multiples of this.
 const REGION: u64 = 1 << 20;

@@ -7,14 +7,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::rules::UnitRules;
-use crate::action::{Buffer, Inventory, Memory, Part};
-use crate::dram::Device;
-use crate::dram::device::Order;
 use crate::workload::Geometry;
 use crate::workload::binning::ListShape;
 use powergs_base::config::embedded::DRAM;
 use powergs_base::config::{self, ConfigError};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz};
+use powergs_dram::Device;
+use powergs_dram::device::Order;
+use powergs_energy::action::{Buffer, Inventory, Memory, Part};
 
 mod check;
 mod parts;

@@ -13,8 +13,8 @@ use super::second_master::SecondMaster;
 use super::stream::Stream;
 use super::timeline::Observer;
 use super::traffic::Traffic;
-use crate::dram::{self, AddressRange, Banked, Device, DramCommands, StageCommands, Windowed};
 use crate::workload::FrameWorkload;
+use powergs_dram::{AddressRange, Banked, Device, DramCommands, StageCommands, Windowed};
 use std::iter;
 
 /// No cycle.
@@ -249,7 +249,7 @@ impl<'a> Memory<'a> {
                 let number = queued.requests.len();
                 queued.open += 1;
                 queued.requests.push((span, 0, request.owner, NEVER));
-                queued.device.push(dram::Request {
+                queued.device.push(powergs_dram::Request {
                     ticket: ticket(number as u64),
                     write,
                     class,
@@ -329,7 +329,7 @@ impl<'a> Memory<'a> {
                 }
                 (None, Some(master)) if arrival <= limit && arrival < u64::MAX => {
                     let (number, request) = master.take();
-                    queued.device.push(dram::Request {
+                    queued.device.push(powergs_dram::Request {
                         ticket: MASTERS | ticket(number),
                         write: request.write,
                         class: MASTER_CLASS,
@@ -446,7 +446,7 @@ fn serve_until(master: &mut SecondMaster, device: &mut Windowed, until: u64) {
     }
 }
 
-fn device_usage(stats: &dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
+fn device_usage(stats: &powergs_dram::Stats, clocks: Clocks, burst_bytes: u64) -> DramUse {
     let master = &stats.classes[usize::from(MASTER_CLASS)];
     let served = stats.total.requests - master.requests;
     let mut stages = [StageCommands::default(); 3];

@@ -60,8 +60,8 @@ use super::traffic::{Traffic, pairs_written};
 use super::{
     BufferUse, ColourCycles, FrameContext, FrameTiming, Histogram, Machine, Stall, UnitCycles,
 };
-use crate::action::{ActionCounts, Buffer, UnitKind};
 use crate::workload::FrameWorkload;
+use powergs_energy::action::{ActionCounts, Buffer, UnitKind};
 
 /// State that CCUs and cores share.
 struct Shared<'a, O> {

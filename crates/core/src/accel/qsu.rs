@@ -17,7 +17,7 @@
 use super::bank::Banks;
 use super::machine::{GsuSpec, Spill};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// The keys that are sorted together.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -10,8 +10,8 @@ use super::schedule::{Plan, SortProgress};
 use super::traffic::ChunkLoad;
 use super::vru::Render;
 use super::{FrameContext, Machine};
-use crate::action::{Action, ActionCounts, Stage};
 use crate::workload::FrameWorkload;
+use powergs_energy::action::{Action, ActionCounts, Stage};
 use powergs_frame::fovea::LEVELS;
 
 /// The work of one region.

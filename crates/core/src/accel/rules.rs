@@ -42,7 +42,7 @@ use super::ccu::Ccu;
 use super::qsu::Qsu;
 use super::unit::Unit;
 use super::vru::Vru;
-use crate::action::{Action, ActionCounts};
+use powergs_energy::action::{Action, ActionCounts};
 
 /// The rule of a unit of kind `U`. Every method has the built-in rule as its default.
 pub trait UnitRule<U: Unit>: Send + Sync {

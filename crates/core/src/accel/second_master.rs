@@ -10,7 +10,7 @@
 //! under way.
 
 use super::machine::{AccessOrder, SecondMasterSpec};
-use crate::dram::AddressRange;
+use powergs_dram::AddressRange;
 use std::collections::VecDeque;
 
 /// Bytes of its region.

@@ -1,6 +1,6 @@
 //! The streams of requests that the units of a machine make: what is read or written, and why.
 
-use crate::action::Stage;
+use powergs_energy::action::Stage;
 
 /// A kind of request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::Stall;
-use crate::action::Buffer;
+use powergs_energy::action::Buffer;
 
 /// The state of a unit in a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

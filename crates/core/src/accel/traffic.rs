@@ -11,8 +11,8 @@ use super::resolved::ResolvedUnits;
 use super::rules::RuleCheck;
 use super::schedule::{Job, Plan, SortProgress};
 use super::vru::Render;
-use crate::action::{Action, ActionCounts, Buffer, Stage};
 use crate::workload::{FrameWorkload, TileWork};
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
 
 /// DRAM bytes of one stage.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

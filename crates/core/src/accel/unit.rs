@@ -1,6 +1,6 @@
 //! What all units have in common: how long a piece of work occupies them, and which actions it is.
 
-use crate::action::ActionCounts;
+use powergs_energy::action::ActionCounts;
 
 /// A hardware unit and its built-in timing rule. It keeps no run state: queues, buffers and stalls
 /// belong to the pipeline, so that the same work always costs the same. A

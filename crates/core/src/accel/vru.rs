@@ -27,8 +27,8 @@ use super::bank::Banks;
 use super::machine::{FoveaSpec, Termination, VruSpec};
 use super::subtiles::{self, ChunkRun, Discipline};
 use super::unit::Unit;
-use crate::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use crate::workload::{ChunkWork, PairWork, TileWork};
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 
 /// A chunk, and the tile that ends with it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -5,9 +5,9 @@ use std::io::{self, Write};
 
 use crate::accel::timeline::{Observer, Span};
 use crate::accel::{Machine, Replay};
-use crate::dram::address_trace::write_request;
 use crate::sim::{Measured, observed};
 use crate::workload::FrameWorkload;
+use powergs_dram::address_trace::write_request;
 
 /// A frame as a machine sees it when it comes to it, made by
 /// [`Session::frame_on`](super::Session::frame_on).

@@ -6,9 +6,9 @@ use toml::{Table, Value};
 use super::error::RunError;
 use super::files::{ConfigText, DiskFiles, FileKind, Files};
 use super::input::Input;
-use crate::energy::EnergyTable;
 use crate::sim::paper::UnitPrices;
 use crate::workload::paper::Padding;
+use powergs_energy::EnergyTable;
 
 /// The energy table of the model.
 const TABLE: &str = "paper";

@@ -18,10 +18,10 @@ use super::identity::{content_id, timing_id};
 use super::input::Input;
 use crate::accel::machine::{DramModel, NO_DEVICE};
 use crate::accel::{Machine, UnitRules};
-use crate::dram::Device;
-use crate::energy::{EnergyTable, Prices, accelergy, same_costs};
 use crate::sim::{self, SimError};
 use crate::workload::FrameWorkload;
+use powergs_dram::Device;
+use powergs_energy::{EnergyTable, Prices, accelergy, same_costs};
 
 /// Which system: names of files that come with the program, or paths.
 #[derive(Debug, Clone, Default)]

@@ -3,11 +3,11 @@
 use super::FrameReport;
 use crate::accel::machine::FeatureSource;
 use crate::accel::{FrameTiming, Machine, Replay, RuleError};
-use crate::action::{Action, Stage};
-use crate::energy::Prices;
 use crate::workload::demand::Unbinnable;
 use crate::workload::{FrameWorkload, Geometry, binning};
 use powergs_base::budget::OverBudget;
+use powergs_energy::Prices;
+use powergs_energy::action::{Action, Stage};
 
 /// Relative tolerance of sums of energies: they are added in different orders.
 const ENERGY_TOLERANCE: f64 = 1e-9;

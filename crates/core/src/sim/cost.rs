@@ -3,10 +3,10 @@
 use crate::accel::Machine;
 use crate::accel::bsu::network;
 use crate::accel::machine::{DramModel, Fetch};
-use crate::action::{Action, Buffer, UnitKind};
-use crate::dram::{CommandPrices, Device};
-use crate::energy::table::PriceError;
-use crate::energy::{Area, Built, DramCosts, EnergyTable, Prices};
+use powergs_dram::{CommandPrices, Device};
+use powergs_energy::action::{Action, Buffer, UnitKind};
+use powergs_energy::table::PriceError;
+use powergs_energy::{Area, Built, DramCosts, EnergyTable, Prices};
 
 /// The prices of `table` on `machine`. DRAM prices are those of its device where the DRAM model
 /// counts commands.

@@ -1,11 +1,11 @@
 //! The `paper` model: closed-form counts x three unit prices. It has no time.
 
 use super::{FoveaSummary, FrameReport, Label, ModelReport, PaperReport, StageBytes};
-use crate::action::{ActionCounts, Stage};
-use crate::energy::{Component, EnergyBreakdown, Standby};
 use crate::workload::FrameWorkload;
 use crate::workload::paper::{Padding, StageCounts, count_frame};
 use powergs_base::quantity::Picojoules;
+use powergs_energy::action::{ActionCounts, Stage};
+use powergs_energy::{Component, EnergyBreakdown, Standby};
 
 /// The three unit prices of the published model.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,8 @@
 //! Costs of the regions of a foveated frame.
 
 use crate::accel::regions::RegionWork;
-use crate::action::{Action, Stage};
-use crate::energy::Prices;
+use powergs_energy::Prices;
+use powergs_energy::action::{Action, Stage};
 
 use super::Foveal;
 use super::timed::Timed;

@@ -2,9 +2,9 @@
 
 use super::RegionReport;
 use crate::accel::FrameTiming;
-use crate::action::ActionCounts;
-use crate::energy::{Area, EnergyBreakdown, Phy, Standby};
 use crate::workload::FrameWorkload;
+use powergs_energy::action::ActionCounts;
+use powergs_energy::{Area, EnergyBreakdown, Phy, Standby};
 
 use crate::workload::reuse::ReuseSummary;
 use powergs_base::quantity::Hertz;

@@ -6,10 +6,10 @@ use super::{
 };
 use crate::accel::regions::RegionWork;
 use crate::accel::{self, FrameTiming, Machine, Memo, Replay, UnitCycles};
-use crate::action::{Action, ActionCounts, Stage};
-use crate::energy::{Activity, Prices};
 use crate::workload::FrameWorkload;
 use powergs_base::quantity::Hertz;
+use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_energy::{Activity, Prices};
 use powergs_frame::scene::ShDegree;
 use powergs_frame::splat::Counters;
 

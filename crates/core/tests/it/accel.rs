@@ -14,9 +14,9 @@ use powergs_core::accel::qsu::Keys;
 use powergs_core::accel::stream::Stream;
 use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit, replay};
-use powergs_core::action::{Action, ActionCounts, Buffer, Stage};
-use powergs_core::dram::device::Order;
 use powergs_core::workload::{ChunkWork, Geometry, PairWork, TileWork};
+use powergs_dram::device::Order;
+use powergs_energy::action::{Action, ActionCounts, Buffer, Stage};
 
 use crate::pipeline::support::{Dice, TilePlan, gscore, workload};
 

@@ -1,9 +1,9 @@
 //! A codebook of colours: a look-up for every colour, and what that costs.
 
 use powergs_base::quantity::Bytes;
-use powergs_core::action::{Action, Buffer};
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::FrameReport;
+use powergs_energy::action::{Action, Buffer};
 use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};

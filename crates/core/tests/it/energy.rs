@@ -5,15 +5,15 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::machine::{BinningMethod, DramModel, FeatureSource, GatingSpec};
 use powergs_core::accel::{FrameTiming, Machine, replay};
-use powergs_core::action::{Action, ActionCounts, Stage};
-use powergs_core::dram::{CommandPrices, DramCommands, StageCommands};
-use powergs_core::energy::prices::component_of;
-use powergs_core::energy::{Activity, Component, DramCosts, EnergyTable, Prices};
 use powergs_core::sim::statistics;
 use powergs_core::sim::{
     FrameReport, InvariantViolated, Label, Measured, check, cost, priced, simulate, time,
 };
 use powergs_core::workload::FrameWorkload;
+use powergs_dram::{CommandPrices, DramCommands, StageCommands};
+use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_energy::prices::component_of;
+use powergs_energy::{Activity, Component, DramCosts, EnergyTable, Prices};
 
 mod accelergy;
 mod alive;

@@ -4,10 +4,10 @@ use std::io::Cursor;
 
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_core::accel::{Machine, replay};
-use powergs_core::action::{Action, Stage};
-use powergs_core::energy::EnergyTable;
 use powergs_core::sim::{Incompatible, Label, SimError, cost, simulate};
 use powergs_core::workload::{ChunkWork, FrameWorkload, Geometry, TileWork, bin};
+use powergs_energy::EnergyTable;
+use powergs_energy::action::{Action, Stage};
 use powergs_frame::splat::{Cover, TileGrid};
 use powergs_frame::trace::{Frame, NEVER, Reader, TraceHeader, Writer};
 use powergs_raster::{Detail, FoveatedFrame, Options, render, render_foveated};

@@ -4,7 +4,6 @@ mod accel;
 mod calibrated;
 mod codebook;
 mod config;
-mod dram;
 mod energy;
 mod foveated;
 mod knobs;

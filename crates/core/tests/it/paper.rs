@@ -1,13 +1,13 @@
 //! Does the `paper` model reproduce the published one?
 
-use powergs_core::action::Stage;
-use powergs_core::energy::Component;
 use powergs_core::sim::paper::{UnitPrices, breakdown, simulate};
 use powergs_core::sim::{Label, Model};
 use powergs_core::workload::paper::{
     Padding, StageCounts, TileLoad, count, count_foveated, count_frame, pad,
 };
 use powergs_core::workload::{Geometry, bin};
+use powergs_energy::Component;
+use powergs_energy::action::Stage;
 use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_raster::{Detail, Options, render};
 use powergs_testkit::scenes::{floats, load};

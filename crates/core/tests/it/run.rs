@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
-use powergs_core::dram::address_trace::Requests;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::frames::spread;
 use powergs_core::run::{
@@ -16,6 +15,7 @@ use powergs_core::sim::{FrameReport, Label, Lists, Measured, simulate_measured};
 use powergs_core::workload::bin;
 use powergs_core::workload::demand::demand;
 use powergs_core::workload::paper::Padding;
+use powergs_dram::address_trace::Requests;
 
 fn demo() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../traces/demo.bin")

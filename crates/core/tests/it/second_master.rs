@@ -1,8 +1,8 @@
 //! A second master takes its part of the memory, and nothing else changes.
 
-use powergs_core::action::Action;
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::FrameReport;
+use powergs_energy::action::Action;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};
 use powergs_testkit::scenes::{front_camera, random_scene};

@@ -1,13 +1,13 @@
 //! The SH degree of a scene decides the bytes and the operations of its colours.
 
 use powergs_core::accel::ResolvedUnits;
-use powergs_core::action::{Action, Stage};
-use powergs_core::energy::Component::Flop;
 use powergs_core::run::{Change, MemoryFrames, Session, System};
 use powergs_core::sim::paper::{self, UnitPrices};
 use powergs_core::sim::{FrameReport, Label};
 use powergs_core::workload::paper::Padding;
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_energy::Component::Flop;
+use powergs_energy::action::{Action, Stage};
 use powergs_frame::scene::ShDegree;
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render};

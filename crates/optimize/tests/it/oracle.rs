@@ -2,12 +2,12 @@
 
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
-use powergs_core::action::Stage;
 use powergs_core::run::System;
 use powergs_core::sim::paper::UnitPrices;
 use powergs_core::sim::{Label, paper};
 use powergs_core::workload::paper::Padding;
 use powergs_core::workload::{Geometry, bin};
+use powergs_energy::action::Stage;
 use powergs_optimize::oracle::{CycleOracle, PaperOracle, PowerOracle};
 use powergs_raster::{Detail, Options, render};
 

@@ -3,8 +3,8 @@
 use super::{frames, subtitle};
 use crate::format::{engineering, prefix_of, rate, significant};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_core::action::Stage;
-use powergs_core::energy::Component;
+use powergs_energy::Component;
+use powergs_energy::action::Stage;
 use powergs_study::findings::RunSummary;
 use powergs_study::findings::breakdown::Breakdown;
 use powergs_study::run_record::Run;

@@ -3,7 +3,7 @@
 use super::{frames, subtitle};
 use crate::format::engineering;
 use powergs_chart::{Axis, Chart, Colour, Line, Panel, Points, Scale, Side, Size, Weight, Words};
-use powergs_core::action::Stage;
+use powergs_energy::action::Stage;
 use powergs_study::findings::roofline::{Point, Roof, Roofline};
 use powergs_study::run_record::Run;
 

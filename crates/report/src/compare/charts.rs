@@ -5,8 +5,8 @@ use crate::charts::{
 };
 use crate::format::significant;
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_core::action::{Stage, UnitKind};
-use powergs_core::energy::Component;
+use powergs_energy::Component;
+use powergs_energy::action::{Stage, UnitKind};
 use powergs_study::findings::compare::{Comparison, Side};
 
 /// Sides in one chart; a slide has no room for more.

@@ -7,9 +7,9 @@ use powergs_base::config::embedded::{DISPLAYS, DRAM, ENERGY, MACHINES, SWEEPS, S
 use powergs_base::config::references::{cited, references};
 use powergs_base::config::{KeyDoc, key_docs};
 use powergs_core::accel::Machine;
-use powergs_core::dram::Device;
-use powergs_core::energy::EnergyTable;
 use powergs_core::sim::statistics;
+use powergs_dram::Device;
+use powergs_energy::EnergyTable;
 use powergs_frame::display::Display;
 use powergs_study::sweep::metric::metrics;
 use powergs_study::sweep::table::{FIRST, LAST};

@@ -4,7 +4,7 @@
 use super::{Grade, ITSELF, Story};
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit};
-use powergs_core::action::Stage;
+use powergs_energy::action::Stage;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
 use powergs_optimize::target::Target;

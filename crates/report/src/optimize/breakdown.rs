@@ -3,7 +3,7 @@
 use super::Story;
 use crate::format::{engineering, watt_unit};
 use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale};
-use powergs_core::action::Stage;
+use powergs_energy::action::Stage;
 use powergs_optimize::outcome::Outcome;
 use powergs_optimize::role::Role;
 

@@ -7,7 +7,7 @@ use crate::claims::table;
 use crate::document::{Block, Cell, Column, Document, Table, Text};
 use crate::format::{engineering, watt_unit, wrapped};
 use powergs_chart::Chart;
-use powergs_core::action::Stage;
+use powergs_energy::action::Stage;
 use powergs_optimize::claims::Verdict;
 use powergs_optimize::outcome::{Confirmation, Outcome};
 use powergs_optimize::role::Role;

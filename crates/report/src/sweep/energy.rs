@@ -4,7 +4,7 @@ use super::measure::Measure;
 use super::words;
 use crate::charts::{component_colour, component_entries};
 use powergs_chart::{Axis, Bar, Chart, Mark, Panel, Part, Scale, Words};
-use powergs_core::energy::Component;
+use powergs_energy::Component;
 use powergs_study::analysis::Analysis;
 
 const NAME: &str = "energy_front";

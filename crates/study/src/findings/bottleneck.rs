@@ -8,7 +8,7 @@
 use super::RunSummary;
 use super::summary::{ColourSummary, CycleSummary, UnitSummary};
 use powergs_core::accel::Stall;
-use powergs_core::action::{Stage, UnitKind};
+use powergs_energy::action::{Stage, UnitKind};
 
 /// What to make faster first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! Where the energy of a run goes, by stage and component: means over frames.
 
 use super::summary::{EnergyMeans, RunSummary};
-use powergs_core::action::Stage;
-use powergs_core::energy::{Component, Standby};
+use powergs_energy::action::Stage;
+use powergs_energy::{Component, Standby};
 
 /// A value for every stage and component.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,8 +5,8 @@ use super::summary::RunSummary;
 use super::what_if::WhatIf;
 use crate::run_record::MachineFacts;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::action::UnitKind;
-use powergs_core::energy::Component;
+use powergs_energy::Component;
+use powergs_energy::action::UnitKind;
 
 /// What an effect that is left out does to the frame time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,9 +4,9 @@
 use crate::run_record::Run;
 use powergs_core::accel::bsu::network;
 use powergs_core::accel::machine::{Fetch, Overlap};
-use powergs_core::action::{Action, Stage};
-use powergs_core::energy::flops;
 use powergs_core::run::System;
+use powergs_energy::action::{Action, Stage};
+use powergs_energy::flops;
 
 /// What a machine could do at most, and what its actions count.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,11 +2,11 @@
 //! weight, but a mean power is energy over time. Every conclusion is drawn from this.
 
 use powergs_core::accel::{BufferUse, FrameTiming, Stall};
-use powergs_core::action::{Buffer, Stage, UnitKind};
-use powergs_core::dram::{DramCommands, StageCommands};
-use powergs_core::energy::{Component, Standby};
 use powergs_core::sim::statistics::{Aggregate, Value, Weight};
 use powergs_core::sim::{CycleReport, FrameReport, RegionReport};
+use powergs_dram::{DramCommands, StageCommands};
+use powergs_energy::action::{Buffer, Stage, UnitKind};
+use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::LEVELS;
 
 use crate::run_record::Run;

@@ -10,10 +10,10 @@ use powergs_base::config::inert::inert;
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::dram::Device;
-use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::run::{Change, System};
+use powergs_dram::Device;
+use powergs_energy::EnergyTable;
 
 use crate::findings::sensitivity::keys::{NotTried, Reach};
 

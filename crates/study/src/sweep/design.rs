@@ -7,9 +7,9 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::library::Document;
 use powergs_core::accel::Machine;
-use powergs_core::dram::Device;
-use powergs_core::energy::{EnergyTable, Prices};
 use powergs_core::sim::cost::untimed;
+use powergs_dram::Device;
+use powergs_energy::{EnergyTable, Prices};
 use powergs_frame::display::Display;
 
 /// A design: a machine that fits together, with its prices.

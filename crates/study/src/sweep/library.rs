@@ -11,10 +11,10 @@ use super::key::{FileKind, Key};
 use powergs_base::config::ConfigError;
 use powergs_base::config::knob;
 use powergs_core::accel::Machine;
-use powergs_core::dram::Device;
-use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::Files;
 use powergs_core::run::identity::content_id;
+use powergs_dram::Device;
+use powergs_energy::EnergyTable;
 use powergs_frame::display::Display;
 
 /// Changed files that are kept; beyond that they are made anew for every point.

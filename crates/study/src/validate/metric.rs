@@ -1,7 +1,7 @@
 //! What is measured for a row.
 
 use super::totals::Totals;
-use powergs_core::action::{Buffer, UnitKind};
+use powergs_energy::action::{Buffer, UnitKind};
 
 /// A measure of a machine, or of one machine against another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::numbers::Parts;
 use super::totals::Totals;
 use super::{Block, MachineName, Row, Status, Tables, Workload};
-use crate::views::RenderedViews;
 use powergs_base::budget::Budget;
 use powergs_base::quantity::Bytes;
 use powergs_core::run::{FrameView, Frames, RunError, Session, Subject, System, Watch};
 use powergs_core::sim::cost::peak_w;
 use powergs_scene::synth::generate;
+use powergs_scene::{Camera, Gaussians};
 
 /// A machine that rows ask for.
 #[derive(Debug, Clone)]
@@ -60,8 +60,11 @@ pub fn steps(tables: &Tables, rows: &[&Row]) -> u64 {
 /// What the frames of the rows that come with the program need: 28 M pairs in one of them.
 pub const MEMORY: Budget = Budget(Bytes(2 << 30));
 
-/// Measures what `rows` need; `None` if the watch cancelled it. `built` has every machine that they
-/// name; a frame may take `memory`.
+/// What makes frames of a scene and the cameras that see it, under a name.
+pub type Render<'a> = &'a dyn Fn(&str, Arc<Gaussians>, Vec<Camera>) -> Box<dyn Frames>;
+
+/// Measures what `rows` need on scenes that `render` makes frames of; `None` if the watch cancelled
+/// it. `built` has every machine that they name; a frame may take `memory`.
 ///
 /// # Errors
 /// [`RunError`]: a frame that takes more memory, or a defect of the simulator.
@@ -72,6 +75,7 @@ pub fn measure(
     tables: &Tables,
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
+    render: Render<'_>,
     memory: Budget,
     watch: &dyn Watch,
 ) -> Result<Option<Measurements>, RunError> {
@@ -86,7 +90,7 @@ pub fn measure(
         let key = first.scene_key();
         let (now, later) = todo.into_iter().partition(|w| w.scene_key() == key);
         todo = later;
-        if !one_scene(&now, rows, built, memory, watch, &mut all)? {
+        if !one_scene(&now, rows, built, render, memory, watch, &mut all)? {
             return Ok(None);
         }
     }
@@ -108,6 +112,7 @@ fn one_scene(
     workloads: &[&Workload],
     rows: &[&Row],
     built: &BTreeMap<MachineName, Built>,
+    render: Render<'_>,
     memory: Budget,
     watch: &dyn Watch,
     all: &mut Measurements,
@@ -118,9 +123,9 @@ fn one_scene(
         let names = machines(rows, &workload.name);
         let cameras = workload.cameras(preset);
         let counted: Vec<usize> = (workload.warm_up()..cameras.len()).collect();
-        let mut views = RenderedViews::new(&workload.name, Arc::clone(&scene), cameras);
+        let mut views = render(&workload.name, Arc::clone(&scene), cameras);
         views.allow(memory);
-        if !add_frames(&mut views, &counted, &names, built, watch, all)? {
+        if !add_frames(&mut *views, &counted, &names, built, watch, all)? {
             return Ok(false);
         }
     }

@@ -3,10 +3,10 @@
 use super::Block;
 use powergs_core::accel::Machine;
 use powergs_core::accel::Stall;
-use powergs_core::action::{Stage, UnitKind};
-use powergs_core::energy::Component;
 use powergs_core::sim::{CycleReport, FrameReport, Measured};
 use powergs_core::workload::FrameWorkload;
+use powergs_energy::Component;
+use powergs_energy::action::{Stage, UnitKind};
 
 /// Sums over frames.
 #[derive(Debug, Clone, Default, PartialEq)]

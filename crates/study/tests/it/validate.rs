@@ -14,7 +14,7 @@ use powergs_study::validate::{
     Baseline, Built, Gap, MachineName, Metric, Parts, Row, Status, Tables, Tolerance, Verdict,
     judge, measure,
 };
-use powergs_study::views::RenderedViews;
+use powergs_views::{RenderedViews, rendered};
 
 fn build(name: &MachineName) -> Built {
     let spec = SystemSpec { sets: name.sets.clone(), ..SystemSpec::named(&name.arch) };
@@ -111,7 +111,8 @@ fn a_subset_of_the_rows_holds() {
     };
     let rows: Vec<&Row> = tables.rows.iter().filter(wanted).collect();
     assert!(rows.len() > 5);
-    let measured = measure(&tables, &rows, &machines(&rows), MEMORY, &()).expect("no defect");
+    let measured =
+        measure(&tables, &rows, &machines(&rows), &rendered, MEMORY, &()).expect("no defect");
     let measured = measured.expect("not cancelled");
     for row in rows {
         let ours = value(row, &measured).unwrap_or_else(|| panic!("{}: not measured", row.id));
@@ -139,7 +140,9 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            measure(&tables, &rows, &built, MEMORY, &counting).expect("no defect").unwrap()
+            measure(&tables, &rows, &built, &rendered, MEMORY, &counting)
+                .expect("no defect")
+                .unwrap()
         })
     };
     let (one, three) = (run(1), run(3));
@@ -159,7 +162,7 @@ fn measuring_is_deterministic_reports_steps_and_can_be_broken_off() {
     for most in [0, 1, 3] {
         let stop = Counting { done: AtomicU64::new(0), most };
         assert!(
-            measure(&tables, &rows, &built, MEMORY, &stop).expect("no defect").is_none(),
+            measure(&tables, &rows, &built, &rendered, MEMORY, &stop).expect("no defect").is_none(),
             "{most}"
         );
     }
@@ -180,7 +183,7 @@ fn scenes_of_ones_own_have_shares_and_ratios() {
     let rows = of_any_scene(&tables, &all);
     assert_eq!(rows.iter().map(|r| r.id.as_str()).collect::<Vec<_>>(), ["a", "b"]);
     let built = machines(&rows);
-    let measured = measure(&tables, &rows, &built, MEMORY, &()).unwrap().unwrap();
+    let measured = measure(&tables, &rows, &built, &rendered, MEMORY, &()).unwrap().unwrap();
     let preset = Preset::named("demo").unwrap();
     let scene = Arc::new(generate(preset, 3000, 1));
     let mut views = RenderedViews::new("mine", scene, tables.workloads[0].cameras(preset));

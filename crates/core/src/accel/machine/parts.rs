@@ -11,7 +11,7 @@
 
 use super::{Machine, Organisation, Switch};
 use crate::accel::bsu::network;
-use crate::action::Part;
+use powergs_energy::action::Part;
 
 /// Bits of a request of a CCU.
 const REQUEST_BITS: f64 = 64.0;

@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::dram::device::Order;
 pub use crate::workload::cache::Eviction;
 use crate::workload::cache::Victims;
 pub use crate::workload::order::{DepthKey, PivotRule, TileOrder};
 use powergs_base::quantity::{Bytes, BytesPerSecond, Nanoseconds};
 use powergs_datapath::NumberFormat;
+use powergs_dram::device::Order;
 use powergs_frame::scene::ShDegree;
 
 /// Bytes of the records that cross the DRAM interface.
@@ -417,7 +417,7 @@ pub struct BufferSpecs {
 }
 
 impl BufferSpecs {
-    /// In the order of [`Buffer::ALL`](crate::action::Buffer::ALL), without the cache.
+    /// In the order of [`Buffer::ALL`](powergs_energy::action::Buffer::ALL), without the cache.
     pub fn all(&self) -> [&BufferSpec; 5] {
         [&self.gaussian_in, &self.tile_list, &self.sorting, &self.feature, &self.pixel_out]
     }

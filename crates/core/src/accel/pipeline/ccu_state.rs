@@ -14,7 +14,7 @@ use crate::accel::resolved::ResolvedUnits;
 use crate::accel::stream::Stream;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use crate::action::Buffer;
+use powergs_energy::action::Buffer;
 
 /// A batch that a CCU holds, from its claim until its results have been written.
 #[derive(Debug, Clone)]

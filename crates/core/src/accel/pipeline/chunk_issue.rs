@@ -24,7 +24,7 @@ use crate::accel::traffic::ChunkLoad;
 use crate::accel::unit::Unit;
 use crate::accel::vru::Render;
 use crate::accel::{Stall, memory::Arrival};
-use crate::action::{Action, ActionCounts, Stage};
+use powergs_energy::action::{Action, ActionCounts, Stage};
 
 /// The connections of the stage in cycle `now`.
 pub(super) struct Ports<'p, 'a, O> {

@@ -24,7 +24,7 @@ use crate::accel::qsu::Qsu;
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::timeline::{Level, Observer, State};
 use crate::accel::unit::Unit;
-use crate::action::Buffer;
+use powergs_energy::action::Buffer;
 
 /// One core.
 #[derive(Debug)]

@@ -7,8 +7,8 @@ mod machine;
 mod memory;
 
 use super::{Kind, Statistic, Value, Weight};
-use crate::action::Stage;
 use crate::sim::{FrameReport, StageBytes};
+use powergs_energy::action::Stage;
 use powergs_frame::splat::Counters;
 
 pub(super) fn all() -> Vec<Statistic> {

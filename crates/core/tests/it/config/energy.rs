@@ -4,10 +4,10 @@ use approx::assert_relative_eq;
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::quantity::{Bytes, Hertz};
 use powergs_core::accel::Machine;
-use powergs_core::action::{Action, Buffer, Inventory, Memory, Part};
-use powergs_core::energy::table::PriceError;
-use powergs_core::energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
 use powergs_core::sim::cost;
+use powergs_energy::action::{Action, Buffer, Inventory, Memory, Part};
+use powergs_energy::table::PriceError;
+use powergs_energy::{Area, Built, DramCosts, EnergyTable, Prices, flops};
 
 use super::gscore;
 

@@ -3,10 +3,10 @@
 use powergs_base::config::embedded::{MACHINES, find};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
-use powergs_core::action::{Action, Buffer};
-use powergs_core::energy::accelergy::{AccelergyError, TEXT_MAX, table};
-use powergs_core::energy::{DramCosts, EnergyTable};
 use powergs_core::sim::cost;
+use powergs_energy::accelergy::{AccelergyError, TEXT_MAX, table};
+use powergs_energy::action::{Action, Buffer};
+use powergs_energy::{DramCosts, EnergyTable};
 
 const COMPONENTS: [(&str, &[&str]); 12] = [
     ("ccu[0..3]", &["cull", "project", "obb_prepare", "obb_test", "sh_colour", "leak"]),

@@ -5,10 +5,10 @@ use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::accel::machine::DramModel;
-use powergs_core::action::{Action, ActionCounts, Stage};
-use powergs_core::dram::{DramCommands, StageCommands};
-use powergs_core::energy::{Activity, EnergyTable, Phy};
 use powergs_core::sim::cost;
+use powergs_dram::{DramCommands, StageCommands};
+use powergs_energy::action::{Action, ActionCounts, Stage};
+use powergs_energy::{Activity, EnergyTable, Phy};
 use toml::Value;
 
 use super::UNLIKE;

@@ -4,8 +4,8 @@
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::config::{KeyDoc, key_docs, knob};
 use powergs_core::accel::Machine;
-use powergs_core::energy::{EnergyTable, Prices, same_costs};
 use powergs_core::sim::cost;
+use powergs_energy::{EnergyTable, Prices, same_costs};
 use toml::{Table, Value};
 
 /// Keys of which less is better: they are halved.
@@ -223,7 +223,7 @@ fn units_grow_with_what_is_in_them() {
     is("fovea.accumulators=2", 3, 1.555);
     is("fovea.accumulators=0", 3, 1.0);
     // A key is compared with every pivot.
-    let key = powergs_core::action::Action::PivotKey;
+    let key = powergs_energy::action::Action::PivotKey;
     let ratio = of("gsu.pivots=14").of(key).0 / of("gsu.pivots=7").of(key).0;
     assert!((ratio - 1.9).abs() < 1e-12, "{ratio}");
 }

@@ -1,7 +1,7 @@
 //! Banks after CACTI: exact at its rows, monotone between them, refused outside.
 
 use powergs_base::config::embedded::CACTI;
-use powergs_core::energy::cacti::{Bank, Cell, Macros};
+use powergs_energy::cacti::{Bank, Cell, Macros};
 
 fn lop() -> Macros {
     Macros::new(28.0, Cell::Lop, 350).expect("rows")

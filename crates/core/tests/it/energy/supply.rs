@@ -4,11 +4,11 @@ use approx::assert_relative_eq;
 use powergs_base::config::embedded::{ENERGY, MACHINES, find};
 use powergs_base::quantity::{Hertz, Volts};
 use powergs_core::accel::Machine;
-use powergs_core::action::{Action, Buffer};
-use powergs_core::energy::supply::Curve;
-use powergs_core::energy::table::CurveChoice;
-use powergs_core::energy::{EnergyTable, Prices, same_costs};
 use powergs_core::sim::cost;
+use powergs_energy::action::{Action, Buffer};
+use powergs_energy::supply::Curve;
+use powergs_energy::table::CurveChoice;
+use powergs_energy::{EnergyTable, Prices, same_costs};
 
 fn table(name: &str) -> EnergyTable {
     EnergyTable::parse(find(ENERGY, name).expect("a table")).expect("a good table")

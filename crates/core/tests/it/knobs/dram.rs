@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use powergs_base::config::embedded::{DRAM, Embedded};
 use powergs_base::config::{key_docs, knob};
-use powergs_core::dram::drive::{Access, Drive};
-use powergs_core::dram::{Device, EnergyUse, Mode, Stats};
-use powergs_core::energy::DramCosts;
 use powergs_core::sim::cost::device_costs;
+use powergs_dram::drive::{Access, Drive};
+use powergs_dram::{Device, EnergyUse, Mode, Stats};
+use powergs_energy::DramCosts;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;

@@ -3,10 +3,10 @@
 use powergs_base::config::embedded::{ENERGY, Embedded, MACHINES};
 use powergs_base::config::{key_docs, knob};
 use powergs_core::accel::Machine;
-use powergs_core::dram::{DramCommands, StageCommands};
-use powergs_core::energy::Activity;
-use powergs_core::energy::{Area, EnergyBreakdown, EnergyTable, Prices};
 use powergs_core::sim::cost;
+use powergs_dram::{DramCommands, StageCommands};
+use powergs_energy::Activity;
+use powergs_energy::{Area, EnergyBreakdown, EnergyTable, Prices};
 use toml::{Table, Value};
 
 use super::inert::list;

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
 use powergs_core::accel::Machine;
-use powergs_core::energy::{EnergyTable, Prices};
 use powergs_core::sim::{self, FrameReport, Label, Lists, Measured, SimError, simulate_measured};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
+use powergs_energy::{EnergyTable, Prices};
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::trace::Frame;
 use powergs_raster::{Detail, Options, render, render_foveated};

@@ -12,9 +12,9 @@ use powergs_core::accel::traffic::for_each_chunk;
 use powergs_core::accel::{
     FrameContext, Machine, Replay, ResolvedUnits, Stall, Unit, replay, replay_with,
 };
-use powergs_core::action::{Action, Stage};
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::{FrameWorkload, bin};
+use powergs_energy::action::{Action, Stage};
 use powergs_frame::scene::ShDegree;
 
 use crate::workload::support::dense_frame;

@@ -13,8 +13,8 @@ use powergs_core::accel::{
     FrameContext, Machine, Memo, Rule, RuleError, Unit, UnitRule, UnitRules, replay, replay_again,
     replay_with,
 };
-use powergs_core::action::{Action, ActionCounts, Stage};
 use powergs_core::sim::{Measured, time};
+use powergs_energy::action::{Action, ActionCounts, Stage};
 
 use super::support::{Dice, TilePlan, gscore, workload};
 

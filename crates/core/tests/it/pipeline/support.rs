@@ -7,14 +7,14 @@ use std::sync::LazyLock;
 use powergs_base::config::embedded::DRAM;
 use powergs_base::quantity::{Bytes, BytesPerSecond, Hertz, Nanoseconds};
 use powergs_core::accel::machine::*;
-use powergs_core::dram::Device;
-use powergs_core::dram::device::Order;
 use powergs_core::workload::binning::ListWrites;
 use powergs_core::workload::reuse::ListReuse;
 use powergs_core::workload::{
     ChunkWork, FoveaWork, FrameWorkload, Geometry, GroupWork, PairWork, STORAGE_BLOCK,
     StoragePrefix, TileWork,
 };
+use powergs_dram::Device;
+use powergs_dram::device::Order;
 use powergs_frame::fovea::{Screen, ScreenGaze};
 use powergs_frame::splat::{Counters, FoveaCounters};
 use rand::{RngExt, SeedableRng};

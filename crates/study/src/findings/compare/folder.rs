@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 
 use powergs_core::accel::Stall;
-use powergs_core::action::{Buffer, Stage, UnitKind};
-use powergs_core::energy::{Component, Standby};
 use powergs_core::sim::statistics::catalogue;
+use powergs_energy::action::{Buffer, Stage, UnitKind};
+use powergs_energy::{Component, Standby};
 use powergs_frame::fovea::REGIONS;
 use toml::Value;
 

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
 use super::{FileKind, Key, Space};
-use powergs_core::energy::same_costs;
+use powergs_energy::same_costs;
 
 /// Surroundings in which an axis is tried.
 const TRIES: usize = 6;

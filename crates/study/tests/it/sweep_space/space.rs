@@ -6,9 +6,9 @@ use std::sync::Arc;
 use powergs_base::config::embedded::{ENERGY, find};
 use powergs_base::quantity::Bytes;
 use powergs_core::accel::Machine;
-use powergs_core::energy::EnergyTable;
 use powergs_core::run::files::EmbeddedFiles;
 use powergs_core::sim::cost;
+use powergs_energy::EnergyTable;
 use powergs_study::sweep::{Design, Rejected, Space, SweepFile};
 
 /// The space of a file with these lines behind question and base.
@@ -196,8 +196,8 @@ fn every_table_prices_every_point() {
     );
     assert_eq!(space.energy_labels(), ["cheap", "dear"]);
     let [one, two] = [design(&space, 0), design(&space, 1)];
-    let alpha = powergs_core::action::Action::Alpha;
-    let read = powergs_core::action::Action::DramRead;
+    let alpha = powergs_energy::action::Action::Alpha;
+    let read = powergs_energy::action::Action::DramRead;
     let of = |d: &Design, i: usize| [alpha, read].map(|a| d.prices[i].prices.of(a).0);
     assert_eq!((of(&one, 0), of(&one, 1)), ([1.0, 10.88], [1.0, 64.0]));
     assert_eq!((of(&two, 0), of(&two, 1)), ([2.0, 10.88], [2.0, 64.0]));

@@ -1,10 +1,10 @@
 //! Energy, and power at each of the rates that must not be confused.
 
 use super::{List, real, weighted};
-use crate::action::Stage;
-use crate::energy::{Area, Component};
 use crate::sim::FrameReport;
 use crate::sim::statistics::Weight;
+use powergs_energy::action::Stage;
+use powergs_energy::{Area, Component};
 
 /// Watts of one component at the display rate `fps`, or at the rate that is reached.
 fn component_w(frame: &FrameReport, component: Component, fps: f64) -> f64 {

@@ -2,8 +2,8 @@
 
 use super::{List, count, real};
 use crate::accel::{Histogram, Stall, UnitCycles};
-use crate::action::{Action, UnitKind};
 use crate::sim::FrameReport;
+use powergs_energy::action::{Action, UnitKind};
 
 /// What definitions call a kind of unit.
 fn unit_words(kind: UnitKind) -> &'static str {

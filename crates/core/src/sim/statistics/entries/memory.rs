@@ -2,9 +2,9 @@
 
 use super::{List, count, real};
 use crate::accel::{BufferUse, DramUse, FrameTiming};
-use crate::action::{Buffer, Stage};
-use crate::dram::{DramCommands, StageCommands};
 use crate::sim::{CycleReport, FrameReport};
+use powergs_dram::{DramCommands, StageCommands};
+use powergs_energy::action::{Buffer, Stage};
 
 fn usage(frame: &FrameReport) -> Option<&DramUse> {
     Some(&frame.timing()?.dram)

@@ -9,8 +9,8 @@ use powergs_core::accel::schedule::Job;
 use powergs_core::accel::traffic::ChunkLoad;
 use powergs_core::accel::vru::Render;
 use powergs_core::accel::{Machine, ResolvedUnits, Unit};
-use powergs_core::flops::colour_share;
 use powergs_core::workload::ChunkWork;
+use powergs_energy::flops::colour_share;
 use powergs_frame::scene::ShDegree;
 
 use super::memory::{Memory, Ticket};

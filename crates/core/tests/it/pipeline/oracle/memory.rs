@@ -9,8 +9,8 @@ use powergs_core::accel::machine::DramModel;
 use powergs_core::accel::schedule::Plan;
 use powergs_core::accel::stream::Stream;
 use powergs_core::accel::{FrameContext, Machine, ResolvedUnits};
-use powergs_core::dram::{self, Banked, Windowed};
 use powergs_core::workload::FrameWorkload;
+use powergs_dram::{self, Banked, Windowed};
 
 /// A stream of this direction: with one rate, all are alike.
 fn any_stream(is_read: bool) -> Stream {
@@ -120,7 +120,7 @@ impl<'a> Memory<'a> {
             }
             Kind::Banked(device, spans) => {
                 spans.push((span, 0));
-                device.push(dram::Request {
+                device.push(powergs_dram::Request {
                     ticket: ticket as u32,
                     write: !is_read,
                     class: stage as u8,

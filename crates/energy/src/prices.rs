@@ -1,0 +1,214 @@
+//! Prices of one machine, from an energy table: picojoules per action and command, static power in
+//! watts, area.
+
+use super::area::Area;
+use super::supply::Supply;
+use super::{Component, EnergyBreakdown, flops};
+use crate::action::{Action, ActionCounts, Buffer, Stage};
+use powergs_base::quantity::Picojoules;
+use powergs_dram::{CommandPrices, DramCommands, StageCommands};
+use powergs_frame::scene::ShDegree;
+
+/// The prices of one machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prices {
+    /// Picojoules per action, by [`Action::index`]; per byte for SRAM and DRAM. Bytes of DRAM are
+    /// free where commands are priced.
+    pub per_action: [f64; Action::COUNT],
+    /// Leakage of CCUs, QSUs, BSUs and rendering units, watts, all of a kind together.
+    pub unit_leakage_w: [f64; 4],
+    /// Leakage of the buffers, watts, in the order of [`Buffer::ALL`]: never gated.
+    pub sram_leakage_w: [f64; Buffer::ALL.len()],
+    /// Share of its leakage that a unit without work keeps: 1 without power gating.
+    pub idle_leakage: f64,
+    /// The memory.
+    pub dram: DramCosts,
+    /// Area of the chip, where the table knows it.
+    pub area: Option<Area>,
+    /// The chip's side of the memory channels, outside of `area` and of every power.
+    pub phy: Option<Phy>,
+    /// Voltage, and what it does to the prices above; `None` where the table has no curve.
+    pub supply: Option<Supply>,
+}
+
+/// The chip's side of the memory channels: drivers, receivers, delay lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phy {
+    /// Of all channels, mm².
+    pub area_mm2: f64,
+    /// Standby of all channels, watts.
+    pub standby_w: f64,
+}
+
+/// Prices of the DRAM.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DramCosts {
+    /// A price per requested byte, and static powers of the whole memory.
+    Bytes {
+        /// Picojoules per byte read.
+        read_pj: f64,
+        /// Picojoules per byte written.
+        write_pj: f64,
+        /// Standby, watts.
+        background_w: f64,
+        /// Refresh, watts.
+        refresh_w: f64,
+    },
+    /// A price per command.
+    Commands(CommandPrices),
+}
+
+impl DramCosts {
+    /// Background power while frames run, with open rows where commands are priced, and power of
+    /// refreshes at their nominal rate, watts.
+    pub fn standby_w(&self) -> [f64; 2] {
+        match self {
+            DramCosts::Bytes { background_w, refresh_w, .. } => [*background_w, *refresh_w],
+            DramCosts::Commands(p) => [p.active_w(), p.refresh_w],
+        }
+    }
+
+    /// Picojoules per byte read and written, where bytes are priced.
+    pub(super) fn per_byte(&self) -> [f64; 2] {
+        match *self {
+            DramCosts::Bytes { read_pj, write_pj, .. } => [read_pj, write_pj],
+            DramCosts::Commands(_) => [0.0; 2],
+        }
+    }
+}
+
+/// The activity of a frame, as far as it costs energy.
+#[derive(Debug, Clone, Copy)]
+pub struct Activity<'a> {
+    /// How often each action happened.
+    pub actions: &'a ActionCounts,
+    /// Length of the frame, seconds.
+    pub seconds: f64,
+    /// Share of the frame for which CCUs, QSUs, BSUs and rendering units had no work, 0 to 1.
+    pub idle: [f64; 4],
+    /// Commands of the DRAM, where the model counts them.
+    pub dram: Option<DramCommands>,
+}
+
+/// Static power, watts: leakage, DRAM background power, DRAM refresh.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Standby {
+    /// While the frame runs, on average.
+    pub running_w: [f64; 3],
+    /// Idle power: between frames.
+    pub idle_w: [f64; 3],
+}
+
+impl Standby {
+    /// The components, in the order of both lists.
+    pub const COMPONENTS: [Component; 3] =
+        [Component::Leakage, Component::Background, Component::Refresh];
+
+    /// Mean static powers, watts, when a frame of `seconds` starts `fps` times a second. A frame
+    /// that takes longer than a period leaves no idle time.
+    pub fn at_rate(&self, seconds: f64, fps: f64) -> [f64; 3] {
+        let duty = (seconds * fps).min(1.0);
+        // Both ends are exact, also in rounding.
+        let mean =
+            |(run, idle): (f64, f64)| if run == idle { run } else { idle + (run - idle) * duty };
+        std::array::from_fn(|i| mean((self.running_w[i], self.idle_w[i])))
+    }
+}
+
+/// The component that spends the energy of an action.
+pub const fn component_of(action: Action) -> Component {
+    match action {
+        Action::DramRead | Action::DramWrite => Component::Dram,
+        Action::SramRead(_) | Action::SramWrite(_) => Component::Sram,
+        Action::Cull
+        | Action::Project
+        | Action::ObbPrepare
+        | Action::ObbTest
+        | Action::ShColour
+        | Action::PivotKey
+        | Action::CompareExchange
+        | Action::SortedRow
+        | Action::MergedRow
+        | Action::Alpha
+        | Action::StoppedPixel
+        | Action::Blend
+        | Action::PixelFinish
+        | Action::QueueEntry
+        | Action::Clock(_)
+        | Action::IdleClock(_) => Component::Flop,
+    }
+}
+
+impl Prices {
+    /// The prices for frames of a scene of this SH degree: a colour costs in proportion to its
+    /// floating-point operations. Those of an energy table are for degree 3.
+    #[must_use]
+    pub fn of_degree(&self, degree: ShDegree) -> Prices {
+        let mut prices = *self;
+        prices.per_action[Action::ShColour.index()] *= flops::colour_share(degree);
+        prices
+    }
+
+    /// The price of one action.
+    pub fn of(&self, action: Action) -> Picojoules {
+        Picojoules(self.per_action[action.index()])
+    }
+
+    /// Leakage of the chip when nothing is gated, watts.
+    pub fn leakage_w(&self) -> f64 {
+        self.unit_leakage_w.iter().sum::<f64>() + self.sram_leakage_w.iter().sum::<f64>()
+    }
+
+    /// Energy of the commands of one stage.
+    pub fn commands(&self, commands: &StageCommands) -> Picojoules {
+        match &self.dram {
+            DramCosts::Bytes { .. } => Picojoules(0.0),
+            DramCosts::Commands(p) => {
+                p.commands(commands.reads, commands.writes, commands.activates)
+            }
+        }
+    }
+
+    /// Static power while a frame runs and between frames: leakage, DRAM background and refresh.
+    pub fn standby(&self, activity: &Activity<'_>) -> Standby {
+        let units = self.unit_leakage_w.iter().zip(activity.idle);
+        let gated = 1.0 - self.idle_leakage;
+        let awake: f64 = units.map(|(watts, idle)| watts * (1.0 - idle * gated)).sum();
+        let asleep = self.unit_leakage_w.iter().sum::<f64>() * self.idle_leakage;
+        let buffers: f64 = self.sram_leakage_w.iter().sum();
+        let leakage = [awake, asleep].map(|units| units + buffers);
+        let [background, refresh] = match &self.dram {
+            DramCosts::Bytes { background_w, refresh_w, .. } => {
+                [[*background_w; 2], [*refresh_w; 2]]
+            }
+            DramCosts::Commands(p) => {
+                let refreshes =
+                    activity.dram.map_or(0.0, |d| p.refreshes(d.refreshes, d.bank_refreshes));
+                let running = refreshes * p.refresh_pj * 1e-12 / activity.seconds;
+                let running = if activity.seconds > 0.0 { running } else { 0.0 };
+                [[p.active_w(), p.power_down_w()], [running, p.refresh_w]]
+            }
+        };
+        let all = [leakage, background, refresh];
+        Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
+    }
+
+    /// Energy of a frame, with static energy over the time of the frame.
+    pub fn breakdown(&self, activity: &Activity<'_>) -> EnergyBreakdown {
+        let mut energy = EnergyBreakdown::default();
+        for (i, stage) in Stage::WORK.into_iter().enumerate() {
+            for action in Action::all() {
+                let count = activity.actions.count(stage, action) as f64;
+                energy.add(stage, component_of(action), self.of(action) * count);
+            }
+            if let Some(dram) = &activity.dram {
+                energy.add(stage, Component::Dram, self.commands(&dram.stages[i]));
+            }
+        }
+        let standby = self.standby(activity).running_w;
+        for (component, watts) in Standby::COMPONENTS.into_iter().zip(standby) {
+            energy.add(Stage::Standby, component, Picojoules(watts * activity.seconds * 1e12));
+        }
+        energy
+    }
+}

@@ -1,0 +1,354 @@
+//! The tables of an energy table's file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::node;
+use crate::supply::Curve;
+use powergs_base::quantity::{
+    Hertz, Nanometres, Picojoules, PicojoulesPerByte, SquareMillimetres, Volts, Watts,
+};
+use powergs_datapath::NumberFormat;
+
+/// The price of one action: exactly one of `energy`, `flops` and `free`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ActionPrice {
+    /// Energy of one action.
+    pub energy: Option<Picojoules>,
+    /// Floating-point operations of one action, each at the price of `flop`.
+    #[schemars(range(min = 1, max = 1000000), extend("x-unit" = "FLOPs"))]
+    pub flops: Option<u32>,
+    /// Costs nothing, on purpose.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// The price of moving one byte.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct BytePrice {
+    /// Energy of one byte.
+    pub energy: PicojoulesPerByte,
+    /// Costs nothing, on purpose: `energy` is then zero.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Power that is paid for time.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PowerPrice {
+    /// Power, all the time.
+    pub power: Watts,
+    /// Costs nothing, on purpose: `power` is then zero.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub free: bool,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Area of one thing.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct AreaPrice {
+    /// Area.
+    pub area: SquareMillimetres,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Whether a flag is left out of a file.
+pub(super) fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+/// The `[actions]` table: one price for each arithmetic action.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct ActionPrices {
+    /// One Gaussian taken through cull and the part of projection that the cull needs.
+    pub cull: ActionPrice,
+    /// One survivor projected to a 2D covariance, with its bounding box.
+    pub project: ActionPrice,
+    /// Axes of the oriented box of one splat that needs box tests.
+    pub obb_prepare: ActionPrice,
+    /// One oriented-box-against-tile test.
+    pub obb_test: ActionPrice,
+    /// One view-dependent colour from spherical harmonics.
+    pub sh_colour: ActionPrice,
+    /// One key moved through the pivots of a QSU in one pass.
+    pub pivot_key: ActionPrice,
+    /// One compare-exchange of a BSU.
+    pub compare_exchange: ActionPrice,
+    /// One row that a BSU sorts, where compare-exchanges are free; nothing without.
+    pub sorted_row: Option<ActionPrice>,
+    /// One row that a BSU merges from two lists, where compare-exchanges are free; nothing without.
+    pub merged_row: Option<ActionPrice>,
+    /// One α evaluated for one live pixel.
+    pub alpha: ActionPrice,
+    /// One slot of a pixel that has stopped; the price of `alpha` without.
+    pub stopped_pixel: Option<ActionPrice>,
+    /// One blend of a splat into one pixel.
+    pub blend: ActionPrice,
+    /// One pixel finished.
+    pub pixel_finish: ActionPrice,
+    /// One feature record pushed into a queue in front of rendering units, and taken out.
+    pub queue_entry: ActionPrice,
+}
+
+/// The `[clock]` table: what one unit takes in every cycle, whether or not it has something to do.
+/// A unit without work takes nothing where `gating.units` switches it off. Nothing runs between
+/// frames (A111).
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitClock {
+    /// One culling and conversion unit.
+    pub ccu: CyclePrice,
+    /// One quick sorting unit.
+    pub qsu: CyclePrice,
+    /// One bitonic sorting unit.
+    pub bsu: CyclePrice,
+    /// One rendering unit.
+    pub vru: CyclePrice,
+}
+
+/// The price of a cycle.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CyclePrice {
+    /// Energy of one cycle.
+    pub energy: Picojoules,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// The `[numbers]` table: what the numbers of a rendering unit do to its prices.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitNumbers {
+    /// Formats that there are prices for. A machine without `record.numbers` has the units of the
+    /// table as they are.
+    pub formats: Vec<FormatFactors>,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Factors of a number format on the prices of a rendering unit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FormatFactors {
+    /// The format.
+    pub numbers: NumberFormat,
+    /// On the energy of its actions.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub energy: f64,
+    /// On what it takes in every cycle: in a table with `[clock]`.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub clock: Option<f64>,
+    /// On its leakage.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub leakage: f64,
+    /// On its area.
+    #[schemars(range(min = 0.01, max = 100.0), extend("x-unit" = "factor"))]
+    pub area: f64,
+}
+
+/// The `[dram]` table: `flat`, `device` or both.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct DramPrices {
+    /// One price per byte, and powers of the whole memory. Beside `device = true` it is the price
+    /// where no commands are counted: with `dram.model = "bandwidth"`.
+    pub flat: Option<FlatDram>,
+    /// The commands of the machine's DRAM device at the prices of that device's file, with
+    /// `dram.model = "banked"`, `"calibrated"` or `"window"` in the machine: `bandwidth` counts no
+    /// commands, and needs `flat`.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub device: bool,
+}
+
+/// The `[dram.flat]` table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct FlatDram {
+    /// One byte read.
+    pub read: BytePrice,
+    /// One byte written.
+    pub write: BytePrice,
+    /// Standby of the whole memory.
+    pub background: PowerPrice,
+    /// Refresh of the whole memory.
+    pub refresh: PowerPrice,
+    /// Channels that `background` and `refresh` are for: a machine with another number in
+    /// `dram.channels` has them in proportion. Needed in a file.
+    #[schemars(range(min = 1, max = 1024), extend("x-unit" = "channels"))]
+    pub channels: Option<u32>,
+}
+
+/// The `[phy]` table: the chip's side of one memory channel, outside of the area and the power of
+/// the chip.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct PhyPrices {
+    /// Of one channel.
+    pub area: AreaPrice,
+    /// Standby of one channel.
+    pub standby: PowerPrice,
+}
+
+/// The `[supply]` table: the clock and the voltage that the prices are for, and how fast the gates
+/// are at others.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct SupplyPrices {
+    /// Clock that the units reach at `voltage`.
+    pub clock: Hertz,
+    /// Voltage that the prices are for.
+    pub voltage: Volts,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+    /// How fast the gates are at other voltages.
+    pub curve: CurveChoice,
+}
+
+/// A voltage-frequency curve: `node` of `nodes.toml`, or all the other keys.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct CurveChoice {
+    /// The curve of this node in `nodes.toml`.
+    pub node: Option<Nanometres>,
+    /// Effective threshold.
+    pub threshold: Option<Volts>,
+    /// Exponent of the overdrive.
+    #[schemars(range(min = 1.0, max = 3.0), extend("x-unit" = "exponent"))]
+    pub exponent: Option<f64>,
+    /// Voltage that makes the leakage current e times as large.
+    pub leakage_slope: Option<Volts>,
+    /// Lowest voltage.
+    pub lowest: Option<Volts>,
+    /// Highest voltage.
+    pub highest: Option<Volts>,
+    /// Key of `references.toml` or assumption number; a curve of `nodes.toml` brings its own.
+    pub source: Option<String>,
+}
+
+impl CurveChoice {
+    /// The curve.
+    ///
+    /// # Errors
+    /// What is missing or wrong, in one line.
+    pub fn curve(&self) -> Result<Curve, String> {
+        let own = (|| {
+            Some(Curve {
+                threshold: self.threshold?,
+                exponent: self.exponent?,
+                leakage_slope: self.leakage_slope?,
+                lowest: self.lowest?,
+                highest: self.highest?,
+            })
+        })();
+        let curve = match (self.node, own) {
+            (Some(node), None) => node::curve(node)?,
+            (None, Some(own)) => own,
+            _ => {
+                return Err("needs either `node`, or `threshold`, `exponent`, `leakage-slope`, \
+                            `lowest`, `highest` and `source`"
+                    .into());
+            }
+        };
+        curve.problem().map_or(Ok(curve), Err)
+    }
+}
+
+/// The `[leakage]` table, per unit.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitLeakage {
+    /// One culling and conversion unit.
+    pub ccu: PowerPrice,
+    /// One quick sorting unit.
+    pub qsu: PowerPrice,
+    /// One bitonic sorting unit.
+    pub bsu: PowerPrice,
+    /// One rendering unit.
+    pub vru: PowerPrice,
+}
+
+/// The `[area]` table, per unit; buffers come from `[sram]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct UnitArea {
+    /// One culling and conversion unit.
+    pub ccu: AreaPrice,
+    /// One quick sorting unit.
+    pub qsu: AreaPrice,
+    /// One bitonic sorting unit.
+    pub bsu: AreaPrice,
+    /// One rendering unit.
+    pub vru: AreaPrice,
+    /// Factor on the areas of `[sram]`: what a macro takes beyond its cells and periphery.
+    pub sram_overhead: Overhead,
+    /// Everything that is neither unit nor buffer.
+    pub rest: RestArea,
+}
+
+/// A factor on an area, or on an area and a leakage.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Overhead {
+    /// Factor, 1 for none.
+    #[schemars(range(min = 0.1, max = 100.0), extend("x-unit" = "factor"))]
+    pub factor: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// Area of interconnect and control.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct RestArea {
+    /// Share of the area of units and buffers.
+    #[schemars(range(min = 0.0, max = 100.0), extend("x-unit" = "fraction"))]
+    pub share: f64,
+    /// Key of `references.toml` or assumption number.
+    pub source: String,
+}
+
+/// The `[scaling]` table: the prices of the file are for another node, and become those of `node`.
+/// DRAM prices are not scaled: the memory is another chip.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Scaling {
+    /// The node that the prices of the file are for.
+    pub from: Nanometres,
+    /// On the energy of actions.
+    pub energy: Factor,
+    /// On the leakage of units; a fit gives its energy factor, as if the share of leakage stayed.
+    pub leakage: Factor,
+    /// On the area of units.
+    pub area: Factor,
+    /// On the energy of buffer accesses.
+    pub sram_energy: Factor,
+    /// On the leakage of buffers.
+    pub sram_leakage: Factor,
+    /// On the area of buffers.
+    pub sram_area: Factor,
+}
+
+/// A factor between two nodes: exactly one of `fit` and `factor`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Factor {
+    /// Name of a fit of `nodes.toml`: `stillmaker`, `deepscaletool`.
+    pub fit: Option<String>,
+    /// The factor itself, with its source.
+    #[schemars(range(min = 0.0001, max = 10000.0), extend("x-unit" = "factor"))]
+    pub factor: Option<f64>,
+    /// Key of `references.toml` or assumption number; a fit brings its own.
+    pub source: Option<String>,
+}

@@ -1,0 +1,1 @@
+//! Nothing but a manifest: one set of features for the dependencies that packages share.
