@@ -5,10 +5,11 @@
 # installed.
 #
 # Usage: tests/slurm.sh [PROGRAM]          (default: target/release/powergs-sim)
+#        tests/slurm.sh --install          installs what is missing, and no more
 set -euo pipefail
 cd "$(dirname "$0")/.."
-program=$(realpath "${1:-target/release/powergs-sim}")
-[ -x "$program" ] || { echo "slurm.sh: $program is not there: cargo build --release" >&2; exit 2; }
+[ "${1:-}" = --install ] || program=$(realpath "${1:-target/release/powergs-sim}")
+[ -z "${program:-}" ] || [ -x "$program" ] || { echo "slurm.sh: $program is not there: cargo build --release" >&2; exit 2; }
 
 say() { echo "slurm.sh: $*"; }
 die() { say "FAILED: $*" >&2; exit 1; }
@@ -32,6 +33,7 @@ if ! complete; then
     say "installing slurm-wlm and munge"
     install && complete || { echo "skipped: slurm-wlm and munge cannot be installed here"; exit 0; }
 fi
+[ -n "${program:-}" ] || exit 0
 
 # --- a cluster of two nodes -----------------------------------------------------------------------
 work=$(mktemp -d "${TMPDIR:-/tmp}/powergs-slurm.XXXXXX")
