@@ -426,6 +426,8 @@ pub(super) fn reference(machine: &Machine) -> Machine {
     (vru.organisation, vru.switch) = (Organisation::SubtileSerial, Switch::Free);
     (vru.subtile_queue, vru.pixel_state) = (1, Bytes(0));
     (vru.colour_operations_per_cycle, vru.colour_latency) = (OPERATIONS, 16);
+    // A look-up takes a cycle.
+    (m.codebook.word, m.codebook.banks) = (m.codebook.entry, 1);
     let (records, chunk) = (&m.record, u64::from(m.geometry.chunk));
     let all = records.position.0 + records.geometry.0 + records.colour.0;
     let feature = records.feature.0 + m.fovea.feature.0;

@@ -49,7 +49,7 @@ use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
 use powergs_frame::scene::ShDegree;
 
 /// The unit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Ccu {
     /// The `[ccu]` table.
     pub spec: CcuSpec,

@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::ccu_state::CcuState;
 use super::{Agents, Shared};
-use crate::accel::bank::Banks;
+use crate::accel::ccu::Ccu;
 use crate::accel::dram::{Channel, Dram};
-use crate::accel::machine::{BinningSpec, CcuSpec, DramModel, FoveaSpec, Overlap, RecordSpec};
+use crate::accel::machine::{BinningSpec, DramModel, Overlap};
 use crate::accel::resolved::ResolvedUnits;
 use crate::accel::rules::Rule;
 use crate::accel::subtiles::{self, ChunkRun, Discipline};
@@ -47,18 +47,14 @@ pub struct Memo {
     calibrations: Mutex<Vec<(Machine, Arc<Calibration>)>>,
 }
 
-/// Everything that preprocessing depends on besides the frame.
+/// Everything that preprocessing depends on besides the frame: the unit as a whole, so that
+/// whatever its rule reads is compared, and what it shares with others.
 #[derive(Debug, PartialEq)]
 struct Key {
-    ccu: CcuSpec,
-    record: RecordSpec,
-    /// Further bytes of records and look-ups a cycle in foveated frames.
-    fovea: FoveaSpec,
-    batch: u32,
-    /// Bytes of a list entry, which carries what a cache evicts by.
-    entry: u64,
+    /// With everything of its spec, record, codebook, fovea and buffers that its rule reads.
+    ccu: Ccu,
     binning: BinningSpec,
-    banks: [Banks; 2],
+    /// Bytes of a unit's shares of the input and of the tile-list buffer.
     shares: [u64; 2],
     dram: Dram,
 }
@@ -169,13 +165,8 @@ fn keep<K: Copy + PartialEq, V>(
 impl Key {
     fn of(machine: &Machine, units: &ResolvedUnits) -> Key {
         Key {
+            ccu: units.ccu.clone(),
             binning: machine.binning.clone(),
-            ccu: units.ccu.spec.clone(),
-            record: units.ccu.record.clone(),
-            fovea: units.vru.fovea.clone(),
-            batch: units.ccu.batch,
-            entry: units.ccu.entry,
-            banks: [units.ccu.input, units.ccu.output],
             shares: [units.shares.gaussian_in, units.shares.tile_list],
             dram: units.dram,
         }

@@ -1,5 +1,6 @@
 //! Every key of every machine.
 
+use std::collections::BTreeMap;
 use std::{iter, slice};
 
 use powergs_base::config::embedded::{DRAM, ENERGY, Embedded, MACHINES, find};
@@ -9,7 +10,7 @@ use rayon::prelude::*;
 use toml::{Table, Value};
 
 use super::inert::{Inert, list};
-use super::support::{Outcome, outcome};
+use super::support::{Outcome, alone_and_shared, outcome};
 use super::{Verdict, choices, others};
 
 /// Text for people.
@@ -122,6 +123,61 @@ fn every_key_of_every_machine_moves_something() {
         let met = inert.contains(key) || entry.lift.iter().any(|l| l == "dram.model=bandwidth");
         assert!(met, "arch-configs/inert.toml: `{key}` is alive in every machine");
     }
+}
+
+/// Settings under which the memory, the arithmetic or the codebook of the CCUs decides when they are
+/// done, so that a key that a memo has forgotten shows.
+const SHARED: [&[&str]; 3] = [
+    &["dram.model=bandwidth"],
+    &[
+        "dram.model=bandwidth",
+        "codebook.entries=4096",
+        "codebook.word=2 B",
+        "ccu.operations-per-cycle=8192",
+        "ccu.intersection-units=64",
+    ],
+    &["dram.model=calibrated", "codebook.entries=4096", "codebook.word=2 B"],
+];
+
+/// Machines that differ in any one key share what is prepared for a frame, and each does what it
+/// does alone.
+#[test]
+fn what_machines_share_changes_none_of_them() {
+    let one = |(file, sets): (&Embedded, &[&str])| {
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        let base =
+            Machine::parse_with(file.text, &sets).unwrap_or_else(|e| panic!("{sets:?}: {e}"));
+        let values: Table = base.to_toml().parse().expect("TOML");
+        let mut memos = BTreeMap::new();
+        let mut findings = Vec::new();
+        let mut compared = 0;
+        for doc in key_docs::<Machine>().iter().filter(|doc| !doc.table) {
+            let Some(value) = knob::values(&values, &doc.path).pop() else { continue };
+            for other in others(&value, &choices(&doc.unit)) {
+                let mut table = values.clone();
+                knob::change(&mut table, &doc.path, &mut |_| Some(other.clone()));
+                let Ok(machine) = Machine::parse(&table.to_string()) else { continue };
+                let [alone, shared] = alone_and_shared(&machine, &mut memos);
+                compared += 1;
+                if alone != shared {
+                    findings.push(format!("{}: {} = {other} with {sets:?}", file.name, doc.path));
+                }
+            }
+        }
+        assert!(compared > 100, "{}: {compared} machines", file.name);
+        findings
+    };
+    // Each makes its lists and reads its records in another way. A calibration is a run of the
+    // device: one machine has to do.
+    let few = ["gscore", "gbu", "neo", "gscore-powergs"];
+    let few = MACHINES.iter().filter(|file| few.contains(&file.name));
+    let all = few.flat_map(|file| SHARED.iter().map(move |sets| (file, *sets)));
+    let is_quick = |(file, sets): &(&Embedded, &[&str])| {
+        file.name == "gscore" || sets.contains(&"dram.model=bandwidth")
+    };
+    let cases: Vec<(&Embedded, &[&str])> = all.filter(is_quick).collect();
+    let findings: Vec<String> = cases.into_par_iter().flat_map_iter(one).collect();
+    assert!(findings.is_empty(), "not as alone: {findings:#?}");
 }
 
 /// The keys of the `bandwidth` model are inert in the others.

@@ -4,8 +4,10 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, LazyLock, Mutex};
 
-use powergs_core::accel::Machine;
-use powergs_core::sim::{self, FrameReport, Label, Lists, Measured, SimError, simulate_measured};
+use powergs_core::accel::{Machine, Memo};
+use powergs_core::sim::{
+    self, FrameReport, Label, Lists, Measured, SimError, Timed, simulate_measured, time, time_again,
+};
 use powergs_core::workload::{FrameWorkload, Geometry, bin};
 use powergs_energy::{EnergyTable, Prices};
 use powergs_frame::fovea::{Screen, ScreenGaze};
@@ -137,6 +139,23 @@ pub fn outcome(machine: &Machine) -> Result<Outcome, String> {
     let frames = all.filter(|(w, _)| can(w)).map(one).collect::<Result<_, String>>()?;
     let peak_w = sim::cost::peak_w(machine, &prices);
     Ok(Outcome { frames, prices, peak_w })
+}
+
+/// Takes the frames through a machine alone, and again with what other machines left in `memos`
+/// (one a frame of its geometry): the two results, without accounts of energy.
+pub fn alone_and_shared(
+    machine: &Machine,
+    memos: &mut BTreeMap<Geometry, Vec<Memo>>,
+) -> [Vec<Result<Timed, String>>; 2] {
+    let (workloads, measured) = (workloads(machine.geometry), measured(machine));
+    let memos = memos.entry(machine.geometry).or_default();
+    memos.resize_with(workloads.len(), Memo::default);
+    let can = |w: &FrameWorkload| w.fovea.is_none() || machine.fovea.accumulators > 0;
+    let frames = || workloads.iter().zip(measured.iter()).enumerate().filter(|(_, (w, _))| can(w));
+    let alone = frames().map(|(i, (w, m))| time(i, w, m, machine).map_err(|e| e.to_string()));
+    let shared = frames()
+        .map(|(i, (w, m))| time_again(i, w, m, machine, &memos[i]).map_err(|e| e.to_string()));
+    [alone.collect(), shared.collect()]
 }
 
 /// An energy table that comes with the program.
