@@ -47,6 +47,12 @@ pub enum CharacteriseError {
         /// The action.
         action: &'static str,
     },
+    /// Energies that leave no action a price.
+    #[error(
+        "no action has a price of zero or more: the energies of the netlist are below zero; look \
+         at the power tables of its library"
+    )]
+    BelowZero,
     /// A netlist of another unit, or of another version of it.
     #[error("the netlist has no port {port}: it is not of this unit")]
     Port {
@@ -85,7 +91,8 @@ impl CharacteriseError {
     pub fn is_of_netlist(&self) -> bool {
         match self {
             CharacteriseError::TooLittle { .. } | CharacteriseError::Alike { .. } => false,
-            CharacteriseError::Port { .. }
+            CharacteriseError::BelowZero
+            | CharacteriseError::Port { .. }
             | CharacteriseError::Width { .. }
             | CharacteriseError::Differs { .. }
             | CharacteriseError::Stuck { .. } => true,
@@ -262,6 +269,9 @@ fn fit_above_zero(measured: &Measured) -> Result<Fit, CharacteriseError> {
     let (mut left_out, mut kept): (Vec<usize>, Vec<usize>) =
         (0..measured.actions.len()).partition(never);
     loop {
+        if kept.is_empty() {
+            return Err(CharacteriseError::BelowZero);
+        }
         let fitted = fit(measured, &kept)?;
         let energy = |place: &usize| {
             let counts = measured.windows.iter().map(|(counts, _)| counts[kept[*place]]);

@@ -139,6 +139,10 @@ impl Campaign {
     pub fn resume<'a>(&'a self, store: &'a dyn Store) -> Result<Run<'a>, CampaignError> {
         let checkpoints = Checkpoints::new(store, self.fingerprint());
         let progress = checkpoints.load()?.ok_or(CampaignError::NoRun)?;
+        // Stopped between its first checkpoint and the mark, the run has none yet.
+        if !self.is_marked(store)? {
+            self.mark(store)?;
+        }
         Ok(Run { campaign: self, checkpoints, progress })
     }
 }

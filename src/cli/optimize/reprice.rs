@@ -36,11 +36,15 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
         let path = PathBuf::from(format!("{}-repriced", from.display()));
         if args.resume { path } else { free(path) }
     });
+    // Before --force empties anything.
+    apart(from, &path)?;
+    let source = FileStore::new(from);
+    campaign.can_reprice(&source)?;
     let folder = Folder::new(&path, &LAYOUT);
     let _lock = folder.open(existing(args))?;
     let cameras = campaign.cameras.clone();
     let record = record::run_toml(&campaign)?;
-    let run = campaign.reprice(&FileStore::new(from), folder.store(), args.realise, &watched)?;
+    let run = campaign.reprice(&source, folder.store(), args.realise, &watched)?;
     watched.record(&path, &cameras)?;
     let finished = match run {
         Some(run) if args.realise => run.work(&watched)?,
@@ -58,6 +62,20 @@ pub fn run(from: &Path, args: &Args, started: Started, context: &Context) -> Res
         );
     }
     finish::finish(&campaign, &finished, &folder, context)
+}
+
+/// Refuses to report into the run that is read, or into a folder around it.
+fn apart(from: &Path, out: &Path) -> Result<(), Failure> {
+    // A folder that is not there yet is neither.
+    let Ok(out) = fs::canonicalize(out) else { return Ok(()) };
+    if fs::canonicalize(from).is_ok_and(|from| from.starts_with(&out)) {
+        let what = format!(
+            "--out {}: is the run that --reprice reads, or a folder around it; give --out another",
+            out.display()
+        );
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    Ok(())
 }
 
 /// The arguments that a run was started with; files are where they were then.

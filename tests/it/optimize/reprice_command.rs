@@ -138,6 +138,21 @@ fn what_cannot_be_priced_anew_is_refused() {
     stage(folder, 90);
     refused(folder, &[], 3, "other inputs");
     fs::write(folder.join("tiny.ply"), model).unwrap();
+    // Into itself, by whatever name: nothing is thrown away.
+    let mut names = vec!["run", "run/", "./run/../run"];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(folder.join("run"), folder.join("link")).unwrap();
+        names.push("link");
+    }
+    let before = fs::read_dir(folder.join("run/checkpoints")).unwrap().count();
+    for name in names {
+        let (code, said) = reprice(folder, name, &["--force"]);
+        assert_eq!(code, Some(2), "{name}: {said}");
+        assert!(said.contains("give --out another"), "{said}");
+        assert_eq!(fs::read_dir(folder.join("run/checkpoints")).unwrap().count(), before);
+        assert!(folder.join("run/results.json").is_file());
+    }
     // Damaged.
     let sample = folder.join("run/checkpoints/sample-01.ckpt");
     let bytes = fs::read(&sample).unwrap();
@@ -149,6 +164,13 @@ fn what_cannot_be_priced_anew_is_refused() {
     let (code, said) = reprice(folder, "other", &[]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("holds a run"), "{said}");
+    // A damaged one does not replace a good one.
+    fs::write(&sample, b"nothing").unwrap();
+    let (code, said) = reprice(folder, "other", &["--force"]);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(
+        folder.join("other/results.json").is_file() && folder.join("other/final.ply").is_file()
+    );
 }
 
 #[test]

@@ -286,6 +286,10 @@ fn read_library<'a>(file: &'a str, root: &'a Group<'a>) -> Result<Library> {
     Ok(Library { voltage, corner, wires: reader.wires(root)?, cells })
 }
 
+/// The largest number that a library may hold, in whatever unit it counts: an area of a square
+/// metre in square micrometres, a milliwatt in attowatts.
+const LARGEST: f64 = 1e12;
+
 impl<'a> Reader<'a> {
     fn refuse(&self, line: usize, reason: &str) -> LibertyError {
         LibertyError { file: self.file.to_owned(), line, reason: reason.to_owned() }
@@ -293,11 +297,25 @@ impl<'a> Reader<'a> {
 
     fn number(&self, line: usize, text: Option<&str>) -> Result<f64> {
         let text = text.unwrap_or("").trim();
+        let shown = || text.chars().take(40).collect::<String>();
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-        number.ok_or_else(|| {
-            let text: String = text.chars().take(40).collect();
-            self.refuse(line, &format!("`{text}` is no number"))
-        })
+        let number =
+            number.ok_or_else(|| self.refuse(line, &format!("`{}` is no number", shown())))?;
+        if number.abs() > LARGEST {
+            return Err(self.refuse(line, &format!("`{}` is above {LARGEST:e}", shown())));
+        }
+        Ok(number)
+    }
+
+    /// An attribute that is a size: an area, a capacitance, a leakage. Energies of arcs may be
+    /// below zero, these may not.
+    fn size(&self, group: &Group, name: &str) -> Result<Option<f64>> {
+        let size = self.attribute(group, name)?;
+        if size.is_some_and(|size| size < 0.0) {
+            let line = group.attribute(name).map_or(group.line, |found| found.line);
+            return Err(self.refuse(line, &format!("`{name}` is below zero")));
+        }
+        Ok(size)
     }
 
     fn attribute(&self, group: &Group, name: &str) -> Result<Option<f64>> {
@@ -315,7 +333,8 @@ impl<'a> Reader<'a> {
     /// `"1ns"`, `"10ps"`: the number and the factor of its unit.
     fn unit(&self, root: &Group, name: &str, of: &[(&str, f64)], default: f64) -> Result<f64> {
         let Some(found) = root.attribute(name) else { return Ok(default) };
-        let text = found.values.concat().to_lowercase();
+        // Case counts nowhere but between milli and mega.
+        let text = found.values.concat().replace('M', "mega").to_lowercase();
         let digits = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
         let (number, unit) = text.split_at(digits);
         let factor = of.iter().find(|(known, _)| *known == unit.trim()).map(|(_, factor)| *factor);
@@ -401,6 +420,9 @@ impl<'a> Reader<'a> {
         for point in group.attributes.iter().filter(|point| point.name == "fanout_length") {
             let fanout = self.number(point.line, point.values.first().copied())?;
             let length = self.number(point.line, point.values.get(1).copied())?;
+            if length < 0.0 {
+                return Err(self.refuse(point.line, "a length below zero"));
+            }
             if !(1.0..1e6).contains(&fanout) {
                 return Err(self.refuse(point.line, "a fan-out outside of 1 to 1,000,000"));
             }
@@ -410,9 +432,8 @@ impl<'a> Reader<'a> {
         lengths.dedup_by_key(|(fanout, _)| *fanout);
         Ok(Some(WireLoad {
             name: name.to_owned(),
-            capacitance: self.attribute(group, "capacitance")?.unwrap_or(0.0)
-                * self.units.capacitance,
-            slope: self.attribute(group, "slope")?.unwrap_or(0.0),
+            capacitance: self.size(group, "capacitance")?.unwrap_or(0.0) * self.units.capacitance,
+            slope: self.size(group, "slope")?.unwrap_or(0.0),
             lengths,
         }))
     }
@@ -434,7 +455,7 @@ impl<'a> Reader<'a> {
         }
         let (flip_flop, states) = self.flip_flop(group, &inputs, &mut unsupported);
         let mut cell = Cell {
-            area: self.attribute(group, "area")?.unwrap_or(0.0),
+            area: self.size(group, "area")?.unwrap_or(0.0),
             leakage: self.leakage(group)?,
             inputs: Vec::new(),
             outputs: Vec::new(),
@@ -448,9 +469,9 @@ impl<'a> Reader<'a> {
             let powers = self.powers(pin, &inputs, &everything)?;
             match pin.value("direction") {
                 Some("input") => {
-                    let rise = self.attribute(pin, "rise_capacitance")?;
-                    let fall = self.attribute(pin, "fall_capacitance")?;
-                    let plain = self.attribute(pin, "capacitance")?;
+                    let rise = self.size(pin, "rise_capacitance")?;
+                    let fall = self.size(pin, "fall_capacitance")?;
+                    let plain = self.size(pin, "capacitance")?;
                     let larger = rise.into_iter().chain(fall).fold(0.0, f64::max);
                     let capacitance = plain.unwrap_or(larger) * self.units.capacitance;
                     cell.inputs.push(Input { name, capacitance, powers });
@@ -624,7 +645,7 @@ impl<'a> Reader<'a> {
         let mut of_states: BTreeMap<&str, (f64, u32)> = BTreeMap::new();
         let mut plain = None;
         for leakage in group.of("leakage_power").filter(|group| self.is_counted(group)) {
-            let value = self.attribute(leakage, "value")?.unwrap_or(0.0);
+            let value = self.size(leakage, "value")?.unwrap_or(0.0);
             if leakage.attribute("when").is_some() {
                 let supply = leakage.value("related_pg_pin").unwrap_or("");
                 let sum = of_states.entry(supply).or_default();
@@ -634,7 +655,7 @@ impl<'a> Reader<'a> {
             }
         }
         let mean = || of_states.values().map(|(sum, count)| sum / f64::from(*count)).sum::<f64>();
-        let whole = self.attribute(group, "cell_leakage_power")?.unwrap_or(0.0);
+        let whole = self.size(group, "cell_leakage_power")?.unwrap_or(0.0);
         let nw = if of_states.is_empty() { plain.unwrap_or(whole) } else { mean() };
         Ok(nw * self.units.leakage)
     }

@@ -227,6 +227,9 @@ fn damaged() -> NetlistError {
     NetlistError::Malformed("damaged or truncated; fetch it again".to_owned())
 }
 
+/// The largest number of a file, in its units.
+const LARGEST: f64 = 1e15;
+
 impl<'a> Reader<'a> {
     fn bytes(&mut self, count: usize) -> Decoded<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count).ok_or_else(damaged)?;
@@ -262,7 +265,13 @@ impl<'a> Reader<'a> {
 
     fn real(&mut self) -> Decoded<f64> {
         let bytes = self.bytes(8)?.try_into().expect("eight bytes");
-        Some(f64::from_le_bytes(bytes)).filter(|value| value.is_finite()).ok_or_else(damaged)
+        let value = Some(f64::from_le_bytes(bytes));
+        value.filter(|value| value.abs() <= LARGEST).ok_or_else(damaged)
+    }
+
+    /// An area, a leakage, a capacitance, a time.
+    fn size(&mut self) -> Decoded<f64> {
+        self.real().and_then(|size| if size < 0.0 { Err(damaged()) } else { Ok(size) })
     }
 
     fn text(&mut self) -> Decoded<String> {
@@ -294,7 +303,7 @@ impl<'a> Reader<'a> {
     }
 
     fn kind(&mut self) -> Decoded<Kind> {
-        let (name, area, leakage) = (self.text()?, self.real()?, self.real()?);
+        let (name, area, leakage) = (self.text()?, self.size()?, self.size()?);
         let inputs = self.byte()?;
         let behaviour = match self.byte()? {
             0 => {
@@ -313,13 +322,13 @@ impl<'a> Reader<'a> {
                     inverted,
                     idle_fj: self.real()?,
                     change_fj: self.real()?,
-                    clock_ff: self.real()?,
+                    clock_ff: self.size()?,
                 })
             }
             2 => Behaviour::ClockGate(ClockGate {
                 enable: self.function(inputs)?,
                 closed_fj: self.real()?,
-                clock_ff: self.real()?,
+                clock_ff: self.size()?,
             }),
             _ => return Err(damaged()),
         };
@@ -408,12 +417,12 @@ impl<'a> Reader<'a> {
             library: self.text()?,
             corner: self.text()?,
             wires: self.text()?,
-            voltage: self.real()?,
-            period_ns: self.real()?,
-            critical_path_ns: self.real()?,
-            clock_transition_ns: self.real()?,
-            input_transition_ns: self.real()?,
-            load_ff: self.real()?,
+            voltage: self.size()?,
+            period_ns: self.size()?,
+            critical_path_ns: self.size()?,
+            clock_transition_ns: self.size()?,
+            input_transition_ns: self.size()?,
+            load_ff: self.size()?,
         })
     }
 }

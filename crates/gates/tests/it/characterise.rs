@@ -5,7 +5,7 @@ use powergs_gates::characterise::vrc::{Splat, Work};
 use powergs_gates::characterise::{CharacteriseError, Characterised, bsu, qsu, vrc, vru};
 use powergs_gates::committed::netlist;
 use powergs_gates::energy;
-use powergs_gates::netlist::Netlist;
+use powergs_gates::netlist::{Behaviour, Netlist};
 use powergs_gates::yosys::ZERO;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -93,6 +93,21 @@ fn a_netlist_of_other_parameters_or_with_an_error_is_refused() {
     let small = netlist("vrc-e5m6", "45nm").expect("a netlist");
     let cores = vrc::prices(&small, &cores(600, 40, 30));
     assert_eq!(cores, Err(CharacteriseError::Differs { what: "a pixel is another" }));
+}
+
+#[test]
+fn energies_that_leave_no_price_are_refused() {
+    let mut parts = netlist("qsu", "45nm").expect("a netlist").parts().clone();
+    for pin in &mut parts.pins {
+        (pin.rise_fj, pin.fall_fj) = (-100.0, -100.0);
+    }
+    for kind in &mut parts.kinds {
+        if let Behaviour::FlipFlop(flip_flop) = &mut kind.behaviour {
+            (flip_flop.idle_fj, flip_flop.change_fj) = (-1e3, -1e3);
+        }
+    }
+    let unit = Netlist::new(parts).expect("as good as before");
+    assert_eq!(qsu::prices(&unit, &lists(600, 256, 0)), Err(CharacteriseError::BelowZero));
 }
 
 /// Cores of four pixels, `count` of them, with `splats` splats each, which are over the pixels or,

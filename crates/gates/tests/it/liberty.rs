@@ -64,6 +64,29 @@ fn bad_libraries_are_refused_with_a_line() {
 }
 
 #[test]
+fn sizes_below_zero_and_numbers_beyond_belief_are_refused_with_their_line() {
+    let text = include_str!("../data/invented.lib");
+    let refused = |from: &str, to: &str, says: &str| {
+        let place = text.find(from).unwrap_or_else(|| panic!("{from}"));
+        let said = refusal(&text.replacen(from, to, 1));
+        let line = text[..place].matches('\n').count() + 1;
+        assert!(said.starts_with(&format!("x.lib:{line}: ")), "{said}");
+        assert!(said.contains(says), "{said}");
+    };
+    refused("(INV) { area : 1;", "(INV) { area : -100;", "`area` is below zero");
+    refused("cell_leakage_power : 1;", "cell_leakage_power : 1e308;", "`1e308` is above 1e12");
+    refused("cell_leakage_power : 1;", "cell_leakage_power : -1;", "is below zero");
+    refused(
+        "direction : input; capacitance : 1;",
+        "direction : input; capacitance : -50;",
+        "below",
+    );
+    refused("(short) { capacitance : 0.5;", "(short) { capacitance : -5;", "below zero");
+    refused("(INV) { area : 1;", "(INV) { area : inf;", "`inf` is no number");
+    refused(r#"leakage_power_unit : "1nW""#, r#"leakage_power_unit : "1MW""#, "unknown unit");
+}
+
+#[test]
 fn what_the_ground_pin_sees_is_not_counted_again() {
     let from = r#"cell (NAND) { area : 2;
     leakage_power () { when : "!A"; value : 1; }"#;

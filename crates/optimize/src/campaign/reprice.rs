@@ -51,6 +51,27 @@ impl Campaign {
         store.write(MARK, (text + "\n").as_bytes())
     }
 
+    /// Reads all that [`Campaign::reprice`] will read of `from`, so that what cannot be priced is
+    /// refused before anything is made or replaced.
+    ///
+    /// # Errors
+    /// Those of [`Campaign::reprice`] that `from` is to blame for.
+    pub fn can_reprice(&self, from: &dyn Store) -> Result<(), CampaignError> {
+        let other = Checkpoints::new(from, self.fingerprint_in(from)?);
+        let finished = other.load()?.ok_or_else(|| no_run(from))?.outcomes;
+        for outcome in finished.iter().filter(|outcome| outcome.role != Role::Dense) {
+            if other.has_model(&outcome.name)? {
+                other.load_model(&outcome.name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a store says of its run what those who use its models ask for.
+    pub(super) fn is_marked(&self, store: &dyn Store) -> Result<bool, RunError> {
+        Ok(store.open(MARK)?.is_some())
+    }
+
     /// Begins a run in `to` with the models of a finished one in `from`, which differs in what
     /// power is at most: machine, panel, display rate. They are measured as this campaign measures.
     /// Comparisons whose models were not kept are left out of the plan. Where `to` has that run
@@ -104,10 +125,12 @@ impl Campaign {
         }
         self.plan.externals.clear();
         self.plan.sweep_weights.clear();
-        if Checkpoints::new(to, self.fingerprint()).has_run()? {
-            return Ok(Some(self.resume(to)?));
-        }
-        let run = self.begin(to)?;
+        let run = match Checkpoints::new(to, self.fingerprint()).load()? {
+            // Outcomes are written once all models are: where one is, the models are whole.
+            Some(progress) if !progress.outcomes.is_empty() => return Ok(Some(self.resume(to)?)),
+            Some(_) => self.resume(to)?,
+            None => self.begin(to)?,
+        };
         let setup = self.setup();
         let stays = |o: &Outcome| !(makes && is_our_level(o));
         let (mut before, mut outcomes): (Vec<&Outcome>, Vec<Outcome>) = (Vec::new(), Vec::new());

@@ -212,14 +212,55 @@ fn a_full_disk_keeps_the_last_checkpoint() {
         assert!(failure.contains("the disk is full: this file needs 1 MiB"), "{failure}");
         assert!(failure.contains("go on with --resume"), "{failure}");
         // With more room it goes on where it was.
-        let more = disk(u64::MAX);
-        for name in full.0.files.list("checkpoints").unwrap() {
-            let name = format!("checkpoints/{name}");
-            let bytes = full.0.files.read(&name).unwrap().unwrap();
-            let mut file = more.create(&name).unwrap();
-            file.write_all(&bytes).unwrap();
-            file.commit().unwrap();
-        }
+        let more = with_more_room(full);
         assert!(told(&open(request()), &more).unwrap() == whole, "{share} % of the room");
     }
+}
+
+/// A disk without end that holds what another one does.
+fn with_more_room(full: Disk) -> Disk {
+    let more = disk(u64::MAX);
+    for name in full.0.files.list("checkpoints").unwrap() {
+        let name = format!("checkpoints/{name}");
+        let bytes = full.0.files.read(&name).unwrap().unwrap();
+        let mut file = more.create(&name).unwrap();
+        file.write_all(&bytes).unwrap();
+        file.commit().unwrap();
+    }
+    more
+}
+
+/// Wherever it was broken off: before the first model was copied, between two, before the last.
+#[test]
+fn pricing_anew_that_was_broken_off_ends_as_if_it_was_not() {
+    let from = disk(u64::MAX);
+    told(&open(request()), &from).unwrap();
+    let price = |to: &dyn Store| -> Result<String, CampaignError> {
+        let mut other = open(Request { display_ratio: Some(3.0), ..request() });
+        let finished = other.reprice(&from, to, false, &())?.expect("nobody cancels").priced()?;
+        Ok(finished.results.to_json() + &format!("{:?}", finished.model))
+    };
+    let enough = disk(u64::MAX);
+    let whole = price(&enough).unwrap();
+    let most = *enough.0.most.lock().unwrap();
+    for share in (0..100).step_by(10) {
+        let full = disk(most * share / 100);
+        price(&full).unwrap_err();
+        let more = with_more_room(full);
+        assert!(price(&more).unwrap() == whole, "{share} % of the room");
+        assert!(more.open("checkpoints/run.json").unwrap().is_some(), "{share} % of the room");
+    }
+}
+
+/// A run that was stopped before it said what it is says so when it goes on.
+#[test]
+fn a_run_without_its_mark_gets_it_when_it_goes_on() {
+    let store = disk(u64::MAX);
+    let campaign = open(request());
+    drop(campaign.begin(&store).unwrap());
+    store.remove("checkpoints/run.json").unwrap();
+    told(&campaign, &store).unwrap();
+    assert!(store.open("checkpoints/run.json").unwrap().is_some());
+    let mut other = open(Request { display_ratio: Some(3.0), ..request() });
+    assert!(other.reprice(&store, &MemoryStore::new(), false, &()).unwrap().is_some());
 }

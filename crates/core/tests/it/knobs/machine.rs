@@ -125,8 +125,8 @@ fn every_key_of_every_machine_moves_something() {
     }
 }
 
-/// Settings under which the memory, the arithmetic or the codebook of the CCUs decides when they are
-/// done, so that a key that a memo has forgotten shows.
+/// Settings under which the memory, the arithmetic or the codebook of the CCUs decides when they
+/// are done, so that a key that a memo has forgotten shows.
 const SHARED: [&[&str]; 3] = [
     &["dram.model=bandwidth"],
     &[
@@ -151,7 +151,13 @@ fn what_machines_share_changes_none_of_them() {
         let mut memos = BTreeMap::new();
         let mut findings = Vec::new();
         let mut compared = 0;
-        for doc in key_docs::<Machine>().iter().filter(|doc| !doc.table) {
+        // A calibration is a run of the device: those keys have to do that it reads first.
+        let is_flat = sets.iter().any(|set| set == "dram.model=bandwidth");
+        let is_tried = |doc: &&KeyDoc| {
+            let table = doc.path.split('.').next();
+            !doc.table && (is_flat || ["ccu", "codebook", "record"].map(Some).contains(&table))
+        };
+        for doc in key_docs::<Machine>().iter().filter(is_tried) {
             let Some(value) = knob::values(&values, &doc.path).pop() else { continue };
             for other in others(&value, &choices(&doc.unit)) {
                 let mut table = values.clone();
@@ -164,11 +170,10 @@ fn what_machines_share_changes_none_of_them() {
                 }
             }
         }
-        assert!(compared > 100, "{}: {compared} machines", file.name);
+        assert!(compared > 20, "{}: {compared} machines", file.name);
         findings
     };
-    // Each makes its lists and reads its records in another way. A calibration is a run of the
-    // device: one machine has to do.
+    // Each makes its lists and reads its records in another way.
     let few = ["gscore", "gbu", "neo", "gscore-powergs"];
     let few = MACHINES.iter().filter(|file| few.contains(&file.name));
     let all = few.flat_map(|file| SHARED.iter().map(move |sets| (file, *sets)));
