@@ -150,6 +150,7 @@ class Cameras:
         every: int | None = None,
         size: _Size | None = None,
         stereo: float | None = None,
+        fov: str | None = None,
     ) -> Cameras: ...
     def save(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
@@ -392,6 +393,7 @@ def compare(
     *,
     fps: float = 60.0,
     at_least: float | None = None,
+    across_nodes: bool = False,
     progress: Progress = None,
 ) -> Comparison: ...
 def validate(

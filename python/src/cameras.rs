@@ -15,6 +15,7 @@ use crate::machine::path_text;
 use crate::scene::Scene;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_scene::camera::check::MAX_SIZE;
+use powergs_scene::camera::fov::FieldOfView;
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
 use powergs_scene::camera::{Lens, inria};
@@ -191,21 +192,27 @@ impl Cameras {
     }
 
     /// A part of the views, in this order: those of a ``split`` (``"train"``, ``"test"``), every
-    /// K-th, with another ``size`` (pixels), in pairs ``stereo`` world units apart.
-    #[pyo3(signature = (*, split=None, every=None, size=None, stereo=None))]
+    /// K-th, with another ``size`` (pixels), in pairs ``stereo`` world units apart, with another
+    /// field of view ``fov`` (degrees: ``"90x96"``, or ``"52+45x48+50"`` for the outer, inner,
+    /// upper and lower edge of each eye).
+    #[pyo3(signature = (*, split=None, every=None, size=None, stereo=None, fov=None))]
     fn select(
         &self,
         split: Option<&str>,
         every: Option<usize>,
         size: Option<(u32, u32)>,
         stereo: Option<f64>,
+        fov: Option<&str>,
     ) -> PyResult<Cameras> {
         let unknown = || Fault::config("split: train or test");
         let split = split.map(|name| Split::from_name(name).ok_or_else(unknown)).transpose()?;
         let none = || Fault::config("every: at least 1");
         let every = every.map(|n| NonZeroUsize::new(n).ok_or_else(none)).transpose()?;
         let size = checked_size(size)?;
-        let selection = ViewSelection { split, every, size, stereo, ..ViewSelection::default() };
+        let fov = fov.map(str::parse::<FieldOfView>).transpose();
+        let fov = fov.map_err(|what| Fault::config(format!("fov: {what}")))?;
+        let selection =
+            ViewSelection { split, every, size, stereo, fov, ..ViewSelection::default() };
         let (views, warnings) = selection.of(self.views.to_vec()).map_err(named)?;
         Ok(Cameras { views: Arc::new(views), lenses: self.lenses.clone(), warnings })
     }

@@ -55,7 +55,7 @@ pub struct Comparison {
 
 impl Comparison {
     fn of(comparison: &Compared) -> Result<Comparison, Fault> {
-        let charts = report::compare::charts(comparison);
+        let charts = report::compare::charts(comparison, None);
         let page = report::compare::document(comparison, &charts, None);
         let failed = |e: &dyn std::fmt::Display| Fault::new(Class::Internal, e.to_string());
         let sides = comparison.sides.len();
@@ -130,17 +130,21 @@ impl Comparison {
 /// Runs the frames of a trace on several machines, and compares them with the first.
 ///
 /// ``machines`` are ``Machine``s, names or paths, two at least; ``fps`` is the display rate. With
-/// ``at_least`` the others must have that many times the frame rate of the first.
+/// ``at_least`` the others must have that many times the frame rate of the first. Areas and
+/// energies of different technology nodes have ratios only with ``across_nodes``.
 ///
 /// Raises ``GoalMissed`` where they have not.
 #[pyfunction]
-#[pyo3(signature = (machines, trace, *, fps=60.0, at_least=None, progress=None))]
+#[pyo3(signature = (
+    machines, trace, *, fps=60.0, at_least=None, across_nodes=false, progress=None
+))]
 pub fn compare(
     py: Python<'_>,
     machines: Vec<Bound<'_, PyAny>>,
     trace: &Trace,
     fps: f64,
     at_least: Option<f64>,
+    across_nodes: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Comparison> {
     if machines.len() < 2 {
@@ -159,7 +163,7 @@ pub fn compare(
         let runs = on_each(&systems, fps, &mut frames, shared)?;
         let sides: Option<Vec<Side>> = runs.iter().map(Side::of_run).collect();
         let sides = sides.ok_or_else(|| Fault::config("interrupted"))?;
-        Comparison::of(&Compared::new(sides))
+        Comparison::of(&Compared::new(sides, across_nodes))
     })?;
     match (at_least, found.least_speedup) {
         (Some(wanted), Some(least)) if least < wanted => {

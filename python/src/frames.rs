@@ -24,6 +24,7 @@ pub struct SharedFrames {
     name: Arc<str>,
     range: Range<usize>,
     size: (u32, u32),
+    eyes: usize,
     identity: Input,
     budget: Budget,
     source: Source,
@@ -36,6 +37,7 @@ impl SharedFrames {
             name: file.name().into(),
             range: file.range(),
             size: file.size()?,
+            eyes: file.eyes(),
             identity: file.identity()?,
             budget: file.budget(),
             source: Source::File(Arc::new(Mutex::new(Some(file)))),
@@ -48,6 +50,7 @@ impl SharedFrames {
             name: frames.name().into(),
             range: frames.range(),
             size: frames.size()?,
+            eyes: frames.eyes(),
             identity: frames.identity()?,
             budget: frames.budget(),
             source: Source::Memory(Arc::new(list), frames.range().start),
@@ -138,6 +141,12 @@ impl Frames for SharedFrames {
                 None => Err(RunError::Request("the trace was closed meanwhile".into())),
             },
         }
+    }
+
+    /// A part that cuts a pair has views, each a frame of its own.
+    fn eyes(&self) -> usize {
+        let whole = |n: usize| n.is_multiple_of(self.eyes);
+        if whole(self.range.start) && whole(self.range.end) { self.eyes } else { 1 }
     }
 
     fn budget(&self) -> Budget {

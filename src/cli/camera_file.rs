@@ -1,7 +1,7 @@
 //! The camera flags that commands share.
 //!
 //! The order of operations is fixed: read (or orbit), `--split`, `--every`, `--path-frames`,
-//! `--frames`, `--size`, `--stereo`.
+//! `--frames`, `--size`, `--stereo`, `--fov`.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::{Context, Exit, Failure, out};
 use powergs_scene::camera::check::MAX_SIZE;
+use powergs_scene::camera::fov::{FieldOfView, Headset, headset};
 use powergs_scene::camera::orbit::SceneBounds;
 use powergs_scene::camera::views::{OrbitRequest, ViewError, ViewSelection};
 use powergs_scene::camera::{CameraFile, Lens};
@@ -54,9 +55,18 @@ pub struct CameraArgs {
     /// Image size, pixels; another aspect keeps the vertical field of view
     #[arg(long, value_name = "WxH", value_parser = image_size)]
     pub size: Option<(u32, u32)>,
-    /// Pairs of views, this far apart (world units): NAME_left, NAME_right
+    /// Pairs of views, this far apart (world units): NAME_left, NAME_right. A display shows both
+    /// in one period
     #[arg(long, value_name = "EYE_DISTANCE", allow_negative_numbers = true)]
     pub stereo: Option<f64>,
+    /// Field of view, degrees: 90, 90x96, or the edges of an off-centre one of each eye,
+    /// OUTER+INNERxUP+DOWN
+    #[arg(long, value_name = "H[xV]")]
+    pub fov: Option<FieldOfView>,
+    /// Size and field of view of a headset, an eye: quest-3, quest-2, vive-focus-3,
+    /// pimax-crystal, rift-cv1; --size and --fov win
+    #[arg(long, value_name = "NAME", value_parser = headset)]
+    pub headset: Option<Headset>,
 }
 
 /// The axis that points up.
@@ -160,7 +170,7 @@ impl CameraArgs {
     pub fn cameras(&self, bounds: impl FnOnce() -> SceneBounds) -> Result<Views, Failure> {
         let (file, orbit) = (&self.cameras, self.orbit);
         let CameraFile { cameras, format, lenses, warnings } = match (file, orbit) {
-            (Some(path), _) => open_cameras(path, self.size)?,
+            (Some(path), _) => open_cameras(path, self.image_size())?,
             (None, Some(n)) => {
                 let cameras = self.orbit_request(n).cameras(bounds).map_err(usage)?;
                 let (lenses, warnings) = Default::default();
@@ -181,8 +191,9 @@ impl CameraArgs {
             every: self.every,
             path_frames: self.path_frames,
             frames: self.frames.map(|range| (range.start, range.end)),
-            size: self.size,
+            size: self.image_size(),
             stereo: self.stereo,
+            fov: self.fov.or(self.headset.map(|headset| headset.fov)),
         }
     }
 
@@ -193,8 +204,13 @@ impl CameraArgs {
             radius: self.orbit_radius,
             fov_deg: self.orbit_fov,
             up: self.orbit_up.unwrap_or(Up::MinusY).vector(),
-            size: self.size,
+            size: self.image_size(),
         }
+    }
+
+    /// The size that is asked for, directly or as that of a headset.
+    fn image_size(&self) -> Option<(u32, u32)> {
+        self.size.or(self.headset.map(|headset| headset.size))
     }
 }
 

@@ -5,7 +5,6 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::camera_file::{FrameRange, frame_range};
-use powergs_base::format::counted;
 use serde_json::json;
 
 use super::chart_args::ChartArgs;
@@ -15,6 +14,7 @@ use super::replay::{DEFAULT_DISPLAY, display_rate};
 use super::run_folder::RunFolder;
 use super::{Context, Exit, Failure, OrExit, inputs, out};
 use powergs_base::config::embedded::{MACHINES, find};
+use powergs_base::quantity::Watts;
 use powergs_core::run::files::DiskFiles;
 use powergs_core::run::{System, SystemSpec, TraceFile};
 use powergs_report::{Drawing, compare, speedup};
@@ -52,6 +52,12 @@ pub struct Args {
     /// Only frames A to B, B excluded, counted from 0: 0..24, 10.., ..5
     #[arg(long, value_name = "A..B", value_parser = frame_range)]
     pub frames: Option<FrameRange>,
+    /// Draw a line at this power in the charts: 1.5W, 800mW
+    #[arg(long, value_name = "POWER", value_parser = watts)]
+    pub budget: Option<Watts>,
+    /// Put areas, energies and powers of different technology nodes into ratios
+    #[arg(long)]
+    pub across_nodes: bool,
     /// Exit with code 1 if any other side has less than RATIO times the frame rate of
     /// the first
     #[arg(long, value_name = "RATIO", value_parser = ratio)]
@@ -65,6 +71,12 @@ pub struct Args {
     /// How charts are drawn.
     #[command(flatten)]
     pub charts: ChartArgs,
+}
+
+/// A power with its unit, above zero: `1.5W`.
+pub fn watts(text: &str) -> Result<Watts, String> {
+    let watts: Watts = text.parse().map_err(|e| format!("{e}"))?;
+    if watts.0 > 0.0 { Ok(watts) } else { Err("must be above zero".into()) }
 }
 
 fn ratio(text: &str) -> Result<f64, String> {
@@ -95,7 +107,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     } else {
         simulated(args, context)?
     };
-    let all: Vec<Comparison> = traces.into_iter().map(Comparison::new).collect();
+    let all: Vec<Comparison> =
+        traces.into_iter().map(|sides| Comparison::new(sides, args.across_nodes)).collect();
     let Some(comparison) = all.first() else {
         out::complain("interrupted before the first frame was done: no report");
         return Ok(Exit::Interrupted);
@@ -108,7 +121,7 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     };
     match &speedup {
         Some(speedup) => write_all(&folder, &all, speedup, &context.drawing)?,
-        None => write(&folder, comparison, &context.drawing)?,
+        None => write(args, &folder, comparison, &context.drawing)?,
     }
     folder.write("invocation.toml", started.invocation_toml().as_bytes())?;
     let path = folder.finish()?.join("summary.md");
@@ -160,11 +173,16 @@ fn goal(args: &Args, comparison: &Comparison) -> Result<Exit, Failure> {
     Ok(Exit::GoalMissed)
 }
 
-fn write(folder: &RunFolder, comparison: &Comparison, drawing: &Drawing) -> Result<(), Failure> {
+fn write(
+    args: &Args,
+    folder: &RunFolder,
+    comparison: &Comparison,
+    drawing: &Drawing,
+) -> Result<(), Failure> {
     let record = compare::run_toml(comparison).or_exit(Exit::Internal, "run.toml")?;
     folder.write("run.toml", record.as_bytes())?;
     folder.write("compare.csv", &compare::compare_csv(comparison))?;
-    let charts = compare::charts(comparison);
+    let charts = compare::charts(comparison, args.budget.map(|watts| watts.0));
     let page = compare::document(comparison, &charts, None).markdown(drawing.link());
     folder.write("summary.md", page.as_bytes())?;
     folder.write_charts(&charts, drawing)
@@ -181,10 +199,10 @@ fn write_all(
     folder.write("run.toml", record.as_bytes())?;
     folder.write("speedup.csv", &speedup::csv(speedup))?;
     folder.write("compare.csv", &compare::compare_csv_of(all, &speedup.traces))?;
-    let frames = all.iter().map(|c| c.sides[0].frames).sum::<i64>();
-    let frames = counted(frames, "frame");
+    let frames = all.iter().map(|c| c.sides[0].frames).sum::<u64>();
+    let frames = all[0].sides[0].shown.counted(frames);
     let chart = speedup::chart(speedup, format!("{} traces, {frames}", all.len()));
-    let charts = [chart];
+    let charts = [chart, compare::breakdown(all, &speedup.traces)];
     let page = compare::document_of(all, speedup, &charts, None).markdown(drawing.link());
     folder.write("summary.md", page.as_bytes())?;
     folder.write_charts(&charts, drawing)

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::filter::pair;
 use super::{Context, Exit, Failure, OrExit, out};
-use powergs_frame::fovea::stream::Eye;
 use powergs_frame::fovea::{GazeStream, REGIONS, Screen, ScreenGaze};
+use powergs_frame::scene::Eye;
 use powergs_scene::Camera;
 use powergs_scene::gaze::{GazeSource, ViewGazeError, gazes, missing_regions};
 

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use super::camera_file::FrameRange;
-use super::{Context, Failure};
+use super::{Context, Failure, out};
 use powergs_core::run::files::{DiskFiles, Files};
 use powergs_core::run::{FileKind, Frames, RunError, System, SystemSpec, TraceFile};
 use powergs_frame::display::Display;
@@ -52,7 +52,20 @@ pub fn trace(
     if let Some(range) = range {
         trace.select(range.start, range.end)?;
     }
+    if trace.looks_paired()? && !context.global.quiet {
+        out::complain(unpaired(path.display()));
+    }
     Ok(trace)
+}
+
+/// What is said of a trace of views that were written as no pairs and look like some.
+pub fn unpaired(place: impl std::fmt::Display) -> String {
+    format!(
+        "warning: {place}: views are called NAME_left and NAME_right, and the trace does not say \
+         that they are pairs (it is of an older version): each eye counts as a frame of its own, \
+         so that deadline and power at the display rate are those of ONE eye; extract it again \
+         with --stereo"
+    )
 }
 
 /// Whether a file begins as a trace does.

@@ -213,7 +213,8 @@ pub fn run(args: &Args, context: &Context) -> Result<Exit, Failure> {
     let facts = replay.facts(&mut trace)?;
     if let Some(asked) = &args.timeline {
         let tile = model.tile();
-        let tiles = facts.trace.width.div_ceil(tile) * facts.trace.height.div_ceil(tile);
+        let shown = facts.trace.shown;
+        let tiles = shown.width.div_ceil(tile) * shown.height.div_ceil(tile);
         asked.check(trace.range(), tiles)?;
     }
     let started = Started::now();

@@ -4,6 +4,7 @@
 pub mod check;
 pub mod cost;
 pub mod measured;
+mod pair;
 pub mod paper;
 pub mod regions;
 pub mod report;
@@ -16,6 +17,7 @@ use powergs_energy::Prices;
 
 pub use check::{Incompatible, InvariantViolated, SimError};
 pub use measured::{Lists, Measured, observed};
+pub use pair::Periods;
 pub use regions::RegionReport;
 pub use report::{
     CacheSummary, CycleReport, FoveaSummary, Foveal, FrameReport, Label, ListOrder, ModelReport,

@@ -18,7 +18,7 @@ use powergs_base::quantity::Picojoules;
 pub use area::Area;
 pub use costs::same_costs;
 pub use flops::flops;
-pub use prices::{Activity, DramCosts, Phy, Prices, Standby};
+pub use prices::{Activity, DramCosts, Prices, Standby};
 pub use supply::Supply;
 pub use table::{Built, EnergyTable};
 
@@ -74,6 +74,13 @@ impl EnergyBreakdown {
     /// Adds energy to one part.
     pub fn add(&mut self, stage: Stage, component: Component, energy: Picojoules) {
         self.parts[stage as usize][component as usize] += energy.0;
+    }
+
+    /// Adds all parts of another.
+    pub fn add_all(&mut self, other: &EnergyBreakdown) {
+        for (mine, theirs) in self.parts.iter_mut().zip(&other.parts) {
+            mine.iter_mut().zip(theirs).for_each(|(a, b)| *a += b);
+        }
     }
 
     /// Energy of one component in one stage.

@@ -25,19 +25,10 @@ pub struct Prices {
     pub dram: DramCosts,
     /// Area of the chip, where the table knows it.
     pub area: Option<Area>,
-    /// The chip's side of the memory channels, outside of `area` and of every power.
-    pub phy: Option<Phy>,
+    /// Standby of the chip's side of all memory channels (PHY), watts: a part of the background.
+    pub phy_standby_w: f64,
     /// Voltage, and what it does to the prices above; `None` where the table has no curve.
     pub supply: Option<Supply>,
-}
-
-/// The chip's side of the memory channels: drivers, receivers, delay lines.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Phy {
-    /// Of all channels, mm².
-    pub area_mm2: f64,
-    /// Standby of all channels, watts.
-    pub standby_w: f64,
 }
 
 /// Prices of the DRAM.
@@ -90,7 +81,8 @@ pub struct Activity<'a> {
     pub dram: Option<DramCommands>,
 }
 
-/// Static power, watts: leakage, DRAM background power, DRAM refresh.
+/// Static power, watts: leakage, background power of the memory (its own and the standby of the
+/// chip's side of its channels), DRAM refresh.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Standby {
     /// While the frame runs, on average.
@@ -169,7 +161,8 @@ impl Prices {
         }
     }
 
-    /// Static power while a frame runs and between frames: leakage, DRAM background and refresh.
+    /// Static power while a frame runs and between frames: leakage, background of the memory with
+    /// the PHY, refresh.
     pub fn standby(&self, activity: &Activity<'_>) -> Standby {
         let units = self.unit_leakage_w.iter().zip(activity.idle);
         let gated = 1.0 - self.idle_leakage;
@@ -189,6 +182,7 @@ impl Prices {
                 [[p.active_w(), p.power_down_w()], [running, p.refresh_w]]
             }
         };
+        let background = background.map(|watts| watts + self.phy_standby_w);
         let all = [leakage, background, refresh];
         Standby { running_w: all.map(|p| p[0]), idle_w: all.map(|p| p[1]) }
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::action::{Action, Buffer, Inventory, UnitKind};
 use crate::area::Area;
 use crate::cacti::Bank;
-use crate::prices::{DramCosts, Phy, Prices};
+use crate::prices::{DramCosts, Prices};
 use crate::supply::Supply;
 use powergs_base::config::{self, ConfigError};
 use powergs_base::quantity::{Bytes, Hertz, Nanometres, SquareMillimetres};
@@ -282,10 +282,17 @@ impl EnergyTable {
         });
         let idle_leakage = built.idle_leakage;
         let area = self.area_of(built.inventory, &banks, &factors, &grown, numbers.area);
-        let phy = self.phy.as_ref().map(|phy| Phy {
-            area_mm2: phy.area.area.0 * built.channels,
-            standby_w: phy.standby.power.0 * built.channels,
+        let of_channels = |per_channel: f64| SquareMillimetres(per_channel * built.channels);
+        let area = area.map(|area| match &self.phy {
+            Some(phy) => Area {
+                phy: of_channels(phy.area.area.0),
+                controllers: of_channels(phy.controller.area.0),
+                ..area
+            },
+            None => area,
         });
+        let phy_standby_w =
+            self.phy.as_ref().map_or(0.0, |phy| phy.standby.power.0 * built.channels);
         Ok(Prices {
             per_action,
             unit_leakage_w,
@@ -293,7 +300,7 @@ impl EnergyTable {
             idle_leakage,
             dram,
             area,
-            phy,
+            phy_standby_w,
             supply,
         })
     }
@@ -344,6 +351,7 @@ impl EnergyTable {
             units: units.map(SquareMillimetres),
             buffers: buffers.map(SquareMillimetres),
             rest: SquareMillimetres(parts * area.rest.share),
+            ..Area::default()
         })
     }
 

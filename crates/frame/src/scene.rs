@@ -8,6 +8,6 @@ mod camera;
 mod gaussians;
 mod sh_degree;
 
-pub use camera::{Camera, Split};
+pub use camera::{Camera, Eye, PairOrder, Split, are_pairs};
 pub use gaussians::Gaussians;
 pub use sh_degree::ShDegree;

@@ -41,7 +41,7 @@ use crate::splat::Splat;
 pub const NEVER: u32 = u32::MAX;
 /// The version of the file format that is written: major, minor. Files of this major version and
 /// older ones are read.
-pub const VERSION: (u16, u16) = (2, 0);
+pub const VERSION: (u16, u16) = (2, 1);
 /// The largest width or height of a frame, pixels.
 pub const SIDE_MAX: u32 = 65_536;
 /// The most Gaussians in a scene: indices are 32-bit, and the last value is kept free.

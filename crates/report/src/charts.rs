@@ -47,10 +47,12 @@ fn subtitle(run: &Run, what: &str) -> String {
     format!("{note}{title}, {model} model, {what}")
 }
 
-/// `24 frames` or `1 frame`.
+/// `mean of 24 frames` or `1 frame`, and what a frame is where it is a pair.
 fn frames(run: &Run) -> String {
-    match run.frames.len() {
-        1 => "1 frame".into(),
-        n => format!("mean of {n} frames"),
-    }
+    let (n, shown) = (run.frames.len() as u64, run.facts.trace.shown);
+    let counted = match shown.eyes {
+        1 => shown.counted(n),
+        _ => format!("{} of {}", shown.counted(n), shown.size()),
+    };
+    if n == 1 { counted } else { format!("mean of {counted}") }
 }

@@ -112,8 +112,8 @@ const RULES: &str = "\
 the first side) and prints with `--json`: `sides` (what was run, its `bottleneck`), `notes` (what \
 else differs: traces, energy tables, versions, display rates), `measures` (each with `values`, \
 `ratios`, `differences` and which way is `better`) and `means` of every statistic, one value per \
-side. `iso_area_fps` and `iso_bandwidth_fps` scale frames per second to the area and the peak rate \
-of the first side in proportion: they are no simulation.
+side. Areas, energies and powers of different technology nodes have no `ratios` and no \
+`differences` unless `--across-nodes` asks for them.
 
 ## The bottleneck
 

@@ -2,7 +2,7 @@
 
 use super::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
 use super::format::{
-    counted, engineering, engineering_like, percent, prefix_of, rate, shortened, significant,
+    engineering, engineering_like, percent, prefix_of, rate, shortened, significant,
 };
 use super::{limits as words, summary_of};
 use powergs_base::TOOL_VERSION;
@@ -16,7 +16,7 @@ use powergs_study::findings::cost::Cost;
 use powergs_study::findings::summary::{CycleSummary, UnitSummary};
 use powergs_study::findings::what_if::{Advice, Skipped, Step, WhatIf};
 use powergs_study::findings::{RunSummary, bottleneck, limits};
-use powergs_study::run_record::{DramModels, Run, Table as Statistics};
+use powergs_study::run_record::{DramModels, Run, Shown as Frame, Table as Statistics};
 
 /// Doubled resources on a terminal, and the least change of the time that is one.
 const STEPS: (usize, f64) = (4, 0.005);
@@ -47,7 +47,7 @@ pub fn document(run: &Run, charts: &[Chart], ending: &[(&str, String)]) -> Docum
         regions(&mut page, cycle);
     }
     if let Some(experiment) = &run.experiments.what_if {
-        what_if(&mut page, experiment);
+        what_if(&mut page, experiment, run.facts.trace.shown);
     }
     if let Some(models) = &run.experiments.dram_models {
         page.paragraph(dram_models(models));
@@ -92,9 +92,8 @@ fn head(page: &mut Document, run: &Run) {
     /// Characters of a title on a terminal.
     const LONGEST: usize = 80;
     let (facts, trace) = (&run.facts, &run.facts.trace);
-    let frames = counted(run.frames.len(), "frame");
-    let (width, height) = (trace.width, trace.height);
-    let tail = format!(": {frames} of {width}x{height}, {} model", facts.model.name());
+    let frames = trace.shown.at_rate(run.frames.len() as u64, facts.display_fps);
+    let tail = format!(": {frames}, {} model", facts.model.name());
     let title = shortened(&run.title(), LONGEST.saturating_sub(tail.chars().count()));
     page.on(Shown::Page, Block::Title(run.title().into()));
     page.on(Shown::Terminal, Block::Paragraph(format!("{title}{tail}").into()));
@@ -106,7 +105,8 @@ fn head(page: &mut Document, run: &Run) {
 
 fn facts(run: &Run) -> Vec<(String, Text)> {
     let (machine, trace) = (&run.facts.machine, &run.facts.trace);
-    let frames = format!("{} of {}x{} pixels", run.frames.len(), trace.width, trace.height);
+    let shown = trace.shown;
+    let frames = format!("{} of {} pixels", shown.counted(run.frames.len() as u64), shown.size());
     let facts = [
         ("trace", trace.name.clone()),
         ("frames", frames),
@@ -155,10 +155,11 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
             add("frame time", format!("mean {mean} ms, p99 {p99} ms, max {max} ms"));
             add("frame rate", format!("{} FPS", significant(rate)));
             let deadline = significant(1e3 / run.facts.display_fps);
-            let (missed, all) = (cycle.deadline_misses, run.frames.len());
+            let missed = cycle.deadline_misses;
+            let all = run.facts.trace.shown.counted(run.frames.len() as u64);
             let verdict = match missed {
-                0 => format!("met by {}", counted(all, "frame")),
-                _ => format!("MISSED by {missed} of {}", counted(all, "frame")),
+                0 => format!("met by {all}"),
+                _ => format!("MISSED by {missed} of {all}"),
             };
             add("deadline", format!("{deadline} ms at {fps} FPS: {verdict}"));
         }
@@ -183,7 +184,11 @@ fn times_and_powers(run: &Run, summary: &RunSummary) -> Vec<(String, Text)> {
     add("at the display rate", format!("{shown}{what}"));
     if let (Some(display), Some(sum)) = (summary.display_w, summary.rendering_plus_display_w) {
         let [own, display, sum] = [summary.power_w, display, sum].map(watt);
-        add("with the display", format!("{own} + {display} of the display = {sum}"));
+        let (name, panels) = match run.facts.trace.shown.eyes {
+            1 => ("with the display", "the display"),
+            _ => ("with the displays", "both displays"),
+        };
+        add(name, format!("{own} + {display} of {panels} = {sum}"));
     }
     facts
 }
@@ -297,10 +302,15 @@ fn regions(page: &mut Document, cycle: &CycleSummary) {
 }
 
 /// What doubling each resource would buy, and what it costs.
-fn what_if(page: &mut Document, experiment: &WhatIf) {
+fn what_if(page: &mut Document, experiment: &WhatIf, shown: Frame) {
     page.page_heading("What one step would buy");
     let frames: Vec<String> = experiment.frames.iter().map(usize::to_string).collect();
-    let which = if frames.len() == 1 { "frame" } else { "frames" };
+    let which = match (frames.len(), shown.eyes) {
+        (1, 1) => "frame",
+        (_, 1) => "frames",
+        (1, _) => "the pair from frame",
+        _ => "the pairs from frames",
+    };
     let numbers = frames.join(", ");
     page.page_paragraph(format!("Each resource doubled, simulated on {which} {numbers}."));
     if experiment.is_calibrated {
@@ -311,14 +321,14 @@ fn what_if(page: &mut Document, experiment: &WhatIf) {
     }
     let moves = |step: &&Step| experiment.time_change(step).abs() >= STEPS.1;
     let best: Vec<&Step> = experiment.steps.iter().filter(moves).take(STEPS.0).collect();
-    let mut short = doubled(experiment, &best);
+    let mut short = doubled(experiment, &best, shown);
     let others = experiment.steps.len() - best.len();
     if others > 0 {
         short.more = format!("... and {others} more: summary.md");
     }
     page.on(Shown::Terminal, Block::Table(short));
     let all: Vec<&Step> = experiment.steps.iter().collect();
-    page.on(Shown::Page, Block::Table(doubled(experiment, &all)));
+    page.on(Shown::Page, Block::Table(doubled(experiment, &all, shown)));
     page.paragraph(advice(experiment));
     let item =
         |s: &Skipped| Text::from(s.resource).then(": not tried: ").then(Text::marked(&s.reason));
@@ -368,8 +378,8 @@ fn points(change: f64) -> String {
 }
 
 /// The run as it is, then with some resources doubled.
-fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
-    let first = format!("if doubled ({})", counted(experiment.frames.len(), "frame"));
+fn doubled(experiment: &WhatIf, steps: &[&Step], shown: Frame) -> Table {
+    let first = format!("if doubled ({})", shown.counted(experiment.frames.len() as u64));
     let change = |group: &str| Column::new("%", Kind::Real(points)).group(group);
     let [time, power, area, merit] = ["frame time", "power", "area", "merit"];
     let mut table = Table::new([
@@ -413,7 +423,7 @@ fn doubled(experiment: &WhatIf, steps: &[&Step]) -> Table {
             experiment.area_change(step),
             experiment.merit_change(step),
         ];
-        let areas = [experiment.area_mm2(step), experiment.fps_per_mm2(step)];
+        let areas = [step.cost.area_mm2, step.cost.fps_per_mm2()];
         row(step.resource, &step.cost, areas, changes.map(Cell::from));
     }
     table

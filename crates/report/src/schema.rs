@@ -67,9 +67,10 @@ fn machine() -> Map<String, Json> {
 fn trace() -> Map<String, Json> {
     map([
         ("name", plain("string", "File name without its ending.")),
-        ("frames", plain("integer", "Frames that were asked for.")),
-        ("width_px", plain("integer", "Width of the first frame, pixels.")),
-        ("height_px", plain("integer", "Height of the first frame, pixels.")),
+        ("frames", plain("integer", "Frames of the display that were asked for.")),
+        ("eyes", plain("integer", "Views of a frame: 2 where they are in pairs, else 1.")),
+        ("width_px", plain("integer", "Width of the first view, pixels.")),
+        ("height_px", plain("integer", "Height of the first view, pixels.")),
         ("sh_degree", nullable("integer", "SH degree of the scene; null without frames.")),
         (
             "sh_degree_assumed",
@@ -110,7 +111,7 @@ fn what_if() -> Map<String, Json> {
     let frame = || plain("number", "Time of a frame, ms.");
     let energy = || plain("number", "Energy of a frame, pJ.");
     let power = || plain("number", "Power at the display rate, W.");
-    let area = || nullable("number", "Area of the chip, after a step with the PHY it adds, mm².");
+    let area = || nullable("number", "Area of the die, mm².");
     let merit = || nullable("number", "Frames per second and mm² of that area.");
     let text = || plain("string", "One of them.");
     let step = map([

@@ -23,14 +23,15 @@ pub fn chart(all: &SpeedUp, subtitle: impl Into<String>) -> Chart {
     let machines = 1..all.machines.len().min(COLOURS.len() + 1);
     let entries = machines.map(|m| Entry::fill(all.machines[m].label.as_str(), COLOURS[m - 1]));
     let left = panel(all, Gain::Speed, &format!("speed-up over {first} (frame rate)"));
+    let chart = Chart::new(NAME, format!("Speed-up over {first}"), subtitle).legend(entries);
+    // Joules of other technologies are no gain.
+    if !all.machines[1..].iter().any(|machine| machine.is_comparable) {
+        return chart.panel(left);
+    }
     let mut right =
         panel(all, Gain::Energy, &format!("energy gain over {first} (energy per frame)"));
     right.y = right.y.hidden();
-    Chart::new(NAME, format!("Speed-up over {first}"), subtitle)
-        .legend(entries)
-        .columns(2)
-        .panel(left)
-        .panel(right)
+    chart.columns(2).panel(left).panel(right)
 }
 
 fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
@@ -46,7 +47,12 @@ fn panel(all: &SpeedUp, gain: Gain, title: &str) -> Panel {
         for m in 1..machines {
             let Some(v) = value(m, row) else { continue };
             highest = highest.max(v);
-            let bar = Bar::new(row, vec![Part::new(v, COLOURS[m - 1])]).end(format!("{v:.2}"));
+            let (number, colour) = (format!("{v:.2}"), COLOURS[m - 1]);
+            // Behind the end of a bar just below 1 the line would go through it.
+            let bar = match (0.8..1.0).contains(&v) && machines < 5 {
+                true => Bar::new(row, vec![Part { label: number, ..Part::new(v, colour) }]),
+                false => Bar::new(row, vec![Part::new(v, colour)]).end(number),
+            };
             bars.push(Bar { lane: (m - 1, machines - 1), ..bar });
         }
     }

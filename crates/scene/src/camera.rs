@@ -12,6 +12,7 @@ pub mod check;
 pub mod colmap;
 pub mod edit;
 mod error;
+pub mod fov;
 pub mod inria;
 pub mod json;
 pub mod lens;
@@ -22,7 +23,7 @@ pub mod views;
 
 pub use error::CameraError;
 pub use lens::Lens;
-pub use powergs_frame::scene::{Camera, Split};
+pub use powergs_frame::scene::{Camera, Eye, Split};
 
 /// The content of a camera file.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,10 +1,9 @@
 //! Where a viewer looks in each of some views.
 
-use powergs_frame::fovea::stream::Eye;
 use powergs_frame::fovea::{
     EccentricityMap, GAZE_CYCLE, GazeError, GazeStream, Screen, ScreenGaze, StreamError,
 };
-use powergs_frame::scene::Camera;
+use powergs_frame::scene::{Camera, Eye, are_pairs};
 
 /// Where the gazes of views come from.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +21,7 @@ pub enum GazeSource<'a> {
         rate: f64,
         /// The longest time for which a sample holds, seconds.
         gap_s: f64,
-        /// Which eye. Views in pairs, `NAME_left` and `NAME_right`, are those of both at one time.
+        /// Which eye. The views of a pair have their own, both at one time.
         eye: Eye,
     },
 }
@@ -65,10 +64,9 @@ pub fn gazes(
         }
         GazeSource::Cycle(n) => (0..cameras.len()).map(|i| GAZE_CYCLE[i % n]).collect(),
         GazeSource::Stream { stream, rate, gap_s, eye } => {
-            let is_stereo = cameras.len().is_multiple_of(2)
-                && cameras.iter().all(|camera| eye_of(camera).is_some());
+            let is_stereo = are_pairs(cameras);
             let at = |(view, camera): (usize, &Camera)| {
-                let (moment, eye) = match eye_of(camera).filter(|_| is_stereo) {
+                let (moment, eye) = match camera.eye.filter(|_| is_stereo) {
                     Some(eye) => (view / 2, eye),
                     None => (view, eye),
                 };
@@ -80,15 +78,6 @@ pub fn gazes(
         }
     };
     Ok(points.into_iter().map(|point| ScreenGaze { point, screen }).collect())
-}
-
-/// The eye of a view of a pair.
-fn eye_of(camera: &Camera) -> Option<Eye> {
-    match () {
-        () if camera.name.ends_with("_left") => Some(Eye::Left),
-        () if camera.name.ends_with("_right") => Some(Eye::Right),
-        () => None,
-    }
 }
 
 /// The regions that no view shows, 0 for R1: the images are too small for all four.

@@ -37,7 +37,8 @@ pub fn extract<W: Write>(
     out: W,
     watch: &dyn Watch,
 ) -> Result<Extracted<W>, RunError> {
-    let range = frames.range();
+    let (range, eyes) = (frames.range(), frames.eyes());
+    let range_start = range.start;
     watch.begins(range.len() as u64, 0);
     let mut trace = Trace {
         writer: Writer::new(out, header).map_err(|e| failed(&e))?,
@@ -48,7 +49,9 @@ pub fn extract<W: Write>(
     };
     let mut last: Option<Arc<Frame>> = None;
     for position in range {
-        if watch.is_cancelled() {
+        // Never between the eyes of a pair.
+        let is_whole = (position - range_start).is_multiple_of(eyes);
+        if is_whole && watch.is_cancelled() {
             break;
         }
         let pending = frames.take(position)?;

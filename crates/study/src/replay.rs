@@ -86,7 +86,7 @@ impl Replay<'_> {
     /// [`Session::fold`].
     pub fn run(&self, frames: &mut dyn Frames, watch: &dyn Watch) -> Result<Run, RunError> {
         let facts = self.facts(frames)?;
-        let tried = spread(frames.range(), self.what_if_frames);
+        let tried = spread(frames.range(), frames.eyes(), self.what_if_frames);
         let (mut subjects, mut doubling, mut window) = (Vec::new(), None, None);
         let mut calibrated = None;
         match self.target {

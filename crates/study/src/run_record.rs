@@ -7,6 +7,7 @@ mod table;
 pub use file::record;
 pub use table::Table;
 
+use powergs_base::format::{counted, rate};
 use powergs_core::accel::machine::{DramModel, Organisation, Switch};
 use powergs_core::run::{Frames, Input, PaperModel, RunError, System};
 use powergs_core::sim::{FrameReport, Model};
@@ -42,10 +43,37 @@ pub struct TraceFacts {
     pub name: String,
     /// Frames that were asked for. Fewer reported frames make the run incomplete.
     pub frames: usize,
-    /// Width of the first frame, pixels.
+    /// What each of them shows.
+    pub shown: Shown,
+}
+
+/// What a frame of the display shows: one view, or a pair for both eyes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shown {
+    /// Views of a frame: 2 where they are in pairs, else 1.
+    pub eyes: usize,
+    /// Width of the first view, pixels.
     pub width: u32,
-    /// Height of the first frame, pixels.
+    /// Height of the first view, pixels.
     pub height: u32,
+}
+
+impl Shown {
+    /// `3 frames`; of both eyes `3 pairs`.
+    pub fn counted(&self, frames: impl Into<u64>) -> String {
+        counted(frames.into(), if self.eyes > 1 { "pair" } else { "frame" })
+    }
+
+    /// `979x546`; of both eyes `2 x 979x546`.
+    pub fn size(&self) -> String {
+        let eyes = if self.eyes > 1 { format!("{} x ", self.eyes) } else { String::new() };
+        format!("{eyes}{}x{}", self.width, self.height)
+    }
+
+    /// `3 pairs of 2 x 2064x2208 at 72 Hz`: frames, what each shows, the rate of the display.
+    pub fn at_rate(&self, frames: impl Into<u64>, fps: f64) -> String {
+        format!("{} of {} at {} Hz", self.counted(frames), self.size(), rate(fps))
+    }
 }
 
 /// The machine of a run.
@@ -55,6 +83,8 @@ pub struct MachineFacts {
     pub name: String,
     /// Name of the energy table.
     pub energy_table: String,
+    /// Technology node of the energy table, nanometres, where it says one.
+    pub node_nm: Option<f64>,
     /// Clock, hertz; `None` in the `paper` model.
     pub clock_hz: Option<f64>,
     /// Peak DRAM rate, 10⁹ bytes per second; `None` in the `paper` model.
@@ -80,8 +110,9 @@ impl TraceFacts {
     /// [`RunError::Input`]: its first frame cannot be read.
     pub fn of(frames: &mut dyn Frames) -> Result<TraceFacts, RunError> {
         let (width, height) = frames.size()?;
-        let (name, frames) = (frames.name().to_owned(), frames.range().len());
-        Ok(TraceFacts { name, frames, width, height })
+        let (name, eyes) = (frames.name().to_owned(), frames.eyes());
+        let shown = Shown { eyes, width, height };
+        Ok(TraceFacts { name, frames: frames.range().len() / eyes, shown })
     }
 }
 
@@ -91,6 +122,7 @@ impl MachineFacts {
         MachineFacts {
             name: system.label(),
             energy_table: system.energy_table().name.clone(),
+            node_nm: system.energy_table().node.map(|node| node.0),
             clock_hz: Some(system.machine().clock.0),
             dram_peak_gb_s: Some(system.dram_peak() * 1e-9),
             dram_model: Some(system.machine().dram.model),
@@ -113,6 +145,7 @@ impl MachineFacts {
         MachineFacts {
             name: "paper".into(),
             energy_table: model.table().origin.clone(),
+            node_nm: None,
             clock_hz: None,
             dram_peak_gb_s: None,
             dram_model: None,

@@ -19,6 +19,9 @@ pub struct MachineSpeed {
     pub label: String,
     /// What it does on each trace, where that was measured.
     pub speeds: Vec<Option<Speed>>,
+    /// Whether its joules may be held against those of the first machine: not those of another
+    /// technology node.
+    pub is_comparable: bool,
 }
 
 /// What is compared.
@@ -54,16 +57,18 @@ impl SpeedUp {
             false => format!("{name}-{}", i + 1),
         };
         let traces = names.iter().enumerate().map(numbered).collect();
-        let machine = |(i, label): (usize, &str)| {
+        let machine = |(i, label): (usize, String)| {
             let speed = |c: &Comparison| {
                 let value = |measure| *c.row(measure).values.get(i)?;
                 let (fps, mj): (Option<f64>, Option<f64>) =
                     (value(Measure::Throughput), value(Measure::Energy));
                 Some(Speed { fps: fps?, energy_j: mj? * 1e-3 })
             };
-            MachineSpeed { label: label.to_owned(), speeds: all.iter().map(speed).collect() }
+            let is_comparable = all.iter().all(|c| c.row(Measure::Energy).is_comparable[i]);
+            MachineSpeed { label, speeds: all.iter().map(speed).collect(), is_comparable }
         };
-        let machines = all.first()?.labels().into_iter().enumerate().map(machine).collect();
+        let labels = all.first()?.labels_with_nodes();
+        let machines = labels.into_iter().enumerate().map(machine).collect();
         SpeedUp::new(traces, machines)
     }
 
@@ -72,6 +77,7 @@ impl SpeedUp {
         let (first, own) = (self.machines[0].speeds[t]?, self.machines[m].speeds[t]?);
         let ratio = match gain {
             Gain::Speed => own.fps / first.fps,
+            Gain::Energy if !self.machines[m].is_comparable => return None,
             Gain::Energy => first.energy_j / own.energy_j,
         };
         Some(ratio).filter(|r| r.is_finite() && *r > 0.0)

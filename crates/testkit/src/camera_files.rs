@@ -17,6 +17,7 @@ pub fn sample() -> Camera {
         world_to_camera: DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(-0.2),
         centre: DVec3::new(1.0, 2.0, -3.0),
         split: None,
+        eye: None,
     }
 }
 

@@ -46,6 +46,7 @@ pub fn camera(width: u32, height: u32, tan: [f64; 2], view: &[f64]) -> Camera {
         world_to_camera: rotation,
         centre: -(rotation.transpose() * translation),
         split: None,
+        eye: None,
     }
 }
 

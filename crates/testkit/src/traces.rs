@@ -49,6 +49,7 @@ pub fn camera(width: u32, height: u32) -> Camera {
         world_to_camera: DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(-0.7),
         centre: DVec3::new(1.0, -2.0, 3.5),
         split: Some(Split::Test),
+        eye: None,
     }
 }
 

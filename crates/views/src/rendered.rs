@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use powergs_base::budget::Budget;
+use powergs_core::run::frames::eyes;
 use powergs_core::run::{Frames, Pending, RunError};
 use powergs_frame::fovea::ScreenGaze;
 use powergs_frame::trace::Frame;
@@ -93,6 +94,10 @@ impl Frames for RenderedViews {
 
     fn size(&mut self) -> Result<(u32, u32), RunError> {
         Ok(self.cameras.first().map_or((0, 0), |camera| (camera.width, camera.height)))
+    }
+
+    fn eyes(&self) -> usize {
+        eyes(&self.cameras)
     }
 
     fn budget(&self) -> Budget {

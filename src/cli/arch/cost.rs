@@ -6,7 +6,7 @@ use powergs_base::quantity::Hertz;
 use powergs_core::accel::Machine;
 use powergs_core::sim::cost::{peak_w, untimed};
 use powergs_energy::table::NodeStep;
-use powergs_energy::{Area, EnergyTable, Phy, Prices, Supply};
+use powergs_energy::{Area, EnergyTable, Prices, Supply};
 use powergs_report::document::{Column, Document, Table};
 
 /// What a machine takes in silicon and, at most, in power.
@@ -14,7 +14,7 @@ use powergs_report::document::{Column, Document, Table};
 pub struct Cost {
     area: Option<Area>,
     peak_w: Vec<(&'static str, f64)>,
-    phy: Option<Phy>,
+    phy_standby_w: f64,
     supply: Option<Supply>,
     step: Option<NodeStep>,
     clock: Hertz,
@@ -28,7 +28,7 @@ impl Cost {
         Cost {
             area: prices.area,
             peak_w: peak_w(machine, prices),
-            phy: prices.phy,
+            phy_standby_w: prices.phy_standby_w,
             supply: prices.supply,
             step: table.node_step(),
             clock: machine.clock,
@@ -55,7 +55,8 @@ impl Cost {
             let watts = self.peak_w.iter().find(|(block, _)| *block == name).map(|(_, w)| *w);
             row(name, area, watts);
         }
-        row("total", self.area.map(|a| a.total().0), Some(self.total_w()));
+        row("core", self.area.map(|a| a.core().0), Some(self.total_w()));
+        row("die", self.area.map(|a| a.total().0), None);
         let mut page = Document::new();
         page.table(table);
         page.facts(self.beside());
@@ -88,15 +89,12 @@ impl Cost {
         }
         let [background, refresh] = self.dram_standby_w.map(|w| w * 1e3);
         let channels = format!("{} channels", (self.channels * 100.0).round() / 100.0);
-        if let Some(phy) = self.phy {
-            let (area, standby) = (phy.area_mm2, phy.standby_w * 1e3);
-            let text = format!(
-                "{area:.2} mm² and {standby:.1} mW standby for {channels}, outside of the totals"
-            );
-            facts.push(("PHY", text));
-        }
-        let text = format!("{background:.1} mW background, {refresh:.1} mW refresh of {channels}");
-        facts.push(("DRAM standby", text));
+        let text = format!(
+            "{background:.1} mW background, {refresh:.1} mW refresh, {:.1} mW of the PHY, of \
+             {channels}",
+            self.phy_standby_w * 1e3
+        );
+        facts.push(("memory standby", text));
         facts
     }
 
@@ -105,7 +103,8 @@ impl Cost {
         let area = self.area.map(|a| {
             let blocks = a.blocks().into_iter().map(|(name, x)| (name.to_owned(), json!(x.0)));
             let total = ("total".to_owned(), json!(a.total().0));
-            std::iter::once(total).chain(blocks).collect::<Map<_, _>>()
+            let core = ("core".to_owned(), json!(a.core().0));
+            [total, core].into_iter().chain(blocks).collect::<Map<_, _>>()
         });
         let blocks = self.peak_w.iter().map(|(name, watts)| ((*name).to_owned(), json!(watts)));
         let total = ("total".to_owned(), json!(self.total_w()));
@@ -131,8 +130,7 @@ impl Cost {
         json!({
             "area_mm2": area,
             "peak_power_w": peak,
-            "phy_mm2": self.phy.map(|p| p.area_mm2),
-            "phy_standby_w": self.phy.map(|p| p.standby_w),
+            "phy_standby_w": self.phy_standby_w,
             "channels": self.channels,
             "dram_background_w": background,
             "dram_refresh_w": refresh,

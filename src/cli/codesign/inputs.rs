@@ -152,6 +152,8 @@ fn views(args: &Args, context: &Context, dense: &Gaussians) -> Result<Vec<Camera
         frames: None,
         size: args.views.size,
         stereo: None,
+        fov: None,
+        headset: None,
     };
     let views = source.cameras(|| SceneBounds::of(dense))?;
     views.warn(context);

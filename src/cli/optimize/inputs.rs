@@ -153,6 +153,8 @@ fn views(
         frames: None,
         size: if images.is_some() { None } else { args.views.size },
         stereo: None,
+        fov: None,
+        headset: None,
     };
     let views: Views = source.cameras(|| SceneBounds::of(dense))?;
     let (used, photos) = match images {

@@ -9,7 +9,7 @@ use super::slurm::SweepParts;
 use super::{dry_run, finish};
 use crate::cli::invocation::Started;
 use crate::cli::slurm::{self, Asked};
-use crate::cli::{Context, Exit, Failure, out};
+use crate::cli::{Context, Exit, Failure, inputs, out};
 use powergs_base::format::counted;
 use powergs_core::run::{FileStore, Store};
 use powergs_study::sweep::run::finish::Finished;
@@ -25,6 +25,9 @@ pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let request = args.definition.request();
     let mut sweep = OpenedSweep::open(&request)?;
     let memory = allowed(&mut sweep, context);
+    for trace in sweep.traces.iter().filter(|t| t.looks_paired && !context.global.quiet) {
+        out::complain(inputs::unpaired(&trace.label.label));
+    }
     if args.shard.is_some() && args.confirm.is_some() {
         let what = "--confirm: a part of a sweep has no front; give it to `sweep merge`";
         return Err(Failure::new(Exit::Usage, what));

@@ -139,7 +139,7 @@ fn terms_of_reports_and_columns_of_sweeps_are_explained() {
         "rho",
         "lambda",
         "what_if",
-        "iso_area_fps",
+        "node_nm",
         "OBB",
         "CCU",
         "GSU",

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use powergs_base::budget::Budget;
+use powergs_frame::scene::{Camera, Eye, are_pairs};
 use powergs_frame::trace::{Frame, TraceHeader, Writer};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -49,6 +50,10 @@ pub trait Frames {
     /// # Errors
     /// [`RunError::Input`]: it cannot be read.
     fn size(&mut self) -> Result<(u32, u32), RunError>;
+
+    /// Views that make a frame of the display: 2 where the positions are the left and the right eye
+    /// of pairs in turn, else 1.
+    fn eyes(&self) -> usize;
 
     /// The frame at a position of [`Frames::range`]. What needs the source is done at once, the
     /// rest when the pending frame is called.
@@ -120,6 +125,10 @@ impl<F: Frames + ?Sized> Frames for &mut F {
         (**self).size()
     }
 
+    fn eyes(&self) -> usize {
+        (**self).eyes()
+    }
+
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         (**self).take(position)
     }
@@ -168,14 +177,26 @@ impl Frames for MemoryFrames {
         Ok(camera.map_or((0, 0), |c| (c.width, c.height)))
     }
 
+    fn eyes(&self) -> usize {
+        eyes(self.frames.iter().map(|frame| &frame.facts.camera))
+    }
+
     fn take(&mut self, position: usize) -> Result<Pending, RunError> {
         let frame = Arc::clone(&self.frames[position]);
         Ok(Pending::new(0, move || Ok(frame)))
     }
 }
 
-/// At most `count` positions of a range, spread evenly.
-pub fn spread(range: Range<usize>, count: usize) -> Vec<usize> {
-    let n = count.min(range.len());
-    (0..n).map(|i| range.start + (2 * i + 1) * range.len() / (2 * n)).collect()
+/// Views that make a frame of the display, as [`Frames::eyes`].
+pub fn eyes<'a>(views: impl IntoIterator<Item = &'a Camera>) -> usize {
+    if are_pairs(views) { Eye::ALL.len() } else { 1 }
+}
+
+/// The positions of at most `count` frames of the display, spread evenly over a range of views;
+/// each frame has `eyes` of them.
+pub fn spread(range: Range<usize>, eyes: usize, count: usize) -> Vec<usize> {
+    let frames = range.len() / eyes;
+    let n = count.min(frames);
+    let first = |i: usize| range.start + (2 * i + 1) * frames / (2 * n) * eyes;
+    (0..n).flat_map(|i| first(i)..first(i) + eyes).collect()
 }

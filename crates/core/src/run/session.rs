@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use powergs_base::budget::Budget;
 use powergs_frame::display::Display;
-use powergs_frame::scene::ShDegree;
+use powergs_frame::scene::{Eye, ShDegree};
 use powergs_frame::trace::{Frame, Preview};
 use rayon::prelude::*;
 
@@ -24,7 +24,8 @@ use super::watch::Watch;
 use crate::accel::machine::{CacheSpec, DepthKey, PivotRule, TileOrder};
 use crate::accel::{Machine, Memo};
 use crate::sim::{
-    FrameReport, Incompatible, Label, Lists, Measured, Timed, check, paper, priced, time_again,
+    FrameReport, Incompatible, Label, Lists, Measured, Periods, Timed, check, paper, priced,
+    time_again,
 };
 use crate::workload::demand::demand;
 use crate::workload::{FrameWorkload, Geometry, bin, binning};
@@ -87,17 +88,18 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A simulated frame on one machine.
+/// A simulated frame on one machine. Of a pair of views the report is that of both, and the rest
+/// belongs to the right eye.
 pub struct FrameView<'a> {
-    /// Position in the list of frames.
+    /// Position of the view in the list of frames.
     pub position: usize,
-    /// The frame as the machine sees it.
+    /// The view as the machine sees it.
     pub workload: &'a FrameWorkload,
     /// Cache hits and order of its lists.
     pub measured: &'a Measured,
     /// A small picture of it, where the trace has one.
     pub preview: Option<&'a Preview>,
-    /// Its report.
+    /// The report of the frame.
     pub report: FrameReport,
 }
 
@@ -106,7 +108,8 @@ pub struct FrameView<'a> {
 pub struct Folded<S> {
     /// One per subject, in their order.
     pub states: Vec<S>,
-    /// Number of frames that were simulated on all of their subjects.
+    /// Number of frames (pairs, where views are in pairs) that were simulated on all of their
+    /// subjects.
     pub frames: usize,
     /// Whether these are all frames; not after a cancellation.
     pub is_complete: bool,
@@ -124,6 +127,8 @@ pub struct BinnedFrame {
     pub position: usize,
     /// Name of the view.
     pub name: String,
+    /// The eye that sees it, where it is half of a pair.
+    pub eye: Option<Eye>,
     /// Degree of the scene's spherical harmonics, where the trace says it.
     pub sh_degree: Option<ShDegree>,
     /// Mean linear colour of its image, where the trace has it.
@@ -159,6 +164,7 @@ impl BinnedFrame {
         BinnedFrame {
             position,
             name: frame.facts.camera.name.clone(),
+            eye: frame.facts.camera.eye,
             sh_degree: frame.facts.sh_degree,
             mean_linear_rgb: frame.facts.mean_linear_rgb,
             preview: frame.preview.clone(),
@@ -172,6 +178,7 @@ impl BinnedFrame {
         Label {
             frame: self.position,
             name: self.name.clone(),
+            eye: self.eye,
             sh_degree: self.sh_degree,
             display_w: shown.map(|(display, mean)| display.power(mean).0),
         }
@@ -249,11 +256,12 @@ impl Measurer<'_> {
     fn next(&mut self, frames: &[BinnedFrame]) -> Vec<Measured> {
         let machine = self.machine;
         let (lists, checks_order) = (&mut self.lists, self.checks_order);
-        let workloads = frames.iter().map(|f| &f.bins[&machine.geometry].workload);
+        let views = frames.iter().map(|f| (f.eye, &f.bins[&machine.geometry].workload));
         if self.key.reuse_period > 1 {
-            return workloads.map(|w| Measured::of(w, machine, lists, checks_order)).collect();
+            let next = |(eye, w)| Measured::of(w, eye, machine, lists, checks_order);
+            return views.map(next).collect();
         }
-        let workloads: Vec<&FrameWorkload> = workloads.collect();
+        let workloads: Vec<&FrameWorkload> = views.map(|(_, workload)| workload).collect();
         workloads.par_iter().map(|w| Measured::first(w, machine, checks_order)).collect()
     }
 }
@@ -285,7 +293,8 @@ impl<'a> Session<'a> {
     }
 
     /// Simulates all frames on all subjects. Every subject has a state, made by `start`; `step`
-    /// adds a frame to it, frame by frame in order.
+    /// adds a frame to it, frame by frame in order; a pair of views is one frame
+    /// ([`Frames::eyes`]).
     ///
     /// # Errors
     /// The first [`RunError`] in the order of frames and subjects. Results of earlier frames are
@@ -297,8 +306,10 @@ impl<'a> Session<'a> {
         step: impl Fn(&mut S, FrameView<'_>) + Sync,
     ) -> Result<Folded<S>, RunError> {
         let mut plan = Plan::new(subjects);
-        let mut states: Vec<S> = (0..subjects.len()).map(start).collect();
-        let range = self.frames.range();
+        let mut states: Vec<State<S>> = (0..subjects.len())
+            .map(|i| State { of_subject: start(i), periods: Periods::default() })
+            .collect();
+        let (range, eyes) = (self.frames.range(), self.frames.eyes());
         self.watch.begins(range.len() as u64, self.steps(subjects));
         let threads = rayon::current_num_threads().max(1);
         let width = (2 * threads).div_ceil(plan.groups.len().max(1)).clamp(1, threads);
@@ -313,13 +324,14 @@ impl<'a> Session<'a> {
             let reports = self.simulate(subjects, &plan, &window, &measured)?;
             for (k, (frame, reports)) in window.iter().zip(reports).enumerate() {
                 let Some(reports) = reports else { break };
-                plan.step(subjects, frame, &measured, k, reports, &mut states, &step);
+                plan.step(subjects, frame, &measured, k, reports, &mut states, eyes, &step);
                 done += 1;
                 self.watch.frame_done();
             }
             position = end;
         }
-        Ok(Folded { states, frames: done, is_complete: done == range.len() })
+        let states = states.into_iter().map(|state| state.of_subject).collect();
+        Ok(Folded { states, frames: done / eyes, is_complete: done == range.len() })
     }
 
     /// The reports of all frames on each of some systems.
@@ -358,7 +370,8 @@ impl<'a> Session<'a> {
             check::fits(&workload, machine).map_err(|e| RunError::in_frame(name, e.into()))?;
             lists_fit(&workload, machine, &Memo::default(), self.frames.budget())
                 .map_err(|e| RunError::in_frame(name, e.into()))?;
-            let measured = Measured::of(&workload, machine, &mut lists, false);
+            let eye = frame.facts.camera.eye;
+            let measured = Measured::of(&workload, eye, machine, &mut lists, false);
             last = Some(FrameOn { machine, workload, measured });
         }
         last.ok_or_else(|| RunError::Request(format!("there is no frame {position}")))
@@ -514,6 +527,12 @@ fn lists_fit(
     }
 }
 
+/// What is kept of a subject, and the left eye whose right one comes next.
+struct State<S> {
+    of_subject: S,
+    periods: Periods,
+}
+
 /// Who is binned, measured and timed together.
 struct Plan<'a> {
     geometries: Vec<Geometry>,
@@ -567,7 +586,8 @@ impl<'a> Plan<'a> {
         measured: &[Vec<Measured>],
         k: usize,
         reports: Reports,
-        states: &mut [S],
+        states: &mut [State<S>],
+        eyes: usize,
         step: &(impl Fn(&mut S, FrameView<'_>) + Sync),
     ) {
         let nothing = Measured::default();
@@ -578,11 +598,12 @@ impl<'a> Plan<'a> {
         }
         let jobs = states.par_iter_mut().zip(reports).zip(subjects).zip(of_subject);
         jobs.for_each(|(((state, report), subject), measured)| {
+            let report = report.and_then(|report| state.periods.add(report, eyes));
             let Some(report) = report else { return };
             let workload = &frame.bins[&subject.geometry()].workload;
             let preview = frame.preview.as_ref();
             step(
-                state,
+                &mut state.of_subject,
                 FrameView { position: frame.position, workload, measured, preview, report },
             );
         });

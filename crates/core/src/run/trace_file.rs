@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use powergs_base::budget::Budget;
 use powergs_base::format::counted;
+use powergs_frame::scene::{Eye, PairOrder};
 use powergs_frame::trace::{FrameHead, Reader};
 
 use super::error::RunError;
@@ -21,6 +22,7 @@ pub struct TraceFile {
     path: Arc<str>,
     name: String,
     range: Range<usize>,
+    is_paired: bool,
     input: Input,
     budget: Budget,
 }
@@ -49,7 +51,42 @@ impl TraceFile {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let range = 0..reader.len() as usize;
         let budget = Budget::DEFAULT;
-        Ok(TraceFile { reader, path: place.into(), name, range, input, budget })
+        let path = place.into();
+        let mut file = TraceFile { reader, path, name, range, is_paired: false, input, budget };
+        file.is_paired = file.head(0)?.facts.camera.eye.is_some();
+        if file.is_paired {
+            file.check_pairs()?;
+        }
+        Ok(file)
+    }
+
+    /// Left and right eyes in turn: the heads of all frames are read.
+    fn check_pairs(&mut self) -> Result<(), RunError> {
+        let mut order = PairOrder::default();
+        for position in self.range.clone() {
+            let camera = self.head(position)?.facts.camera;
+            order.next(&camera).map_err(|what| self.unpaired(&camera.name, what))?;
+        }
+        order.end().map_err(|what| self.unpaired("the last", what))
+    }
+
+    fn unpaired(&self, view: &str, what: &str) -> RunError {
+        let message = format!("view {view}: {what}; extract the trace again");
+        RunError::Input { place: self.path.to_string(), message }
+    }
+
+    /// Whether its frames were written as plain views, and have the names of pairs: a trace of a
+    /// version that knew no pairs.
+    ///
+    /// # Errors
+    /// [`RunError::Input`]: a frame that cannot be read.
+    pub fn looks_paired(&mut self) -> Result<bool, RunError> {
+        if self.is_paired || self.reader.len() < 2 {
+            return Ok(false);
+        }
+        let names = [self.head(0)?, self.head(1)?].map(|head| head.facts.camera.name);
+        let [left, right] = [Eye::Left.strip(&names[0]), Eye::Right.strip(&names[1])];
+        Ok(left.is_some() && left == right)
     }
 
     /// Leaves only frames from `start` to `end` (excluded; `None`: the end).
@@ -64,7 +101,17 @@ impl TraceFile {
                 format!("--frames {start}..: {path} has {}, from 0", counted(len, "frame"));
             return Err(RunError::Request(message));
         }
-        self.range = start..end.map_or(len, |end| end.min(len));
+        let end = end.map_or(len, |end| end.min(len));
+        if self.is_paired && (start % 2 != 0 || end % 2 != 0) {
+            let (even, whole) = (start - start % 2, end + end % 2);
+            let message = format!(
+                "--frames {start}..{end}: {} has pairs of views, 0 and 1, 2 and 3 and so on, and \
+                 this cuts one; write {even}..{whole}",
+                self.path
+            );
+            return Err(RunError::Request(message));
+        }
+        self.range = start..end;
         Ok(())
     }
 
@@ -101,6 +148,10 @@ impl Frames for TraceFile {
         Ok((head.facts.camera.width, head.facts.camera.height))
     }
 
+    fn eyes(&self) -> usize {
+        if self.is_paired { Eye::ALL.len() } else { 1 }
+    }
+
     fn budget(&self) -> Budget {
         self.budget
     }
@@ -114,7 +165,12 @@ impl Frames for TraceFile {
         let block = block.map_err(|e| RunError::input(&self.path, e))?;
         let path = Arc::clone(&self.path);
         let bytes = block.decoding_bytes();
-        let name = &block.facts().camera.name;
+        let camera = &block.facts().camera;
+        if camera.eye.is_some() != self.is_paired {
+            let what = "some views are eyes of pairs and others are not";
+            return Err(self.unpaired(&camera.name, what));
+        }
+        let name = &camera.name;
         self.budget.check(bytes).map_err(|over| RunError::Input {
             place: path.to_string(),
             message: format!("frame {name}: {over}"),

@@ -8,6 +8,7 @@ use crate::workload::FrameWorkload;
 use crate::workload::cache::{CacheReplay, CacheShape, replay};
 use crate::workload::order::{Sorter, check, tiles};
 use crate::workload::reuse::{Reuse, SortedLists, update};
+use powergs_frame::scene::Eye;
 
 /// The measures of one frame for machines of one geometry, cache, key and tile order.
 #[derive(Debug, Clone, Default)]
@@ -43,15 +44,17 @@ impl Measured {
         Measured { order, ..Measured::needed(workload, machine) }
     }
 
-    /// Of the next frame. Frames must come in order: `lists` holds the order of the one before.
+    /// Of the next frame, for this eye where frames are halves of pairs. Frames must come in order:
+    /// `lists` holds the order of the one before.
     pub fn of(
         workload: &FrameWorkload,
+        eye: Option<Eye>,
         machine: &Machine,
         lists: &mut Lists,
         checks_order: bool,
     ) -> Measured {
         let mut measured = Measured::needed(workload, machine);
-        measured.reuse = lists.next(workload, machine);
+        measured.reuse = lists.next(workload, eye, machine);
         if measured.reuse.is_none() && checks_order {
             measured.order = Some(order(workload, machine));
         }
@@ -103,25 +106,32 @@ fn order(workload: &FrameWorkload, machine: &Machine) -> OrderSummary {
     }
 }
 
-/// The sorted lists of the frame before, for machines that update them.
+/// The sorted lists of the frame before, for machines that update them: each eye of pairs has its
+/// own, since the order of a view is kept best by the next one of the same eye.
 #[derive(Debug, Default)]
 pub struct Lists {
-    before: Option<SortedLists>,
+    before: [Option<SortedLists>; Eye::ALL.len()],
 }
 
 impl Lists {
     /// The order that the next frame takes over; `None` where its lists are sorted from scratch.
-    fn next(&mut self, workload: &FrameWorkload, machine: &Machine) -> Option<Reuse> {
+    fn next(
+        &mut self,
+        workload: &FrameWorkload,
+        eye: Option<Eye>,
+        machine: &Machine,
+    ) -> Option<Reuse> {
         let period = machine.gsu.reuse_period;
         if period <= 1 {
             return None;
         }
-        let Some(before) = self.before.take().filter(|order| order.age() + 1 < period) else {
-            self.before = Some(SortedLists::exact(workload));
+        let lists = &mut self.before[eye.map_or(0, |eye| eye as usize)];
+        let Some(before) = lists.take().filter(|order| order.age() + 1 < period) else {
+            *lists = Some(SortedLists::exact(workload));
             return None;
         };
         let (reuse, after) = update(&before, workload);
-        self.before = Some(after);
+        *lists = Some(after);
         Some(reuse)
     }
 }

@@ -35,6 +35,8 @@ pub fn simulate(
     FrameReport {
         frame: label.frame,
         name: label.name,
+        eye: label.eye,
+        eyes: 1,
         sh_degree: label.sh_degree,
         counters: workload.counters,
         stages: counts.map(stage_bytes),
@@ -42,7 +44,7 @@ pub fn simulate(
         energy: breakdown(&counts, prices),
         standby: Standby::default(),
         area: None,
-        phy: None,
+        phy_standby_w: 0.0,
         display_w: label.display_w,
         model: ModelReport::Paper(PaperReport { fovea: FoveaSummary::of(workload) }),
     }

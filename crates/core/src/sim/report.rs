@@ -4,21 +4,26 @@ use super::RegionReport;
 use crate::accel::FrameTiming;
 use crate::workload::FrameWorkload;
 use powergs_energy::action::ActionCounts;
-use powergs_energy::{Area, EnergyBreakdown, Phy, Standby};
+use powergs_energy::{Area, EnergyBreakdown, Standby};
 
 use crate::workload::reuse::ReuseSummary;
 use powergs_base::quantity::Hertz;
 use powergs_frame::fovea::LEVELS;
-use powergs_frame::scene::ShDegree;
+use powergs_frame::scene::{Eye, ShDegree};
 use powergs_frame::splat::{Counters, FoveaCounters};
 
-/// One frame, simulated.
+/// One frame of the display, simulated: one view, or the pair of views that both eyes see in one
+/// period, one after the other. Times, counts, bytes and joules are those of all its views.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameReport {
-    /// Position in the trace.
+    /// Position in the trace; of a pair, that of its left eye.
     pub frame: usize,
-    /// Name of the view.
+    /// Name of the view; of a pair, without that of an eye.
     pub name: String,
+    /// The eye that sees it, where it is half of a pair.
+    pub eye: Option<Eye>,
+    /// Views: 2 for a pair, else 1.
+    pub eyes: u32,
     /// Degree of the scene's spherical harmonics; `None` where the trace does not say, which counts
     /// as 3.
     pub sh_degree: Option<ShDegree>,
@@ -32,11 +37,12 @@ pub struct FrameReport {
     pub energy: EnergyBreakdown,
     /// Power that is paid for time.
     pub standby: Standby,
-    /// Area of the chip by block, where the energy table knows it.
+    /// Area of the die by block, where the energy table knows it.
     pub area: Option<Area>,
-    /// The chip's side of the memory channels, outside of `area` and of every power.
-    pub phy: Option<Phy>,
-    /// Display power of the frame's image, watts, where the trace carries the image means.
+    /// Standby of the chip's side of the memory channels (PHY), watts: a part of the background.
+    pub phy_standby_w: f64,
+    /// Display power of the frame's image, watts, where the trace carries the image means; of a
+    /// pair, both panels'.
     pub display_w: Option<f64>,
     /// Results of one model only.
     pub model: ModelReport,
@@ -191,6 +197,8 @@ pub struct Label {
     pub frame: usize,
     /// Name of the view.
     pub name: String,
+    /// The eye that sees it, where it is half of a pair.
+    pub eye: Option<Eye>,
     /// Degree of the scene's spherical harmonics, where the trace says it.
     pub sh_degree: Option<ShDegree>,
     /// Display power of the frame's image, watts, where it is known.

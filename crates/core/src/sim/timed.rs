@@ -125,6 +125,8 @@ pub fn priced(
     let report = FrameReport {
         frame: label.frame,
         name: label.name,
+        eye: label.eye,
+        eyes: 1,
         sh_degree: label.sh_degree,
         counters: timed.counters,
         stages: Stage::WORK.map(|stage| stage_bytes(stage, &timed.actions)),
@@ -132,7 +134,7 @@ pub fn priced(
         actions: timed.actions.clone(),
         standby: prices.standby(&activity),
         area: prices.area,
-        phy: prices.phy,
+        phy_standby_w: prices.phy_standby_w,
         display_w: label.display_w,
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timed.timing.clone(),

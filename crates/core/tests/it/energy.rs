@@ -33,7 +33,7 @@ fn prices() -> Prices {
         idle_leakage: 1.0,
         dram: DramCosts::Bytes { read_pj, write_pj, background_w: 0.375, refresh_w: 0.125 },
         area: None,
-        phy: None,
+        phy_standby_w: 0.0,
         supply: None,
     }
 }
@@ -220,9 +220,11 @@ fn commands_of_a_banked_machine_are_priced_by_its_device() {
         assert!((dram - pj).abs() <= 1e-12 * pj, "{dram} for {pj}");
         assert!(dram > 0.0);
     }
-    // Eight channels with open rows, and powered down between frames.
-    assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5).abs() < 1e-12);
-    assert!((report.standby.idle_w[1] - 8.0 * 6.3e-3 * 0.5).abs() < 1e-12);
+    // Eight channels with open rows, and powered down between frames; their PHYs stand by.
+    let phy = 8.0 * 3e-3;
+    assert!((report.phy_standby_w - phy).abs() < 1e-12);
+    assert!((report.standby.running_w[1] - 8.0 * 37.9e-3 * 0.5 - phy).abs() < 1e-12);
+    assert!((report.standby.idle_w[1] - 8.0 * 6.3e-3 * 0.5 - phy).abs() < 1e-12);
 }
 
 /// Prices of the gates know what becomes of an evaluated pixel: a slot that blends takes more than

@@ -7,6 +7,7 @@ mod config;
 mod energy;
 mod foveated;
 mod knobs;
+mod pairs;
 mod paper;
 mod pipeline;
 mod run;

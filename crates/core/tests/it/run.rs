@@ -100,9 +100,10 @@ fn by_hand(system: &System) -> Vec<FrameReport> {
     let one = |k: usize| {
         let frame = frames.take(k).and_then(|pending| pending.get()).expect("a frame");
         let workload = bin(&frame, machine.geometry);
-        let measured = Measured::of(&workload, machine, &mut lists, false);
+        let measured = Measured::of(&workload, None, machine, &mut lists, false);
         let name = frame.facts.camera.name.clone();
-        let label = Label { frame: k, name, sh_degree: frame.facts.sh_degree, display_w: None };
+        let sh_degree = frame.facts.sh_degree;
+        let label = Label { frame: k, name, sh_degree, ..Label::default() };
         simulate_measured(label, &workload, &measured, machine, system.prices()).expect("accounts")
     };
     trace().range().map(one).collect()
@@ -144,7 +145,7 @@ fn a_frame_in_the_middle_is_what_the_session_saw() {
     let FrameOn { workload, measured, .. } = &frame;
     assert!(measured.reuse.is_some(), "it keeps the order of frame 1");
     let FrameReport { name, sh_degree, .. } = by_hand(&neo).remove(2);
-    let label = Label { frame: 2, name, sh_degree, display_w: None };
+    let label = Label { frame: 2, name, sh_degree, ..Label::default() };
     let report = simulate_measured(label, workload, measured, neo.machine(), neo.prices());
     let report = report.expect("accounts");
     assert_eq!(report, by_hand(&neo)[2]);
@@ -214,7 +215,7 @@ fn a_cancelled_session_leaves_whole_frames() {
 fn subjects_may_want_some_frames_only() {
     let (all, some) = (system("gscore", &[]), system("gscore", &["vru.cores=8"]));
     let paper = PaperModel::new(Padding::TrueTiles).expect("the published prices");
-    let wanted = spread(0..3, 1);
+    let wanted = spread(0..3, 1, 1);
     assert_eq!(wanted, [1]);
     let subjects = [
         Subject::of(&all).checking_order(),

@@ -199,6 +199,11 @@ fn phy(table: &EnergyTable, found: &mut Found) {
         found.push(("phy.area".into(), "`phy.area.area` is zero: no PHY takes no area".into()));
     }
     source("phy.area", &phy.area.source, found);
+    if phy.controller.area.0 == 0.0 {
+        let message = "`phy.controller.area` is zero: no controller takes no area";
+        found.push(("phy.controller".into(), message.into()));
+    }
+    source("phy.controller", &phy.controller.source, found);
     power("phy.standby", &phy.standby, found);
 }
 

@@ -190,15 +190,17 @@ pub struct FlatDram {
     pub channels: Option<u32>,
 }
 
-/// The `[phy]` table: the chip's side of one memory channel, outside of the area and the power of
-/// the chip.
+/// The `[phy]` table: what serves one memory channel on the chip. It is no part of the core, whose
+/// area papers print.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct PhyPrices {
-    /// Of one channel.
+    /// Drivers, receivers and delay lines of one channel.
     pub area: AreaPrice,
     /// Standby of one channel.
     pub standby: PowerPrice,
+    /// The controller of one channel.
+    pub controller: AreaPrice,
 }
 
 /// The `[supply]` table: the clock and the voltage that the prices are for, and how fast the gates

@@ -7,15 +7,7 @@
 //! and that is an error**.
 
 use super::GazeError;
-
-/// Which eye.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Eye {
-    /// The left one.
-    Left,
-    /// The right one.
-    Right,
-}
+use crate::scene::Eye;
 
 /// One sample.
 #[derive(Debug, Clone, Copy, PartialEq)]

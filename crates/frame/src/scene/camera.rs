@@ -30,6 +30,39 @@ impl Split {
     }
 }
 
+/// Which eye of a viewer a view is for. The two views of a pair follow each other, left first; a
+/// display shows both in one period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Eye {
+    /// The left eye.
+    Left,
+    /// The right eye.
+    Right,
+}
+
+impl Eye {
+    /// Both, in the order of a pair.
+    pub const ALL: [Eye; 2] = [Eye::Left, Eye::Right];
+
+    /// The name in camera files, and at the end of the names of views: `NAME_left`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Eye::Left => "left",
+            Eye::Right => "right",
+        }
+    }
+
+    /// The eye that a camera file names.
+    pub fn from_name(name: &str) -> Option<Eye> {
+        Eye::ALL.into_iter().find(|eye| eye.name().eq_ignore_ascii_case(name))
+    }
+
+    /// The name of a view without that of this eye: `NAME` of `NAME_left`.
+    pub fn strip(self, view: &str) -> Option<&str> {
+        view.strip_suffix(self.name())?.strip_suffix('_')
+    }
+}
+
 /// A pinhole camera in OpenCV axes (x right, y down, z forward). Checked: sizes and focal lengths
 /// are positive and finite, the rotation is orthonormal.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +87,8 @@ pub struct Camera {
     pub centre: DVec3,
     /// The part of the data set, where the file says so.
     pub split: Option<Split>,
+    /// The eye that it is for; `None` for a view that is no half of a pair.
+    pub eye: Option<Eye>,
 }
 
 impl Camera {
@@ -99,6 +134,61 @@ impl Camera {
             world_to_camera: DMat3::from_cols(right, down, forward).transpose(),
             centre,
             split: None,
+            eye: None,
         }
+    }
+}
+
+/// Whether views are pairs: left and right eyes in turn, both of one size.
+pub fn are_pairs<'a>(views: impl IntoIterator<Item = &'a Camera>) -> bool {
+    let mut open = PairOrder::default();
+    let mut any = false;
+    let in_order = views.into_iter().all(|view| {
+        any |= view.eye.is_some();
+        open.next(view).is_ok()
+    });
+    any && in_order && open.end().is_ok()
+}
+
+/// The order that views of pairs keep: all of a list or none have an eye, every left one is followed
+/// by a right one of the same size.
+#[derive(Debug, Clone, Default)]
+pub struct PairOrder {
+    begun: bool,
+    paired: bool,
+    /// Size of a left view whose right one comes next.
+    open: Option<(u32, u32)>,
+}
+
+impl PairOrder {
+    /// Takes the next view.
+    ///
+    /// # Errors
+    /// The rule that it breaks.
+    pub fn next(&mut self, view: &Camera) -> Result<(), &'static str> {
+        let size = (view.width, view.height);
+        if self.begun && self.paired != view.eye.is_some() {
+            return Err("some views are eyes of pairs and others are not");
+        }
+        (self.begun, self.paired) = (true, view.eye.is_some());
+        self.open = match (self.open, view.eye) {
+            (None, None) => None,
+            (None, Some(Eye::Left)) => Some(size),
+            (None, Some(Eye::Right)) => return Err("a right eye without the left one before it"),
+            (Some(left), Some(Eye::Right)) if left == size => None,
+            (Some(_), Some(Eye::Right)) => return Err("the eyes of a pair have different sizes"),
+            (Some(_), Some(Eye::Left) | None) => {
+                return Err("a left eye without the right one after it");
+            }
+        };
+        Ok(())
+    }
+
+    /// The list ends.
+    ///
+    /// # Errors
+    /// A left eye is the last.
+    pub fn end(&self) -> Result<(), &'static str> {
+        self.open.map_or(Ok(()), |_| Err("a left eye without the right one after it"))
     }
 }

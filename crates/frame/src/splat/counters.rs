@@ -29,6 +29,32 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// Adds the counts of another frame.
+    pub fn add(&mut self, other: &Counters) {
+        let Counters {
+            points,
+            survivors,
+            tile_pairs,
+            intersecting_points,
+            fetched_points,
+            obb_tests,
+            obb_prepared,
+            tile_loads,
+            alpha_evaluations,
+            blends,
+        } = other;
+        self.points += points;
+        self.survivors += survivors;
+        self.tile_pairs += tile_pairs;
+        self.intersecting_points += intersecting_points;
+        self.fetched_points += fetched_points;
+        self.obb_tests += obb_tests;
+        self.obb_prepared += obb_prepared;
+        self.tile_loads += tile_loads;
+        self.alpha_evaluations += alpha_evaluations;
+        self.blends += blends;
+    }
+
     /// Counts what is known of the intersections of a splat.
     pub fn touch(&mut self, touch: &Touch) {
         self.tile_pairs += u64::from(touch.tiles);
@@ -54,6 +80,17 @@ pub struct FoveaCounters {
 }
 
 impl FoveaCounters {
+    /// Adds the counts of another frame.
+    pub fn add(&mut self, other: &FoveaCounters) {
+        let FoveaCounters { lookups, prepared_published, points_by_levels, extra_alpha, blends_2 } =
+            other;
+        self.lookups += lookups;
+        self.prepared_published += prepared_published;
+        self.points_by_levels.iter_mut().zip(points_by_levels).for_each(|(a, b)| *a += b);
+        self.extra_alpha += extra_alpha;
+        self.blends_2 += blends_2;
+    }
+
     /// Counts what is known of the intersections of a splat.
     pub fn touch(&mut self, touch: &Touch) {
         self.lookups += u64::from(touch.lookups);

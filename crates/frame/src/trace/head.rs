@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::column::Counts;
 use super::error::FrameFault;
 use super::{Frame, FrameFacts, POINTS_MAX};
-use crate::scene::{Camera, ShDegree, Split};
+use crate::scene::{Camera, Eye, ShDegree, Split};
 
 /// The header of a trace file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,6 +62,9 @@ const HAS_SPLIT: u8 = 1;
 const IS_TEST: u8 = 2;
 const HAS_MEAN: u8 = 4;
 const HAS_GAZE: u8 = 8;
+const HAS_EYE: u8 = 16;
+const IS_RIGHT: u8 = 32;
+const ALL_FLAGS: u8 = 63;
 
 impl FrameHead {
     pub(super) fn of(frame: &Frame) -> FrameHead {
@@ -105,6 +108,11 @@ impl FrameHead {
         if self.gaze.is_some() {
             flags |= HAS_GAZE;
         }
+        flags |= match self.facts.camera.eye {
+            None => 0,
+            Some(Eye::Left) => HAS_EYE,
+            Some(Eye::Right) => HAS_EYE | IS_RIGHT,
+        };
         flags
     }
 
@@ -145,7 +153,13 @@ impl FrameHead {
             IS_TEST => return Err("flag 2 of a frame needs flag 1".into()),
             _ => Some(Split::Test),
         };
-        if flags > HAS_SPLIT | IS_TEST | HAS_MEAN | HAS_GAZE {
+        let eye = match flags & (HAS_EYE | IS_RIGHT) {
+            0 => None,
+            HAS_EYE => Some(Eye::Left),
+            IS_RIGHT => return Err("flag 32 of a frame needs flag 16".into()),
+            _ => Some(Eye::Right),
+        };
+        if flags > ALL_FLAGS {
             return Err(format!("the frame has unknown flags ({flags})"));
         }
         let sh_degree = match degree.checked_sub(1) {
@@ -160,7 +174,8 @@ impl FrameHead {
         let mean_linear_rgb = (flags & HAS_MEAN != 0).then_some(mean);
         let gaze = (flags & HAS_GAZE != 0).then_some(gaze);
         let world_to_camera = rotation;
-        let camera = Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split };
+        let camera =
+            Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split, eye };
         let facts =
             FrameFacts { camera, points, survivors, sh_degree, background, mean_linear_rgb };
         Ok(FrameHead { number, blocks, bytes, splats, gaze, facts })

@@ -4,9 +4,10 @@ use std::io::Write;
 
 use super::block::{BlockHeader, FOOT, HEAD, prelude, tail};
 use super::encoded::{EncodedFrame, FrameInfo};
-use super::error::TraceError;
+use super::error::{FrameFault, TraceError};
 use super::head::TraceHeader;
 use super::{Frame, VERSION};
+use crate::scene::PairOrder;
 
 /// A trace being written. Without [`Writer::finish`] the file stays incomplete, and readers say so.
 #[derive(Debug)]
@@ -16,6 +17,7 @@ pub struct Writer<W: Write> {
     offset: u64,
     /// Offset and length of each frame.
     frames: Vec<[u64; 2]>,
+    pairs: PairOrder,
 }
 
 impl<W: Write> Writer<W> {
@@ -25,7 +27,13 @@ impl<W: Write> Writer<W> {
     /// [`TraceError::Header`] for a header that breaks a rule; [`TraceError::Io`].
     pub fn new(out: W, header: &TraceHeader) -> Result<Writer<W>, TraceError> {
         let record = header.to_bytes().map_err(|what| TraceError::Header { what })?;
-        let mut writer = Writer { out, header: header.clone(), offset: 0, frames: Vec::new() };
+        let mut writer = Writer {
+            out,
+            header: header.clone(),
+            offset: 0,
+            frames: Vec::new(),
+            pairs: PairOrder::default(),
+        };
         writer.put(&prelude(VERSION))?;
         writer.put_block(HEAD, &record)?;
         Ok(writer)
@@ -51,7 +59,9 @@ impl<W: Write> Writer<W> {
     pub fn write_encoded(&mut self, mut frame: EncodedFrame) -> Result<FrameInfo, TraceError> {
         frame.head.number = self.frames.len() as u64;
         let number = frame.head.number;
-        let checked = frame.head.check(&self.header);
+        let in_order = self.pairs.next(&frame.head.facts.camera);
+        let in_order = in_order.map_err(|what| FrameFault::Facts { what });
+        let checked = in_order.and_then(|()| frame.head.check(&self.header));
         checked.map_err(|fault| TraceError::Frame { frame: number, fault })?;
         let info = frame.info()?;
         frame.write_to(&mut self.out).map_err(TraceError::io(self.offset))?;
@@ -73,8 +83,12 @@ impl<W: Write> Writer<W> {
     /// Writes the list of frames, flushes, and returns the output.
     ///
     /// # Errors
-    /// [`TraceError::Io`].
+    /// [`TraceError::Frame`]: half of a pair is the last; [`TraceError::Io`].
     pub fn finish(mut self) -> Result<W, TraceError> {
+        self.pairs.end().map_err(|what| {
+            let fault = FrameFault::Facts { what };
+            TraceError::Frame { frame: self.len().saturating_sub(1), fault }
+        })?;
         let footer = self.offset;
         let record: Vec<u8> =
             self.frames.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();

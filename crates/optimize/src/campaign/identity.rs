@@ -34,9 +34,23 @@ impl Hash {
         self.add(&cameras.len());
         for camera in cameras {
             // What a file says about the split is in that of the campaign.
-            let Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split: _ } =
-                camera;
+            let Camera {
+                name,
+                width,
+                height,
+                fx,
+                fy,
+                cx,
+                cy,
+                world_to_camera,
+                centre,
+                split: _,
+                eye,
+            } = camera;
             self.add(&(name, width, height, fx, fy, cx, cy, world_to_camera, centre));
+            if let Some(eye) = eye {
+                self.add(&eye.name());
+            }
         }
     }
 }

@@ -19,6 +19,7 @@ fn camera(width: u32, height: u32) -> Camera {
         world_to_camera: glam::DMat3::IDENTITY,
         centre: glam::DVec3::ZERO,
         split: None,
+        eye: None,
     }
 }
 

@@ -1,22 +1,26 @@
-//! Charts of a comparison: energy side by side, and where the cycles go on each side.
+//! Charts of a comparison: power side by side, and where the cycles go on each side; over several
+//! traces, where the energy goes.
 
 use crate::charts::{
     CYCLES_COLOURS, component_colour, component_entries, cycles_axis, cycles_bar, cycles_entries,
 };
-use crate::format::significant;
-use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Scale, Words};
-use powergs_energy::Component;
+use crate::format::{shortened, significant};
+use powergs_chart::{Axis, Bar, Chart, Colour, Entry, Mark, Panel, Part, Rule, Scale, Words};
 use powergs_energy::action::{Stage, UnitKind};
-use powergs_study::findings::compare::{Comparison, Side};
+use powergs_energy::{Component, Standby};
+use powergs_study::findings::compare::{Comparison, Measure, Side};
 
 /// Sides in one chart; a slide has no room for more.
 const MOST: usize = 8;
+/// Bars over traces in one chart.
+const MOST_ROWS: usize = 24;
 
-/// All charts that the sides have data for.
-pub fn charts(comparison: &Comparison) -> Vec<Chart> {
+/// All charts that the sides have data for; `budget_w` is a line where powers are, watts.
+pub fn charts(comparison: &Comparison, budget_w: Option<f64>) -> Vec<Chart> {
     let sides = &comparison.sides[..comparison.sides.len().min(MOST)];
+    let labels = comparison.labels_with_nodes();
     let subtitle = subtitle(comparison);
-    let mut charts = vec![energy(sides, subtitle.clone())];
+    let mut charts = vec![power(sides, &labels, subtitle.clone(), budget_w)];
     if sides.iter().all(|s| s.summary.cycle.is_some()) {
         charts.push(cycles(sides, subtitle));
     }
@@ -31,26 +35,100 @@ fn subtitle(comparison: &Comparison) -> String {
         String::new()
     };
     let side = &comparison.sides[0];
-    let frames =
-        if side.frames == 1 { "1 frame".into() } else { format!("mean of {} frames", side.frames) };
-    format!("{of}{}, {frames}", side.trace)
+    format!("{of}{}, mean of {}", side.trace, side.shown.at_rate(side.frames, side.display_fps))
 }
 
-fn energy(sides: &[Side], subtitle: String) -> Chart {
+/// Watts of what is paid for work: a share of the energy of a frame, as often as frames are shown.
+fn watts(side: &Side, energy_pj: f64) -> f64 {
+    known(energy_pj) * 1e-12 * known(side.summary.displayed_fps)
+}
+
+/// Power at the display rate, by component.
+fn component_w(side: &Side, component: Component) -> f64 {
+    match Standby::COMPONENTS.iter().position(|c| *c == component) {
+        Some(i) => known(side.summary.standby_w[i]),
+        None => watts(side, side.summary.energy.component(component)),
+    }
+}
+
+fn power(sides: &[Side], labels: &[String], subtitle: String, budget_w: Option<f64>) -> Chart {
+    let rate = crate::format::rate(sides[0].display_fps);
     let component = |side: &Side| {
-        let part =
-            |c| Part::new(known(side.summary.energy.component(c)) * 1e-9, component_colour(c));
-        Component::ALL.map(part).to_vec()
+        Component::ALL.map(|c| Part::new(component_w(side, c), component_colour(c))).to_vec()
     };
     let stage = |side: &Side| {
-        let mj = |stage: Stage| known(side.summary.energy.stage(stage)) * 1e-9;
-        Stage::ALL.map(|s| Part::new(mj(s), stage_colour(s))).to_vec()
+        let watts = |stage: Stage| match stage {
+            Stage::Standby => side.summary.standby_w.iter().map(|w| known(*w)).sum(),
+            _ => watts(side, side.summary.energy.stage(stage)),
+        };
+        Stage::ALL.map(|s| Part::new(watts(s), stage_colour(s))).to_vec()
     };
-    let left = panel(sides, &component, "by component");
-    let mut right = panel(sides, &stage, "by stage");
+    let rows = Rows { labels, unit: &format!("W at {rate} FPS"), budget_w };
+    let missed = |side: &Side| side.summary.cycle.as_ref().is_some_and(|c| c.deadline_misses > 0);
+    let left = panel(sides, &rows, &component, "by component");
+    let mut right = panel(sides, &rows, &stage, "by stage");
     right.y = right.y.hidden();
     let stages = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
-    Chart::new("energy", "Energy per frame", subtitle)
+    let subtitle = match sides.iter().any(missed) {
+        true => format!("{subtitle}; who misses the rate draws what it draws at full rate"),
+        false => subtitle,
+    };
+    let budget = budget_w.map(|w| Entry::note(format!("line: budget {} W", significant(w))));
+    Chart::new("power", "Power at the display rate", subtitle)
+        .legend([Entry::note("by component:")].into_iter().chain(component_entries()))
+        .legend([Entry::note("by stage:")].into_iter().chain(stages).chain(budget))
+        .columns(2)
+        .panel(left)
+        .panel(right)
+}
+
+/// Energy per frame of machines over traces, the first machine of each trace being 1; by component
+/// and by stage. Across technology nodes each machine is its own 1.
+pub fn breakdown(all: &[Comparison], traces: &[String]) -> Chart {
+    let machines = all[0].sides.len().min(MOST);
+    let shown = traces.len().min((MOST_ROWS / machines).max(1));
+    let mut names = Vec::new();
+    let (mut by_component, mut by_stage) = (Vec::new(), Vec::new());
+    for (comparison, trace) in all.iter().zip(traces).take(shown) {
+        let labels = comparison.labels_with_nodes();
+        let is_own = |i: usize| !comparison.row(Measure::Energy).is_comparable[i];
+        for (i, side) in comparison.sides.iter().take(machines).enumerate() {
+            let one = if is_own(i) { side } else { &comparison.sides[0] };
+            let share = |pj: f64| known(pj) / one.summary.energy.total_pj;
+            let energy = &side.summary.energy;
+            let row = names.len();
+            let end = format!("{:.2}", share(energy.total_pj));
+            let part = |c| Part::new(share(energy.component(c)), component_colour(c));
+            let bar = Bar::new(row, Component::ALL.map(part).to_vec());
+            by_component.push(bar.end(end.clone()));
+            let part = |s| Part::new(share(energy.stage(s)), stage_colour(s));
+            by_stage.push(Bar::new(row, Stage::ALL.map(part).to_vec()).end(end));
+            names.push(format!("{}: {}", shortened(trace, 20), shortened(&labels[i], 20)));
+        }
+    }
+    let sum = |bar: &Bar| bar.parts.iter().map(|p| p.value).sum::<f64>();
+    let highest = by_component.iter().map(sum).fold(0.0, f64::max);
+    let energy = all[0].row(Measure::Energy);
+    let one = match energy.is_comparable.iter().all(|is| *is) {
+        true => all[0].sides[0].label.clone(),
+        false => "each machine of another node".to_owned(),
+    };
+    let panel = |bars: Vec<Bar>, heading: &str| {
+        let x = Axis::new(format!("energy per frame, {one} = 1"), Scale::from_zero(highest));
+        Panel::new(x.ticks(5), Axis::names(names.iter().map(String::as_str)))
+            .heading(Words::bold(heading))
+            .dashed(Rule::X(1.0), Colour::NOTE)
+            .mark(Mark::Bars(bars))
+    };
+    let left = panel(by_component, "by component");
+    let mut right = panel(by_stage, "by stage");
+    right.y = right.y.hidden();
+    let stages = Stage::ALL.map(|s| Entry::fill(s.name(), stage_colour(s)));
+    let subtitle = match shown < traces.len() {
+        true => format!("the first {shown} of {} traces", traces.len()),
+        false => format!("{} traces", traces.len()),
+    };
+    Chart::new("breakdown", "Energy per frame over the traces", subtitle)
         .legend([Entry::note("by component:")].into_iter().chain(component_entries()))
         .legend([Entry::note("by stage:")].into_iter().chain(stages))
         .columns(2)
@@ -72,8 +150,20 @@ fn stage_colour(stage: Stage) -> Colour {
     }
 }
 
+/// What the rows of a panel are called, and what they are measured in.
+struct Rows<'a> {
+    labels: &'a [String],
+    unit: &'a str,
+    budget_w: Option<f64>,
+}
+
 /// Stacked bars with their sums.
-fn panel(sides: &[Side], parts: &dyn Fn(&Side) -> Vec<Part>, heading: &str) -> Panel {
+fn panel(
+    sides: &[Side],
+    rows: &Rows<'_>,
+    parts: &dyn Fn(&Side) -> Vec<Part>,
+    heading: &str,
+) -> Panel {
     let bars: Vec<Bar> = sides
         .iter()
         .enumerate()
@@ -84,11 +174,15 @@ fn panel(sides: &[Side], parts: &dyn Fn(&Side) -> Vec<Part>, heading: &str) -> P
         })
         .collect();
     let sum = |bar: &Bar| bar.parts.iter().map(|p| p.value).sum::<f64>();
-    let highest = bars.iter().map(sum).fold(0.0, f64::max);
-    let x = Axis::new("mJ per frame", Scale::from_zero(highest)).ticks(5);
-    Panel::new(x, Axis::names(sides.iter().map(|s| s.label.as_str())))
-        .heading(Words::bold(heading))
-        .mark(Mark::Bars(bars))
+    let highest = bars.iter().map(sum).chain(rows.budget_w).fold(0.0, f64::max);
+    let x = Axis::new(rows.unit, Scale::from_zero(highest)).ticks(5);
+    let names = rows.labels.iter().take(sides.len()).map(String::as_str);
+    let panel = Panel::new(x, Axis::names(names)).heading(Words::bold(heading));
+    let panel = match rows.budget_w {
+        Some(watts) => panel.dashed(Rule::X(watts), Colour::VERMILION),
+        None => panel,
+    };
+    panel.mark(Mark::Bars(bars))
 }
 
 /// A panel for every kind of unit.

@@ -24,6 +24,7 @@ pub fn json(comparison: &Comparison) -> Json {
                 "label": s.label,
                 "machine": s.machine,
                 "energy_table": s.energy_table,
+                "node_nm": s.node_nm,
                 "model": s.model,
                 "trace": s.trace,
                 "trace_xxh3_128": s.trace_hash,
@@ -31,6 +32,7 @@ pub fn json(comparison: &Comparison) -> Json {
                 "model_version": s.model_version,
                 "fps": s.display_fps,
                 "frames": s.frames,
+                "eyes": s.shown.eyes,
                 "incomplete": s.incomplete,
                 "bottleneck": crate::json::bottleneck_json(bottleneck::of(&s.summary).as_ref()),
             })
@@ -41,7 +43,6 @@ pub fn json(comparison: &Comparison) -> Json {
         .rows
         .iter()
         .map(|m| {
-            let difference = |i: usize| Some(m.values[i]? - m.values[0]?);
             json!({
                 "name": m.measure.name(),
                 "better": match m.measure.better() {
@@ -51,7 +52,7 @@ pub fn json(comparison: &Comparison) -> Json {
                 },
                 "values": m.values,
                 "ratios": (0..n).map(|i| m.ratio(i)).collect::<Vec<_>>(),
-                "differences": (0..n).map(difference).collect::<Vec<_>>(),
+                "differences": (0..n).map(|i| m.difference(i)).collect::<Vec<_>>(),
             })
         })
         .collect();

@@ -1,13 +1,13 @@
 //! The comparison for people.
 
 use crate::document::{Block, Cell, Column, Document, Kind, Shown, Table, Text};
-use crate::format::{counted, percent, rate, significant};
+use crate::format::{percent, rate, significant};
 use powergs_base::TOOL_VERSION;
 use powergs_chart::Chart;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_energy::action::{Stage, UnitKind};
 use powergs_study::findings::bottleneck;
-use powergs_study::findings::compare::{Comparison, Measure, Note, Side};
+use powergs_study::findings::compare::{ComparedMeasure, Comparison, Measure, Note, Side};
 use powergs_study::findings::summary::{CycleSummary, UnitSummary};
 use powergs_study::speedup::SpeedUp;
 
@@ -22,14 +22,13 @@ pub fn document(comparison: &Comparison, charts: &[Chart], folder: Option<&str>)
     let mut page = Document::new();
     page.on(Shown::Page, Block::Title(labels.join(" against ").into()));
     page.page_paragraph(format!(
-        "{} of {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
-        counted(first.frames, "frame"),
+        "{}: {}; model {}, version {MODEL_VERSION}; made with powergs-sim {TOOL_VERSION}.",
         first.trace,
+        first.shown.at_rate(first.frames, first.display_fps),
         first.model
     ));
     page.page_heading("Measures");
     page.table(measures(comparison));
-    page.page_paragraph(ISO);
     page.page_heading("Stages, per frame");
     page.table(stages(&comparison.sides));
     page.page_heading("Units, share of their cycles");
@@ -64,13 +63,14 @@ pub fn document_of(
     page.charts(charts);
     for (comparison, trace) in all.iter().zip(&speedup.traces) {
         let sides = &comparison.sides;
-        page.heading(format!("{trace}: {}", counted(sides[0].frames, "frame")));
+        let first = &sides[0];
+        let frames = first.shown.at_rate(first.frames, first.display_fps);
+        page.heading(format!("{trace}: {frames}"));
         page.table(measures(comparison));
         page.on(Shown::Page, Block::Table(stages(sides)));
         page.on(Shown::Page, Block::Table(stalls(sides, 0.0)));
         limits_and_notes(&mut page, comparison);
     }
-    page.page_paragraph(ISO);
     page.page_paragraph(Text::marked(
         "Every statistic of every side: `compare.csv`; speed-ups: `speedup.csv`; what it was made \
          from: `run.toml`.",
@@ -104,12 +104,11 @@ fn words(measure: Measure, rate: f64) -> String {
         Measure::PowerFullRate => "power at full rate, W",
         Measure::DramBytes => "DRAM, MB per frame",
         Measure::DramPeak => "DRAM peak, GB/s",
-        Measure::Area => "area, mm²",
+        Measure::Area => "area of the die, mm²",
+        Measure::AreaCore => "of it the core (papers), mm²",
+        Measure::Node => "node, nm",
         Measure::FpsPerWatt => "FPS per W (frames per J)",
-        Measure::FpsPerArea => "FPS per mm²",
-        Measure::FpsPerBandwidth => "FPS per GB/s of peak",
-        Measure::FpsAtArea => "FPS at the area of the first",
-        Measure::FpsAtBandwidth => "FPS at the GB/s of the first",
+        Measure::FpsPerArea => "FPS per mm² of die",
     };
     words.to_owned()
 }
@@ -125,7 +124,16 @@ pub fn note(note: &Note) -> String {
     match note {
         Note::Traces(v) => differ("traces", v, file, "the frames are not the same"),
         Note::FrameCounts(v) => {
-            differ("frame counts", v, i64::to_string, "means are over other frames")
+            differ("frame counts", v, String::clone, "means are over other frames")
+        }
+        Note::Nodes(v, across) => {
+            let so = if *across {
+                "ratios of area, energy and power are those of technologies and machines together"
+            } else {
+                "area, energy and power have no ratios; give all sides a table of one node with \
+                 --set energy=NAME (`arch list`), or take ratios --across-nodes"
+            };
+            differ("technology nodes", v, |nm| format!("{nm} nm"), so)
         }
         Note::Models(v) => differ("models", v, String::clone, "one of them has no time of its own"),
         Note::EnergyTables(v) => {
@@ -152,11 +160,11 @@ pub fn note(note: &Note) -> String {
         Note::Misses { label, fps, displayed_fps, missed, frames } => format!(
             "{label} MISSES {} FPS in {missed} of {}: its power is at the {} FPS that it reaches",
             rate(*fps),
-            counted(frames, "frame"),
+            frames,
             significant(*displayed_fps)
         ),
         Note::Incomplete { label, frames } => {
-            format!("{label} is INCOMPLETE: {} only", counted(frames, "frame"))
+            format!("{label} is INCOMPLETE: {frames} only")
         }
     }
 }
@@ -181,11 +189,13 @@ fn measures(comparison: &Comparison) -> Table {
         columns.extend(comparison.sides[1..].iter().map(|side| of(side).group(group.clone())));
     }
     let mut table = Table::new(columns);
-    for row in comparison.rows.iter().filter(|row| row.values.iter().any(Option::is_some)) {
+    let is_shown =
+        |row: &&ComparedMeasure| row.measure.is_shown() && row.values.iter().any(Option::is_some);
+    for row in comparison.rows.iter().filter(is_shown) {
         let mut cells = vec![words(row.measure, comparison.sides[0].display_fps).into()];
         cells.extend(row.values.iter().map(|v| Cell::from(*v)));
         if n == 2 {
-            cells.push(row.values[0].zip(row.values[1]).map(|(a, b)| b - a).into());
+            cells.push(row.difference(1).into());
         }
         cells.extend((1..n).map(|i| Cell::from(row.ratio(i))));
         table.row(cells);
@@ -237,7 +247,3 @@ fn stalls(sides: &[Side], least: f64) -> Table {
     }
     table
 }
-
-const ISO: &str = "At the area (the bandwidth) of the first: frames per second times the ratio of \
-                   areas (peak rates), as if performance grew in proportion. It shows what a mm² \
-                   or a GB/s buys and is not a simulation.";

@@ -21,23 +21,20 @@ pub(super) const COMPARED: &[Term] = &[
         "1/J",
         "Frame rate over power at full rate: frames per joule.",
     ),
-    term(&["FPS per mm2", "FPS per mm²", "fps_per_mm2"], "FPS/mm²", "Frame rate over area."),
     term(
-        &["FPS per GB/s of peak", "fps_per_gb_s"],
-        "FPS per GB/s",
-        "Frame rate over the peak rate of the DRAM.",
+        &["FPS per mm2", "FPS per mm²", "FPS per mm² of die", "fps_per_mm2"],
+        "FPS/mm²",
+        "Frame rate over the area of the die.",
     ),
     term(
-        &["FPS at the area of the first", "iso_area_fps"],
-        "FPS",
-        "Frame rate times the area of the first side over its own, as if performance grew in \
-         proportion to area. No simulation.",
+        &["area_core_mm2"],
+        "mm²",
+        "Area of the die without PHY and memory controllers: what papers print.",
     ),
     term(
-        &["FPS at the GB/s of the first", "iso_bandwidth_fps"],
-        "FPS",
-        "Frame rate times the peak DRAM rate of the first side over its own, as if performance \
-         grew in proportion to bandwidth. No simulation.",
+        &["node", "node_nm"],
+        "nm",
+        "Technology node of the energy table. Areas, energies and powers of different nodes are not put into ratios.",
     ),
     term(
         &["DRAM", "DRAM MB per frame", "dram_mb_per_frame"],

@@ -18,7 +18,7 @@ pub(super) const TABLES: &[Term] = &[
     term(
         &["area: mm²"],
         "mm²",
-        "Area of the chip with the resource doubled, and of the PHY of channels that are added.",
+        "Area of the die with the resource doubled: PHY and controllers of channels that are added are in it.",
     ),
     term(
         &["merit: FPS/mm²", "FPS/mm²"],
@@ -72,9 +72,10 @@ pub(super) const TABLES: &[Term] = &[
     term(&["VRU cycles"], "cycles", "Cycles in which the rendering units worked on the row."),
     term(&["block"], "", "A unit or buffer of the chip."),
     term(
-        &["area", "area mm2", "area mm²"],
+        &["area", "area mm2", "area mm²", "area of the die, mm²"],
         "mm²",
-        "Area of the chip, or of a block, without DRAM.",
+        "Area of the die, PHY and controllers of the memory included, or of a block of it. DRAM is \
+         another chip.",
     ),
     term(
         &["peak mW"],

@@ -9,14 +9,14 @@ use powergs_core::sim::{
 };
 use powergs_dram::{DramCommands, StageCommands};
 use powergs_energy::action::{Action, ActionCounts, Buffer, Stage, UnitKind};
-use powergs_energy::{Area, Component, EnergyBreakdown, Phy, Standby};
+use powergs_energy::{Area, Component, EnergyBreakdown, Standby};
 use powergs_frame::splat::{Counters, FoveaCounters};
 use powergs_scene::ShDegree;
 use powergs_study::findings::cost::Cost;
 use powergs_study::findings::roofline::Roofline;
 use powergs_study::findings::what_if::{Skipped, Step};
 use powergs_study::findings::{Picture, TileLoad, WhatIf};
-use powergs_study::run_record::{Experiments, Facts, MachineFacts, Run, TraceFacts};
+use powergs_study::run_record::{Experiments, Facts, MachineFacts, Run, Shown, TraceFacts};
 
 use powergs_core::workload::reuse::ReuseSummary;
 
@@ -29,6 +29,8 @@ fn area() -> Area {
         units: [0.68, 0.002, 0.05, 1.5].map(mm2),
         buffers: [0.06, 0.15, 0.29, 0.64, 0.09, 0.0, 0.0, 0.0, 0.0].map(mm2),
         rest: mm2(0.35),
+        phy: mm2(8.0),
+        controllers: mm2(0.8),
     }
 }
 
@@ -58,6 +60,8 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
     FrameReport {
         frame: number,
         name: format!("view_{number:04}"),
+        eye: None,
+        eyes: 1,
         sh_degree: Some(ShDegree::MAX),
         counters: counters(n),
         stages: [bytes(5 * n, n, 12 * n), bytes(2 * n, 0, 9 * n), bytes(8 * n, n, 60 * n)],
@@ -65,7 +69,7 @@ pub fn frame(number: usize, millions: f64) -> FrameReport {
         energy,
         standby: Standby { running_w: STATIC_W, idle_w: STATIC_W },
         area: Some(area()),
-        phy: Some(Phy { area_mm2: 8.0, standby_w: 0.024 }),
+        phy_standby_w: 0.012,
         display_w: Some(0.9 + 0.01 * (number % 10) as f64),
         model: ModelReport::Cycle(Box::new(CycleReport {
             timing: timing(cycles),
@@ -247,20 +251,22 @@ pub fn paper_frame(number: usize, millions: f64) -> FrameReport {
     frame.actions = ActionCounts::default();
     frame.standby = Standby::default();
     frame.area = None;
-    frame.phy = None;
+    frame.phy_standby_w = 0.0;
     frame.display_w = None;
     frame
 }
 
 /// What went into the runs of these tests.
 pub fn facts(frames: usize) -> Facts {
+    let shown = Shown { eyes: 1, width: 979, height: 546 };
     Facts {
         model: Model::Cycle,
         display_fps: 60.0,
-        trace: TraceFacts { name: "garden".into(), frames, width: 979, height: 546 },
+        trace: TraceFacts { name: "garden".into(), frames, shown },
         machine: MachineFacts {
             name: "gscore".into(),
             energy_table: "gscore-28nm".into(),
+            node_nm: Some(28.0),
             clock_hz: Some(1e9),
             dram_peak_gb_s: Some(51.2),
             dram_model: None,
@@ -308,8 +314,7 @@ pub fn what_if() -> WhatIf {
         frame_time_ms,
         energy_pj,
         power_w: 0.1 + energy_pj * 60e-12,
-        area_mm2: Some(area),
-        phy_mm2: 8.0,
+        area_mm2: Some(8.0 + area),
     };
     let step = |resource, sets: &[&str], cost, assumptions| Step {
         resource,
@@ -320,12 +325,7 @@ pub fn what_if() -> WhatIf {
     let channels = ["dram.channels=16"];
     let steps = vec![
         step("gsu.qsu-per-core", &["gsu.qsu-per-core=4"], cost(11.0, 6.93e9, 4.04), &["A23"]),
-        step(
-            "dram.channels",
-            &channels,
-            Cost { phy_mm2: 16.0, ..cost(8.36, 6.8e9, 4.03) },
-            &["A4"],
-        ),
+        step("dram.channels", &channels, cost(8.36, 6.8e9, 12.03), &["A4"]),
         step("vru.units-per-core", &["vru.units-per-core=32"], cost(10.1, 6.9e9, 5.9), &["A26"]),
     ];
     let reason = "`buffers.feature.capacity` = 256 KiB is too small".to_owned();
@@ -347,6 +347,7 @@ pub fn paper() -> Run {
     run.facts.machine = MachineFacts {
         name: "paper".into(),
         energy_table: "paper".into(),
+        node_nm: None,
         clock_hz: None,
         dram_peak_gb_s: None,
         dram_model: None,

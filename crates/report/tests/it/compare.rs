@@ -22,7 +22,7 @@ fn slower(factor: f64) -> Run {
 }
 
 fn pair() -> Comparison {
-    Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&slower(2.0))])
+    Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&slower(2.0))], false)
 }
 
 fn value(comparison: &Comparison, measure: Measure, i: usize) -> f64 {
@@ -48,22 +48,52 @@ fn measures_of_two_machines() {
     // Frames per joule: power at full rate times the energy of a frame is frames per second.
     let (fps, watts) = (value(&c, Measure::Throughput, 0), value(&c, Measure::PowerFullRate, 0));
     same(value(&c, Measure::FpsPerWatt, 0), fps / watts);
-    same(value(&c, Measure::FpsAtBandwidth, 0), 200.0);
-    same(value(&c, Measure::FpsAtBandwidth, 1), 200.0);
-    same(value(&c, Measure::Area, 0), 3.812);
+    same(value(&c, Measure::AreaCore, 0), 3.812);
+    same(value(&c, Measure::Area, 0), 3.812 + 8.8);
 }
 
 #[test]
-fn iso_area_scales_with_the_area() {
+fn rates_are_held_against_the_die() {
     let mut sides = [side(&builder::run(&[5.0])), side(&builder::run(&[10.0]))];
     for (side, area) in sides.iter_mut().zip([4.0, 1.0]) {
         side.summary.area_mm2 = Some(area);
     }
-    let c = Comparison::new(sides.to_vec());
+    let c = Comparison::new(sides.to_vec(), false);
     same(value(&c, Measure::FpsPerArea, 0), 50.0);
-    same(value(&c, Measure::FpsAtArea, 0), 200.0);
-    same(value(&c, Measure::FpsAtArea, 1), 400.0);
+    same(value(&c, Measure::FpsPerArea, 1), 100.0);
     assert_eq!(c.labels(), ["gscore-1", "gscore-2"], "one name is numbered");
+}
+
+/// 28 against 7 nm: a ratio of areas or joules would be that of the technologies.
+#[test]
+fn technologies_are_not_put_into_ratios() {
+    let mut run = builder::run(&[8.0, 12.0]);
+    run.facts.machine.name = "small".into();
+    run.facts.machine.energy_table = "gscore-7nm".into();
+    run.facts.machine.node_nm = Some(7.0);
+    let sides = || vec![side(&builder::run(&[4.0, 6.0])), side(&run)];
+    let c = Comparison::new(sides(), false);
+    for measure in Measure::ALL {
+        let ratio = c.row(measure).ratio(1);
+        let is_none = measure.is_of_a_node() || measure == Measure::Node;
+        assert_eq!(ratio.is_none(), is_none, "{}", measure.name());
+        assert!(c.row(measure).values[1].is_some(), "{}: the value stays", measure.name());
+    }
+    let text = document(&c, &[], None).terminal(100);
+    assert!(text.contains("technology nodes differ (28 nm, 7 nm)"), "{text}");
+    assert!(text.contains("--across-nodes"), "{text}");
+    assert_eq!(c.labels_with_nodes(), ["gscore, 28 nm", "small, 7 nm"]);
+    let asked = Comparison::new(sides(), true);
+    let measures = Measure::ALL.into_iter().filter(|m| *m != Measure::Node);
+    assert!(measures.into_iter().all(|m| asked.row(m).ratio(1).is_some()));
+    // Where a table does not say its node, nobody can tell.
+    run.facts.machine.node_nm = None;
+    let unknown = Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&run)], false);
+    assert!(unknown.row(Measure::Area).ratio(1).is_some());
+    let same = Comparison::new(vec![side(&builder::run(&[4.0])), side(&slower(2.0))], false);
+    let text = document(&same, &[], None).terminal(100);
+    assert!(!text.contains("nodes"), "{text}");
+    assert_eq!(same.labels_with_nodes(), ["gscore", "slow"]);
 }
 
 #[test]
@@ -113,7 +143,7 @@ fn what_else_differs_is_said() {
     other.facts.display_fps = 72.0;
     other.facts.inputs[0].xxh3 = 7;
     other.facts.trace.frames = 9;
-    let notes = Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&other)]).notes;
+    let notes = Comparison::new(vec![side(&builder::run(&[4.0, 6.0])), side(&other)], false).notes;
     let notes: Vec<String> = notes.iter().map(note).collect();
     let said = |what: &str| notes.iter().any(|n| n.starts_with(what));
     for what in ["traces differ", "energy tables differ", "display rates differ (60, 72)"] {
@@ -128,8 +158,8 @@ fn text_fits_for_any_number_of_sides() {
     run.facts.machine.name = "a-machine-of-a-very-long-name-indeed".into();
     for n in 2..8 {
         let sides = (0..n).map(|_| side(&run)).collect();
-        let text =
-            document(&Comparison::new(sides), &[], Some("reports/x/summary.md")).terminal(80);
+        let text = document(&Comparison::new(sides, false), &[], Some("reports/x/summary.md"))
+            .terminal(80);
         for line in text.lines() {
             assert!(line.chars().count() <= 80, "{n}: {line}");
             assert_eq!(line, line.trim_end());
@@ -145,8 +175,8 @@ fn terminal_of_two() {
 #[test]
 fn page_csv_json_and_record() {
     let c = pair();
-    let charts = charts(&c);
-    assert_eq!(charts.iter().map(|c| c.name).collect::<Vec<_>>(), ["energy", "cycles"]);
+    let charts = charts(&c, Some(0.5));
+    assert_eq!(charts.iter().map(|c| c.name).collect::<Vec<_>>(), ["power", "cycles"]);
     for chart in &charts {
         assert_eq!(covered(chart), Vec::<String>::new());
         let svg = chart.svg(Style::default()).expect("SVG");

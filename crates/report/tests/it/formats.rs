@@ -96,10 +96,12 @@ fn run_toml() {
 
         [facts]
         trace = "garden"
+        eyes = 1
         width-px = 979
         height-px = 546
         machine = "gscore"
         energy-table = "gscore-28nm"
+        node-nm = 28.0
         clock-hz = 1000000000.0
         dram-peak-gb-s = 51.2
 

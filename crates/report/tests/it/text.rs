@@ -26,7 +26,7 @@ fn terminal(run: &Run) -> String {
 #[test]
 fn terminal_summary() {
     expect![[r#"
-        garden on gscore: 24 frames of 979x546, cycle model
+        garden on gscore: 24 frames of 979x546 at 60 Hz, cycle model
         VRU-bound for 61 % of the frame, CCU-bound for 10 %; waiting for records of
         Gaussians 12 % (row-miss 8 %), feature loads 8 % (row-miss 41 %), sorted chunks
         from the GSU 4 %, room in the output buffer 1 %; idle 4 %.
@@ -60,15 +60,15 @@ fn terminal_summary() {
         R3                2040         366666     1100000  3.67 mJ
         R4                2040         275000      824999  2.75 mJ
 
-                               frame time      power        area         merit
-        if doubled (3 frames)    ms     %   mW     %   mm²     %  FPS/mm²    %
-        nothing                11.0        516        4.03           22.6
-        dram.channels          8.36   -24  508  -1.5  12.0  +199     9.94  -56
-        vru.units-per-core     10.1  -8.2  514  -0.3  5.90   +46     16.8  -26
+                               frame time      power       area          merit
+        if doubled (3 frames)    ms     %   mW     %   mm²    %  FPS/mm²     %
+        nothing                11.0        516        12.0          7.56
+        dram.channels          8.36   -24  508  -1.5  20.0  +67     5.97   -21
+        vru.units-per-core     10.1  -8.2  514  -0.3  13.9  +16     7.12  -5.7
         ... and 1 more: summary.md
 
         No doubled resource raises the frames per second per mm²: dram.channels saves
-        most time, -24 %, for +199 % area and -1.5 % power.
+        most time, -24 %, for +67 % area and -1.5 % power.
 
         limits  13 effects left out; the assumptions that matter most: A4 (DRAM
                 transfers reach 78 % of the peak); A26 (All units of a core work on one
@@ -82,7 +82,7 @@ fn terminal_summary() {
 #[test]
 fn terminal_summary_of_the_paper_model() {
     expect![[r#"
-        garden on paper: 24 frames of 979x546, paper model
+        garden on paper: 24 frames of 979x546 at 60 Hz, paper model
 
         frame time           not in this model, which counts work only
         at the display rate  2.83 mJ per frame x 60 FPS = 170 mW
@@ -106,7 +106,11 @@ fn terminal_summary_of_an_interrupted_run_with_a_long_name() {
     run.facts.trace.frames = 1350;
     let text = terminal(&run);
     assert!(text.contains("INCOMPLETE: 1 of 1350 frames"), "{text}");
-    assert!(text.lines().next().is_some_and(|l| l.ends_with("1 frame of 979x546, cycle model")));
+    assert!(
+        text.lines()
+            .next()
+            .is_some_and(|l| l.ends_with("1 frame of 979x546 at 60 Hz, cycle model"))
+    );
 }
 
 #[test]

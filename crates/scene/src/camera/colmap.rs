@@ -85,6 +85,7 @@ fn view(intrinsics: &BTreeMap<u32, Intrinsics>, image: Image) -> Result<Camera, 
         world_to_camera: rotation,
         centre: -(rotation.transpose() * image.translation),
         split: None,
+        eye: None,
     };
     checked(camera, &label, &KEYS)
 }

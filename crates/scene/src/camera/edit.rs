@@ -1,6 +1,6 @@
 //! Edits of a list of views: other sizes, stereo pairs.
 
-use super::Camera;
+use super::{Camera, Eye};
 
 /// The view in another image size. The vertical field of view is kept, so another aspect shows
 /// more or less to the left and right. The principal point keeps its offset from the middle, in
@@ -44,10 +44,11 @@ pub fn stretched(camera: &Camera, width: u32, height: u32) -> Camera {
 /// `NAME_left`, then `NAME_right`.
 pub fn stereo(camera: &Camera, eye_distance: f64) -> [Camera; 2] {
     let half = camera.right() * (0.5 * eye_distance);
-    let eye = |centre, side: &str| Camera {
-        name: format!("{}_{side}", camera.name),
+    let view = |centre, eye: Eye| Camera {
+        name: format!("{}_{}", camera.name, eye.name()),
         centre,
+        eye: Some(eye),
         ..camera.clone()
     };
-    [eye(camera.centre - half, "left"), eye(camera.centre + half, "right")]
+    [view(camera.centre - half, Eye::Left), view(camera.centre + half, Eye::Right)]
 }

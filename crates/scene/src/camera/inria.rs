@@ -42,6 +42,7 @@ fn view(idx: usize, value: &Value) -> Result<Camera, CameraError> {
         world_to_camera: view.matrix("rotation")?.transpose(),
         centre: view.vector("position")?,
         split: view.split()?,
+        eye: view.eye()?,
     };
     checked(camera, &view.label, &KEYS)
 }
@@ -75,6 +76,9 @@ fn object(id: usize, camera: &Camera) -> Map<String, Value> {
     put("cy", json!(camera.cy));
     if let Some(split) = camera.split {
         put("split", json!(split.name()));
+    }
+    if let Some(eye) = camera.eye {
+        put("eye", json!(eye.name()));
     }
     object
 }

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use serde_json::{Map, Value};
 
 use super::check::MAX_SIZE;
-use super::{CameraError, CameraFile, Split, inria, nerf};
+use super::{CameraError, CameraFile, Eye, Split, inria, nerf};
 
 /// Reads a camera file in either JSON layout. `size` is the image size in pixels where the file
 /// does not say it (`camera_angle_x` sets of Blender); it does not override what the file says.
@@ -105,6 +105,13 @@ impl<'a> View<'a> {
         let Some(name) = self.text("split")? else { return Ok(None) };
         let what = || format!("`{name}` is not a split; write `train` or `test`");
         Split::from_name(name).map(Some).ok_or_else(|| self.fault("split", what()))
+    }
+
+    /// The eye at `eye`; a name that is not known is an error.
+    pub(crate) fn eye(&self) -> Result<Option<Eye>, CameraError> {
+        let Some(name) = self.text("eye")? else { return Ok(None) };
+        let what = || format!("`{name}` is not an eye; write `left` or `right`");
+        Eye::from_name(name).map(Some).ok_or_else(|| self.fault("eye", what()))
     }
 
     /// Row `row` of the matrix at `key`, at least `N` numbers.

@@ -94,6 +94,7 @@ fn camera(idx: usize, view: &View<'_>, size: Option<(u32, u32)>) -> Result<Camer
         world_to_camera: (rotation * opencv_to_opengl).transpose(),
         centre,
         split: view.split()?,
+        eye: view.eye()?,
     };
     checked(camera, &view.label, &KEYS)
 }

@@ -75,7 +75,17 @@ impl Path {
         let [fx, fy, cx, cy] = k1.intrinsics.lerp(k2.intrinsics, s).to_array();
         let rotation = DQuat::from_vec4(quaternion.normalize());
         let world_to_camera = DMat3::from_quat(rotation);
-        Camera { fx, fy, cx, cy, centre, world_to_camera, split: None, ..self.first.clone() }
+        Camera {
+            fx,
+            fy,
+            cx,
+            cy,
+            centre,
+            world_to_camera,
+            split: None,
+            eye: None,
+            ..self.first.clone()
+        }
     }
 
     /// Cubic Hermite piece `i`, with the tangents of a non-uniform Catmull-Rom spline.

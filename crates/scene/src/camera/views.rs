@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use glam::DVec3;
 use powergs_base::format::counted;
-use powergs_frame::scene::{Camera, Split};
+use powergs_frame::scene::{Camera, Split, are_pairs};
 
 use super::check::MAX_DISTANCE;
 use super::edit;
+use super::fov::FieldOfView;
 use super::orbit::{Orbit, SceneBounds};
 use super::path::Path;
 
@@ -32,6 +33,8 @@ pub struct ViewSelection {
     pub size: Option<(u32, u32)>,
     /// Pairs of views so far apart, world units: `NAME_left`, `NAME_right`.
     pub stereo: Option<f64>,
+    /// Another field of view; of a pair that of each eye.
+    pub fov: Option<FieldOfView>,
 }
 
 /// Views that cannot be had. The message begins with what was asked for, named as its option.
@@ -92,7 +95,20 @@ impl ViewSelection {
             if !(distance > 0.0 && distance <= MAX_DISTANCE) {
                 return Err(wrong(format!("stereo {distance}: must be positive, world units")));
             }
+            if let Some(camera) = cameras.iter().find(|c| c.eye.is_some()) {
+                let name = &camera.name;
+                return Err(wrong(format!("stereo {distance}: {name} is half of a pair already")));
+            }
             cameras = cameras.iter().flat_map(|c| edit::stereo(c, distance)).collect();
+        }
+        if let Some(fov) = self.fov {
+            cameras.iter_mut().for_each(|c| *c = fov.of(c));
+        }
+        if cameras.iter().any(|c| c.eye.is_some()) && !are_pairs(&cameras) {
+            let what = "the views that are left of the file's pairs are no pairs: each counts as a \
+                        frame of its own";
+            warnings.push(what.into());
+            cameras.iter_mut().for_each(|c| c.eye = None);
         }
         Ok((cameras, warnings))
     }

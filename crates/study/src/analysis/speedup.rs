@@ -44,7 +44,8 @@ pub fn of(analysis: &Analysis) -> Option<SpeedUp> {
             label if design == analysis.knee => format!("knee {label}"),
             label => label,
         };
-        MachineSpeed { label, speeds: traces.iter().map(|t| speed(design, t)).collect() }
+        let speeds = traces.iter().map(|t| speed(design, t)).collect();
+        MachineSpeed { label, speeds, is_comparable: true }
     };
     let machines = rows.iter().map(machine).collect();
     SpeedUp::new(traces.iter().map(|t| (*t).to_owned()).collect(), machines)

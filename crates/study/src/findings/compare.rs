@@ -38,23 +38,21 @@ pub enum Measure {
     DramBytes,
     /// Peak rate of the DRAM, 10⁹ bytes per second.
     DramPeak,
-    /// Area of the chip, mm².
+    /// Area of the die, mm².
     Area,
+    /// The part of it that papers print: without PHY and memory controllers, mm².
+    AreaCore,
+    /// Technology node, nanometres.
+    Node,
     /// Frames per second and watt: frames per joule.
     FpsPerWatt,
-    /// Frames per second and mm².
+    /// Frames per second and mm² of die.
     FpsPerArea,
-    /// Frames per second and 10⁹ bytes per second of peak rate.
-    FpsPerBandwidth,
-    /// Frames per second times the ratio of areas, as if performance grew in proportion.
-    FpsAtArea,
-    /// Frames per second times the ratio of peak DRAM rates.
-    FpsAtBandwidth,
 }
 
 impl Measure {
     /// All measures, in report order.
-    pub const ALL: [Measure; 15] = [
+    pub const ALL: [Measure; 14] = [
         Measure::FrameTime,
         Measure::FrameTimeP99,
         Measure::Throughput,
@@ -65,12 +63,37 @@ impl Measure {
         Measure::DramBytes,
         Measure::DramPeak,
         Measure::Area,
+        Measure::AreaCore,
+        Measure::Node,
         Measure::FpsPerWatt,
         Measure::FpsPerArea,
-        Measure::FpsPerBandwidth,
-        Measure::FpsAtArea,
-        Measure::FpsAtBandwidth,
     ];
+
+    /// Whether it is shown to people. A display never runs at full rate: what is counted there is
+    /// kept for programs.
+    pub const fn is_shown(self) -> bool {
+        !matches!(self, Measure::PowerFullRate | Measure::FpsPerWatt)
+    }
+
+    /// Whether it says as much of a technology as of a machine.
+    pub const fn is_of_a_node(self) -> bool {
+        match self {
+            Measure::Energy
+            | Measure::Power
+            | Measure::PowerFullRate
+            | Measure::Area
+            | Measure::AreaCore
+            | Measure::FpsPerWatt
+            | Measure::FpsPerArea => true,
+            Measure::FrameTime
+            | Measure::FrameTimeP99
+            | Measure::Throughput
+            | Measure::Displayed
+            | Measure::DramBytes
+            | Measure::DramPeak
+            | Measure::Node => false,
+        }
+    }
 
     /// The name in JSON and CSV: snake_case with its unit.
     pub const fn name(self) -> &'static str {
@@ -85,11 +108,10 @@ impl Measure {
             Measure::DramBytes => "dram_mb_per_frame",
             Measure::DramPeak => "dram_peak_gb_s",
             Measure::Area => "area_mm2",
+            Measure::AreaCore => "area_core_mm2",
+            Measure::Node => "node_nm",
             Measure::FpsPerWatt => "fps_per_w",
             Measure::FpsPerArea => "fps_per_mm2",
-            Measure::FpsPerBandwidth => "fps_per_gb_s",
-            Measure::FpsAtArea => "iso_area_fps",
-            Measure::FpsAtBandwidth => "iso_bandwidth_fps",
         }
     }
 
@@ -101,25 +123,22 @@ impl Measure {
             | Measure::Energy
             | Measure::Power
             | Measure::DramBytes
-            | Measure::Area => Better::Less,
-            Measure::PowerFullRate | Measure::DramPeak => Better::Neither,
+            | Measure::Area
+            | Measure::AreaCore => Better::Less,
+            Measure::PowerFullRate | Measure::DramPeak | Measure::Node => Better::Neither,
             Measure::Throughput
             | Measure::Displayed
             | Measure::FpsPerWatt
-            | Measure::FpsPerArea
-            | Measure::FpsPerBandwidth
-            | Measure::FpsAtArea
-            | Measure::FpsAtBandwidth => Better::More,
+            | Measure::FpsPerArea => Better::More,
         }
     }
 
-    /// The value of `side`, where it has one; `first` is what the sides are compared with.
-    fn of(self, side: &Side, first: &Side) -> Option<f64> {
+    /// The value of `side`, where it has one.
+    fn of(self, side: &Side) -> Option<f64> {
         let summary = &side.summary;
         let cycle = summary.cycle.as_ref();
         let fps = || cycle.map(|c| c.frame_time_ms).filter(|t| *t > 0.0).map(|t| 1e3 / t);
         let energy_j = summary.energy.total_pj * 1e-12;
-        let (area, peak) = (|s: &Side| s.summary.area_mm2, |s: &Side| s.dram_peak_gb_s);
         let value = match self {
             Measure::FrameTime => cycle?.frame_time_ms,
             Measure::FrameTimeP99 => cycle?.frame_time_p99_ms,
@@ -129,13 +148,12 @@ impl Measure {
             Measure::Power => summary.power_w,
             Measure::PowerFullRate => energy_j * fps()?,
             Measure::DramBytes => summary.all_dram_bytes.sum() * 1e-6,
-            Measure::DramPeak => peak(side)?,
-            Measure::Area => area(side)?,
+            Measure::DramPeak => side.dram_peak_gb_s?,
+            Measure::Area => summary.area_mm2?,
+            Measure::AreaCore => summary.core_mm2?,
+            Measure::Node => side.node_nm?,
             Measure::FpsPerWatt => 1.0 / energy_j,
-            Measure::FpsPerArea => fps()? / area(side)?,
-            Measure::FpsPerBandwidth => fps()? / peak(side)?,
-            Measure::FpsAtArea => fps()? * area(first)? / area(side)?,
-            Measure::FpsAtBandwidth => fps()? * peak(first)? / peak(side)?,
+            Measure::FpsPerArea => fps()? / summary.area_mm2?,
         };
         Some(value).filter(|x| x.is_finite())
     }
@@ -148,13 +166,26 @@ pub struct ComparedMeasure {
     pub measure: Measure,
     /// One value per side; `None` where a side does not have it.
     pub values: Vec<Option<f64>>,
+    /// Whether the value of a side may be held against that of the first.
+    pub is_comparable: Vec<bool>,
 }
 
 impl ComparedMeasure {
-    /// The value of side `i` over that of the first side.
+    /// The value of the first side and that of side `i`, where they may be compared.
+    fn both(&self, i: usize) -> Option<(f64, f64)> {
+        self.values[0].zip(self.values[i]).filter(|_| self.is_comparable[i])
+    }
+
+    /// The value of side `i` over that of the first side; `None` where they are of different
+    /// technologies.
     pub fn ratio(&self, i: usize) -> Option<f64> {
-        let (first, other) = (self.values[0]?, self.values[i]?);
+        let (first, other) = self.both(i)?;
         (first != 0.0).then(|| other / first)
+    }
+
+    /// The value of side `i` less that of the first side, as [`ComparedMeasure::ratio`].
+    pub fn difference(&self, i: usize) -> Option<f64> {
+        self.both(i).map(|(first, other)| other - first)
     }
 }
 
@@ -165,7 +196,10 @@ pub enum Note {
     /// Name and XXH3 of the traces.
     Traces(Vec<(String, String)>),
     /// Numbers of frames.
-    FrameCounts(Vec<i64>),
+    FrameCounts(Vec<String>),
+    /// Technology nodes, nanometres, where all are known, and whether ratios across them were asked
+    /// for.
+    Nodes(Vec<f64>, bool),
     /// `cycle` or `paper`.
     Models(Vec<String>),
     /// Names of the energy tables.
@@ -190,15 +224,15 @@ pub enum Note {
         displayed_fps: f64,
         /// Frames that take longer than the display period.
         missed: u64,
-        /// Frames that it has.
-        frames: i64,
+        /// Frames that it has, in words.
+        frames: String,
     },
     /// A side has only some of its frames.
     Incomplete {
         /// Its label.
         label: String,
-        /// Frames that it has.
-        frames: i64,
+        /// Frames that it has, in words.
+        frames: String,
     },
 }
 
@@ -211,23 +245,47 @@ pub struct Comparison {
     pub rows: Vec<ComparedMeasure>,
     /// What else differs.
     pub notes: Vec<Note>,
+    /// Whether areas and energies of different technology nodes are held against each other.
+    pub across_nodes: bool,
 }
 
 impl Comparison {
-    /// Compares `sides`. Sides of one name are numbered.
-    pub fn new(mut sides: Vec<Side>) -> Comparison {
+    /// Compares `sides`. Sides of one name are numbered. Areas, energies and powers of different
+    /// technology nodes say more of the nodes than of the machines: they have ratios only
+    /// `across_nodes`.
+    pub fn new(mut sides: Vec<Side>, across_nodes: bool) -> Comparison {
         let names: Vec<String> = sides.iter().map(|s| s.label.clone()).collect();
         for (i, side) in sides.iter_mut().enumerate() {
             if names.iter().filter(|n| **n == side.label).count() > 1 {
                 side.label = format!("{}-{}", side.label, i + 1);
             }
         }
+        let is_comparable = |measure: Measure, side: &Side| {
+            let nodes = side.node_nm.zip(sides[0].node_nm);
+            match measure {
+                // A node is a name, not an amount.
+                Measure::Node => false,
+                _ if measure.is_of_a_node() => across_nodes || nodes.is_none_or(|(a, b)| a == b),
+                _ => true,
+            }
+        };
         let row = |measure: Measure| ComparedMeasure {
             measure,
-            values: sides.iter().map(|side| measure.of(side, &sides[0])).collect(),
+            values: sides.iter().map(|side| measure.of(side)).collect(),
+            is_comparable: sides.iter().map(|side| is_comparable(measure, side)).collect(),
         };
-        let (rows, notes) = (Measure::ALL.map(row).to_vec(), notes(&sides));
-        Comparison { sides, rows, notes }
+        let (rows, notes) = (Measure::ALL.map(row).to_vec(), notes(&sides, across_nodes));
+        Comparison { sides, rows, notes, across_nodes }
+    }
+
+    /// Labels of the sides for charts: with their nodes, where these differ.
+    pub fn labels_with_nodes(&self) -> Vec<String> {
+        let differ = self.sides.iter().any(|side| side.node_nm != self.sides[0].node_nm);
+        let label = |side: &Side| match side.node_nm.filter(|_| differ) {
+            Some(node) => format!("{}, {node} nm", side.label),
+            None => side.label.clone(),
+        };
+        self.sides.iter().map(label).collect()
     }
 
     /// Labels of the sides.
@@ -249,7 +307,7 @@ impl Comparison {
 }
 
 /// What else differs between the sides.
-fn notes(sides: &[Side]) -> Vec<Note> {
+fn notes(sides: &[Side], across_nodes: bool) -> Vec<Note> {
     fn differing<T: PartialEq>(
         sides: &[Side],
         of: impl Fn(&Side) -> T,
@@ -260,10 +318,14 @@ fn notes(sides: &[Side]) -> Vec<Note> {
     }
     let mut notes = vec![
         differing(sides, |s| (s.trace.clone(), s.trace_hash.clone()), Note::Traces),
-        differing(sides, |s| s.frames, Note::FrameCounts),
+        differing(sides, |s| s.shown.counted(s.frames), Note::FrameCounts),
         differing(sides, |s| s.model.clone(), Note::Models),
-        differing(sides, |s| s.energy_table.clone(), Note::EnergyTables),
     ];
+    let nodes: Option<Vec<f64>> = sides.iter().map(|s| s.node_nm).collect();
+    match nodes.filter(|nodes| nodes.iter().any(|node| *node != nodes[0])) {
+        Some(nodes) => notes.push(Some(Note::Nodes(nodes, across_nodes))),
+        None => notes.push(differing(sides, |s| s.energy_table.clone(), Note::EnergyTables)),
+    }
     if sides.iter().all(|s| s.energy_table == sides[0].energy_table) {
         let table = |s: &Side| (s.energy_table.clone(), s.energy_hash.clone());
         notes.push(differing(sides, table, Note::EnergyFiles));
@@ -277,12 +339,13 @@ fn notes(sides: &[Side]) -> Vec<Note> {
     ]);
     let misses = |s: &Side| {
         let (label, displayed_fps) = (s.label.clone(), s.summary.displayed_fps);
-        let (fps, frames) = (s.display_fps, s.frames);
+        let (fps, frames) = (s.display_fps, s.shown.counted(s.frames));
         let missed = s.summary.cycle.as_ref()?.deadline_misses;
         (missed > 0).then_some(Note::Misses { label, fps, displayed_fps, missed, frames })
     };
     let incomplete = |s: &Side| {
-        s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames: s.frames })
+        let frames = s.shown.counted(s.frames);
+        s.incomplete.then(|| Note::Incomplete { label: s.label.clone(), frames })
     };
     let of_sides = sides.iter().filter_map(misses).chain(sides.iter().filter_map(incomplete));
     notes.into_iter().flatten().chain(of_sides).collect()

@@ -14,11 +14,8 @@ pub struct Cost {
     pub energy_pj: f64,
     /// Power at the display rate, watts.
     pub power_w: f64,
-    /// Area of the chip, mm²; `None` where the energy table has none.
+    /// Area of the die, mm²; `None` where the energy table has none.
     pub area_mm2: Option<f64>,
-    /// Area of the chip's side of the memory channels, beside that of the chip, mm²; 0 where the
-    /// energy table has none.
-    pub phy_mm2: f64,
 }
 
 impl Cost {
@@ -52,7 +49,6 @@ impl Cost {
             energy_pj: mean(|o| o.energy_pj),
             power_w: mean(|o| o.power_w),
             area_mm2: all.first().and_then(|o| o.area_mm2),
-            phy_mm2: all.first().map_or(0.0, |o| o.phy_mm2),
         }
     }
 }
@@ -73,7 +69,6 @@ impl CostSum {
         self.sum.energy_pj += report.energy.total().0;
         self.sum.power_w += report.power_display_rate_w(fps) * shown;
         self.sum.area_mm2 = report.area.map(|area| area.total().0);
-        self.sum.phy_mm2 = report.phy.map_or(0.0, |phy| phy.area_mm2);
         self.frames += 1;
         self.shown += shown;
     }
@@ -87,7 +82,6 @@ impl CostSum {
             energy_pj: self.sum.energy_pj / n,
             power_w: self.sum.power_w / shown,
             area_mm2: self.sum.area_mm2,
-            phy_mm2: self.sum.phy_mm2,
         }
     }
 }
@@ -100,7 +94,7 @@ impl Cost {
         sum.mean()
     }
 
-    /// Frames per second and mm² of chip; `None` without an area.
+    /// Frames per second and mm² of die; `None` without an area.
     pub fn fps_per_mm2(&self) -> Option<f64> {
         self.area_mm2.filter(|&area| area > 0.0).map(|area| self.fps() / area)
     }

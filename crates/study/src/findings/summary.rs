@@ -30,8 +30,10 @@ pub struct RunSummary {
     pub display_w: Option<f64>,
     /// Power at the display rate and that of the display, watts, where every frame has one.
     pub rendering_plus_display_w: Option<f64>,
-    /// Area of the chip, mm², where the energy table knows it.
+    /// Area of the die, mm², where the energy table knows it.
     pub area_mm2: Option<f64>,
+    /// The part of it that papers print: without PHY and memory controllers, mm².
+    pub core_mm2: Option<f64>,
     /// What only the `cycle` model knows.
     pub cycle: Option<CycleSummary>,
 }
@@ -248,6 +250,7 @@ impl RunSummary {
             rendering_plus_display_w: frames
                 .shown(fps, |f| Some(f.power_display_rate_w(fps) + f.display_w?)),
             area_mm2: frames.known(|f| Some(f.area?.total().0)),
+            core_mm2: frames.known(|f| Some(f.area?.core().0)),
             cycle: first.cycle().map(|cycle| frames.cycle(cycle, fps)),
         })
     }

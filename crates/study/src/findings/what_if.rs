@@ -66,25 +66,14 @@ impl WhatIf {
         change(self.base.power_w, step.cost.power_w)
     }
 
-    /// Area of the chip after a step and of the PHY that the step adds, mm²: channels take none of
-    /// the chip's own area, but the die pays for them. `None` without an area.
-    pub fn area_mm2(&self, step: &Step) -> Option<f64> {
-        Some(step.cost.area_mm2? + step.cost.phy_mm2 - self.base.phy_mm2)
-    }
-
-    /// Relative change of the area; `None` without an area.
+    /// Relative change of the area of the die; `None` without an area.
     pub fn area_change(&self, step: &Step) -> Option<f64> {
-        Some(change(self.base.area_mm2?, self.area_mm2(step)?))
-    }
-
-    /// Frames per second after a step and mm² of its area; `None` without an area.
-    pub fn fps_per_mm2(&self, step: &Step) -> Option<f64> {
-        Cost { area_mm2: self.area_mm2(step), ..step.cost }.fps_per_mm2()
+        Some(change(self.base.area_mm2?, step.cost.area_mm2?))
     }
 
     /// Relative change of the frames per second and mm²; `None` without an area.
     pub fn merit_change(&self, step: &Step) -> Option<f64> {
-        Some(change(self.base.fps_per_mm2()?, self.fps_per_mm2(step)?))
+        Some(change(self.base.fps_per_mm2()?, step.cost.fps_per_mm2()?))
     }
 
     /// What to do next.

@@ -30,11 +30,16 @@ pub fn record(run: &Run) -> Table {
     let (trace, machine) = (&facts.trace, &facts.machine);
     let mut table = Table::new();
     table.insert("trace".into(), trace.name.clone().into());
-    table.insert("width-px".into(), i64::from(trace.width).into());
-    table.insert("height-px".into(), i64::from(trace.height).into());
+    table.insert("eyes".into(), count(trace.shown.eyes as u64));
+    table.insert("width-px".into(), i64::from(trace.shown.width).into());
+    table.insert("height-px".into(), i64::from(trace.shown.height).into());
     table.insert("machine".into(), machine.name.clone().into());
     table.insert("energy-table".into(), machine.energy_table.clone().into());
-    let measures = [("clock-hz", machine.clock_hz), ("dram-peak-gb-s", machine.dram_peak_gb_s)];
+    let measures = [
+        ("node-nm", machine.node_nm),
+        ("clock-hz", machine.clock_hz),
+        ("dram-peak-gb-s", machine.dram_peak_gb_s),
+    ];
     for (key, value) in measures {
         if let Some(value) = value {
             table.insert(key.into(), value.into());

@@ -46,7 +46,7 @@ impl Machines {
         display_fps: f64,
         watch: &dyn Watch,
     ) -> Result<Option<OnTrace>, RunError> {
-        let (name, asked) = (list.name().to_owned(), list.range().len());
+        let (name, asked) = (list.name().to_owned(), list.range().len() / list.eyes());
         let subjects: Vec<Subject> = self.0.iter().map(Subject::of).collect();
         let add = |sum: &mut CostSum, view: FrameView<'_>| sum.add(&view.report, display_fps);
         let folded = Session::new(list, watch).fold(&subjects, |_| CostSum::default(), add)?;

@@ -5,19 +5,19 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use powergs_core::sim::FrameReport;
 use powergs_core::sim::statistics::{Statistic, catalogue};
+use powergs_core::sim::{FrameReport, Periods};
 
 /// Version of what an outcome holds. Raised when a mean is added, moved or taken away: outcomes of
 /// another version are simulated again.
-pub(crate) const OUTCOME_VERSION: u32 = 4;
+pub(crate) const OUTCOME_VERSION: u32 = 5;
 
 /// Statistics of which every frame's value is kept, because results have their quantiles.
 pub(crate) const SAMPLED: [&str; 3] = ["frame_time_ms", "energy_pj.total", "power_w.total"];
 
 /// Statistics of which the mean over the frames is kept; dotted names of the catalogue, `*` stands
 /// for any last part.
-const MEANS: [&str; 27] = [
+const MEANS: [&str; 26] = [
     "frame_time_ms",
     "displayed_fps",
     "deadline_missed",
@@ -28,7 +28,6 @@ const MEANS: [&str; 27] = [
     "display_power_w",
     "rendering_plus_display_w",
     "area_mm2.*",
-    "phy_mm2",
     "phy_standby_w",
     "dram_read_bytes",
     "dram_write_bytes",
@@ -88,25 +87,32 @@ pub(crate) struct Accumulator {
     sums: Vec<Option<f64>>,
     /// Sum of its weights.
     weights: Vec<f64>,
+    periods: Periods,
 }
 
 impl Default for Accumulator {
     fn default() -> Self {
         let n = means().len();
-        Accumulator { samples: Vec::new(), sums: vec![Some(0.0); n], weights: vec![0.0; n] }
+        Accumulator {
+            samples: Vec::new(),
+            sums: vec![Some(0.0); n],
+            weights: vec![0.0; n],
+            periods: Periods::default(),
+        }
     }
 }
 
 impl Accumulator {
-    /// Adds a frame, its power at `display_fps` frames a second.
-    pub fn add(&mut self, frame: &FrameReport, display_fps: f64) {
+    /// Adds a view, of which a frame has `eyes`; its power at `display_fps` frames a second.
+    pub fn add(&mut self, view: FrameReport, eyes: usize, display_fps: f64) {
+        let Some(frame) = self.periods.add(view, eyes) else { return };
         let time_ms = frame.frame_time_s().map_or(f64::NAN, |s| s * 1e3);
         let energy_pj = frame.energy.total().0;
         self.samples.push([time_ms, energy_pj, frame.power_display_rate_w(display_fps)]);
         for ((sum, weights), statistic) in self.sums.iter_mut().zip(&mut self.weights).zip(means())
         {
-            let weight = statistic.weight.of(frame, display_fps);
-            let value = statistic.of(frame, display_fps);
+            let weight = statistic.weight.of(&frame, display_fps);
+            let value = statistic.of(&frame, display_fps);
             *sum = sum.zip(value).map(|(sum, value)| sum + value.as_f64() * weight);
             *weights += weight;
         }

@@ -29,7 +29,7 @@ pub struct Built {
 impl Built {
     /// The machine, and what needs no frame.
     pub fn new(system: System) -> Built {
-        let area_mm2 = system.prices().area.map(|area| area.total().0);
+        let area_mm2 = system.prices().area.map(|area| area.core().0);
         let peak = peak_w(system.machine(), system.prices());
         let areas = system.prices().area.map(|area| area.blocks());
         let blocks = Block::ALL.map(|block| {

@@ -79,6 +79,8 @@ impl Totals {
         self.chip_pj += chip.map(|c| report.energy.component(c).0).iter().sum::<f64>();
         let dram = [Component::Dram, Component::Background, Component::Refresh];
         self.dram_pj += dram.map(|c| report.energy.component(c).0).iter().sum::<f64>();
+        // Papers on these accelerators count no PHY.
+        self.dram_pj -= report.phy_standby_w * report.frame_time_s().unwrap_or(0.0) * 1e12;
         for (sum, stage) in self.dram.iter_mut().zip(Stage::WORK) {
             let bytes = report.stages[stage as usize];
             *sum = (sum.0 + bytes.read, sum.1 + bytes.write);

@@ -17,7 +17,6 @@ pub(super) fn all() -> Vec<Statistic> {
     cost::power(&mut list);
     cost::energy(&mut list);
     cost::area(&mut list);
-    cost::phy(&mut list);
     bytes(&mut list);
     counters(&mut list);
     machine::units(&mut list);

@@ -8,14 +8,14 @@ use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::cost;
 use powergs_dram::{DramCommands, StageCommands};
 use powergs_energy::action::{Action, ActionCounts, Stage};
-use powergs_energy::{Activity, EnergyTable, Phy};
+use powergs_energy::{Activity, EnergyTable};
 use toml::Value;
 
 use super::UNLIKE;
 
 /// Energy of a frame with some of everything, pJ, area, mm², and the PHY: where commands of the
 /// memory are counted, and where its bytes are.
-fn outputs(text: &str) -> Vec<(f64, f64, Option<Phy>)> {
+fn outputs(text: &str) -> Vec<(f64, f64)> {
     let table = EnergyTable::parse(text).unwrap_or_else(|e| panic!("{e}"));
     let sets = UNLIKE.map(str::to_owned);
     let mut machine = Machine::parse_with(find(MACHINES, "gscore").unwrap(), &sets).unwrap();
@@ -34,7 +34,7 @@ fn outputs(text: &str) -> Vec<(f64, f64, Option<Phy>)> {
         machine.dram.model = model;
         let prices = cost::prices(&table, &machine).unwrap();
         let area = prices.area.map_or(0.0, |a| a.total().0);
-        (prices.breakdown(&activity).total().0, area, prices.phy)
+        (prices.breakdown(&activity).total().0, area)
     };
     [DramModel::Banked, DramModel::Bandwidth].map(of).to_vec()
 }

@@ -75,12 +75,10 @@ fn prices(table: &Table) -> Result<Prices, String> {
 
 /// What a machine costs, named.
 fn costs(p: &Prices) -> Vec<(String, f64)> {
-    let phy = p.phy.expect("a PHY");
     let [background, refresh] = p.dram.standby_w();
     let mut all = vec![
         ("area".into(), p.area.expect("an area").total().0),
-        ("PHY area".into(), phy.area_mm2),
-        ("PHY standby".into(), phy.standby_w),
+        ("PHY standby".into(), p.phy_standby_w),
         ("leakage".into(), p.leakage_w()),
         ("background".into(), background),
         ("refresh".into(), refresh),
@@ -283,9 +281,11 @@ fn memory_standby_is_in_proportion_to_the_channels() {
         let (new, old) = (prices.dram.standby_w(), base.dram.standby_w());
         close(new[0], times * old[0]);
         close(new[1], times * old[1]);
-        let phy = |p: &Prices| p.phy.expect("a PHY");
-        close(phy(&prices).area_mm2, times * phy(&base).area_mm2);
-        close(phy(&prices).standby_w, times * phy(&base).standby_w);
-        assert_eq!(prices.area, base.area, "the PHY is not a part of the chip's area");
+        let area = |p: &Prices| p.area.expect("an area");
+        close(area(&prices).phy.0, times * area(&base).phy.0);
+        close(area(&prices).controllers.0, times * area(&base).controllers.0);
+        close(prices.phy_standby_w, times * base.phy_standby_w);
+        close(area(&prices).core().0, area(&base).core().0);
+        close(area(&prices).total().0, area(&base).core().0 + times * 8.8);
     }
 }

@@ -106,7 +106,7 @@ fn measured(machine: &Machine) -> Arc<Vec<Measured>> {
     cached(&ALL, key, || {
         let mut lists = Lists::default();
         let all = workloads(machine.geometry);
-        all.iter().map(|w| Measured::of(w, machine, &mut lists, true)).collect()
+        all.iter().map(|w| Measured::of(w, None, machine, &mut lists, true)).collect()
     })
 }
 

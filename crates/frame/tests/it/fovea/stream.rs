@@ -1,7 +1,7 @@
 //! Gaze streams.
 
-use powergs_frame::fovea::stream::Eye;
 use powergs_frame::fovea::{GazeStream, StreamError};
+use powergs_frame::scene::Eye;
 
 #[test]
 fn the_last_gaze_is_held_for_a_while() {

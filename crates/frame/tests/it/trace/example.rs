@@ -20,6 +20,7 @@ fn example() -> Vec<u8> {
                 world_to_camera: DMat3::IDENTITY,
                 centre: DVec3::ZERO,
                 split: None,
+                eye: None,
             },
             points: 2,
             survivors: 1,

@@ -15,6 +15,7 @@ use crate::findings::summary::{
     BufferSummary, ColourSummary, CommandMeans, CycleSummary, DramSummary, EnergyMeans, ReadWrite,
     RegionMeans, RunSummary, UnitSummary,
 };
+use crate::run_record::Shown;
 
 /// Columns of `results.csv` before the statistics.
 pub const RESULTS_FIRST: [&str; 4] = ["row", "frame", "name", "incomplete"];
@@ -77,7 +78,11 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
         record.get("configuration").and_then(|c| c.get("machine")).and_then(|m| m.get("dram"));
     let display_fps = record.get("display-fps").and_then(Value::as_float);
     let incomplete = record.get("incomplete").and_then(Value::as_bool);
-    let frames = integer("frames-reported")?;
+    let frames = integer("frames-reported")?.unsigned_abs();
+    let size = |name: &str| fact(name).and_then(Value::as_integer).unwrap_or_default() as u32;
+    // Reports of before know no pairs.
+    let eyes = fact("eyes").and_then(Value::as_integer).unwrap_or(1).max(1) as usize;
+    let shown = Shown { eyes, width: size("width-px"), height: size("height-px") };
     let display_fps = display_fps.ok_or(key("display-fps", "number"))?;
     let incomplete = incomplete.ok_or(key("incomplete", "true or false"))?;
     let mean = ResultsRow::read(results_csv, "mean")?;
@@ -85,6 +90,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
         label: label.to_owned(),
         machine: text("machine"),
         energy_table: text("energy-table"),
+        node_nm: fact("node-nm").and_then(Value::as_float),
         model: string("model")?.to_owned(),
         dram_model: dram
             .and_then(|d| d.get("model"))
@@ -99,6 +105,7 @@ fn side(label: &str, record: toml::Table, results_csv: &[u8]) -> Result<Side, Si
         schema_version: integer("schema-version")?,
         display_fps,
         frames,
+        shown,
         incomplete,
         dram_peak_gb_s: fact("dram-peak-gb-s").and_then(Value::as_float),
         summary: summary(&mean, results_csv, frames, display_fps)?,
@@ -131,7 +138,7 @@ impl ResultsRow {
 fn summary(
     mean: &ResultsRow,
     results_csv: &[u8],
-    frames: i64,
+    frames: u64,
     display_fps: f64,
 ) -> Result<RunSummary, SideError> {
     let bytes = |path: String| ReadWrite {
@@ -149,6 +156,7 @@ fn summary(
         rendering_plus_display_w: mean.known("rendering_plus_display_w"),
         // The first name of the area of a chip.
         area_mm2: mean.known("area_mm2.total").or_else(|| mean.known("area_mm2")),
+        core_mm2: mean.known("area_mm2.core"),
         cycle: match mean.known("frame_time_ms") {
             Some(_) => Some(cycle(mean, results_csv, frames)?),
             None => None,
@@ -168,7 +176,7 @@ fn energy(mean: &ResultsRow) -> EnergyMeans {
     }
 }
 
-fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: i64) -> Result<CycleSummary, SideError> {
+fn cycle(mean: &ResultsRow, results_csv: &[u8], frames: u64) -> Result<CycleSummary, SideError> {
     let (p99, max) = (ResultsRow::read(results_csv, "p99")?, ResultsRow::read(results_csv, "max")?);
     Ok(CycleSummary {
         frame_time_ms: mean.value("frame_time_ms"),

@@ -5,7 +5,7 @@ use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::MODEL_VERSION;
 
 use crate::findings::RunSummary;
-use crate::run_record::{Run, SCHEMA_VERSION, Table, hash_text, record};
+use crate::run_record::{Run, SCHEMA_VERSION, Shown, Table, hash_text, record};
 
 /// What a comparison needs to know about a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Side {
     pub machine: String,
     /// Name of the energy table.
     pub energy_table: String,
+    /// Technology node, nanometres, where it is known.
+    pub node_nm: Option<f64>,
     /// `cycle` or `paper`.
     pub model: String,
     /// `dram.model` of the machine; empty in the `paper` model.
@@ -35,7 +37,9 @@ pub struct Side {
     /// Display rate, frames per second.
     pub display_fps: f64,
     /// Frames that were reported.
-    pub frames: i64,
+    pub frames: u64,
+    /// What each of them shows.
+    pub shown: Shown,
     /// Whether frames are missing.
     pub incomplete: bool,
     /// Peak DRAM rate, 10⁹ bytes per second.
@@ -58,6 +62,7 @@ impl Side {
             label: facts.machine.name.clone(),
             machine: facts.machine.name.clone(),
             energy_table: facts.machine.energy_table.clone(),
+            node_nm: facts.machine.node_nm,
             model: facts.model.name().to_owned(),
             dram_model: facts.machine.dram_model.map_or("", DramModel::name).to_owned(),
             trace: facts.trace.name.clone(),
@@ -67,7 +72,8 @@ impl Side {
             model_version: i64::from(MODEL_VERSION),
             schema_version: i64::from(SCHEMA_VERSION),
             display_fps: facts.display_fps,
-            frames: run.frames.len() as i64,
+            frames: run.frames.len() as u64,
+            shown: facts.trace.shown,
             incomplete: run.incomplete(),
             dram_peak_gb_s: facts.machine.dram_peak_gb_s,
             summary: RunSummary::of(run)?,

@@ -107,7 +107,7 @@ fn announce(
     let start = frames.range().start;
     let window = Window::bin(frames, geometry, start, 1)?;
     let began = Instant::now();
-    Running::new(vec![design]).frames(&window, fps);
+    Running::new(vec![design], 1).frames(&window, fps);
     let threads = rayon::current_num_threads().min(machines.len());
     let seconds = began.elapsed().as_secs_f64() * machine_frames as f64 / threads as f64;
     if seconds > PATIENCE_S {

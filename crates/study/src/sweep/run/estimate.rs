@@ -190,7 +190,7 @@ impl Times {
     fn of(&mut self, designs: &[Design], window: &Window, display_fps: f64, began: Instant) {
         let timed = |design: &Design| {
             let started = Instant::now();
-            Running::new(vec![design.clone()]).frames(window, display_fps);
+            Running::new(vec![design.clone()], 1).frames(window, display_fps);
             started.elapsed().as_secs_f64()
         };
         let mut cold = Vec::new();

@@ -11,16 +11,18 @@ use powergs_core::sim::{Lists, Measured, priced};
 pub struct Running {
     designs: Vec<Design>,
     lists: Lists,
+    /// Views that make a frame.
+    eyes: usize,
     /// Per design, per energy table.
     sums: Vec<Vec<Accumulator>>,
     failed: Option<RunError>,
 }
 
 impl Running {
-    /// Before the first frame. All designs have the machine of the first.
-    pub fn new(designs: Vec<Design>) -> Running {
+    /// Before the first frame, of which each has `eyes` views. All designs have the machine of the first.
+    pub fn new(designs: Vec<Design>, eyes: usize) -> Running {
         let sums = designs.iter().map(|d| vec![Accumulator::default(); d.prices.len()]).collect();
-        Running { designs, lists: Lists::default(), sums, failed: None }
+        Running { designs, lists: Lists::default(), eyes, sums, failed: None }
     }
 
     /// Does the frames of a window; the windows of a trace must come in order. A frame that breaks
@@ -39,7 +41,7 @@ impl Running {
         let workload = &frame.bins[&machine.geometry].workload;
         let measured = match machine.gsu.reuse_period {
             1 => Measured::needed(workload, machine),
-            _ => Measured::of(workload, machine, &mut self.lists, false),
+            _ => Measured::of(workload, frame.eye, machine, &mut self.lists, false),
         };
         let timed = time(machine, frame, &measured)?;
         for (design, sums) in self.designs.iter().zip(&mut self.sums) {
@@ -47,7 +49,7 @@ impl Running {
             for (table, sum) in design.prices.iter().zip(sums) {
                 let report = priced(label.clone(), &timed, &table.prices)
                     .map_err(|e| RunError::in_frame(&frame.name, e.into()))?;
-                sum.add(&report, display_fps);
+                sum.add(report, self.eyes, display_fps);
             }
         }
         Ok(())

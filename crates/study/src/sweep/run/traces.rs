@@ -16,6 +16,8 @@ pub struct SweepTrace<'a> {
     pub hash: u128,
     /// What was read.
     pub input: Input,
+    /// Whether its views have the names of pairs, and are none.
+    pub looks_paired: bool,
 }
 
 impl<'a> SweepTrace<'a> {
@@ -32,7 +34,7 @@ impl<'a> SweepTrace<'a> {
         bytes.extend((frames.range().start as u64).to_le_bytes());
         bytes.extend((frames.range().end as u64).to_le_bytes());
         let hash = xxhash_rust::xxh3::xxh3_128(&bytes);
-        Ok(SweepTrace { frames, label, hash, input })
+        Ok(SweepTrace { frames, label, hash, input, looks_paired: false })
     }
 }
 
@@ -76,7 +78,9 @@ pub fn open(
                 return Err(RunError::Request(what));
             }
             let label = TraceLabel { label, weight: w.weight };
-            opened.push(SweepTrace::new(Box::new(trace), label)?);
+            let looks_paired = trace.looks_paired()?;
+            let trace = SweepTrace::new(Box::new(trace), label)?;
+            opened.push(SweepTrace { looks_paired, ..trace });
         }
     }
     Ok(opened)

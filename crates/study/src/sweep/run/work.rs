@@ -127,6 +127,7 @@ impl Work<'_, '_, '_> {
             trace: *hash,
             designs: self.designs,
             display_fps: self.display_fps,
+            eyes: frames.eyes(),
             sink: Mutex::new(&mut self.sink),
             watch,
         };
@@ -163,6 +164,8 @@ struct Crew<'a, 's, 'f, 'r> {
     trace: u128,
     designs: &'a Designs,
     display_fps: f64,
+    /// Views that make a frame.
+    eyes: usize,
     sink: Mutex<&'r mut ResultSink<'s, 'f>>,
     watch: &'a dyn SweepWatch,
 }
@@ -173,7 +176,7 @@ impl Crew<'_, '_, '_, '_> {
             let design = self.designs.design(self.plan.designs[i as usize].point);
             design.expect("it was a design when it was planned")
         };
-        Running::new(machine.iter().map(design).collect())
+        Running::new(machine.iter().map(design).collect(), self.eyes)
     }
 
     /// A machine through a window; does nothing after a cancellation.

@@ -1,7 +1,7 @@
 //! What the names in the expressions of a sweep file stand for.
 //!
 //! Keys of files, names of axes of variants, and what is computed of a machine before anything is
-//! simulated: `area_mm2`, `phy_mm2`, `leakage_w`, `peak_w` by the first energy table
+//! simulated: `area_mm2`, `area_mm2.core`, `leakage_w`, `peak_w` by the first energy table
 //! (`LABEL:area_mm2` by another one), `sram_capacity_bytes`.
 
 use super::{Energy, Found, Machine, Priced, Space};
@@ -15,7 +15,7 @@ use powergs_core::sim::cost::peak_w;
 use powergs_core::sim::statistics::{Statistic, catalogue};
 
 /// What is computed once a machine is priced, by table.
-const PRICED: [&str; 4] = ["area_mm2", "phy_mm2", "leakage_w", "peak_w"];
+const PRICED: [&str; 4] = ["area_mm2", "area_mm2.core", "leakage_w", "peak_w"];
 
 /// Bytes of all buffers and the cache.
 const SRAM: &str = "sram_capacity_bytes";
@@ -51,7 +51,7 @@ pub(super) fn computed(name: &str, of: &Computed<'_>) -> Option<Value> {
     let machine = of.machine;
     let number = match name {
         "area_mm2" => priced.prices.area?.total().0,
-        "phy_mm2" => priced.prices.phy?.area_mm2,
+        "area_mm2.core" => priced.prices.area?.core().0,
         "leakage_w" => priced.prices.leakage_w(),
         "peak_w" => peak_w(machine, &priced.prices).iter().map(|(_, watts)| watts).sum(),
         SRAM => {

@@ -159,7 +159,7 @@ fn derived_keys_follow_axes_and_each_other() {
 #[test]
 fn constraints_leave_points_out_and_say_which() {
     let space = space(
-        "constraints = [\"vru.cores * ccu.units <= 8\", \"area_mm2 < 5\", \
+        "constraints = [\"vru.cores * ccu.units <= 8\", \"area_mm2.core < 5\", \
          \"sram_capacity_bytes <= 1 MiB\", \"peak_w + leakage_w < 100\"]\n\
          [[axes]]\nkey = \"vru.cores\"\nvalues = [1, 4, 16]\n\
          [[axes]]\nkey = \"ccu.units\"\nvalues = [1, 4]",
@@ -170,7 +170,7 @@ fn constraints_leave_points_out_and_say_which() {
     let failed = space.design(5).expect_err("four cores too many").to_string();
     assert!(failed.contains("vru.cores * ccu.units <= 8"), "{failed}");
     let small = space.design(2).expect("four cores, one CCU");
-    assert!(small.prices[0].prices.area.expect("an area").total().0 < 5.0);
+    assert!(small.prices[0].prices.area.expect("an area").core().0 < 5.0);
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub(super) fn stage_words(stage: Stage) -> &'static str {
         Stage::Sorting => "sorting",
         Stage::Rendering => "rendering (colour, features, α, blending)",
         Stage::Standby => {
-            "standby (leakage, DRAM background and refresh: paid for time, not for work)"
+            "standby (leakage, background and refresh of the memory: paid for time, not for work)"
         }
     }
 }
@@ -44,7 +44,7 @@ fn component_words(component: Component) -> &'static str {
         Component::Sram => "on-chip buffer accesses",
         Component::Flop => "arithmetic and control of the units",
         Component::Leakage => "leakage of the chip",
-        Component::Background => "DRAM background",
+        Component::Background => "background of the memory: DRAM, and the PHY on the chip",
         Component::Refresh => "DRAM refresh",
     }
 }
@@ -82,6 +82,14 @@ pub(super) fn power(list: &mut List) {
             move |f, fps| Some(stage_w(f, s, fps)),
         );
     }
+    real(
+        list,
+        "phy_standby_w",
+        "W",
+        "Standby power of the chip's side of the memory channels (PHY): a part of \
+         `power_w.background`.",
+        |f, _| f.cycle().map(|_| f.phy_standby_w),
+    );
     weighted(
         list,
         Weight::Running,
@@ -115,13 +123,23 @@ pub(super) fn area(list: &mut List) {
         list,
         "area_mm2.total",
         "mm2",
-        "Area of the chip at the node of the energy table; absent where the table has none. DRAM \
-         is another chip.",
+        "Area of the die at the node of the energy table, PHY and controllers of the memory \
+         included; absent where the table has none. DRAM is another chip.",
         |f, _| Some(f.area?.total().0),
+    );
+    real(
+        list,
+        "area_mm2.core",
+        "mm2",
+        "Area of the die without `area_mm2.phy` and `area_mm2.controllers`: what papers on these \
+         accelerators print.",
+        |f, _| Some(f.area?.core().0),
     );
     for (i, (name, _)) in Area::default().blocks().into_iter().enumerate() {
         let what = match name {
-            "rest" => "everything that is neither unit nor buffer".to_owned(),
+            "rest" => "everything of the core that is neither unit nor buffer".to_owned(),
+            "phy" => "the chip's side of the memory channels (PHY)".to_owned(),
+            "controllers" => "memory controllers".to_owned(),
             unit if i < Area::UNITS.len() => format!("all units of the kind `{unit}`"),
             buffer => format!("the {buffer} buffer, all shares and banks"),
         };
@@ -130,25 +148,6 @@ pub(super) fn area(list: &mut List) {
             Some(f.area?.blocks()[i].1.0)
         });
     }
-}
-
-/// What lies beside the chip that papers compare.
-pub(super) fn phy(list: &mut List) {
-    real(
-        list,
-        "phy_mm2",
-        "mm2",
-        "Area of the chip's side of the memory channels (PHY); not part of `area_mm2.total`.",
-        |f, _| Some(f.phy?.area_mm2),
-    );
-    real(
-        list,
-        "phy_standby_w",
-        "W",
-        "Standby power of the chip's side of the memory channels (PHY); not part of `power_w` and \
-         `energy_pj`.",
-        |f, _| Some(f.phy?.standby_w),
-    );
 }
 
 pub(super) fn energy(list: &mut List) {

@@ -1,0 +1,176 @@
+//! Two eyes are one frame of the display: what a pair costs, by hand.
+
+use std::sync::Arc;
+
+use approx::assert_relative_eq;
+use powergs_core::run::files::EmbeddedFiles;
+use powergs_core::run::frames::spread;
+use powergs_core::run::{
+    FrameView, Frames, MemoryFrames, Session, Subject, System, SystemSpec, TraceFile,
+};
+use powergs_core::sim::FrameReport;
+use powergs_core::sim::statistics::{Kind, catalogue};
+use powergs_frame::scene::Eye;
+use powergs_frame::trace::{Frame, TraceHeader, Writer};
+
+fn demo() -> TraceFile {
+    TraceFile::open("../../traces/demo.bin".as_ref()).expect("the demonstration")
+}
+
+/// The first frames of the demonstration, as views or as pairs.
+fn views(count: usize, are_pairs: bool) -> MemoryFrames {
+    let mut demo = demo();
+    let frame = |k: usize| {
+        let frame = demo.take(k % 3).and_then(|pending| pending.get()).expect("a frame");
+        let mut frame = Frame::clone(&frame);
+        let camera = &mut frame.facts.camera;
+        let eye = Eye::ALL[k % 2];
+        camera.name = format!("view_{}_{}", k / 2, eye.name());
+        camera.eye = are_pairs.then_some(eye);
+        frame
+    };
+    MemoryFrames::new("pairs", (0..count).map(frame).collect::<Vec<_>>())
+}
+
+fn reports(frames: &mut dyn Frames, system: &System) -> Vec<FrameReport> {
+    Session::new(frames, &()).reports(&[system.clone()]).expect("reports").remove(0)
+}
+
+fn system(name: &str) -> System {
+    let display = Some("oled-powergs".to_owned());
+    let spec = SystemSpec { display, ..SystemSpec::named(name) };
+    System::load(&spec, &EmbeddedFiles).expect("a machine")
+}
+
+#[test]
+fn a_pair_takes_the_time_and_the_joules_of_both_eyes() {
+    let gscore = system("gscore");
+    let [single, pairs] = [false, true].map(|are_pairs| reports(&mut views(4, are_pairs), &gscore));
+    assert_eq!((single.len(), pairs.len()), (4, 2));
+    for (eyes, pair) in single.chunks(2).zip(&pairs) {
+        assert_eq!((pair.eyes, pair.eye, pair.frame), (2, None, eyes[0].frame));
+        assert_eq!(pair.name, format!("view_{}", pair.frame / 2));
+        let sum = |of: &dyn Fn(&FrameReport) -> f64| eyes.iter().map(of).sum::<f64>();
+        let time = sum(&|r| r.frame_time_s().expect("a time"));
+        assert_relative_eq!(pair.frame_time_s().expect("a time"), time, max_relative = 1e-12);
+        let joules = sum(&|r| r.energy.total().0);
+        assert_relative_eq!(pair.energy.total().0, joules, max_relative = 1e-12);
+        assert_relative_eq!(
+            pair.display_w.expect("a display"),
+            sum(&|r| r.display_w.expect("a display")),
+            max_relative = 1e-12
+        );
+        // Counts add up, but for what a buffer holds at most and how many units there are.
+        for statistic in catalogue().iter().filter(|s| s.kind == Kind::Count) {
+            let of = |r: &FrameReport| statistic.of(r, 1.0).map(|value| value.as_f64());
+            let Some(both) = of(pair) else { continue };
+            let [a, b] = [of(&eyes[0]), of(&eyes[1])].map(|value| value.expect("as the pair"));
+            let name = statistic.name.as_str();
+            let wanted = match name {
+                "counters.sh_degree" | "deadline_missed" => a,
+                _ if name.ends_with(".instances") || name.ends_with("capacity_bytes") => a,
+                _ if name.ends_with("peak_bytes") => a.max(b),
+                _ => a + b,
+            };
+            assert_eq!(both, wanted, "{name}");
+        }
+    }
+}
+
+/// A display of 72 Hz needs 144 views a second: what each eye alone keeps, a pair misses.
+#[test]
+fn deadline_and_power_are_those_of_a_period_with_both_eyes() {
+    let gscore = system("gscore");
+    let eyes = reports(&mut views(2, false), &gscore);
+    let pair = reports(&mut views(2, true), &gscore).remove(0);
+    let slowest = eyes.iter().filter_map(FrameReport::frame_time_s).fold(0.0, f64::max);
+    // Slow enough for each eye, too fast for both.
+    let fps = 1.0 / (1.2 * slowest);
+    assert!(eyes.iter().all(|eye| !eye.misses_deadline(fps)));
+    assert!(pair.misses_deadline(fps));
+    assert_relative_eq!(pair.displayed_fps(fps), pair.achieved_fps().unwrap());
+    // At half that rate: the work of both eyes in each period, standby once.
+    let fps = 0.5 * fps;
+    assert!(!pair.misses_deadline(fps));
+    let work: f64 = eyes.iter().map(|eye| eye.energy.dynamic().0 * 1e-12 * fps).sum();
+    let standby: f64 = pair.standby_w(fps).iter().sum();
+    assert_relative_eq!(pair.power_display_rate_w(fps), work + standby, max_relative = 1e-12);
+    let alone: f64 = eyes[0].standby_w(fps).iter().sum();
+    assert!(standby < 1.5 * alone, "standby of one chip: {standby} against {alone}");
+}
+
+/// The order of a view is kept for the next one of the same eye.
+#[test]
+fn an_eye_keeps_its_own_order() {
+    let neo = system("neo");
+    let reused = |frames: &mut dyn Frames| -> Vec<bool> {
+        let subjects = [Subject::of(&neo)];
+        let keep = |all: &mut Vec<bool>, view: FrameView<'_>| {
+            all.push(view.measured.reuse.is_some());
+        };
+        let folded = Session::new(frames, &()).fold(&subjects, |_| Vec::new(), keep);
+        folded.expect("reports").states.remove(0)
+    };
+    // The same picture for both eyes, then another one twice.
+    let mut frames = views(4, true);
+    let same = |k: usize| {
+        let mut frame = Frame::clone(&frames.frames[k - k % 2]);
+        frame.facts.camera.eye = Some(Eye::ALL[k % 2]);
+        Arc::new(frame)
+    };
+    frames.frames = (0..4).map(same).collect();
+    assert_eq!(reused(&mut frames), [false, true], "the first pair begins from nothing");
+    let [first, second] = [0, 1].map(|k| reports(&mut frames, &neo).remove(k));
+    let share = |report: &FrameReport| {
+        let find = powergs_core::sim::statistics::find("reuse.kept_frac").expect("a statistic");
+        find.of(report, 60.0).map(|value| value.as_f64())
+    };
+    assert_eq!(share(&first), None);
+    let kept = share(&second).expect("the second pair reuses");
+    // Each eye against the frame before of its own: not all of the other eye's picture.
+    assert!((0.0..1.0).contains(&kept), "{kept}");
+}
+
+#[test]
+fn ranges_and_samples_take_whole_pairs() {
+    assert_eq!(spread(0..8, 2, 2), [2, 3, 6, 7]);
+    assert_eq!(spread(4..6, 2, 3), [4, 5]);
+    assert_eq!(spread(0..8, 1, 2), [2, 6]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("pairs.bin");
+    let frames = views(4, true);
+    let points = frames.frames[0].facts.points;
+    let header = TraceHeader { generator: String::new(), scene: "pairs".into(), points };
+    let file = std::fs::File::create(&path).expect("a file");
+    let mut writer = Writer::new(file, &header).expect("a trace");
+    for frame in &frames.frames {
+        writer.write_frame(frame).expect("a frame");
+    }
+    writer.finish().expect("a whole trace");
+    let mut trace = TraceFile::open(&path).expect("a trace");
+    assert_eq!(trace.eyes(), 2);
+    trace.select(2, None).expect("the second pair");
+    assert_eq!(trace.range(), 2..4);
+    let error = trace.select(1, Some(4)).expect_err("half a pair").to_string();
+    assert!(error.contains("write 0..4"), "{error}");
+    assert!(!trace.looks_paired().expect("heads"), "it says so itself");
+    assert_eq!(demo().eyes(), 1);
+}
+
+#[test]
+fn a_trace_holds_whole_pairs_only() {
+    let frames = views(4, true);
+    let points = frames.frames[0].facts.points;
+    let header = TraceHeader { generator: String::new(), scene: "pairs".into(), points };
+    let written = |order: &[usize]| {
+        let mut writer = Writer::new(Vec::new(), &header).expect("a trace");
+        for &k in order {
+            writer.write_frame(&frames.frames[k]).map_err(|e| e.to_string())?;
+        }
+        writer.finish().map_err(|e| e.to_string())
+    };
+    assert!(written(&[0, 1, 2, 3]).is_ok());
+    assert!(written(&[0, 2]).unwrap_err().contains("without the right one"));
+    assert!(written(&[1]).unwrap_err().contains("without the left one"));
+    assert!(written(&[0]).unwrap_err().contains("without the right one"));
+}
