@@ -76,9 +76,9 @@ def sweep(
     fps
         Display rate, frames per second; a sweep file has its own.
     dram
-        Model of the DRAM; without one that of the machine, with ``calibrated`` in place of
-        ``banked``, which is many times faster and within some percent. With functions and with
-        machines it is that of the machine.
+        Model of the DRAM; without one that of the machine, whatever the space is.
+        ``"calibrated"`` in place of ``"banked"`` is many times faster and within some percent,
+        which may bend trends: confirm what you choose.
     store
         Folder where results are kept: a sweep that was interrupted goes on there. With functions
         and machines it keeps a row per design, of the same machine, frames and functions; a

@@ -23,8 +23,8 @@ use powergs_study::analysis::{
 use powergs_study::sweep::expr::Expr;
 use powergs_study::sweep::file::Sampling;
 use powergs_study::sweep::metric::metrics;
-use powergs_study::sweep::run::{OpenedSweep, Results, Sweep, SweepRequest, SweepWatch};
-use powergs_study::sweep::table::{Cell, Column, ColumnKind, FIRST, LAST};
+use powergs_study::sweep::run::{OpenedSweep, Results, StandIn, Sweep, SweepRequest, SweepWatch};
+use powergs_study::sweep::table::{Cell, Column, ColumnKind, FIRST, LAST, MODEL};
 
 impl SweepWatch for Shared {
     fn working(&self, machine_frames: u64, _objectives: &[Objective]) {
@@ -247,7 +247,17 @@ impl SweepResult {
 
     fn __repr__(&self) -> String {
         let tally = self.results.tally;
-        format!("<SweepResult {}: {} designs, {} invalid>", self.name, tally.ok, tally.invalid)
+        let cell = |row| self.results.cell(row, MODEL).map(Cell::text);
+        let mut models: Vec<String> = self.results.means().filter_map(cell).collect();
+        models.sort();
+        models.dedup();
+        format!(
+            "<SweepResult {}: {} designs, {} invalid, DRAM model {}>",
+            self.name,
+            tally.ok,
+            tally.invalid,
+            models.join(" and ")
+        )
     }
 
     fn _repr_html_(&self) -> PyResult<String> {
@@ -329,6 +339,8 @@ pub fn _sweep_file(
         sets,
         points,
         dram_model: dram,
+        // The same for all forms of a sweep: the machine's own.
+        stand_in: StandIn::Never,
     };
     let store = store.map(path_text).transpose()?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);
@@ -365,11 +377,7 @@ pub fn _sweep_axes(
 ) -> PyResult<SweepResult> {
     let system = match dram {
         Some(model) => base.changed(&[Change::machine("dram.model", model)])?,
-        None => {
-            let system = base.system();
-            let calibrated = system.calibrated().map_err(Fault::from)?;
-            calibrated.unwrap_or_else(|| (*system).clone())
-        }
+        None => (*base.system()).clone(),
     };
     let mut sweep = Sweep::over(system).display_fps(value::display_rate(fps)?);
     for (key, values) in axes.iter() {

@@ -7,16 +7,18 @@ mod question;
 use std::path::{Path, PathBuf};
 
 use super::chart_args::ChartArgs;
+use super::compare::watts;
 use super::output_file::Overwrite;
 use super::sweep::confirm::{self, Confirm};
 use super::{Context, Exit, Failure, OrExit, out};
 use folder::{FinishedSweep, Sources};
+use powergs_base::quantity::Watts;
 use powergs_core::run::store::atomic::write_atomically;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_report::sweep as report;
 use powergs_study::analysis::table::{Collector, TableError};
-use powergs_study::analysis::{Analysis, AnalysisError, Question, SweepFacts};
-use powergs_study::sweep::run::results::{CSV, header, some_rows};
+use powergs_study::analysis::{Analysis, AnalysisError, Confirmation, Question, SweepFacts, Table};
+use powergs_study::sweep::run::results::{CSV, Planned, header, some_rows};
 use powergs_study::sweep::run::{OpenedSweep, Plan, SweepFolder};
 use powergs_study::sweep::table::Cell;
 use provenance::provenance;
@@ -46,11 +48,16 @@ pub struct Args {
     /// Columns to make large, or expressions of them
     #[arg(long, value_name = "COLUMN,...", value_delimiter = ',')]
     pub maximize: Vec<String>,
-    /// Only designs that meet this: 'area_mm2 <= 4 && vru.cores >= 2'
+    /// Only designs that meet this on every trace: 'area_mm2 <= 12 && power_w.mean <= 1.5'; what
+    /// stands in mean(...) is over the traces
     #[arg(long = "where", value_name = "EXPR")]
     pub condition: Option<String>,
-    /// Which rows count: mean (over the traces), worst (the slowest), or the label of a
-    /// trace
+    /// Only designs that take at most this power on every trace, and a line at it in the
+    /// charts: 1.5W, 800mW
+    #[arg(long, value_name = "POWER", value_parser = watts)]
+    pub budget: Option<Watts>,
+    /// Which rows count: mean (over the traces), worst (of each column the worst trace), or
+    /// the label of a trace
     #[arg(long, value_name = "SCOPE", default_value = "mean")]
     pub scope: String,
     /// Label of the energy table [default: the first of the results]
@@ -149,34 +156,61 @@ impl OfSweep {
         }
     }
 
-    /// Writes the analysis into the folder of the sweep and returns what people read of it.
+    /// The results so far, as columns.
     ///
     /// # Errors
-    /// [`Unanswered`]: a table that does not answer the question, a folder that cannot be written,
-    /// Ctrl-C.
-    pub fn answer(
-        self,
+    /// [`Unanswered::Question`]: a table that does not answer the question.
+    fn table(&mut self, path: &Path, excluded: u64) -> Result<Table, Unanswered> {
+        let none = Collector::new(&[], |_| false);
+        let table = std::mem::replace(&mut self.table, none);
+        let table = table.or_exit(Exit::BadInput, path.join(CSV).display());
+        let mut table = table.map_err(Unanswered::Question)?.finish();
+        self.facts.settle(&mut table, excluded);
+        let computed = table.compute(&self.question.objectives);
+        computed.map_err(|error| Unanswered::Question(failure(path, error)))?;
+        Ok(table)
+    }
+
+    /// Confirms designs; see [`Confirm::run`].
+    ///
+    /// # Errors
+    /// [`Unanswered`].
+    pub fn confirmed(
+        &mut self,
         folder: &mut SweepFolder<'_>,
         path: &Path,
         sweep: &mut OpenedSweep<'_>,
         plan: &Plan,
         confirm: Confirm<'_>,
         context: &Context,
+    ) -> Result<Option<(Plan, Confirmation)>, Unanswered> {
+        let mut table = self.table(path, plan.excluded.values().sum())?;
+        confirm.run(&mut table, &self.question, &self.facts, folder, sweep, context, path)
+    }
+
+    /// Writes the analysis into the folder of the sweep and returns what people read of it.
+    ///
+    /// # Errors
+    /// [`Unanswered`]: a table that does not answer the question, a folder that cannot be written,
+    /// Ctrl-C.
+    pub fn answer(
+        mut self,
+        folder: &mut SweepFolder<'_>,
+        path: &Path,
+        sweep: &OpenedSweep<'_>,
+        planned: Planned<'_>,
+        confirmation: Option<&Confirmation>,
+        context: &Context,
     ) -> Result<Document, Unanswered> {
-        let table = self.table.or_exit(Exit::BadInput, path.join(CSV).display());
-        let mut table = table.map_err(Unanswered::Question)?.finish();
-        self.facts.settle(&mut table, plan.excluded.values().sum());
-        let computed = table.compute(&self.question.objectives);
-        computed.map_err(|error| Unanswered::Question(failure(path, error)))?;
+        let table = self.table(path, planned.plan.excluded.values().sum())?;
         let analysis = Analysis::of(&table, &self.question)
             .map_err(|error| Unanswered::Question(failure(path, error)))?;
         if context.is_cancelled() {
             return Err(Unanswered::Interrupted);
         }
-        let confirmation = confirm.run(&analysis, &self.facts, folder, sweep, context)?;
-        let confirmation = confirmation.as_ref();
         let head: Vec<String> = header(sweep).into_iter().map(|c| c.name).collect();
-        let rows = some_rows(sweep, plan, &mut folder.records, &report::pareto_rows(&analysis));
+        let wanted = report::pareto_rows(&analysis);
+        let rows = some_rows(sweep, planned, &mut folder.records, &wanted);
         let rows = rows.map_err(Failure::from)?.into_iter();
         let rows = rows.map(|(n, row)| (n, row.iter().map(Cell::text).collect()));
         let pareto = report::pareto_csv(&analysis, &head, &rows.collect());
@@ -250,7 +284,7 @@ fn answer(args: &Args, typed: &[String], context: &Context) -> Result<Option<Ans
 }
 
 /// A condition that no design meets is a goal that was missed; an empty table is a bad input.
-pub(super) fn failure(folder: &Path, error: AnalysisError) -> Failure {
+pub fn failure(folder: &Path, error: AnalysisError) -> Failure {
     let exit = match error {
         AnalysisError::Unmet { .. } => Exit::GoalMissed,
         AnalysisError::Nothing { .. } => Exit::BadInput,

@@ -8,7 +8,6 @@ mod deadline;
 mod energy;
 mod front;
 mod keys;
-mod marginal;
 mod measure;
 mod names;
 mod output;
@@ -33,8 +32,8 @@ pub fn is_file_name(name: &str) -> bool {
 }
 
 /// Names of all charts of the folder `analysis`, without their endings.
-const CHART_NAMES: [&str; 8] =
-    ["front", "front_2", "front_3", "speedup", "energy_front", "keys", "marginal", "stability"];
+const CHART_NAMES: [&str; 7] =
+    ["front", "front_2", "front_3", "speedup", "energy_front", "keys", "stability"];
 
 /// All charts that the analysis has data for, in report order.
 pub fn charts(analysis: &Analysis) -> Vec<Chart> {
@@ -42,7 +41,6 @@ pub fn charts(analysis: &Analysis) -> Vec<Chart> {
     charts.extend(speedup(analysis));
     charts.extend(energy::chart(analysis));
     charts.extend(keys::chart(analysis));
-    charts.extend(marginal::chart(analysis));
     charts.extend(ranks::chart(analysis));
     charts
 }

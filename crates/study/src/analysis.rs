@@ -134,7 +134,16 @@ impl<'t> Analysis<'t> {
         };
         if let (true, Some(condition)) = (meeting.is_empty(), &question.condition) {
             let parts = designs::parts(table, condition, &simulated);
-            return Err(AnalysisError::Unmet { designs: simulated.len(), parts });
+            let nearest = designs::nearest(table, condition, &simulated);
+            let others = (0..table.energy_tables.distinct().len() as u32)
+                .filter(|code| *code != energy_table)
+                .filter_map(|code| {
+                    let rows = Slice::of(table, code, &question.scope).rows;
+                    let met = designs::meeting(table, condition, &rows).ok()?.len();
+                    Some((table.energy_tables.distinct()[code as usize].clone(), met))
+                });
+            let tables = others.filter(|(_, met)| *met > 0).collect();
+            return Err(AnalysisError::Unmet { designs: simulated.len(), parts, nearest, tables });
         }
         let unmet = without(table, &simulated, &meeting);
         let epsilon = question.epsilon;

@@ -9,11 +9,21 @@ use powergs_study::sweep::expr::Expr;
 pub(super) fn question(args: &Args, facts: &SweepFacts) -> Result<Question, Failure> {
     let asked = facts.question();
     let given = objectives(&args.minimize, &args.maximize);
-    let condition = args.condition.as_deref().map(Expr::parse).transpose();
+    let budget = args.budget.map(|watts| format!("power_w.mean <= {}", watts.0));
+    let condition = match (&args.condition, budget) {
+        (Some(given), Some(budget)) => {
+            // What is wrong is said of what was written.
+            Expr::parse(given).or_exit(Exit::Usage, "--where")?;
+            Some(format!("({given}) && {budget}"))
+        }
+        (given, budget) => given.clone().or(budget),
+    };
+    let condition = condition.as_deref().map(Expr::parse).transpose();
     let condition = condition.or_exit(Exit::Usage, "--where")?;
     Ok(Question {
         objectives: if given.is_empty() { asked.objectives.clone() } else { given },
         condition,
+        budget_w: args.budget.map(|watts| watts.0),
         scope: match args.scope.as_str() {
             "mean" => Scope::Mean,
             "worst" => Scope::Worst,

@@ -6,8 +6,8 @@ use crate::cli::camera_file::{FrameRange, frame_range};
 use crate::cli::chart_args::ChartArgs;
 use crate::cli::dram_model::DramModelArg;
 use crate::cli::shard_arg::ShardArg;
-use powergs_study::sweep::run::SweepRequest;
 use powergs_study::sweep::run::confirm::CONFIRMED_MAX;
+use powergs_study::sweep::run::{StandIn, SweepRequest};
 
 /// Shown under `sweep --help`.
 pub const EXAMPLES: &str = "\
@@ -68,7 +68,8 @@ pub struct Definition {
     /// At most this many designs, spread over the space
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
-    /// DRAM model, in place of the machine's [default: calibrated in place of banked]
+    /// DRAM model, in place of the machine's [default: of more than 20 designs, calibrated in
+    /// place of banked]
     #[arg(long, value_enum, value_name = "MODEL")]
     pub dram_model: Option<DramModelArg>,
 }
@@ -83,6 +84,7 @@ impl Definition {
             sets: self.sets.clone(),
             points: self.points,
             dram_model: self.dram_model.map(|model| model.key().to_owned()),
+            stand_in: StandIn::default(),
         }
     }
 }

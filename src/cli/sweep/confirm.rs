@@ -1,19 +1,20 @@
-//! `--confirm`: designs of the front of a sweep once more, with `banked` in place of `calibrated`.
+//! `--confirm`: designs of a sweep once more, with `banked` in place of `calibrated`.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
 use super::meter::Meter;
-use crate::cli::pareto::Unanswered;
+use crate::cli::pareto::{Unanswered, failure};
 use crate::cli::{Context, Exit, Failure, OrExit, out};
 use powergs_core::accel::machine::DramModel;
 use powergs_report::sweep::confirmed_csv;
 use powergs_study::analysis::table::Collector;
-use powergs_study::analysis::{Analysis, Confirmation, SweepFacts};
+use powergs_study::analysis::{Analysis, Confirmation, Question, SweepFacts, Table};
 use powergs_study::sweep::run::confirm::{CONFIRMED_MAX, on_banked};
 use powergs_study::sweep::run::results::header;
-use powergs_study::sweep::run::{OpenedSweep, ResultSink, SharedResults, SweepFolder};
+use powergs_study::sweep::run::{OpenedSweep, Plan, ResultSink, SharedResults, SweepFolder};
 
 /// The comparison with exact numbers.
 pub const CSV: &str = "confirmed.csv";
@@ -53,43 +54,71 @@ pub fn most(asked: Option<u16>, sweep: &OpenedSweep<'_>) -> u16 {
     }
 }
 
+/// How often the front is looked at again because confirmed designs made room on it.
+const ROUNDS: usize = 4;
+
 impl Confirm<'_> {
-    /// Simulates designs of the front with `banked` and writes how they compare; `None` if none is
-    /// to be confirmed.
+    /// Simulates designs with `banked` until the front consists of confirmed ones: those of the
+    /// front, and those that miss the display rate by less than the models differ. `table` has the
+    /// results of the sweep and then those. `None` if none is to be confirmed.
     ///
     /// # Errors
-    /// [`Unanswered::Failed`]: the folder cannot be written; [`Unanswered::Interrupted`]: Ctrl-C.
+    /// [`Unanswered::Failed`]: the folder cannot be written; [`Unanswered::Interrupted`]: Ctrl-C;
+    /// [`Unanswered::Question`]: the results do not answer it.
     pub fn run(
         self,
-        analysis: &Analysis<'_>,
+        table: &mut Table,
+        question: &Question,
         facts: &SweepFacts,
         folder: &mut SweepFolder<'_>,
         sweep: &mut OpenedSweep<'_>,
         context: &Context,
-    ) -> Result<Option<Confirmation>, Unanswered> {
+        path: &Path,
+    ) -> Result<Option<(Plan, Confirmation)>, Unanswered> {
         if self.most == 0 || sweep.banked.is_none() {
             return Ok(None);
         }
-        let points = analysis.from_knee(usize::from(self.most));
+        let unanswered = |error| Unanswered::Question(failure(path, error));
         let meter = Meter::new(context);
-        let sink = ResultSink { folder: &mut *folder, shared: self.shared };
-        let rows = on_banked(sweep, &points, sink, self.memory, &meter).map_err(Failure::from)?;
+        let most = usize::from(self.most);
+        let calibrated = table.clone();
+        let before = Analysis::of(&calibrated, question).map_err(unanswered)?;
+        let mut order: Vec<u64> = before.from_knee(most);
+        let mut found = None;
+        for _ in 0..ROUNDS {
+            let points: BTreeSet<u64> = order.iter().copied().collect();
+            let sink = ResultSink { folder: &mut *folder, shared: &mut *self.shared };
+            let confirmed = on_banked(sweep, &points, sink, self.memory, &meter);
+            let confirmed = confirmed.map_err(Failure::from)?.ok_or(Unanswered::Interrupted)?;
+            let banked = Collector::new(&header(sweep), |column| question.needs(column));
+            let mut banked = banked.or_exit(Exit::Internal, CSV)?;
+            let rows = confirmed.rows.iter();
+            rows.for_each(|row| drop(banked.row(row)));
+            let mut banked = banked.finish();
+            facts.settle(&mut banked, 0);
+            banked.compute(&question.objectives).or_exit(Exit::Internal, CSV)?;
+            table.replace(&banked);
+            let after = Analysis::of(table, question).map_err(unanswered)?;
+            let confirmation = Confirmation::of(&before, &after, &order);
+            let error = confirmation.error();
+            found = Some((confirmed.plan, confirmation));
+            let mut more = after.from_knee(most);
+            more.extend(after.nearly_met(error, most));
+            more.retain(|point| !order.contains(point));
+            // Each may be twice of what was asked for: the front, and what nearly meets the rate.
+            more.truncate((2 * most).saturating_sub(order.len()));
+            if more.is_empty() {
+                break;
+            }
+            order.extend(more);
+        }
         drop(meter);
-        let rows = rows.ok_or(Unanswered::Interrupted)?;
-        let question = &analysis.question;
-        let table = Collector::new(&header(sweep), |column| question.needs(column));
-        let mut table = table.or_exit(Exit::Internal, CSV)?;
-        rows.iter().try_for_each(|row| table.row(row)).or_exit(Exit::Internal, CSV)?;
-        let mut table = table.finish();
-        facts.settle(&mut table, 0);
-        table.compute(&question.objectives).or_exit(Exit::Internal, CSV)?;
-        let confirmation = Confirmation::of(analysis, &points, &table);
-        let confirmation = confirmation.or_exit(Exit::Internal, CSV)?;
+        let Some((plan, confirmation)) = found else { return Ok(None) };
         let json = serde_json::to_vec_pretty(&confirmation).or_exit(Exit::Internal, JSON)?;
         let files = [(CSV, confirmed_csv(&confirmation)), (JSON, json)];
         let mut written = files.iter().map(|(name, bytes)| folder.store.write(name, bytes));
         written.try_for_each(|written| written).map_err(Failure::from)?;
-        Ok(Some(confirmation))
+        Ok(Some((plan, confirmation)))
     }
 }
 

@@ -100,9 +100,11 @@ fn document(sweep: &OpenedSweep<'_>, most: u16, seen: &Estimate) -> Document {
     let what = format!("on {threads} threads ({one} a machine and frame)");
     facts.push(("Time", format!("at least {} {what}", time(*seconds))));
     if most > 0 {
-        let designs = format!("up to {} of the front again with banked", counted(most, "design"));
-        let runs = counted(usize::from(most) * frames, "machine-frame");
-        facts.push(("Confirmed", format!("{designs}: {runs} more, not in this time")));
+        let most = usize::from(most).min(designs as usize);
+        let what = format!("up to {} of the front again with banked", counted(most, "design"));
+        let runs = counted(most * frames, "machine-frame");
+        let near = "and as many that nearly meet the display rate";
+        facts.push(("Confirmed", format!("{what} ({runs} more), {near}; not in this time")));
     }
     let memory = significant(cost.bytes as f64 / 1048576.0);
     facts.push(("Memory", format!("about {memory} MiB")));

@@ -11,7 +11,7 @@ use crate::cli::{Context, Exit, Failure, dram_model, out, pareto};
 use powergs_base::format::counted;
 use powergs_report::document::{Block, Document, Shown};
 use powergs_study::sweep::run::finish::{Finished, write_sources};
-use powergs_study::sweep::run::results::{self, CSV, PARQUET, Tally};
+use powergs_study::sweep::run::results::{self, CSV, PARQUET, Planned, Tally};
 use powergs_study::sweep::run::{Cause, OpenedSweep, Plan, SweepFolder};
 
 /// How many designs there were and why not more: a sentence a line, kept so that a finished sweep
@@ -33,8 +33,33 @@ pub fn finish(
 ) -> Result<Exit, Failure> {
     let most = confirm.most;
     confirm::forget(path)?;
+    let interrupted = || {
+        let what = "interrupted; what is done is kept: go on with --resume, or merge again";
+        let less = if most > 0 { "; --confirm 0 leaves `banked` out" } else { "" };
+        out::complain(format_args!("{}: {what}{less}", path.display()));
+        Ok(Exit::Interrupted)
+    };
+    let mut confirmed = Ok(None);
+    if most > 0 {
+        let mut analysis = pareto::OfSweep::new(sweep);
+        let all = Planned::of(plan);
+        let tally = results::each_row(sweep, all, &mut folder.records, |row| {
+            analysis.row(&row);
+            Ok(())
+        })?;
+        if tally.missing == 0 {
+            confirmed = analysis.confirmed(folder, path, sweep, plan, confirm, context);
+        }
+    }
+    let (confirmed, unanswered) = match confirmed {
+        Ok(confirmed) => (confirmed, None),
+        Err(pareto::Unanswered::Interrupted) => return interrupted(),
+        Err(pareto::Unanswered::Failed(failure)) => return Err(failure),
+        Err(pareto::Unanswered::Question(failure)) => (None, Some(failure)),
+    };
+    let planned = Planned { plan, confirmed: confirmed.as_ref().map(|(plan, _)| plan) };
     let mut analysis = pareto::OfSweep::new(sweep);
-    let (tally, table) = results::write(folder, sweep, plan, &mut |row| analysis.row(row))?;
+    let (tally, table) = results::write(folder, sweep, planned, &mut |row| analysis.row(row))?;
     if tally.missing > 0 {
         let what = "results are missing; run it again with --resume";
         out::complain(format_args!(
@@ -48,14 +73,14 @@ pub fn finish(
     store.write(SUMMARY, summary(sweep, plan, tally).as_bytes())?;
     write_sources(sweep, store)?;
     store.write("invocation.toml", started.invocation_toml().as_bytes())?;
-    let answer = match analysis.answer(folder, path, sweep, plan, confirm, context) {
+    let confirmation = confirmed.as_ref().map(|(_, confirmation)| confirmation);
+    let answer = match unanswered {
+        Some(failure) => Err(pareto::Unanswered::Question(failure)),
+        None => analysis.answer(folder, path, sweep, planned, confirmation, context),
+    };
+    let answer = match answer {
         Ok(answer) => Ok(answer),
-        Err(pareto::Unanswered::Interrupted) => {
-            let what = "interrupted; what is done is kept: go on with --resume, or merge again";
-            let less = if most > 0 { "; --confirm 0 leaves `banked` out" } else { "" };
-            out::complain(format_args!("{}: {what}{less}", path.display()));
-            return Ok(Exit::Interrupted);
-        }
+        Err(pareto::Unanswered::Interrupted) => return interrupted(),
         // The table is whole all the same: a question can be asked anew.
         Err(pareto::Unanswered::Question(failure)) => Err(failure),
         // A full disk, for instance: the sweep is not finished, and --resume makes the rest.

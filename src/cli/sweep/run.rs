@@ -16,13 +16,17 @@ use powergs_study::sweep::run::finish::Finished;
 use powergs_study::sweep::run::search::search;
 use powergs_study::sweep::run::state;
 use powergs_study::sweep::run::{
-    Existing, OpenedSweep, Plan, ResultSink, Shard, SharedResults, SweepFolder, SweepWatch, work,
+    Existing, OpenedSweep, Plan, ResultSink, Shard, SharedResults, StandIn, SweepFolder,
+    SweepWatch, work,
 };
 
 /// Runs the command.
 pub fn run(args: &SweepArgs, context: &Context) -> Result<Exit, Failure> {
     let started = Started::now();
-    let request = args.definition.request();
+    let mut request = args.definition.request();
+    if args.confirm == Some(0) {
+        request.stand_in = StandIn::Always;
+    }
     let mut sweep = OpenedSweep::open(&request)?;
     let memory = allowed(&mut sweep, context);
     for trace in sweep.traces.iter().filter(|t| t.looks_paired && !context.global.quiet) {

@@ -19,7 +19,7 @@ pub fn confirmation(all: &Confirmation) -> Document {
     if all.designs.is_empty() {
         return page;
     }
-    page.heading("The front, confirmed");
+    page.heading("Confirmed with banked");
     page.paragraph(Text::named(&done(all)));
     let rest = [standings(all), orders(all)].concat().join(" ");
     page.paragraph(Text::strong(knee(all)).then(format!(" {rest}").trim_end()));
@@ -28,27 +28,30 @@ pub fn confirmation(all: &Confirmation) -> Document {
     }
     page.paragraph(Text::named(
         "A difference is what `calibrated` says too much (+) or too little (-) against `banked`. \
-         Only these designs were confirmed: what is not on the front of `calibrated` was not \
-         looked at.",
+         All that is said of these designs above is said of their results with `banked`; others \
+         have those of `calibrated` (column `dram_model`), which may be as far off.",
     ));
     page.page_paragraph(Text::marked("The same with exact numbers: `confirmed.csv` of the sweep."));
     page
 }
 
 fn done(all: &Confirmation) -> String {
-    let n = all.designs.len();
-    let what = match (n, all.front) {
-        (1, 1) => "The only design of the front".to_owned(),
-        (1, _) => format!("The knee of the {} designs of the front", all.front),
-        (n, front) if n == front => format!("All {n} designs of the front"),
-        (n, front) => {
-            format!("The knee and its neighbours along the front ({n} of {front} designs)")
-        }
-    };
-    let verb = if n == 1 { "was" } else { "were" };
+    let n = counted(all.designs.len(), "design");
     let ranges: Vec<String> = ALWAYS.iter().filter_map(|column| range(all, column)).collect();
     let ranges = if ranges.is_empty() { String::new() } else { format!(": {}", ranges.join(", ")) };
-    format!("{what} {verb} simulated again with `banked` in place of `calibrated`{ranges}.")
+    let traces = all.designs.iter().any(|design| design.traces.len() > 1);
+    let worst = match traces {
+        true => format!("; on a single trace the frame time differs by up to {}", {
+            signed_percent(all.error()).replace('+', "")
+        }),
+        false => String::new(),
+    };
+    let front = all.designs.iter().filter(|d| d.standing == Standing::Front).count();
+    let front = match front == all.front {
+        true => format!("All {front} of the front are among them"),
+        false => format!("{front} of the {} of the front are among them", all.front),
+    };
+    format!("{n} simulated again with `banked` in place of `calibrated`{ranges}{worst}. {front}.")
 }
 
 /// `frame time -0.4 % to +2.1 %`.
@@ -62,14 +65,10 @@ fn range(all: &Confirmation, column: &str) -> Option<String> {
 }
 
 fn knee(all: &Confirmation) -> String {
-    let before = all.knee_before().unwrap_or_default();
-    let is_late = all.designs.iter().all(|design| design.standing == Standing::Late);
-    match all.knee {
-        _ if is_late => "With banked all of them miss the display rate.".into(),
-        None => "With banked none of them can be ranked.".into(),
-        Some(_) if all.designs.len() == 1 => format!("#{before} keeps its place."),
-        Some(knee) if knee == before => format!("The knee stays #{before}."),
-        Some(knee) => format!("With banked the knee is #{knee}, no longer #{before}."),
+    let (before, knee) = (all.knee_before, all.knee);
+    match knee == before {
+        true => format!("The knee stays #{before}."),
+        false => format!("The knee is #{knee}, with calibrated alone #{before}."),
     }
 }
 
@@ -83,7 +82,7 @@ fn standings(all: &Confirmation) -> Vec<String> {
         (!names.is_empty()).then(|| format!("{} {verb}.", names.join(", ")))
     };
     let left: Vec<String> = [
-        (Standing::Beaten, "is beaten by another of them", "are beaten by others of them"),
+        (Standing::Beaten, "is beaten by another design", "are beaten by other designs"),
         (Standing::Late, "misses the display rate", "miss the display rate"),
         (Standing::Unmet, "does not meet the condition", "do not meet the condition"),
         (Standing::Failed, "failed", "failed"),
@@ -93,7 +92,7 @@ fn standings(all: &Confirmation) -> Vec<String> {
     .collect();
     match (left.is_empty(), all.designs.len()) {
         (true, 1) => Vec::new(),
-        (true, _) => vec!["None of them is beaten by another.".into()],
+        (true, _) => vec!["All of them are on the front.".into()],
         (false, _) => left,
     }
 }
@@ -148,9 +147,14 @@ fn table(all: &Confirmation, on: Shown) -> Table {
         let percent = Kind::Real(|share| signed_percent(share).replace(" %", ""));
         heads.push(Column::new("±, %", percent).group(words));
     }
+    let traces = traces(all, on);
+    for trace in &traces {
+        let percent = Kind::Real(|share| signed_percent(share).replace(" %", ""));
+        heads.push(Column::new((*trace).to_owned(), percent).group("frame time by trace, ±, %"));
+    }
     heads.push(Column::text("with banked").at_most(24));
     let row = |design: &Confirmed| {
-        let knee = if Some(design.point) == all.knee_before() { " knee" } else { "" };
+        let knee = if design.point == all.knee_before { " knee" } else { "" };
         let mut cells: Vec<Cell> = vec![format!("#{}{knee}", design.point).into()];
         for name in &names {
             let value = find(design, name);
@@ -161,16 +165,32 @@ fn table(all: &Confirmation, on: Shown) -> Table {
             cells.push(text(value.and_then(|v| v.banked)));
             cells.push(value.and_then(Compared::difference).into());
         }
+        for trace in &traces {
+            let found = design.traces.iter().find(|value| value.column == *trace);
+            cells.push(found.and_then(Compared::difference).into());
+        }
         cells.push(stands(all, design).into());
         cells
     };
     Table::new(heads).rows(all.designs.iter().map(row))
 }
 
+/// The traces that have columns of their own: all on a page, three on a terminal.
+fn traces(all: &Confirmation, on: Shown) -> Vec<&str> {
+    let most = if on == Shown::Page { usize::MAX } else { 3 };
+    let of = |design: &'_ Confirmed| design.traces.len();
+    match all.designs.first() {
+        Some(design) if of(design) > 1 => {
+            design.traces.iter().map(|value| value.column.as_str()).take(most).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
 /// Where a design stands, in a few words.
 fn stands(all: &Confirmation, design: &Confirmed) -> &'static str {
     match design.standing {
-        Standing::Front if all.knee == Some(design.point) => "knee",
+        Standing::Front if all.knee == design.point => "knee",
         Standing::Front => "front",
         Standing::Beaten => "beaten",
         Standing::Late => "misses the rate",
@@ -179,20 +199,21 @@ fn stands(all: &Confirmation, design: &Confirmed) -> &'static str {
     }
 }
 
-/// `confirmed.csv`: a row per design and column of the results, the knee first. `difference_frac`
-/// is what `calibrated` is above `banked`.
+/// `confirmed.csv`: a row per design and column of the results, and of its frame time on each trace.
+/// `difference_frac` is what `calibrated` is above `banked`.
 pub fn confirmed_csv(all: &Confirmation) -> Vec<u8> {
     let mut table =
-        Table::record("point id role standing column calibrated banked difference_frac");
+        Table::record("point id standing trace column calibrated banked difference_frac");
     for design in &all.designs {
-        let role = if Some(design.point) == all.knee_before() { "knee" } else { "front" };
-        for value in &design.values {
+        let values = design.values.iter().map(|value| ("", value.column.as_str(), value));
+        let traces = design.traces.iter().map(|v| (v.column.as_str(), ALWAYS[0], v));
+        for (trace, column, value) in values.chain(traces) {
             table.row([
                 design.point.into(),
                 design.id.as_str().into(),
-                role.into(),
                 design.standing.name().into(),
-                value.column.as_str().into(),
+                trace.into(),
+                column.into(),
                 value.calibrated.into(),
                 value.banked.into(),
                 value.difference().into(),

@@ -1,20 +1,31 @@
-//! The display rate on axes of frame rates and frame times.
+//! The display rate on axes of frame rates and frame times, and a budget on axes of power.
 
 use super::axis::Axis;
-use crate::format::rate;
+use crate::format::{rate, significant};
 use powergs_chart::{Colour, Entry, Symbol};
 use powergs_study::analysis::Analysis;
 
 /// The colour of its line.
 pub const COLOUR: Colour = Colour::PURPLE;
 
-/// The display rate in the unit of objective `j`; `None` where that is neither a rate nor a time.
+/// The display rate or the budget in the unit of objective `j`; `None` where that is neither a rate
+/// nor a time nor a power.
 fn value(analysis: &Analysis, j: usize) -> Option<f64> {
-    let fps = analysis.question.display_fps?;
-    match analysis.question.objectives[j].name.split('.').next()? {
-        "fps" => Some(fps),
-        "frame_time_ms" => Some(1e3 / fps),
+    let question = &analysis.question;
+    match question.objectives[j].name.split('.').next()? {
+        "fps" => question.display_fps,
+        "frame_time_ms" => Some(1e3 / question.display_fps?),
+        "power_w" => question.budget_w,
         _ => None,
+    }
+}
+
+/// What the line of objective `j` is called.
+fn words(analysis: &Analysis, j: usize) -> Option<String> {
+    let question = &analysis.question;
+    match question.objectives[j].name.split('.').next()? {
+        "power_w" => Some(format!("budget, {} W", significant(question.budget_w?))),
+        _ => Some(format!("display rate, {} FPS", rate(question.display_fps?))),
     }
 }
 
@@ -32,17 +43,21 @@ pub fn line(analysis: &Analysis, j: usize, axis: &Axis) -> Option<f64> {
     (scale.low()..=scale.high()).contains(&at).then_some(at)
 }
 
-/// What explains the line, or says where it would be; `None` without rates and times.
-pub fn entry(analysis: &Analysis, axes: &[(usize, &Axis)]) -> Option<Entry> {
-    let fps = rate(analysis.question.display_fps?);
-    let (j, axis) = axes.iter().find(|(j, _)| value(analysis, *j).is_some())?;
-    let at = value(analysis, *j)? * axis.factor;
-    let scale = &axis.axis.scale;
-    Some(if at < scale.low() {
-        Entry::note(format!("{fps} FPS is below this chart"))
-    } else if at > scale.high() {
-        Entry::note(format!("{fps} FPS is above this chart"))
-    } else {
-        Entry::new(format!("display rate, {fps} FPS"), Symbol::Dashed(COLOUR))
-    })
+/// What explains the lines, or says where they would be.
+pub fn entries(analysis: &Analysis, axes: &[(usize, &Axis)]) -> Vec<Entry> {
+    let entry = |(j, axis): &(usize, &Axis)| {
+        let at = value(analysis, *j)? * axis.factor;
+        let words = words(analysis, *j)?;
+        let scale = &axis.axis.scale;
+        Some(if at < scale.low() {
+            Entry::note(format!("{words}: below this chart"))
+        } else if at > scale.high() {
+            Entry::note(format!("{words}: above this chart"))
+        } else {
+            Entry::new(words, Symbol::Dashed(COLOUR))
+        })
+    };
+    let mut all: Vec<Entry> = axes.iter().filter_map(entry).collect();
+    all.dedup();
+    all
 }

@@ -126,8 +126,8 @@ fn chart(analysis: &Analysis, name: &'static str, (x, y): (usize, usize)) -> Cha
     );
     let words = |j: usize| Measure::of(&objectives[j].name).words;
     let title = format!("Pareto front: {} against {}", words(y), words(x));
-    let line = deadline::entry(analysis, &[(x, &plane.x.1), (y, &plane.y.1)]);
-    let entries = entries(&plane).into_iter().chain(line).collect();
+    let lines = deadline::entries(analysis, &[(x, &plane.x.1), (y, &plane.y.1)]);
+    let entries = entries(&plane).into_iter().chain(lines).collect();
     let chart = Chart::new(name, title, subtitle)
         .panel(panel(&plane, &key))
         .beside(Beside::Entries { title: String::new(), entries });

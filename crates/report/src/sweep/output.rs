@@ -150,7 +150,7 @@ fn marginal(analysis: &Analysis, marginal: &Marginal) -> Json {
         })
     };
     json!({
-        "price": marginal.price.column(),
+        "price": marginal.price.column(&analysis.question.objectives),
         "price_unit": marginal.price.unit(),
         "objective": marginal.objective.name,
         "steps": marginal.steps.iter().map(step).collect::<Vec<_>>(),

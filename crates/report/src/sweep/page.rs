@@ -62,6 +62,7 @@ pub fn document(
         facts = facts.then("; condition ").then(Text::code(condition.text()));
     }
     page.paragraph(facts.then("."));
+    page.paragraph(Text::named(&words::memory(analysis)));
     page.paragraph(Text::named(&words::funnel(analysis)));
     page.paragraph(Text::strong(words::rate(analysis)));
     let top = spread(&analysis.front, question.top.max(2), analysis.knee);

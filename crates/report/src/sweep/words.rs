@@ -418,6 +418,39 @@ pub fn marginal(analysis: &Analysis, marginal: &Marginal) -> String {
     text + "."
 }
 
+/// Which models of the DRAM made the numbers; nothing where that is not known.
+pub fn memory(analysis: &Analysis) -> String {
+    let model = |row: &u32| analysis.table.models.word(*row);
+    let mut rows: Vec<u32> = [&analysis.rows, &analysis.behind, &analysis.unmet]
+        .into_iter()
+        .flatten()
+        .copied()
+        .collect();
+    rows.sort_unstable();
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for row in &rows {
+        match counts.iter_mut().find(|(name, _)| *name == model(row)) {
+            Some((_, n)) => *n += 1,
+            None => counts.push((model(row), 1)),
+        }
+    }
+    counts.sort_unstable();
+    counts.retain(|(name, _)| !name.is_empty());
+    match counts.as_slice() {
+        [] => String::new(),
+        [(name, _)] => format!("Memory: `{name}` for all designs."),
+        several => {
+            let of = |(name, n): &(&str, usize)| format!("`{name}` for {}", counted(*n, "design"));
+            let on_front = analysis.front.iter().filter(|row| model(row) == "banked").count();
+            format!(
+                "Memory: {}; {on_front} of {} of the front are `banked`.",
+                several.iter().map(of).collect::<Vec<_>>().join(", "),
+                analysis.front.len()
+            )
+        }
+    }
+}
+
 /// One step of one axis: `vru.cores 4 -> 8 (#12): frame rate +20 FPS, area +0.2 mm²`.
 pub fn neighbour(analysis: &Analysis, from: u32, step: &Neighbour) -> String {
     let (name, words) = &analysis.table.axes[step.axis];
@@ -437,12 +470,13 @@ pub fn neighbour(analysis: &Analysis, from: u32, step: &Neighbour) -> String {
         let change = measure.difference(change, analysis.value(j, from));
         parts.push(format!("{} {change}", measure.short()));
     }
+    let objectives = &analysis.question.objectives;
     for (price, more) in Price::ALL.into_iter().zip(step.prices) {
-        let known = analysis.question.objectives.iter().any(|o| o.name == price.column());
-        let old = price.of(analysis.table, from).unwrap_or(0.0);
+        let known = analysis.question.objectives.iter().any(|o| o.name == price.column(objectives));
+        let old = price.of(analysis.table, objectives, from).unwrap_or(0.0);
         let differs = |m: &f64| !is_alike(old, old + m, analysis.question.epsilon);
         if let Some(more) = more.filter(|m| !known && differs(m)) {
-            let words = Measure::of(price.column()).short();
+            let words = Measure::of(price.column(objectives)).short();
             let sign = if more > 0.0 { "+" } else { "" };
             parts.push(format!("{words} {sign}{} {}", significant(more), price.unit()));
         }

@@ -1,34 +1,39 @@
-//! The front of a sweep on `calibrated` DRAM, against the same designs on `banked`.
+//! Designs of a sweep on `calibrated` DRAM that were simulated again with `banked`: what became of
+//! them, and how far the two models are apart.
 //!
-//! The knee comes first, then its neighbours along the front, then outward. With `banked` the
-//! designs are ranked among themselves, with the scaling of the sweep's own front: so the knee
-//! stays the knee unless another of them has a smaller merit.
+//! The front is confirmed from its knee outward, and designs that miss the display rate by less than
+//! the models differ. Their results with `banked` take the place of the others in the table, so that
+//! every conclusion about them is drawn from these; the front may then have other designs, which are
+//! confirmed in turn.
 
+use powergs_core::accel::machine::DramModel;
 use serde::{Deserialize, Serialize};
 
 use super::Analysis;
 use super::designs::{self, Slice};
-use super::front::is_alike;
-use super::question::{AnalysisError, Misses, Named, Question};
-use super::table::Table;
+use super::front::{beats, is_alike};
+use super::question::{Question, Scope};
+use super::table::{Over, Table};
 
 /// Columns that are compared besides the objectives.
 const COLUMNS: [&str; 5] =
     ["frame_time_ms.mean", "fps.mean", "energy_pj.mean", "power_w.mean", "area_mm2"];
 
-/// What became of the front of a sweep with `banked`.
+/// What became of the designs with `banked`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Confirmation {
-    /// Designs of the whole front.
+    /// Designs of the front, after it was confirmed.
     pub front: usize,
     /// Label of the energy table.
     pub energy_table: String,
     /// Which rows were compared, in words.
     pub scope: String,
-    /// The designs, the knee of the sweep first.
+    /// The designs, those of the front of `calibrated` first, from its knee outward.
     pub designs: Vec<Confirmed>,
-    /// The knee with `banked`; `None` if none of them can be ranked.
-    pub knee: Option<u64>,
+    /// The knee of the sweep with `calibrated` alone.
+    pub knee_before: u64,
+    /// The knee once designs are confirmed.
+    pub knee: u64,
     /// The order of the designs in each objective.
     pub orders: Vec<Order>,
 }
@@ -44,17 +49,27 @@ pub struct Confirmed {
     pub standing: Standing,
     /// Its numbers: frame time, rate, energy, power and area, then the other objectives.
     pub values: Vec<Compared>,
+    /// Its frame time on each trace, whose label stands for the column.
+    pub traces: Vec<Compared>,
 }
 
-/// Where a design of the front stands with `banked`, among those that were confirmed.
+impl Confirmed {
+    /// The largest difference of its frame time on any trace, a share without sign.
+    pub fn error(&self) -> f64 {
+        let differences = self.traces.iter().chain(&self.values[..1]);
+        differences.filter_map(Compared::difference).map(f64::abs).fold(0.0, f64::max)
+    }
+}
+
+/// Where a design stands with `banked`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
-    /// None of them beats it.
+    /// It is on the front.
     Front,
     /// Another one beats it.
     Beaten,
-    /// It misses the display rate, which it met.
+    /// It misses the display rate.
     Late,
     /// It does not meet the condition.
     Unmet,
@@ -122,61 +137,63 @@ impl Analysis<'_> {
         places.sort_by_key(|&place| (place.abs_diff(knee), place));
         places.iter().take(most).map(|&place| self.table.points[front[place] as usize]).collect()
     }
+
+    /// At most `most` designs, the nearest first, that miss the display rate by less than the share
+    /// `error`, and that no design of the front would beat if they met it.
+    pub fn nearly_met(&self, error: f64, most: usize) -> Vec<u64> {
+        let Some(fps) = self.question.display_fps else { return Vec::new() };
+        let period_ms = 1e3 / fps;
+        let epsilon = self.question.epsilon;
+        let (rows, costs) =
+            designs::with_costs(self.table, &self.question.objectives, &self.behind);
+        let mut near = Vec::new();
+        for (place, &row) in rows.iter().enumerate() {
+            let point = self.table.points[row as usize];
+            let missed = self.late.slowest_ms(point).map_or(0.0, |ms| ms / period_ms - 1.0);
+            let is_beaten =
+                self.members.iter().any(|&m| beats(self.costs.of(m), costs.of(place), epsilon));
+            if missed <= error && !is_beaten {
+                near.push((missed, point));
+            }
+        }
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.into_iter().take(most).map(|(_, point)| point).collect()
+    }
 }
 
 impl Confirmation {
-    /// Compares designs of an analysis, by their points, with the same ones in `banked`: a table
-    /// with the same columns.
-    ///
-    /// # Errors
-    /// Those of [`Analysis::of`], unless no design can be ranked.
-    pub fn of(
-        analysis: &Analysis<'_>,
-        points: &[u64],
-        banked: &Table,
-    ) -> Result<Confirmation, AnalysisError> {
-        let table = &analysis.energy_table;
-        let question = Question {
-            energy_table: Some(table.clone()),
-            design: Named::Baseline,
-            ..analysis.question.clone()
-        };
-        let ranked = match banked.is_empty() {
-            true => None,
-            false => match Analysis::of(banked, &question) {
-                Ok(ranked) => Some(ranked),
-                Err(AnalysisError::Unmet { .. } | AnalysisError::Nothing { .. }) => None,
-                Err(error) => return Err(error),
-            },
-        };
-        let slices = Sides { analysis, banked, slice: slice(banked, table, &question) };
-        let knee = ranked.as_ref().map(|ranked| knee(analysis, ranked));
-        let standing = |point| slices.standing(ranked.as_ref(), point);
-        let designs = points.iter().filter_map(|&point| slices.design(point, standing(point)));
-        let designs = designs.collect();
+    /// Compares designs, by their points: `before` is the analysis of the sweep with `calibrated`
+    /// alone, `after` that of the table in which they have the place of the others.
+    pub fn of(before: &Analysis<'_>, after: &Analysis<'_>, points: &[u64]) -> Confirmation {
+        let question = &before.question;
+        let tables = [before.table, after.table];
+        let label = &before.energy_table;
+        let slices = tables.map(|table| slice(table, label, question));
+        let sides = Sides { before, after, slices };
+        let point = |analysis: &Analysis<'_>| analysis.table.points[analysis.knee as usize];
         let objectives = 0..question.objectives.len();
-        Ok(Confirmation {
-            front: analysis.front.len(),
-            energy_table: table.clone(),
+        Confirmation {
+            front: after.front.len(),
+            energy_table: label.clone(),
             scope: question.scope.to_string(),
-            designs,
-            knee,
-            orders: objectives.map(|j| slices.order(points, j)).collect(),
-        })
+            designs: points.iter().filter_map(|&point| sides.design(point)).collect(),
+            knee_before: point(before),
+            knee: point(after),
+            orders: objectives.map(|j| sides.order(points, j)).collect(),
+        }
     }
 
-    /// The knee of the sweep.
-    pub fn knee_before(&self) -> Option<u64> {
-        self.designs.first().map(|design| design.point)
+    /// The largest difference of a frame time on any trace, a share without sign.
+    pub fn error(&self) -> f64 {
+        self.designs.iter().map(Confirmed::error).fold(0.0, f64::max)
     }
 
-    /// Whether it is of this analysis: of the same objectives and rows, with the same knee.
+    /// Whether it is of this analysis: of the same objectives and rows.
     pub fn fits(&self, analysis: &Analysis<'_>) -> bool {
         let names = analysis.question.objectives.iter().map(|o| &o.name);
         self.energy_table == analysis.energy_table
             && self.scope == analysis.question.scope.to_string()
             && self.orders.iter().map(|order| &order.objective).eq(names)
-            && self.designs.iter().map(|d| d.point).eq(analysis.from_knee(self.designs.len()))
     }
 }
 
@@ -187,75 +204,83 @@ fn slice(table: &Table, label: &str, question: &Question) -> Slice {
     code.map_or(none, |code| Slice::of(table, code, &question.scope))
 }
 
-/// The knee with `banked`; that of the sweep if it is alike.
-fn knee(analysis: &Analysis<'_>, ranked: &Analysis<'_>) -> u64 {
-    let merit = |place: &usize| analysis.scaling.merit(ranked.costs.of(ranked.members[*place]));
-    let best = (0..ranked.front.len()).min_by(|a, b| merit(a).total_cmp(&merit(b)));
-    let best = best.expect("finite costs have a front");
-    let point = |row: &u32| ranked.table.points[*row as usize];
-    let before = analysis.table.points[analysis.knee as usize];
-    match ranked.twins[best].iter().any(|row| point(row) == before) {
-        true => before,
-        false => point(&ranked.front[best]),
-    }
-}
-
 /// Both sides of a comparison.
 struct Sides<'a, 't> {
-    analysis: &'a Analysis<'t>,
-    banked: &'a Table,
-    slice: Slice,
+    before: &'a Analysis<'t>,
+    after: &'a Analysis<'t>,
+    slices: [Slice; 2],
 }
 
 impl Sides<'_, '_> {
-    fn row(&self, point: u64) -> Option<u32> {
-        let is_it = |row: &&u32| self.analysis.table.points[**row as usize] == point;
-        self.analysis.front.iter().find(is_it).copied()
+    fn rows(&self, point: u64) -> [Option<u32>; 2] {
+        [self.slices[0].row(self.before.table, point), self.slices[1].row(self.after.table, point)]
     }
 
-    fn standing(&self, ranked: Option<&Analysis<'_>>, point: u64) -> Standing {
-        let Some(row) = self.slice.row(self.banked, point) else { return Standing::Failed };
-        let objectives = &self.analysis.question.objectives;
-        if designs::values(self.banked, objectives, row).is_none() {
+    fn standing(&self, row: Option<u32>) -> Standing {
+        let after = self.after;
+        let Some(row) = row else { return Standing::Failed };
+        if designs::values(after.table, &after.question.objectives, row).is_none()
+            || after.table.models.word(row) != DramModel::Banked.name()
+        {
             return Standing::Failed;
         }
-        let Some(ranked) = ranked else { return Standing::Unmet };
-        let was_late = self.row(point).is_some_and(|row| self.analysis.is_late(row));
-        let behind = self.analysis.question.misses == Misses::Behind;
         match row {
-            row if ranked.unmet.contains(&row) => Standing::Unmet,
-            row if behind && !was_late && ranked.is_late(row) => Standing::Late,
-            row if ranked.front.contains(&row) => Standing::Front,
-            row if ranked.twins.iter().flatten().any(|twin| *twin == row) => Standing::Front,
-            row if ranked.behind.contains(&row) => Standing::Late,
+            row if after.unmet.contains(&row) => Standing::Unmet,
+            row if after.front.contains(&row) => Standing::Front,
+            row if after.twins.iter().flatten().any(|twin| *twin == row) => Standing::Front,
+            row if after.behind.contains(&row) || after.is_late(row) => Standing::Late,
             _ => Standing::Beaten,
         }
     }
 
-    fn design(&self, point: u64, standing: Standing) -> Option<Confirmed> {
-        let row = self.row(point)?;
-        let objectives = self.analysis.question.objectives.iter().map(|o| o.name.as_str());
+    fn design(&self, point: u64) -> Option<Confirmed> {
+        let [row, new] = self.rows(point);
+        let row = row?;
+        let objectives = self.before.question.objectives.iter().map(|o| o.name.as_str());
         let others = objectives.filter(|name| !COLUMNS.contains(name));
         let values = COLUMNS.into_iter().chain(others).map(|column| self.compared(column, point));
         Some(Confirmed {
             point,
-            id: format!("{:032x}", self.analysis.table.ids[row as usize]),
-            standing,
+            id: format!("{:032x}", self.before.table.ids[row as usize]),
+            standing: self.standing(new),
             values: values.collect(),
+            traces: self.traces(point),
         })
     }
 
     fn compared(&self, column: &str, point: u64) -> Compared {
         let of = |table: &Table, row: Option<u32>| table.number(column, row?);
+        let [old, new] = self.rows(point);
         Compared {
             column: column.to_owned(),
-            calibrated: of(self.analysis.table, self.row(point)),
-            banked: of(self.banked, self.slice.row(self.banked, point)),
+            calibrated: of(self.before.table, old),
+            banked: of(self.after.table, new),
+        }
+    }
+
+    /// The frame time of a point on every trace.
+    fn traces(&self, point: u64) -> Vec<Compared> {
+        let table = self.before.table;
+        let is_of_trace = |row: &u32| {
+            table.points[*row as usize] == point
+                && table.over[*row as usize] == Over::Trace
+                && table.energy_tables.word(*row) == self.before.energy_table
+        };
+        let rows = (0..table.len() as u32).filter(is_of_trace);
+        let one = |row: u32| {
+            // Results take the place of others row by row.
+            let of = |table: &Table| table.number("frame_time_ms.mean", row);
+            let column = table.traces.word(row).to_owned();
+            Compared { column, calibrated: of(table), banked: of(self.after.table) }
+        };
+        match self.before.question.scope {
+            Scope::Trace(_) => Vec::new(),
+            Scope::Mean | Scope::Worst => rows.map(one).collect(),
         }
     }
 
     fn order(&self, points: &[u64], objective: usize) -> Order {
-        let question = &self.analysis.question;
+        let question = &self.before.question;
         let objective = &question.objectives[objective];
         let known: Vec<(u64, f64, f64)> = points
             .iter()

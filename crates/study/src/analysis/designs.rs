@@ -125,7 +125,97 @@ pub fn names(table: &Table) -> impl Iterator<Item = &str> {
     table.metric_names.iter().map(String::as_str).chain(axes)
 }
 
-/// The rows that meet a condition. A row without a value that the condition needs does not.
+/// A condition over a table: what its names stand for in each row, and which rows it has to hold in.
+pub(crate) struct Held<'t, 'e> {
+    condition: &'e Expr,
+    columns: Vec<(&'e str, Source<'t>)>,
+    /// Of every point and energy table the row of the mean and those of the traces.
+    over: BTreeMap<(u64, u32), (Option<u32>, Vec<u32>)>,
+    table: &'t Table,
+}
+
+impl<'t, 'e> Held<'t, 'e> {
+    /// Checks the names of a condition.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Column`] for a name that is none.
+    pub(crate) fn new(
+        table: &'t Table,
+        condition: &'e Expr,
+    ) -> Result<Held<'t, 'e>, AnalysisError> {
+        check_names(table, condition)?;
+        let mut columns: Vec<(&str, Source)> = Vec::new();
+        for name in condition.names() {
+            columns.extend(Source::of(table, name).map(|source| (name, source)));
+        }
+        let mut over: BTreeMap<_, (Option<u32>, Vec<u32>)> = BTreeMap::new();
+        for row in 0..table.len() as u32 {
+            let key = (table.points[row as usize], table.energy_tables.code(row));
+            let (mean, traces) = over.entry(key).or_default();
+            match table.over[row as usize] {
+                Over::Mean => *mean = Some(row),
+                Over::Trace => traces.push(row),
+                Over::Worst => {}
+            }
+        }
+        Ok(Held { condition, columns, over, table })
+    }
+
+    fn value(&self, name: &str, row: u32) -> Option<Value> {
+        self.columns.iter().find(|(n, _)| *n == name).and_then(|(_, source)| source.value(row))
+    }
+
+    /// The rows that it has to hold in for that of a design: all of its traces, or the row itself
+    /// where that is of one trace.
+    fn rows(&self, row: u32) -> (u32, &[u32]) {
+        let key = (self.table.points[row as usize], self.table.energy_tables.code(row));
+        match (self.table.over[row as usize], self.over.get(&key)) {
+            (Over::Trace, Some((mean, _))) => (mean.unwrap_or(row), &[]),
+            (_, Some((mean, traces))) => (mean.unwrap_or(row), traces),
+            (_, None) => (row, &[]),
+        }
+    }
+
+    /// Whether it holds for a design. A row without a value that it needs does not.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Condition`] if it is no statement, or compares words with numbers.
+    pub(crate) fn holds(&self, row: u32) -> Result<bool, AnalysisError> {
+        let (mean, traces) = self.rows(row);
+        let own = [row];
+        let rows = if traces.is_empty() { &own[..] } else { traces };
+        for &at in rows {
+            let lookup = |name: &str| self.value(name, at);
+            let of_mean = |name: &str| self.value(name, mean);
+            match self.condition.holds_with(&lookup, &of_mean) {
+                Ok(true) => {}
+                Ok(false) => return Ok(false),
+                // All names are columns: here the row has no value.
+                Err(e) if e.unknown.is_some() => return Ok(false),
+                Err(e) => return Err(AnalysisError::Condition(e.to_string())),
+            }
+        }
+        Ok(true)
+    }
+
+    /// By which share a design misses it, and the row where that is most; see
+    /// [`Expr::missed_by`].
+    pub(crate) fn missed_by(&self, row: u32) -> Option<(f64, u32)> {
+        let (mean, traces) = self.rows(row);
+        let own = [row];
+        let rows = if traces.is_empty() { &own[..] } else { traces };
+        let of = |&at: &u32| {
+            let lookup = |name: &str| self.value(name, at);
+            let of_mean = |name: &str| self.value(name, mean);
+            Some((self.condition.missed_by(&lookup, &of_mean).ok()?, at))
+        };
+        let all: Option<Vec<(f64, u32)>> = rows.iter().map(of).collect();
+        all?.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+}
+
+/// The rows that meet a condition on every trace. A row without a value that the condition needs
+/// does not.
 ///
 /// # Errors
 /// [`AnalysisError::Column`] for a name that is none, [`AnalysisError::Condition`] if it is no
@@ -135,25 +225,58 @@ pub(crate) fn meeting(
     condition: &Expr,
     rows: &[u32],
 ) -> Result<Vec<u32>, AnalysisError> {
-    check_names(table, condition)?;
-    let mut columns: Vec<(&str, Source)> = Vec::new();
-    for name in condition.names() {
-        columns.extend(Source::of(table, name).map(|source| (name, source)));
-    }
+    let held = Held::new(table, condition)?;
     let mut kept = Vec::new();
     for &row in rows {
-        let value = |name: &str| {
-            columns.iter().find(|(n, _)| *n == name).and_then(|(_, source)| source.value(row))
-        };
-        match condition.holds(&value) {
-            Ok(true) => kept.push(row),
-            Ok(false) => {}
-            // All names are columns: here the row has no value.
-            Err(e) if e.unknown.is_some() => {}
-            Err(e) => return Err(AnalysisError::Condition(e.to_string())),
+        if held.holds(row)? {
+            kept.push(row);
         }
     }
     Ok(kept)
+}
+
+/// The design that misses a condition least, and which part of it it misses where.
+pub(crate) fn nearest(table: &Table, condition: &Expr, rows: &[u32]) -> Option<String> {
+    let held = Held::new(table, condition).ok()?;
+    let missed = |&row: &u32| held.missed_by(row).map(|(share, at)| (share, at, row));
+    let all = rows.iter().filter_map(missed).filter(|(share, ..)| share.is_finite());
+    let (share, at, row) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let parts: Vec<Expr> =
+        conjuncts(condition.text()).iter().filter_map(|text| Expr::parse(text).ok()).collect();
+    let worst = parts
+        .iter()
+        .filter_map(|part| Some((part, Held::new(table, part).ok()?.missed_by(row)?.0)));
+    let (part, _) = worst.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let values: Vec<String> = part
+        .names()
+        .into_iter()
+        .filter_map(|name| {
+            let value = table.number(name, at)?;
+            Some(format!("{name} {}", significant(value)))
+        })
+        .collect();
+    let trace = match table.traces.word(at) {
+        "" => String::new(),
+        trace => format!(" on {trace}"),
+    };
+    let values =
+        if values.is_empty() { String::new() } else { format!(" ({})", values.join(", ")) };
+    Some(format!(
+        "{} misses `{}` by {}{trace}{values}",
+        table.label(row),
+        part.text(),
+        percent(share)
+    ))
+}
+
+/// Three digits.
+fn significant(value: f64) -> String {
+    powergs_base::format::significant(value)
+}
+
+/// `11 %`.
+fn percent(share: f64) -> String {
+    format!("{} %", powergs_base::format::significant(share * 100.0))
 }
 
 /// The energy table and the column of `LABEL:area_mm2`.

@@ -11,7 +11,7 @@ use super::table::Table;
 /// What is paid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Price {
-    /// Area of the chip, mm².
+    /// Area, mm².
     Area,
     /// Power at the display rate, mW.
     Power,
@@ -21,9 +21,12 @@ impl Price {
     /// All of them.
     pub const ALL: [Price; 2] = [Price::Area, Price::Power];
 
-    /// The column of the results.
-    pub fn column(self) -> &'static str {
+    /// The column of the results that an answer with these objectives pays in: the core where that
+    /// is an objective, else the die.
+    pub fn column(self, objectives: &[Objective]) -> &'static str {
+        const CORE: &str = "area_mm2.core";
         match self {
+            Price::Area if objectives.iter().any(|o| o.name == CORE) => CORE,
             Price::Area => "area_mm2",
             Price::Power => "power_w.mean",
         }
@@ -38,20 +41,20 @@ impl Price {
     }
 
     /// The price of a row, in its unit.
-    pub fn of(self, table: &Table, row: u32) -> Option<f64> {
+    pub fn of(self, table: &Table, objectives: &[Objective], row: u32) -> Option<f64> {
         let scale = match self {
             Price::Area => 1.0,
             Price::Power => 1e3,
         };
-        Some(table.number(self.column(), row)? * scale)
+        Some(table.number(self.column(objectives), row)? * scale)
     }
 
     /// Whether the gain of an objective can be weighed against this price. Energy and power are
     /// one thing at a given rate.
-    fn buys(self, objective: &Objective) -> bool {
+    fn buys(self, objective: &Objective, objectives: &[Objective]) -> bool {
         let name = objective.name.as_str();
         let energy = || ["energy_pj", "power_", "edp_"].iter().any(|p| name.starts_with(p));
-        name != self.column() && !(self == Price::Power && energy())
+        name != self.column(objectives) && !(self == Price::Power && energy())
     }
 }
 
@@ -96,10 +99,10 @@ pub fn along(
 ) -> Vec<Marginal> {
     let mut all = Vec::new();
     for price in Price::ALL {
-        for objective in objectives.iter().filter(|o| price.buys(o)) {
+        for objective in objectives.iter().filter(|o| price.buys(o, objectives)) {
             let point = |&row: &u32| {
                 let gain = -objective.goal.cost(table.number(&objective.name, row)?);
-                Some((price.of(table, row)?, gain, row))
+                Some((price.of(table, objectives, row)?, gain, row))
             };
             let steps = hull(front.iter().filter_map(point).collect(), epsilon);
             if !steps.is_empty() {
@@ -162,7 +165,9 @@ pub fn around(
     reference: u32,
 ) -> Vec<Neighbour> {
     let mut found: Vec<Vec<u32>> = vec![Vec::new(); table.axes.len()];
-    for &row in rows {
+    // Of two models of the memory the difference would be in it too.
+    let same_model = |row: u32| table.models.code(row) == table.models.code(reference);
+    for &row in rows.iter().filter(|row| same_model(**row)) {
         let mut differing =
             (0..table.axes.len()).filter(|&a| !table.axes[a].1.same(row, reference));
         if let (Some(axis), None) = (differing.next(), differing.next()) {
@@ -180,7 +185,9 @@ pub fn around(
                 let (new, old) = (table.number(&o.name, row)?, table.number(&o.name, reference)?);
                 Some(o.goal.gain(old, new))
             };
-            let more = |p: Price| Some(p.of(table, row)? - p.of(table, reference)?);
+            let more = |p: Price| {
+                Some(p.of(table, objectives, row)? - p.of(table, objectives, reference)?)
+            };
             let gains = objectives.iter().map(gain).collect();
             all.push(Neighbour { axis, row, gains, prices: Price::ALL.map(more) });
         }

@@ -66,6 +66,8 @@ pub struct Question {
     pub free: Vec<FreeAxis>,
     /// Frames per second that the display shows, where that is known: only words need it.
     pub display_fps: Option<f64>,
+    /// A line where powers are, watts: only charts need it.
+    pub budget_w: Option<f64>,
 }
 
 /// What becomes of designs that take longer than a display period for some frame.
@@ -94,6 +96,7 @@ impl Question {
             misses: Misses::Behind,
             free: Vec::new(),
             display_fps: None,
+            budget_w: None,
         }
     }
 
@@ -172,12 +175,21 @@ pub enum AnalysisError {
         energy_table: String,
     },
     /// No design meets the condition.
-    #[error("none of {designs} designs meets the condition{}", parts_text(.parts))]
+    #[error(
+        "none of {designs} designs meets the condition on every trace{}{}{}",
+        parts_text(.parts),
+        .nearest.as_ref().map_or(String::new(), |nearest| format!("; nearest: {nearest}")),
+        tables_text(.tables)
+    )]
     Unmet {
         /// Designs that were analysed.
         designs: usize,
         /// Each part of the condition with the number of designs that meet it.
         parts: Vec<(String, usize)>,
+        /// The design that misses it least, what it misses and where, in words.
+        nearest: Option<String>,
+        /// Other energy tables under which some designs meet it, and how many.
+        tables: Vec<(String, usize)>,
     },
     /// A design that is not there.
     #[error(
@@ -196,6 +208,11 @@ fn parts_text(parts: &[(String, usize)]) -> String {
     }
     let one = |(text, n): &(String, usize)| format!("`{text}` alone: {n}");
     format!("; {}", parts.iter().map(one).collect::<Vec<_>>().join(", "))
+}
+
+fn tables_text(tables: &[(String, usize)]) -> String {
+    let one = |(label, n): &(String, usize)| format!("; under `{label}` {n} meet it");
+    tables.iter().map(one).collect()
 }
 
 impl AnalysisError {

@@ -13,7 +13,7 @@ mod words;
 pub use read::Collector;
 pub use words::Words;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::question::{AnalysisError, Objective};
 use crate::sweep::expr::{Expr, Value};
@@ -119,6 +119,8 @@ pub struct Table {
     pub over: Vec<Over>,
     /// Label of the trace of each row; empty for aggregates.
     pub traces: Words,
+    /// The model of the DRAM that each row is of; empty where that is not known.
+    pub models: Words,
     /// Place of each row in the file, the first after the header being 0.
     pub records: Vec<u32>,
     /// One column per axis.
@@ -178,6 +180,30 @@ impl Table {
     pub fn axis(&self, name: &str) -> Option<&Words> {
         let mut all = self.axes.iter().chain(&self.followers);
         all.find(|(axis, _)| axis == name).map(|(_, words)| words)
+    }
+
+    /// The row of each design, table and trace of `other` takes the place of that here: the metrics
+    /// that both have, and the model.
+    pub fn replace(&mut self, other: &Table) {
+        let key = |table: &Table, row: usize| {
+            let at = row as u32;
+            let labels = [table.energy_tables.word(at), table.traces.word(at)];
+            let over = table.over[row];
+            // The slowest trace may be another one.
+            let trace = if over == Over::Trace { labels[1] } else { "" };
+            (table.points[row], over, labels[0].to_owned(), trace.to_owned())
+        };
+        let new: BTreeMap<_, usize> = (0..other.len()).map(|row| (key(other, row), row)).collect();
+        let places: Vec<(usize, usize)> =
+            (0..self.len()).filter_map(|row| Some((row, *new.get(&key(self, row))?))).collect();
+        for column in &mut self.metrics {
+            let Values::Numbers(numbers) = &mut column.values else { continue };
+            let Some(others) = other.numbers(&column.name) else { continue };
+            places.iter().for_each(|&(row, from)| numbers[row] = others[from]);
+        }
+        for &(row, from) in &places {
+            self.models.set(row as u32, other.models.word(from as u32));
+        }
     }
 
     /// Counts designs that the sweep left out by its constraints: they have no rows.

@@ -4,8 +4,9 @@
 //! dashes and a leading `file:`; a dash between letters is part of the name, so the difference of
 //! two names needs spaces. Any name can be put in backquotes. Operators from the lowest precedence
 //! to the highest: `||`, `&&`, comparisons, `+ -`, `* / %`, `! -`, `^`. Functions: `min`, `max`,
-//! `abs`, `ceil`, `floor`, `round`, `sqrt`, `log2`, `ceil_pow2`, `floor_pow2` and
-//! `if(condition, then, else)`.
+//! `abs`, `ceil`, `floor`, `round`, `sqrt`, `log2`, `ceil_pow2`, `floor_pow2`,
+//! `if(condition, then, else)`, and `mean(x)`: `x` over all traces, in a condition that has to hold
+//! on each of them.
 //!
 //! A statistic says its unit in its name, and a number beside it may be bare (`frame_time_ms.p99 <=
 //! 16.67`) or have a unit, which is then converted to that of the name (`energy_pj.mean <= 2 mJ`).
@@ -158,10 +159,12 @@ enum Function {
     CeilPow2,
     FloorPow2,
     If,
+    /// Of its value over the traces, where the rest is of each of them.
+    Mean,
 }
 
 impl Function {
-    const ALL: [(&'static str, Function); 11] = [
+    const ALL: [(&'static str, Function); 12] = [
         ("min", Function::Min),
         ("max", Function::Max),
         ("abs", Function::Abs),
@@ -173,6 +176,7 @@ impl Function {
         ("ceil_pow2", Function::CeilPow2),
         ("floor_pow2", Function::FloorPow2),
         ("if", Function::If),
+        ("mean", Function::Mean),
     ];
 
     /// How many values it takes, at least and at most.
@@ -187,7 +191,8 @@ impl Function {
             | Function::Sqrt
             | Function::Log2
             | Function::CeilPow2
-            | Function::FloorPow2 => (1, 1),
+            | Function::FloorPow2
+            | Function::Mean => (1, 1),
         }
     }
 }
@@ -231,7 +236,39 @@ impl Expr {
     /// A name that stands for nothing, values of the wrong kind, or no finite number (a division by
     /// zero); with the column.
     pub fn eval(&self, lookup: &dyn Fn(&str) -> Option<Value>) -> Result<Value, ExprError> {
-        eval::value(&self.text, &self.root, lookup)
+        eval::value(&self.text, &self.root, lookup, lookup)
+    }
+
+    /// As [`Expr::holds`], where names inside of `mean(...)` stand for what `mean` says.
+    ///
+    /// # Errors
+    /// As [`Expr::holds`].
+    pub fn holds_with(
+        &self,
+        lookup: &dyn Fn(&str) -> Option<Value>,
+        mean: &dyn Fn(&str) -> Option<Value>,
+    ) -> Result<bool, ExprError> {
+        match eval::value(&self.text, &self.root, lookup, mean)? {
+            Value::Truth(truth) => Ok(truth),
+            other => {
+                let message = format!("this is {}; a condition is true or false", other.kind());
+                Err(ExprError::new(&self.text, &self.root.span, message))
+            }
+        }
+    }
+
+    /// By which share a condition is missed: 0.1 where a value is 10 % above what it may be, at
+    /// most 0 where it holds. A condition that is no comparison of numbers is met or missed by
+    /// infinity.
+    ///
+    /// # Errors
+    /// As [`Expr::holds`].
+    pub fn missed_by(
+        &self,
+        lookup: &dyn Fn(&str) -> Option<Value>,
+        mean: &dyn Fn(&str) -> Option<Value>,
+    ) -> Result<f64, ExprError> {
+        eval::missed_by(&self.text, &self.root, lookup, mean)
     }
 
     /// As [`Expr::eval`], for an expression that must be true or false.
@@ -239,13 +276,7 @@ impl Expr {
     /// # Errors
     /// Also a number or a text.
     pub fn holds(&self, lookup: &dyn Fn(&str) -> Option<Value>) -> Result<bool, ExprError> {
-        match self.eval(lookup)? {
-            Value::Truth(truth) => Ok(truth),
-            other => {
-                let message = format!("this is {}; a condition is true or false", other.kind());
-                Err(ExprError::new(&self.text, &self.root.span, message))
-            }
-        }
+        self.holds_with(lookup, lookup)
     }
 
     /// An error about a name of the expression, at its first place.

@@ -21,6 +21,13 @@ pub struct Metric {
     make: Make,
 }
 
+impl Metric {
+    /// Whether it is a frame rate, of which less is worse.
+    pub fn is_rate(&self) -> bool {
+        self.unit == "1/s"
+    }
+}
+
 /// A function of the columns before.
 type OfOthers = fn(&dyn Fn(&str) -> Option<f64>) -> Option<f64>;
 

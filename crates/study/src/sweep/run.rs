@@ -36,7 +36,7 @@ pub use opened::{Designs, OpenedSweep};
 pub use own::Sweep;
 pub use plan::{Cause, Plan};
 pub use records::Records;
-pub use request::SweepRequest;
+pub use request::{StandIn, SweepRequest};
 pub use results::{Results, Tally};
 pub use shared::SharedResults;
 pub use state::State;

@@ -3,7 +3,7 @@
 //! One row per design, energy table and trace, and two aggregates over the traces of each design
 //! and energy table: their weighted mean, and the slowest trace.
 
-use super::metric::{Weighted, metrics, values};
+use super::metric::{Metric, Weighted, metrics, values};
 use super::outcome::{Outcome, place};
 
 /// What a column holds.
@@ -57,7 +57,7 @@ impl Cell {
 }
 
 /// The columns before those of the axes: name, kind, definition.
-pub const FIRST: [(&str, ColumnKind, &str); 8] = [
+pub const FIRST: [(&str, ColumnKind, &str); 9] = [
     (
         "point",
         ColumnKind::Integer,
@@ -88,12 +88,21 @@ pub const FIRST: [(&str, ColumnKind, &str); 8] = [
         "Label of the trace; empty in `mean` rows, the slowest trace in `worst` rows.",
     ),
     (
+        MODEL,
+        ColumnKind::Text,
+        "Model of the DRAM that made the row: `banked` for what was confirmed, `calibrated` for \
+         the rest of a large sweep.",
+    ),
+    (
         "scope",
         ColumnKind::Text,
-        "`trace` (one trace), `mean` (all traces by weight) or `worst` (the trace with the largest \
-         mean frame time).",
+        "`trace` (one trace), `mean` (all traces by weight) or `worst` (of each column the largest \
+         over the traces, of frame rates the smallest).",
     ),
 ];
+
+/// The column of the model of the DRAM.
+pub const MODEL: &str = "dram_model";
 
 /// The columns behind the metrics: what is known of a design before it is simulated. Name, unit,
 /// definition.
@@ -125,6 +134,8 @@ pub struct Entry {
     pub point: Option<u64>,
     /// Its hash; `None` if it is no machine.
     pub id: Option<u128>,
+    /// The model of the DRAM that its results are of; empty if it is no machine.
+    pub model: &'static str,
     /// Its cells in the columns of the axes.
     pub axes: Vec<Cell>,
     /// What is known of it before it is simulated under each energy table; none if it is no
@@ -209,7 +220,7 @@ pub fn rows(
             let mean = values(&outcomes);
             rows.push(row(entry, Status::OK, table, "", "mean", Some(mean)));
             let slowest = slowest(&outcomes);
-            let worst = values(&outcomes[slowest..=slowest]);
+            let worst = worst(&outcomes);
             let label = &traces[slowest].label;
             rows.push(row(entry, Status::OK, table, label, "worst", Some(worst)));
         }
@@ -221,6 +232,20 @@ pub fn rows(
         }
     }
     rows
+}
+
+/// Of each column the largest over the traces, of frame rates the smallest.
+fn worst(outcomes: &[Weighted]) -> Vec<Option<f64>> {
+    let each = outcomes.iter().map(|outcome| values(std::slice::from_ref(outcome)));
+    let worse = |metric: &Metric, a: f64, b: f64| match metric.is_rate() {
+        true => a.min(b),
+        false => a.max(b),
+    };
+    let all = each.reduce(|all, next| {
+        let both = metrics().iter().zip(all.into_iter().zip(next));
+        both.map(|(metric, (a, b))| a.zip(b).map(|(a, b)| worse(metric, a, b))).collect()
+    });
+    all.unwrap_or_default()
 }
 
 /// The trace with the largest mean frame time; the first of equals.
@@ -247,6 +272,7 @@ fn row(
         text(status.reason),
         text(table),
         text(trace),
+        text(entry.model),
         text(scope),
     ];
     row.extend(entry.axes.iter().cloned());

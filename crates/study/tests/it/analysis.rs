@@ -1,5 +1,6 @@
 //! Pareto fronts, knees, marginal values and the stability of rankings.
 
+mod conditions;
 mod confirmation;
 mod front;
 mod stability;

@@ -9,7 +9,7 @@ use super::words::Builder;
 use super::{BASELINE, Column, Counts, Over, Table, TableError, Values};
 use crate::analysis::question::Question;
 use crate::sweep::run::results::Results;
-use crate::sweep::table::{Cell, Column as ResultColumn};
+use crate::sweep::table::{Cell, Column as ResultColumn, MODEL};
 
 /// The columns that come before the axes.
 const FIXED: [&str; 8] =
@@ -109,6 +109,9 @@ struct Building {
     energy_tables: Builder,
     over: Vec<Over>,
     traces: Builder,
+    /// The column of the model of the DRAM; results of before have none.
+    model: Option<usize>,
+    models: Builder,
     records: Vec<u32>,
     axes: Vec<(usize, String, Builder)>,
     metrics: Vec<(usize, String, Metric)>,
@@ -148,6 +151,10 @@ impl Building {
         }
         let first_metric = place(FIRST_METRIC)?;
         for (i, &name) in head.iter().enumerate() {
+            if name == MODEL {
+                building.model = Some(i);
+                continue;
+            }
             if FIXED.contains(&name) {
                 continue;
             }
@@ -196,6 +203,7 @@ impl Building {
         self.energy_tables.push(cell(5));
         self.over.push(over);
         self.traces.push(cell(6));
+        self.models.push(self.model.and_then(|i| record.get(i)).unwrap_or(""));
         self.records.push(n);
         for (i, _, words) in &mut self.axes {
             words.push(record.get(*i).unwrap_or(""));
@@ -230,6 +238,7 @@ impl Building {
         self.energy_tables.push(text(5));
         self.over.push(over);
         self.traces.push(text(6));
+        self.models.push(&self.model.map_or(String::new(), |i| row[i].text()));
         self.records.push(n);
         for (i, _, words) in &mut self.axes {
             words.push(&row[*i].text());
@@ -285,6 +294,7 @@ impl Building {
             energy_tables: self.energy_tables.finish(),
             over: self.over,
             traces: self.traces.finish(),
+            models: self.models.finish(),
             records: self.records,
             axes: self.axes.into_iter().map(|(_, name, words)| (name, words.finish())).collect(),
             followers: Vec::new(),

@@ -34,6 +34,16 @@ impl Words {
         &self.words[self.code(row) as usize]
     }
 
+    /// Gives a row another word.
+    pub fn set(&mut self, row: u32, word: &str) {
+        let code = self.find(word).unwrap_or_else(|| {
+            self.words.push(word.to_owned());
+            self.numbers.push(None);
+            self.words.len() as u32 - 1
+        });
+        self.codes[row as usize] = code;
+    }
+
     /// The value of a row in base units, if its word is a number with or without a unit.
     pub fn number(&self, row: u32) -> Option<f64> {
         self.number_of(self.code(row))

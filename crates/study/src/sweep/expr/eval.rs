@@ -2,23 +2,57 @@
 
 use super::{ExprError, Function, Node, Two, Value, What};
 
-/// What names stand for, and the text for errors.
+/// What names stand for, also inside of `mean(...)`, and the text for errors.
+#[derive(Clone, Copy)]
 struct Context<'a> {
     text: &'a str,
     lookup: &'a dyn Fn(&str) -> Option<Value>,
+    mean: &'a dyn Fn(&str) -> Option<Value>,
 }
 
 pub(super) fn value(
     text: &str,
     node: &Node,
     lookup: &dyn Fn(&str) -> Option<Value>,
+    mean: &dyn Fn(&str) -> Option<Value>,
 ) -> Result<Value, ExprError> {
-    Context { text, lookup }.value(node)
+    Context { text, lookup, mean }.value(node)
+}
+
+pub(super) fn missed_by(
+    text: &str,
+    node: &Node,
+    lookup: &dyn Fn(&str) -> Option<Value>,
+    mean: &dyn Fn(&str) -> Option<Value>,
+) -> Result<f64, ExprError> {
+    Context { text, lookup, mean }.missed_by(node)
 }
 
 impl Context<'_> {
     fn fail(&self, node: &Node, message: impl Into<String>) -> ExprError {
         ExprError::new(self.text, &node.span, message)
+    }
+
+    /// See [`super::Expr::missed_by`].
+    fn missed_by(&self, node: &Node) -> Result<f64, ExprError> {
+        let share = |over: f64, x: f64, y: f64| {
+            let scale = x.abs().max(y.abs());
+            if scale > 0.0 { over / scale } else { 0.0 }
+        };
+        if let What::Two(two, sides) = &node.what {
+            let [a, b] = &**sides;
+            match two {
+                Two::And => return Ok(self.missed_by(a)?.max(self.missed_by(b)?)),
+                Two::Or => return Ok(self.missed_by(a)?.min(self.missed_by(b)?)),
+                Two::Less | Two::AtMost | Two::More | Two::AtLeast => {
+                    let (x, y) = (self.number(a)?, self.number(b)?);
+                    let is_upper = matches!(two, Two::Less | Two::AtMost);
+                    return Ok(share(if is_upper { x - y } else { y - x }, x, y));
+                }
+                _ => {}
+            }
+        }
+        Ok(if self.truth(node)? { 0.0 } else { f64::INFINITY })
     }
 
     fn value(&self, node: &Node) -> Result<Value, ExprError> {
@@ -40,6 +74,9 @@ impl Context<'_> {
             What::Call(Function::If, arguments) => {
                 let branch = if self.truth(&arguments[0])? { 1 } else { 2 };
                 self.value(&arguments[branch])
+            }
+            What::Call(Function::Mean, arguments) => {
+                Context { lookup: self.mean, ..*self }.value(&arguments[0])
             }
             What::Call(function, arguments) => {
                 let numbers = arguments.iter().map(|a| self.number(a));
@@ -154,7 +191,7 @@ fn call(function: Function, numbers: &[f64]) -> f64 {
         Function::Log2 => first.log2(),
         Function::CeilPow2 => power_of_two(first, true),
         Function::FloorPow2 => power_of_two(first, false),
-        Function::If => unreachable!("`if` leaves out a branch and is not called"),
+        Function::If | Function::Mean => unreachable!("they decide what is looked at"),
     }
 }
 

@@ -3,7 +3,7 @@
 //! In `energy_pj.mean <= 2 mJ` the literal is converted to picojoules, the unit of the name; a
 //! literal that has no such unit is an error.
 
-use super::{ExprError, Node, What, visit};
+use super::{ExprError, Function, Node, What, visit};
 use crate::sweep::measure::Measure;
 use crate::sweep::unit::Unit;
 
@@ -36,6 +36,11 @@ pub(super) fn fit(text: &str, root: &mut Node) -> Result<(), ExprError> {
 }
 
 fn convert(text: &str, name: &Node, literal: &mut Node) -> Result<(), ExprError> {
+    let name = match &name.what {
+        // A mean has the unit of its values.
+        What::Call(Function::Mean, arguments) => &arguments[0],
+        _ => name,
+    };
     let What::Name(name) = &name.what else { return Ok(()) };
     let (Some((measure, per_base)), What::Measured(number, has)) = (of_name(name), &literal.what)
     else {

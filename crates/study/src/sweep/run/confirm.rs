@@ -3,13 +3,14 @@
 //! Their results are kept beside those of the sweep. The model is part of what decides timing, so
 //! results of either model have keys of their own: neither is ever taken for the other.
 
+use std::collections::BTreeSet;
 use std::mem;
 use std::time::Instant;
 
 use super::folder::Shard;
 use super::opened::OpenedSweep;
 use super::plan::Plan;
-use super::results::each_row;
+use super::results::{Planned, each_row};
 use super::running::Running;
 use super::watch::SweepWatch;
 use super::work::{ResultSink, work};
@@ -26,18 +27,25 @@ const PATIENCE_S: f64 = 2.0;
 /// So few machine-frames are not announced.
 const FEW: usize = 4;
 
-/// The rows of these points in the table of the sweep, as `banked` makes them, in the order of the
-/// space; those of the base machine have no results. `None` after a cancellation.
+/// Designs that were simulated with `banked`.
+pub struct Confirmed {
+    /// Them, the base machine first.
+    pub plan: Plan,
+    /// Their rows in the table of the sweep, in the order of the space.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+/// These points, and the base machine, as `banked` makes them. `None` after a cancellation.
 ///
 /// # Errors
 /// As [`work()`]; [`RunError::Internal`]: a sweep without [`OpenedSweep::banked`].
 pub fn on_banked(
     sweep: &mut OpenedSweep<'_>,
-    points: &[u64],
+    points: &BTreeSet<u64>,
     sink: ResultSink<'_, '_>,
     memory: usize,
     watch: &dyn SweepWatch,
-) -> Result<Option<Vec<Vec<Cell>>>, RunError> {
+) -> Result<Option<Confirmed>, RunError> {
     let banked = sweep.banked.take();
     let banked = banked.ok_or_else(|| RunError::Internal("designs without `banked`".into()))?;
     let calibrated = mem::replace(&mut sweep.designs, banked);
@@ -48,16 +56,14 @@ pub fn on_banked(
 
 fn simulated(
     sweep: &mut OpenedSweep<'_>,
-    points: &[u64],
+    points: &BTreeSet<u64>,
     sink: ResultSink<'_, '_>,
     memory: usize,
     watch: &dyn SweepWatch,
-) -> Result<Option<Vec<Vec<Cell>>>, RunError> {
-    let mut points = points.to_vec();
-    points.sort_unstable();
-    points.dedup();
-    let Some(plan) = Plan::of(&sweep.designs, points.into_iter(), watch) else { return Ok(None) };
-    let machines: Vec<Vec<u32>> = machines(&plan);
+) -> Result<Option<Confirmed>, RunError> {
+    let points = points.iter().copied();
+    let Some(plan) = Plan::of(&sweep.designs, points, watch) else { return Ok(None) };
+    let machines = plan.machines(Shard::WHOLE);
     let ResultSink { folder, shared } = sink;
     announce(sweep, &plan, &machines, &ResultSink { folder, shared }, watch)?;
     let sink = ResultSink { folder, shared };
@@ -65,20 +71,11 @@ fn simulated(
         return Ok(None);
     }
     let mut rows = Vec::new();
-    each_row(sweep, &plan, &mut folder.records, |row| {
+    each_row(sweep, Planned::of(&plan), &mut folder.records, |row| {
         rows.push(row);
         Ok(())
     })?;
-    Ok(Some(rows))
-}
-
-/// The machines of a plan without the base machine.
-fn machines(plan: &Plan) -> Vec<Vec<u32>> {
-    let is_point = |design: &u32| plan.designs[*design as usize].point.is_some();
-    let mut machines = plan.machines(Shard::WHOLE);
-    machines.iter_mut().for_each(|machine| machine.retain(is_point));
-    machines.retain(|machine| !machine.is_empty());
-    machines
+    Ok(Some(Confirmed { plan, rows }))
 }
 
 /// Says how long it takes, from one frame of one machine that has no results yet, if that is long.
@@ -112,7 +109,7 @@ fn announce(
     let seconds = began.elapsed().as_secs_f64() * machine_frames as f64 / threads as f64;
     if seconds > PATIENCE_S {
         watch.note(&format!(
-            "{} of the front again with `banked`: {}, about {} on {}; --confirm 0 leaves it out",
+            "{} again with `banked`: {}, about {} on {}; --confirm 0 leaves it out",
             counted(machines.len(), "design"),
             counted(machine_frames, "machine-frame"),
             duration(seconds),

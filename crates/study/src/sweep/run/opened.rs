@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::columns;
+use super::confirm::CONFIRMED_MAX;
 use super::noted::NotedFiles;
-use super::request::SweepRequest;
+use super::request::{StandIn, SweepRequest};
 use super::state::State;
 use super::traces::{self, SweepTrace, TraceRequest};
 use crate::sweep::design::{Design, Rejected};
@@ -134,7 +135,15 @@ impl OpenedSweep<'static> {
         let files = NotedFiles::new(Arc::new(DiskFiles));
         let shared: Arc<dyn Files> = Arc::new(files.clone());
         let mut designs = Designs::new(&file, problems, &shared, &text.origin)?;
-        let is_calibrated = request.dram_model.is_none()
+        // So few designs are not worth a model of the model.
+        let most = designs.space.selected().size_hint().1.unwrap_or(usize::MAX);
+        let stands_in = match request.stand_in {
+            StandIn::Many => most > usize::from(CONFIRMED_MAX),
+            StandIn::Always => true,
+            StandIn::Never => false,
+        };
+        let is_calibrated = stands_in
+            && request.dram_model.is_none()
             && designs.base.machine.dram.model == DramModel::Banked
             && !file.text().contains(MODEL)
             && !request.sets.iter().any(|set| set.contains(MODEL));

@@ -13,6 +13,7 @@ use crate::sweep::design::{Design, Rejected};
 use crate::sweep::outcome::OUTCOME_VERSION;
 use crate::sweep::space::facts;
 use crate::sweep::table::Facts;
+use powergs_core::accel::machine::DramModel;
 use powergs_core::sim::MODEL_VERSION;
 use powergs_core::sim::cost::untimed;
 use powergs_core::workload::Geometry;
@@ -31,6 +32,8 @@ pub struct Planned {
     pub timing: u128,
     /// Place of its geometry in [`Plan::geometries`].
     pub geometry: u32,
+    /// Its model of the DRAM.
+    pub model: DramModel,
 }
 
 /// All designs of a sweep.
@@ -171,7 +174,8 @@ fn find(designs: &Designs, point: u64) -> Found {
 }
 
 fn planned(point: Option<u64>, design: &Design) -> Found {
-    let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0 };
+    let model = design.machine.dram.model;
+    let planned = Planned { point, id: design.id, timing: design.timing_id, geometry: 0, model };
     let priced = |table| (price_id(design, table), facts(design, table));
     let priced = (0..design.prices.len()).map(priced).collect();
     Found::Design(planned, design.machine.geometry, priced)

@@ -19,9 +19,25 @@ pub struct SweepRequest {
     /// At most this many designs, spread over the space.
     pub points: Option<u64>,
     /// The model of the DRAM; without one that of the machine, with `calibrated` in place of
-    /// `banked`.
+    /// `banked` where designs are many.
     #[serde(default)]
     pub dram_model: Option<String>,
+    /// What takes the place of `banked`, where no model is named.
+    #[serde(default)]
+    pub stand_in: StandIn,
+}
+
+/// When `calibrated` takes the place of a machine's `banked`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StandIn {
+    /// Where designs are many.
+    #[default]
+    Many,
+    /// Always: nothing is confirmed either.
+    Always,
+    /// Never.
+    Never,
 }
 
 /// What a sweep was begun with, in its folder.

@@ -62,13 +62,40 @@ fn slots(plan: &Plan) -> Vec<Slot<'_>> {
     slots
 }
 
+/// A plan, and what takes the place of some of its results.
+#[derive(Clone, Copy)]
+pub struct Planned<'p> {
+    /// The plan of the sweep.
+    pub plan: &'p Plan,
+    /// Designs of the same space that were simulated with another model of the DRAM.
+    pub confirmed: Option<&'p Plan>,
+}
+
+impl<'p> Planned<'p> {
+    /// A plan as it is.
+    pub fn of(plan: &'p Plan) -> Planned<'p> {
+        Planned { plan, confirmed: None }
+    }
+
+    /// The plan with the results of a design, and its place there.
+    fn source(self, design: usize) -> (&'p Plan, usize) {
+        let point = self.plan.designs[design].point;
+        let confirmed = self.confirmed.and_then(|plan| {
+            let place = plan.designs.binary_search_by_key(&point, |d| d.point).ok()?;
+            Some((plan, place))
+        });
+        confirmed.unwrap_or((self.plan, design))
+    }
+}
+
 /// The rows of a slot, and whether something failed, is missing or is a defect of ours.
 fn rows_of(
     sweep: &OpenedSweep<'_>,
-    plan: &Plan,
+    planned: Planned<'_>,
     records: &mut Records,
     slot: &Slot<'_>,
 ) -> Result<(Vec<Vec<Cell>>, [bool; 3]), RunError> {
+    let plan = planned.plan;
     let traces = sweep.labels();
     let (mut all, mut status) = (Vec::new(), [false; 3]);
     let (point, id) = match *slot {
@@ -79,13 +106,19 @@ fn rows_of(
         Slot::Design(design) => plan.facts[design * plan.tables..][..plan.tables].to_vec(),
         Slot::Invalid(..) => Vec::new(),
     };
-    let entry = Entry { point, id, axes: sweep.designs.cells(point), facts };
+    let source = match *slot {
+        Slot::Design(design) => Some(planned.source(design)),
+        Slot::Invalid(..) => None,
+    };
+    let model = source.map_or("", |(plan, place)| plan.designs[place].model.name());
+    let entry = Entry { point, id, model, axes: sweep.designs.cells(point), facts };
     for (t, label) in sweep.designs.tables().iter().enumerate() {
         let mut fates = Vec::new();
         for trace in &sweep.traces {
-            let fate = match *slot {
-                Slot::Invalid(_, reason) => Fate::Invalid(reason.to_owned()),
-                Slot::Design(design) => match records.get(plan.key(design, t, trace.hash))? {
+            let fate = match (slot, source) {
+                (Slot::Invalid(_, reason), _) => Fate::Invalid((*reason).to_owned()),
+                (_, None) => Fate::Missing,
+                (_, Some((plan, place))) => match records.get(plan.key(place, t, trace.hash))? {
                     Some(Record::Ok(outcome)) => Fate::Ok(outcome),
                     Some(Record::Failed(reason)) => Fate::Failed(reason),
                     Some(Record::Defect(reason)) => {
@@ -108,15 +141,16 @@ fn rows_of(
 ///
 /// # Errors
 /// [`RunError::Input`]: a journal that cannot be read; those of `row`.
-pub(crate) fn each_row(
+pub fn each_row(
     sweep: &OpenedSweep<'_>,
-    plan: &Plan,
+    planned: Planned<'_>,
     records: &mut Records,
     mut row: impl FnMut(Vec<Cell>) -> Result<(), RunError>,
 ) -> Result<Tally, RunError> {
     let mut tally = Tally::default();
+    let plan = planned.plan;
     for slot in slots(plan) {
-        let (rows, status) = rows_of(sweep, plan, records, &slot)?;
+        let (rows, status) = rows_of(sweep, planned, records, &slot)?;
         rows.into_iter().try_for_each(&mut row)?;
         let is_design = match slot {
             Slot::Design(design) => plan.designs[design].point.is_some(),
@@ -141,16 +175,17 @@ pub(crate) fn each_row(
 /// [`RunError::Input`]: a journal that cannot be read.
 pub fn some_rows(
     sweep: &OpenedSweep<'_>,
-    plan: &Plan,
+    planned: Planned<'_>,
     records: &mut Records,
     places: &BTreeSet<u32>,
 ) -> Result<BTreeMap<u32, Vec<Cell>>, RunError> {
+    let plan = planned.plan;
     let each = (plan.tables * (sweep.traces.len() + 2)) as u32;
     let mut found = BTreeMap::new();
     for (first, slot) in (0..).step_by(each as usize).zip(slots(plan)) {
         let mut wanted = places.range(first..first + each).peekable();
         if wanted.peek().is_some() {
-            let (rows, _) = rows_of(sweep, plan, records, &slot)?;
+            let (rows, _) = rows_of(sweep, planned, records, &slot)?;
             found.extend(wanted.map(|&place| (place, rows[(place - first) as usize].clone())));
         }
     }
@@ -166,11 +201,11 @@ pub fn some_rows(
 pub fn write(
     folder: &mut SweepFolder<'_>,
     sweep: &OpenedSweep<'_>,
-    plan: &Plan,
+    planned: Planned<'_>,
     also: &mut dyn FnMut(&[Cell]),
 ) -> Result<(Tally, u128), RunError> {
     let mut files = ResultFiles::create(folder.store, &header(sweep))?;
-    let tally = each_row(sweep, plan, &mut folder.records, |row| {
+    let tally = each_row(sweep, planned, &mut folder.records, |row| {
         also(&row);
         files.row(row)
     })?;
@@ -260,7 +295,7 @@ impl Results {
         records: &mut Records,
     ) -> Result<Results, RunError> {
         let mut rows = Vec::new();
-        let tally = each_row(sweep, plan, records, |row| {
+        let tally = each_row(sweep, Planned::of(plan), records, |row| {
             rows.push(row);
             Ok(())
         })?;

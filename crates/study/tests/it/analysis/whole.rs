@@ -246,14 +246,19 @@ fn rows_without_a_value_are_left_out() {
 
 /// A table of single traces: key, area, frame rate; the display shows 60.
 pub fn small(rows: &[(&str, f64, f64)]) -> Table {
+    small_of("banked", rows)
+}
+
+/// The same with a model of the DRAM.
+pub fn small_of(model: &str, rows: &[(&str, f64, f64)]) -> Table {
     let mut text = String::from(
-        "point,is_baseline,id,status,reason,energy_table,trace,scope,vru.cores,frames,\
+        "point,is_baseline,id,status,reason,energy_table,trace,dram_model,scope,vru.cores,frames,\
          frame_time_ms.mean,frame_time_ms.max,fps.mean,fps.min,deadline_missed_frac,area_mm2\n",
     );
     for (point, (key, area, fps)) in rows.iter().enumerate() {
         let (ms, late) = (1e3 / fps, u8::from(*fps < 60.0));
         text += &format!(
-            "{point},false,{point:x},ok,,t,,mean,{key},4,{ms},{ms},{fps},{fps},{late},{area}\n"
+            "{point},false,{point:x},ok,,t,,{model},mean,{key},4,{ms},{ms},{fps},{fps},{late},{area}\n"
         );
     }
     Table::read(text.as_bytes(), |_| true).expect("a table")

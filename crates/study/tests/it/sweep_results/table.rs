@@ -15,7 +15,13 @@ fn traces() -> [TraceLabel; 2] {
 
 fn entry(point: Option<u64>) -> Entry {
     let axes = vec![Cell::Integer(4), Cell::Text("64 KiB".into())];
-    Entry { point, id: Some(0xabc), axes, facts: vec![[None, Some(0.25), Some(64.0)]] }
+    Entry {
+        point,
+        id: Some(0xabc),
+        model: "banked",
+        axes,
+        facts: vec![[None, Some(0.25), Some(64.0)]],
+    }
 }
 
 fn axes() -> Vec<Column> {
