@@ -224,8 +224,9 @@ fn an_unmet_condition_says_which_part() {
     let text = error(&question).to_string();
     assert_eq!(
         text,
-        "none of 50 designs meets the condition; `fps.mean >= 1e6` alone: 0, \
-         `area_mm2 <= 4` alone: 50"
+        "none of 50 designs meets the condition on every trace; `fps.mean >= 1e6` alone: 0, \
+         `area_mm2 <= 4` alone: 50; nearest: #48 misses `fps.mean >= 1e6` by 100 % on room \
+         (fps.mean 258)"
     );
 }
 
