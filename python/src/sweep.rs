@@ -341,6 +341,7 @@ pub fn _sweep_file(
         dram_model: dram,
         // The same for all forms of a sweep: the machine's own.
         stand_in: StandIn::Never,
+        ..SweepRequest::default()
     };
     let store = store.map(path_text).transpose()?;
     let budget = budget(memory)?.unwrap_or(Budget::DEFAULT);

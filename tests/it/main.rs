@@ -16,6 +16,7 @@ mod fovea;
 #[path = "../../crates/report/tests/it/foveated_run.rs"]
 mod foveated_run;
 mod geometry;
+mod headset;
 mod lpips;
 mod optimize;
 mod own_unit;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::cli::camera_file::{FrameRange, frame_range};
 use crate::cli::chart_args::ChartArgs;
 use crate::cli::dram_model::DramModelArg;
+use crate::cli::replay::display_rate;
 use crate::cli::shard_arg::ShardArg;
 use powergs_study::sweep::run::confirm::CONFIRMED_MAX;
 use powergs_study::sweep::run::{StandIn, SweepRequest};
@@ -65,6 +66,12 @@ pub struct Definition {
     /// Change a key of the base machine; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
+    /// Display rate, frames per second, in place of that of the sweep file
+    #[arg(long, value_name = "RATE", value_parser = display_rate)]
+    pub fps: Option<f64>,
+    /// Display, in place of that of the sweep file: a name of `arch list`, or a TOML file
+    #[arg(long, value_name = "NAME|FILE")]
+    pub display: Option<String>,
     /// At most this many designs, spread over the space
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
@@ -84,6 +91,8 @@ impl Definition {
             sets: self.sets.clone(),
             points: self.points,
             dram_model: self.dram_model.map(|model| model.key().to_owned()),
+            display_fps: self.fps,
+            display: self.display.clone(),
             stand_in: StandIn::default(),
         }
     }

@@ -27,7 +27,7 @@ fn machines_then_their_folders() {
     let fps = fps.clone().find(|m| m["name"] == "throughput_fps").expect("frames per second");
     let ratio = fps["ratios"][1].as_f64().expect("a ratio");
     assert!(ratio < 1.0, "edge is the smaller machine: {ratio}");
-    for name in ["run.toml", "invocation.toml", "compare.csv", "summary.md", "energy.png"] {
+    for name in ["run.toml", "invocation.toml", "compare.csv", "summary.md", "power.png"] {
         assert!(Path::new(&out).join(name).is_file(), "{name}");
     }
     let goal = ["gscore", "edge", TRACE, "--frames", "0..1", "--at-least", "0.99", "--force"];

@@ -53,6 +53,9 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token>, ExprError> {
             continue;
         }
         let (word, length) = match c {
+            '0'..='9' if let Some(length) = labelled(&text[at..]) => {
+                (Word::Name(text[at..at + length].to_owned()), length)
+            }
             '0'..='9' | '.' => number(text, at)?,
             '\'' | '"' | '`' => quoted(text, at, c)?,
             c if c.is_ascii_alphabetic() || c == '_' => {
@@ -110,6 +113,17 @@ fn name_length(text: &str) -> usize {
         end += 1;
     }
     end
+}
+
+/// Bytes of the name at the start of `text`, where that has a label which begins with a digit:
+/// `28nm:power_w.mean`.
+fn labelled(text: &str) -> Option<usize> {
+    let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b == b'-';
+    let label = text.bytes().take_while(|b| is_word(*b)).count();
+    let rest = text[label..].strip_prefix(':')?;
+    let name = name_length(rest);
+    let is_name = name > 0 && !rest.starts_with(|c: char| c.is_ascii_digit());
+    is_name.then_some(label + 1 + name)
 }
 
 /// Bytes of the plain decimal number at the start of `text`, with its exponent.

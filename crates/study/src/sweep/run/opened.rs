@@ -163,6 +163,8 @@ impl OpenedSweep<'static> {
         let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
         let mut asked: Vec<String> = request.sets.iter().map(|s| format!("--set {s}")).collect();
         asked.extend(request.points.map(|n| format!("--points {n}")));
+        asked.extend(request.display_fps.map(|fps| format!("--fps {fps}")));
+        asked.extend(request.display.iter().map(|name| format!("--display {name}")));
         asked.extend(request.dram_model.iter().map(|model| format!("--dram-model {model}")));
         asked.extend(is_calibrated.then(|| "calibrated in place of banked".to_owned()));
         let mut inputs = vec![Input::of_text("sweep", &text.origin, &text.text)];
@@ -264,6 +266,12 @@ fn change(
     }
     if let Some(points) = request.points {
         file.sampling.points = Some(points);
+    }
+    if let Some(fps) = request.display_fps {
+        file.display_fps = fps;
+    }
+    if let Some(display) = &request.display {
+        file.display = Some(display.clone());
     }
     find_base(file, folder);
     Ok(())

@@ -6,7 +6,7 @@ use serde_json::Value;
 use powergs_core::run::{RunError, Store};
 
 /// A sweep file with what is changed of it.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SweepRequest {
     /// The sweep file: a name that comes with the program, or a path.
     pub file: String,
@@ -22,6 +22,12 @@ pub struct SweepRequest {
     /// `banked` where designs are many.
     #[serde(default)]
     pub dram_model: Option<String>,
+    /// Another display rate than that of the sweep file, frames per second.
+    #[serde(default)]
+    pub display_fps: Option<f64>,
+    /// Another display than that of the sweep file.
+    #[serde(default)]
+    pub display: Option<String>,
     /// What takes the place of `banked`, where no model is named.
     #[serde(default)]
     pub stand_in: StandIn,
