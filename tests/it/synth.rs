@@ -128,8 +128,8 @@ fn statistics_of_known_counts() {
         rotations: vec![[1.0, 0.0, 0.0, 0.0]; 2],
         // Opacities 0.3500 and 0.3498.
         logit_opacities: vec![-0.619, -0.620],
-        sh_degree: 0,
         sh: vec![0.0; 6],
+        ..Gaussians::default()
     };
     let measured = statistics(&scene, &[frame(1), frame(3)]);
     let expected = [

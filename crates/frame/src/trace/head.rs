@@ -62,6 +62,7 @@ const HAS_SPLIT: u8 = 1;
 const IS_TEST: u8 = 2;
 const HAS_MEAN: u8 = 4;
 const HAS_GAZE: u8 = 8;
+const IS_ANTIALIASED: u8 = 16;
 
 impl FrameHead {
     pub(super) fn of(frame: &Frame) -> FrameHead {
@@ -105,6 +106,9 @@ impl FrameHead {
         if self.gaze.is_some() {
             flags |= HAS_GAZE;
         }
+        if self.facts.antialiased {
+            flags |= IS_ANTIALIASED;
+        }
         flags
     }
 
@@ -145,7 +149,7 @@ impl FrameHead {
             IS_TEST => return Err("flag 2 of a frame needs flag 1".into()),
             _ => Some(Split::Test),
         };
-        if flags > HAS_SPLIT | IS_TEST | HAS_MEAN | HAS_GAZE {
+        if flags > HAS_SPLIT | IS_TEST | HAS_MEAN | HAS_GAZE | IS_ANTIALIASED {
             return Err(format!("the frame has unknown flags ({flags})"));
         }
         let sh_degree = match degree.checked_sub(1) {
@@ -161,8 +165,16 @@ impl FrameHead {
         let gaze = (flags & HAS_GAZE != 0).then_some(gaze);
         let world_to_camera = rotation;
         let camera = Camera { name, width, height, fx, fy, cx, cy, world_to_camera, centre, split };
-        let facts =
-            FrameFacts { camera, points, survivors, sh_degree, background, mean_linear_rgb };
+        let antialiased = flags & IS_ANTIALIASED != 0;
+        let facts = FrameFacts {
+            camera,
+            points,
+            survivors,
+            sh_degree,
+            antialiased,
+            background,
+            mean_linear_rgb,
+        };
         Ok(FrameHead { number, blocks, bytes, splats, gaze, facts })
     }
 }
