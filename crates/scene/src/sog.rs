@@ -18,7 +18,7 @@ use std::io::Read;
 
 use serde_json::{Map, Value};
 
-use super::Gaussians;
+use super::{Gaussians, Warning};
 use super::error::{DAMAGED, SceneError};
 use super::input::{Folder, Input, check_count, plausible, slurp};
 use super::read::{Format, Model};
@@ -107,5 +107,8 @@ fn read_model(
             scene.sh = decode::harmonics(&meta.sh0, &sh0, table, &palette, &labels)?;
         }
     }
-    Ok(Model { gaussians: scene, format: Format::Sog(meta.version), warnings: Vec::new() })
+    let kind = meta.model.as_deref();
+    scene.antialiased = kind == Some("antialiased");
+    let warnings = if kind == Some("2dgs") { vec![Warning::Flat] } else { Vec::new() };
+    Ok(Model { gaussians: scene, format: Format::Sog(meta.version), warnings })
 }
