@@ -196,7 +196,7 @@ fn command_writes_a_scene_and_its_views() {
     assert_eq!(exit, Exit::Done);
     let scene = open_model(ply.as_ref(), None).unwrap().gaussians;
     assert_eq!(scene, generate(demo(), 1000, 1));
-    let views = open_cameras(views.as_ref(), None).unwrap().cameras;
+    let views = open_cameras(views.as_ref(), None, None).unwrap().cameras;
     assert_eq!(views.len(), cameras(demo()).len());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing else is left");
 }

@@ -44,7 +44,8 @@ impl Scene {
     fn open(&self, context: &Context) -> Result<(OpenedModel, Vec<Camera>), Failure> {
         let model = open_model(&self.scene, self.lod)?;
         warn(&model, context);
-        let views = self.cameras.cameras(|| SceneBounds::of(&model.gaussians))?;
+        let bounds = || SceneBounds::of(&model.gaussians);
+        let views = self.cameras.cameras(Some(&self.scene), bounds)?;
         views.warn(context);
         Ok((model, views.cameras))
     }
