@@ -52,6 +52,12 @@ pub enum SceneError {
         /// Gaussians in the file.
         count: u64,
     },
+    /// JSON that is no index of a scene.
+    #[error(
+        "JSON without a key `means` or `lodLevels` (SOG) or `meshes` (glTF); give the meta.json or \
+         lod-meta.json of a SOG scene, or a .gltf"
+    )]
+    NoIndex,
     /// The streamed scene has no such detail.
     #[error("there is no detail {lod}; choose one of 0 (the finest) to {last}")]
     NoSuchDetail {

@@ -38,6 +38,8 @@ pub enum Warning {
     Flat,
     /// All numbers look as if the activations had been applied already.
     Activated,
+    /// Colours are linear, and are shown as if they were sRGB.
+    LinearColours,
     /// Columns that mean something to somebody and were not read.
     IgnoredColumns {
         /// Their names.
@@ -72,6 +74,7 @@ impl Warning {
             Self::Filter3d => "filter_3d",
             Self::Flat => "flat",
             Self::Activated => "activated",
+            Self::LinearColours => "linear_colours",
             Self::IgnoredColumns { .. } => "ignored_columns",
             Self::Unnormalised { .. } => "unnormalised_quaternions",
             Self::AbsurdScales { .. } => "absurd_scales",
@@ -93,6 +96,7 @@ impl Warning {
             | Self::Filter3d
             | Self::Flat
             | Self::Activated
+            | Self::LinearColours
             | Self::IgnoredColumns { .. } => None,
         }
     }
@@ -148,6 +152,10 @@ impl fmt::Display for Warning {
                 "all opacities are 0 to 1 and all scales above 0, as if their activations had been \
                  applied: this model is probably wrong; export it again with opacity \
                  ln(p / (1 - p)) and scale ln(s)"
+            ),
+            Self::LinearColours => write!(
+                f,
+                "trained on linear colours (`lin_...`), which are shown as sRGB: pictures are dark"
             ),
             Self::IgnoredColumns { names } => {
                 const SHOWN: usize = 8;
