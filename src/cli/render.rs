@@ -34,7 +34,7 @@ Examples:
 /// The arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, .fov, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, .fov, or a folder with one
     pub scene: PathBuf,
     /// Detail of a streamed scene (lod-meta.json), 0 is the finest
     #[arg(long, value_name = "N")]

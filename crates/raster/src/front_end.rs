@@ -55,8 +55,8 @@ impl<'a> FrontEnd<'a> {
         let turn = self.scene.rotations[i].map(f64::from);
         let length = turn.iter().map(|q| q * q).sum::<f64>().sqrt() / std::f64::consts::SQRT_2;
         let scales = self.scene.log_scales[i].map(|s| f64::from(s).exp());
-        let opacity = self.compensation(i)
-            / (1.0 + (-f64::from(self.scene.logit_opacities[i])).exp());
+        let opacity =
+            self.compensation(i) / (1.0 + (-f64::from(self.scene.logit_opacities[i])).exp());
         let [s0, s1, s2] = scales.map(number);
         let [w, x, y, z] = turn.map(|q| number(q / length));
         let shape = [s0, s1, s2, w, x, y, z, number(opacity)];

@@ -10,9 +10,9 @@ mod write;
 
 use std::io::BufRead;
 
+use super::Warning;
 use super::error::{DAMAGED, SceneError};
 use super::input::Input;
-use super::Warning;
 use super::read::{Format, Model};
 use header::{Element, Encoding, Header, Mode};
 
@@ -30,7 +30,8 @@ struct Source<'a> {
 pub(super) fn read(input: Input<'_>) -> Result<Model, SceneError> {
     let mut source = Source { reader: input.reader, left: input.len };
     let header = header::read(&mut source)?;
-    let (mut gaussians, format, mut warnings) = if header.elements.iter().any(|e| e.name == "chunk") {
+    let (mut gaussians, format, mut warnings) = if header.elements.iter().any(|e| e.name == "chunk")
+    {
         (compressed::read(&mut source, &header)?, Format::CompressedPly, Vec::new())
     } else {
         let (gaussians, warnings) = inria::read(&mut source, &header)?;

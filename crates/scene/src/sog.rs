@@ -18,10 +18,10 @@ use std::io::Read;
 
 use serde_json::{Map, Value};
 
-use super::{Gaussians, Warning};
 use super::error::{DAMAGED, SceneError};
 use super::input::{Folder, Input, check_count, plausible, slurp};
 use super::read::{Format, Model};
+use super::{Gaussians, Warning};
 use meta::Meta;
 use plane::Plane;
 pub(super) use write::{FILE_NAMES, write, zipped};

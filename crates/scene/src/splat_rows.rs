@@ -6,11 +6,11 @@
 
 use std::io::Read;
 
+use super::Gaussians;
 use super::convert::{dc, log_scale, logit};
 use super::error::{DAMAGED, SceneError};
 use super::input::{Input, check_count};
 use super::read::{Format, Model};
-use super::Gaussians;
 
 const ROW: usize = 32;
 /// Rows that are read at a time.

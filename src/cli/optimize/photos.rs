@@ -16,9 +16,8 @@ use powergs_scene::files::has_cameras;
 /// Endings of photo files, lower-case.
 const ENDINGS: [&str; 4] = ["png", "jpg", "jpeg", "webp"];
 /// Those of pictures that cameras and phones make and that are not read.
-const OTHER_ENDINGS: [&str; 12] = [
-    "tif", "tiff", "heic", "heif", "avif", "jxl", "exr", "bmp", "dng", "cr2", "nef", "arw",
-];
+const OTHER_ENDINGS: [&str; 12] =
+    ["tif", "tiff", "heic", "heif", "avif", "jxl", "exr", "bmp", "dng", "cr2", "nef", "arw"];
 /// The largest photo that is read.
 const LIMITS: Limits = Limits { side: u32::MAX, bytes: 1 << 30 };
 /// How many photos or views an error names.

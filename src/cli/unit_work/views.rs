@@ -16,7 +16,7 @@ use powergs_scene::files::{OpenedModel, open_model};
 /// A scene and views of it.
 #[derive(Debug, clap::Args)]
 pub struct Scene {
-    /// The model: PLY, compressed PLY, .splat, .spz, .sog, or a folder with a meta.json
+    /// The model: PLY, compressed PLY, .splat, .spz, .glb, .sog, or a folder with one
     #[arg(long, value_name = "PATH")]
     scene: PathBuf,
     /// Level of detail of a streamed scene (lod-meta.json)

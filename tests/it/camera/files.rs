@@ -94,9 +94,7 @@ fn every_view_has_the_size_of_its_image() {
         fs::write(folder.path().join(name), image.png().unwrap()).unwrap();
     }
     let frame = |name: &str| {
-        format!(
-            r#"{{"file_path": "{name}", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0]]}}"#
-        )
+        format!(r#"{{"file_path": "{name}", "transform_matrix": [[1,0,0,0],[0,1,0,0],[0,0,1,0]]}}"#)
     };
     let file = folder.path().join("transforms.json");
     let text = format!(r#"{{"fl_x": 20, "frames": [{}, {}]}}"#, frame("a.png"), frame("b"));

@@ -209,8 +209,7 @@ impl Maker<'_> {
             *index = v.splat.index;
         }
         let (scene, indices) = (&self.model.base, &indices[..visible.len()]);
-        let factors =
-            dispatch!(self.level, simd => compensations(simd, scene, self.view, indices));
+        let factors = dispatch!(self.level, simd => compensations(simd, scene, self.view, indices));
         for opacities in upper {
             for (opacity, factor) in opacities.iter_mut().zip(factors) {
                 *opacity *= factor;

@@ -26,12 +26,7 @@ fn case(seed: u64, size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case 
     case_of(levels(seed, 1500, 2, 0.7), size, gaze, options)
 }
 
-fn case_of(
-    parts: [Gaussians; 4],
-    size: (u32, u32),
-    gaze: [f32; 2],
-    options: &Options,
-) -> Case {
+fn case_of(parts: [Gaussians; 4], size: (u32, u32), gaze: [f32; 2], options: &Options) -> Case {
     let model = Foveated::compose(&parts).expect("nested levels");
     let camera = front_camera(size.0, size.1);
     let gaze = gaze_at(gaze);

@@ -80,10 +80,7 @@ fn open_folder(folder: &Path, size: Option<(u32, u32)>) -> Result<CameraFile, Fi
 }
 
 /// A set in parts: every view is of the split that the name of its file says.
-fn open_parts(
-    folder: &Path,
-    size: Option<(u32, u32)>,
-) -> Result<Option<CameraFile>, FileError> {
+fn open_parts(folder: &Path, size: Option<(u32, u32)>) -> Result<Option<CameraFile>, FileError> {
     let mut all: Option<CameraFile> = None;
     for (name, split) in PARTS {
         let path = folder.join(name);

@@ -192,7 +192,8 @@ impl<'a> Document<'a> {
         let need = |name: &str| {
             named(name).ok_or_else(|| wrong(&format!("attribute {EXTENSION}:{name}"), "is missing"))
         };
-        let position = number("POSITION").ok_or_else(|| wrong("attribute POSITION", "is missing"))?;
+        let position =
+            number("POSITION").ok_or_else(|| wrong("attribute POSITION", "is missing"))?;
         let (rotation, scale) = (need("ROTATION")?, need("SCALE")?);
         let opacity = need("OPACITY")?;
         need("SH_DEGREE_0_COEF_0")?;
@@ -240,9 +241,8 @@ impl<'a> Document<'a> {
             let what = format!("{count} entries for {} positions", expected.unwrap_or(0));
             return Err(wrong(&place, what));
         }
-        let value = |row: usize, k: usize| {
-            component.value(&bytes[row * stride + k * component.bytes..])
-        };
+        let value =
+            |row: usize, k: usize| component.value(&bytes[row * stride + k * component.bytes..]);
         Ok((0..count).map(|row| std::array::from_fn(|k| value(row, k))).collect())
     }
 

@@ -36,11 +36,7 @@ struct Buffer {
 }
 
 impl Buffer {
-    fn push<const N: usize>(
-        &mut self,
-        name: &str,
-        values: impl Iterator<Item = [f32; N]> + Clone,
-    ) {
+    fn push<const N: usize>(&mut self, name: &str, values: impl Iterator<Item = [f32; N]> + Clone) {
         let first = self.bytes.len();
         values.clone().flatten().for_each(|v| self.bytes.extend(v.to_le_bytes()));
         let mut accessor = self.describe::<N>(name, values);
@@ -137,11 +133,14 @@ pub(crate) fn write(
 /// All attributes of a model that has the axes of glTF.
 fn attributes(scene: &Gaussians, buffer: &mut Buffer) -> Clamped {
     buffer.push("POSITION", scene.means.iter().copied());
-    buffer.push("ROTATION", scene.rotations.iter().map(|q| {
-        let [w, x, y, z] = q.map(f64::from);
-        let length = (w * w + x * x + y * y + z * z).sqrt();
-        [x, y, z, w].map(|v| (v / length) as f32)
-    }));
+    buffer.push(
+        "ROTATION",
+        scene.rotations.iter().map(|q| {
+            let [w, x, y, z] = q.map(f64::from);
+            let length = (w * w + x * x + y * y + z * z).sqrt();
+            [x, y, z, w].map(|v| (v / length) as f32)
+        }),
+    );
     buffer.push("SCALE", scene.log_scales.iter().map(|s| s.map(f32::exp)));
     buffer.push("OPACITY", scene.logit_opacities.iter().map(|o| [sigmoid(*o) as f32]));
     let each = scene.sh_coefficients();

@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::super::{Gaussians, Warning};
 use super::super::error::{DAMAGED, SceneError};
 use super::super::input::{check_count, clip, slurp};
 use super::super::read::{Format, Model};
+use super::super::{Gaussians, Warning};
 use super::{MAX_INDEX, object, read_model};
 
 #[derive(Deserialize)]

@@ -91,7 +91,16 @@ impl Meta {
         let scales = raw.scales.tables("scales", version)?;
         let files = raw.take_files()?;
         let model = raw.model;
-        Ok(Self { version, count, model, means, scales, sh0: [red, green, blue, opacity], sh_n, files })
+        Ok(Self {
+            version,
+            count,
+            model,
+            means,
+            scales,
+            sh0: [red, green, blue, opacity],
+            sh_n,
+            files,
+        })
     }
 }
 

@@ -13,9 +13,9 @@ use super::super::Gaussians;
 use super::super::convert::{opacities_beyond_bytes, opacity_byte, rest_of};
 use super::super::export::{Clamped, ExportError};
 use super::super::smallest_three::{SmallestThree, encode};
-use super::{FLAG_ANTIALIASED, MAGIC};
 use super::attributes::{Attribute, COLOUR_SCALE, component};
 use super::axes::Axes;
+use super::{FLAG_ANTIALIASED, MAGIC};
 
 const VERSION: u32 = 3;
 /// The largest coordinate in units of its last bit.

@@ -55,8 +55,10 @@ fn every_model_bends_as_its_formula_says() {
 fn newer_models_of_colmap() {
     let ray = [0.43, -0.31];
     let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-12;
-    for (text, k) in [("SIMPLE_DIVISION 640 480 500 320 240 -0.2", -0.2),
-        ("DIVISION 640 480 500 501 320 240 0.1", 0.1)] {
+    for (text, k) in [
+        ("SIMPLE_DIVISION 640 480 500 320 240 -0.2", -0.2),
+        ("DIVISION 640 480 500 501 320 240 0.1", 0.1),
+    ] {
         let [x, y] = of_colmap(text).1.unwrap().bent(ray);
         let back = 1.0 / (1.0 + k * (x * x + y * y));
         assert!(near([x * back, y * back], ray), "{text}");

@@ -70,15 +70,16 @@ fn nodes_turn_scale_and_move_all_of_a_gaussian() {
     let (scale, shift) = (1.7, DVec3::new(3.0, -2.0, 0.5));
     let outer = json!({"translation": shift.to_array(), "children": [1]});
     let middle = json!({"rotation": turn.to_array(), "children": [2]});
-    let matrix = [scale, 0.0, 0.0, 0.0, 0.0, scale, 0.0, 0.0, 0.0, 0.0, scale, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let matrix =
+        [scale, 0.0, 0.0, 0.0, 0.0, scale, 0.0, 0.0, 0.0, 0.0, scale, 0.0, 0.0, 0.0, 0.0, 1.0];
     let inner = json!({"matrix": matrix, "mesh": 0});
     let text = changed(&scene, |json| json["nodes"] = json!([outer, middle, inner]));
     let moved = open(&text).unwrap().gaussians;
     // The same in the axes of PLY.
     let axes = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     let (turn, shift) = (axes * DMat3::from_quat(turn) * axes, axes * shift);
-    let camera = Camera::looking_at(DVec3::new(0.5, 0.2, -6.0), DVec3::ZERO, DVec3::NEG_Y, 0.5,
-        (96, 64));
+    let camera =
+        Camera::looking_at(DVec3::new(0.5, 0.2, -6.0), DVec3::ZERO, DVec3::NEG_Y, 0.5, (96, 64));
     let along = Camera {
         centre: turn * camera.centre * scale + shift,
         world_to_camera: camera.world_to_camera * turn.transpose(),
@@ -190,8 +191,10 @@ fn damage_and_features_are_named() {
     check(&|j| j["accessors"][2]["sparse"] = json!({}), "sparse");
     check(&|j| j["accessors"][2]["bufferView"] = json!(99), "bufferViews[99]: is missing");
     check(&|j| j["bufferViews"][2]["byteOffset"] = json!(u64::MAX), "bytes from byte");
-    check(&|j| j["bufferViews"][2]["extensions"] = json!({"EXT_meshopt_compression": {}}),
-        "compressed by EXT_meshopt_compression");
+    check(
+        &|j| j["bufferViews"][2]["extensions"] = json!({"EXT_meshopt_compression": {}}),
+        "compressed by EXT_meshopt_compression",
+    );
     check(&|j| j["buffers"][0]["uri"] = json!("data:x;base64,!"), "not base64");
     check(&|j| j["buffers"][0]["uri"] = json!("../a.bin"), "leaves the folder");
     check(&|j| j["nodes"] = json!([{"children": [0], "mesh": 0}]), "two parents");
@@ -201,14 +204,20 @@ fn damage_and_features_are_named() {
     check(&|j| j["nodes"] = json!([{"mesh": 7}]), "meshes[7]");
     let primitive = |j: &mut Value| j["meshes"][0]["primitives"][0].take();
     check(&|j| drop(primitive(j)), "no primitive with the extension");
-    check(&|j| {
-        j["meshes"][0]["primitives"][0]["extensions"]["KHR_gaussian_splatting"]["kernel"] =
-            json!("disc");
-    }, "`disc`");
-    check(&|j| {
-        let attributes = &mut j["meshes"][0]["primitives"][0]["attributes"];
-        attributes.as_object_mut().unwrap().remove("KHR_gaussian_splatting:SCALE");
-    }, "SCALE: is missing");
+    check(
+        &|j| {
+            j["meshes"][0]["primitives"][0]["extensions"]["KHR_gaussian_splatting"]["kernel"] =
+                json!("disc");
+        },
+        "`disc`",
+    );
+    check(
+        &|j| {
+            let attributes = &mut j["meshes"][0]["primitives"][0]["attributes"];
+            attributes.as_object_mut().unwrap().remove("KHR_gaussian_splatting:SCALE");
+        },
+        "SCALE: is missing",
+    );
     // A thousand nodes that show one mesh.
     let many = sample(100, 0);
     let bomb = changed(&many, |json| {

@@ -84,7 +84,8 @@ fn one_gaussian_is_a_model() {
         for target in Target::ALL {
             let kept = write(&scene, target).unwrap().fidelity;
             // Formats that keep no logarithms, or round to steps that are always the same.
-            let rounds = matches!(target, Target::Spz | Target::GlbSpz | Target::Gltf | Target::Glb);
+            let rounds =
+                matches!(target, Target::Spz | Target::GlbSpz | Target::Gltf | Target::Glb);
             assert!(rounds || kept.position.exact && kept.scale.exact, "{target:?}: {kept:?}");
         }
     }
