@@ -35,7 +35,7 @@ pub struct Args {
 enum CameraCommand {
     /// Print how many views a file has, their sizes and fields of view, and warnings
     Info {
-        /// cameras.json, transforms.json, a camera path, or a folder with one or with COLMAP's files
+        /// cameras.json, transforms.json, a camera path, or a folder with one or COLMAP's files
         file: PathBuf,
         /// Image size where the file does not say it, pixels
         #[arg(long, value_name = "WxH", value_parser = camera_file::image_size)]

@@ -49,6 +49,6 @@ pub struct CameraFile {
 pub enum Frame {
     /// That of the trained model.
     Model,
-    /// That of the data set, after a placement that was applied to it; nerfstudio trains in another.
+    /// That of the data set, after a placement of it; nerfstudio trains in another.
     Data(Placement),
 }

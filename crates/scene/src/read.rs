@@ -65,9 +65,9 @@ const MAX_JSON: u64 = 4 << 30;
 const HEAD: u64 = 4096;
 
 /// Reads the scene whose file, or for several files whose index (`meta.json`, `lod-meta.json`, a
-/// `.gltf`), is `name` in `folder`. `lod` chooses the detail of a streamed scene (0, the finest, if not given)
-/// and is an error for other formats. A foveated model gives its level 1. Gaussians with unusable
-/// parameters are dropped with a warning.
+/// `.gltf`), is `name` in `folder`. `lod` chooses the detail of a streamed scene (0, the finest, if
+/// not given) and is an error for other formats. A foveated model gives its level 1. Gaussians with
+/// unusable parameters are dropped with a warning.
 ///
 /// # Errors
 /// [`SceneError`]: an unknown format, a damaged or unsupported file, a detail that is not

@@ -40,7 +40,8 @@ pub(super) fn read_bundle(input: Input<'_>) -> Result<Model, SceneError> {
     read_model(&bundle, bundle.prefix(), object(&index)?)
 }
 
-/// Reads what the keys of a `meta.json` or `lod-meta.json` describe; names are relative to `prefix`.
+/// Reads what the keys of a `meta.json` or `lod-meta.json` describe. Names of files are relative to
+/// `prefix`.
 pub(super) fn read_index(
     folder: &dyn Folder,
     prefix: &str,

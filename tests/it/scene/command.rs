@@ -175,7 +175,7 @@ fn failures_name_the_file_and_leave_nothing_behind() {
     let text = String::from_utf8(run.get_output().stderr.clone()).unwrap();
     assert!(text.contains("cut.ply: PLY element `vertex`: the header promises 9 rows"), "{text}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "only the input is there");
-    let cases = [("nothing.ply", 3, "No such file"), ("", 3, "without meta.json")];
+    let cases = [("nothing.ply", 3, "No such file"), ("", 3, "a folder without a model")];
     for (name, code, message) in cases {
         let path = folder.path().join(name);
         let run = program().args(["scene", "info"]).arg(&path).assert().code(code);

@@ -72,18 +72,21 @@ struct Accessor<'b> {
     component: Component,
 }
 
+/// The number at the start of bytes.
+type Number = fn(&[u8]) -> f64;
+
 /// The type of a number, and whether it stands for a fraction.
 #[derive(Clone, Copy)]
 struct Component {
     bytes: usize,
-    of: fn(&[u8]) -> f64,
+    of: Number,
     /// What an integer is divided by.
     whole: f64,
 }
 
 impl Component {
     fn new(kind: u64, is_normalized: bool) -> Option<Component> {
-        let (bytes, of, most): (usize, fn(&[u8]) -> f64, f64) = match kind {
+        let (bytes, of, most): (usize, Number, f64) = match kind {
             5120 => (1, |b| f64::from(b[0] as i8), 127.0),
             5121 => (1, |b| f64::from(b[0]), 255.0),
             5122 => (2, |b| f64::from(i16::from_le_bytes([b[0], b[1]])), 32_767.0),

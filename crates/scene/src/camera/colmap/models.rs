@@ -27,7 +27,9 @@ const MODELS: [Model; 17] = [
     Model { id: 8, name: "SIMPLE_RADIAL_FISHEYE", parameters: 4, one_focal: true, lens: fisheye },
     Model { id: 9, name: "RADIAL_FISHEYE", parameters: 5, one_focal: true, lens: fisheye },
     Model { id: 10, name: "THIN_PRISM_FISHEYE", parameters: 12, one_focal: false, lens: prism },
-    Model { id: 11, name: "RAD_TAN_THIN_PRISM_FISHEYE", parameters: 16, one_focal: false, lens: aria },
+    Model {
+        id: 11, name: "RAD_TAN_THIN_PRISM_FISHEYE", parameters: 16, one_focal: false, lens: aria,
+    },
     Model { id: 12, name: "SIMPLE_DIVISION", parameters: 4, one_focal: true, lens: division },
     Model { id: 13, name: "DIVISION", parameters: 5, one_focal: false, lens: division },
     Model { id: 14, name: "SIMPLE_FISHEYE", parameters: 3, one_focal: true, lens: fisheye },
