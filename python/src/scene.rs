@@ -146,8 +146,8 @@ fn open_level(
 #[pymethods]
 impl Scene {
     /// Opens a model: INRIA PLY, compressed PLY, ``.splat``, ``.spz``, glTF, SOG, streamed SOG
-    /// (with its ``detail``, 0 is the finest), the folder of a training run, or a foveated model (its
-    /// ``level``, 1 to 4; 1 by default).
+    /// (with its ``detail``, 0 is the finest), the folder of a training run, or a foveated model
+    /// (its ``level``, 1 to 4; 1 by default).
     ///
     /// Raises ``InputError``.
     #[staticmethod]
